@@ -114,9 +114,10 @@ impl Analysis {
         Levels { kind, handle: self.handle.clone() }
     }
 
-    fn draw(&self, py: Python<'_>, drawing: Drawing, grid: Option<String>) -> PyResult<String> {
+    fn draw(&self, py: Python<'_>, call: &Call, drawing: Drawing, grid: Option<String>) -> PyResult<String> {
         let source = Arc::clone(&self.origin.preferences.get().source);
-        self.handle.long(py, move |analysis| analysis.draw(&source.name, drawing, grid.as_deref()))
+        self.handle
+            .call(py, call, "picture", move |analysis| analysis.draw(&source.name, drawing, grid.as_deref()))
     }
 }
 
@@ -259,12 +260,22 @@ impl Analysis {
     /// tuples of at least two objectives to the states of the class from which this is possible,
     /// larger sets first.
     ///
+    /// Args:
+    ///     timeout, progress: As in `Model.explore`.
+    ///
     /// Raises:
     ///     UsageError: A class has more than 10 most preferred objectives, or a limit ended the work
     ///         before the classes were known.
-    fn jointly<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    #[pyo3(signature = (*, timeout=None, progress=None))]
+    fn jointly<'py>(
+        &self,
+        py: Python<'py>,
+        timeout: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let call = Call::new(timeout, progress)?;
         let all = PyDict::new(py);
-        for (objectives, sets) in self.handle.long(py, meliora::Analysis::jointly)? {
+        for (objectives, sets) in self.handle.call(py, &call, "jointly", meliora::Analysis::jointly)? {
             let of_class = PyDict::new(py);
             for (set, states) in sets {
                 of_class.set_item(PyTuple::new(py, set)?, Py::new(py, self.handle.space.region(states))?)?;
@@ -325,11 +336,13 @@ impl Analysis {
     ///     reward: Reward structure that is the cost of a step; "steps": each step costs 1.
     ///     within: Compute also the probabilities of success within 0, 1, …, `within` steps.
     ///     exact: Compute with fractions; for small models.
+    ///     timeout, progress: As in `Model.explore`.
     ///
     /// Raises:
     ///     UsageError: A state is not in the scope, or the model has no such reward structure.
     ///     InputError: A reward is negative or has no value in some state of the scope.
-    #[pyo3(signature = (states=None, *, levels=None, reward="steps", within=None, exact=false))]
+    #[pyo3(signature = (states=None, *, levels=None, reward="steps", within=None, exact=false, timeout=None, progress=None))]
+    #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
     fn values(
         &self,
         py: Python<'_>,
@@ -338,10 +351,13 @@ impl Analysis {
         reward: &str,
         within: Option<usize>,
         exact: bool,
+        timeout: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<Py<PyAny>> {
-        let states = self.states(py, states)?;
+        let (call, states) = (Call::new(timeout, progress)?, self.states(py, states)?);
         let wanted = Wanted { levels, reward: Some(reward.to_owned()), exact, within };
-        let found = self.handle.long(py, move |analysis| analysis.state_values(&states, &wanted))?;
+        let work = move |analysis: &meliora::Analysis| analysis.state_values(&states, &wanted);
+        let found = self.handle.call(py, &call, "values", work)?;
         plain(py, to_string(&found))
     }
 
@@ -359,11 +375,12 @@ impl Analysis {
     ///     states: The states where paths may start with `choose="likely"` or "cheap"; None for the
     ///         initial states.
     ///     levels, reward: As in `values`.
+    ///     timeout, progress: As in `Model.explore`.
     ///
     /// Raises:
     ///     UsageError: A limit ended the work before the levels of this kind were computed; or the
     ///         options do not fit together.
-    #[pyo3(signature = (kind=None, *, objective=None, choose="first", states=None, levels=None, reward="steps"))]
+    #[pyo3(signature = (kind=None, *, objective=None, choose="first", states=None, levels=None, reward="steps", timeout=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
     fn strategy(
         &self,
@@ -374,7 +391,10 @@ impl Analysis {
         states: Option<Vec<Bound<'_, PyAny>>>,
         levels: Option<usize>,
         reward: &str,
+        timeout: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<Strategy> {
+        let call = Call::new(timeout, progress)?;
         let choose = options::named("choose", choose, Choose::ALL, Choose::name)?;
         let fits = choose.kind();
         let kind = match kind {
@@ -387,7 +407,7 @@ impl Analysis {
         }
         let wanted = Wanted { levels, reward: Some(reward.to_owned()), ..Wanted::default() };
         let states = if fits.is_some() { self.states(py, states)? } else { Vec::new() };
-        Strategy::new(py, &self.handle, (kind, objective), choose, states, wanted)
+        Strategy::new((py, &call), &self.handle, (kind, objective), choose, states, wanted)
     }
 
     /// Returns the report of `meliora check --json` as a dictionary; its counts are decimal
@@ -409,19 +429,33 @@ impl Analysis {
     /// Args:
     ///     grid: The integer variables that span the maps: (row, column), or (column,). None for
     ///         those with names that suggest rows and columns. Maps need the symbolic engine.
-    #[pyo3(signature = (grid=None))]
-    fn to_html(&self, py: Python<'_>, grid: Option<Vec<String>>) -> PyResult<String> {
-        let grid = self.grid(grid)?;
-        self.draw(py, Drawing::Html, grid)
+    ///     timeout, progress: As in `Model.explore`.
+    #[pyo3(signature = (grid=None, *, timeout=None, progress=None))]
+    fn to_html(
+        &self,
+        py: Python<'_>,
+        grid: Option<Vec<String>>,
+        timeout: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<String> {
+        let (call, grid) = (Call::new(timeout, progress)?, self.handle.space.grid(grid)?);
+        self.draw(py, &call, Drawing::Html, grid)
     }
 
     /// Returns a picture as SVG: "hasse" is the preference order; "sasi", "spi" and "classes" are
-    /// maps, which need the symbolic engine. `grid` as in `to_html`.
-    #[pyo3(signature = (picture="hasse", grid=None))]
-    fn to_svg(&self, py: Python<'_>, picture: &str, grid: Option<Vec<String>>) -> PyResult<String> {
+    /// maps, which need the symbolic engine. `grid`, `timeout` and `progress` as in `to_html`.
+    #[pyo3(signature = (picture="hasse", grid=None, *, timeout=None, progress=None))]
+    fn to_svg(
+        &self,
+        py: Python<'_>,
+        picture: &str,
+        grid: Option<Vec<String>>,
+        timeout: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<String> {
         let picture = options::named("picture", picture, Picture::ALL, Picture::name)?;
-        let grid = self.grid(grid)?;
-        self.draw(py, Drawing::Svg(picture), grid)
+        let (call, grid) = (Call::new(timeout, progress)?, self.handle.space.grid(grid)?);
+        self.draw(py, &call, Drawing::Svg(picture), grid)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -456,16 +490,5 @@ impl Analysis {
             all.set_item(name, Py::new(py, self.handle.space.region(states))?)?;
         }
         Ok(all)
-    }
-
-    /// Returns `r,c` for the names of variables.
-    fn grid(&self, names: Option<Vec<String>>) -> PyResult<Option<String>> {
-        let Some(names) = names else { return Ok(None) };
-        match names.as_slice() {
-            [column] => self.handle.space.view(None, column, None)?,
-            [row, column] => self.handle.space.view(Some(row), column, None)?,
-            _ => return Err(usage("grid: one or two names of variables, (row, column)")),
-        };
-        Ok(Some(names.join(",")))
     }
 }

@@ -22,6 +22,9 @@ pub(crate) struct Explanation {
     /// The objective that the strategy pursues; None while it improves, and for strategies that
     /// achieve none.
     pursues: Option<String>,
+    /// True if the plan commits to the objective that it pursues: kept actions alone do not achieve
+    /// it, and its steps may give up others.
+    commits: bool,
     /// The objectives that are achieved in the state; empty for strategies that achieve none.
     achieved: Py<PyTuple>,
     /// The action of the progress strategy; None where the strategy ends.
@@ -96,6 +99,7 @@ impl Explanation {
             most_preferred: PyTuple::new(py, words.names(&at.most_preferred))?.unbind(),
             rank: rank_of(py, rank)?.unbind(),
             pursues: at.pursued().map(|o| words.preferences.objectives[o].name.clone()),
+            commits: at.commits() && !at.is_achieved(),
             achieved: PyTuple::new(py, words.names(&at.achieved))?.unbind(),
             progress_action: at.pick.map(|pick| at.actions[pick].name.clone()),
             actions: PyTuple::new(py, actions)?.unbind(),

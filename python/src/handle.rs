@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use meliora::supervise::{lock, run_phases};
+use meliora::supervise::{Reporter, lock, run_phases};
 use meliora::{Analysis, AnalysisResult, Event, Phase, Result};
 use pyo3::prelude::*;
 
@@ -55,7 +55,7 @@ impl Handle {
         self.space.worker.quick(py, || query(&lock(&self.analysis)))
     }
 
-    /// Runs a query that may take long.
+    /// Runs a query that may take long, without a time limit.
     ///
     /// # Errors
     /// The errors of the query; `KeyboardInterrupt`, or any other exception of a signal handler.
@@ -66,5 +66,25 @@ impl Handle {
     ) -> PyResult<T> {
         let analysis = Arc::clone(&self.analysis);
         self.space.worker.long(py, move || query(&lock(&analysis)))
+    }
+
+    /// Runs a query within the limits of a call, which calls it `phase`.
+    ///
+    /// # Errors
+    /// The errors of the query; the time of the call is up; an exception of a signal handler or the
+    /// callback.
+    pub(crate) fn call<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        call: &Call,
+        phase: &'static str,
+        query: impl FnOnce(&Analysis) -> Result<T> + Send + 'static,
+    ) -> PyResult<T> {
+        let analysis = Arc::clone(&self.analysis);
+        let work = move |reporter: &Reporter<'_>| {
+            reporter.report(phase, String::new());
+            query(&lock(&analysis))
+        };
+        self.space.worker.run(py, call, work).map_err(|failure| failure.raise(py))
     }
 }

@@ -12,6 +12,7 @@ use crate::handle::Handle;
 use crate::region::{Region, View, shape};
 use crate::strategy::Strategy;
 use crate::values::rank_of;
+use crate::worker::Call;
 
 /// The levels of one kind. Level k contains the states from which k improvements can be made,
 /// almost surely (SASI) or with positive probability (SPI).
@@ -175,7 +176,8 @@ impl Levels {
     /// Returns the strategies of this kind.
     fn strategy(&self, py: Python<'_>) -> PyResult<Strategy> {
         let kind = (self.kind.into(), None);
-        Strategy::new(py, &self.handle, kind, Choose::First, Vec::new(), Wanted::default())
+        let at = (py, &Call::plain());
+        Strategy::new(at, &self.handle, kind, Choose::First, Vec::new(), Wanted::default())
     }
 
     fn __repr__(&self) -> String {

@@ -6,7 +6,7 @@
 //! Each file imports only files of the lines before its own:
 //!
 //! - `arrays`, `display`, `errors`, `progress`, `region_export`
-//! - `files`, `values`, `worker`
+//! - `files`, `shield_table`, `values`, `worker`
 //! - `options`, `preferences`, `region`
 //! - `explanation`, `handle`, `shield`, `simulation`
 //! - `strategy`, `levels`, `analysis`, `exploration`, `model`, each of which may use those before it
@@ -27,6 +27,7 @@ mod progress;
 mod region;
 mod region_export;
 mod shield;
+mod shield_table;
 mod simulation;
 mod strategy;
 mod values;

@@ -74,6 +74,20 @@ impl Space {
         }
         Ok(View { plane: Plane { row: row_id, column: column_id }, fixed })
     }
+
+    /// Returns `r,c` for the names of the variables that span maps.
+    ///
+    /// # Errors
+    /// `UsageError` unless one or two different variables are named.
+    pub(crate) fn grid(&self, names: Option<Vec<String>>) -> PyResult<Option<String>> {
+        let Some(names) = names else { return Ok(None) };
+        match names.as_slice() {
+            [column] => self.view(None, column, None)?,
+            [row, column] => self.view(Some(row), column, None)?,
+            _ => return Err(usage("grid: one or two names of variables, (row, column)")),
+        };
+        Ok(Some(names.join(",")))
+    }
 }
 
 /// A plane, and values that fix other variables.

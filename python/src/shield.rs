@@ -1,18 +1,18 @@
 //! Shields.
 
-use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use meliora::export::{read_shield, write_shield};
 use meliora::model::State;
-use meliora::planning::{ShieldNode, ShieldVariable};
+use meliora::planning::ShieldVariable;
 use meliora::supervise::lock;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyList, PyString, PyTuple};
+use pyo3::types::{PyBool, PyBytes, PyDict, PyString, PyTuple};
 
 use crate::arrays;
-use crate::errors::{Failure, unpicklable, usage};
+use crate::errors::{Failure, usage};
+use crate::shield_table::{At, Missed, Table};
 use crate::values::as_dict;
 
 /// The permitted actions of all states, for an agent that acts step by step. A shield needs no
@@ -29,9 +29,9 @@ use crate::values::as_dict;
 /// An episode starts with `reset`, or with the first state. A call with another state than the
 /// present one is a step; a call with the present state is a step only after `correct`, or after
 /// `step`. A state is a dictionary, or a sequence of values in the order of the variables (without
-/// those of monitors), or a number if there is one variable.
+/// those of monitors), or a number if there is one variable; 0 and 1 are Booleans, too.
 ///
-/// Must not be used by several threads at once.
+/// A shield has one episode, and must not be used by several threads at once; `copy` is cheap.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Shield {
     table: Arc<Table>,
@@ -39,106 +39,21 @@ pub(crate) struct Shield {
     at: Mutex<At>,
 }
 
-/// A shield with indices and results that are ready to return.
-struct Table {
-    shield: meliora::Shield,
-    starts: HashMap<State, usize>,
-    /// For each node, a position in `answers`.
-    answer_of: Vec<usize>,
-    answers: Vec<Answer>,
-}
-
-/// The permitted actions of nodes, as they are returned.
-struct Answer {
-    allowed: Py<PyTuple>,
-    mask: Py<PyAny>,
-    flags: Vec<bool>,
-}
-
-/// The position of an episode.
-#[derive(Debug, Clone, Copy, Default)]
-struct At {
-    node: Option<usize>,
-    /// The action that was taken in the node.
-    taken: Option<usize>,
-}
-
-impl Table {
-    fn new(py: Python<'_>, shield: meliora::Shield) -> PyResult<Self> {
-        let starts =
-            shield.nodes[..shield.starts].iter().enumerate().map(|(v, n)| (n.state.clone(), v)).collect();
-        let mut table = Table { shield, starts, answer_of: Vec::new(), answers: Vec::new() };
-        let mut known: HashMap<Vec<bool>, usize> = HashMap::new();
-        for node in &table.shield.nodes {
-            let flags = flags(node, table.shield.actions.len());
-            let next = table.answers.len();
-            let place = *known.entry(flags.clone()).or_insert(next);
-            if place == next {
-                table.answers.push(Answer::new(py, &table.shield.actions, flags)?);
-            }
-            table.answer_of.push(place);
-        }
-        Ok(table)
-    }
-
-    fn answer(&self, node: usize) -> &Answer {
-        &self.answers[self.answer_of[node]]
-    }
-
-    /// Returns the values of a node's state without those of monitors.
-    fn shown(&self, node: usize) -> impl Iterator<Item = i64> {
-        let all = self.shield.variables.iter().zip(&self.shield.nodes[node].state);
-        all.filter(|(variable, _)| variable.monitor.is_none()).map(|(_, value)| *value)
-    }
-
-    fn start(&self, values: &[i64]) -> Option<usize> {
-        let mut values = values.iter();
-        let of = |variable: &ShieldVariable| variable.monitor.or_else(|| values.next().copied());
-        let state: Option<State> = self.shield.variables.iter().map(of).collect();
-        self.starts.get(&state?).copied()
-    }
-
-    /// Returns the node that a step enters.
-    fn after(&self, at: usize, taken: Option<usize>, values: &[i64]) -> Option<usize> {
-        let actions = &self.shield.nodes[at].actions;
-        let possible = actions.iter().filter(|action| taken.is_none_or(|taken| action.action == taken));
-        possible
-            .flat_map(|action| &action.next)
-            .copied()
-            .find(|&to| self.shown(to).eq(values.iter().copied()))
-    }
-}
-
-fn flags(node: &ShieldNode, actions: usize) -> Vec<bool> {
-    let mut flags = vec![false; actions];
-    node.actions.iter().filter(|action| action.permitted).for_each(|action| flags[action.action] = true);
-    flags
-}
-
-impl Answer {
-    fn new(py: Python<'_>, actions: &[String], flags: Vec<bool>) -> PyResult<Self> {
-        let names = actions.iter().zip(&flags).filter(|(_, flag)| **flag).map(|(name, _)| name);
-        let allowed = PyTuple::new(py, names.collect::<Vec<_>>())?.unbind();
-        let mask = match py.import("numpy") {
-            Ok(_) => arrays::bools(py, &flags, &[flags.len()])?,
-            Err(_) => PyList::new(py, &flags)?.into_any(),
-        };
-        if mask.hasattr("setflags")? {
-            mask.call_method1("setflags", (false,))?;
-        }
-        Ok(Answer { allowed, mask: mask.unbind(), flags })
-    }
-}
-
 impl Shield {
     pub(crate) fn new(py: Python<'_>, shield: meliora::Shield) -> PyResult<Self> {
-        let own = shield.variables.iter().filter(|variable| variable.monitor.is_none());
-        let names = own.map(|variable| PyString::new(py, &variable.name).unbind()).collect();
-        Ok(Shield { table: Arc::new(Table::new(py, shield)?), names, at: Mutex::default() })
+        let table = Table::new(py, shield)?;
+        let names = table.variables().map(|variable| PyString::new(py, &variable.name).unbind()).collect();
+        Ok(Shield { table: Arc::new(table), names, at: Mutex::default() })
+    }
+
+    /// Returns the position. The lock is never held while Python runs: the methods of a
+    /// state may call this shield.
+    fn position(&self) -> At {
+        *lock(&self.at)
     }
 
     fn values(&self, state: &Bound<'_, PyAny>) -> PyResult<State> {
-        let own = self.table.shield.variables.iter().filter(|variable| variable.monitor.is_none());
+        let own = self.table.variables();
         let wrong = |problem: &str| usage(format!("{state} is not a state: {problem}"));
         if state.cast::<PyDict>().is_ok() || state.hasattr("items")? && !state.hasattr("shape")? {
             let dict = as_dict(state)?;
@@ -151,6 +66,9 @@ impl Shield {
             }
             return Ok(values);
         }
+        // Arrays and scalars of NumPy become lists and numbers.
+        let list = state.hasattr("tolist")?.then(|| state.call_method0("tolist")).transpose()?;
+        let state = list.as_ref().unwrap_or(state);
         if self.names.len() == 1 && !state.hasattr("__len__")? {
             return own.map(|variable| read(variable, state)).collect();
         }
@@ -167,22 +85,46 @@ impl Shield {
     /// Moves to the node of a state. `again` says that the present state is a step, too.
     fn observe(&self, state: &Bound<'_, PyAny>, again: bool) -> PyResult<usize> {
         let values = self.values(state)?;
-        let mut at = lock(&self.at);
-        let node = match *at {
-            At { node: None, .. } => self.table.start(&values).ok_or_else(|| not_in_scope(state))?,
-            At { node: Some(node), taken: None }
-                if !again && self.table.shown(node).eq(values.iter().copied()) =>
-            {
-                return Ok(node);
-            }
-            At { node: Some(node), taken } => self.table.after(node, taken, &values).ok_or_else(|| {
-                let by =
-                    taken.map_or("an action".to_owned(), |a| format!("`{}`", self.table.shield.actions[a]));
-                usage(format!("{state} cannot follow by {by}; `reset` starts an episode"))
-            })?,
-        };
-        *at = At { node: Some(node), taken: None };
+        let found = self.table.observe(self.position(), &values, again);
+        let node = found.map_err(|missed| self.missed(state, &missed))?;
+        *lock(&self.at) = At { node: Some(node), taken: None };
         Ok(node)
+    }
+
+    fn missed(&self, state: &Bound<'_, PyAny>, missed: &Missed) -> PyErr {
+        let action = |a: usize| format!("`{}`", self.table.shield.actions[a]);
+        usage(match missed {
+            Missed::Start => format!("{state} is no state in which an episode may start"),
+            Missed::Step(taken) => {
+                let by = taken.map_or("an action".to_owned(), action);
+                format!("{state} cannot follow by {by}; `reset` starts an episode")
+            }
+        })
+    }
+
+    /// Returns the mask of a state without an episode; `memory` is the number of its node.
+    fn flags(&self, state: &Bound<'_, PyAny>, memory: Option<usize>) -> PyResult<&[bool]> {
+        let values = self.values(state)?;
+        let table = &*self.table;
+        let Some(node) = memory else {
+            return match table.answer_of_state(&values) {
+                Some(Some(answer)) => Ok(&answer.flags),
+                Some(None) => Err(usage(format!(
+                    "the permitted actions in {state} depend on the memory; give what `memory` returned there"
+                ))),
+                None => Err(usage(format!("the shield does not know the state {state}"))),
+            };
+        };
+        if node >= table.shield.nodes.len() || !table.shown(node).eq(values.iter().copied()) {
+            return Err(usage(format!("the memory {node} is not one of the state {state}")));
+        }
+        Ok(&table.answer(node).flags)
+    }
+
+    /// Returns a shield with the same table and the same position.
+    fn twin(&self, py: Python<'_>) -> Shield {
+        let names = self.names.iter().map(|name| name.clone_ref(py)).collect();
+        Shield { table: Arc::clone(&self.table), names, at: Mutex::new(self.position()) }
     }
 
     /// Returns the number of an action that is given by its name or number.
@@ -198,18 +140,17 @@ impl Shield {
     }
 }
 
-fn not_in_scope(state: &Bound<'_, PyAny>) -> PyErr {
-    usage(format!("{state} is no state in which an episode may start"))
-}
-
 fn read(variable: &ShieldVariable, value: &Bound<'_, PyAny>) -> PyResult<i64> {
     let name = |name: String| {
         let place = variable.values.iter().position(|known| *known == name)?;
         Some(variable.low + i64::try_from(place).ok()?)
     };
     let found = match value.extract::<i64>() {
-        _ if variable.boolean != is_bool(value) && !value.is_instance_of::<PyString>() => None,
+        // Arrays of integers hold Booleans as 0 and 1; an integer is never a Boolean.
+        Ok(number) if variable.boolean => (0..=1).contains(&number).then_some(number),
+        Ok(_) if is_bool(value) => None,
         Ok(number) => Some(number),
+        Err(_) if variable.boolean => value.extract::<bool>().ok().map(i64::from),
         Err(_) => value.extract::<String>().ok().and_then(name),
     };
     found.ok_or_else(|| usage(format!("`{}` cannot have the value {value}", variable.name)))
@@ -219,6 +160,9 @@ fn read(variable: &ShieldVariable, value: &Bound<'_, PyAny>) -> PyResult<i64> {
 fn is_bool(value: &Bound<'_, PyAny>) -> bool {
     value.is_instance_of::<PyBool>() || value.extract::<bool>().is_ok()
 }
+
+/// The arguments that restore a pickled shield: the table, the node and the action taken there.
+type Pickled<'py> = (Bound<'py, PyBytes>, Option<usize>, Option<usize>);
 
 #[pymethods]
 impl Shield {
@@ -247,7 +191,7 @@ impl Shield {
     ///     UsageError: No episode may start in this state: it is not in the scope.
     fn reset(&self, state: &Bound<'_, PyAny>) -> PyResult<()> {
         let values = self.values(state)?;
-        let node = self.table.start(&values).ok_or_else(|| not_in_scope(state))?;
+        let node = self.table.start(&values).map_err(|missed| self.missed(state, &missed))?;
         *lock(&self.at) = At { node: Some(node), taken: None };
         Ok(())
     }
@@ -267,6 +211,50 @@ impl Shield {
     ///     UsageError: The state does not follow the present one.
     fn mask(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
         Ok(self.table.answer(self.observe(state, false)?).mask.clone_ref(py))
+    }
+
+    /// Returns masks of many states at once, without an episode, such as those of a replay buffer: a
+    /// Boolean array with a row for each state. Needs NumPy.
+    ///
+    /// Args:
+    ///     states: A sequence of states, or an array with a row for each.
+    ///     memory: For each state, what `memory` returned when the episode was there. None if the
+    ///         permitted actions of these states do not depend on the episode.
+    ///
+    /// Raises:
+    ///     UsageError: The shield does not know a state; without `memory`, the permitted actions of a
+    ///         state depend on the episode; with it, a number is not one of its state.
+    #[pyo3(signature = (states, memory=None))]
+    fn masks<'py>(
+        &self,
+        py: Python<'py>,
+        states: &Bound<'py, PyAny>,
+        memory: Option<Vec<usize>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let list = states.hasattr("tolist")?.then(|| states.call_method0("tolist")).transpose()?;
+        let (mut flags, mut rows) = (Vec::new(), 0);
+        for state in list.as_ref().unwrap_or(states).try_iter()? {
+            let node = match &memory {
+                None => None,
+                Some(memory) => {
+                    Some(*memory.get(rows).ok_or_else(|| usage("`memory` is shorter than `states`"))?)
+                }
+            };
+            flags.extend_from_slice(self.flags(&state?, node)?);
+            rows += 1;
+        }
+        if memory.is_some_and(|memory| memory.len() > rows) {
+            return Err(usage("`memory` is longer than `states`"));
+        }
+        arrays::bools(py, &flags, &[rows, self.table.shield.actions.len()])
+    }
+
+    /// Returns the number of the state with the memory of the episode, for `masks`.
+    ///
+    /// Raises:
+    ///     UsageError: The state does not follow the present one.
+    fn memory(&self, state: &Bound<'_, PyAny>) -> PyResult<usize> {
+        self.observe(state, false)
     }
 
     /// Returns the names of the permitted actions.
@@ -325,8 +313,9 @@ impl Shield {
         write_shield(&self.table.shield, &folder).map_err(|error| Failure::of(error).raise(py))
     }
 
-    /// Reads a shield from a folder. Checks the hash, and that the promise follows from the table:
-    /// permitted steps of secure states stay in secure states, and weaken nothing.
+    /// Reads a shield from a folder. Checks the hash, and that the promises follow from the table:
+    /// every step is known, permitted steps of secure states stay in secure states and weaken nothing,
+    /// and permitted steps can make the improvements that are ahead. Nothing occurs twice.
     ///
     /// Raises:
     ///     Error: The table has changed, or the promise does not follow from it.
@@ -346,7 +335,39 @@ impl Shield {
         format!("<Shield of {}: {} states with memory>", self.kind(), self.table.shield.nodes.len())
     }
 
-    fn __reduce__(&self) -> PyResult<Py<PyAny>> {
-        Err(unpicklable("a Shield", "`save` it to a folder and `load` it"))
+    /// Returns a shield with the same table and an episode of its own, for another environment. The
+    /// episode is where this one is.
+    fn copy(&self, py: Python<'_>) -> Shield {
+        self.twin(py)
+    }
+
+    fn __copy__(&self, py: Python<'_>) -> Shield {
+        self.twin(py)
+    }
+
+    fn __deepcopy__(&self, py: Python<'_>, _memo: &Bound<'_, PyAny>) -> Shield {
+        self.twin(py)
+    }
+
+    /// Pickles the table and the position of the episode.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
+        let table = serde_json::to_vec(&self.table.shield).map_err(|e| usage(e.to_string()))?;
+        let At { node, taken } = self.position();
+        let restore = py.get_type::<Shield>().getattr("_restore")?;
+        Ok((restore, (PyBytes::new(py, &table), node, taken)))
+    }
+
+    #[staticmethod]
+    fn _restore(py: Python<'_>, table: &[u8], node: Option<usize>, taken: Option<usize>) -> PyResult<Self> {
+        let damaged = |fault: String| usage(format!("the pickled shield is damaged: {fault}"));
+        let shield: meliora::Shield = serde_json::from_slice(table).map_err(|e| damaged(e.to_string()))?;
+        shield.fault().map_or(Ok(()), |fault| Err(damaged(fault)))?;
+        let is_known = |number: Option<usize>, count: usize| number.is_none_or(|number| number < count);
+        if !is_known(node, shield.nodes.len()) || !is_known(taken, shield.actions.len()) {
+            return Err(damaged("a number is out of range".to_owned()));
+        }
+        let shield = Shield::new(py, shield)?;
+        *lock(&shield.at) = At { node, taken };
+        Ok(shield)
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use meliora::planning::tally::{Tally, Trace};
+use meliora::planning::tally::{Commitment, Tally, Trace};
 use meliora::planning::{Setup, Simulation as Plays};
 use meliora::{Result, Strategy};
 use pyo3::prelude::*;
@@ -24,7 +24,8 @@ pub(crate) struct Simulation {
     /// limit on steps.
     #[pyo3(get)]
     settled: u64,
-    /// The number of runs with a step that weakens the state before it.
+    /// The number of runs with a step that weakens the state before it. Steps after a commitment are
+    /// not counted, here and below.
     #[pyo3(get)]
     weakened_step: u64,
     /// The number of runs with a state that weakens the start state.
@@ -43,6 +44,14 @@ pub(crate) struct Simulation {
     /// for strategies that achieve none.
     #[pyo3(get)]
     achieved_runs: Option<u64>,
+    /// The number of other runs that kept the objective that they pursued: no step achieves it, and
+    /// the run can go on to satisfy it. None for strategies that achieve none.
+    #[pyo3(get)]
+    kept_runs: Option<u64>,
+    /// The commitments of plans: dictionaries with the `objective` that the runs then pursued, the
+    /// objectives that they gave up (`gives_up`), and the number of these `runs`.
+    #[pyo3(get)]
+    commits: Py<PyList>,
     /// The names of the objectives, in the order of declaration.
     objectives: Vec<String>,
 }
@@ -113,6 +122,15 @@ impl Simulation {
         for (times, plays) in &tally.improvements {
             improvements.set_item(times, plays)?;
         }
+        let commits = PyList::empty(py);
+        for (Commitment { objective, gives_up }, runs) in &tally.commitments {
+            let one = PyDict::new(py);
+            one.set_item("objective", &objectives[*objective])?;
+            let given_up: Vec<&String> = gives_up.iter().map(|objective| &objectives[objective]).collect();
+            one.set_item("gives_up", given_up)?;
+            one.set_item("runs", runs)?;
+            commits.append(one)?;
+        }
         Ok(Simulation {
             names: Arc::clone(names),
             record,
@@ -123,6 +141,8 @@ impl Simulation {
             improvements: improvements.unbind(),
             value,
             achieved_runs: tally.achieved.as_ref().map(|achieved| achieved.runs),
+            kept_runs: tally.achieved.as_ref().map(|achieved| achieved.kept),
+            commits: commits.unbind(),
             objectives,
         })
     }

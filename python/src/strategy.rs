@@ -85,13 +85,15 @@ impl SharedStrategy {
         let memory_of = move |strategy: &meliora::Strategy, state: &[i64]| {
             memory.map_or_else(|| strategy.start(state), Ok)
         };
-        let known = self.space.worker.quick(py, || {
-            let mut strategy = lock(&self.inner);
-            let memory = memory_of(&strategy, &state)?;
-            strategy.knows(memory).then(|| strategy.explain(&state, memory)).transpose()
-        })?;
-        if let Some(found) = known {
-            return Ok(found);
+        if !self.may_compute() {
+            let known = self.space.worker.quick(py, || {
+                let mut strategy = lock(&self.inner);
+                let memory = memory_of(&strategy, &state)?;
+                strategy.knows(memory).then(|| strategy.explain(&state, memory)).transpose()
+            })?;
+            if let Some(found) = known {
+                return Ok(found);
+            }
         }
         let work = move |reporter: &Reporter<'_>| {
             reporter.report("strategy", String::new());
@@ -100,6 +102,25 @@ impl SharedStrategy {
             strategy.explain(&state, memory)
         };
         self.space.worker.run(py, &Call::plain(), work).map_err(|failure| failure.raise(py))
+    }
+
+    /// Returns whether even the memory of a state may need a computation: a plan determines which
+    /// objectives kept actions achieve when it first asks.
+    fn may_compute(&self) -> bool {
+        self.kind == StrategyKind::Plan
+    }
+
+    /// Returns what a query returns; on a worker thread if it may need a computation.
+    fn query<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        query: impl FnOnce(&meliora::Strategy) -> Result<T> + Send + 'static,
+    ) -> PyResult<T> {
+        if !self.may_compute() {
+            return self.quick(py, query);
+        }
+        let inner = Arc::clone(&self.inner);
+        self.space.worker.long(py, move || query(&lock(&inner)))
     }
 
     /// Returns what a short query of the strategy returns.
@@ -137,31 +158,28 @@ impl SharedStrategy {
     }
 
     fn explanation(&self, py: Python<'_>, at: &Explained) -> PyResult<Explanation> {
-        let rank = self.quick(py, |strategy| strategy.rank(&at.state))?;
-        let strategy = lock(&self.inner);
-        let (program, preferences) = (&*self.space.names.program, strategy.preferences());
-        let levels = strategy.levels();
-        Explanation::new(
-            py,
-            &self.space.names,
-            at,
-            rank,
-            Words { program, preferences, kind: self.kind, levels },
-        )
+        // The objects of Python are made without the lock: its collector may run any code.
+        let (rank, preferences, levels) = self.quick(py, |strategy| {
+            Ok((strategy.rank(&at.state)?, strategy.preferences().clone(), strategy.levels()))
+        })?;
+        let (program, preferences) = (&*self.space.names.program, &preferences);
+        let words = Words { program, preferences, kind: self.kind, levels };
+        Explanation::new(py, &self.space.names, at, rank, words)
     }
 }
 
 impl Strategy {
-    /// Returns a strategy of a kind, for runs from some states if it chooses by value.
+    /// Returns a strategy of a kind, for runs from some states if it chooses by value. The limits are
+    /// those of a call.
     pub(crate) fn new(
-        py: Python<'_>,
+        (py, call): (Python<'_>, &Call),
         handle: &Handle,
         (kind, objective): (StrategyKind, Option<String>),
         choose: Choose,
         states: Vec<State>,
         wanted: Wanted,
     ) -> PyResult<Self> {
-        let found = handle.long(py, move |analysis| {
+        let found = handle.call(py, call, "strategy", move |analysis| {
             let levels = choose.levels(kind);
             if analysis.levels(levels).end.is_none() {
                 let message = format!("the levels of {levels} are not known: `resume` the analysis first");
@@ -303,7 +321,8 @@ impl Strategy {
     /// Starts a run in a state; it keeps the memory of the strategy.
     fn play(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Play> {
         let state = self.shared.state(py, state)?;
-        let memory = self.shared.quick(py, |strategy| strategy.start(&state))?;
+        let start = state.clone();
+        let memory = self.shared.query(py, move |strategy| strategy.start(&start))?;
         let at = Moment { state, memory, improvements: 0 };
         Ok(Play { shared: self.shared.clone(), at: Mutex::new(at) })
     }
@@ -473,14 +492,15 @@ impl Play {
             let at = lock(&self.at);
             (at.state.clone(), at.memory)
         };
-        let program = &self.shared.space.names.program;
-        let improved = self.shared.space.worker.quick(py, || {
+        let to = state.clone();
+        let improved = self.shared.query(py, move |strategy| {
+            let program = strategy.program();
             let steps = program.steps(&from).map_err(|f| fault::error(program, &f, &from))?;
-            if !steps.iter().any(|step| step.successors.iter().any(|(to, _)| *to == state)) {
-                let (from, to) = (program.show_state(&from), program.show_state(&state));
+            if !steps.iter().any(|step| step.successors.iter().any(|(reached, _)| *reached == to)) {
+                let (from, to) = (program.show_state(&from), program.show_state(&to));
                 return Err(Error::Usage(format!("no enabled action leads from {from} to {to}")));
             }
-            lock(&self.shared.inner).after(memory, &from, &state)
+            strategy.after(memory, &from, &to)
         });
         let (memory, is_improvement) = improved?;
         let mut at = lock(&self.at);

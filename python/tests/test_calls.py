@@ -9,7 +9,8 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
 
@@ -73,6 +74,25 @@ def test_a_time_limit_may_have_a_unit(endless: meliora.Model, robot: meliora.Mod
     with pytest.raises(meliora.OutOfTime, match="out of time after 0.2 s"):
         endless.explore(timeout="200ms")
     assert robot.explore(timeout="1h 30m").states.count() == robot.explore(timeout=5400).states.count()
+
+
+def test_every_long_call_of_an_analysis_has_a_time_limit(robot: meliora.Model) -> None:
+    found = robot.check(MODELS / "robot5x5.pref")
+    calls: list[Callable[..., Any]] = [
+        found.values,
+        found.jointly,
+        lambda **limits: found.strategy(choose="likely", **limits),
+        found.to_html,
+        lambda **limits: found.to_svg("sasi", **limits),
+        found.strategy("sasi").shield,
+    ]
+    for number, call in enumerate(calls):
+        with pytest.raises(meliora.OutOfTime):
+            call(timeout=0)
+        with pytest.raises(meliora.UsageError, match="timeout="):
+            call(timeout="soon")
+        # The time that was up is not that of the next call.
+        assert call(timeout="1h", progress=lambda step: None) is not None, number
 
 
 def test_what_is_known_stays_when_time_runs_out(engine: Engine) -> None:

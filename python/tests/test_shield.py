@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 import hashlib
 import json
+import pickle
 import random
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any, Literal
 
@@ -159,13 +163,131 @@ def test_a_shield_that_was_changed_is_refused(tmp_path: Path) -> None:
     said = json.loads(manifest.read_text())
     said["sha256"] = hashlib.sha256(nodes.read_bytes()).hexdigest()
     manifest.write_text(json.dumps(said))
-    with pytest.raises(meliora.Error, match="a permitted step weakens"):
+    with pytest.raises(meliora.Error, match="s=1,on=0: the permitted action `risk` weakens"):
         meliora.Shield.load(tmp_path)
+
+
+def test_a_shield_with_a_second_entry_for_a_forbidden_action_is_refused(tmp_path: Path) -> None:
+    world().strategy("sasi").shield().save(tmp_path)
+    nodes, manifest = tmp_path / "nodes.json", tmp_path / "shield.json"
+    table, said = json.loads(nodes.read_text()), json.loads(manifest.read_text())
+    number, node = next((v, node) for v, node in enumerate(table["nodes"]) if node["state"][0] == 1)
+    node["actions"].append({"action": table["actions"].index("risk"), "permitted": True, "next": [number]})
+    nodes.write_text(json.dumps(table))
+    manifest.write_text(json.dumps({**said, "sha256": hashlib.sha256(nodes.read_bytes()).hexdigest()}))
+    with pytest.raises(meliora.Error, match="two entries for the action `risk`"):
+        meliora.Shield.load(tmp_path)
+
+
+NOSY = """
+import meliora
+
+class Nosy(dict):
+    def __str__(self):
+        return f"a state like {shield.allowed(start)}"
+
+shield = meliora.Shield.load({folder!r})
+start = {"s": 0, "on": False}
+for call in (shield.reset, shield.step, shield.mask, shield.secure, shield.ahead):
+    # The last one starts an episode, but cannot follow.
+    for state in (Nosy(s=9, on=False), Nosy(s=1), Nosy(s=1, on=True))[: 2 if call == shield.reset else 3]:
+        shield.reset(start)
+        try:
+            call(state)
+        except meliora.UsageError as error:
+            assert "a state like ('roll', 'wait')" in str(error), error
+        else:
+            raise AssertionError((call, state))
+"""
+
+
+def test_a_state_whose_text_asks_the_shield_does_not_wait_forever(tmp_path: Path) -> None:
+    world().strategy("sasi").shield().save(tmp_path)
+    program = NOSY.replace("{folder!r}", repr(str(tmp_path)))
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=60)
+
+
+def test_arrays_of_integers_are_states_with_booleans() -> None:
+    np = pytest.importorskip("numpy")
+    shield = world().strategy("sasi").shield()
+    shield.reset(np.array([0, 1]))
+    assert shield.allowed((0, 1)) == shield.allowed([0, np.True_]) == shield.allowed({"s": np.int8(0), "on": 1})
+    shield.reset(np.array([0, 0], dtype=np.uint8))
+    wrong: list[Any] = [[0, 2], [0, -1], [True, True], [0, 0.0], np.array([[0, 0]]), np.array([0.0, 0.0])]
+    for state in wrong:
+        with pytest.raises(meliora.UsageError):
+            shield.reset(state)
+    single = meliora.Model.from_string("mdp module m x: [0..1] init 0; [a] true -> (x'=1-x); endmodule")
+    shield = single.check(meliora.Preferences.from_string("objective A = F x=1;")).strategy("sasi").shield()
+    assert shield.allowed(np.array(0)) == shield.allowed(np.array([0])) == shield.allowed(np.int64(0)) == ("a",)
+
+
+def test_masks_of_many_states_are_those_of_episodes() -> None:
+    np = pytest.importorskip("numpy")
+    cases: list[tuple[str, Literal["action", "prefix"]]] = [("robot5x5", "prefix"), ("drone", "action")]
+    for name, safety in cases:
+        found = meliora.Model.from_file(MODELS / f"{name}.prism").check(MODELS / f"{name}.pref", safety=safety)
+        strategy, draw = found.strategy("spi"), random.Random(5)
+        shield = strategy.shield()
+        states: list[list[Any]] = []
+        memory: list[int] = []
+        masks: list[Any] = []
+        memories: dict[tuple[Any, ...], set[tuple[bool, ...]]] = {}
+        for start in found.exploration.states.sample(7, seed=4):
+            shield.reset(start)
+            state = start
+            for _ in range(30):
+                states.append(list(state.values()))
+                memory.append(shield.memory(state))
+                masks.append(shield.mask(state))
+                memories.setdefault(tuple(state.values()), set()).add(tuple(masks[-1]))
+                action = shield.correct(state, draw.choice(shield.actions))
+                state = draw.choice(strategy.successors(state)[action])[1]
+        assert np.array_equal(shield.masks(states, memory), np.array(masks))
+        assert np.array_equal(shield.masks(np.array(states), memory=np.array(memory)), np.array(masks))
+        # Without memory, a state has the mask of all its episodes, or is refused.
+        refused = 0
+        for values, seen in memories.items():
+            try:
+                assert {tuple(shield.masks([values])[0])} == seen
+            except meliora.UsageError as error:
+                assert "depend on the memory" in str(error)
+                refused += 1
+        assert refused < len(memories)
+        with pytest.raises(meliora.UsageError, match="shorter"):
+            shield.masks(states, memory[:-1])
+        with pytest.raises(meliora.UsageError, match="longer"):
+            shield.masks(states[:-1], memory)
+        with pytest.raises(meliora.UsageError, match="is not one of the state"):
+            shield.masks(states, [memory[0] + 1] + memory[1:])
+        with pytest.raises(meliora.UsageError, match="does not know the state"):
+            shield.masks([[99, *states[0][1:]]])
+        assert shield.masks([]).shape == (0, len(shield.actions))
+
+
+def test_a_shield_is_pickled_and_copied_with_its_episode() -> None:
+    shield = world().strategy("sasi").shield()
+    assert len(pickle.loads(pickle.dumps(shield))) == len(shield)
+    shield.correct((0, False), "wait")
+    twins = [pickle.loads(pickle.dumps(shield)), copy.copy(shield), copy.deepcopy(shield), shield.copy()]
+    for twin in twins:
+        # `wait` was taken, so `roll` cannot have led here.
+        with pytest.raises(meliora.UsageError, match="cannot follow by `wait`"):
+            twin.step((2, False))
+        assert twin.allowed((0, True)) == ("roll", "wait")
+        twin.step((2, True))
+    # The episode of the original did not move.
+    assert shield.allowed((0, True)) == ("roll", "wait")
+    restore, (table, node, taken) = shield.__reduce__()
+    for wrong in ((table[:-1], node, taken), (table, 10**6, taken), (table, node, 99), (table.replace(b'"sasi"', b'"plan"'), node, taken)):
+        with pytest.raises(meliora.UsageError, match="the pickled shield is damaged"):
+            restore(*wrong)
 
 
 def test_the_wrapper_of_gymnasium_corrects_actions() -> None:
     pytest.importorskip("gymnasium", reason="needs gymnasium")
     import gymnasium
+    import numpy as np
 
     from meliora.gym import ShieldedEnv
 
@@ -187,8 +309,22 @@ def test_the_wrapper_of_gymnasium_corrects_actions() -> None:
             return 2 * self.s + self.on, 0.0, self.s > 0, False, {}
 
     shield = world().strategy("sasi").shield()
+    envs = [ShieldedEnv(World(), shield.copy(), lambda observed: (observed // 2, observed % 2)) for _ in range(2)]
+    vector = gymnasium.vector.SyncVectorEnv([lambda: envs[0], lambda: envs[1]])
+    _, infos = vector.reset(seed=[1, 2])
+    assert infos["action_mask"].tolist() == 2 * [[True, False, True, False]]
+    # One waits, the other decides.
+    _, _, ends, _, infos = vector.step(np.array([2, 0]))
+    assert ends.tolist() == [False, True]
+    assert infos["action_mask"].tolist() == [[True, False, True, False], [False, False, True, False]]
+    assert [mask.tolist() for mask in vector.call("action_masks")] == infos["action_mask"].tolist()
+
     env = ShieldedEnv(World(), shield, lambda observed: (observed // 2, observed % 2 == 1))
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.action_masks()
     _, info = env.reset(seed=1)
+    env.action_masks()[0] = False
+    assert env.action_masks().tolist() == [True, False, True, False]
     assert info["seen"] and info["action_mask"].tolist() == [True, False, True, False]
     _, _, over, _, info = env.step(2)
     assert (over, info["corrected"]) == (False, False)

@@ -216,3 +216,20 @@ def test_an_objective_is_achieved(drone: meliora.Analysis) -> None:
         drone.strategy("plan", objective="Moon")
     with pytest.raises(meliora.UsageError, match="takes no objective"):
         drone.strategy("sasi", objective="Shore")
+
+
+def test_a_plan_names_what_it_gives_up(engine: Engine) -> None:
+    text = """mdp module m s : [0..6] init 0;
+        [left] s=0 -> (s'=1); [right] s=0 -> (s'=2); [c] s=1 -> (s'=3); [b] s=1 -> (s'=4);
+        [d] s=2 -> (s'=5); [a] s=2 -> (s'=6); endmodule"""
+    model = meliora.Model.from_string(text)
+    wishes = meliora.Preferences({"A": "F s=6", "B": "F s=4", "C": "F s=3", "D": "F s=5"}, ["C > A", "D > B"])
+    plan = model.check(wishes, engine=engine).strategy("plan")
+    runs = plan.simulate(model.state(), runs=10)
+    assert runs.commits == [{"objective": "C", "gives_up": ["D"], "runs": 10}]
+    assert (runs.weakened_step, runs.weakened_start, runs.achieved_runs, runs.kept_runs) == (0, 0, 10, 0)
+    at = plan.explain(model.state())
+    assert at.commits and at.pursues == "C" and at.actions[0].reason == "comes closer to C; gives up D"
+    play = plan.play(model.state())
+    play.step({"s": 1})
+    assert play.pursues == "C" and play.explain().commits and play.actions() == ["c"]

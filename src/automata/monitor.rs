@@ -91,6 +91,27 @@ impl Monitor {
         self.states == other.states && self.decisions.all == other.decisions.all && self.atoms == other.atoms
     }
 
+    /// Returns for each state whether all steps from it on are marked (`wanted`) or unmarked, whatever
+    /// is read.
+    pub(crate) fn settled(&self, wanted: bool) -> Vec<bool> {
+        let mut settled = vec![true; self.states.len()];
+        loop {
+            // Decisions come after those that they lead to.
+            let mut fine: Vec<bool> = Vec::with_capacity(self.decisions.all.len());
+            for decision in &self.decisions.all {
+                fine.push(match *decision {
+                    Decision::Go { next, mark } => mark == wanted && settled[next],
+                    Decision::Test { no, yes, .. } => fine[no] && fine[yes],
+                });
+            }
+            let left: Vec<bool> = self.states.iter().map(|&decision| fine[decision]).collect();
+            if left == settled {
+                return settled;
+            }
+            settled = left;
+        }
+    }
+
     /// Returns the successor of a state, and whether the step is marked.
     #[cfg(test)]
     pub(crate) fn step(&self, state: usize, holds: impl Fn(ExprId) -> bool) -> (usize, bool) {

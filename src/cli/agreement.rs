@@ -1,15 +1,25 @@
-//! Compares the results of two engines: first the numbers, then state by state.
+//! Compares the results of two engines: first the numbers, then the strategies at some states, then
+//! the regions state by state.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use meliora::engine::{Engine, ProgressSink};
 use meliora::error::Error;
-use meliora::model::Program;
+use meliora::model::{Program, State};
+use meliora::planning::explain::{Action, Explanation};
 use meliora::planning::regions::regions;
-use meliora::planning::{Analysis, Kind};
+use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, StrategyKind};
 
+use super::plan;
 use super::progress::TerminalSink;
 
 /// Maximum number of initial states whose ranks and permitted actions are compared.
 const INITIAL: usize = 16;
+/// Maximum number of states of each rank and each class at which strategies are compared.
+const OF_EACH: usize = 2;
+/// Maximum number of ranks, of classes and of objectives for the comparison of strategies.
+const GROUPS: usize = 16;
 /// The sink is asked after this number of states.
 const STRIDE: usize = 1024;
 
@@ -17,6 +27,8 @@ const STRIDE: usize = 1024;
 pub(super) struct Agreement {
     /// The number of compared counts, classes, levels and ranks.
     pub(super) compared: u64,
+    /// The number of states at which the strategies were compared; `None` after a difference.
+    pub(super) strategies: Option<u64>,
     /// The number of states that were looked up; `None` if there were too many.
     pub(super) membership: Option<u64>,
     /// The first difference.
@@ -31,7 +43,7 @@ pub(super) struct Agreement {
 pub(super) fn compare<E: Engine, F: Engine>(
     left: &Analysis<E>,
     right: &Analysis<F>,
-    program: &Program,
+    program: &Arc<Program>,
     most: u32,
     sink: &TerminalSink,
 ) -> Result<Agreement, Error> {
@@ -43,11 +55,16 @@ pub(super) fn compare<E: Engine, F: Engine>(
         &prospects.0,
         &prospects.1,
     );
+    let mut strategies = None;
+    if tally.difference.is_none() {
+        strategies = Some(actions(&mut tally, left, right, program)?);
+    }
     let mut membership = None;
     if tally.difference.is_none() && few(left, most) {
         membership = Some(state_by_state(&mut tally, left, right, program, sink)?);
     }
-    Ok(Agreement { compared: tally.compared, membership, difference: tally.difference })
+    let Tally { compared, difference } = tally;
+    Ok(Agreement { compared, strategies, membership, difference })
 }
 
 fn few<E: Engine>(analysis: &Analysis<E>, most: u32) -> bool {
@@ -104,6 +121,85 @@ fn results<E: Engine, F: Engine>(tally: &mut Tally, left: &Analysis<E>, right: &
         }
         tally.check(|| format!("end of the {kind} levels"), &a.end, &b.end);
     }
+}
+
+/// Compares what the strategies of all kinds say about some states: their actions with successors.
+/// Returns the number of states.
+fn actions<E: Engine, F: Engine>(
+    tally: &mut Tally,
+    left: &Analysis<E>,
+    right: &Analysis<F>,
+    program: &Arc<Program>,
+) -> Result<u64, Error> {
+    let states = selected(left)?;
+    let objectives = 0..left.preferences().objectives.len().min(GROUPS);
+    let achieve = objectives.map(|objective| (StrategyKind::Achieve, Some(objective)));
+    let others = [StrategyKind::Sasi, StrategyKind::Spi, StrategyKind::Plan].map(|kind| (kind, None));
+    for (kind, objective) in others.into_iter().chain(achieve) {
+        let levels = (kind, kind.levels());
+        let mut mine = plan::finite_memory(left, program, levels, objective)?;
+        let mut theirs = plan::finite_memory(right, program, levels, objective)?;
+        for state in &states {
+            let (mine, theirs) = (explained(&mut mine, state)?, explained(&mut theirs, state)?);
+            if mine != theirs {
+                let name = objective.map(|o| format!(" {}", left.preferences().objectives[o].name));
+                let strategy = format!("{kind}{}", name.unwrap_or_default());
+                let at = program.show_state(state);
+                tally.difference =
+                    Some(format!("strategy {strategy} at {at}: {}", difference(&mine, &theirs)));
+                return Ok(states.len() as u64);
+            }
+        }
+    }
+    Ok(states.len() as u64)
+}
+
+/// Returns the first initial states, and the first states of each rank and of each class.
+fn selected<E: Engine>(analysis: &Analysis<E>) -> Result<BTreeSet<State>, Error> {
+    let engine = analysis.engine();
+    let mut states: BTreeSet<State> =
+        engine.list_states(&engine.initial_states(), INITIAL)?.into_iter().collect();
+    for kind in [Kind::Sasi, Kind::Spi] {
+        let levels = analysis.levels(kind);
+        let found = levels.found.iter().chain(levels.unbounded()).map(|level| &level.states);
+        let mut sets = vec![engine.all_states()];
+        sets.extend(found.take(GROUPS).cloned());
+        for (index, own) in sets.iter().enumerate() {
+            let of_rank = match sets.get(index + 1) {
+                Some(above) => engine.difference(own, above)?,
+                None => own.clone(),
+            };
+            states.extend(engine.list_states(&of_rank, OF_EACH)?);
+        }
+    }
+    for class in analysis.classes().into_iter().flat_map(|classes| &classes.list).take(GROUPS) {
+        states.extend(engine.list_states(&class.states, OF_EACH)?);
+    }
+    Ok(states)
+}
+
+fn explained<E: Engine>(strategy: &mut FiniteMemoryStrategy<E>, state: &[i64]) -> Result<Explanation, Error> {
+    let memory = strategy.start(state)?;
+    strategy.explain(state, memory)
+}
+
+/// Describes the first difference between two explanations of one state.
+fn difference(left: &Explanation, right: &Explanation) -> String {
+    let flags = |a: &Action| {
+        let Action { kept, permitted, progress, verdict, .. } = a;
+        format!("kept {kept}, permitted {permitted}, progress {progress}, {}", verdict.name())
+    };
+    for (a, b) in left.actions.iter().zip(&right.actions) {
+        let name = &a.name;
+        if flags(a) != flags(b) {
+            return format!("action `{name}`: symbolic {}; explicit {}", flags(a), flags(b));
+        }
+        if let Some((x, y)) = a.successors.iter().zip(&b.successors).find(|(x, y)| x != y) {
+            return format!("a successor of action `{name}`: symbolic {x:?}, explicit {y:?}");
+        }
+    }
+    let others = |x: &Explanation| (x.memory, x.most_preferred.clone(), x.achieved.clone(), x.pick);
+    format!("symbolic {:?}, explicit {:?}", others(left), others(right))
 }
 
 /// Compares the membership of every state in every region; equal ranks follow. Returns the number
@@ -186,5 +282,17 @@ mod tests {
     fn sets_of_the_same_size_are_compared_state_by_state() {
         let moved = difference((RING, AT_1), (RING, "objective A = F x=2;"));
         assert_eq!(moved, "target:A at x=1: symbolic true, explicit false");
+    }
+
+    #[test]
+    fn strategies_are_compared_beyond_the_initial_states() {
+        let leads = |x: u8, y: u8| {
+            format!(
+                "mdp module m x : [0..3] init 0; [] x=0 -> (x'=1); [a] x=1 -> (x'={x}); [b] x=1 -> (x'={y}); endmodule"
+            )
+        };
+        let found =
+            difference((&leads(2, 3), "objective A = F x=2;"), (&leads(3, 2), "objective A = F x=2;"));
+        assert!(found.starts_with("strategy SASI at x=1: action `a`: symbolic kept true"), "{found}");
     }
 }

@@ -24,8 +24,10 @@ const CLEARLY: f64 = 1.25;
 
 /// Run both engines and compare their results, times and memory
 ///
-/// Compares every count, class, level and rank. For models of limited size it also compares the
-/// membership of each state in each region. If the engines differ, prints the first difference and
+/// Compares every count, class, level and rank. Compares what `strategy` says about the initial
+/// states and some states of each rank and class: kept, permitted and progress actions, reasons and
+/// successors, for every kind. For models of limited size it also compares the membership of each
+/// state in each region. If the engines differ, prints the first difference and
 /// ends with exit status 1.
 #[derive(Debug, Clone, Args)]
 pub(super) struct CompareArgs {
@@ -116,13 +118,14 @@ fn conclude<E: Engine, F: Engine>(
     left: &Analysis<E>,
     right: &Analysis<F>,
 ) -> Result<(), Error> {
-    let Agreement { compared, membership, difference } = job.timed(
+    let Agreement { compared, strategies, membership, difference } = job.timed(
         "compare",
         || agreement::compare(left, right, &question.program, args.membership, &job.sink),
         |_, _| (),
     )?;
     job.update(|r| {
         r.compared = compared;
+        r.strategies = strategies;
         r.membership = membership.map(|n| n.into());
         r.equal = Some(difference.is_none());
         r.prefer = if difference.is_none() { preference(&r.engines) } else { None };

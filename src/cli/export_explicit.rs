@@ -172,7 +172,7 @@ fn contents<E: Engine>(
     quantities: Option<&Quantities>,
 ) -> Result<Vec<Vec<u8>>, Error> {
     let mut contents = match wanted.format {
-        Files::Drn => vec![drn(graph).into_bytes()],
+        Files::Drn => vec![drn(graph, program, &*analysis.engine().settings().sink)?.into_bytes()],
         Files::Umb => vec![umb(graph, analysis, program, quantities)?],
         Files::Explicit => {
             let all = prism(graph);

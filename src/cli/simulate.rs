@@ -124,7 +124,7 @@ fn play<E: Engine>(
     let all = || {
         for start in &starts {
             let tally = simulation.run(start)?;
-            let report = RunsReport::new(&question.program, &question.preferences, tally)
+            let report = RunsReport::new(&question.program, &question.preferences, kind, tally)
                 .compared(chooser.as_ref().and_then(|rule| rule.attained(start)));
             job.update(|r| r.plays.push(report));
         }

@@ -137,7 +137,9 @@ impl Exploration {
         let of = |set| States::of(&engine, set);
         let target = match &goal.target {
             Target::States(target) => of(engine.states_where(*target)?),
-            Target::Formula(condition) => of(secured(&engine, &accepting_regions(&engine, condition)?)?),
+            Target::Formula(condition) => {
+                of(secured(&engine, &accepting_regions(&engine, condition, &engine.all_choices())?)?)
+            }
         };
         let found = goal.restricted(&engine, goal.regions(&engine)?)?;
         let holds = match asked {

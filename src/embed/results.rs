@@ -7,8 +7,9 @@ use crate::engine::AnyEngine;
 use crate::error::{Error, Result};
 use crate::model::Program;
 use crate::model::preference::ObjectiveSet;
+use crate::planning::joint::{Joint, MOST, is_too_large};
 use crate::planning::regions::regions;
-use crate::planning::{Class, FiniteMemoryStrategy, Joint, Kind, StrategyKind};
+use crate::planning::{Class, FiniteMemoryStrategy, Kind, StrategyKind};
 use crate::quantities::Choose;
 
 /// The most preferred objectives of a class, and the sets of them that are achieved together.
@@ -49,16 +50,25 @@ impl Analysis {
     /// the class from which it is achieved, larger sets first. Cost: see `Joint::new`.
     ///
     /// # Errors
-    /// The errors of `Joint::new`.
+    /// The errors of `Joint::new`; [`Error::Usage`] if a class has more than 10 most preferred
+    /// objectives.
     pub fn jointly(&self) -> Result<Vec<JointlyAchieved>> {
-        let joint = Joint::new(self)?;
         let names = |set: &ObjectiveSet| self.preferences().owned_names(set);
+        let classes = || self.classes().into_iter().flat_map(|classes| &classes.list);
+        if let Some(large) = classes().find(|class| is_too_large(&class.most_preferred)) {
+            return Err(Error::Usage(format!(
+                "sets of jointly achieved objectives are computed for classes of at most {MOST} objectives; \
+                 this one has more: {}",
+                names(&large.most_preferred).join(", ")
+            )));
+        }
+        let joint = Joint::new(self)?;
         let of_class = |class: &Class<AnyEngine>| {
-            let sets = joint.of_class(self.engine(), class)?.into_iter();
+            let sets = joint.of_class(self.engine(), class)?.into_iter().flatten();
             let sets = sets.map(|(set, states)| (names(&set), States::of(self.whole_engine(), states)));
             Ok((names(&class.most_preferred), sets.collect()))
         };
-        self.classes().into_iter().flat_map(|classes| &classes.list).map(of_class).collect()
+        classes().map(of_class).collect()
     }
 
     /// Returns the strategies of one kind, which do not borrow from the analysis.
@@ -70,9 +80,9 @@ impl Analysis {
         FiniteMemoryStrategy::new(self, self.program(), kind).ok_or_else(missing)
     }
 
-    /// Returns the strategy of a kind, before values are attached to it. [`StrategyKind::Achieve`] needs the name of an objective, and
-    /// [`StrategyKind::Plan`] takes one. Cost: one pre-image per objective; for a temporal one also
-    /// that of the winning region of its negation.
+    /// Returns the strategy of a kind, before values are attached to it. [`StrategyKind::Achieve`]
+    /// needs the name of an objective, and [`StrategyKind::Plan`] accepts one. Cost: one pre-image
+    /// per objective.
     ///
     /// # Errors
     /// [`Error::Usage`] if the objective does not fit, or before the levels of this kind were computed;

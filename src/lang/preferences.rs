@@ -111,8 +111,8 @@ fn watched(
     objective: &pref::Objective,
 ) -> Result<Goal> {
     let condition = watching.watch(source, &objective.formula, &objective.name.name)?;
-    let monitor = watching.states_of(&condition);
-    Ok(Goal::Satisfy { condition, monitor })
+    let (decided, monitor) = (watching.decided(&condition), watching.states_of(&condition));
+    Ok(Goal::Satisfy { condition, decided, monitor })
 }
 
 /// Returns a requirement `G condition` as the states in which the condition is true.

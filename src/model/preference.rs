@@ -84,6 +84,9 @@ pub enum Goal {
     Satisfy {
         /// The condition on the monitors' marks.
         condition: Condition,
+        /// The states in which the path so far, with this state, satisfies the formula, whatever
+        /// follows: the formula is achieved.
+        decided: ExprId,
         /// The number of states of its monitors together.
         monitor: u64,
     },

@@ -76,7 +76,7 @@ fn classes(result: &AnalysisResult, style: Style) -> String {
 
 /// Lists the objectives that can be achieved together.
 fn jointly(classes: &[ClassCount], style: Style) -> String {
-    if classes.iter().all(|class| class.jointly.is_none()) {
+    if classes.iter().all(|class| class.jointly.is_none() && class.jointly_limit.is_none()) {
         return String::new();
     }
     let mut grid = Grid::new(&["class", "together", "states"], style);
@@ -85,6 +85,11 @@ fn jointly(classes: &[ClassCount], style: Style) -> String {
         for joint in class.jointly.iter().flatten() {
             let together = joint.objectives.join(" and ");
             grid.row(vec![text::either(&class.most_preferred), together, grouped(&joint.states)]);
+            some = true;
+        }
+        if let Some(limit) = class.jointly_limit {
+            let why = format!("not computed: more than {limit} objectives");
+            grid.row(vec![text::either(&class.most_preferred), why, String::new()]);
             some = true;
         }
     }

@@ -21,6 +21,9 @@ pub(crate) struct CompareFindings {
     pub difference: Option<String>,
     /// Number of compared counts, classes, levels and ranks.
     pub compared: u64,
+    /// Number of states at which the strategies of all kinds were compared; `None` if this is not
+    /// known.
+    pub strategies: Option<u64>,
     /// Number of states that were looked up in every region of both; `None` if there were too many.
     pub membership: Option<Number>,
     /// Times and memory of each engine.
@@ -58,11 +61,15 @@ impl CompareReport {
     fn verdict(&self, style: Style) -> String {
         match (self.equal, &self.difference) {
             (Some(true), _) => {
-                let states = match &self.membership {
-                    Some(n) => format!(" and the membership of {} states in every region", n.grouped()),
-                    None => String::new(),
-                };
-                format!("\n{}: {} values{states}\n", style.good("The engines agree"), self.compared)
+                let good = style.good("The engines agree");
+                let mut out = format!("\n{good}: {} values", grouped(self.compared));
+                if let Some(n) = self.strategies {
+                    let _ = write!(out, ", the strategies at {}", text::plural(n as usize, "state"));
+                }
+                if let Some(n) = &self.membership {
+                    let _ = write!(out, ",\nand the membership of {} states in every region", n.grouped());
+                }
+                out + "\n"
             }
             (_, Some(difference)) => format!("\n{}: {difference}\n", style.bad("The engines differ")),
             _ => String::new(),

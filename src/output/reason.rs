@@ -99,18 +99,29 @@ impl Words<'_> {
     /// Returns the reason why an action is permitted or not while an objective is pursued.
     fn achieving(&self, at: &Explanation, action: &Action) -> String {
         let name = self.pursued(at).unwrap_or("the objective");
-        match action.verdict {
-            _ if action.permitted && at.is_achieved() => format!("{name} is achieved"),
+        let reason = match action.verdict {
+            _ if action.permitted && at.is_achieved() => return format!("{name} is achieved"),
             Verdict::Achieves => format!("achieves {name}"),
             Verdict::MayAchieve => format!("may achieve {name}, which remains sure"),
             Verdict::Nears => format!("comes closer to {name}"),
             Verdict::Forfeits(index) => {
                 let how = if action.successors.len() == 1 { "leads" } else { "may lead" };
                 let place = action.successors.get(index).map(|s| self.changed(&at.state, &s.state));
-                format!("{how} to {}, where {name} is not sure", place.unwrap_or_default())
+                let place = place.unwrap_or_default();
+                let otherwise = if at.keeps() { " without steps that may weaken" } else { "" };
+                return format!("{how} to {place}, where {name} is not sure{otherwise}");
             }
-            Verdict::Unachievable => "no strategy achieves the objective almost surely from here".to_owned(),
+            Verdict::Unachievable => {
+                return "no strategy achieves the objective almost surely from here".to_owned();
+            }
             _ => format!("keeps {name} sure, but comes no closer to it"),
+        };
+        match at.given_up(action) {
+            given_up if given_up.is_empty() => reason,
+            given_up => {
+                let how = if action.successors.len() == 1 { "gives" } else { "may give" };
+                format!("{reason}; {how} up {}", self.list(&given_up))
+            }
         }
     }
 

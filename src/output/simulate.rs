@@ -11,7 +11,7 @@ use super::reason::Words;
 use crate::model::Program;
 use crate::model::preference::Preferences;
 use crate::model::valuation::Valuation;
-use crate::planning::tally::{Tally, Trace, Turn, Wait};
+use crate::planning::tally::{Commitment, Tally, Trace, Turn, Wait};
 use crate::planning::{Kind, Rank, Scheduler, Setup, StrategyKind};
 use crate::quantities::choose::Attained;
 
@@ -50,6 +50,8 @@ pub(crate) struct RunsReport {
     /// The objectives that runs achieved, in the order of declaration; `None` if the strategy achieves
     /// none.
     pub achieved: Option<Vec<AchievedReport>>,
+    /// The commitments of runs; `None` if the strategy is not a plan.
+    pub commits: Option<Vec<CommitReport>>,
     /// The first run that weakened, or else the first run.
     pub trace: TraceReport,
 }
@@ -62,6 +64,17 @@ pub(crate) struct AchievedReport {
     /// The number of steps until then.
     #[serde(flatten)]
     pub wait: Wait,
+}
+
+/// A commitment of runs.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct CommitReport {
+    /// The objective that they then pursue.
+    pub objective: String,
+    /// The other most preferred objectives that they lose afterwards.
+    pub gives_up: Vec<String>,
+    /// The number of these runs.
+    pub runs: u64,
 }
 
 /// One run in full.
@@ -97,10 +110,16 @@ pub(crate) struct TurnReport {
     pub gained: Vec<String>,
     /// The objectives of the state before that are preferred to one of the state entered.
     pub lost: Vec<String>,
-    /// True if the step weakens the state before.
+    /// True if the step weakens the state before, and the run has not committed.
     pub weakens_step: bool,
-    /// True if the state entered weakens the start.
+    /// True if the state entered weakens the start, and the run has not committed.
     pub weakens_start: bool,
+    /// The objective to which the run commits before this step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub commits: Option<String>,
+    /// The objectives that the step gives up, for the first time since the commitment.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub gives_up: Vec<String>,
     /// The objectives that are achieved for the first time in the state entered.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub achieved: Vec<String>,
@@ -110,8 +129,13 @@ pub(crate) struct TurnReport {
 }
 
 impl RunsReport {
-    /// Creates the report of a tally.
-    pub(crate) fn new(program: &Program, preferences: &Preferences, tally: Tally) -> Self {
+    /// Creates the report of a tally of runs under a strategy of this kind.
+    pub(crate) fn new(
+        program: &Program,
+        preferences: &Preferences,
+        kind: StrategyKind,
+        tally: Tally,
+    ) -> Self {
         let state = Valuation::of(program, &tally.start);
         let trace = TraceReport::new(program, preferences, &tally.start, &tally.trace);
         let name = |objective: usize| preferences.objectives[objective].name.clone();
@@ -119,7 +143,14 @@ impl RunsReport {
             let entry = |(&o, &wait)| AchievedReport { objective: name(o), wait };
             achieved.waits.iter().map(entry).collect()
         });
-        RunsReport { state, tally, value: None, achieved, trace }
+        let commit = |(Commitment { objective, gives_up }, &runs): (&Commitment, &u64)| CommitReport {
+            objective: name(*objective),
+            gives_up: preferences.owned_names(gives_up),
+            runs,
+        };
+        let plans = kind == StrategyKind::Plan;
+        let commits = plans.then(|| tally.commitments.iter().map(commit).collect());
+        RunsReport { state, tally, value: None, achieved, commits, trace }
     }
 
     /// Adds the value that the strategy attains, if it is known.
@@ -135,7 +166,7 @@ impl Serialize for RunsReport {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let tally = &self.tally;
         let often = |(times, plays): (&usize, &u64)| json!({"times": times, "plays": plays});
-        let mut fields = serializer.serialize_struct("RunsReport", 15)?;
+        let mut fields = serializer.serialize_struct("RunsReport", 17)?;
         fields.serialize_field("state", &self.state)?;
         match tally.is_unsafe {
             true => fields.serialize_field("unsafe", &true)?,
@@ -148,11 +179,15 @@ impl Serialize for RunsReport {
             (Some(objectives), Some(achieved)) => {
                 fields.serialize_field("achieved", objectives)?;
                 fields.serialize_field("achieved_runs", &achieved.runs)?;
+                fields.serialize_field("kept_runs", &achieved.kept)?;
             }
-            _ => {
-                fields.skip_field("achieved")?;
-                fields.skip_field("achieved_runs")?;
-            }
+            _ => ["achieved", "achieved_runs", "kept_runs"]
+                .iter()
+                .try_for_each(|name| fields.skip_field(name))?,
+        }
+        match &self.commits {
+            Some(commits) => fields.serialize_field("commits", commits)?,
+            None => fields.skip_field("commits")?,
         }
         fields.serialize_field("settled", &tally.settled)?;
         fields.serialize_field("given_up", &tally.given_up)?;
@@ -195,6 +230,8 @@ fn turn(words: Words<'_>, before: &[i64], turn: &Turn) -> TurnReport {
         lost: words.names(&turn.lost),
         weakens_step: turn.weakens_step,
         weakens_start: turn.weakens_start,
+        commits: turn.commits.map(|objective| words.preferences.objectives[objective].name.clone()),
+        gives_up: words.names(&turn.gives_up),
         achieved: words.names(&turn.achieved),
         changed: words.changed(before, &turn.state),
     }

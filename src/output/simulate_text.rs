@@ -4,9 +4,12 @@ use std::fmt::Write;
 
 use super::envelope::Findings;
 use super::number::grouped;
-use super::simulate::{AchievedReport, RunsReport, SimulateFindings, SimulateReport, TurnReport};
+use super::simulate::{
+    AchievedReport, CommitReport, RunsReport, SimulateFindings, SimulateReport, TurnReport,
+};
 use super::text::{self, Grid, Probability};
 use super::{Style, ranks};
+use crate::planning::tally::Achievements;
 use crate::planning::{Kind, Rank, StrategyKind};
 
 /// Maximum number of steps of the trace that are shown.
@@ -47,7 +50,8 @@ fn one(report: &SimulateReport, plays: &RunsReport, style: Style) -> String {
         out.push_str(&promise(report, plays, style));
     }
     if let Some(achieved) = &plays.tally.achieved {
-        out.push_str(&pursued(report, achieved.runs, style));
+        out.push_str(&pursued(report, achieved, style));
+        out.push_str(&commitments(plays));
     }
     if let Some(value) = &plays.value {
         out.push_str(&value.text(report.choosing.cost()));
@@ -97,17 +101,45 @@ fn promise(report: &SimulateReport, plays: &RunsReport, style: Style) -> String 
     format!("  {claim} ({kind}).\n{parts}")
 }
 
-/// States how many runs achieved the objective that they pursued.
-fn pursued(report: &SimulateReport, runs: u64, style: Style) -> String {
+/// States how many runs achieved, or kept, the objective that they pursued.
+fn pursued(report: &SimulateReport, achieved: &Achievements, style: Style) -> String {
     let which = match report.kind {
         StrategyKind::Achieve => "the objective",
         _ => "a most preferred objective of their last state",
     };
-    match report.runs - runs {
-        0 => format!("  {} achieved {which}.\n", style.good("All runs")),
-        open => {
-            format!("  {} achieved {which}, {} did not.\n", plural_runs(runs), style.warn(&plural_runs(open)))
-        }
+    let Achievements { runs, kept, .. } = *achieved;
+    if runs == report.runs {
+        return format!("  {} achieved {which}.\n", style.good("All runs"));
+    }
+    let mut parts = Vec::new();
+    if runs > 0 || kept == 0 {
+        parts.push(format!("{} achieved {which}", plural_runs(runs)));
+    }
+    if kept > 0 {
+        let kept = if kept == report.runs { "All runs".to_owned() } else { plural_runs(kept) };
+        let which = if runs > 0 { "one" } else { which };
+        parts.push(format!("{} kept {which}", style.good(&kept)));
+    }
+    if let Some(open) = report.runs.checked_sub(runs + kept).filter(|&open| open > 0) {
+        parts.push(format!("{} did not", style.warn(&plural_runs(open))));
+    }
+    format!("  {}.\n", parts.join(", "))
+}
+
+/// Lists the objectives to which runs commit, with those that they give up.
+fn commitments(plays: &RunsReport) -> String {
+    let one = |commit: &CommitReport| {
+        let CommitReport { objective, gives_up, runs } = commit;
+        format!("  {}: {}.\n", plural_runs(*runs), commitment(objective, gives_up))
+    };
+    plays.commits.iter().flatten().map(one).collect()
+}
+
+/// Formats a commitment: `commits to C, gives up D`.
+pub(super) fn commitment(objective: &str, gives_up: &[String]) -> String {
+    match gives_up.is_empty() {
+        true => format!("commits to {objective}"),
+        false => format!("commits to {objective}, gives up {}", text::names(gives_up)),
     }
 }
 
@@ -154,9 +186,11 @@ fn distribution(report: &SimulateReport, plays: &RunsReport, style: Style) -> St
 }
 
 fn weakening(report: &SimulateReport, plays: &RunsReport, style: Style) -> String {
+    let commits = plays.commits.as_ref().is_some_and(|commits| !commits.is_empty());
+    let when = if commits { " (until it committed)" } else { "" };
     let told = |count: u64, what: &str| match count {
-        0 => format!("  {} {what}.\n", style.good("No run weakened")),
-        n => format!("  {} {what}.\n", style.warn(&format!("{} weakened", plural_runs(n)))),
+        0 => format!("  {} {what}{when}.\n", style.good("No run weakened")),
+        n => format!("  {} {what}{when}.\n", style.warn(&format!("{} weakened", plural_runs(n)))),
     };
     let mut out = told(plays.tally.weakened_step, "the state of the step before");
     if report.header.safety == Some("prefix") {
@@ -211,10 +245,20 @@ fn remark(turn: &TurnReport) -> String {
     if !turn.achieved.is_empty() {
         remarks.push(format!("achieves {}", text::names(&turn.achieved)));
     }
+    remarks.extend(committed(turn));
     if turn.weakens_step {
         remarks.push(format!("weakens: {} lost", text::names(&turn.lost)));
     } else if turn.weakens_start {
         remarks.push("weakens the start".to_owned());
     }
     remarks.join("; ")
+}
+
+/// Returns the remark on a commitment, or on what a step gives up later.
+pub(super) fn committed(turn: &TurnReport) -> Option<String> {
+    match &turn.commits {
+        Some(objective) => Some(commitment(objective, &turn.gives_up)),
+        None if turn.gives_up.is_empty() => None,
+        None => Some(format!("gives up {}", text::names(&turn.gives_up))),
+    }
 }

@@ -4,6 +4,7 @@ use serde_json::{Value as Json, json};
 
 use super::choose::{Attains, Choosing};
 use super::reason::Words;
+use crate::model::preference::ObjectiveSet;
 use crate::model::valuation::Valuation;
 use crate::planning::explain::{Action, Successor};
 use crate::planning::{Explanation, InducedModel, Rank};
@@ -35,6 +36,16 @@ impl StateReport<'_> {
         self.at.actions.iter().find(|action| action.progress)
     }
 
+    /// Returns whether the strategy commits to an objective that is still to be achieved.
+    pub(crate) fn commits(&self) -> bool {
+        self.at.commits() && !self.at.is_achieved()
+    }
+
+    /// Returns the objectives that the next step of the strategy may give up.
+    pub(crate) fn gives_up(&self) -> ObjectiveSet {
+        self.picked_action().map(|action| self.at.given_up(action)).unwrap_or_default()
+    }
+
     /// Returns the JSON object of the state.
     pub(crate) fn json(&self) -> Json {
         let (words, at, [sasi, spi]) = (self.words, &self.at, self.ranks);
@@ -52,6 +63,8 @@ impl StateReport<'_> {
         if words.kind.achieves() {
             json["pursues"] = json!(words.pursued(at));
             json["achieved"] = json!(words.names(&at.achieved));
+            json["commits"] = json!(self.commits());
+            json["gives_up"] = json!(words.names(&self.gives_up()));
         }
         marked(json, at.is_unsafe)
     }

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::reason::Words;
+use super::simulate_text::commitment;
 use super::state::StateReport;
 use super::text::{self, Probability, columns};
 use super::{Style, ranks};
@@ -26,6 +27,10 @@ pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
         if let Some(name) = words.pursued(at) {
             let text = if at.is_achieved() { "Achieved" } else { "Achieves almost surely" };
             let _ = writeln!(out, "  {text}: {name}");
+            if state.commits() {
+                let commitment = commitment(name, &words.names(&state.gives_up()));
+                let _ = writeln!(out, "  The plan {commitment}: kept actions do not achieve {name}");
+            }
         }
         if let Some(attains) = &state.attains {
             let _ = writeln!(out, "  Attains: {}", attains.line(state.choosing.cost()));
@@ -101,8 +106,10 @@ fn then(words: Words<'_>, node: &Node) -> String {
         let mut goes = Vec::new();
         for (successor, to) in action.successors.iter().zip(next) {
             let Some(to) = to else { continue };
+            let gives_up = node.at.gives_up(successor);
             let note = match (successor.improves, successor.dropped) {
                 (true, _) => format!(" ({} gained)", words.either(&successor.gained)),
+                _ if !gives_up.is_empty() => format!(" (gives up {})", words.list(&gives_up)),
                 (_, true) => format!(" ({} lost)", words.list(&successor.lost)),
                 _ => String::new(),
             };

@@ -5,23 +5,43 @@
 //! states where a disjunct of its formula can be kept. From there on the strategy takes only choices
 //! that keep this disjunct, and approaches its recurring marks one after the other. Each of these
 //! parts is a *stage*.
+//!
+//! A plan takes only choices that the safety mode keeps, if these suffice to achieve the objective.
+//! Its stages are then those of the model that has only these choices.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::{Arc, OnceLock};
 
 use super::analysis::Analysis;
+use super::finite_memory::FiniteMemoryStrategy;
+use super::improvement::Improvement;
 use super::strategy::{Strategy, approach};
 use super::temporal::{self, AcceptingRegion};
-use crate::engine::regions::pmax_positive;
+use crate::engine::edge_labels::{dropped, pairs_into};
 use crate::engine::{Engine, Region, position};
 use crate::error::Result;
-use crate::model::preference::{Goal, ObjectiveSet};
+use crate::model::preference::{Goal, ObjectiveSet, Preferences};
+
+/// The choices with which an objective is pursued.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Manner {
+    /// All choices with which the objective stays sure: strategies of the kind `achieve`.
+    Free,
+    /// Of these, the choices that the safety mode keeps: no step weakens.
+    Kept,
+    /// All choices with which the objective stays sure, because the kept ones do not suffice: the
+    /// plan has committed to the objective, and may give up others.
+    Committed,
+}
 
 /// The objective that a run is to achieve, and the stage of its strategy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Pursuit {
     /// The objective, by its position.
     pub objective: usize,
+    /// The choices with which it is pursued.
+    pub manner: Manner,
     /// The stage; 0 approaches the target.
     pub stage: usize,
 }
@@ -34,73 +54,136 @@ struct Stage<E: Engine> {
     recurs: bool,
 }
 
-/// What is needed to achieve one objective.
-struct Achievable<E: Engine> {
-    /// The states where the objective is achieved: F_i, or the states from which all strategies
-    /// satisfy the formula almost surely.
-    achieved: E::States,
-    stages: Vec<Stage<E>>,
+/// The stages of one objective, with some choices.
+struct Stages<E: Engine> {
+    all: Vec<Stage<E>>,
     /// The stages of each disjunct.
     disjuncts: Vec<Range<usize>>,
 }
 
 /// The strategies that achieve the objectives of an analysis, computed on demand.
 pub(super) struct Achieving<E: Engine> {
-    objectives: Vec<Achievable<E>>,
-    strategies: BTreeMap<Pursuit, Strategy<E>>,
+    engine: Arc<E>,
+    preferences: Arc<Preferences>,
+    improvement: Arc<Improvement<E>>,
+    /// The states in which each objective is achieved, whatever follows.
+    achieved: Vec<E::States>,
+    /// The target of each objective.
+    targets: Vec<E::States>,
+    /// The stages of each objective, with all choices.
+    free: Vec<Stages<E>>,
+    /// For each arena, and then for no arena, the stages of each objective with kept choices.
+    kept: Vec<Vec<OnceLock<Stages<E>>>>,
+    strategies: BTreeMap<(Pursuit, Option<usize>), Strategy<E>>,
 }
 
 impl<E: Engine> Achieving<E> {
-    /// Prepares the stages of all objectives; `None` before the winning regions are known. Cost: one
-    /// pre-image per objective; for a temporal one, also that of the winning region of its negation.
+    /// Prepares the stages of all objectives for a strategy of the analysis; `None` before the winning
+    /// regions are known. Cost: one pre-image per objective.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached, or a state formula has no value.
+    pub(super) fn new(analysis: &Analysis<E>, strategy: &FiniteMemoryStrategy<E>) -> Result<Option<Self>> {
+        let Some(outcomes) = analysis.outcomes() else { return Ok(None) };
+        let FiniteMemoryStrategy { engine, preferences, improvement, .. } = strategy;
+        let (mut achieved, mut targets, mut free) = (Vec::new(), Vec::new(), Vec::new());
+        for (index, objective) in preferences.objectives.iter().enumerate() {
+            let Some(regions) = outcomes.get(index) else { return Ok(None) };
+            achieved.push(match objective.goal {
+                Goal::Reach(_) => regions.target.clone(),
+                Goal::Satisfy { decided, .. } => engine.states_where(decided)?,
+            });
+            targets.push(regions.target.clone());
+            let accepting = analysis.accepting_regions(index);
+            let (sure, all) = (&regions.almost_sure, engine.all_choices());
+            free.push(Stages::new(&**engine, &regions.target, sure, &all, accepting)?);
+        }
+        let row = || free.iter().map(|_| OnceLock::new()).collect();
+        let kept = (0..=improvement.arenas.len()).map(|_| row()).collect();
+        let (engine, preferences) = (Arc::clone(engine), Arc::clone(preferences));
+        let improvement = Arc::clone(improvement);
+        let strategies = BTreeMap::new();
+        Ok(Some(Achieving { engine, preferences, improvement, achieved, targets, free, kept, strategies }))
+    }
+
+    /// Returns the stages of a pursuit that takes place in an arena. Cost: with kept choices, that of
+    /// one `almost_surely_reach`, once per arena and objective; for a temporal objective, also one
+    /// `accepting_region` per disjunct.
+    fn stages(&self, objective: usize, manner: Manner, arena: Option<usize>) -> Result<&Stages<E>> {
+        if manner != Manner::Kept {
+            return Ok(&self.free[objective]);
+        }
+        let cell = &self.kept[arena.unwrap_or(self.improvement.arenas.len())][objective];
+        if let Some(known) = cell.get() {
+            return Ok(known);
+        }
+        let stages = self.with_kept_choices(objective, arena)?;
+        Ok(cell.get_or_init(|| stages))
+    }
+
+    fn with_kept_choices(&self, objective: usize, arena: Option<usize>) -> Result<Stages<E>> {
+        let engine = &*self.engine;
+        let within = self.kept_choices(arena)?;
+        let (target, accepting) = match &self.preferences.objectives[objective].goal {
+            Goal::Reach(_) => (self.targets[objective].clone(), Vec::new()),
+            Goal::Satisfy { condition, .. } => {
+                let accepting = temporal::accepting_regions(engine, condition, &within)?;
+                (temporal::secured(engine, &accepting)?, accepting)
+            }
+        };
+        let sure = engine.almost_surely_reach(&target, &within)?.states;
+        Stages::new(engine, &target, &sure, &within, &accepting)
+    }
+
+    /// Returns the kept choices of an arena without those that have a dropped branch: the system may
+    /// take it.
+    fn kept_choices(&self, arena: Option<usize>) -> Result<E::Choices> {
+        let engine = &*self.engine;
+        let Some(arena) = arena.and_then(|arena| self.improvement.arenas.get(arena)) else {
+            return Ok(engine.no_choices());
+        };
+        let weakening = pairs_into(engine, &arena.choices, dropped(engine, &arena.edge_labels)?)?;
+        engine.difference(&arena.choices, &weakening)
+    }
+
+    /// Returns the pursuit of an objective from a state; `None` if the choices do not suffice to
+    /// achieve it almost surely. Cost: see `Achieving::stages`.
     ///
     /// # Errors
     /// A limit of the engine is reached.
-    pub(super) fn new(analysis: &Analysis<E>) -> Result<Option<Self>> {
-        let Some(outcomes) = analysis.outcomes() else { return Ok(None) };
-        let mut objectives = Vec::new();
-        for (index, objective) in analysis.preferences().objectives.iter().enumerate() {
-            let Some(regions) = outcomes.get(index) else { return Ok(None) };
-            let (engine, sure) = (analysis.engine(), &regions.almost_sure);
-            let approaching = Stage {
-                region: Region {
-                    choices: engine.choices_in(&engine.every_successor_in(sure)?, sure)?,
-                    states: sure.clone(),
-                },
-                goal: regions.target.clone(),
-                recurs: false,
-            };
-            objectives.push(match &objective.goal {
-                Goal::Reach(_) => Achievable {
-                    achieved: regions.target.clone(),
-                    stages: vec![approaching],
-                    disjuncts: Vec::new(),
-                },
-                Goal::Satisfy { condition, .. } => {
-                    let against = temporal::accepting_regions(engine, &condition.negated())?;
-                    let threatened = pmax_positive(engine, &temporal::secured(engine, &against)?)?;
-                    let achieved = engine.difference(&engine.all_states(), &threatened)?;
-                    Achievable::temporal(achieved, approaching, analysis.accepting_regions(index))
-                }
-            });
-        }
-        Ok(Some(Achieving { objectives, strategies: BTreeMap::new() }))
-    }
-
-    /// Returns the pursuit of an objective from a state; `None` outside of ASWin(F_i).
-    ///
-    /// # Errors
-    /// The errors of [`Engine::contains`].
-    pub(super) fn enter(&self, engine: &E, objective: usize, state: &[i64]) -> Result<Option<Pursuit>> {
-        let Some(Achievable { stages, disjuncts, .. }) = self.objectives.get(objective) else {
-            return Ok(None);
-        };
-        let within = |stage: usize| engine.contains(&stages[stage].region.states, state);
+    pub(super) fn enter(
+        &self,
+        objective: usize,
+        (manner, arena): (Manner, Option<usize>),
+        state: &[i64],
+    ) -> Result<Option<Pursuit>> {
+        let Stages { all, disjuncts } = self.stages(objective, manner, arena)?;
+        let within = |stage: usize| self.engine.contains(&all[stage].region.states, state);
         if !within(0)? {
             return Ok(None);
         }
         let kept = position(disjuncts, |stages| within(stages.start))?;
-        Ok(Some(Pursuit { objective, stage: kept.map_or(0, |kept| disjuncts[kept].start) }))
+        Ok(Some(Pursuit { objective, manner, stage: kept.map_or(0, |kept| disjuncts[kept].start) }))
+    }
+
+    /// Returns the pursuit of the first candidate that kept choices of the arena achieve almost
+    /// surely. If there is none, commits to the first candidate. Cost: see `Achieving::stages`.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
+    pub(super) fn begin(
+        &self,
+        candidates: &[usize],
+        arena: Option<usize>,
+        state: &[i64],
+    ) -> Result<Option<Pursuit>> {
+        for &objective in candidates {
+            if let Some(kept) = self.enter(objective, (Manner::Kept, arena), state)? {
+                return Ok(Some(kept));
+            }
+        }
+        let commit = |&objective| self.enter(objective, (Manner::Committed, arena), state);
+        Ok(candidates.first().map(commit).transpose()?.flatten())
     }
 
     /// Returns the pursuit after a step: the next stage of a disjunct after a marked state.
@@ -109,76 +192,99 @@ impl<E: Engine> Achieving<E> {
     /// The errors of [`Engine::contains`].
     pub(super) fn after(
         &self,
-        engine: &E,
         pursuit: Pursuit,
+        arena: Option<usize>,
         (from, to): (&[i64], &[i64]),
     ) -> Result<Option<Pursuit>> {
-        let Pursuit { objective, stage } = pursuit;
-        let Achievable { stages, disjuncts, .. } = &self.objectives[objective];
-        let stays = engine.contains(&stages[stage].region.states, to)?;
+        let Pursuit { objective, manner, stage } = pursuit;
+        let Stages { all, disjuncts } = self.stages(objective, manner, arena)?;
+        let stays = self.engine.contains(&all[stage].region.states, to)?;
         let kept = disjuncts.iter().find(|range| range.contains(&stage));
-        let Some(range) = kept.filter(|_| stays) else { return self.enter(engine, objective, to) };
+        let Some(range) = kept.filter(|_| stays) else { return self.enter(objective, (manner, arena), to) };
         let next = if stage + 1 == range.end { range.start } else { stage + 1 };
-        let marked = engine.contains(&stages[stage].goal, from)?;
-        Ok(Some(Pursuit { objective, stage: if marked { next } else { stage } }))
+        let marked = self.engine.contains(&all[stage].goal, from)?;
+        Ok(Some(Pursuit { stage: if marked { next } else { stage }, ..pursuit }))
     }
 
     /// Returns the objectives that are achieved in a state.
     ///
     /// # Errors
     /// The errors of [`Engine::contains`].
-    pub(super) fn achieved(&self, engine: &E, state: &[i64]) -> Result<ObjectiveSet> {
+    pub(super) fn achieved(&self, state: &[i64]) -> Result<ObjectiveSet> {
         let mut achieved = ObjectiveSet::new();
-        for (index, objective) in self.objectives.iter().enumerate() {
-            if engine.contains(&objective.achieved, state)? {
-                achieved.insert(index);
+        for (objective, states) in self.achieved.iter().enumerate() {
+            if self.engine.contains(states, state)? {
+                achieved.insert(objective);
             }
         }
         Ok(achieved)
     }
 
-    /// Returns whether a state is one from which the objective is achieved almost surely.
+    /// Returns whether a pursuit can go on in a state: its choices suffice there.
     ///
     /// # Errors
-    /// The errors of [`Engine::contains`].
-    pub(super) fn is_sure(&self, engine: &E, pursuit: Pursuit, state: &[i64]) -> Result<bool> {
-        let stage = &self.objectives[pursuit.objective].stages[pursuit.stage];
-        engine.contains(&stage.region.states, state)
+    /// A limit of the engine is reached.
+    pub(super) fn is_sure(&self, pursuit: Pursuit, arena: Option<usize>, state: &[i64]) -> Result<bool> {
+        let stages = self.stages(pursuit.objective, pursuit.manner, arena)?;
+        self.engine.contains(&stages.all[pursuit.stage].region.states, state)
     }
 
     /// Returns whether [`Achieving::strategy`] needs no computation.
-    pub(super) fn knows(&self, pursuit: Pursuit) -> bool {
-        self.strategies.contains_key(&pursuit)
+    pub(super) fn knows(&self, pursuit: Pursuit, arena: Option<usize>) -> bool {
+        self.strategies.contains_key(&key(pursuit, arena))
     }
 
     /// Returns the strategy of a stage. Cost: one pre-image per layer, once per stage.
     ///
     /// # Errors
     /// A limit of the engine is reached.
-    pub(super) fn strategy(&mut self, engine: &E, pursuit: Pursuit) -> Result<Option<&Strategy<E>>> {
-        if !self.strategies.contains_key(&pursuit) {
-            let Stage { region, goal, recurs } = &self.objectives[pursuit.objective].stages[pursuit.stage];
+    pub(super) fn strategy(
+        &mut self,
+        pursuit: Pursuit,
+        arena: Option<usize>,
+    ) -> Result<Option<&Strategy<E>>> {
+        let key = key(pursuit, arena);
+        if !self.strategies.contains_key(&key) {
+            let engine = &*self.engine;
+            let stages = self.stages(pursuit.objective, pursuit.manner, arena)?;
+            let Stage { region, goal, recurs } = &stages.all[pursuit.stage];
             let first = if *recurs { engine.choices_in(&region.choices, goal)? } else { engine.no_choices() };
-            self.strategies.insert(pursuit, approach(engine, region, goal, first)?);
+            let found = approach(engine, region, goal, first)?;
+            self.strategies.insert(key, found);
         }
-        Ok(self.strategies.get(&pursuit))
+        Ok(self.strategies.get(&key))
     }
 }
 
-impl<E: Engine> Achievable<E> {
-    /// Adds a stage for each recurring mark of each disjunct, and one for a disjunct without marks.
-    fn temporal(achieved: E::States, approaching: Stage<E>, regions: &[AcceptingRegion<E>]) -> Self {
-        let (mut stages, mut disjuncts) = (vec![approaching], Vec::new());
-        for kept in regions {
-            let start = stages.len();
+/// Returns what selects a strategy: the arena matters for kept choices only.
+fn key(pursuit: Pursuit, arena: Option<usize>) -> (Pursuit, Option<usize>) {
+    (pursuit, arena.filter(|_| pursuit.manner == Manner::Kept))
+}
+
+impl<E: Engine> Stages<E> {
+    /// Returns the stage that approaches the target within `sure`, then a stage for each recurring
+    /// mark of each disjunct, and one for a disjunct without marks. Cost: one pre-image.
+    fn new(
+        engine: &E,
+        target: &E::States,
+        sure: &E::States,
+        within: &E::Choices,
+        accepting: &[AcceptingRegion<E>],
+    ) -> Result<Self> {
+        let staying = engine.intersection(within, &engine.every_successor_in(sure)?)?;
+        let region = Region { choices: engine.choices_in(&staying, sure)?, states: sure.clone() };
+        let mut all = vec![Stage { region, goal: target.clone(), recurs: false }];
+        let mut disjuncts = Vec::new();
+        for kept in accepting {
+            let start = all.len();
             let marks = if kept.again.is_empty() { std::slice::from_ref(&kept.states) } else { &kept.again };
-            stages.extend(marks.iter().map(|mark| Stage {
+            all.extend(marks.iter().map(|mark| Stage {
                 region: Region { states: kept.states.clone(), choices: kept.choices.clone() },
                 goal: mark.clone(),
                 recurs: true,
             }));
-            disjuncts.push(start..stages.len());
+            disjuncts.push(start..all.len());
         }
-        Achievable { achieved, stages, disjuncts }
+        Ok(Stages { all, disjuncts })
     }
 }

@@ -7,7 +7,7 @@ use super::achieve::Achieving;
 use super::classes::Classes;
 use super::finite_memory::{FiniteMemoryStrategy, StrategyKind};
 use super::improvement::{Improvement, Safety};
-use super::joint::Joint;
+use super::joint::{Joint, MOST};
 use super::level_search;
 use super::levels::{End, Kind, Levels, Rank};
 pub use super::phases::{Event, Phase};
@@ -20,7 +20,7 @@ use super::winning_regions::{RegionCounts, WinningRegions};
 use super::{strategy, temporal};
 use crate::engine::{AnyEngine, Count, Engine};
 use crate::error::{Error, Result};
-use crate::model::preference::{Goal, Objective, Preferences};
+use crate::model::preference::{Goal, Objective, ObjectiveSet, Preferences};
 use crate::model::step::Choice;
 use crate::model::valuation::Valuation;
 use crate::model::{Program, State, fault};
@@ -169,7 +169,8 @@ impl<E: Engine> Analysis<E> {
                 // A formula can be satisfied from a state where a disjunct can be kept, so these
                 // states are the target.
                 Goal::Satisfy { condition, .. } => {
-                    let regions = temporal::accepting_regions(&*self.engine, condition)?;
+                    let all = self.engine.all_choices();
+                    let regions = temporal::accepting_regions(&*self.engine, condition, &all)?;
                     Ok((temporal::secured(&*self.engine, &regions)?, regions))
                 }
             };
@@ -186,7 +187,7 @@ impl<E: Engine> Analysis<E> {
         let count = |c: &super::Class<E>| {
             let states = self.engine.count(&c.states)?;
             let most_preferred = self.preferences.owned_names(&c.most_preferred);
-            Ok(ClassCount { most_preferred, states, jointly: None })
+            Ok(ClassCount { most_preferred, states, jointly: None, jointly_limit: None })
         };
         self.result.classes = Some(classes.list.iter().map(count).collect::<Result<Vec<_>>>()?);
         self.classes = Some(Arc::new(classes));
@@ -269,8 +270,8 @@ impl<E: Engine> Analysis<E> {
         Ok(())
     }
 
-    /// Computes which most preferred objectives can be achieved together, and adds them to the result.
-    /// Needs the classes. Cost: see `Joint::new`.
+    /// Computes which most preferred objectives can be achieved together, and adds them to the result;
+    /// for classes that are too large, the limit. Needs the classes. Cost: see `Joint::new`.
     ///
     /// # Errors
     /// The errors of `Joint::new`.
@@ -278,11 +279,16 @@ impl<E: Engine> Analysis<E> {
         let joint = Joint::new(self)?;
         let classes = self.classes.iter().flat_map(|classes| &classes.list);
         for (class, count) in classes.zip(self.result.classes.iter_mut().flatten()) {
-            let found = joint.of_class(&*self.engine, class)?.into_iter().map(|(set, states)| {
+            let counted = |(set, states): (ObjectiveSet, E::States)| {
                 let objectives = self.preferences.owned_names(&set);
                 Ok(JointCount { objectives, states: self.engine.count(&states)? })
-            });
-            count.jointly = Some(found.collect::<Result<_>>()?);
+            };
+            match joint.of_class(&*self.engine, class)? {
+                Some(found) => {
+                    count.jointly = Some(found.into_iter().map(counted).collect::<Result<_>>()?);
+                }
+                None => count.jointly_limit = Some(MOST),
+            }
         }
         self.joint = Some(joint);
         Ok(())
@@ -340,7 +346,7 @@ impl<E: Engine> Analysis<E> {
             escape: self.escape(program, state)?,
             most_preferred: most_preferred.into_iter().map(str::to_owned).collect(),
             jointly: match &self.joint {
-                Some(joint) => Some(joint.of_state(self, state)?.iter().map(names).collect()),
+                Some(joint) => joint.of_state(self, state)?.map(|sets| sets.iter().map(names).collect()),
                 None => None,
             },
             sasi: self.plan(&self.sasi, state, &choices)?,
@@ -481,7 +487,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     /// Creates the strategy of a kind that makes improvements of the kind `levels`, with the objective
     /// that it achieves: needed for [`StrategyKind::Achieve`], optional for [`StrategyKind::Plan`].
     /// Returns `None` before the results that it needs are known. Cost: one pre-image per
-    /// objective if the kind achieves one; for a temporal one, also the winning region of its negation.
+    /// objective if the kind achieves one.
     ///
     /// # Errors
     /// A limit of the engine is reached.
@@ -493,7 +499,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         objective: Option<usize>,
     ) -> Result<Option<Self>> {
         let Some(strategy) = Self::new(analysis, program, levels) else { return Ok(None) };
-        let achieving = if kind.achieves() { Achieving::new(analysis)? } else { None };
+        let achieving = if kind.achieves() { Achieving::new(analysis, &strategy)? } else { None };
         Ok(Some(FiniteMemoryStrategy { kind, achieving, objective, ..strategy }))
     }
 }

@@ -2,6 +2,7 @@
 
 use strum::IntoStaticStr;
 
+use super::achieve::Manner;
 use super::finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
 use super::improvement::Safety;
 use super::levels::{Kind, Rank};
@@ -45,7 +46,8 @@ pub enum Verdict {
     Nears,
     /// Permitted: the pursued objective remains certain, but comes no closer.
     Keeps,
-    /// Not permitted: after this successor the pursued objective is no longer certain.
+    /// Not permitted: after this successor the pursued objective is no longer certain or, before a
+    /// commitment, the kept choices no longer suffice for it.
     Forfeits(usize),
     /// Not permitted: no strategy achieves the objective almost surely from here.
     Unachievable,
@@ -85,6 +87,29 @@ impl Explanation {
     /// Returns the objective that the strategy pursues.
     pub fn pursued(&self) -> Option<usize> {
         self.memory.pursuit.map(|pursuit| pursuit.objective)
+    }
+
+    /// Returns whether the strategy has committed to the objective that it pursues: it takes all
+    /// choices with which the objective stays sure, and gives up the objectives that they lose.
+    pub fn commits(&self) -> bool {
+        self.memory.pursuit.is_some_and(|pursuit| pursuit.manner == Manner::Committed)
+    }
+
+    /// Returns whether the strategy is a plan that achieves its objective by kept choices alone.
+    pub(crate) fn keeps(&self) -> bool {
+        self.memory.pursuit.is_some_and(|pursuit| pursuit.manner == Manner::Kept)
+    }
+
+    /// Returns the objectives that an action may give up.
+    pub fn given_up(&self, action: &Action) -> ObjectiveSet {
+        let mut all = ObjectiveSet::new();
+        action.successors.iter().for_each(|step| all.extend_with(&self.gives_up(step)));
+        all
+    }
+
+    /// Returns the objectives that a step gives up: those lost after a commitment.
+    pub fn gives_up(&self, step: &Successor) -> ObjectiveSet {
+        if self.commits() { step.lost.clone() } else { ObjectiveSet::new() }
     }
 
     /// Returns whether the pursued objective is achieved; a run ends here.
@@ -196,7 +221,10 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         };
         let (permitted, progress) = level.unwrap_or((false, false));
         let verdict = match level {
-            Some(_) if memory.pursuit.is_some() => self.achieving(permitted, progress, state, &successors)?,
+            Some(_) if memory.pursuit.is_some() => match permitted {
+                true => pursuing(&successors, progress),
+                false => self.forfeiting((state, memory), kept, &successors)?,
+            },
             None if self.kind == StrategyKind::Achieve && !self.is_unsafe(state)? => Verdict::Unachievable,
             _ if !kept => self.refused(state, memory, &successors)?,
             None => Verdict::NothingAhead,
@@ -226,8 +254,8 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         let (next, improves) = self.after(memory, from, &to)?;
         let (goal, stays) = match (self.game(memory), memory.pursuit, &self.achieving) {
             (_, Some(pursuit), Some(achieving)) => (
-                achieving.achieved(&self.engine, &to)?.contains(pursuit.objective),
-                achieving.is_sure(&self.engine, pursuit, &to)?,
+                achieving.achieved(&to)?.contains(pursuit.objective),
+                achieving.is_sure(pursuit, memory.arena, &to)?,
             ),
             (Some(game), ..) => (
                 super::strategy::is_goal(&*self.engine, game, from, &to)?,
@@ -252,29 +280,25 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         })
     }
 
-    /// Returns the reason why a choice is permitted or not while an objective is pursued.
-    fn achieving(
+    /// Returns the reason why a choice is not permitted while an objective is pursued. A plan that has
+    /// not committed takes only kept choices, and of these none with a branch that weakens.
+    fn forfeiting(
         &self,
-        permitted: bool,
-        progress: bool,
-        state: &[i64],
+        (state, memory): (&[i64], Memory),
+        kept: bool,
         successors: &[Successor],
     ) -> Result<Verdict> {
-        if !permitted {
-            let lost = successors.iter().position(|s| !s.stays);
-            return match (self.is_unsafe(state)?, successors.iter().position(|s| s.is_unsafe), lost) {
-                (true, ..) => Ok(Verdict::Violates(None)),
-                (_, Some(index), _) => Ok(Verdict::Violates(Some(index))),
-                (_, None, Some(index)) => Ok(Verdict::Forfeits(index)),
-                (_, None, None) => Ok(Verdict::Unachievable),
-            };
+        let weakens = successors.iter().any(|s| s.change == Change::Weakening);
+        let keeps_all = memory.pursuit.is_some_and(|pursuit| pursuit.manner == Manner::Kept);
+        if keeps_all && (!kept || weakens) {
+            return self.refused(state, memory, successors);
         }
-        let goals = successors.iter().filter(|s| s.goal).count();
-        Ok(match (goals, progress) {
-            (0, true) => Verdict::Nears,
-            (0, false) => Verdict::Keeps,
-            (n, _) if n == successors.len() => Verdict::Achieves,
-            _ => Verdict::MayAchieve,
+        let lost = successors.iter().position(|s| !s.stays);
+        Ok(match (self.is_unsafe(state)?, successors.iter().position(|s| s.is_unsafe), lost) {
+            (true, ..) => Verdict::Violates(None),
+            (_, Some(index), _) => Verdict::Violates(Some(index)),
+            (_, None, Some(index)) => Verdict::Forfeits(index),
+            (_, None, None) => Verdict::Unachievable,
         })
     }
 
@@ -294,6 +318,16 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             })?),
             (None, None) => Verdict::Unsafe(None),
         })
+    }
+}
+
+/// Returns the reason why a choice is permitted while an objective is pursued.
+fn pursuing(successors: &[Successor], progress: bool) -> Verdict {
+    match (successors.iter().filter(|s| s.goal).count(), progress) {
+        (0, true) => Verdict::Nears,
+        (0, false) => Verdict::Keeps,
+        (n, _) if n == successors.len() => Verdict::Achieves,
+        _ => Verdict::MayAchieve,
     }
 }
 

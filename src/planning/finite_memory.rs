@@ -17,10 +17,16 @@
 //! Level 0 has nothing to improve: a run ends there.
 //!
 //! A *plan* goes on at level 0: it achieves a most preferred objective of the state, with the
-//! strategies of `achieve`. It stays with this objective, even where more improvements
-//! become possible, because it could otherwise alternate between objectives forever. When an
-//! objective that is preferred to it becomes certain, the plan pursues that one. A strategy of the
-//! kind `achieve` does nothing else from the beginning.
+//! strategies of `achieve`. It takes the first one that kept choices achieve almost surely, and then
+//! takes only kept choices: no step weakens. If there is none, it *commits* to the first one: it
+//! takes all choices with which this objective stays sure, and gives up the others where they are
+//! lost. It stays with its objective, even where more improvements become possible, because it could
+//! otherwise alternate between objectives forever. When an objective that is preferred to it becomes
+//! certain, the plan pursues that one. A strategy of the kind `achieve` does nothing else from the
+//! beginning.
+//!
+//! While kept choices are taken, the reference is that of the improvements: under `prefix`, the last
+//! improvement or the start. After a commitment, each step is compared with the state before it.
 //!
 //! With a decision rule, the rule takes the choices. The level is the number of improvements that
 //! it still aims at. After the last of them, planning starts again. A lost step ends the run.
@@ -32,7 +38,8 @@ use std::sync::Arc;
 use serde::Serialize;
 use strum::{EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
-use super::achieve::{Achieving, Pursuit};
+use super::achieve::Achieving;
+pub use super::achieve::{Manner, Pursuit};
 use super::classes::Classes;
 use super::decision_rule::DecisionRule;
 use super::improvement::{Arena, Improvement};
@@ -253,52 +260,8 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         self.pursuing(memory, state)
     }
 
-    /// Lets the memory of a strategy that achieves objectives pursue one, once nothing can be improved.
-    fn pursuing(&self, memory: Memory, state: &[i64]) -> Result<Memory> {
-        let Some(achieving) = self.achieving.as_ref().filter(|_| memory.level == Rank::Finite(0)) else {
-            return Ok(memory);
-        };
-        let objective = match self.kind {
-            StrategyKind::Achieve => self.objective,
-            _ => self.preferred(&self.most_preferred(state)?, |_| true),
-        };
-        let enter = |objective| achieving.enter(&self.engine, objective, state);
-        Ok(Memory { pursuit: objective.map(enter).transpose()?.flatten(), ..memory })
-    }
-
-    /// Returns the named objective if it is in the set and acceptable, else the first acceptable one.
-    fn preferred(&self, set: &ObjectiveSet, accept: impl Fn(usize) -> bool) -> Option<usize> {
-        let named = self.objective.filter(|&objective| set.contains(objective) && accept(objective));
-        named.or_else(|| set.iter().find(|&objective| accept(objective)))
-    }
-
-    /// Returns the pursuit after a step. A plan goes over to an objective that is preferred to the
-    /// present one, once the present one is no longer most preferred.
-    fn pursued(&self, pursuit: Pursuit, from: &[i64], to: &[i64]) -> Result<Option<Pursuit>> {
-        let Some(achieving) = &self.achieving else { return Ok(None) };
-        if self.kind == StrategyKind::Plan {
-            let most_preferred = self.most_preferred(to)?;
-            let better = |other| self.preferences.order.strictly(other, pursuit.objective);
-            if !most_preferred.contains(pursuit.objective)
-                && let Some(objective) = self.preferred(&most_preferred, better)
-            {
-                return achieving.enter(&self.engine, objective, to);
-            }
-        }
-        achieving.after(&self.engine, pursuit, (from, to))
-    }
-
-    /// Returns the objectives that are achieved in a state; empty if the strategy achieves none.
-    ///
-    /// # Errors
-    /// The errors of [`Engine::contains`].
-    pub fn achieved(&self, state: &[i64]) -> Result<ObjectiveSet> {
-        let achieved = |achieving: &Achieving<E>| achieving.achieved(&self.engine, state);
-        self.achieving.as_ref().map_or_else(|| Ok(ObjectiveSet::new()), achieved)
-    }
-
     /// Returns the memory at level 0 with a state as the reference.
-    fn at_rest(&self, state: &[i64]) -> Result<Memory> {
+    pub(super) fn at_rest(&self, state: &[i64]) -> Result<Memory> {
         let class = self.classes.of(&*self.engine, state)?;
         let starts_in = |arena: &Arena<E>| arena.reference.is_none() || arena.reference == class;
         let arena = self.improvement.arenas.iter().position(starts_in);
@@ -328,8 +291,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     pub fn after(&self, memory: Memory, from: &[i64], to: &[i64]) -> Result<(Memory, bool)> {
         let improves = self.change(memory, from, to)? == Change::Improving;
         if let Some(pursuit) = memory.pursuit {
-            let pursuit = self.pursued(pursuit, from, to)?;
-            return Ok((Memory { pursuit, ..self.at_rest(to)? }, improves));
+            return self.after_pursuing((memory, pursuit), (from, to), improves);
         }
         let (memory, counted) = self.after_improving(memory, (from, to), improves)?;
         Ok((self.pursuing(memory, to)?, counted))
@@ -418,7 +380,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     /// Returns whether [`FiniteMemoryStrategy::strategy`] needs no computation for a memory.
     pub fn knows(&self, memory: Memory) -> bool {
         if let (Some(pursuit), Some(achieving)) = (memory.pursuit, &self.achieving) {
-            return achieving.knows(pursuit);
+            return achieving.knows(pursuit, memory.arena);
         }
         let Some(index) = memory.arena else { return true };
         self.game(memory).is_none() || self.strategies.contains_key(&(key(memory.level), index))
@@ -442,7 +404,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     pub fn strategy(&mut self, memory: Memory) -> Result<Option<&Strategy<E>>> {
         if let Some(pursuit) = memory.pursuit {
             return match &mut self.achieving {
-                Some(achieving) => achieving.strategy(&*self.engine, pursuit),
+                Some(achieving) => achieving.strategy(pursuit, memory.arena),
                 None => Ok(None),
             };
         }

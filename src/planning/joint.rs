@@ -17,7 +17,11 @@ use crate::model::preference::{Goal, ObjectiveSet};
 use crate::model::temporal::Condition;
 
 /// Maximum number of most preferred objectives of a class; the number of sets is exponential in it.
-const MOST: usize = 10;
+/// Nothing is computed for classes that have more.
+pub(crate) const MOST: usize = 10;
+
+/// Sets of objectives, each with the states from which one strategy achieves all of them.
+type Sets<S> = Vec<(ObjectiveSet, S)>;
 
 /// The sets of objectives that are jointly achievable somewhere, among the most preferred objectives of
 /// a class.
@@ -27,26 +31,19 @@ pub(crate) struct Joint<E: Engine> {
 }
 
 impl<E: Engine> Joint<E> {
-    /// Computes the regions of all sets of most preferred objectives of some class. Cost: one
+    /// Computes the regions of all sets of most preferred objectives of each class with at most
+    /// [`MOST`] of them. Cost: one
     /// almost-sure fixpoint per set; for sets of temporal objectives also that of
     /// [`temporal::accepting_regions`].
     ///
     /// # Errors
-    /// [`Error::Usage`] if the classes are not known, or if a class has more than 10 most preferred
-    /// objectives; a limit of the engine is reached.
+    /// [`Error::Usage`] if the classes are not known; a limit of the engine is reached.
     pub(crate) fn new(analysis: &Analysis<E>) -> Result<Self> {
         let Some(classes) = analysis.classes() else {
             return Err(Error::Usage("the classes are not known; run the analysis first".to_owned()));
         };
         let mut joint = Joint { regions: BTreeMap::new() };
-        for class in &classes.list {
-            if class.most_preferred.len() > MOST {
-                let names = analysis.preferences().names(&class.most_preferred).join(", ");
-                let message = format!(
-                    "sets of jointly achieved objectives are computed for classes of at most {MOST} objectives; this one has more: {names}"
-                );
-                return Err(Error::Usage(message));
-            }
+        for class in classes.list.iter().filter(|class| !is_too_large(&class.most_preferred)) {
             joint.add(analysis, class)?;
         }
         Ok(joint)
@@ -97,7 +94,7 @@ impl<E: Engine> Joint<E> {
         if conditions.len() == set.len() {
             goal = temporal::secured(
                 engine,
-                &temporal::accepting_regions(engine, &Condition::All(conditions))?,
+                &temporal::accepting_regions(engine, &Condition::All(conditions), &engine.all_choices())?,
             )?;
         }
         let bound = pmax_positive(engine, &goal)?;
@@ -105,11 +102,14 @@ impl<E: Engine> Joint<E> {
     }
 
     /// Returns the sets of at least two members of a class that are jointly achievable in some of its
-    /// states, each with these states; larger sets first.
+    /// states, each with these states; larger sets first. `None` if the class is too large.
     ///
     /// # Errors
     /// A limit of the engine is reached.
-    pub(crate) fn of_class(&self, engine: &E, class: &Class<E>) -> Result<Vec<(ObjectiveSet, E::States)>> {
+    pub(crate) fn of_class(&self, engine: &E, class: &Class<E>) -> Result<Option<Sets<E::States>>> {
+        if is_too_large(&class.most_preferred) {
+            return Ok(None);
+        }
         let mut found = Vec::new();
         for (set, region) in &self.regions {
             if set.len() < 2 || !set.iter().all(|objective| class.most_preferred.contains(objective)) {
@@ -121,16 +121,24 @@ impl<E: Engine> Joint<E> {
             }
         }
         found.sort_by_key(|(set, _)| std::cmp::Reverse(set.len()));
-        Ok(found)
+        Ok(Some(found))
     }
 
-    /// Returns the greatest sets of most preferred objectives that are jointly achievable from a state.
+    /// Returns the greatest sets of most preferred objectives that are jointly achievable from a state;
+    /// `None` if its class is too large.
     ///
     /// # Errors
     /// The errors of [`Engine::contains`].
-    pub(crate) fn of_state(&self, analysis: &Analysis<E>, state: &[i64]) -> Result<Vec<ObjectiveSet>> {
-        let Some(classes) = analysis.classes() else { return Ok(Vec::new()) };
+    pub(crate) fn of_state(
+        &self,
+        analysis: &Analysis<E>,
+        state: &[i64],
+    ) -> Result<Option<Vec<ObjectiveSet>>> {
+        let Some(classes) = analysis.classes() else { return Ok(None) };
         let most_preferred = classes.most_preferred(analysis.engine(), state)?;
+        if is_too_large(&most_preferred) {
+            return Ok(None);
+        }
         let mut greatest: Vec<ObjectiveSet> = Vec::new();
         let mut sets: Vec<_> = self.regions.iter().collect();
         sets.sort_by_key(|(set, _)| std::cmp::Reverse(set.len()));
@@ -143,8 +151,13 @@ impl<E: Engine> Joint<E> {
                 greatest.push(set.clone());
             }
         }
-        Ok(greatest)
+        Ok(Some(greatest))
     }
+}
+
+/// Returns whether a class has more than [`MOST`] most preferred objectives.
+pub(crate) fn is_too_large(most_preferred: &ObjectiveSet) -> bool {
+    most_preferred.len() > MOST
 }
 
 /// Returns the sets without one member of a set.

@@ -123,6 +123,9 @@ pub struct ClassCount {
     /// computed; larger sets first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jointly: Option<Vec<JointCount>>,
+    /// The greatest number of objectives for which this is computed, if the class has more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jointly_limit: Option<usize>,
 }
 
 /// Objectives that one strategy achieves together, almost surely.

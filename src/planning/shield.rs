@@ -10,10 +10,12 @@
 //! In a node that is not secure, a shield permits the actions of the permissive strategy or the
 //! kept ones, and all actions if there are none.
 
+mod fault;
+
 use std::collections::VecDeque;
 
 use ahash::AHashMap;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::explain::{Action, Explanation};
 use super::finite_memory::{FiniteMemoryStrategy, Memory};
@@ -59,6 +61,7 @@ pub struct ShieldVariable {
     /// The names of the values from `low` on, if they have names.
     pub values: Vec<String>,
     /// For the variable of a monitor, the value with which it starts.
+    #[serde(deserialize_with = "present")]
     pub monitor: Option<i64>,
 }
 
@@ -69,10 +72,12 @@ pub struct ShieldNode {
     /// The values of the variables.
     pub state: State,
     /// The class of the state; `None` if it is unsafe under the requirements.
+    #[serde(deserialize_with = "present")]
     pub class: Option<usize>,
     /// The class that steps are compared with.
     pub reference: usize,
     /// The number of improvements ahead; `None` if it is unbounded.
+    #[serde(deserialize_with = "present")]
     pub ahead: Option<usize>,
     /// True if no permitted step ever weakens from here on.
     pub secure: bool,
@@ -92,6 +97,14 @@ pub struct ShieldAction {
     pub permitted: bool,
     /// The nodes that it may enter.
     pub next: Vec<usize>,
+}
+
+/// Reads a field that may be `null`, and may not be left out: without `ahead`, a table would promise
+/// any number of improvements.
+fn present<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
+    from: D,
+) -> std::result::Result<Option<T>, D::Error> {
+    Option::deserialize(from)
 }
 
 /// A shield under construction.
@@ -151,15 +164,20 @@ impl Shield {
             lost.into_iter().for_each(|v| secure[v] = false);
         }
         for v in 0..self.nodes.len() {
-            let keeps: Vec<bool> = self.nodes[v].actions.iter().map(|a| self.enters(v, a, &secure)).collect();
+            let enters = |action| self.enters(v, action, |to| secure[to]);
+            let keeps: Vec<bool> = self.nodes[v].actions.iter().map(enters).collect();
             let node = &mut self.nodes[v];
             node.secure = secure[v];
             if node.secure && node.ahead == Some(0) {
                 node.actions.iter_mut().zip(keeps).for_each(|(action, keeps)| action.permitted &= keeps);
             }
             if node.actions.iter().all(|action| !action.permitted) {
-                node.actions.iter_mut().for_each(|action| action.permitted = true);
+                let nodes = &self.nodes;
+                let keeps = |a: &ShieldAction| a.next.iter().all(|&to| nodes[to].class.is_some());
+                let keeping: Vec<bool> = nodes[v].actions.iter().map(keeps).collect();
+                permit(&mut self.nodes[v].actions, &keeping);
             }
+            let node = &mut self.nodes[v];
             if !node.actions[node.pick].permitted {
                 node.pick = node.actions.iter().position(|action| action.permitted).unwrap_or_default();
             }
@@ -170,7 +188,7 @@ impl Shield {
     fn stays(&self, v: usize, secure: &[bool]) -> bool {
         let node = &self.nodes[v];
         let permitted = || node.actions.iter().filter(|action| action.permitted);
-        let enters = |action| self.enters(v, action, secure);
+        let enters = |action| self.enters(v, action, |to| secure[to]);
         match node.ahead {
             Some(0) => permitted().any(enters),
             _ => permitted().count() > 0 && permitted().all(enters),
@@ -178,43 +196,9 @@ impl Shield {
     }
 
     /// Returns whether an action enters secure nodes only, and weakens nothing.
-    fn enters(&self, v: usize, action: &ShieldAction, secure: &[bool]) -> bool {
+    fn enters(&self, v: usize, action: &ShieldAction, secure: impl Fn(usize) -> bool) -> bool {
         let reference = self.nodes[v].reference;
-        action.next.iter().all(|&to| secure[to] && !self.weakens(reference, self.nodes[to].class))
-    }
-
-    /// Checks the table: its numbers are in range, every node permits an action, and the permitted
-    /// steps of secure nodes enter secure nodes and weaken nothing. Returns the first fault.
-    pub fn fault(&self) -> Option<String> {
-        if self.starts > self.nodes.len() {
-            return Some("there are more start states than nodes".to_owned());
-        }
-        if self.weakening.len() != self.classes.len() || !self.weakening.iter().all(|row| row.is_sorted()) {
-            return Some("the weakening classes are not sorted, or not those of all classes".to_owned());
-        }
-        let found = (0..self.nodes.len()).find_map(|v| self.range_fault(v).map(|fault| (v, fault)));
-        let secure: Vec<bool> = self.nodes.iter().map(|node| node.secure).collect();
-        let weak = |v: usize| {
-            let node = &self.nodes[v];
-            let permitted = || node.actions.iter().filter(|a| a.permitted);
-            let holds = permitted().count() > 0 && permitted().all(|a| self.enters(v, a, &secure));
-            (node.secure && !holds).then(|| (v, "a permitted step weakens or ends the promise".to_owned()))
-        };
-        let found = found.or_else(|| (0..self.nodes.len()).find_map(weak));
-        found.map(|(v, fault)| format!("node {v}: {fault}"))
-    }
-
-    fn range_fault(&self, v: usize) -> Option<String> {
-        let node = &self.nodes[v];
-        let classes = self.classes.len();
-        let next = || node.actions.iter().flat_map(|action| &action.next);
-        let wrong = node.state.len() != self.variables.len()
-            || node.class.is_some_and(|class| class >= classes)
-            || node.reference >= classes
-            || next().any(|&to| to >= self.nodes.len())
-            || node.actions.iter().any(|action| action.action >= self.actions.len())
-            || !node.actions.get(node.pick).is_some_and(|action| action.permitted);
-        wrong.then(|| "a number is out of range".to_owned())
+        action.next.iter().all(|&to| secure(to) && !self.weakens(reference, self.nodes[to].class))
     }
 }
 
@@ -265,31 +249,36 @@ impl<E: Engine> Builder<'_, E> {
             Rank::Finite(k) | Rank::AtLeast(k) => Some(k),
             Rank::Unbounded => None,
         };
-        let (mut actions, mut pick) = (Vec::<ShieldAction>::new(), 0);
-        let mut some = Vec::new();
-        for (position, action) in at.actions.iter().enumerate() {
-            let label = self.label(&action.name);
-            let place = actions.iter().position(|known| known.action == label).unwrap_or(actions.len());
-            if place == actions.len() {
-                actions.push(ShieldAction { action: label, permitted: true, next: Vec::new() });
-                some.push(false);
-            }
-            let permits = permits(&at, action);
-            some[place] |= permits;
-            actions[place].permitted &= permits;
+        let mut labels = Vec::<Labelled>::new();
+        for action in &at.actions {
+            let number = self.label(&action.name);
+            let place =
+                position_or_push(&mut labels, |known| known.action == number, || Labelled::new(number));
+            labels[place].add(&at, action);
             for successor in &action.successors {
-                let next = self.enter(successor.state.clone(), successor.next)?;
-                actions[place].next.push(next);
+                labels[place].next.push(self.enter(successor.state.clone(), successor.next)?);
             }
-            pick = if at.pick == Some(position) { place } else { pick };
         }
-        // Choices with one label are permitted together; where none is, each permitted one counts.
-        if actions.iter().all(|action| !action.permitted) {
-            actions.iter_mut().zip(some).for_each(|(action, some)| action.permitted = some);
+        if ahead != Some(0) && !labels.iter().any(|label| label.progress && label.keeps) {
+            return Err(self.inseparable(&at));
         }
+        let (actions, pick) = together(labels);
         let class = (!at.is_unsafe).then(|| self.class(&at.most_preferred));
         let reference = self.class(&at.reference);
         Ok(ShieldNode { state: at.state, class, reference, ahead, secure: false, actions, pick })
+    }
+
+    /// Returns the error of a state in which every label with a choice that makes progress also has one
+    /// that violates the requirements.
+    fn inseparable(&self, at: &Explanation) -> Error {
+        let state = self.strategy.program.show_state(&at.state);
+        let choices: Vec<&str> =
+            at.actions.iter().filter(|action| action.progress).map(|action| action.name.as_str()).collect();
+        Error::Usage(format!(
+            "a shield permits choices with one label together: in the state {state}, `{}` makes progress, and \
+             another choice with its label violates the requirements; give them different labels",
+            choices.join("` or `")
+        ))
     }
 
     /// Returns the number of the action of a choice `label` or `label(…)`.
@@ -322,6 +311,65 @@ impl<E: Engine> Builder<'_, E> {
             starts,
         }
     }
+}
+
+/// The choices of a node with one label.
+struct Labelled {
+    action: usize,
+    /// True if all are permitted.
+    all: bool,
+    /// True if some are permitted.
+    some: bool,
+    /// True if some permitted one makes progress.
+    progress: bool,
+    /// True if none enters an unsafe state.
+    keeps: bool,
+    next: Vec<usize>,
+}
+
+impl Labelled {
+    fn new(action: usize) -> Self {
+        Labelled { action, all: true, some: false, progress: false, keeps: true, next: Vec::new() }
+    }
+
+    fn add(&mut self, at: &Explanation, action: &Action) {
+        let permits = permits(at, action);
+        self.all &= permits;
+        self.some |= permits;
+        self.progress |= permits && action.progress;
+        self.keeps &= action.successors.iter().all(|s| !s.is_unsafe);
+    }
+}
+
+/// Permits labels: those of which all choices are permitted, and where none of these makes progress,
+/// those of which some choice does. Where this permits none, those of which some choice is permitted;
+/// before that, a label keeps the requirements. Returns the actions, and the position of one to pick:
+/// it makes progress if any does.
+fn together(labels: Vec<Labelled>) -> (Vec<ShieldAction>, usize) {
+    let stuck = !labels.iter().any(|label| label.all && label.progress);
+    let usual = |label: &Labelled| label.all || stuck && label.progress && label.keeps;
+    let ways: [&dyn Fn(&Labelled) -> bool; 4] =
+        [&usual, &|label| label.some && label.keeps, &|label| label.keeps, &|label| label.some];
+    // Where no choice is permitted, `Shield::secure` decides.
+    let way = ways.into_iter().find(|way| labels.iter().any(way)).filter(|_| labels.iter().any(|l| l.some));
+    let permitted: Vec<bool> = labels.iter().map(|label| way.is_some_and(|way| way(label))).collect();
+    let first = |which: &dyn Fn(&Labelled) -> bool| {
+        labels.iter().zip(&permitted).position(|(label, permitted)| *permitted && which(label))
+    };
+    let pick = first(&|label| label.progress).or_else(|| first(&|_| true)).unwrap_or_default();
+    let actions = labels.into_iter().zip(permitted);
+    let action = |(label, permitted): (Labelled, bool)| ShieldAction {
+        action: label.action,
+        permitted,
+        next: label.next,
+    };
+    (actions.map(action).collect(), pick)
+}
+
+/// Permits the wanted actions; all, if none is wanted.
+fn permit(actions: &mut [ShieldAction], wanted: &[bool]) {
+    let none = !wanted.contains(&true);
+    actions.iter_mut().zip(wanted).for_each(|(action, wanted)| action.permitted = *wanted || none);
 }
 
 /// Returns whether a shield may permit an action: one of the permissive strategy, or a kept one at

@@ -10,7 +10,7 @@ use super::explain::{Explanation, lost};
 use super::finite_memory::{FiniteMemoryStrategy, Memory};
 use super::induced_model::Scheduler;
 use super::levels::Rank;
-use super::tally::{Achievements, RunEnd, Tally, Trace, Turn};
+use super::tally::{Achievements, Ending, RunEnd, Tally, Trace, Turn};
 use crate::engine::Engine;
 use crate::error::Result;
 use crate::model::State;
@@ -38,10 +38,40 @@ struct Run {
     trace: Trace,
     /// The memory after the last step.
     last: Memory,
-    /// True if it ended by itself: nothing is left to improve or to achieve.
+    /// True if it ended before the limit: nothing is left to improve or to achieve, or it stays
+    /// where it is.
     settled: bool,
-    /// True if it ended because the pursued objective was achieved.
-    pursued: bool,
+    /// The state of its pursuit.
+    end: Ending,
+}
+
+/// The part of a run that counting needs: MP of its start, and its commitment.
+struct Course {
+    first: ObjectiveSet,
+    /// The objective to which the run committed last.
+    commitment: Option<usize>,
+    /// The objectives given up since then.
+    given_up: ObjectiveSet,
+    /// True after the first commitment.
+    committed: bool,
+}
+
+impl Course {
+    fn from(first: ObjectiveSet) -> Self {
+        Course { first, commitment: None, given_up: ObjectiveSet::new(), committed: false }
+    }
+
+    /// Notes the commitment of the strategy in a state; returns it if it is new.
+    fn commit(&mut self, at: &Explanation) -> Option<usize> {
+        let present = at.pursued().filter(|_| at.commits());
+        let new = present.filter(|_| present != self.commitment);
+        if new.is_some() {
+            self.given_up = ObjectiveSet::new();
+        }
+        self.committed |= new.is_some();
+        self.commitment = present;
+        new
+    }
 }
 
 /// Returns the number of improvements that a decision rule aims at.
@@ -90,7 +120,7 @@ impl<'b, E: Engine> Simulation<'b, E> {
         let runs = self.setup.runs;
         for play in 1..=runs {
             sink.progress("runs", &|| format!("run {play} of {runs}"));
-            let Run { trace, last, settled, pursued } = self.play(start, play)?;
+            let Run { trace, last, settled, end } = self.play(start, play)?;
             each(&trace);
             if let Some(sample) = &mut sample {
                 match trace.cost_until(sample.improvements) {
@@ -98,7 +128,7 @@ impl<'b, E: Engine> Simulation<'b, E> {
                     None => sample.miss(trace.improvements() + aim(last) >= sample.improvements),
                 }
             }
-            tally.add(trace, settled, pursued);
+            tally.add(trace, settled, end);
         }
         tally.sample = sample;
         Ok(tally)
@@ -141,27 +171,45 @@ impl<'b, E: Engine> Simulation<'b, E> {
     /// Simulates one run.
     fn play(&mut self, start: &[i64], number: u64) -> Result<Run> {
         let draw = &mut Draw::numbered(self.setup.seed, number);
-        let first = self.strategy.most_preferred(start)?;
+        let mut course = Course::from(self.strategy.most_preferred(start)?);
         let (mut state, mut memory) = (start.to_vec(), self.strategy.start(start)?);
         let mut at = self.explained(&state, memory)?;
         let mut achieved = at.achieved.clone();
         let mut trace = Trace { play: number, achieved: achieved.clone(), turns: Vec::new() };
-        while trace.turns.len() < usize::try_from(self.setup.steps).unwrap_or(usize::MAX) {
-            let Some((mut turn, next)) = self.turn(&at, &first, draw) else { break };
+        let most = usize::try_from(self.setup.steps).unwrap_or(usize::MAX);
+        while trace.turns.len() < most && !self.stays(&at) {
+            let Some((mut turn, next)) = self.turn(&at, &mut course, draw) else { break };
             (state, memory) = (turn.state.clone(), next);
             at = self.explained(&state, memory)?;
             turn.achieved = at.achieved.iter().filter(|&objective| !achieved.contains(objective)).collect();
             achieved.extend_with(&turn.achieved);
             trace.turns.push(turn);
         }
-        let settled = !(0..at.actions.len()).any(|action| self.setup.scheduler.plays(&at, action));
-        Ok(Run { trace, last: memory, settled, pursued: at.is_achieved() })
+        let settled = self.played(&at).is_empty() || self.stays(&at);
+        let end = match at.memory.pursuit {
+            Some(_) if at.is_achieved() => Ending::Achieved,
+            Some(pursuit) if pursuit.stage > 0 => Ending::Kept,
+            _ => Ending::Open,
+        };
+        Ok(Run { trace, last: memory, settled, end })
+    }
+
+    /// Returns the positions of the actions that the scheduler may take.
+    fn played(&self, at: &Explanation) -> Vec<usize> {
+        (0..at.actions.len()).filter(|&action| self.setup.scheduler.plays(at, action)).collect()
+    }
+
+    /// Returns whether a run that pursues an objective stays in the state forever, with the same
+    /// memory: it keeps the objective there.
+    fn stays(&self, at: &Explanation) -> bool {
+        let (pursues, played) = (at.memory.pursuit.is_some(), self.played(at));
+        let mut reached = played.iter().flat_map(|&action| &at.actions[action].successors);
+        pursues && !played.is_empty() && reached.all(|s| s.state == at.state && s.next == at.memory)
     }
 
     /// Simulates one step; `None` if the strategy has no action.
-    fn turn(&self, at: &Explanation, first: &ObjectiveSet, draw: &mut Draw) -> Option<(Turn, Memory)> {
-        let played: Vec<usize> =
-            (0..at.actions.len()).filter(|&a| self.setup.scheduler.plays(at, a)).collect();
+    fn turn(&self, at: &Explanation, course: &mut Course, draw: &mut Draw) -> Option<(Turn, Memory)> {
+        let played = self.played(at);
         let action = &at.actions[*played.get(draw.below(played.len()))?];
         let drawn = draw.unit();
         let mut sum = 0.0;
@@ -171,7 +219,14 @@ impl<'b, E: Engine> Simulation<'b, E> {
         });
         // The sum may be slightly below 1 because of rounding.
         let to = reached.or(action.successors.last())?;
-        let weakens = |from| self.strategy.preferences.change(from, &to.most_preferred) == Change::Weakening;
+        let commits = course.commit(at);
+        let mut gives_up = at.gives_up(to);
+        gives_up = gives_up.iter().filter(|&objective| !course.given_up.contains(objective)).collect();
+        course.given_up.extend_with(&gives_up);
+        let weakens = |from| {
+            let change = self.strategy.preferences.change(from, &to.most_preferred);
+            !course.committed && change == Change::Weakening
+        };
         let turn = Turn {
             action: action.name.clone(),
             state: to.state.clone(),
@@ -183,7 +238,10 @@ impl<'b, E: Engine> Simulation<'b, E> {
             change: to.change,
             lost: lost(&self.strategy.preferences, &at.most_preferred, &to.most_preferred),
             weakens_step: weakens(&at.most_preferred),
-            weakens_start: weakens(first),
+            weakens_start: weakens(&course.first),
+            committed: course.committed,
+            commits,
+            gives_up,
             achieved: ObjectiveSet::new(),
             cost: self.strategy.rule.as_ref().map_or(0.0, |rule| rule.cost(at.memory, &at.state)),
         };

@@ -32,7 +32,8 @@ pub struct Tally {
     pub given_up: u64,
     /// The number of given-up runs that had made fewer improvements than the rank.
     pub undecided: u64,
-    /// The number of runs with a step that weakens the state before it.
+    /// The number of runs with a step that weakens the state before it. Steps after a commitment are
+    /// not counted as weakening, here and below.
     pub weakened_step: u64,
     /// The number of runs with a step that weakens the strategy's reference. Under `prefix` this is
     /// the state where planning started or the last improvement after it, else the state before the
@@ -42,6 +43,8 @@ pub struct Tally {
     pub weakened_start: u64,
     /// The objectives that the runs achieved, if the strategy achieves objectives.
     pub achieved: Option<Achievements>,
+    /// The number of runs with each commitment.
+    pub commitments: BTreeMap<Commitment, u64>,
     /// The runs as a sample of the value that a decision rule attains, if there is a rule.
     pub sample: Option<Sample>,
     /// The first run that weakened, or the first run if none did.
@@ -55,17 +58,32 @@ pub struct Achievements {
     pub waits: BTreeMap<usize, Wait>,
     /// The number of runs that ended because they had achieved the objective that they pursued.
     pub runs: u64,
+    /// The number of other runs that ended, or were given up, while they kept the objective that they
+    /// pursued: no step achieves it, but the steps that follow can satisfy it almost surely without a
+    /// further condition.
+    pub kept: u64,
+}
+
+/// A commitment of a run: the objective that it then pursues, and the objectives that its steps lost
+/// afterwards.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Commitment {
+    /// The objective.
+    pub objective: usize,
+    /// The other objectives, each of which was a most preferred one before it was lost.
+    pub gives_up: ObjectiveSet,
 }
 
 impl Achievements {
     /// Adds a run, with the objectives achieved in its start state.
-    fn add(&mut self, trace: &Trace, pursued: bool) {
+    fn add(&mut self, trace: &Trace, end: Ending) {
         let later =
             (1..).zip(&trace.turns).flat_map(|(step, turn)| turn.achieved.iter().map(move |o| (step, o)));
         for (step, objective) in trace.achieved.iter().map(|objective| (0, objective)).chain(later) {
             self.waits.entry(objective).or_default().add(step);
         }
-        self.runs += u64::from(pursued);
+        self.runs += u64::from(end == Ending::Achieved);
+        self.kept += u64::from(end == Ending::Kept);
     }
 }
 
@@ -142,9 +160,34 @@ impl Trace {
         Some(cost)
     }
 
+    /// Returns the commitments of the run, in their order.
+    pub fn commitments(&self) -> Vec<Commitment> {
+        let mut all: Vec<Commitment> = Vec::new();
+        for turn in &self.turns {
+            if let Some(objective) = turn.commits {
+                all.push(Commitment { objective, gives_up: ObjectiveSet::new() });
+            }
+            if let Some(last) = all.last_mut() {
+                last.gives_up.extend_with(&turn.gives_up);
+            }
+        }
+        all
+    }
+
     pub(super) fn weakens(&self) -> bool {
         self.turns.iter().any(|turn| turn.weakens_step || turn.weakens_start)
     }
+}
+
+/// The state of a run's pursuit at its end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ending {
+    /// It was achieved.
+    Achieved,
+    /// It was kept.
+    Kept,
+    /// Neither, or none was pursued.
+    Open,
 }
 
 /// The end of a run, compared with the rank of its start state.
@@ -180,10 +223,16 @@ pub struct Turn {
     pub change: Change,
     /// The objectives lost, compared with the state before.
     pub lost: ObjectiveSet,
-    /// True if the step weakens the state before.
+    /// True if the step weakens the state before, and the run has not committed.
     pub weakens_step: bool,
-    /// True if the step weakens the start state of the run.
+    /// True if the step weakens the start state of the run, and the run has not committed.
     pub weakens_start: bool,
+    /// True if the run has committed to an objective, with this step or earlier.
+    pub committed: bool,
+    /// The objective to which the run commits before this step.
+    pub commits: Option<usize>,
+    /// The objectives that the step gives up, for the first time since the commitment.
+    pub gives_up: ObjectiveSet,
     /// The objectives that are achieved for the first time in the state entered.
     pub achieved: ObjectiveSet,
     /// The cost of the step under a decision rule; 0 without one.
@@ -206,6 +255,7 @@ impl Tally {
             weakened_reference: 0,
             weakened_start: 0,
             achieved: None,
+            commitments: BTreeMap::new(),
             sample: None,
             trace: Trace::default(),
         }
@@ -225,11 +275,14 @@ impl Tally {
         }
     }
 
-    /// Adds a run: whether it ended by itself, and whether it achieved the objective that it pursued.
-    pub(super) fn add(&mut self, trace: Trace, settled: bool, pursued: bool) {
+    /// Adds a run: true if it ended before the limit, and the state of its pursuit.
+    pub(super) fn add(&mut self, trace: Trace, settled: bool, end: Ending) {
         self.plays += 1;
         if let Some(achieved) = &mut self.achieved {
-            achieved.add(&trace, pursued);
+            achieved.add(&trace, end);
+        }
+        for commitment in trace.commitments() {
+            *self.commitments.entry(commitment).or_default() += 1;
         }
         let mut improved = 0;
         for (step, turn) in (1..).zip(&trace.turns) {
@@ -254,7 +307,7 @@ impl Tally {
         let start = trace.turns.iter().any(|t| t.weakens_start);
         let first_to_weaken = (step || start) && self.weakened_step + self.weakened_start == 0;
         self.weakened_step += u64::from(step);
-        let reference = trace.turns.iter().any(|t| t.change == Change::Weakening);
+        let reference = trace.turns.iter().any(|t| t.change == Change::Weakening && !t.committed);
         self.weakened_reference += u64::from(reference);
         self.weakened_start += u64::from(start);
         if first_to_weaken || self.plays == 1 {
@@ -288,6 +341,9 @@ mod tests {
             lost: ObjectiveSet::new(),
             weakens_step,
             weakens_start,
+            committed: false,
+            commits: None,
+            gives_up: ObjectiveSet::new(),
             achieved: ObjectiveSet::new(),
             cost: 0.0,
         };
@@ -297,13 +353,13 @@ mod tests {
     #[test]
     fn a_tally_shows_the_first_play_that_weakens() {
         let mut tally = Tally::new(&[], Rank::Finite(0));
-        tally.add(trace(1, false, false), true, false);
+        tally.add(trace(1, false, false), true, Ending::Open);
         assert_eq!(tally.trace.play, 1);
-        tally.add(trace(2, true, false), false, false);
-        tally.add(trace(3, false, true), false, false);
+        tally.add(trace(2, true, false), false, Ending::Open);
+        tally.add(trace(3, false, true), false, Ending::Open);
         let mut last = trace(4, true, true);
         last.turns[0].change = Change::Weakening;
-        tally.add(last, true, false);
+        tally.add(last, true, Ending::Open);
         assert_eq!(tally.trace.play, 2);
         assert_eq!((tally.plays, tally.settled, tally.given_up), (4, 2, 2));
         assert_eq!((tally.weakened_step, tally.weakened_start, tally.weakened_reference), (2, 2, 1));

@@ -41,8 +41,8 @@ pub fn allowed<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<E::States> 
     Ok(allowed)
 }
 
-/// Computes U_d, the greatest Z ⊆ P_d such that from every state of Z some choices stay in Z surely
-/// and, while staying, almost surely reach each R_di.
+/// Computes U_d, the greatest Z ⊆ P_d such that from every state of Z some choices of `within` stay
+/// in Z surely and, while staying, almost surely reach each R_di.
 ///
 /// If R_di can be reached inside Z with pairs that stay in Z, then random selection of these pairs
 /// reaches it almost surely. The algorithm therefore removes states that cannot reach some R_di,
@@ -51,11 +51,15 @@ pub fn allowed<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<E::States> 
 ///
 /// # Errors
 /// A limit of the engine is reached, or a state formula has no value.
-pub(crate) fn accepting_region<E: Engine>(engine: &E, disjunct: Disjunct) -> Result<AcceptingRegion<E>> {
+pub(crate) fn accepting_region<E: Engine>(
+    engine: &E,
+    disjunct: Disjunct,
+    within: &E::Choices,
+) -> Result<AcceptingRegion<E>> {
     let allowed = allowed(engine, &disjunct)?;
     let recurring =
         disjunct.again.iter().map(|&mark| engine.states_where(mark)).collect::<Result<Vec<_>>>()?;
-    let Region { mut states, mut choices } = engine.stay_within(&allowed, &engine.all_choices())?;
+    let Region { mut states, mut choices } = engine.stay_within(&allowed, within)?;
     let mut unchanged = 0;
     for mark in recurring.iter().cycle() {
         if unchanged == recurring.len() || engine.is_empty(&states)? {
@@ -75,15 +79,17 @@ pub(crate) fn accepting_region<E: Engine>(engine: &E, disjunct: Disjunct) -> Res
     Ok(AcceptingRegion { disjunct, states, choices, again })
 }
 
-/// Computes U_d for each disjunct of a condition. Cost: that of [`accepting_region`] per disjunct.
+/// Computes U_d for each disjunct of a condition, with choices of `within`. Cost: that of [`accepting_region`] per disjunct.
 ///
 /// # Errors
 /// The errors of [`accepting_region`].
 pub(crate) fn accepting_regions<E: Engine>(
     engine: &E,
     condition: &Condition,
+    within: &E::Choices,
 ) -> Result<Vec<AcceptingRegion<E>>> {
-    condition.disjuncts()?.into_iter().map(|disjunct| accepting_region(engine, disjunct)).collect()
+    let region = |disjunct| accepting_region(engine, disjunct, within);
+    condition.disjuncts()?.into_iter().map(region).collect()
 }
 
 /// Computes ⋃_d U_d, the states from which some disjunct can be kept. Reaching this set almost
@@ -118,7 +124,7 @@ pub(crate) fn regions_by<E: Engine>(
     let all = engine.all_states();
     let mut own = engine.no_states();
     let positive = by(Which::PmaxPositive, &mut || {
-        own = secured(engine, &accepting_regions(engine, condition)?)?;
+        own = secured(engine, &accepting_regions(engine, condition, &engine.all_choices())?)?;
         pmax_positive(engine, &own)
     })?;
     let pmax_one = by(Which::PmaxOne, &mut || almost_sure_within(engine, &own, &positive))?;
@@ -127,7 +133,7 @@ pub(crate) fn regions_by<E: Engine>(
     }
     let (mut against, mut threatened) = (engine.no_states(), engine.no_states());
     let pmin_one = by(Which::PminOne, &mut || {
-        against = secured(engine, &accepting_regions(engine, &condition.negated())?)?;
+        against = secured(engine, &accepting_regions(engine, &condition.negated(), &engine.all_choices())?)?;
         threatened = pmax_positive(engine, &against)?;
         engine.difference(&all, &threatened)
     })?;

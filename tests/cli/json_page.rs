@@ -198,6 +198,7 @@ const COMMANDS: &[(i32, &str)] = &[
     (0, "strategy TOY --kind achieve --objective First --at s=5"),
     (0, "simulate TOY --kind achieve --objective First --at s=5"),
     (0, "check models/counter.prism models/counter.pref --jointly"),
+    (0, "check models/toy.prism OUT/many.pref --jointly"),
     (4, "check TINY models/scramble.pref"),
     (0, "reach models/toy.prism --target s=3"),
     (1, "reach models/toy.prism --property P>=1[F(s=3)]"),
@@ -225,6 +226,7 @@ const COMMANDS: &[(i32, &str)] = &[
     (0, "simulate TOY --runs 3"),
     (0, "simulate TOY --choose cheap"),
     (0, "simulate POND --runs 1"),
+    (0, "simulate OUT/cross.prism OUT/cross.pref --runs 1"),
     (0, "simulate ROBOT --kind spi --strategy permissive --runs 3"),
     (4, "simulate TINY models/scramble.pref"),
     (0, "export TOY --out OUT/dump"),
@@ -253,7 +255,9 @@ const PROPERTIES: &str = "\"sure\": Pmax>=1 [ F s=3 ];\nP=? [ F s=3 ];\n";
 
 #[test]
 fn every_output_fits_its_schema_and_every_field_occurs() {
-    let scratch = Scratch::new(&[("some.props", PROPERTIES), ("paid.prism", PAID)]);
+    let many: String = (0..11).map(|i| format!("objective o{i} = F s>={};", i % 3)).collect();
+    let own = [("some.props", PROPERTIES), ("paid.prism", PAID), ("many.pref", &many)];
+    let scratch = Scratch::new(&[&own[..], &crate::strategies::CROSS].concat());
     let schemas = schemas();
     let (validators, fields) = (validators(&schemas), described(&schemas));
     let mut seen = Seen { fields: &fields, found: BTreeSet::new() };

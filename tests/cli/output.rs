@@ -160,3 +160,18 @@ fn names_of_files_are_no_orders_to_a_terminal() {
         }
     }
 }
+
+/// A class with too many outcomes ended the command with an error, without the other results.
+#[test]
+fn jointly_above_its_limit_says_so_and_keeps_the_report() {
+    let many: String = (0..11).map(|i| format!("objective o{i} = F s>={};", i % 3)).collect();
+    let scratch = Scratch::new(&[("many.pref", &many)]);
+    let command = format!("check models/toy.prism {} --jointly", scratch.show("many.pref"));
+    let text = run(&command).expect(0).stdout;
+    assert!(text.contains("not computed: more than 10 objectives"), "{text}");
+    assert!(text.contains("Levels") && text.contains("Initial state"), "{text}");
+    let json = run(&format!("{command} --json")).expect(0).json();
+    let classes = json["classes"].as_array().unwrap();
+    let large: Vec<_> = classes.iter().filter(|class| class["jointly_limit"] == 10).collect();
+    assert!(!large.is_empty() && large.iter().all(|class| class.get("jointly").is_none()), "{classes:?}");
+}

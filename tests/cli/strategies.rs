@@ -287,3 +287,121 @@ fn the_model_of_a_plan_settles_where_an_objective_is_achieved() {
     let ends: Vec<&str> = rows.lines().filter(|row| has(row, &settled)).collect();
     assert!(ends.len() > 3 && ends.iter().all(|row| has(row, &achieved)), "{labels}");
 }
+
+/// A plan that goes left or right gives up an objective of the other side.
+pub(crate) const CROSS: [(&str, &str); 2] = [
+    (
+        "cross.prism",
+        "mdp module m s : [0..6] init 0; [left] s=0 -> (s'=1); [right] s=0 -> (s'=2);\n\
+         [c] s=1 -> (s'=3); [b] s=1 -> (s'=4); [d] s=2 -> (s'=5); [a] s=2 -> (s'=6); endmodule",
+    ),
+    (
+        "cross.pref",
+        "objective A = F s=6; objective B = F s=4; objective C = F s=3; objective D = F s=5;\n\
+         prefer C > A; prefer D > B;",
+    ),
+];
+
+#[test]
+fn a_plan_that_must_choose_commits_and_is_not_said_to_weaken() {
+    let scratch = Scratch::new(&CROSS);
+    let cross = format!("{} {}", scratch.show("cross.prism"), scratch.show("cross.pref"));
+    for safety in ["action", "transition", "prefix"] {
+        for engine in ["symbolic", "explicit"] {
+            let options = format!("{cross} --safety {safety} --engine {engine}");
+            let report = run(&format!("simulate {options} --json")).expect(0).json();
+            let runs = &report["plays"][0];
+            assert_eq!(runs["commits"], json!([{"objective": "C", "gives_up": ["D"], "runs": 1000}]));
+            for weakened in ["weakened_step", "weakened_reference", "weakened_start"] {
+                assert_eq!(runs[weakened], 0, "{weakened}, {options}");
+            }
+            let first = &runs["trace"]["turns"][0];
+            assert_eq!((&first["commits"], &first["gives_up"]), (&json!("C"), &json!(["D"])));
+            let named = run(&format!("simulate {options} --json --objective D")).expect(0).json();
+            let commits = json!([{"objective": "D", "gives_up": ["C"], "runs": 1000}]);
+            assert_eq!(named["plays"][0]["commits"], commits);
+        }
+    }
+    let text = run(&format!("simulate {cross}")).expect(0).stdout;
+    assert!(text.contains("  1,000 runs: commits to C, gives up D.\n"), "{text}");
+    assert!(text.contains("No run weakened the state of the step before (until it committed).\n"), "{text}");
+    assert!(text.contains("commits to C, gives up D\n") && !text.contains("weakens:"), "{text}");
+    let achieve = run(&format!("simulate {cross} --kind achieve --objective C --json")).expect(0).json();
+    let runs = &achieve["plays"][0];
+    assert_eq!((&runs["commits"], &runs["weakened_step"]), (&Value::Null, &json!(1000)));
+}
+
+#[test]
+fn a_strategy_says_to_which_objective_it_commits_and_what_it_gives_up() {
+    let scratch = Scratch::new(&CROSS);
+    let cross = format!("{} {} --kind plan", scratch.show("cross.prism"), scratch.show("cross.pref"));
+    let state = &run(&format!("strategy {cross} --json")).expect(0).json()["states"][0];
+    assert_eq!((&state["commits"], &state["gives_up"]), (&json!(true), &json!(["D"])));
+    assert_eq!(state["actions"][0]["reason"], "comes closer to C; gives up D");
+    let after = &run(&format!("strategy {cross} --json --at s=1")).expect(0).json()["states"][0];
+    assert_eq!((&after["commits"], &after["gives_up"]), (&json!(false), &json!([])));
+    assert_eq!(after["pursues"], "B");
+    let text = run(&format!("strategy {cross}")).expect(0).stdout;
+    assert!(text.contains("  The plan commits to C, gives up D: kept actions do not achieve C\n"), "{text}");
+    assert!(text.contains("left to 2 (gives up D)"), "{text}");
+    let page = run(&format!("report {cross} --out -")).expect(0).stdout;
+    assert!(page.contains("commits to C, gives up D") && !page.contains("weakens: D lost"));
+}
+
+#[test]
+fn a_plan_takes_the_first_objective_that_needs_no_weakening_step() {
+    // Going right loses C and risks nothing else; D comes after C in the file, and is kept alone.
+    let model = "mdp module m s : [0..4] init 0; [left] s=0 -> (s'=1); [right] s=0 -> (s'=2);\n\
+         [c] s=1 -> (s'=3); [b] s=1 -> (s'=4); endmodule";
+    let preferences = "objective B = F s=4; objective C = F s=3; objective D = F s=2;\n\
+         prefer D > B;";
+    let scratch = Scratch::new(&[("m.prism", model), ("m.pref", preferences)]);
+    let given = format!("{} {}", scratch.show("m.prism"), scratch.show("m.pref"));
+    let state = &run(&format!("strategy {given} --kind plan --json")).expect(0).json()["states"][0];
+    assert_eq!(state["most_preferred"], json!(["C", "D"]));
+    assert_eq!((&state["pursues"], &state["commits"]), (&json!("D"), &json!(false)));
+    assert_eq!(state["actions"][0]["verdict"], "weakens");
+    let runs = &run(&format!("simulate {given} --json")).expect(0).json()["plays"][0];
+    assert_eq!((&runs["commits"], &runs["weakened_step"]), (&json!([]), &json!(0)));
+}
+
+#[test]
+fn an_objective_that_no_step_achieves_is_kept() {
+    let model = "mdp module m s : [0..2] init 0; [stay] s=0 -> true; [go] s=0 -> (s'=1);\n\
+         [back] s=1 -> 1/2:(s'=0) + 1/2:true; [fall] s=1 -> (s'=2); endmodule";
+    let scratch = Scratch::new(&[("m.prism", model), ("m.pref", "objective G = G !(s=2);")]);
+    let given = format!("{} {}", scratch.show("m.prism"), scratch.show("m.pref"));
+    let runs = &run(&format!("simulate {given} --json --steps 20")).expect(0).json()["plays"][0];
+    assert_eq!((&runs["achieved_runs"], &runs["kept_runs"]), (&json!(0), &json!(1000)));
+    let text = run(&format!("simulate {given} --steps 20")).expect(0).stdout;
+    assert!(text.contains("All runs kept a most preferred objective of their last state."), "{text}");
+}
+
+#[test]
+fn the_chosen_action_is_that_of_the_progress_strategy_unless_values_choose() {
+    let scratch = Scratch::new(&[
+        (
+            "m.prism",
+            "mdp module m s : [0..4]; [slow] s=0 -> 1/4:(s'=1) + 1/4:(s'=2) + 1/2:true; \
+             [fast] s=0 -> 1/2:(s'=1) + 1/2:(s'=2); [end] s>0 & s<4 -> true; [go] s=4 -> (s'=1); endmodule \
+             init s=0 | s=4 endinit",
+        ),
+        ("m.pref", "objective A = F s=1; objective B = F s=2;"),
+    ]);
+    let of = |options: &str| {
+        let files = [scratch.show("m.prism"), scratch.show("m.pref")].join(" ");
+        let report = run(&format!("strategy {files} {options} --json")).expect(0).json();
+        let state = &report["states"][0];
+        [&state["progress_action"], &state["chosen_action"]].map(|name| name.as_str().map(str::to_owned))
+    };
+    let named = |names: [&str; 2]| names.map(|name| Some(name.to_owned()));
+    assert_eq!(of("--at s=0"), named(["slow", "slow"]));
+    assert_eq!(of("--at s=0 --choose cheap"), named(["slow", "fast"]));
+    // Nothing is left to improve, or the objective is achieved.
+    for options in ["--at s=1", "--at s=1 --choose likely", "--at s=1 --kind achieve --objective A"] {
+        assert_eq!(of(options), [None, None], "{options}");
+    }
+    assert_eq!(of("--at s=4"), [None, None]);
+    // An objective is pursued at rank 0.
+    assert_eq!(of("--at s=4 --kind plan"), named(["go", "go"]));
+}

@@ -16,6 +16,7 @@ use meliora::model::preference::{
 use meliora::model::{ModelKind, Program};
 use meliora::planning::{Analysis, AnalysisResult, Options};
 use meliora::progress::NoProgress;
+use num_traits::ToPrimitive;
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -123,7 +124,7 @@ proptest! {
         for (name, text) in [("m.tra", &files.tra), ("m.sta", &files.sta), ("m.lab", &files.lab)] {
             std::fs::write(at(name), text).unwrap();
         }
-        std::fs::write(at("m.drn"), drn(&written.graph)).unwrap();
+        std::fs::write(at("m.drn"), drn(&written.graph, &written.program, &NoProgress).unwrap()).unwrap();
         for name in ["m.tra", "m.drn"] {
             let loaded = Document::open(&at(name)).unwrap().load(&none(), &NoProgress).unwrap();
             let engine = ExplicitEngine::new(Arc::new(loaded.program), Settings::default()).unwrap();
@@ -293,5 +294,39 @@ fn texts_are_read_and_their_errors_have_places() {
         ("2 0 2 1", "0 0 2 1", "the transitions are not sorted by state and choice"),
     ] {
         assert_eq!(load(&tra.replace(from, to)).unwrap_err().to_string(), message);
+    }
+}
+
+/// The export to DRN left rewards out.
+#[test]
+fn rewards_are_written_to_drn_and_read_again() {
+    let model = "module m s : [0..2] init 0; [a] s<2 -> 1/2:(s'=s+1) + 1/2:true; \
+        [b] s=0 -> (s'=2); endmodule label \"goal\" = s=2; rewards \"pay\" s=1 : 0.1; [a] s=0 : 2; [b] true : 1/3; \
+        endrewards rewards true : s; endrewards rewards \"p_ay\" s=2 : 7; endrewards \
+        rewards \"wrong\" s=1 : log(s-1, 2); endrewards";
+    for kind in ["mdp", "dtmc"] {
+        let (text, none) = (format!("{kind} {model}"), SourceFile::new("c", ""));
+        let program = Arc::new(lang::load(&SourceFile::new("m", text), &none).unwrap().program);
+        let engine = ExplicitEngine::new(Arc::clone(&program), Settings::default()).unwrap();
+        let analysis = analysed(engine, [label(&program, "goal"); 2]);
+        let graph = explored(&analysis, &program, 9).unwrap();
+        let text = drn(&graph, &program, &NoProgress).unwrap();
+        assert!(text.contains("@reward_models\npay reward p_ay\n"), "{text}");
+        let again = lang::load(&SourceFile::new("m.drn", text), &none).unwrap().program;
+        let names: Vec<_> = again.rewards.iter().map(|rewards| rewards.name.as_deref().unwrap()).collect();
+        assert_eq!(names, ["pay", "reward", "p_ay"]);
+        for (number, state) in graph.states.iter().enumerate() {
+            let (steps, copies) =
+                (program.exact_steps(state).unwrap(), again.exact_steps(&[number as i64]).unwrap());
+            assert_eq!(steps.len(), copies.len());
+            for (structure, copied) in program.rewards.iter().zip(&again.rewards) {
+                for (step, copy) in steps.iter().zip(&copies) {
+                    let earned = program.reward(structure, state, &step.choice).unwrap();
+                    let read = again.reward(copied, &[number as i64], &copy.choice).unwrap();
+                    let [earned, read] = [earned, read].map(|x| x.to_f64().unwrap());
+                    assert!((earned - read).abs() < 1e-15, "{kind} {state:?}: {earned} and {read}");
+                }
+            }
+        }
     }
 }

@@ -121,6 +121,29 @@ fn a_state_of_a_chain_has_one_choice_and_none_by_command() {
 }
 
 #[test]
+fn the_step_of_monitors_in_a_deadlock_of_a_chain_is_its_choice() {
+    let model = "dtmc module m s : [0..1] init 0; endmodule";
+    let none = SourceFile::new("constants", "");
+    let mut program = lang::load(&SourceFile::new("m", model), &none).unwrap().program;
+    let preferences = SourceFile::new("p", "objective O = F (s=1 & X s=1);");
+    lang::load_preferences(&preferences, &mut program).unwrap();
+    let program = Arc::new(program);
+    let (symbolic, explicit) = (
+        SymbolicEngine::new(program.clone(), settings(Scope::Reachable)).unwrap(),
+        ExplicitEngine::new(program.clone(), settings(Scope::Reachable)).unwrap(),
+    );
+    let state = symbolic.list_states(&symbolic.initial_states(), 1).unwrap().remove(0);
+    let steps = program.steps(&state).unwrap();
+    assert_eq!(steps.len(), 1);
+    let others = [Choice::Deadlock, combination(0, &[0]), combination(0, &[1])];
+    for (choice, expected) in others.iter().map(|c| (c, false)).chain([(&steps[0].choice, true)]) {
+        let mine = symbolic.contains_choice(&symbolic.all_choices(), &state, choice).unwrap();
+        let theirs = explicit.contains_choice(&explicit.all_choices(), &state, choice).unwrap();
+        assert_eq!((mine, theirs), (expected, expected), "{choice:?}");
+    }
+}
+
+#[test]
 fn a_set_is_listed_in_one_order_however_many_states_are_wanted() {
     let text = "mdp module m x : [-3..9] init 0; b : bool init false; y : [0..20] init 7;
          [] x<9 -> (x'=x+1) & (y'=mod(3*y+x+4,21)); [] x>-3 -> (x'=x-1) & (b'=!b); endmodule";

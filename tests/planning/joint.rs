@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use meliora::engine::{Algebra, AnyEngine, Engine, Settings, Storage};
+use meliora::engine::{Algebra, AnyEngine, Engine, Scope, Settings, Storage};
 use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::planning::{Analysis, Options};
@@ -14,6 +14,16 @@ use crate::plans::{FORMULAS, drawn, model};
 
 /// Analyses objectives that cannot be compared.
 fn analysed(model: &str, history: &str, formulas: &[&str], storage: Storage) -> Analysis<AnyEngine> {
+    analysed_within(model, history, formulas, storage, Scope::Reachable)
+}
+
+fn analysed_within(
+    model: &str,
+    history: &str,
+    formulas: &[&str],
+    storage: Storage,
+    scope: Scope,
+) -> Analysis<AnyEngine> {
     let mut wishes = format!("history = {history};\n");
     for (i, formula) in formulas.iter().enumerate() {
         wishes += &format!("objective o{i} = {formula};\n");
@@ -21,7 +31,7 @@ fn analysed(model: &str, history: &str, formulas: &[&str], storage: Storage) -> 
     let none = SourceFile::new("c", "");
     let mut program = lang::load(&SourceFile::new("m", model), &none).unwrap().program;
     let preferences = lang::load_preferences(&SourceFile::new("p", wishes), &mut program).unwrap();
-    let settings = Settings { storage, memory: 16 << 20, ..Settings::default() };
+    let settings = Settings { storage, scope, memory: 16 << 20, ..Settings::default() };
     let engine = Arc::new(AnyEngine::new(Arc::new(program), settings).unwrap());
     let mut analysis = Analysis::new(&engine, &Arc::new(preferences), Options::default());
     analysis.run(&mut |_| ()).unwrap();
@@ -98,4 +108,31 @@ fn a_strategy_that_can_take_only_one_key_achieves_one_objective() {
     let program = Arc::clone(analysis.engine().program());
     let [start] = &analysis.initial_prospects(&program, 9).unwrap()[..] else { panic!("one initial state") };
     assert_eq!(start.jointly, Some(vec![vec!["o0".to_owned()], vec!["o1".to_owned()]]));
+}
+
+/// A class with too many objectives must not hide the results of the others, nor end the command.
+#[test]
+fn a_class_with_too_many_objectives_leaves_the_others_their_results() {
+    let model = "mdp module m s : [0..4] init 3; [left] s=0 -> (s'=1); [right] s=0 -> (s'=2); \
+                 [go] s=3 -> (s'=0); [stay] s=4 -> true; endmodule";
+    // From 0 and 3 the first two are sure, one at a time; in 4 the eleven others are.
+    let formulas: Vec<String> = ["F s=1".to_owned(), "F s=2".to_owned()]
+        .into_iter()
+        .chain((0..11).map(|i| format!("F (s=4 & s>{i}-9)")))
+        .collect();
+    let texts: Vec<&str> = formulas.iter().map(String::as_str).collect();
+    for storage in [Storage::Symbolic, Storage::Explicit] {
+        let mut analysis = analysed_within(model, "state", &texts, storage, Scope::All);
+        analysis.run_jointly().unwrap();
+        let classes = analysis.result().classes.clone().unwrap();
+        let large = classes.iter().find(|class| class.most_preferred.len() == 11).unwrap();
+        assert_eq!((&large.jointly, large.jointly_limit), (&None, Some(10)));
+        let others = classes.iter().filter(|class| class.most_preferred.len() < 11);
+        assert!(others.clone().all(|class| class.jointly_limit.is_none() && class.jointly.is_some()));
+        assert!(others.clone().any(|class| class.most_preferred.len() == 2));
+        let program = Arc::clone(analysis.engine().program());
+        let of = |state: i64| analysis.prospects(&program, &[state]).unwrap().jointly;
+        assert_eq!(of(3), Some(vec![vec!["o0".to_owned()], vec!["o1".to_owned()]]));
+        assert_eq!(of(4), None);
+    }
 }

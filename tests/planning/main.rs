@@ -1,8 +1,10 @@
 //! The planning algorithms against literal definitions: on an engine of plain vectors, and on both
 //! engines of the library.
 
+mod achieving;
 mod chains;
 mod choosing;
+mod commitments;
 mod differential;
 mod embed;
 #[path = "../common/engines.rs"]

@@ -1,10 +1,15 @@
 //! The reasons that explanations give for actions.
 
-use meliora::planning::explain::Action;
+use std::collections::BTreeMap;
+
+use meliora::model::preference::Change;
 use meliora::planning::explain::Verdict::{
     self, Approaches, Hopeless, Improves, MayImprove, NothingAhead, Stays, Strays, Weakens,
 };
-use meliora::planning::{FiniteMemoryStrategy, Kind, Safety};
+use meliora::planning::explain::{Action, Explanation};
+use meliora::planning::{FiniteMemoryStrategy, Kind, Rank, Safety};
+use rand::rngs::SmallRng;
+use rand::{RngExt, SeedableRng};
 
 use crate::loaded::Loaded;
 
@@ -55,4 +60,95 @@ fn each_action_has_its_reason() {
     let common = [("wait", Stays), ("sure", Improves), ("may", MayImprove)];
     check(Kind::Sasi, 1, &[&common[..], &[("stray", Strays(4)), ("die", Strays(4))]].concat());
     check(Kind::Spi, 1, &[&common[..], &[("stray", MayImprove), ("die", Hopeless)]].concat());
+}
+
+/// Returns the first verdict that applies, in the order of `docs/json.md`.
+fn first_that_applies(kind: Kind, at: &Explanation, action: &Action) -> &'static str {
+    let mut kept = action.successors.iter().filter(|s| !s.dropped);
+    let any = |is: &dyn Fn(&meliora::planning::explain::Successor) -> bool| action.successors.iter().any(is);
+    let order = [
+        ("improves", action.permitted && kept.clone().all(|s| s.goal)),
+        ("may-improve", action.permitted && kept.clone().any(|s| s.goal)),
+        ("approaches", action.permitted && action.progress),
+        ("stays", action.permitted),
+        ("violates", at.is_unsafe || any(&|s| s.is_unsafe)),
+        ("weakens", !action.kept && any(&|s| s.change == Change::Weakening)),
+        ("unsafe", !action.kept),
+        ("nothing-ahead", at.memory.level == Rank::Finite(0)),
+        ("strays", kind == Kind::Sasi && kept.any(|s| !s.goal && !s.stays)),
+        ("hopeless", true),
+    ];
+    order.into_iter().find(|(_, applies)| *applies).unwrap().0
+}
+
+/// A model of nine states with random branches, a requirement, and wishes about some of them.
+fn drawn(seed: u64) -> Loaded {
+    let random = &mut SmallRng::seed_from_u64(seed);
+    let mut text = "mdp module m s : [0..8] init 0;\n".to_owned();
+    for state in 0..9 {
+        for action in ["a", "b", "c"].iter().take(random.random_range(1..4)) {
+            let low = if random.random_bool(0.8) { state } else { 0 };
+            let [one, other] = [0; 2].map(|_| random.random_range(low..9));
+            text += &format!("[{action}] s={state} -> 1/2: (s'={one}) + 1/2: (s'={other});\n");
+        }
+    }
+    let require = ["", "require G !(s=8);"][usize::from(random.random_bool(0.5))];
+    Loaded::new(
+        &(text + "endmodule"),
+        &format!(
+            "objective A = F s=5; objective B = F s=6; objective C = F s=7; objective D = F s=4; \
+             prefer A, B > C; prefer D > B; {require}"
+        ),
+    )
+}
+
+#[test]
+fn a_verdict_is_the_first_that_applies_in_the_documented_order() {
+    let mut seen = BTreeMap::<&str, usize>::new();
+    for seed in 0..200 {
+        let model = drawn(seed);
+        for safety in [Safety::Action, Safety::Transition, Safety::Prefix] {
+            let analysis = model.analyse(safety, None);
+            for &kind in Kind::ALL {
+                let mut strategy = FiniteMemoryStrategy::new(&analysis, &model.program, kind).unwrap();
+                for state in (0..9).map(|s| [s]) {
+                    if !strategy.is_state(&state).unwrap() {
+                        continue;
+                    }
+                    let memory = strategy.start(&state).unwrap();
+                    let at = strategy.explain(&state, memory).unwrap();
+                    for action in &at.actions {
+                        let expected = first_that_applies(kind, &at, action);
+                        let name = &action.name;
+                        assert_eq!(action.verdict.name(), expected, "seed {seed}, {kind}, {state:?}, {name}");
+                        *seen.entry(expected).or_default() += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert_eq!(seen.len(), 10, "{seen:?}");
+}
+
+/// The step from 1 to 2 is lateral for the class of 1, and improves the class of the start, 0.
+#[test]
+fn a_change_under_prefix_is_relative_to_the_reference() {
+    let model = Loaded::new(
+        "mdp module m s : [0..3] init 0; [go] s=0 -> (s'=1); [try] s=1 -> 1/2:(s'=2) + 1/2:(s'=3); \
+         [rest] s>1 -> true; endmodule",
+        "objective Low = F s=0; objective Side = F s=1; objective High = F s=2; objective Other = F s=3; \
+         prefer High, Other > Low;",
+    );
+    for (safety, expected) in [(Safety::Prefix, Change::Improving), (Safety::Action, Change::Lateral)] {
+        let analysis = model.analyse(safety, None);
+        let mut strategy = FiniteMemoryStrategy::new(&analysis, &model.program, Kind::Sasi).unwrap();
+        let start = strategy.start(&[0]).unwrap();
+        let (memory, improves) = strategy.after(start, &[0], &[1]).unwrap();
+        assert!(!improves);
+        let at = strategy.explain(&[1], memory).unwrap();
+        let changes: Vec<Change> = at.actions[0].successors.iter().map(|s| s.change).collect();
+        assert_eq!(changes, [expected; 2], "{}", safety.name());
+        // Gains and losses are compared with the same objectives.
+        assert!(at.actions[0].successors.iter().all(|s| s.gained.is_empty() == (safety == Safety::Action)));
+    }
 }

@@ -6,6 +6,8 @@ use meliora::{Error, Kind, Model, Options, Safety, Settings, SourceFile};
 use rand::RngExt;
 use rand::SeedableRng;
 use rand::rngs::SmallRng;
+use serde_json::{Value as Json, json};
+use sha2::{Digest, Sha256};
 
 /// Returns a model of eight states with random branches, and wishes about three of them.
 fn analysed(seed: u64, safety: Safety) -> meliora::Analysis {
@@ -127,4 +129,208 @@ fn a_saved_shield_replaces_an_older_one_and_nothing_else() {
     assert!(refused.contains("`letter.txt`, which does not belong to the shield"), "{refused}");
     assert_eq!(read_shield(&path).unwrap().nodes.len(), new.nodes.len());
     assert_eq!(names(), ["shield"]);
+}
+
+/// Writes a table as an attacker would: with the hash that fits. Returns the refusal.
+fn refused(table: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let nodes = serde_json::from_str::<Json>(table).unwrap()["nodes"].as_array().unwrap().len();
+    let hash = Sha256::digest(table.as_bytes());
+    let sha256: String = hash.iter().map(|byte| format!("{byte:02x}")).collect();
+    let manifest = json!({"format": "meliora shield 1", "sha256": sha256, "nodes": nodes});
+    std::fs::write(folder.path().join("nodes.json"), table).unwrap();
+    std::fs::write(folder.path().join("shield.json"), manifest.to_string()).unwrap();
+    read_shield(folder.path()).map_or_else(|error| error.to_string(), |_| String::new())
+}
+
+/// The shield of `s`: from 0 a step leads to 1, where A is achieved, or to 2, where B is; A and B are
+/// preferred to C, which 3 achieves, and which `risk` may lead to.
+fn small() -> Json {
+    let model = Model::parse(
+        "mdp module m s : [0..3] init 0; [go] s=0 -> 1/2:(s'=1) + 1/2:(s'=2); [wait] s<3 -> true; \
+         [risk] s<3 -> (s'=3); [rest] s=3 -> true; endmodule",
+        "",
+    );
+    let wishes = "objective A = F s=1; objective B = F s=2; objective C = F s=3; prefer A, B > C;";
+    let explored = model.unwrap().explore(Settings::default()).unwrap();
+    let mut analysis = explored.prefer(&SourceFile::new("wishes", wishes), Options::default()).unwrap();
+    analysis.run(&mut |_| ()).unwrap();
+    let shield = Shield::new(&mut analysis.strategy(Kind::Sasi).unwrap(), 1000).unwrap();
+    assert_eq!(shield.fault(), None);
+    serde_json::to_value(&shield).unwrap()
+}
+
+/// Returns the position of the node of a state.
+fn at(table: &Json, state: i64) -> usize {
+    table["nodes"].as_array().unwrap().iter().position(|node| node["state"] == json!([state])).unwrap()
+}
+
+/// Returns the position of a node's action.
+fn action(table: &Json, node: usize, name: &str) -> usize {
+    let number = table["actions"].as_array().unwrap().iter().position(|action| action == name).unwrap();
+    let actions = table["nodes"][node]["actions"].as_array().unwrap();
+    actions.iter().position(|action| action["action"] == number).unwrap()
+}
+
+/// Changes the table of `small`, and returns the refusal.
+fn refused_after(change: impl Fn(&mut Json)) -> String {
+    let mut table = small();
+    change(&mut table);
+    refused(&table.to_string())
+}
+
+/// A second entry permitted an action that the first one forbids.
+#[test]
+fn a_repeated_action_cannot_break_the_promise() {
+    let refusal = refused_after(|table| {
+        let one = at(table, 1);
+        let risk = action(table, one, "risk");
+        assert_eq!(table["nodes"][one]["secure"], true);
+        let mut entry = table["nodes"][one]["actions"][risk].clone();
+        assert_eq!(entry["permitted"], false);
+        entry["permitted"] = true.into();
+        entry["next"] = json!([one]);
+        table["nodes"][one]["actions"].as_array_mut().unwrap().push(entry);
+    });
+    assert!(refusal.ends_with("node 1, s=1: two entries for the action `risk`"), "{refusal}");
+}
+
+#[test]
+fn a_step_to_nowhere_is_refused() {
+    let empty = |table: &mut Json| {
+        let one = at(table, 1);
+        let risk = action(table, one, "risk");
+        table["nodes"][one]["actions"][risk] = json!({"action": table["nodes"][one]["actions"][risk]["action"],
+            "permitted": true, "next": []});
+    };
+    assert!(refused_after(empty).ends_with("the action `risk` has no successor"), "{}", refused_after(empty));
+}
+
+#[test]
+fn kinds_modes_and_names_of_a_shield_are_known_and_occur_once() {
+    let set = |key: &'static str, value: Json| refused_after(move |table| table[key] = value.clone());
+    for (refusal, end) in [
+        (set("kind", "plan".into()), "the kind is `plan`, expected `sasi` or `spi`"),
+        (
+            set("safety", "transition".into()),
+            "the safety mode is `transition`, expected `action` or `prefix`",
+        ),
+        (set("actions", json!(["go", "wait", "risk", "wait"])), "two actions are called `wait`"),
+        (set("classes", json!([["A", "B"], ["A", "A"], [], ["C"]])), "has the objective `A`"),
+        (set("starts", 9.into()), "9 start states, but 4 nodes"),
+        (set("weakening", json!([])), "lists of weakening classes"),
+    ] {
+        assert!(refusal.ends_with(end), "{refusal}");
+    }
+    let twice = |table: &mut Json| {
+        let [one, two] = [at(table, 1), at(table, 2)];
+        table["nodes"][two]["state"] = table["nodes"][one]["state"].clone();
+    };
+    assert!(refused_after(twice).ends_with("two start nodes have the state s=1"), "{}", refused_after(twice));
+}
+
+/// `ahead` without a value is unbounded; a file that leaves it out must not promise that.
+#[test]
+fn a_field_that_is_left_out_or_given_twice_is_refused() {
+    let without = |table: &mut Json| {
+        table["nodes"][0].as_object_mut().unwrap().shift_remove("ahead");
+    };
+    assert!(refused_after(without).contains("missing field `ahead`"), "{}", refused_after(without));
+    let text = small().to_string().replacen("\"starts\":", "\"starts\":0,\"starts\":", 1);
+    assert!(refused(&text).contains("duplicate field `starts`"), "{}", refused(&text));
+}
+
+#[test]
+fn improvements_that_permitted_steps_cannot_make_are_not_promised() {
+    let end = "improvements are ahead, but permitted steps cannot make the next one";
+    for ahead in [json!(1), Json::Null] {
+        let more = |table: &mut Json| {
+            let one = at(table, 1);
+            table["nodes"][one]["ahead"] = ahead.clone();
+        };
+        assert!(refused_after(more).ends_with(end), "{}", refused_after(more));
+    }
+    // From 0, one improvement is ahead: not two, and not without `go`.
+    let two = |table: &mut Json| {
+        let zero = at(table, 0);
+        table["nodes"][zero]["ahead"] = 2.into();
+    };
+    assert!(refused_after(two).ends_with(end), "{}", refused_after(two));
+    let idle = |table: &mut Json| {
+        let zero = at(table, 0);
+        let [go, wait] = ["go", "wait"].map(|name| action(table, zero, name));
+        table["nodes"][zero]["actions"][go]["permitted"] = false.into();
+        table["nodes"][zero]["pick"] = wait.into();
+    };
+    assert!(refused_after(idle).ends_with(end), "{}", refused_after(idle));
+}
+
+/// With another reference, a weakening step would pass as harmless.
+#[test]
+fn a_foreign_reference_is_refused() {
+    let foreign = |table: &mut Json| {
+        let [one, three] = [at(table, 1), at(table, 3)];
+        table["nodes"][one]["reference"] = table["nodes"][three]["reference"].clone();
+    };
+    let refusal = refused_after(foreign);
+    assert!(refusal.ends_with("node 1, s=1: the reference is not the class of the state"), "{refusal}");
+}
+
+#[test]
+fn successors_with_one_state_are_refused() {
+    let double = |table: &mut Json| {
+        let [zero, one, two] = [0, 1, 2].map(|state| at(table, state));
+        let monitor = json!({"name": "seen", "boolean": false, "low": 0, "values": [], "monitor": 0});
+        table["variables"].as_array_mut().unwrap().push(monitor);
+        for (number, node) in table["nodes"].as_array_mut().unwrap().iter_mut().enumerate() {
+            node["state"].as_array_mut().unwrap().push(number.into());
+        }
+        // Two successors that differ in the monitor only.
+        table["nodes"][two]["state"] = json!([1, 9]);
+        assert_eq!(table["nodes"][zero]["actions"][0]["next"], json!([one, two]));
+    };
+    let refusal = refused_after(double);
+    assert!(refusal.ends_with("the successors 1 and 2 have the same state s=1,seen=9"), "{refusal}");
+}
+
+/// Returns models in which several commands have the same label.
+fn merged(seed: u64, safety: Safety) -> meliora::Analysis {
+    let mut random = SmallRng::seed_from_u64(seed);
+    let mut text = "mdp module m s : [0..7] init 0;\n".to_owned();
+    for state in 0..8 {
+        for _ in 0..random.random_range(1..5) {
+            let action = ["a", "b"][random.random_range(0..2)];
+            let low = if random.random_bool(0.8) { state } else { 0 };
+            let [one, other] = [0; 2].map(|_| random.random_range(low..8));
+            text += &format!("[{action}] s={state} -> 1/2: (s'={one}) + 1/2: (s'={other});\n");
+        }
+    }
+    let model = Model::parse(text + "endmodule", "").unwrap();
+    let (history, b) = [("state", "F s=6"), ("play", "F (s=6 & X s=7)")][random.random_range(0..2)];
+    let wishes = format!(
+        "history = {history}; objective A = F s=5; objective B = {b}; objective C = F s=7; prefer A, B > C;"
+    );
+    let explored = model.explore(Settings::default()).unwrap();
+    let max_level = [None, Some(1)][random.random_range(0..2)];
+    let options = Options { safety, max_level, ..Options::default() };
+    let mut analysis = explored.prefer(&SourceFile::new("wishes", wishes), options).unwrap();
+    analysis.run(&mut |_| ()).unwrap();
+    analysis
+}
+
+/// A label with a choice that makes progress and one that the strategy forbids was not permitted where
+/// another label only waits, so the improvement that was ahead could not be made.
+#[test]
+fn shields_of_choices_with_one_label_can_make_the_improvements_ahead() {
+    let mut ahead = 0;
+    for seed in 0..300 {
+        for (safety, kind) in
+            [Safety::Action, Safety::Prefix].into_iter().flat_map(|s| Kind::ALL.iter().map(move |&k| (s, k)))
+        {
+            let shield = Shield::new(&mut merged(seed, safety).strategy(kind).unwrap(), 10_000).unwrap();
+            assert_eq!(shield.fault(), None, "seed {seed}, {kind}, {}", safety.name());
+            ahead += shield.nodes.iter().filter(|node| node.ahead != Some(0)).count();
+        }
+    }
+    assert!(ahead > 100, "{ahead}");
 }

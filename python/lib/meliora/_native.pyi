@@ -518,11 +518,19 @@ class Analysis:
         the order of declaration; () is the class of the states without an almost-sure objective.
         Empty if a limit ended the work before.
         """
-    def jointly(self) -> dict[tuple[str, ...], dict[tuple[str, ...], Region]]:
+    def jointly(
+        self,
+        *,
+        timeout: _Timeout | None = None,
+        progress: _Progress | None = None,
+    ) -> dict[tuple[str, ...], dict[tuple[str, ...], Region]]:
         """Computes which most preferred objectives of each class one strategy achieves together, in the
         same path, almost surely. The keys are those of `classes`; the values are dictionaries from
         tuples of at least two objectives to the states of the class from which this is possible,
         larger sets first.
+
+        Args:
+            timeout, progress: As in `Model.explore`.
 
         Raises:
             UsageError: A class has more than 10 most preferred objectives, or a limit ended the work
@@ -555,6 +563,8 @@ class Analysis:
         reward: str = "steps",
         within: int | None = None,
         exact: bool = False,
+        timeout: _Timeout | None = None,
+        progress: _Progress | None = None,
     ) -> list[dict[str, Any]]:
         """Computes how likely improvements are, how soon they come and at what cost; returns the list
         `states` of `meliora values --json`, with one dictionary per state.
@@ -565,6 +575,7 @@ class Analysis:
             reward: Reward structure that is the cost of a step; "steps": each step costs 1.
             within: Compute also the probabilities of success within 0, 1, …, `within` steps.
             exact: Compute with fractions; for small models.
+            timeout, progress: As in `Model.explore`.
 
         Raises:
             UsageError: A state is not in the scope, or the model has no such reward structure.
@@ -579,6 +590,8 @@ class Analysis:
         states: Sequence[_State] | None = None,
         levels: int | None = None,
         reward: str = "steps",
+        timeout: _Timeout | None = None,
+        progress: _Progress | None = None,
     ) -> Strategy:
         """Returns a strategy.
 
@@ -594,6 +607,7 @@ class Analysis:
             states: The states where paths may start with `choose="likely"` or "cheap"; None for the
                 initial states.
             levels, reward: As in `values`.
+            timeout, progress: As in `Model.explore`.
 
         Raises:
             UsageError: A limit ended the work before the levels of this kind were computed; or the
@@ -605,16 +619,30 @@ class Analysis:
         """
     def to_text(self) -> str:
         """Returns all tables as text."""
-    def to_html(self, grid: Sequence[str] | None = None) -> str:
+    def to_html(
+        self,
+        grid: Sequence[str] | None = None,
+        *,
+        timeout: _Timeout | None = None,
+        progress: _Progress | None = None,
+    ) -> str:
         """Returns an HTML page with interactive maps that loads nothing from elsewhere.
 
         Args:
             grid: The integer variables that span the maps: (row, column), or (column,). None for
                 those with names that suggest rows and columns. Maps need the symbolic engine.
+            timeout, progress: As in `Model.explore`.
         """
-    def to_svg(self, picture: str = "hasse", grid: Sequence[str] | None = None) -> str:
+    def to_svg(
+        self,
+        picture: str = "hasse",
+        grid: Sequence[str] | None = None,
+        *,
+        timeout: _Timeout | None = None,
+        progress: _Progress | None = None,
+    ) -> str:
         """Returns a picture as SVG: "hasse" is the preference order; "sasi", "spi" and "classes" are
-        maps, which need the symbolic engine. `grid` as in `to_html`.
+        maps, which need the symbolic engine. `grid`, `timeout` and `progress` as in `to_html`.
         """
     def _repr_html_(self) -> str: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
@@ -868,9 +896,9 @@ class Shield:
     An episode starts with `reset`, or with the first state. A call with another state than the
     present one is a step; a call with the present state is a step only after `correct`, or after
     `step`. A state is a dictionary, or a sequence of values in the order of the variables (without
-    those of monitors), or a number if there is one variable.
+    those of monitors), or a number if there is one variable; 0 and 1 are Booleans, too.
 
-    Must not be used by several threads at once.
+    A shield has one episode, and must not be used by several threads at once; `copy` is cheap.
     """
     @property
     def kind(self) -> _Kind:
@@ -898,6 +926,27 @@ class Shield:
     def mask(self, state: _ShieldState) -> NDArray[np.bool_]:
         """Returns for each of `actions` if it is permitted: a Boolean array that cannot be written, or a
         list if NumPy is not installed.
+
+        Raises:
+            UsageError: The state does not follow the present one.
+        """
+    def masks(
+        self, states: Iterable[_ShieldState] | NDArray[Any], memory: Sequence[int] | NDArray[Any] | None = None
+    ) -> NDArray[np.bool_]:
+        """Returns masks of many states at once, without an episode, such as those of a replay buffer: a
+        Boolean array with a row for each state. Needs NumPy.
+
+        Args:
+            states: A sequence of states, or an array with a row for each.
+            memory: For each state, what `memory` returned when the episode was there. None if the
+                permitted actions of these states do not depend on the episode.
+
+        Raises:
+            UsageError: The shield does not know a state; without `memory`, the permitted actions of a
+                state depend on the episode; with it, a number is not one of its state.
+        """
+    def memory(self, state: _ShieldState) -> int:
+        """Returns the number of the state with the memory of the episode, for `masks`.
 
         Raises:
             UsageError: The state does not follow the present one.
@@ -933,13 +982,20 @@ class Shield:
         """
     @staticmethod
     def load(folder: _Path) -> Shield:
-        """Reads a shield from a folder. Checks the hash, and that the promise follows from the table:
-        permitted steps of secure states stay in secure states, and weaken nothing.
+        """Reads a shield from a folder. Checks the hash, and that the promises follow from the table:
+        every step is known, permitted steps of secure states stay in secure states and weaken nothing,
+        and permitted steps can make the improvements that are ahead. Nothing occurs twice.
 
         Raises:
             Error: The table has changed, or the promise does not follow from it.
             OSError: A file cannot be read.
         """
+    def copy(self) -> Shield:
+        """Returns a shield with the same table and an episode of its own, for another environment. The
+        episode is where this one is.
+        """
+    def __copy__(self) -> Shield: ...
+    def __deepcopy__(self, _memo: Any, /) -> Shield: ...
     def __len__(self) -> int: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
@@ -1003,6 +1059,11 @@ class Explanation:
     def pursues(self) -> str | None:
         """The objective that the strategy pursues; None while it improves, and for strategies that
         achieve none.
+        """
+    @property
+    def commits(self) -> bool:
+        """True if the plan commits to the objective that it pursues: kept actions alone do not achieve
+        it, and its steps may give up others.
         """
     @property
     def achieved(self) -> tuple[str, ...]:
@@ -1097,7 +1158,9 @@ class Simulation:
         """
     @property
     def weakened_step(self) -> int:
-        """The number of runs with a step that weakens the state before it."""
+        """The number of runs with a step that weakens the state before it. Steps after a commitment are
+        not counted, here and below.
+        """
     @property
     def weakened_start(self) -> int:
         """The number of runs with a state that weakens the start state."""
@@ -1115,6 +1178,16 @@ class Simulation:
     def achieved_runs(self) -> int | None:
         """The number of runs that ended because they had achieved the objective that they pursued; None
         for strategies that achieve none.
+        """
+    @property
+    def kept_runs(self) -> int | None:
+        """The number of other runs that kept the objective that they pursued: no step achieves it, and
+        the run can go on to satisfy it. None for strategies that achieve none.
+        """
+    @property
+    def commits(self) -> list[dict[str, Any]]:
+        """The commitments of plans: dictionaries with the `objective` that the runs then pursued, the
+        objectives that they gave up (`gives_up`), and the number of these `runs`.
         """
     @property
     def variables(self) -> list[str]:

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 
 from ._native import Shield
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 __all__ = ["ShieldedEnv"]
 
@@ -20,7 +24,8 @@ class ShieldedEnv(gymnasium.Wrapper[Any, Any, Any, Any]):
     shield; without it, observations are states. The action ``i`` of the environment is ``shield.actions[i]``.
 
     A shield keeps its promise only if the environment behaves as the model says. A step that the model does not have raises
-    UsageError. After the end of an episode the mask is that of the last state.
+    UsageError. After the end of an episode the mask is that of the last state. A shield has one episode, so each environment
+    of a vector needs a copy: ``shield.copy()``.
     """
 
     def __init__(
@@ -28,7 +33,7 @@ class ShieldedEnv(gymnasium.Wrapper[Any, Any, Any, Any]):
     ) -> None:
         super().__init__(env)
         self.shield = shield
-        self._state = state or (lambda observation: observation)
+        self._state = state or _itself
         self._now: Any = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
@@ -44,3 +49,16 @@ class ShieldedEnv(gymnasium.Wrapper[Any, Any, Any, Any]):
         self._now = self._state(observation)
         info = {**info, "action_mask": self.shield.mask(self._now), "corrected": taken != asked}
         return observation, reward, terminated, truncated, info
+
+    def action_masks(self) -> NDArray[np.bool_]:
+        """Returns the actions that are permitted next, in an array that may be written. MaskablePPO of the package
+        ``sb3-contrib`` calls this.
+        """
+        if self._now is None:
+            raise gymnasium.error.ResetNeeded("`action_masks` needs an episode: call `reset` first")
+        return self.shield.mask(self._now).copy()
+
+
+def _itself(observation: Any) -> Any:
+    # A function with a name, so that the environment can be pickled.
+    return observation

@@ -371,13 +371,13 @@ impl ExplicitEngine {
     /// # Errors
     /// A command has no meaning in the state.
     fn position(&self, state: usize, choice: &Choice) -> Result<Option<usize>> {
-        let deadlock = self.deadlocks.has(state);
+        // With monitors, the self-loop of a deadlock is a command of theirs.
+        let stuck = self.deadlocks.has(state) && self.prepared.alone.is_none();
         let (wanted, commands) = match choice {
-            Choice::Deadlock => return Ok(deadlock.then_some(0)),
-            Choice::Uniform => return Ok((self.prepared.uniform && !deadlock).then_some(0)),
+            Choice::Deadlock => return Ok(stuck.then_some(0)),
+            Choice::Uniform => return Ok((self.prepared.uniform && !stuck).then_some(0)),
             Choice::Combination { synchronisation, commands } => (*synchronisation, commands),
         };
-        // With monitors, the self-loop of a deadlock is a command of theirs.
         if self.prepared.uniform || wanted >= self.prepared.synchronisations.len() {
             return Ok(None);
         }

@@ -288,9 +288,10 @@ impl Transitions {
     /// Returns the group of a choice.
     pub(super) fn group_of(&self, choice: &Choice) -> Option<usize> {
         match choice {
-            Choice::Uniform => Some(0),
+            Choice::Uniform => self.uniform.then_some(0),
             Choice::Deadlock => Some(self.guards.len()),
-            Choice::Combination { .. } if self.uniform => Some(0),
+            // All enabled combinations are one choice, so none is a choice alone.
+            Choice::Combination { .. } if self.uniform => None,
             Choice::Combination { synchronisation, commands } => {
                 let (first, colourings) = self.colours.get(*synchronisation)?;
                 let mut index = 0;

@@ -1,11 +1,9 @@
 //! An explicit list of the states of a model, by the reference semantics of its commands.
 
-use std::collections::BTreeSet;
-
 use ahash::AHashMap;
 
 use super::graph::{Column, Graph, Row, fits};
-use super::label::{Regions, identifier, members};
+use super::label::{Regions, members, unique};
 use crate::engine::Engine;
 use crate::error::Result;
 use crate::model::value::{Type, Value};
@@ -79,16 +77,6 @@ fn labels<E: Engine>(
 
 /// Turns names into distinct identifiers that both formats accept.
 pub(super) fn distinct(labels: Vec<(String, Vec<usize>)>) -> Vec<(String, Vec<usize>)> {
-    let mut taken: BTreeSet<String> = ["init".to_owned()].into();
-    let mut unique = |name: &str| {
-        let wanted = identifier(name);
-        let mut name = wanted.clone();
-        let mut number = 2;
-        while !taken.insert(name.clone()) {
-            name = format!("{wanted}_{number}");
-            number += 1;
-        }
-        name
-    };
-    labels.into_iter().map(|(name, states)| (unique(&name), states)).collect()
+    let names = unique(labels.iter().map(|(name, _)| name.as_str()), &["init"]);
+    names.into_iter().zip(labels).map(|(name, (_, states))| (name, states)).collect()
 }

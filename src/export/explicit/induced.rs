@@ -23,8 +23,8 @@ type Key = (usize, bool);
 /// Builds the model that a strategy induces from the initial states: a Markov chain for
 /// [`Scheduler::Progress`], a sub-MDP of the model for [`Scheduler::Permissive`]. The labels are
 /// "improved" (the last step was an improvement), "settled" (the path ends there), "achieved" (the
-/// pursued objective is achieved, for strategies that achieve objectives), and the regions and ranks
-/// of the states.
+/// pursued objective is achieved) and "committed" (a plan has committed to it) for strategies that
+/// achieve objectives, and the regions and ranks of the states.
 ///
 /// # Errors
 /// There are more than `limit` states; the errors of [`InducedModel::unfold`].
@@ -102,10 +102,11 @@ fn choices(unfolded: &InducedModel, (node, _): Key, number: usize, found: &mut F
 
 /// Returns the variables of the model, then the level (-1 if unbounded), the reference arena (-1 if
 /// none), and whether the last step improved; for strategies that achieve objectives, then the pursued
-/// objective (-1 if none) and its stage.
+/// objective (-1 if none), its stage, and whether the plan has committed to it.
 fn columns(program: &Program, achieves: bool) -> Vec<Column> {
     let mut columns: Vec<Column> = program.variables.iter().map(column).collect();
-    let pursuit: &[_] = if achieves { &[("pursued", false), ("stage", false)] } else { &[] };
+    let pursuit: &[_] =
+        if achieves { &[("pursued", false), ("stage", false), ("committed", true)] } else { &[] };
     for &(name, is_bool) in [("level", false), ("reference", false), ("improved", true)].iter().chain(pursuit)
     {
         let mut name = name.to_owned();
@@ -129,6 +130,7 @@ fn values(unfolded: &InducedModel, (node, improved): Key, achieves: bool) -> Sta
     values.extend([level, arena.map_or(-1, number), i64::from(improved)]);
     if achieves {
         values.extend(pursuit.map_or([-1, 0], |p| [number(p.objective), number(p.stage)]));
+        values.push(i64::from(at.commits()));
     }
     values
 }
@@ -147,6 +149,7 @@ fn labels<E: Engine>(
         vec![("improved".to_owned(), numbered(&|key| key.1)), ("settled".to_owned(), numbered(&settled))];
     if achieves {
         labels.push(("achieved".to_owned(), numbered(&|key| unfolded.nodes[key.0].at.is_achieved())));
+        labels.push(("committed".to_owned(), numbered(&|key| unfolded.nodes[key.0].at.commits())));
     }
     let states: Vec<State> = keys.iter().map(|key| unfolded.nodes[key.0].at.state.clone()).collect();
     labels.extend(Regions::of(analysis).all(&states)?);

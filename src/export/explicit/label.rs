@@ -1,6 +1,6 @@
 //! Regions and ranks as labels of states.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::engine::Engine;
 use crate::error::Result;
@@ -64,8 +64,23 @@ pub(super) fn members<E: Engine>(engine: &E, x: &E::States, states: &[State]) ->
     Ok(members)
 }
 
+/// Turns names into distinct identifiers, none of which is reserved.
+pub(super) fn unique<'n>(names: impl Iterator<Item = &'n str>, reserved: &[&str]) -> Vec<String> {
+    let mut taken: BTreeSet<String> = reserved.iter().map(|&name| name.to_owned()).collect();
+    let distinct = |name: &str| {
+        let wanted = identifier(name);
+        let (mut name, mut number) = (wanted.clone(), 2);
+        while !taken.insert(name.clone()) {
+            name = format!("{wanted}_{number}");
+            number += 1;
+        }
+        name
+    };
+    names.map(distinct).collect()
+}
+
 /// Returns a name that both formats accept: letters, digits and `_`.
-pub(super) fn identifier(name: &str) -> String {
+fn identifier(name: &str) -> String {
     let letter = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
     let mut identifier: String = name.chars().map(letter).collect();
     if identifier.is_empty() || identifier.starts_with(|c: char| c.is_ascii_digit()) {

@@ -1,11 +1,19 @@
 //! Writers of PRISM's `.tra`, `.sta` and `.lab`, and of Storm's `.drn`.
 //!
-//! Probabilities are written as the shortest decimals that read back as the same doubles.
+//! Probabilities and rewards are written as the shortest decimals that read back as the same doubles.
 
 use std::fmt::Write as _;
 
+use num_traits::{ToPrimitive, Zero};
+
+use super::exact::{Rewards, exact};
 use super::graph::{Graph, Row};
+use super::label::unique;
 use crate::csv;
+use crate::error::Result;
+use crate::model::Program;
+use crate::model::exact::Ratio;
+use crate::progress::ProgressSink;
 
 /// The three files of PRISM.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -79,30 +87,54 @@ fn lab(graph: &Graph) -> String {
     text
 }
 
-/// Writes a model in Storm's explicit format.
-pub fn drn(graph: &Graph) -> String {
+/// Writes a model in Storm's explicit format, with the reward structures of the program that have a
+/// value in all states. The values of the variables are comments. Cost: for rewards, one step of the
+/// program per state.
+///
+/// # Errors
+/// The program has no meaning in a state; a limit is reached.
+pub fn drn(graph: &Graph, program: &Program, sink: &dyn ProgressSink) -> Result<String> {
+    let rewards = match program.rewards.is_empty() {
+        true => Vec::new(),
+        false => exact(graph, program, sink)?.rewards,
+    };
+    let earned = |of: &dyn Fn(&Rewards) -> String| match rewards.is_empty() {
+        true => String::new(),
+        false => format!(" [{}]", rewards.iter().map(of).collect::<Vec<_>>().join(", ")),
+    };
+    let models = unique(rewards.iter().map(|rewards| rewards.name.as_str()), &[]).join(" ");
     let (names, of) = labels_by_state(graph);
     let kind = if graph.is_dtmc { "DTMC" } else { "MDP" };
     let (states, choices) = (graph.states.len(), graph.choices());
-    let mut text = format!("@type: {kind}\n@parameters\n\n@reward_models\n\n");
+    let mut text = format!("@type: {kind}\n@parameters\n\n@reward_models\n{models}\n");
+    let mut number = 0;
     let _ = write!(text, "@nr_states\n{states}\n@nr_choices\n{choices}\n@model\n");
     for (state, rows) in graph.rows.iter().enumerate() {
-        let _ = write!(text, "state {state}");
+        let _ = write!(text, "state {state}{}", earned(&|rewards| decimal(&rewards.states[state])));
         for &label in &of[state] {
             let _ = write!(text, " {}", names[label]);
         }
         let _ = writeln!(text, "\n//[{}]", shown(graph, &graph.states[state], |n, v| format!("{n}={v}")));
         for (choice, row) in rows.iter().enumerate() {
+            let earned = earned(&|rewards| decimal(&rewards.choices[number]));
+            number += 1;
             let _ = match graph.is_dtmc {
-                true => writeln!(text, "\taction {choice}"),
-                false => writeln!(text, "\taction {}", row.action),
+                true => writeln!(text, "\taction {choice}{earned}"),
+                false => writeln!(text, "\taction {}{earned}", row.action),
             };
             for (to, p) in &row.successors {
                 let _ = writeln!(text, "\t\t{to} : {p}");
             }
         }
     }
-    text
+    Ok(text)
+}
+
+/// Formats a reward as the shortest decimal of the nearest double, or as a fraction where doubles
+/// cannot tell it from 0 or infinity.
+fn decimal(reward: &Ratio) -> String {
+    let near = reward.to_f64().filter(|x| x.is_finite() && (*x != 0.0 || reward.is_zero()));
+    near.map_or_else(|| reward.to_string(), |x| x.to_string())
 }
 
 /// Writes a CSV file with one row per state: its number, its values, and the names of its choices,

@@ -85,6 +85,40 @@ impl<'p> Monitoring<'p> {
         own.fold(1, |all, w| all.saturating_mul(w.monitor.states.len() as u64))
     }
 
+    /// Returns the condition that the path so far, with the present state, satisfies a condition
+    /// whatever follows. It is derived leaf by leaf, from the monitors alone.
+    pub(crate) fn decided(&mut self, condition: &Condition) -> ExprId {
+        let (op, parts) = match condition {
+            Condition::Constant(value) => return self.program.pool.value(Value::Bool(*value)),
+            Condition::Leaf(asks, mark) => return self.leaf_decided(*asks, *mark),
+            Condition::All(parts) => (Binary::And, parts),
+            Condition::Any(parts) => (Binary::Or, parts),
+        };
+        let mut whole = self.program.pool.value(Value::Bool(op == Binary::And));
+        for part in parts {
+            let part = self.decided(part);
+            whole = self.program.pool.binary(op, whole, part);
+        }
+        whole
+    }
+
+    /// Returns [`Monitoring::decided`] for one leaf: a co-safe formula is decided by a mark, the
+    /// others when all later steps have marks, or none has one.
+    fn leaf_decided(&mut self, asks: Asks, mark: ExprId) -> ExprId {
+        let pool = &mut self.program.pool;
+        let wanted = match asks {
+            Asks::Accept => return mark,
+            Asks::Again => true,
+            Asks::Avoid | Asks::Settle => false,
+        };
+        match self.installed.iter().find(|w| w.mark == mark) {
+            Some(Installed { monitor, variable, .. }) => {
+                Values { pool, monitor, variable: *variable }.settled(&monitor.settled(wanted))
+            }
+            None => pool.value(Value::Bool(false)),
+        }
+    }
+
     fn condition(&mut self, tree: &Tree, name: &str) -> Result<Condition> {
         let mut all =
             |parts: &[Tree]| parts.iter().map(|p| self.condition(p, name)).collect::<Result<Vec<_>>>();
@@ -227,6 +261,12 @@ impl Values<'_> {
     /// Returns the condition that the step is marked.
     fn mark(&mut self) -> ExprId {
         let of = self.decisions(|pool, _, mark| pool.value(Value::Bool(mark)));
+        self.select(&of, 0, self.monitor.states.len())
+    }
+
+    /// Returns the condition that the step leads to one of the given states.
+    fn settled(&mut self, states: &[bool]) -> ExprId {
+        let of = self.decisions(|pool, next, _| pool.value(Value::Bool(states[next])));
         self.select(&of, 0, self.monitor.states.len())
     }
 

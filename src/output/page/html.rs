@@ -4,6 +4,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::super::header::{Header, ModelSummary};
 use super::super::simulate::TurnReport;
+use super::super::simulate_text::committed;
 use super::super::{ranks, text};
 use super::paint::Paint;
 use super::sentence::sentence;
@@ -310,11 +311,12 @@ fn strategy_name(kind: StrategyKind) -> &'static str {
 }
 
 fn turn_row(step: usize, turn: &TurnReport) -> Markup {
-    let note = match (turn.improves, turn.weakens_step) {
+    let effect = match (turn.improves, turn.weakens_step) {
         (true, _) => Some(("good", format!("improves: {} gained", text::either(&turn.gained)))),
         (_, true) => Some(("bad", format!("weakens: {} lost", text::names(&turn.lost)))),
         _ => None,
     };
+    let notes: Vec<_> = effect.into_iter().chain(committed(turn).map(|note| ("hint", note))).collect();
     html! {
         tr data-turn=(step) {
             td.n { (step) } td { b { (turn.action) } } td data-name="to" { (values(&turn.changed)) }
@@ -323,7 +325,7 @@ fn turn_row(step: usize, turn: &TurnReport) -> Markup {
             }
             td data-name="sure" { (text::either(&turn.most_preferred)) }
             td data-name="rank" { (ranks::mark(Some(turn.rank))) }
-            td { @if let Some((class, note)) = note { span class=(class) { (note) } } }
+            td { @for (class, note) in &notes { span class=(class) { (note) } " " } }
         }
     }
 }

@@ -1,0 +1,93 @@
+//! Plans and strategies of the kind `achieve` once nothing can be improved: the objective that they
+//! pursue, and the commitments of plans. See the documentation of [`super::finite_memory`].
+
+use super::achieve::{Achieving, Manner, Pursuit};
+use super::finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
+use super::levels::Rank;
+use crate::engine::Engine;
+use crate::error::Result;
+use crate::model::preference::ObjectiveSet;
+
+impl<E: Engine> FiniteMemoryStrategy<E> {
+    /// Lets the memory of a strategy that achieves objectives pursue one, once nothing can be improved.
+    pub(super) fn pursuing(&self, memory: Memory, state: &[i64]) -> Result<Memory> {
+        let Some(achieving) = self.achieving.as_ref().filter(|_| memory.level == Rank::Finite(0)) else {
+            return Ok(memory);
+        };
+        let pursuit = match self.kind {
+            StrategyKind::Achieve => {
+                let enter = |objective| achieving.enter(objective, (Manner::Free, None), state);
+                self.objective.map(enter).transpose()?.flatten()
+            }
+            _ => self.planned(memory.arena, state, |_| true)?,
+        };
+        self.with_pursuit(memory, pursuit, state)
+    }
+
+    /// Returns the memory with a pursuit; after a commitment, the state is the reference.
+    fn with_pursuit(&self, memory: Memory, pursuit: Option<Pursuit>, state: &[i64]) -> Result<Memory> {
+        let kept = pursuit.is_none_or(|pursuit| pursuit.manner == Manner::Kept);
+        Ok(Memory { pursuit, ..if kept { memory } else { self.at_rest(state)? } })
+    }
+
+    /// Returns the pursuit of a plan that then achieves an acceptable member of MP(s): the named
+    /// objective if it is one, else the first one that kept choices achieve, else the first one.
+    fn planned(
+        &self,
+        arena: Option<usize>,
+        state: &[i64],
+        accept: impl Fn(usize) -> bool,
+    ) -> Result<Option<Pursuit>> {
+        let Some(achieving) = &self.achieving else { return Ok(None) };
+        let most_preferred = self.most_preferred(state)?;
+        let candidates: Vec<usize> = most_preferred.iter().filter(|&objective| accept(objective)).collect();
+        match self.objective.filter(|named| candidates.contains(named)) {
+            Some(named) => achieving.begin(&[named], arena, state),
+            None => achieving.begin(&candidates, arena, state),
+        }
+    }
+
+    /// Returns the memory after a step while an objective is pursued, and whether the step was an
+    /// improvement. A plan goes over to an objective that is preferred to the present one, once the
+    /// present one is no longer most preferred.
+    pub(super) fn after_pursuing(
+        &self,
+        (memory, pursuit): (Memory, Pursuit),
+        (from, to): (&[i64], &[i64]),
+        improves: bool,
+    ) -> Result<(Memory, bool)> {
+        let Some(achieving) = &self.achieving else { return Ok((memory, improves)) };
+        let (fresh, kept) = (self.at_rest(to)?, pursuit.manner == Manner::Kept);
+        let moved = if kept && !improves { memory } else { fresh };
+        if self.kind == StrategyKind::Plan && !self.most_preferred(to)?.contains(pursuit.objective) {
+            let better = |other| self.preferences.order.strictly(other, pursuit.objective);
+            if let Some(pursuit) = self.planned(moved.arena, to, better)? {
+                return Ok((self.with_pursuit(moved, Some(pursuit), to)?, improves));
+            }
+        }
+        if kept && improves && fresh.arena != memory.arena {
+            // The entered state becomes the reference only if its kept choices suffice. Otherwise
+            // the step is not counted.
+            let renewed = achieving.enter(pursuit.objective, (Manner::Kept, fresh.arena), to)?;
+            if renewed.is_some() {
+                return Ok((Memory { pursuit: renewed, ..fresh }, true));
+            }
+        }
+        let next = achieving.after(pursuit, memory.arena, (from, to))?;
+        let own = if kept { memory } else { fresh };
+        match next {
+            // The step left the states of the pursuit, so it was not one of the plan.
+            None if self.kind == StrategyKind::Plan => Ok((self.pursuing(fresh, to)?, improves)),
+            _ => Ok((Memory { pursuit: next, ..own }, improves && own.arena == fresh.arena)),
+        }
+    }
+
+    /// Returns the objectives that are achieved in a state; empty if the strategy achieves none.
+    ///
+    /// # Errors
+    /// The errors of [`Engine::contains`].
+    pub fn achieved(&self, state: &[i64]) -> Result<ObjectiveSet> {
+        let achieved = |achieving: &Achieving<E>| achieving.achieved(state);
+        self.achieving.as_ref().map_or_else(|| Ok(ObjectiveSet::new()), achieved)
+    }
+}

@@ -1,0 +1,274 @@
+//! Validation of shields: the conditions that a table must meet whatever model it belongs to.
+//!
+//! A shield that is read from a file is untrusted. Its promises follow from its table if the table
+//! is well formed, every step is known, secure nodes permit only steps to secure nodes that weaken
+//! nothing, and permitted steps can make the improvements that are ahead.
+
+use std::fmt::Display;
+use std::hash::Hash;
+
+use ahash::{AHashMap, AHashSet};
+
+use super::{Shield, ShieldAction, ShieldNode, ShieldVariable};
+use crate::error::ensure;
+use crate::planning::levels::Kind;
+use crate::planning::{Safety, StrategyKind};
+
+/// A condition that holds, or the fault.
+type Check = Result<(), String>;
+
+impl Shield {
+    /// Checks the table. Returns the first fault.
+    ///
+    /// The kind and the safety mode exist, no name, class, start state or action of a node occurs
+    /// twice, and numbers are in range. Every action has a successor, and the state of a successor
+    /// tells its node. References are those of the safety mode. Permitted steps of secure nodes enter
+    /// secure nodes and weaken nothing. From nodes with improvements ahead, permitted steps can make
+    /// the next one. Cost: linear in the size of the table.
+    pub fn fault(&self) -> Option<String> {
+        self.check().err()
+    }
+
+    fn check(&self) -> Check {
+        self.check_modes()?;
+        self.check_names()?;
+        self.check_classes()?;
+        let count = self.nodes.len();
+        ensure(self.starts <= count, || format!("{} start states, but {count} nodes", self.starts))?;
+        self.each(Self::check_state)?;
+        let starts = self.nodes[..self.starts].iter().map(|node| &node.state);
+        if let Some(state) = repeated(starts) {
+            return Err(format!("two start nodes have the state {}", self.shown(state)));
+        }
+        self.each(Self::check_numbers)?;
+        self.each(Self::check_successors)?;
+        self.each(Self::check_reference)?;
+        self.each(Self::check_promise)?;
+        self.check_progress()
+    }
+
+    /// Runs a check of every node; a fault says which node has it.
+    fn each(&self, check: impl Fn(&Self, usize) -> Check) -> Check {
+        (0..self.nodes.len()).try_for_each(|v| check(self, v).map_err(|fault| self.at(v, &fault)))
+    }
+
+    fn at(&self, v: usize, fault: &str) -> String {
+        let state = &self.nodes[v].state;
+        match state.len() == self.variables.len() {
+            true => format!("node {v}, {}: {fault}", self.shown(state)),
+            false => format!("node {v}: {fault}"),
+        }
+    }
+
+    /// Formats a state as `s=1,on=0`.
+    fn shown(&self, state: &[i64]) -> String {
+        let pairs = self.variables.iter().zip(state);
+        pairs
+            .map(|(variable, value)| format!("{}={value}", plain(&variable.name)))
+            .collect::<Vec<_>>()
+            .join(",")
+    }
+
+    fn check_modes(&self) -> Check {
+        let kinds = Kind::ALL.iter().map(|&kind| StrategyKind::from(kind).name());
+        one_of("kind", &self.kind, &kinds.collect::<Vec<_>>())?;
+        one_of("safety mode", &self.safety, &[Safety::Action, Safety::Prefix].map(Safety::name))
+    }
+
+    fn check_names(&self) -> Check {
+        once("two variables are called", self.variables.iter().map(|variable| &variable.name))?;
+        once("two actions are called", &self.actions)?;
+        for variable in &self.variables {
+            let name = plain(&variable.name);
+            once(&format!("two values of the variable `{name}` are called"), &variable.values)?;
+            ensure(!variable.boolean || variable.values.is_empty() && variable.low == 0, || {
+                format!("the variable `{name}` is Boolean, and has names or a least value")
+            })?;
+            ensure(variable.monitor.is_none_or(|value| variable.has(value)), || {
+                format!("the monitor `{name}` starts with a value that it cannot have")
+            })?;
+        }
+        Ok(())
+    }
+
+    fn check_classes(&self) -> Check {
+        let count = self.classes.len();
+        for class in &self.classes {
+            once("a class twice has the objective", class)?;
+        }
+        if let Some(class) = repeated(&self.classes) {
+            return Err(format!("two classes are {{{}}}", plain(&class.join(", "))));
+        }
+        ensure(self.weakening.len() == count, || {
+            format!("{count} classes, but {} lists of weakening classes", self.weakening.len())
+        })?;
+        for (class, row) in self.weakening.iter().enumerate() {
+            let is_well_formed =
+                row.is_sorted_by(|a, b| a < b) && row.iter().all(|&other| other < count && other != class);
+            ensure(is_well_formed, || {
+                format!("the classes to which class {class} weakens are not other classes in ascending order")
+            })?;
+        }
+        Ok(())
+    }
+
+    fn check_state(&self, v: usize) -> Check {
+        let state = &self.nodes[v].state;
+        let (found, wanted) = (state.len(), self.variables.len());
+        ensure(found == wanted, || format!("{found} values, but {wanted} variables"))?;
+        self.variables.iter().zip(state).try_for_each(|(variable, &value)| {
+            ensure(variable.has(value), || format!("`{}` cannot be {value}", plain(&variable.name)))
+        })
+    }
+
+    fn check_numbers(&self, v: usize) -> Check {
+        let (node, classes) = (&self.nodes[v], self.classes.len());
+        node.class.map_or(Ok(()), |class| in_range("class", class, classes))?;
+        in_range("reference", node.reference, classes)?;
+        for action in &node.actions {
+            in_range("action", action.action, self.actions.len())?;
+            let name = self.name(action);
+            ensure(!action.next.is_empty(), || format!("the action `{name}` has no successor"))?;
+            action.next.iter().try_for_each(|&to| in_range("successor", to, self.nodes.len()))?;
+        }
+        once("two entries for the action", node.actions.iter().map(|action| &self.actions[action.action]))?;
+        in_range("pick", node.pick, node.actions.len())?;
+        let pick = &node.actions[node.pick];
+        ensure(pick.permitted, || format!("the action `{}` is picked and not permitted", self.name(pick)))
+    }
+
+    /// Checks that a step to a state enters one node, whatever the values of monitors.
+    fn check_successors(&self, v: usize) -> Check {
+        let mut known = AHashMap::new();
+        for &to in self.nodes[v].actions.iter().flat_map(|action| &action.next) {
+            let other = *known.entry(self.seen(to)).or_insert(to);
+            ensure(other == to, || {
+                format!(
+                    "the successors {other} and {to} have the same state {}",
+                    self.shown(&self.nodes[to].state)
+                )
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Returns the values of a node's state that an agent knows: without those of monitors.
+    fn seen(&self, v: usize) -> Vec<i64> {
+        let values = self.variables.iter().zip(&self.nodes[v].state);
+        values.filter(|(variable, _)| variable.monitor.is_none()).map(|(_, &value)| value).collect()
+    }
+
+    /// Checks that steps are compared with the state before or, under `prefix`, with a reference that
+    /// is kept or becomes the class of the state that is entered.
+    fn check_reference(&self, v: usize) -> Check {
+        let own = |node: &ShieldNode| match node.class {
+            Some(class) => node.reference == class,
+            // An unsafe state belongs to no class; nothing is guaranteed there.
+            None => self.classes[node.reference].is_empty(),
+        };
+        let (node, prefix) = (&self.nodes[v], self.safety == Safety::Prefix.name());
+        ensure(own(node) || prefix && v >= self.starts, || {
+            "the reference is not the class of the state".to_owned()
+        })?;
+        let next = || node.actions.iter().flat_map(|action| &action.next);
+        let strange = next().find(|&&to| self.nodes[to].reference != node.reference && !own(&self.nodes[to]));
+        strange.map_or(Ok(()), |to| {
+            Err(format!("the reference of its successor {to} is neither its own nor that of the successor"))
+        })
+    }
+
+    fn check_promise(&self, v: usize) -> Check {
+        let node = &self.nodes[v];
+        let is_secure = |to: usize| self.nodes[to].secure;
+        let mut permitted = node.actions.iter().filter(|action| action.permitted);
+        let broken = permitted.find(|action| node.secure && !self.enters(v, action, is_secure));
+        broken.map_or(Ok(()), |action| {
+            let name = self.name(action);
+            Err(format!("the permitted action `{name}` weakens or ends the promise of a secure state"))
+        })
+    }
+
+    /// Checks that from each node with k > 0 improvements ahead, permitted steps among nodes with as
+    /// many ahead lead to an improvement after which at least k - 1 are ahead.
+    fn check_progress(&self) -> Check {
+        let mut before = vec![Vec::new(); self.nodes.len()];
+        let (mut queue, mut able) = (Vec::new(), vec![false; self.nodes.len()]);
+        for (v, node) in self.nodes.iter().enumerate() {
+            let steps = node.actions.iter().filter(|action| action.permitted);
+            for &to in steps.flat_map(|action| &action.next) {
+                if self.is_next_improvement(node, &self.nodes[to]) {
+                    queue.push(v);
+                } else if node.ahead == self.nodes[to].ahead {
+                    before[to].push(v);
+                }
+            }
+        }
+        while let Some(v) = queue.pop() {
+            if !std::mem::replace(&mut able[v], true) {
+                queue.append(&mut before[v]);
+            }
+        }
+        self.each(|shield, v| {
+            ensure(able[v] || shield.nodes[v].ahead == Some(0), || {
+                "improvements are ahead, but permitted steps cannot make the next one".to_owned()
+            })
+        })
+    }
+
+    /// Returns whether a step may be an improvement that leaves the others ahead. An empty reference
+    /// is improved by anything: the table does not say how `empty` is compared.
+    fn is_next_improvement(&self, from: &ShieldNode, to: &ShieldNode) -> bool {
+        let Some(class) = to.class else { return false };
+        let reference = from.reference;
+        let weakens = |from: usize, to: usize| self.weakening[from].binary_search(&to).is_ok();
+        let improves = match self.classes[reference].is_empty() {
+            true => !self.classes[class].is_empty(),
+            false => weakens(class, reference),
+        };
+        let leaves = match (from.ahead, to.ahead) {
+            (_, None) => true,
+            (None, Some(_)) => false,
+            (Some(k), Some(left)) => left.saturating_add(1) >= k,
+        };
+        improves && !weakens(reference, class) && leaves
+    }
+
+    fn name(&self, action: &ShieldAction) -> String {
+        plain(&self.actions[action.action])
+    }
+}
+
+impl ShieldVariable {
+    /// Returns whether the variable can have a value, as far as the table knows.
+    fn has(&self, value: i64) -> bool {
+        let names = i64::try_from(self.values.len()).unwrap_or(i64::MAX);
+        let below = if self.boolean { 2 } else { self.low.saturating_add(names) };
+        let is_bounded = self.boolean || names > 0;
+        value >= self.low && (!is_bounded || value < below)
+    }
+}
+
+fn one_of(what: &str, found: &str, all: &[&str]) -> Check {
+    let expected = || all.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" or ");
+    ensure(all.contains(&found), || format!("the {what} is `{}`, expected {}", plain(found), expected()))
+}
+
+fn in_range(what: &str, number: usize, count: usize) -> Check {
+    ensure(number < count, || format!("the {what} {number} is out of range: there are {count}"))
+}
+
+/// Checks that no name occurs twice.
+fn once<T: Display + Eq + Hash + Copy>(what: &str, names: impl IntoIterator<Item = T>) -> Check {
+    repeated(names).map_or(Ok(()), |name| Err(format!("{what} `{}`", plain(&name.to_string()))))
+}
+
+/// Returns the first item that occurs a second time.
+fn repeated<T: Eq + Hash + Copy>(items: impl IntoIterator<Item = T>) -> Option<T> {
+    let mut known = AHashSet::new();
+    items.into_iter().find(|&item| !known.insert(item))
+}
+
+/// Returns a name of the file without control characters.
+fn plain(name: &str) -> String {
+    name.escape_debug().to_string()
+}

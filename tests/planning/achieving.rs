@@ -1,0 +1,250 @@
+//! Objectives are achieved when the path so far decides them, and not before; and both engines say the
+//! same of every state, of Markov chains and of deadlocks too.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+
+use meliora::engine::{Algebra, AnyEngine, Engine, Scope, Settings, Storage};
+use meliora::error::SourceFile;
+use meliora::lang;
+use meliora::model::Program;
+use meliora::model::preference::Preferences;
+use meliora::planning::tally::Trace;
+use meliora::planning::{
+    Analysis, FiniteMemoryStrategy, InducedModel, Options, Safety, Scheduler, Setup, Simulation, StrategyKind,
+};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, TestRunner};
+
+use crate::SAFETIES;
+use crate::literal::Set;
+use crate::loaded::Loaded;
+use crate::plans::model;
+use crate::plays::edges;
+use crate::regions::bottom_components;
+
+/// A formula, and whether the states of a path decide that it is true.
+type Decided = (&'static str, fn(&[i64]) -> bool);
+
+/// Formulas that some step decides, on every path that satisfies them.
+const COSAFE: usize = 8;
+const FORMULAS: [Decided; 17] = [
+    ("F s=1", |path| path.contains(&1)),
+    ("F (s=1 & F s=2)", |path| {
+        path.iter().position(|&s| s == 1).is_some_and(|first| path[first..].contains(&2))
+    }),
+    ("!(s=1) U s=2", |path| path.iter().position(|&s| s == 2).is_some_and(|n| !path[..n].contains(&1))),
+    ("F (s=1 & X s=1)", |path| path.windows(2).any(|pair| pair == [1, 1])),
+    ("X X s=1", |path| path.get(2) == Some(&1)),
+    ("F<=3 s=2", |path| path.iter().take(4).any(|&s| s == 2)),
+    ("G<=2 !(s=1)", |path| path.len() > 2 && !path[..3].contains(&1)),
+    ("(F s=1) & (G<=1 !(s=2))", |path| path.len() > 1 && path.contains(&1) && !path[..2].contains(&2)),
+    ("G !(s=2)", |_| false),
+    ("G F s=0", |_| false),
+    ("F G !(s=1)", |_| false),
+    ("G (s=1 => F s=2)", |_| false),
+    ("(G F s=0) & (F s=1)", |_| false),
+    ("(F s=1) | (G !(s=2))", |path| path.contains(&1)),
+    ("(X s=1) | (G F s=0)", |path| path.get(1) == Some(&1)),
+    ("!(s=2) W s=1", |path| path.iter().position(|&s| s == 1).is_some_and(|n| !path[..n].contains(&2))),
+    ("s=1 R !(s=2)", |path| path.iter().position(|&s| s == 1).is_some_and(|n| !path[..n].contains(&2))),
+];
+
+#[derive(Debug, Clone)]
+struct Drawn {
+    choices: Vec<Vec<Vec<usize>>>,
+    formulas: Vec<usize>,
+    above: Vec<(usize, usize)>,
+    is_chain: bool,
+    from_everywhere: bool,
+}
+
+fn drawn() -> impl Strategy<Value = Drawn> {
+    let leads = prop::collection::vec(0..5usize, 1..=3);
+    let choices = prop::collection::vec(prop::collection::vec(leads, 0..=2), 3..=5);
+    let formulas = prop::collection::vec(0..FORMULAS.len(), 1..=3);
+    let above = prop::collection::vec((0..3usize, 0..3usize), 0..=3);
+    (choices, formulas, above, any::<bool>(), any::<bool>()).prop_map(
+        |(choices, formulas, above, is_chain, from_everywhere)| Drawn {
+            choices,
+            formulas,
+            above,
+            is_chain,
+            from_everywhere,
+        },
+    )
+}
+
+impl Drawn {
+    fn load(&self) -> (Arc<Program>, Arc<Preferences>) {
+        let mut text = model(&self.choices);
+        if self.is_chain {
+            text = text.replacen("mdp", "dtmc", 1);
+        }
+        if !self.from_everywhere {
+            text = text.replace("init true endinit", "");
+        }
+        let mut wishes = "history = play;\n".to_owned();
+        for (i, &formula) in self.formulas.iter().enumerate() {
+            wishes += &format!("objective o{i} = {};\n", FORMULAS[formula].0);
+        }
+        for (i, j) in self.above.iter().filter(|(i, j)| i > j && *i < self.formulas.len()) {
+            wishes += &format!("prefer o{i} > o{j};\n");
+        }
+        let mut program = lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program;
+        let preferences = lang::load_preferences(&SourceFile::new("p", wishes), &mut program).unwrap();
+        (Arc::new(program), Arc::new(preferences))
+    }
+
+    /// The objectives that the states of a path decide.
+    fn decided(&self, path: &[i64]) -> Set {
+        (0..self.formulas.len()).filter(|&o| FORMULAS[self.formulas[o]].1(path)).collect()
+    }
+
+    fn kinds(&self) -> impl Iterator<Item = (StrategyKind, Option<usize>)> {
+        let achieve = (0..self.formulas.len()).map(|o| (StrategyKind::Achieve, Some(o)));
+        [StrategyKind::Sasi, StrategyKind::Spi, StrategyKind::Plan]
+            .map(|kind| (kind, None))
+            .into_iter()
+            .chain(achieve)
+    }
+}
+
+type Analysed = (Arc<Program>, Analysis<AnyEngine>);
+
+fn analysed(drawn: &Drawn, storage: Storage, safety: Safety) -> Analysed {
+    let (program, preferences) = drawn.load();
+    let settings = Settings { scope: Scope::Reachable, storage, memory: 16 << 20, ..Settings::default() };
+    let engine = Arc::new(AnyEngine::new(Arc::clone(&program), settings).unwrap());
+    let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
+    analysis.run(&mut |_| ()).unwrap();
+    (program, analysis)
+}
+
+fn strategy(
+    (program, analysis): &Analysed,
+    (kind, objective): (StrategyKind, Option<usize>),
+) -> FiniteMemoryStrategy {
+    FiniteMemoryStrategy::of_kind(analysis, program, kind, kind.levels(), objective).unwrap().unwrap()
+}
+
+/// Checks each prefix of a simulated run; returns whether something was decided after the start.
+fn check_run(drawn: &Drawn, start: i64, trace: &Trace) -> bool {
+    let (mut path, mut achieved) = (vec![start], trace.achieved.iter().collect::<Set>());
+    assert_eq!(achieved, drawn.decided(&path), "{drawn:?}, {path:?}");
+    for turn in &trace.turns {
+        path.push(turn.state[0]);
+        achieved.extend(turn.achieved.iter());
+        assert_eq!(achieved, drawn.decided(&path), "{drawn:?}, {path:?}");
+    }
+    achieved.len() > trace.achieved.iter().count()
+}
+
+/// Checks the runs of plans and of strategies that achieve an objective; those that achieve a co-safe
+/// one end almost surely where it is achieved.
+fn check_achieved(drawn: &Drawn, found: &Analysed, seen: &mut [usize; 2]) {
+    let analysis = &found.1;
+    let engine = analysis.engine();
+    for (kind, objective) in drawn.kinds().filter(|(kind, _)| kind.name() != "sasi" && kind.name() != "spi") {
+        let mut strategy = strategy(found, (kind, objective));
+        for start in engine.list_states(&engine.initial_states(), 5).unwrap() {
+            let sure = objective.is_some_and(|o| {
+                engine.contains(&analysis.outcomes().unwrap().get(o).unwrap().almost_sure, &start).unwrap()
+            });
+            let cosafe = objective.is_some_and(|o| drawn.formulas[o] < COSAFE);
+            for scheduler in [Scheduler::Progress, Scheduler::Permissive] {
+                let setup = Setup { scheduler, runs: 5, steps: 12, seed: 1 };
+                let mut each = |trace: &Trace| seen[0] += usize::from(check_run(drawn, start[0], trace));
+                Simulation::new(&mut strategy, setup).run_each(&start, &mut each).unwrap();
+                if sure && cosafe {
+                    check_ends(&mut strategy, &start, scheduler);
+                    seen[1] += 1;
+                }
+            }
+        }
+    }
+}
+
+/// Almost surely, the induced chain reaches a state where the objective is achieved.
+fn check_ends(strategy: &mut FiniteMemoryStrategy, start: &[i64], scheduler: Scheduler) {
+    let unfolded = InducedModel::unfold(strategy, &[start.to_vec()], scheduler, 10_000).unwrap();
+    assert!(unfolded.complete);
+    let to = |(node, next): (usize, Vec<(usize, bool)>)| match next.is_empty() {
+        true => vec![node],
+        false => next.into_iter().map(|(to, _)| to).collect(),
+    };
+    let chain: Vec<Vec<usize>> = edges(&unfolded).into_iter().enumerate().map(to).collect();
+    for component in bottom_components(&chain, 0, &Set::new()) {
+        let at = |node: &usize| &unfolded.nodes[*node].at;
+        assert!(component.iter().all(|node| at(node).is_achieved()), "{component:?}: {unfolded:?}");
+    }
+}
+
+#[test]
+fn an_objective_is_achieved_when_the_path_decides_it_and_not_before() {
+    let seen = RefCell::new([0; 2]);
+    let config = Config { cases: 150, failure_persistence: None, ..Config::default() };
+    let outcome = TestRunner::new(config).run(&(drawn(), any::<bool>()), |(drawn, symbolic)| {
+        let storage = if symbolic { Storage::Symbolic } else { Storage::Explicit };
+        for safety in SAFETIES {
+            check_achieved(&drawn, &analysed(&drawn, storage, safety), &mut seen.borrow_mut());
+        }
+        Ok(())
+    });
+    outcome.unwrap_or_else(|e| panic!("{e}"));
+    let seen = seen.into_inner();
+    assert!(seen[0] > 500 && seen[1] > 100, "{seen:?}");
+}
+
+#[test]
+fn both_engines_explain_every_state_of_chains_and_deadlocks_with_monitors() {
+    let deadlocks = RefCell::new([0; 2]);
+    let config = Config { cases: 150, failure_persistence: None, ..Config::default() };
+    let outcome = TestRunner::new(config).run(&(drawn(), 0..3usize), |(drawn, safety)| {
+        let safety = SAFETIES[safety];
+        let [left, right] =
+            [Storage::Symbolic, Storage::Explicit].map(|storage| analysed(&drawn, storage, safety));
+        let engine = left.1.engine();
+        let states = engine.list_states(&engine.all_states(), usize::MAX).unwrap();
+        let stuck = !engine.is_empty(&engine.deadlock_states()).unwrap();
+        deadlocks.borrow_mut()[usize::from(drawn.is_chain)] += usize::from(stuck);
+        for wanted in drawn.kinds() {
+            let (mut mine, mut theirs) = (strategy(&left, wanted), strategy(&right, wanted));
+            for state in &states {
+                let memory = mine.start(state).unwrap();
+                assert_eq!(theirs.start(state).unwrap(), memory);
+                let (mine, theirs) = (mine.explain(state, memory), theirs.explain(state, memory));
+                prop_assert_eq!(mine.unwrap(), theirs.unwrap());
+            }
+        }
+        Ok(())
+    });
+    outcome.unwrap_or_else(|e| panic!("{e}"));
+    let deadlocks = deadlocks.into_inner();
+    assert!(deadlocks.iter().all(|&n| n > 20), "{deadlocks:?}");
+}
+
+#[test]
+fn what_every_strategy_achieves_is_still_pursued_until_it_is_achieved() {
+    let loaded = Loaded::new(
+        "mdp module m s:[0..2] init 0; [a] s=0 -> 1/2:true + 1/2:(s'=1); [b] s=1 -> (s'=2); endmodule",
+        "objective A = F s=2; history = play;",
+    );
+    let analysis = loaded.analyse(Safety::Action, None);
+    let kinds = [(StrategyKind::Plan, None), (StrategyKind::Achieve, Some(0))];
+    for (kind, objective) in kinds {
+        let program = &loaded.program;
+        let strategy = FiniteMemoryStrategy::of_kind(&analysis, program, kind, kind.levels(), objective);
+        let mut strategy = strategy.unwrap().unwrap();
+        let engine = analysis.engine();
+        let start = engine.list_states(&engine.initial_states(), 1).unwrap().remove(0);
+        let memory = strategy.start(&start).unwrap();
+        let at = strategy.explain(&start, memory).unwrap();
+        assert!(at.achieved.is_empty() && at.pick == Some(0), "{at:?}");
+        let setup = Setup { scheduler: Scheduler::Progress, runs: 100, steps: 1000, seed: 1 };
+        let mut each = |trace: &Trace| assert_eq!(trace.turns.last().unwrap().state[0], 2);
+        let tally = Simulation::new(&mut strategy, setup).run_each(&start, &mut each).unwrap();
+        let achieved = tally.achieved.unwrap();
+        assert_eq!((achieved.runs, achieved.waits[&0].least), (100, 2));
+    }
+}
