@@ -106,7 +106,7 @@ impl From<Limit> for Error {
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Limit {
-    /// The work needs more memory than [`crate::engine::Settings::memory`] allows.
+    /// The work needs more memory than the memory limit of the engine's settings allows.
     Memory {
         /// The part that was full, in words: "the node table of 12345 nodes is full".
         what: String,
@@ -117,7 +117,7 @@ pub enum Limit {
     System {
         /// The requested resource.
         what: String,
-        /// The requested bytes, if [`crate::engine::Settings::memory`] determines them.
+        /// The requested bytes, if the memory limit determines them.
         bytes: Option<u64>,
     },
     /// The model has more states than the explicit engine can number, whatever the settings allow.
@@ -142,9 +142,9 @@ pub enum Limit {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Relief {
-    /// Increase [`crate::engine::Settings::memory`].
+    /// Increase the memory limit of the engine's settings.
     MoreMemory,
-    /// Decrease [`crate::engine::Settings::memory`], or use a system with more memory.
+    /// Decrease the memory limit of the engine's settings, or use a system with more memory.
     LessMemory,
     /// Use a system with more resources.
     System,

@@ -135,7 +135,7 @@ pub use cli::command;
 #[cfg(feature = "output")]
 pub use embed::Drawing;
 #[doc(inline)]
-pub use embed::{Exploration, Listing, Model, Projection, Reached, States, Wanted};
+pub use embed::{Analysis, Exploration, Listing, Model, Projection, Reached, States, Wanted};
 #[doc(inline)]
 pub use engine::{AnyEngine, Count, Order, Scope, Settings, Storage, Usage};
 #[doc(inline)]
@@ -144,8 +144,8 @@ pub use error::{Diagnostic, Error, Limit, Relief, Result, SourceFile};
 pub use model::{Program, State};
 #[doc(inline)]
 pub use planning::{
-    Analysis, AnalysisResult, Event, Explanation, FiniteMemoryStrategy as Strategy, Kind, Options, Phase,
-    Rank, Safety, Scheduler, Setup, Shield, StrategyKind,
+    AnalysisResult, Event, Explanation, FiniteMemoryStrategy as Strategy, Kind, Options, Phase, Rank, Safety,
+    Scheduler, Setup, Shield, StrategyKind,
 };
 #[doc(inline)]
 pub use progress::{NoProgress, ProgressSink};

@@ -41,6 +41,7 @@ pub(crate) struct Poll<'o> {
 }
 
 impl<'o> Poll<'o> {
+    /// Creates a poll that has not queried the sink yet.
     pub(crate) fn new(sink: &'o dyn ProgressSink) -> Self {
         Poll { sink, steps: 0, limit: None }
     }

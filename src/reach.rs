@@ -6,7 +6,7 @@ use crate::engine::Engine;
 use crate::engine::regions::{Regions, regions};
 use crate::error::{Result, SourceFile};
 use crate::lang::ltl::{Formula, Monitoring};
-use crate::lang::property::{Bound, Question, Strategies};
+use crate::lang::property::Question;
 use crate::lang::{lower_target, ltl, parse_expression, parse_property};
 use crate::model::Program;
 use crate::model::expr::ExprId;
@@ -45,9 +45,6 @@ pub(crate) struct Watched {
 
 /// A safe formula that every strategy must keep, with its text.
 pub(crate) type Required = (Arc<SourceFile>, Formula);
-
-/// A quantifier over strategies, and a bound on the probability.
-pub type Comparison = (Strategies, Bound);
 
 impl Goal {
     /// Returns the model in which the question is answered: `plain`, or that with monitors.
@@ -172,30 +169,4 @@ impl Goal {
             Some(watched) => temporal::judged(engine, watched.fresh, regions),
         }
     }
-}
-
-/// Returns whether a property with these regions is true in all initial states.
-///
-/// # Errors
-/// A limit is reached.
-pub(crate) fn holds<E: Engine>(
-    engine: &E,
-    (strategies, bound): Comparison,
-    found: &Regions<E::States>,
-) -> Result<bool> {
-    let initial = engine.initial_states();
-    let inside = |region| engine.difference(&initial, region);
-    let outside = |region| engine.intersection(&initial, region);
-    let violating = match (strategies, bound) {
-        (Strategies::Some, Bound::One) => inside(&found.pmax_one),
-        (Strategies::Some, Bound::Positive) => inside(&found.pmax_positive),
-        (Strategies::All, Bound::One) => inside(&found.pmin_one),
-        (Strategies::All, Bound::Positive) => inside(&found.pmin_positive),
-        // A property is true for every strategy if no strategy violates it, and vice versa.
-        (Strategies::Some, Bound::BelowOne) => outside(&found.pmin_one),
-        (Strategies::Some, Bound::Zero) => outside(&found.pmin_positive),
-        (Strategies::All, Bound::BelowOne) => outside(&found.pmax_one),
-        (Strategies::All, Bound::Zero) => outside(&found.pmax_positive),
-    };
-    engine.is_empty(&violating?)
 }

@@ -10,9 +10,8 @@ use super::error::{CheckError, CheckResult};
 use crate::dump::Manifest;
 use crate::dump::manifest::File;
 use crate::engine::symbolic::SymbolicEngine;
-use crate::export::Inputs;
-use crate::export::describe::{self, Subject};
 use crate::model::preference::Preferences;
+use crate::query::describe::{self, Inputs, Subject};
 
 /// Compares the hashes of the texts with those of the dump.
 pub(super) fn inputs(manifest: &Manifest, hashes: Hashes<'_>) -> CheckResult {

@@ -2,7 +2,7 @@
 //!
 //! Only the transition relation is rebuilt. Each region is checked against a condition on one step.
 //! Induction over the layers and rounds of the dump then shows that the region is neither too large
-//! nor too small. Nothing of [`crate::planning`] is used here.
+//! nor too small. Nothing of planning is used here.
 //!
 //! After the check of `unsafe`, all conditions are about the model that the requirements leave.
 //!

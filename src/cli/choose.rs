@@ -13,13 +13,14 @@ use meliora::planning::{Analysis, FiniteMemoryStrategy, Scheduler, StrategyKind}
 use meliora::quantities::cost::Costs;
 use meliora::quantities::{Choose, Chooser, Steps};
 
+use super::by_name::by_name;
 use super::plan;
 
 /// The options for the kind of a strategy, and for its choice among permitted actions.
 #[derive(Debug, Clone, Args)]
 pub(super) struct ChooseArgs {
     /// What the strategy does [default: plan for `simulate`, else sasi, or spi with `--choose likely`]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = by_name::<StrategyKind>())]
     kind: Option<StrategyKind>,
 
     /// Objective to achieve: needed with `--kind achieve`; with `--kind plan` it is pursued where it
@@ -28,7 +29,7 @@ pub(super) struct ChooseArgs {
     objective: Option<String>,
 
     /// Action to take among the permitted ones
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_parser = by_name::<Choose>(), default_value = Choose::default().name())]
     pub(super) choose: Choose,
 
     /// Reward structure that is the cost of a step, for `--choose cheap` or `likely` [default:

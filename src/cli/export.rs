@@ -17,9 +17,8 @@ use super::choose::costs;
 use super::exit::Status;
 use super::export_explicit::{self, Files, StrategyArg};
 use super::load;
-use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
+use super::options::{self, ModelArgs, PreferenceArgs, ShownArgs};
 use super::phases;
-use super::quantity;
 use super::supervise::{Job, supervise};
 
 /// Write regions and strategies for other programs, as decision diagrams or explicit models
@@ -77,7 +76,7 @@ pub(super) struct ExportArgs {
     reward: Option<String>,
 
     /// Largest width of a bound of `--values`, absolute for probabilities, relative above 1 for costs
-    #[arg(long, value_name = "X", default_value_t = 1e-6, requires = "values", value_parser = quantity::precision)]
+    #[arg(long, value_name = "X", default_value_t = 1e-6, requires = "values", value_parser = options::precision)]
     precision: f64,
 
     /// Write no certificate; `verify` cannot check such a dump

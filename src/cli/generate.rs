@@ -6,6 +6,7 @@ use clap::{Args, Subcommand, ValueEnum};
 use meliora::error::Error;
 use meliora::generate::{self, Choices, Direction, Directions, Empty, Generated, Parameters};
 
+use super::by_name::by_name;
 use super::exit::Status;
 use super::files::{self, Target};
 use super::{load, terminal};
@@ -46,7 +47,7 @@ struct GridworldArgs {
 
     /// Value of nothing: how a state without a sure objective compares [default: from the map, or
     /// bottom]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = by_name::<Empty>())]
     empty: Option<Empty>,
 
     /// Seed of the random numbers: the same seed always gives the same files

@@ -3,6 +3,7 @@
 
 mod advice;
 mod agreement;
+mod by_name;
 mod choose;
 mod examples;
 mod exit;
@@ -28,7 +29,6 @@ mod export_explicit;
 mod generate;
 mod info;
 mod man;
-mod quantity;
 mod query;
 mod reach;
 mod report;

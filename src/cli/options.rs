@@ -11,6 +11,7 @@ use meliora::output::Header;
 use meliora::planning::{Options, Safety};
 use meliora::supervise::{memory, parse_duration};
 
+use super::by_name::by_name;
 use super::sweep::ranges;
 
 /// Heading in `--help`, below the options of the command itself.
@@ -34,7 +35,7 @@ pub(super) struct ModelArgs {
     bounds: Vec<String>,
 
     /// Valuations of the variables that count as states
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_parser = by_name::<Scope>(), default_value = Scope::default().name())]
     pub(super) scope: Scope,
 
     /// Order of the BDD variables: as declared, chosen by a heuristic, or from a file with one name
@@ -184,7 +185,7 @@ pub(super) struct PreferenceArgs {
     pub(super) preferences: PathBuf,
 
     /// Treatment of actions that can make the prospects worse
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_parser = by_name::<Safety>(), default_value = Safety::default().name())]
     pub(super) safety: Safety,
 
     /// Maximum number of levels to compute
@@ -251,6 +252,17 @@ pub(super) enum Color {
     Always,
     /// Never
     Never,
+}
+
+/// Parses the argument of `--precision`.
+///
+/// # Errors
+/// It is not a number between 0 and 1.
+pub(super) fn precision(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x > 0.0 && x < 1.0 => Ok(x),
+        _ => Err("expected a number between 0 and 1".to_owned()),
+    }
 }
 
 /// Checks that a list has the form `K=4,N=3`. The front end reads the values, because it knows the

@@ -51,7 +51,7 @@ pub(super) struct ReachArgs {
     require: Vec<String>,
 
     /// Largest width of a value, absolute for probabilities, relative above 1 for rewards
-    #[arg(long, value_name = "X", default_value_t = 1e-6, value_parser = super::quantity::precision)]
+    #[arg(long, value_name = "X", default_value_t = 1e-6, value_parser = super::options::precision)]
     precision: f64,
 
     #[command(flatten)]

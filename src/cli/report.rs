@@ -6,16 +6,19 @@ use clap::{Args, ValueEnum};
 use meliora::engine::{Engine, SymbolicEngine};
 use meliora::error::Error;
 use meliora::model::State;
-use meliora::output::page::{Content, MOST_STATES, Outlook, Picture, Play, Written};
+use meliora::output::page::{Content, Picture, Play, Written};
 use meliora::output::report::Report;
 use meliora::output::simulate::TraceReport;
 use meliora::output::{CheckReport, PageReport};
 use meliora::planning::{Analysis, Kind, Rank, Scheduler, Setup, Simulation, StrategyKind};
 use meliora::projections::{self, Plane, Projections};
 use meliora::quantities::Choose;
+use meliora::quantities::all_states::MOST_STATES;
+use meliora::quantities::outlook::Outlook;
 use meliora::supervise::memory;
 use strum::{Display, IntoStaticStr};
 
+use super::by_name::by_name;
 use super::check::{self, Checked};
 use super::choose::validate_scheduler;
 use super::exit::Status;
@@ -51,7 +54,7 @@ pub(super) struct ReportArgs {
     format: Format,
 
     /// Picture that `--format svg` draws [default: sasi, or hasse for models without a map]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = by_name::<Picture>())]
     picture: Option<Picture>,
 
     /// Integer variables of the maps [default: variables with names such as r and c, row and col, y
@@ -66,7 +69,7 @@ pub(super) struct ReportArgs {
 
     /// What the strategy of the run does; where no improvement is guaranteed, a plan makes possible ones
     /// [default: plan]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = by_name::<StrategyKind>())]
     kind: Option<StrategyKind>,
 
     /// Objective that `--kind achieve` achieves, and that `--kind plan` pursues where it is a most
@@ -75,12 +78,12 @@ pub(super) struct ReportArgs {
     objective: Option<String>,
 
     /// Strategy of the run
-    #[arg(long, value_enum, default_value_t = Scheduler::Progress)]
+    #[arg(long, value_parser = by_name::<Scheduler>(), default_value = Scheduler::Progress.name())]
     strategy: Scheduler,
 
     /// Action of the run among the permitted ones [default: by value, likely for spi and cheap for
     /// sasi, if the model is small enough for values; else first]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = by_name::<Choose>())]
     choose: Option<Choose>,
 
     /// Seed of the random numbers: the same seed gives the same run

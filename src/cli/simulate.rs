@@ -12,6 +12,7 @@ use meliora::planning::{Phase, Scheduler, Setup, Simulation, StrategyKind};
 use meliora::quantities::Choose;
 use meliora::quantities::cost::Costs;
 
+use super::by_name::by_name;
 use super::choose::{ChooseArgs, validate_scheduler};
 use super::exit::Status;
 use super::load::Question;
@@ -38,7 +39,7 @@ pub(super) struct SimulateArgs {
     choose: ChooseArgs,
 
     /// Strategy to simulate
-    #[arg(long, value_enum, default_value_t = Scheduler::Progress)]
+    #[arg(long, value_parser = by_name::<Scheduler>(), default_value = Scheduler::Progress.name())]
     strategy: Scheduler,
 
     /// Number of runs

@@ -8,10 +8,10 @@ use meliora::error::Error;
 use meliora::model::Program;
 use meliora::planning::Requirements;
 use meliora::planning::result::{Escape, ModelCounts};
-use meliora::reach::Goal;
+use meliora::quantities::answer::{self, Answer};
+use meliora::reach::{Goal, Target};
 
 use super::load::{Asked, Asking};
-use super::quantity::{self, Answer};
 
 /// A model under requirements.
 pub(super) struct Under<'a, E: Engine> {
@@ -60,7 +60,7 @@ impl<'a, E: Engine> Under<'a, E> {
     /// Answers a property; it does not hold if no strategy keeps the requirements initially.
     ///
     /// # Errors
-    /// The errors of [`quantity::answer`].
+    /// The errors of [`answer::answer`].
     pub(super) fn answer(
         &self,
         asking: &Asking,
@@ -71,6 +71,13 @@ impl<'a, E: Engine> Under<'a, E> {
         if self.escape.is_some() {
             return Ok(Answer::of(asking.property.is_some().then_some(false)));
         }
-        quantity::answer(self.engine(), asking, model, regions, precision)
+        let target = match asking.goal.target {
+            Target::States(target) => Some(target),
+            Target::Formula(_) => None,
+        };
+        let program = &**asking.goal.program(model);
+        let asked =
+            answer::Asked { program, question: asking.property.as_ref(), target, wrong: asking.wrong };
+        answer::answer(self.engine(), &asked, regions, precision)
     }
 }

@@ -8,20 +8,20 @@ use meliora::advanced::csv::Lines;
 use meliora::engine::{Algebra, AnyEngine, Count, Engine};
 use meliora::error::{Error, Limit, Result};
 use meliora::model::{Program, State};
-use meliora::output::values::{StateValues, Width, heading};
+use meliora::output::values::{heading, rows};
 use meliora::output::{Number, ValuesReport};
 use meliora::planning::{Analysis, Phase};
 use meliora::quantities::choose::LEVELS;
 use meliora::quantities::cost::Costs;
+use meliora::quantities::state_values::{StateValues, Width};
 use meliora::quantities::{Setup, Steps, Values};
 
 use super::choose::costs;
 use super::exit::Status;
 use super::files::Target;
 use super::load::{self, Question};
-use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
+use super::options::{self, EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan;
-use super::quantity;
 use super::supervise::{Job, supervise};
 
 /// The number of states whose values are added before they are computed.
@@ -67,7 +67,7 @@ pub(super) struct ValuesArgs {
     within: Option<u32>,
 
     /// Largest width of a result, absolute for probabilities, relative above 1 for other numbers
-    #[arg(long, value_name = "X", default_value_t = 1e-6, value_parser = quantity::precision)]
+    #[arg(long, value_name = "X", default_value_t = 1e-6, value_parser = options::precision)]
     precision: f64,
 
     /// Compute with fractions; for small models
@@ -215,7 +215,7 @@ impl Listing<'_> {
         StateValues::each(self.analysis, self.program, values, states, &mut |state| {
             widest = widest.or(state.widest());
             if let Some(lines) = &mut lines {
-                state.rows().into_iter().for_each(|row| lines.push(row));
+                rows(&state).into_iter().for_each(|row| lines.push(row));
             }
             if found.len() < shown {
                 found.push(state);

@@ -9,16 +9,14 @@
 //! in CUDD and in Python's `dd`. Dumps are read, checked and written without an engine.
 
 pub mod dddmp;
-pub(crate) mod diagram;
 pub mod directory;
 pub mod dot;
 pub mod manifest;
-mod members;
 pub(crate) mod place;
 mod streams;
 pub mod values;
 
-pub use diagram::{Diagram, Edge, Node};
+pub use crate::model::diagram::{Diagram, Edge, Node};
+pub use crate::model::members::Members;
 pub use directory::{Dump, read_directory, write_directory};
 pub use manifest::Manifest;
-pub use members::Members;

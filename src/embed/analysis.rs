@@ -1,101 +1,29 @@
-//! Methods of an analysis of [`AnyEngine`] for owned sets and strategies.
+//! The type of an analysis for other programs.
 
-use std::sync::Arc;
+use std::ops::{Deref, DerefMut};
 
-use super::{Exploration, States};
-use crate::Choose;
-use crate::engine::AnyEngine;
-use crate::error::{Error, Result};
-use crate::model::Program;
-use crate::model::preference::ObjectiveSet;
-use crate::planning::joint::{Joint, MOST, is_too_large};
-use crate::planning::regions::regions;
-use crate::planning::{Analysis, Class, FiniteMemoryStrategy, Kind, StrategyKind};
+use crate::planning;
 
-/// The most preferred objectives of a class, and the sets of them that are achieved together.
-type JointlyAchieved = (Vec<String>, Vec<(Vec<String>, States)>);
+/// An analysis under preferences, with an engine that is selected at run time. It has all methods
+/// of [`planning::Analysis`], and methods for owned sets, strategies and reports.
+pub struct Analysis(planning::Analysis);
 
-impl Analysis {
-    /// Returns the states that are analysed: the explored ones, or with `history = play` those of
-    /// the product with the monitors. Unsafe states are among them.
-    pub fn exploration(&self) -> Exploration {
-        Exploration::of(AnyEngine::clone(self.whole_engine()))
+impl From<planning::Analysis> for Analysis {
+    fn from(analysis: planning::Analysis) -> Self {
+        Analysis(analysis)
     }
+}
 
-    /// Returns the program, with the targets of the preferences.
-    pub fn program(&self) -> &Arc<Program> {
-        self.engine().program()
+impl Deref for Analysis {
+    type Target = planning::Analysis;
+
+    fn deref(&self) -> &planning::Analysis {
+        &self.0
     }
+}
 
-    /// Returns the names of the regions known so far: `unsafe` (under requirements), `target:A`, `almost-sure:A`, `positive:A`,
-    /// `class:A+B`, `sasi:1`, …
-    pub fn region_names(&self) -> Vec<String> {
-        regions(self).into_iter().map(|(name, _)| name).collect()
-    }
-
-    /// Returns the region with a name, if it is known.
-    pub fn region(&self, name: &str) -> Option<States> {
-        let (_, set) = regions(self).into_iter().find(|(own, _)| own == name)?;
-        Some(States::of(self.whole_engine(), set.clone()))
-    }
-
-    /// Returns the states of the levels W_1 ⊋ W_2 ⊋ … of one kind that are known.
-    pub fn level_states(&self, kind: Kind) -> Vec<States> {
-        let found = &self.levels(kind).found;
-        found.iter().map(|level| States::of(self.whole_engine(), level.states.clone())).collect()
-    }
-
-    /// Computes which sets of at least two most preferred objectives of each class one strategy
-    /// achieves together, almost surely: the objectives of the class, and each set with the states of
-    /// the class from which it is achieved, larger sets first. Cost: see `Joint::new`.
-    ///
-    /// # Errors
-    /// The errors of `Joint::new`; [`Error::Usage`] if a class has more than 10 most preferred
-    /// objectives.
-    pub fn jointly(&self) -> Result<Vec<JointlyAchieved>> {
-        let names = |set: &ObjectiveSet| self.preferences().owned_names(set);
-        let classes = || self.classes().into_iter().flat_map(|classes| &classes.list);
-        if let Some(large) = classes().find(|class| is_too_large(&class.most_preferred)) {
-            return Err(Error::Usage(format!(
-                "sets of jointly achieved objectives are computed for classes of at most {MOST} objectives; \
-                 this one has more: {}",
-                names(&large.most_preferred).join(", ")
-            )));
-        }
-        let joint = Joint::new(self)?;
-        let of_class = |class: &Class<AnyEngine>| {
-            let sets = joint.of_class(self.engine(), class)?.into_iter().flatten();
-            let sets = sets.map(|(set, states)| (names(&set), States::of(self.whole_engine(), states)));
-            Ok((names(&class.most_preferred), sets.collect()))
-        };
-        classes().map(of_class).collect()
-    }
-
-    /// Returns the strategies of one kind, which do not borrow from the analysis.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] before the levels of this kind were computed.
-    pub fn strategy(&self, kind: Kind) -> Result<FiniteMemoryStrategy> {
-        let missing = || Error::Usage("strategies need the levels; run the analysis first".to_owned());
-        FiniteMemoryStrategy::new(self, self.program(), kind).ok_or_else(missing)
-    }
-
-    /// Returns the strategy of a kind, before values are attached to it. [`StrategyKind::Achieve`]
-    /// needs the name of an objective, and [`StrategyKind::Plan`] accepts one. Cost: one pre-image
-    /// per objective.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] if the objective does not fit, or before the levels of this kind were computed;
-    /// a limit is reached.
-    pub fn strategy_of(
-        &self,
-        kind: StrategyKind,
-        choose: Choose,
-        objective: Option<&str>,
-    ) -> Result<FiniteMemoryStrategy> {
-        let objective = kind.objective(self.preferences(), objective)?;
-        let missing = || Error::Usage("strategies need the levels; run the analysis first".to_owned());
-        let levels = choose.levels(kind);
-        FiniteMemoryStrategy::of_kind(self, self.program(), kind, levels, objective)?.ok_or_else(missing)
+impl DerefMut for Analysis {
+    fn deref_mut(&mut self) -> &mut planning::Analysis {
+        &mut self.0
     }
 }

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::States;
-use crate::engine::regions::{Regions, regions};
+use super::{Analysis, States};
+use crate::engine::regions::{Regions, holds, regions};
 use crate::engine::{AnyEngine, Engine, Usage};
 use crate::error::{Diagnostic, Error, Result, SourceFile};
 use crate::lang;
@@ -12,8 +12,8 @@ use crate::model::Program;
 use crate::model::preference::History;
 use crate::planning::result::ModelCounts;
 use crate::planning::temporal::{accepting_regions, secured};
-use crate::planning::{Analysis, Options};
-use crate::reach::{Goal, Target, holds};
+use crate::planning::{self, Options};
+use crate::reach::{Goal, Target};
 
 /// The states and choices of a model's scope, in either engine.
 #[derive(Clone)]
@@ -170,6 +170,6 @@ impl Exploration {
             History::State => self.engine.reading(program)?,
             History::Play => AnyEngine::new(program, self.engine.settings().clone())?,
         };
-        Ok(Analysis::new(&Arc::new(engine), &Arc::new(preferences), options))
+        Ok(planning::Analysis::new(&Arc::new(engine), &Arc::new(preferences), options).into())
     }
 }

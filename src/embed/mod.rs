@@ -4,11 +4,11 @@
 //! A [`Model`] is read from a text. [`Model::explore`] builds an [`Exploration`] with either
 //! engine. An exploration answers with sets of states ([`States`]), for any number of targets and
 //! preferences, without exploring again. [`Exploration::prefer`] returns an
-//! [`Analysis`](crate::Analysis), which has further methods here for sets, strategies and reports.
+//! [`Analysis`], which has further methods here for sets, strategies and reports.
 //! Clones are cheap: they share results.
 //!
-//! Each file imports only files before it: `states`, `members`, `exploration`, `projection`,
-//! `model`, `analysis`, `values`, `report`.
+//! Each file imports only files before it: `states`, `members`, `analysis`, `exploration`,
+//! `projection`, `model`, `results`, `values`, `report`.
 
 mod analysis;
 mod exploration;
@@ -17,9 +17,11 @@ mod model;
 mod projection;
 #[cfg(feature = "output")]
 mod report;
+mod results;
 mod states;
 mod values;
 
+pub use analysis::Analysis;
 pub use exploration::{Exploration, Reached};
 pub use members::Listing;
 pub use model::Model;

@@ -1,12 +1,14 @@
 //! Reports, pages and pictures of an analysis.
 
+use super::Analysis;
 use crate::engine::Engine;
 use crate::error::{Error, Result};
 use crate::model::State;
-use crate::output::page::{Content, Outlook, Picture};
+use crate::output::page::{Content, Picture};
 use crate::output::{CheckReport, Header};
-use crate::planning::{Analysis, Phase};
+use crate::planning::Phase;
 use crate::projections::{self, Plane};
+use crate::quantities::outlook::Outlook;
 
 /// The maximum number of listed initial states.
 const LISTED: usize = 16;

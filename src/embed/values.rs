@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use crate::engine::AnyEngine;
+use super::Analysis;
 use crate::error::{Error, Result};
 use crate::model::{Program, State};
-use crate::planning::{Analysis, FiniteMemoryStrategy};
+use crate::planning::FiniteMemoryStrategy;
 use crate::quantities::choose::LEVELS;
 use crate::quantities::cost::Costs;
+use crate::quantities::state_values::StateValues;
 use crate::quantities::{Choose, Chooser, Cost, Setup, Steps, Values};
 
 /// The quantities that are wanted.
@@ -23,7 +24,7 @@ pub struct Wanted {
     pub within: Option<usize>,
 }
 
-impl Analysis<AnyEngine> {
+impl Analysis {
     /// Computes the quantities of some states of the scope. Cost: see [`Values::compute`].
     ///
     /// # Errors
@@ -67,21 +68,14 @@ impl Analysis<AnyEngine> {
             Costs::Rewards { .. } => costs.check(&self.engine().reading(Arc::new(extended))?, program),
         }
     }
-}
 
-#[cfg(feature = "output")]
-impl Analysis<AnyEngine> {
     /// Returns the quantities of some states of the scope as plain data, as `meliora values` reports
     /// them.
     ///
     /// # Errors
     /// The errors of [`Analysis::values`].
-    pub fn state_values(
-        &self,
-        states: &[State],
-        wanted: &Wanted,
-    ) -> Result<Vec<crate::output::values::StateValues>> {
+    pub fn state_values(&self, states: &[State], wanted: &Wanted) -> Result<Vec<StateValues>> {
         let values = self.values(states, wanted)?;
-        crate::output::values::StateValues::all(self, self.program(), &values, states)
+        StateValues::all(self, self.program(), &values, states)
     }
 }

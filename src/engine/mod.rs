@@ -2,7 +2,7 @@
 //!
 //! An engine has two sorts of sets: sets of states and sets of *choices*. A choice set contains
 //! pairs (s, a) of a state s of the scope and an enabled choice a. All algorithms of
-//! [`crate::planning`] use only these operations; iteration over states is not part of the
+//! planning use only these operations; iteration over states is not part of the
 //! interface.
 
 pub(crate) mod any;
@@ -24,7 +24,7 @@ use num_bigint::BigUint;
 pub use parallel::Sets;
 pub use selection::Selection;
 use serde::Serialize;
-use strum::{EnumString, IntoStaticStr, VariantArray};
+use strum::{EnumMessage, EnumString, IntoStaticStr, VariantArray};
 pub use symbolic::{Order, SymbolicEngine};
 
 use crate::error::Result;
@@ -37,8 +37,19 @@ pub use crate::progress::{NoProgress, ProgressSink};
 pub type Count = BigUint;
 
 /// The valuations that count as states.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, EnumString, IntoStaticStr, VariantArray)]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Default,
+    Serialize,
+    EnumMessage,
+    EnumString,
+    IntoStaticStr,
+    VariantArray,
+)]
 #[strum(serialize_all = "lowercase")]
 #[serde(rename_all = "lowercase")]
 pub enum Scope {
@@ -61,7 +72,6 @@ impl Scope {
 
 /// The way an engine stores states.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, EnumString, IntoStaticStr, VariantArray)]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[strum(serialize_all = "lowercase")]
 pub enum Storage {
     /// Sets of states are binary decision diagrams.

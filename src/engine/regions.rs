@@ -5,6 +5,7 @@ use strum::IntoStaticStr;
 
 use super::Engine;
 use crate::error::Result;
+use crate::model::property::{Bound, Strategies};
 
 /// The regions of a target T as sets of states, or something for each of them: a size, for example.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
@@ -146,4 +147,30 @@ pub(crate) fn of_markov_chain<S: Clone>(
     let pmin_positive = by(Which::PminPositive, &mut || Ok(positive.clone()))?;
     let pmin_one = by(Which::PminOne, &mut || Ok(one.clone()))?;
     Ok(Regions { pmax_one: one, pmax_positive: positive, pmin_one, pmin_positive })
+}
+
+/// Returns whether a property with these regions is true in all initial states.
+///
+/// # Errors
+/// A limit is reached.
+pub fn holds<E: Engine>(
+    engine: &E,
+    (strategies, bound): (Strategies, Bound),
+    found: &Regions<E::States>,
+) -> Result<bool> {
+    let initial = engine.initial_states();
+    let inside = |region| engine.difference(&initial, region);
+    let outside = |region| engine.intersection(&initial, region);
+    let violating = match (strategies, bound) {
+        (Strategies::Some, Bound::One) => inside(&found.pmax_one),
+        (Strategies::Some, Bound::Positive) => inside(&found.pmax_positive),
+        (Strategies::All, Bound::One) => inside(&found.pmin_one),
+        (Strategies::All, Bound::Positive) => inside(&found.pmin_positive),
+        // A property is true for every strategy if no strategy violates it, and vice versa.
+        (Strategies::Some, Bound::BelowOne) => outside(&found.pmin_one),
+        (Strategies::Some, Bound::Zero) => outside(&found.pmin_positive),
+        (Strategies::All, Bound::BelowOne) => outside(&found.pmax_one),
+        (Strategies::All, Bound::Zero) => outside(&found.pmax_positive),
+    };
+    engine.is_empty(&violating?)
 }

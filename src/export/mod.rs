@@ -11,7 +11,6 @@
 //! | `sasi:k@C`, `strategy:sasi:k@C` | under `prefix`, level k with reference class C; for the level after the last one, a superset of the states that win it |
 
 mod certificate;
-pub(crate) mod describe;
 pub mod explicit;
 mod layers;
 mod plays;
@@ -27,16 +26,9 @@ use crate::error::{Error, Result};
 use crate::names;
 use crate::planning::levels::End;
 use crate::planning::{Analysis, Kind};
+use crate::query::describe;
+pub use crate::query::describe::Inputs;
 pub use shield::{read_shield, write_shield};
-
-/// The texts that an analysis was made from.
-#[derive(Debug, Clone)]
-pub struct Inputs {
-    /// The model: its path, and the SHA-256 of its bytes.
-    pub model: (String, String),
-    /// The preferences: their path, and the SHA-256 of their bytes.
-    pub preferences: (String, String),
-}
 
 /// The content of a dump.
 pub struct Selection<'a> {
@@ -112,13 +104,6 @@ pub fn export(
         certificate: layers,
         values: None,
     })
-}
-
-/// Returns the label of each choice by number, or its commands if it has no label. The self-loop of
-/// deadlocks is last.
-pub(crate) fn choice_labels(engine: &SymbolicEngine) -> Vec<String> {
-    let numbers = describe::choices(engine, false).numbers;
-    numbers.into_iter().map(|n| n.action.unwrap_or(n.name)).collect()
 }
 
 /// Builds the diagram of named sets, and its entry in the manifest without the hash.

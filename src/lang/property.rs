@@ -3,77 +3,15 @@
 
 use std::sync::Arc;
 
-use super::ast::{BinaryOp, Span};
+use super::ast::Span;
 use super::ltl::Formula;
 use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
 use crate::error::{Diagnostic, Result, SourceFile};
 pub use crate::model::Optimum;
-use crate::model::{ModelKind, Program};
+use crate::model::Program;
+pub use crate::model::property::{Bound, Inequality, Measure, Quantity, Question, Rewards, Strategies};
 use crate::progress::NoProgress;
-
-/// Quantifier over strategies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Strategies {
-    /// Every strategy, as `P` means it for MDPs.
-    All,
-    /// Some strategy.
-    Some,
-}
-
-/// Condition on the probability.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Bound {
-    /// 1
-    One,
-    /// More than 0
-    Positive,
-    /// Less than 1
-    BelowOne,
-    /// 0
-    Zero,
-}
-
-/// The number that a property asks for.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Measure {
-    /// The probability of the formula.
-    Probability,
-    /// The expected reward until a target is reached.
-    Reward(Rewards),
-}
-
-/// A reference to a reward structure.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Rewards {
-    /// The first one of the model.
-    First,
-    /// The one with this name.
-    Named(String),
-    /// The one at this position, from 1.
-    Numbered(usize),
-}
-
-/// A property whose answer is a number, or depends on one.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Quantity {
-    /// The number.
-    pub measure: Measure,
-    /// The strategies; `None` if the property does not say, as `P=?` for a `dtmc`.
-    pub optimum: Option<Optimum>,
-    /// The comparison of the number, which has the number on its left side; `None` for `=?`.
-    pub bound: Option<(BinaryOp, f64)>,
-}
-
-/// The question of a property.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Question {
-    /// A comparison with 0 or 1, which is decided without numbers: the strategies, and the bound on
-    /// the probability of the formula under them.
-    Qualitative(Strategies, Bound),
-    /// Any other question.
-    Quantity(Quantity),
-}
 
 /// A property.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,25 +22,6 @@ pub struct Property {
     pub operator: Span,
     /// Formula on paths.
     pub formula: Formula,
-}
-
-impl Rewards {
-    /// Returns the position of the structure among those of a program, if it is there.
-    pub fn find(&self, program: &Program) -> Option<usize> {
-        match self {
-            Rewards::First => program.reward_structure(None),
-            Rewards::Named(name) => program.reward_structure(Some(name)),
-            Rewards::Numbered(number) => number.checked_sub(1).filter(|&at| at < program.rewards.len()),
-        }
-    }
-}
-
-impl Quantity {
-    /// Returns the strategies that the property asks about; for a `dtmc` all have the same value.
-    /// `None` if the property does not say.
-    pub(crate) fn strategies(&self, program: &Program) -> Option<Optimum> {
-        self.optimum.or((program.kind == ModelKind::Dtmc).then_some(Optimum::Max))
-    }
 }
 
 impl Property {
@@ -146,12 +65,12 @@ pub(in crate::lang) enum Extreme {
 
 /// Returns the question of a comparison of a probability with a number. Without a name, the bound
 /// must hold for every strategy.
-pub(in crate::lang) fn compared(extreme: Extreme, comparison: BinaryOp, value: f64) -> Question {
+pub(in crate::lang) fn compared(extreme: Extreme, comparison: Inequality, value: f64) -> Question {
     let bound = match (comparison, value) {
-        (BinaryOp::Ge, 1.0) => Bound::One,
-        (BinaryOp::Gt, 0.0) => Bound::Positive,
-        (BinaryOp::Lt, 1.0) => Bound::BelowOne,
-        (BinaryOp::Le, 0.0) => Bound::Zero,
+        (Inequality::Ge, 1.0) => Bound::One,
+        (Inequality::Gt, 0.0) => Bound::Positive,
+        (Inequality::Lt, 1.0) => Bound::BelowOne,
+        (Inequality::Le, 0.0) => Bound::Zero,
         _ => return Question::Quantity(quantity(Measure::Probability, extreme, Some((comparison, value)))),
     };
     // The minimum is at least b if the probability of every strategy is; the maximum, if that of
@@ -170,12 +89,12 @@ pub(in crate::lang) fn compared(extreme: Extreme, comparison: BinaryOp, value: f
 pub(in crate::lang) fn quantity(
     measure: Measure,
     extreme: Extreme,
-    bound: Option<(BinaryOp, f64)>,
+    bound: Option<(Inequality, f64)>,
 ) -> Quantity {
     let optimum = match (extreme, bound) {
         (Extreme::Min, _) => Some(Optimum::Min),
         (Extreme::Max, _) => Some(Optimum::Max),
-        (Extreme::Unnamed, Some((BinaryOp::Ge | BinaryOp::Gt, _))) => Some(Optimum::Min),
+        (Extreme::Unnamed, Some((Inequality::Ge | Inequality::Gt, _))) => Some(Optimum::Min),
         (Extreme::Unnamed, Some(_)) => Some(Optimum::Max),
         (Extreme::Unnamed, None) => None,
     };
@@ -285,13 +204,13 @@ impl Parser<'_> {
     }
 
     /// Parses a bound such as `>=1` or `>0.5`, or `=?`, for which it returns `None`.
-    fn bound(&mut self) -> Parsed<Option<(BinaryOp, f64)>> {
+    fn bound(&mut self) -> Parsed<Option<(Inequality, f64)>> {
         let start = self.here();
         let comparison = match self.peek() {
-            Token::Ge => BinaryOp::Ge,
-            Token::Gt => BinaryOp::Gt,
-            Token::Le => BinaryOp::Le,
-            Token::Lt => BinaryOp::Lt,
+            Token::Ge => Inequality::Ge,
+            Token::Gt => Inequality::Gt,
+            Token::Le => Inequality::Le,
+            Token::Lt => Inequality::Lt,
             Token::Eq => {
                 self.advance();
                 if self.eat(Token::Question) {
@@ -322,7 +241,7 @@ impl Parser<'_> {
         &mut self,
         measure: Measure,
         extreme: Extreme,
-        bound: Option<(BinaryOp, f64)>,
+        bound: Option<(Inequality, f64)>,
         place: Span,
     ) -> Parsed<Question> {
         match (measure, bound) {

@@ -3,12 +3,15 @@
 //!
 //! This module is independent of decision diagrams and state arrays.
 
+pub mod diagram;
 pub mod exact;
 pub mod expr;
 pub mod fault;
 pub(crate) mod hasse;
+pub mod members;
 mod overlap;
 pub mod preference;
+pub mod property;
 pub(crate) mod rewards;
 pub(crate) mod rounding;
 pub mod step;

@@ -1,13 +1,13 @@
 //! Preferences: a preorder on objectives and its operations on sets of objectives.
 //!
-//! This module is independent of states and diagrams; [`crate::planning`] applies it to winning
+//! This module is independent of states and diagrams; planning applies it to winning
 //! regions.
 
 mod preorder;
 
 use std::ops::Range;
 
-use strum::{Display, EnumString, IntoStaticStr, VariantArray};
+use strum::{Display, EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 pub(crate) use preorder::Contradiction;
 pub use preorder::{Comparison, Preorder, Relation, Statement};
@@ -132,9 +132,19 @@ impl Preferences {
 /// The value of nothing: the comparison with an empty set of most preferred objectives, `empty = …`
 /// of a preference file.
 #[derive(
-    Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Display, EnumString, IntoStaticStr, VariantArray,
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    Default,
+    Display,
+    EnumMessage,
+    EnumString,
+    IntoStaticStr,
+    VariantArray,
 )]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[strum(serialize_all = "lowercase")]
 pub enum Empty {
     /// Achieving nothing is worse than every objective.

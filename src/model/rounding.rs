@@ -21,6 +21,7 @@ pub(crate) enum Sum {
 }
 
 impl Sum {
+    /// Judges a sum of probabilities.
     pub(crate) fn of(sum: f64) -> Self {
         match (sum - 1.0).abs() {
             off if off <= SILENT => Sum::One,

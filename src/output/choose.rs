@@ -4,11 +4,11 @@ use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 use super::text::plural;
-use super::values::Bound;
 use super::values_text::{amount, digits, number};
 use crate::planning::Sample;
 use crate::planning::estimate::CONFIDENCE;
 use crate::quantities::choose::Attained;
+use crate::quantities::state_values::Bound;
 use crate::quantities::{Choose, Steps};
 
 /// The choice among permitted actions, in the order of the JSON fields.

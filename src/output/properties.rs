@@ -6,10 +6,10 @@ use serde::Serialize;
 
 use super::envelope::{Envelope, Findings};
 use super::text::Grid;
-use super::values::Bound;
 use super::{Number, Style, unsafe_start};
 use crate::engine::regions::Regions;
 use crate::planning::result::{Escape, ModelCounts};
+use crate::quantities::state_values::Bound;
 
 /// The answers to the properties of a file or of the command line.
 #[derive(Debug, Clone, Default, Serialize)]

@@ -8,10 +8,10 @@ use super::envelope::{Envelope, Findings};
 use super::header::Header;
 use super::properties::{PropertyAnswer, Sizes, shown};
 use super::text::Grid;
-use super::values::Bound;
 use super::{Number, Style, unsafe_start};
 use crate::engine::regions::Regions;
 use crate::planning::result::{Escape, ModelCounts};
+use crate::quantities::state_values::Bound;
 
 /// The results of `reach`, in the order of the JSON fields.
 #[derive(Debug, Clone, Default, Serialize)]

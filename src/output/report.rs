@@ -78,9 +78,8 @@ impl From<&Error> for Failure {
         let mut failure = match error {
             Error::Limit(_) => Failure::new(FailureKind::Resource, error.to_string()),
             Error::Usage(_) | Error::ForeignSet => Failure::new(FailureKind::Usage, error.to_string()),
-            Error::Input(_) | Error::Dump { .. } | Error::Io { .. } => {
-                Failure::new(FailureKind::Input, error.to_string())
-            }
+            // An error in a model, a dump or another file.
+            _ => Failure::new(FailureKind::Input, error.to_string()),
         };
         match error {
             Error::Input(diagnostics) => {
@@ -98,7 +97,8 @@ impl From<&Error> for Failure {
             }
             Error::Io { path, .. } => failure.file = Some(path.clone()),
             Error::Limit(limit) => failure.interrupted = *limit == Limit::Interrupted,
-            Error::Usage(_) | Error::ForeignSet => {}
+            // Other errors have no place.
+            _ => {}
         }
         failure
     }

@@ -4,10 +4,11 @@ use std::fmt::Write;
 
 use super::envelope::Findings;
 use super::text::{Grid, either, plural, state_heading};
-use super::values::{Bound, LevelValues, StateValues, ValuesFindings, ValuesReport};
+use super::values::{ValuesFindings, ValuesReport};
 use super::{Style, ranks};
 use crate::planning::Safety;
 use crate::quantities::Steps;
+use crate::quantities::state_values::{Bound, LevelValues, StateValues};
 
 /// Maximum number of columns of a success curve.
 const CURVE: usize = 10;

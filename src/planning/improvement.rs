@@ -4,7 +4,7 @@
 //! the same choices, so everything is computed over S with improving steps as goal *edges*; only
 //! [`Sizes`] refers to V.
 
-use strum::{Display, EnumString, IntoStaticStr, VariantArray};
+use strum::{Display, EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 use serde::Serialize;
 
@@ -17,9 +17,19 @@ use crate::model::valuation::decimal;
 
 /// The safety mode, which selects the kept choices: `--safety`.
 #[derive(
-    Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Display, EnumString, IntoStaticStr, VariantArray,
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    Default,
+    Display,
+    EnumMessage,
+    EnumString,
+    IntoStaticStr,
+    VariantArray,
 )]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[strum(serialize_all = "lowercase")]
 pub enum Safety {
     /// Drop every action with a successor that weakens the state: no step of a path weakens.

@@ -3,15 +3,15 @@
 use std::sync::Arc;
 
 use super::{Ladder, Plane, Projections, directions, levels};
-use crate::dump::{Diagram, Edge};
 use crate::engine::symbolic::{ChoiceSet, Set, StateSet, SymbolicEngine};
 use crate::engine::{Dumpable, Engine};
 use crate::error::Result;
-use crate::export;
+use crate::model::diagram::{Diagram, Edge};
 use crate::model::preference::ObjectiveSet;
 use crate::model::{Program, VarId};
 use crate::planning::levels::{End, Level};
 use crate::planning::{Analysis, FiniteMemoryStrategy, Kind, strategy};
+use crate::query::describe;
 
 /// The maximum number of choices for which a page shows the states that permit them.
 const MOST_CHOICES: usize = 256;
@@ -48,7 +48,7 @@ pub fn build<E: Dumpable>(
     most_nodes: usize,
 ) -> Result<Projections> {
     let engine = analysis.engine().diagrams()?;
-    let labels = export::choice_labels(engine);
+    let labels = describe::choice_labels(engine);
     let arrows = if labels.len() > MOST_CHOICES { 0 } else { labels.len() };
     let mut choices = directions::of(engine, plane, labels)?;
     let rows_up = directions::rows_up(engine.program(), plane, &choices);

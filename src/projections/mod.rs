@@ -16,8 +16,8 @@ pub use plane::Plane;
 
 use ahash::AHashSet;
 
-use crate::dump::{Diagram, Edge};
 use crate::engine::symbolic::Encoding;
+use crate::model::diagram::{Diagram, Edge};
 use crate::model::preference::ObjectiveSet;
 use crate::model::{State, VarId, Variable};
 use crate::planning::Rank;

@@ -58,6 +58,8 @@
 //! model checking algorithms" (TACAS 2023); K. Chatterjee et al., "Fixed point certificates for
 //! reachability and expected rewards in MDPs" (TACAS 2025).
 
+pub mod all_states;
+pub mod answer;
 pub mod choose;
 mod component;
 mod components;
@@ -73,6 +75,7 @@ mod iterate;
 mod meter;
 mod narrow;
 mod number;
+pub mod outlook;
 mod places;
 pub mod reach;
 mod repeated;
@@ -80,6 +83,7 @@ mod solution;
 mod solve;
 mod solved;
 mod sparse;
+pub mod state_values;
 #[cfg(test)]
 mod tests;
 pub mod values;

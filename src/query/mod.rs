@@ -1,5 +1,6 @@
 //! Queries on a dump, without the model and the preferences.
 
+pub(crate) mod describe;
 mod program;
 mod region;
 

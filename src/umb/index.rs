@@ -10,9 +10,12 @@ use serde::{Deserialize, Serialize};
 pub(crate) struct Index {
     /// The major version of the format; this program knows version 1.
     pub(crate) format_version: u32,
+    /// The minor version of the format.
     pub(crate) format_revision: u32,
+    /// The program that wrote the archive, if it is named.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) file_data: Option<FileData>,
+    /// The kind and the size of the model.
     pub(crate) transition_system: TransitionSystem,
     /// Annotations by group and identifier.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -26,8 +29,10 @@ pub(crate) struct Index {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) struct FileData {
+    /// The name of the program.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) tool: Option<String>,
+    /// Its version.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) tool_version: Option<String>,
 }
@@ -36,23 +41,33 @@ pub(crate) struct FileData {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) struct TransitionSystem {
+    /// The kind of time, such as "discrete".
     pub(crate) time: String,
+    /// The number of players; 0 for Markov chains.
     #[serde(rename = "#players")]
     pub(crate) players: u32,
+    /// The number of states.
     #[serde(rename = "#states")]
     pub(crate) states: u64,
+    /// The number of initial states.
     #[serde(rename = "#initial-states")]
     pub(crate) initial_states: u64,
+    /// The number of choices.
     #[serde(rename = "#choices")]
     pub(crate) choices: u64,
+    /// The number of names of choices.
     #[serde(rename = "#choice-actions")]
     pub(crate) choice_actions: u32,
+    /// The number of branches.
     #[serde(rename = "#branches")]
     pub(crate) branches: u64,
+    /// The number of names of branches.
     #[serde(rename = "#branch-actions")]
     pub(crate) branch_actions: u32,
+    /// The number of observations.
     #[serde(rename = "#observations")]
     pub(crate) observations: u64,
+    /// The type of the probabilities; `None` if there are none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) branch_probability_type: Option<Type>,
 }
@@ -60,6 +75,7 @@ pub(crate) struct TransitionSystem {
 /// The type of stored values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Type {
+    /// The type without its size.
     #[serde(rename = "type")]
     pub(crate) base: Base,
     /// The size in bits, if it is not the default of the type.
@@ -72,15 +88,25 @@ pub(crate) struct Type {
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
 pub(crate) enum Base {
+    /// Truth values.
     Bool,
+    /// Signed integers.
     Int,
+    /// Unsigned integers.
     Uint,
+    /// Intervals of signed integers.
     IntInterval,
+    /// Intervals of unsigned integers.
     UintInterval,
+    /// Floating-point numbers.
     Double,
+    /// Intervals of floating-point numbers.
     DoubleInterval,
+    /// Fractions.
     Rational,
+    /// Intervals of fractions.
     RationalInterval,
+    /// Strings.
     String,
 }
 
@@ -114,9 +140,12 @@ pub(crate) struct Annotation {
     /// The name for people, if it differs from the identifier.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) alias: Option<String>,
+    /// A description for people.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) description: Option<String>,
+    /// The entities that have values: "states", "choices" or "branches".
     pub(crate) applies_to: Vec<String>,
+    /// The type of the values.
     #[serde(rename = "type")]
     pub(crate) ty: Type,
     /// The type of probabilities, if values are distributions.
@@ -127,15 +156,19 @@ pub(crate) struct Annotation {
 /// The variables of states.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Valuations {
+    /// True if no two entities have the same values.
     pub(crate) unique: bool,
+    /// The number of strings that values refer to.
     #[serde(default, rename = "#strings", skip_serializing_if = "Option::is_none")]
     pub(crate) strings: Option<u32>,
+    /// The classes of entities.
     pub(crate) classes: Vec<Class>,
 }
 
 /// Variables that some states have in common.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Class {
+    /// The variables, in the order of their bits.
     pub(crate) variables: Vec<Field>,
 }
 
@@ -144,7 +177,10 @@ pub(crate) struct Class {
 #[serde(untagged)]
 pub(crate) enum Field {
     /// Bits without a meaning.
-    Padding { padding: u64 },
+    Padding {
+        /// The number of bits.
+        padding: u64,
+    },
     /// A variable.
     Variable(Variable),
 }
@@ -153,14 +189,18 @@ pub(crate) enum Field {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) struct Variable {
+    /// The name.
     pub(crate) name: String,
     /// True if one more bit, before the value, says whether there is one.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub(crate) is_optional: bool,
+    /// The type of the values.
     #[serde(rename = "type")]
     pub(crate) ty: Type,
+    /// The least value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) lower: Option<i64>,
+    /// The greatest value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) upper: Option<i64>,
     /// The number that is added to the stored value.

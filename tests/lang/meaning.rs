@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use meliora::advanced::lang::ast::BinaryOp;
-use meliora::advanced::lang::property::{Bound, Measure, Optimum, Question, Rewards, Strategies};
+use meliora::advanced::lang::property::{Bound, Inequality, Measure, Optimum, Question, Rewards, Strategies};
 use meliora::engine::ExplicitEngine;
 use meliora::engine::SymbolicEngine;
 use meliora::engine::{Engine, Settings};
@@ -296,16 +295,16 @@ fn properties_ask_for_probabilities_and_rewards() {
     assert_eq!(of("Pmax=? [ x=0 U x=1 ]"), probability(Some(Optimum::Max), None));
     assert_eq!(of("P min =? [ F<=3 x=1 ]"), probability(Some(Optimum::Min), None));
     assert_eq!(of("P=? [ F x=1 ]"), probability(None, None));
-    assert_eq!(of("P>=0.9 [ F x=1 ]"), probability(Some(Optimum::Min), Some((BinaryOp::Ge, 0.9))));
-    assert_eq!(of("P<0.5 [ F x=1 ]"), probability(Some(Optimum::Max), Some((BinaryOp::Lt, 0.5))));
-    assert_eq!(of("Pmax>0.5 [ F x=1 ]"), probability(Some(Optimum::Max), Some((BinaryOp::Gt, 0.5))));
-    assert_eq!(of("P>=0 [ F x=1 ]"), probability(Some(Optimum::Min), Some((BinaryOp::Ge, 0.0))));
+    assert_eq!(of("P>=0.9 [ F x=1 ]"), probability(Some(Optimum::Min), Some((Inequality::Ge, 0.9))));
+    assert_eq!(of("P<0.5 [ F x=1 ]"), probability(Some(Optimum::Max), Some((Inequality::Lt, 0.5))));
+    assert_eq!(of("Pmax>0.5 [ F x=1 ]"), probability(Some(Optimum::Max), Some((Inequality::Gt, 0.5))));
+    assert_eq!(of("P>=0 [ F x=1 ]"), probability(Some(Optimum::Min), Some((Inequality::Ge, 0.0))));
     let reward = |rewards, optimum, bound| (Measure::Reward(rewards), optimum, bound);
     let named = Rewards::Named("cost".to_owned());
     assert_eq!(of("R{\"cost\"}min=? [ F x=1 ]"), reward(named, Some(Optimum::Min), None));
     assert_eq!(of("R{2}max=? [ F x=1 ]"), reward(Rewards::Numbered(2), Some(Optimum::Max), None));
     assert_eq!(of("Rmax=? [ F x=1 ]"), reward(Rewards::First, Some(Optimum::Max), None));
-    assert_eq!(of("R<=3 [ F x=1 ]"), reward(Rewards::First, Some(Optimum::Max), Some((BinaryOp::Le, 3.0))));
+    assert_eq!(of("R<=3 [ F x=1 ]"), reward(Rewards::First, Some(Optimum::Max), Some((Inequality::Le, 3.0))));
 }
 
 #[test]

@@ -90,6 +90,7 @@ fn an_unsafe_state_has_no_class_no_rank_and_no_run() {
 fn sets_of_the_restricted_model_are_sets_of_the_whole_one() {
     for storage in [Storage::Symbolic, Storage::Explicit] {
         let (found, _) = analysis(storage, "objective A = F x=3; require G x!=5;");
+        let found = meliora::Analysis::from(found);
         let (whole, part) = (found.whole_engine(), found.engine());
         let again = whole.restricted_to(&meliora::engine::Region {
             states: part.all_states(),

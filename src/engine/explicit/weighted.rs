@@ -187,7 +187,6 @@ pub(crate) trait Walk {
     ///
     /// # Errors
     /// A command has no meaning in the state, or there are too many choices.
-    #[cfg(any(feature = "output", test))]
     fn names(&mut self, state: &[u64]) -> Result<Vec<String>>;
 }
 
@@ -231,7 +230,6 @@ impl<const W: usize> Walk for Run<'_, W> {
         Ok(found)
     }
 
-    #[cfg(any(feature = "output", test))]
     fn names(&mut self, state: &[u64]) -> Result<Vec<String>> {
         self.expand(state)?;
         if self.stepper.ends.is_empty() {

@@ -9,9 +9,9 @@ use super::encoding::Encoding;
 use super::store::Store;
 use super::transitions::Numbered;
 use super::{Bit, ChoiceSet, StateSet, SymbolicEngine, build, draft};
-use crate::dump::{Diagram, Edge};
 use crate::engine::{Engine, ProgressSink, Settings};
 use crate::error::{Error, Result};
+use crate::model::diagram::{Diagram, Edge};
 use crate::model::{ModelKind, Program, VarId};
 
 /// A set to be dumped.

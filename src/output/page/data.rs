@@ -5,7 +5,7 @@ use serde_json::{Value as Json, json};
 use super::heat::Heat;
 use super::paint::{Paint, arrow, longest};
 use super::{Content, Picture, palette};
-use crate::dump::Edge;
+use crate::model::diagram::Edge;
 use crate::model::value::Type;
 use crate::planning::Rank;
 use crate::projections::{Ladder, Projections};
@@ -39,7 +39,7 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         "targets": edges(&projections.targets),
         "choices": projections.choices.iter().map(choice).collect::<Vec<_>>(),
         "play": play,
-        "heat": content.heat().map(Heat::data),
+        "heat": content.heat().as_ref().map(Heat::data),
     });
     // A `<` in a text must not end the script element.
     data.to_string().replace('<', "\\u003c")

@@ -1,23 +1,14 @@
 //! Values of all states: heat maps of probabilities and costs, over the plane of the rank maps.
 
-use std::sync::Arc;
-
 use ahash::AHashMap;
 use serde_json::{Value as Json, json};
 
 use super::paint::Look;
 use super::palette::{self, Rgb};
 use super::words;
-use crate::engine::Engine;
-use crate::error::Result;
-use crate::model::{Program, State};
-use crate::planning::Analysis;
 use crate::projections::{Projections, View};
-use crate::quantities::choose::LEVELS;
-use crate::quantities::{Setup, Steps, Values};
+use crate::quantities::all_states::AllStates;
 
-/// Maximum number of states whose values are computed for a page.
-pub const MOST_STATES: usize = 4096;
 /// Maximum number of improvements with maps of their own.
 const MOST_MAPS: usize = 3;
 
@@ -30,60 +21,23 @@ pub(super) enum Measure {
     Steps(usize),
 }
 
-/// The values of the states of the scope.
+/// The values of the states of the scope, and the maps that show them.
 #[derive(Debug)]
-pub(crate) struct Heat {
-    /// The computed values.
-    pub(super) values: Arc<Values>,
-    states: Vec<State>,
-    /// P_1, P_2, … per state.
-    probabilities: Vec<Vec<f64>>,
-    /// C_1, C_2, … per state, as far as they exist.
-    costs: Vec<Vec<Option<f64>>>,
+pub(crate) struct Heat<'a> {
+    all: &'a AllStates,
     pub(super) measures: Vec<Measure>,
 }
 
-impl Heat {
-    /// Computes the values of all states; returns `None` if there are more than [`MOST_STATES`].
-    /// Cost: see [`Values::compute`].
-    ///
-    /// # Errors
-    /// The levels are not known; a limit is reached.
-    pub(super) fn of<E: Engine>(analysis: &Analysis<E>, program: &Program) -> Result<Option<Self>> {
-        let engine = analysis.engine();
-        let states = engine.list_states(&engine.all_states(), MOST_STATES + 1)?;
-        if states.len() > MOST_STATES {
-            return Ok(None);
-        }
-        let levels = Values::levels_found(analysis, LEVELS);
-        let setup = Setup { levels, exact: false, within: None };
-        let values = Values::compute(setup, analysis, program, &states, &Steps)?;
-        let (mut probabilities, mut costs) = (Vec::new(), Vec::new());
-        for state in &states {
-            let node = values.start(state);
-            let known = |k| node.map(|node| (values.probability(node, k), values.cost(node, k)));
-            let found: Vec<_> = (1..=levels).map(known).collect();
-            probabilities.push(found.iter().map(|f| f.as_ref().map_or(0.0, |(p, _)| p.middle())).collect());
-            costs.push(found.iter().map(|f| Some(f.as_ref()?.1.as_ref()?.middle())).collect());
-        }
-        let values = Arc::new(values);
-        let mut heat = Heat { values, states, probabilities, costs, measures: Vec::new() };
-        heat.measures = heat.telling(levels);
-        Ok(Some(heat))
-    }
-
-    /// Returns the measures that say more than the ranks: probabilities other than 0 and 1, and steps.
-    fn telling(&self, levels: usize) -> Vec<Measure> {
-        let open = |k: &usize| self.probabilities.iter().any(|p| p[k - 1] > 0.0 && p[k - 1] < 1.0);
-        let certain = |k: &usize| self.costs.iter().any(|c| c[k - 1].is_some());
-        let probabilities = (1..=levels).filter(open).take(MOST_MAPS).map(Measure::Probability);
-        probabilities.chain((1..=levels).filter(certain).take(MOST_MAPS).map(Measure::Steps)).collect()
+impl<'a> Heat<'a> {
+    /// Selects the maps of these values.
+    pub(super) fn new(all: &'a AllStates) -> Self {
+        Heat { all, measures: telling(all) }
     }
 
     fn of_state(&self, measure: Measure, state: usize) -> Option<f64> {
         match measure {
-            Measure::Probability(k) => self.probabilities[state].get(k - 1).copied(),
-            Measure::Steps(k) => self.costs[state].get(k - 1).copied().flatten(),
+            Measure::Probability(k) => self.all.probabilities[state].get(k - 1).copied(),
+            Measure::Steps(k) => self.all.costs[state].get(k - 1).copied().flatten(),
         }
     }
 
@@ -92,7 +46,7 @@ impl Heat {
         if let Measure::Probability(_) = measure {
             return (0.0, 1.0);
         }
-        let all = (0..self.states.len()).filter_map(|state| self.of_state(measure, state));
+        let all = (0..self.all.states.len()).filter_map(|state| self.of_state(measure, state));
         all.fold((f64::INFINITY, 0.0), |(low, high), x| (low.min(x), high.max(x)))
     }
 
@@ -102,14 +56,14 @@ impl Heat {
             (projections.plane.row.map(|row| values(row.index())), values(projections.plane.column.index()))
         };
         let mut index: AHashMap<_, Vec<usize>> = AHashMap::new();
-        for (number, state) in self.states.iter().enumerate() {
+        for (number, state) in self.all.states.iter().enumerate() {
             index.entry(plane(&|at| Some(state[at]))).or_default().push(number);
         }
         let look = |measure: Measure, view: &Option<View>| {
             let Some(view) = view else { return Look::wall() };
             let fits = |number: &&usize| {
                 view.iter()
-                    .zip(&self.states[**number])
+                    .zip(&self.all.states[**number])
                     .all(|(wanted, value)| wanted.is_none_or(|w| w == *value))
             };
             let here = index.get(&plane(&|at| view[at])).into_iter().flatten().filter(fits);
@@ -147,16 +101,25 @@ impl Heat {
         let measure = |&measure: &Measure| {
             let (low, high) = self.range(measure);
             let all: Vec<Option<f64>> =
-                (0..self.states.len()).map(|state| self.of_state(measure, state).map(rounded)).collect();
+                (0..self.all.states.len()).map(|state| self.of_state(measure, state).map(rounded)).collect();
             let steps = matches!(measure, Measure::Steps(_));
             json!({"id": measure.id(), "title": measure.title(), "steps": steps, "low": low, "high": high, "all": all})
         };
         json!({
-            "states": self.states,
+            "states": self.all.states,
             "measures": self.measures.iter().map(measure).collect::<Vec<_>>(),
             "stops": palette::stops(),
         })
     }
+}
+
+/// Returns the measures that say more than the ranks: probabilities other than 0 and 1, and steps.
+fn telling(all: &AllStates) -> Vec<Measure> {
+    let levels = all.values.setup().levels;
+    let open = |k: &usize| all.probabilities.iter().any(|p| p[k - 1] > 0.0 && p[k - 1] < 1.0);
+    let certain = |k: &usize| all.costs.iter().any(|c| c[k - 1].is_some());
+    let probabilities = (1..=levels).filter(open).take(MOST_MAPS).map(Measure::Probability);
+    probabilities.chain((1..=levels).filter(certain).take(MOST_MAPS).map(Measure::Steps)).collect()
 }
 
 impl Measure {

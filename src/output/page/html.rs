@@ -6,9 +6,8 @@ use super::super::header::{Header, ModelSummary};
 use super::super::simulate::TurnReport;
 use super::super::simulate_text::committed;
 use super::super::{ranks, text};
-use super::heat::MOST_STATES;
-use super::outlook::{LISTED, Promise};
 use super::paint::Paint;
+use super::sentence::sentence;
 use super::{Content, Picture, Play, bars, data, hasse, map, paint, words};
 use crate::model::Variable;
 use crate::model::preference::Empty;
@@ -16,6 +15,8 @@ use crate::model::value::Type;
 use crate::planning::result::{Plan, Prospects};
 use crate::planning::{Rank, Scheduler, StrategyKind};
 use crate::quantities::Choose;
+use crate::quantities::all_states::MOST_STATES;
+use crate::quantities::outlook::{LISTED, Promise};
 
 /// Controls of more variables than this are folded at first.
 const FOLDED: usize = 6;
@@ -96,7 +97,7 @@ fn verdict(content: &Content<'_>) -> Markup {
 }
 
 fn card(initial: &Prospects, promise: Option<&Promise>) -> Markup {
-    let headline = promise.map_or_else(|| words::verdict(initial), Promise::sentence);
+    let headline = promise.map_or_else(|| words::verdict(initial), sentence);
     html! {
         div.card {
             p.headline {
@@ -173,7 +174,7 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
             } @else { p.others { (sentence) } }
             div.maps style=(format!("--least:{}rem", map::least_width(projections))) {
                 @for picture in Picture::MAPS { (map::part(content, paint, picture)) }
-                @if let Some(heat) = content.heat() { (map::values(content, paint, heat)) }
+                @if let Some(heat) = content.heat() { (map::values(content, paint, &heat)) }
             }
             @if content.heat().is_none() {
                 p.hint { "Values are left out: the model has more than " (text::grouped(MOST_STATES)) " states. "

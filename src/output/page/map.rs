@@ -92,7 +92,7 @@ pub(super) fn part(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -
 }
 
 /// Renders the maps of values as parts of the page.
-pub(super) fn values(content: &Content<'_>, paint: &Paint<'_>, heat: &Heat) -> Markup {
+pub(super) fn values(content: &Content<'_>, paint: &Paint<'_>, heat: &Heat<'_>) -> Markup {
     let looks = heat.looks(paint.projections, &paint.views());
     html! {
         @for (&measure, looks) in heat.measures.iter().zip(&looks) {

@@ -12,18 +12,15 @@ mod html;
 mod layered;
 mod letters;
 mod map;
-mod outlook;
 mod paint;
 mod palette;
 mod report;
+mod sentence;
 mod words;
 
-pub(crate) use heat::Heat;
-pub use heat::MOST_STATES;
-pub(crate) use outlook::Outlook;
 pub(crate) use report::PageReport;
 pub use report::Written;
-use strum::{EnumString, IntoStaticStr, VariantArray};
+use strum::{EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 use super::CheckReport;
 use super::simulate::TraceReport;
@@ -33,6 +30,8 @@ use crate::planning::tally::RunEnd;
 use crate::planning::{Scheduler, StrategyKind};
 use crate::projections::Projections;
 use crate::quantities::Choose;
+use crate::quantities::outlook::Outlook;
+use heat::Heat;
 
 /// The contents of a page.
 pub(crate) struct Content<'a> {
@@ -68,8 +67,7 @@ pub(crate) struct Play {
 }
 
 /// A single picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, EnumString, IntoStaticStr, VariantArray)]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, EnumMessage, EnumString, IntoStaticStr, VariantArray)]
 #[strum(serialize_all = "lowercase")]
 pub enum Picture {
     /// Preference order.
@@ -125,8 +123,8 @@ impl Content<'_> {
     }
 
     /// Returns the values of all states, if they are known.
-    fn heat(&self) -> Option<&Heat> {
-        self.outlook?.heat.as_ref()
+    fn heat(&self) -> Option<Heat<'_>> {
+        self.outlook?.all.as_ref().map(Heat::new)
     }
 
     /// Returns the preference order with the names and sizes in its picture.

@@ -5,9 +5,9 @@ use super::super::json::{Node, Object, Shape};
 use super::path;
 use super::reader::Reader;
 use super::record::{Read, records};
-use crate::lang::ast::{BinaryOp, Expr, Ident, NodeKind};
+use crate::lang::ast::{Expr, Ident, NodeKind};
 use crate::lang::ltl::Formula;
-use crate::lang::property::Extreme;
+use crate::lang::property::{Extreme, Inequality};
 use crate::model::value;
 use crate::stack;
 
@@ -35,7 +35,7 @@ pub(crate) struct Question {
     /// probability of the formula.
     pub(crate) reward: Option<Reward>,
     /// The comparison with a number, if there is one.
-    pub(crate) bound: Option<(BinaryOp, f64)>,
+    pub(crate) bound: Option<(Inequality, f64)>,
 }
 
 /// A reward that is accumulated.
@@ -95,16 +95,16 @@ impl<'a> Reader<'a> {
             _ => return no("its bound is not a number"),
         };
         let comparison = match op {
-            "≥" => BinaryOp::Ge,
-            ">" => BinaryOp::Gt,
-            "<" => BinaryOp::Lt,
-            _ => BinaryOp::Le,
+            "≥" => Inequality::Ge,
+            ">" => Inequality::Gt,
+            "<" => Inequality::Lt,
+            _ => Inequality::Le,
         };
         self.value(&inner, &asked, Some((comparison, value)))
     }
 
     /// Reads `Pmin`, `Pmax`, `Emin` or `Emax`.
-    fn value(&mut self, object: &Object<'a>, op: &str, bound: Option<(BinaryOp, f64)>) -> Asks<Question> {
+    fn value(&mut self, object: &Object<'a>, op: &str, bound: Option<(Inequality, f64)>) -> Asks<Question> {
         let extreme = if op.ends_with("max") { Extreme::Max } else { Extreme::Min };
         if op.starts_with('P') {
             let path = self.required(object, "a property", "exp")?;

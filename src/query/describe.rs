@@ -3,7 +3,6 @@
 
 use ahash::AHashMap;
 
-use super::Inputs;
 use crate::dump::Manifest;
 use crate::dump::manifest::{self, ChoiceNumber, Choices, Encoding, File, Source, Tool, Variable};
 use crate::engine::Engine;
@@ -12,6 +11,15 @@ use crate::model::preference::Preferences;
 use crate::model::valuation::json;
 use crate::model::value::Type;
 use crate::model::{CommandId, Program};
+
+/// The texts that an analysis was made from.
+#[derive(Debug, Clone)]
+pub struct Inputs {
+    /// The model: its path, and the SHA-256 of its bytes.
+    pub model: (String, String),
+    /// The preferences: their path, and the SHA-256 of their bytes.
+    pub preferences: (String, String),
+}
 
 /// Describes the numbers of the choices. With `paired`, the bits of a choice get names; only sets
 /// of choices need them.
@@ -136,4 +144,11 @@ fn encoding(engine: &SymbolicEngine) -> Encoding {
     };
     let encoding = engine.encoding();
     Encoding { variables: encoding.variables().iter().map(variable).collect(), order: encoding.names() }
+}
+
+/// Returns the label of each choice by number, or its commands if it has no label. The self-loop of
+/// deadlocks is last.
+pub(crate) fn choice_labels(engine: &SymbolicEngine) -> Vec<String> {
+    let numbers = choices(engine, false).numbers;
+    numbers.into_iter().map(|n| n.action.unwrap_or(n.name)).collect()
 }

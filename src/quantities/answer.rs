@@ -2,51 +2,47 @@
 
 use std::cmp::Ordering;
 
-use std::sync::Arc;
-
-use meliora::advanced::lang::ast::BinaryOp;
-use meliora::advanced::lang::property::{Measure, Optimum, Quantity, Question};
-use meliora::engine::Engine;
-use meliora::engine::regions::Regions;
-use meliora::error::{Error, Limit, Result};
-use meliora::model::{Program, exact};
-use meliora::output::values::Bound;
-use meliora::quantities::cost::check_rewards;
-use meliora::quantities::reach::{self, Value, Wanted};
-use meliora::quantities::{Earned, Interval};
-use meliora::reach::{Target, holds};
-
-use super::load::Asking;
+use super::cost::check_rewards;
+use super::reach::{self, Value, Wanted};
+use super::state_values::Bound;
+use super::{Earned, Interval};
+use crate::engine::Engine;
+use crate::engine::regions::{Regions, holds};
+use crate::error::{Error, Limit, Result};
+use crate::model::expr::ExprId;
+use crate::model::property::{Inequality, Measure, Quantity, Question};
+use crate::model::{Optimum, Program, exact};
 
 /// Maximum number of initial states with values.
 const MOST_STATES: usize = 1 << 20;
 
 /// The answer to a property.
-pub(super) struct Answer {
+pub struct Answer {
     /// The value over the initial states.
-    pub(super) value: Option<Bound>,
+    pub value: Option<Bound>,
     /// True if the property holds in all of them; `None` if it is not decided.
-    pub(super) holds: Option<bool>,
+    pub holds: Option<bool>,
     /// An error if a limit was hit, after which the bounds of the value may be wide.
-    pub(super) end: Result<()>,
+    pub end: Result<()>,
 }
 
 impl Answer {
     /// Creates an answer without a number.
-    pub(super) fn of(holds: Option<bool>) -> Self {
+    pub fn of(holds: Option<bool>) -> Self {
         Answer { value: None, holds, end: Ok(()) }
     }
 }
 
-/// Parses the argument of `--precision`.
-///
-/// # Errors
-/// It is not a number between 0 and 1.
-pub(super) fn precision(text: &str) -> std::result::Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(x) if x > 0.0 && x < 1.0 => Ok(x),
-        _ => Err("expected a number between 0 and 1".to_owned()),
-    }
+/// A property over a program.
+pub struct Asked<'a> {
+    /// The program, with the monitors of the property's formula.
+    pub program: &'a Program,
+    /// The question; `None` for a target without a property.
+    pub question: Option<&'a Question>,
+    /// The target of the paths; `None` for a temporal formula.
+    pub target: Option<ExprId>,
+    /// The states in which the rewards that the question names are wrong.
+    pub wrong: Option<ExprId>,
 }
 
 /// Answers a property from the regions of its formula, and a target without a property not at all.
@@ -54,26 +50,25 @@ pub(super) fn precision(text: &str) -> std::result::Result<f64, String> {
 ///
 /// # Errors
 /// A limit is hit, or a reward is wrong.
-pub(super) fn answer<E: Engine>(
+pub fn answer<E: Engine>(
     engine: &E,
-    asking: &Asking,
-    model: &Arc<Program>,
+    asked: &Asked<'_>,
     regions: &Regions<E::States>,
     precision: f64,
 ) -> Result<Answer> {
-    let quantity = match &asking.property {
+    let quantity = match asked.question {
         None => return Ok(Answer::of(None)),
         Some(Question::Qualitative(strategies, bound)) => {
             return Ok(Answer::of(Some(holds(engine, (*strategies, *bound), regions)?)));
         }
         Some(Question::Quantity(quantity)) => quantity,
     };
-    let program = &**asking.goal.program(model);
-    let target = match &asking.goal.target {
-        Target::States(target) => engine.states_where(*target)?,
-        Target::Formula(_) => engine.no_states(),
+    let program = asked.program;
+    let target = match asked.target {
+        Some(target) => engine.states_where(target)?,
+        None => engine.no_states(),
     };
-    if let (Some(wrong), Measure::Reward(rewards)) = (asking.wrong, &quantity.measure)
+    if let (Some(wrong), Measure::Reward(rewards)) = (asked.wrong, &quantity.measure)
         && let Some(structure) = rewards.find(program).and_then(|at| program.rewards.get(at))
     {
         check_rewards(engine, program, structure, wrong)?;
@@ -122,7 +117,7 @@ fn bound(Interval { lower, upper }: Interval) -> Bound {
 }
 
 /// Returns whether all values satisfy a comparison; `None` if the bounds do not decide it.
-fn truth(values: &[Value], (comparison, bound): (BinaryOp, f64)) -> Option<bool> {
+fn truth(values: &[Value], (comparison, bound): (Inequality, f64)) -> Option<bool> {
     let each: Vec<Option<bool>> = values.iter().map(|value| satisfies(value, comparison, bound)).collect();
     match () {
         () if each.contains(&Some(false)) => Some(false),
@@ -131,12 +126,12 @@ fn truth(values: &[Value], (comparison, bound): (BinaryOp, f64)) -> Option<bool>
     }
 }
 
-fn satisfies(value: &Value, comparison: BinaryOp, bound: f64) -> Option<bool> {
+fn satisfies(value: &Value, comparison: Inequality, bound: f64) -> Option<bool> {
     let holds = |order: Ordering| match comparison {
-        BinaryOp::Ge => order.is_ge(),
-        BinaryOp::Gt => order.is_gt(),
-        BinaryOp::Le => order.is_le(),
-        _ => order.is_lt(),
+        Inequality::Ge => order.is_ge(),
+        Inequality::Gt => order.is_gt(),
+        Inequality::Le => order.is_le(),
+        Inequality::Lt => order.is_lt(),
     };
     if let Value::Finite(bounds) = value
         && let Some(exact) = &bounds.exact

@@ -2,7 +2,7 @@
 
 use num_bigint::BigUint;
 
-use super::{Diagram, Edge};
+use super::diagram::{Diagram, Edge};
 
 /// The satisfying assignments of a function to all variables of a diagram. They are numbered from 0
 /// in lexicographic order, the first variable first and false before true.

@@ -1,61 +1,57 @@
-//! What improves to what in the initial states, in one sentence.
+//! The improvements that strategies make from the initial states: what improves to what.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 
 use ahash::AHashSet;
 
-use super::heat::{Heat, digits};
-use super::words;
+use super::all_states::AllStates;
+use super::{Aim, Choose, Chooser, Steps};
 use crate::engine::Engine;
 use crate::error::Result;
 use crate::model::preference::ObjectiveSet;
 use crate::model::{Program, State};
-use crate::output::text;
 use crate::planning::{Analysis, FiniteMemoryStrategy, Kind, Memory, Rank, Safety};
-use crate::quantities::{Aim, Choose, Chooser, Steps};
 
 /// Maximum number of nodes that are searched for the objectives that improvements lead to.
 const MOST_NODES: usize = 4096;
-/// Maximum number of certain improvements whose objectives are named.
-const MOST_GOALS: usize = 3;
-/// Maximum number of initial states with a sentence.
-pub(super) const LISTED: usize = 3;
+/// Maximum number of initial states with an outlook.
+pub const LISTED: usize = 3;
 
 /// The values of all states, and the outlook of the first initial states.
 #[derive(Debug)]
-pub(crate) struct Outlook {
+pub struct Outlook {
     /// The values; `None` if there are too many states.
-    pub(super) heat: Option<Heat>,
+    pub all: Option<AllStates>,
     /// The outlooks; `None` where the levels do not tell what the model attains.
-    pub(super) promises: Vec<Option<Promise>>,
+    pub promises: Vec<Option<Promise>>,
 }
 
 /// What can be attained from a state.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Promise {
+pub struct Promise {
     /// The most preferred objectives of the state.
-    from: Vec<String>,
+    pub from: Vec<String>,
     /// For each certain improvement the most preferred objectives after it, over all outcomes; empty
     /// if they are too many to search.
-    after: Vec<Vec<String>>,
+    pub after: Vec<Vec<String>>,
     /// The number of improvements that are certain; `None` for any number.
-    certain: Option<usize>,
+    pub certain: Option<usize>,
     /// The expected number of steps until the last of them.
-    steps: Option<f64>,
+    pub steps: Option<f64>,
     /// One more improvement, if it is possible.
-    more: Option<More>,
+    pub more: Option<More>,
     /// The action that a strategy takes first that chooses by value.
-    pub(super) first: Option<String>,
+    pub first: Option<String>,
 }
 
 /// A possible improvement after the certain ones.
 #[derive(Debug, Clone, PartialEq)]
-struct More {
+pub struct More {
     /// The most preferred objectives after it; empty if they are too many to search.
-    to: Vec<String>,
+    pub to: Vec<String>,
     /// Its probability, if it is known.
-    probability: Option<f64>,
+    pub probability: Option<f64>,
 }
 
 impl Outlook {
@@ -64,35 +60,35 @@ impl Outlook {
     ///
     /// # Errors
     /// The levels are not known; a limit is reached.
-    pub(crate) fn of<E: Engine>(analysis: &Analysis<E>, program: &Arc<Program>) -> Result<Self> {
-        let heat = Heat::of(analysis, program)?;
+    pub fn of<E: Engine>(analysis: &Analysis<E>, program: &Arc<Program>) -> Result<Self> {
+        let all = AllStates::compute(analysis, program)?;
         let engine = analysis.engine();
         let mut promises = Vec::new();
         for state in engine.list_states(&engine.initial_states(), LISTED)? {
-            promises.push(match &heat {
-                Some(heat) => Promise::valued(analysis, program, heat, &state)?,
+            promises.push(match &all {
+                Some(all) => Promise::valued(analysis, program, all, &state)?,
                 // The levels of `transition` count improvements that the model may not make.
                 None if analysis.options().safety == Safety::Transition => None,
                 None => Promise::ranked(analysis, program, &state)?,
             });
         }
-        Ok(Outlook { heat, promises })
+        Ok(Outlook { all, promises })
     }
 
     /// Returns whether the values of the states are known.
-    pub(crate) fn has_values(&self) -> bool {
-        self.heat.is_some()
+    pub fn has_values(&self) -> bool {
+        self.all.is_some()
     }
 
     /// Lets a strategy choose by value while it improves, `cheap` for SASI and `likely` for SPI, if the
     /// values are known.
-    pub(crate) fn attach<E: Engine>(&self, strategy: &mut FiniteMemoryStrategy<E>) -> Choose {
-        let Some(heat) = &self.heat else { return Choose::First };
+    pub fn attach<E: Engine>(&self, strategy: &mut FiniteMemoryStrategy<E>) -> Choose {
+        let Some(all) = &self.all else { return Choose::First };
         let (aim, choose) = match strategy.levels() {
             Kind::Sasi => (Aim::Cheap, Choose::Cheap),
             Kind::Spi => (Aim::Likely, Choose::Likely),
         };
-        strategy.choose_by(Arc::new(Chooser::new(Arc::clone(&heat.values), aim)));
+        strategy.choose_by(Arc::new(Chooser::new(Arc::clone(&all.values), aim)));
         choose
     }
 }
@@ -102,10 +98,10 @@ impl Promise {
     fn valued<E: Engine>(
         analysis: &Analysis<E>,
         program: &Arc<Program>,
-        heat: &Heat,
+        all: &AllStates,
         state: &State,
     ) -> Result<Option<Self>> {
-        let values = &heat.values;
+        let values = &all.values;
         let Some(node) = values.start(state) else { return Ok(None) };
         let certain = values.aimed(node, Aim::Cheap);
         let rule = Chooser::new(Arc::clone(values), Aim::Cheap);
@@ -179,55 +175,6 @@ impl Promise {
         self.more = Some(More { to: to.unwrap_or_default(), probability });
         Ok(())
     }
-
-    /// Returns the sentence: `Can improve from nothing to D, then to F with probability one, in 11.4 steps
-    /// on average; a third time, to E, with probability 0.41.`
-    pub(super) fn sentence(&self) -> String {
-        let from = text::either(&self.from);
-        let more = self.more.as_ref().map(|more| (words::goal(&more.to), more.probability()));
-        if self.certain == Some(0) {
-            return match more {
-                Some((goal, probability)) => {
-                    format!(
-                        "Can improve from {from} to {goal} with {probability}; no improvement is guaranteed."
-                    )
-                }
-                None if self.from.is_empty() => "Nothing is sure, and no improvement is possible.".to_owned(),
-                None => format!("No improvement is possible from {from}."),
-            };
-        }
-        let steps =
-            self.steps.map(|steps| format!(", in {} on average", words::steps(steps))).unwrap_or_default();
-        let more = match (self.certain, more) {
-            (None, _) => ", and then any number of times".to_owned(),
-            (Some(_), None) => String::new(),
-            (Some(certain), Some((goal, probability))) => {
-                format!("; a {} time, to {goal}, with {probability}", words::ordinal(certain + 1))
-            }
-        };
-        format!("Can improve from {from}{} with probability one{steps}{more}.", self.goals())
-    }
-
-    /// Returns what the certain improvements lead to: ` to D, then to F`.
-    fn goals(&self) -> String {
-        let certain = self.certain.unwrap_or(1);
-        let mut goals: Vec<String> =
-            self.after.iter().take(MOST_GOALS).map(|goal| format!("to {}", words::goal(goal))).collect();
-        match certain - goals.len() {
-            0 => {}
-            1 if goals.is_empty() => goals.push(format!("to {}", words::goal(&[]))),
-            left if goals.is_empty() => return format!(" {}", text::plural(left, "time")),
-            left => goals.push(text::plural(left, "more time")),
-        }
-        format!(" {}", goals.join(", then "))
-    }
-}
-
-impl More {
-    fn probability(&self) -> String {
-        let known = |p| format!("probability {}", digits(p));
-        self.probability.map_or_else(|| "positive probability".to_owned(), known)
-    }
 }
 
 /// What a strategy meets while it makes improvements.
@@ -293,68 +240,4 @@ fn after<E: Engine>(
         }
     }
     Ok(found)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn names(names: &[&str]) -> Vec<String> {
-        names.iter().map(|&name| name.to_owned()).collect()
-    }
-
-    fn promise(after: &[&[&str]], certain: Option<usize>, more: Option<(&[&str], Option<f64>)>) -> Promise {
-        let after = after.iter().map(|goal| names(goal)).collect();
-        let more = more.map(|(to, probability)| More { to: names(to), probability });
-        Promise { after, certain, more, ..Promise::default() }
-    }
-
-    #[test]
-    fn the_sentence_says_what_how_sure_and_how_soon() {
-        let steps = |promise| Promise { steps: Some(11.44), ..promise };
-        assert_eq!(
-            steps(promise(&[&["D"], &["F"]], Some(2), Some((&["E"], Some(0.41))))).sentence(),
-            "Can improve from nothing to D, then to F with probability one, in 11.4 steps on average; \
-             a third time, to E, with probability 0.41."
-        );
-        assert_eq!(
-            promise(&[&["A", "B"]], Some(1), None).sentence(),
-            "Can improve from nothing to A or B with probability one."
-        );
-        let far = promise(&[&["A"], &["B"], &["C"], &["D"], &["E"]], Some(5), None).sentence();
-        assert_eq!(
-            far,
-            "Can improve from nothing to A, then to B, then to C, then 2 more times with probability one."
-        );
-        assert_eq!(
-            promise(&[], Some(12), None).sentence(),
-            "Can improve from nothing 12 times with probability one."
-        );
-        assert_eq!(
-            promise(&[], Some(1), None).sentence(),
-            "Can improve from nothing to something better with probability one."
-        );
-        assert_eq!(
-            promise(&[&["A"]], None, None).sentence(),
-            "Can improve from nothing to A with probability one, and then any number of times."
-        );
-    }
-
-    #[test]
-    fn the_sentence_says_what_is_possible_where_nothing_is_certain() {
-        let some = |to, probability| promise(&[], Some(0), Some((to, probability))).sentence();
-        assert_eq!(
-            some(&["A"], Some(0.26)),
-            "Can improve from nothing to A with probability 0.26; no improvement is guaranteed."
-        );
-        assert_eq!(
-            some(&[], None),
-            "Can improve from nothing to something better with positive probability; \
-             no improvement is guaranteed."
-        );
-        let none = promise(&[], Some(0), None);
-        assert_eq!(none.sentence(), "Nothing is sure, and no improvement is possible.");
-        let none = Promise { from: names(&["A", "B"]), ..none };
-        assert_eq!(none.sentence(), "No improvement is possible from A or B.");
-    }
 }
