@@ -1,0 +1,98 @@
+"""Section 8: the product of a model with the monitors of formulas, and the regions of a formula in it."""
+
+from dataclasses import dataclass, field
+
+from reference.model import almost_sure, attractor, can_stay, explored, moves_of, steps_of
+from reference.temporal import Monitor, cases, conditions, negated, parse
+
+
+@dataclass
+class Product:
+    """The MDP of pairs of a state and the states of monitors, which have read the states before it.
+
+    `marks[g]` are the states whose letter the monitor of g marks.
+    """
+
+    mdp: object
+    monitors: list
+    marks: dict = field(default_factory=dict)
+
+    def read(self, state):
+        """The monitors' states and marks after a state."""
+        return read(self.mdp.program, self.monitors, self.mdp.values[state])
+
+
+def formulas_watched(formulas):
+    """The Pi2 formulas whose monitors decide some formulas and their negations."""
+    leaves = [leaf for f in formulas for g in (f, negated(f)) for case in cases(conditions(g)) for _, leaf in case]
+    return list(dict.fromkeys(leaves))
+
+
+def product(program, scope, formulas, limit=None):
+    """The product from fresh monitors on: from the initial states, or from every valuation."""
+    monitors = [Monitor(f) for f in formulas]
+    steps_or_loop, width = steps_of(program, ["steps", *program.rewards]), len(program.variables)
+
+    def fresh(state):
+        return (*state, *(monitor.start for monitor in monitors))
+
+    def steps(state):
+        then, _ = read(program, monitors, state)
+        found, is_deadlock = steps_or_loop(state[:width])
+        return [(name, costs, {(*t, *then): p for t, p in to.items()}) for name, costs, to in found], is_deadlock
+
+    starts = [fresh(s) for s in program.initial_states()]
+    roots = map(fresh, program.all_states()) if scope == "all" else ()
+    mdp = explored(program, [*starts, *roots], starts, steps, limit)
+    result = Product(mdp, monitors)
+    result.marks = {monitor.formula: set() for monitor in monitors}
+    for state in mdp.states:
+        for monitor, marked in zip(monitors, result.read(state)[1]):
+            if marked:
+                result.marks[monitor.formula].add(state)
+    return result
+
+
+def read(program, monitors, values):
+    """The states of the monitors after they have read the state of a pair, and whether they mark it."""
+    width = len(program.variables)
+    plain, then = values[:width], []
+    for monitor, state in zip(monitors, values[width:]):
+        then.append(monitor.read(state, monitor.letter(lambda name: program.compile(name)(plain))))
+    return tuple(state for state, _ in then), [marked for _, marked in then]
+
+
+def secured(product, mdp, formula):
+    """The union over the cases d of a formula of U_d: the greatest Z without the marks that must cease, from whose
+    states some choices stay in Z surely and almost surely reach each mark that must recur."""
+    moves, found = moves_of(mdp), set()
+    for case in cases(conditions(formula)):
+        ceasing = set().union(*(product.marks[g] for kind, g in case if kind == "finally"))
+        recurring = [product.marks[g] for kind, g in case if kind == "again"]
+        region, before = set(mdp.states) - ceasing - mdp.unsafe, None
+        while region != before:
+            before = region
+            region = can_stay(moves, region)
+            for marks in recurring:
+                inside = [[m for m in own if m <= region] if s in region else [] for s, own in enumerate(moves)]
+                region = region & almost_sure(inside, marks & region)
+        found |= region
+    return found
+
+
+def satisfaction(product, mdp, formula):
+    """The four regions of a formula in the product. An unsafe state is in none of them."""
+    moves, everything = moves_of(mdp), set(mdp.states) - mdp.unsafe
+    against = secured(product, mdp, negated(formula))
+    reached = secured(product, mdp, formula)
+    return {
+        "pmax_one": almost_sure(moves, reached),
+        "pmax_positive": attractor(moves, reached),
+        "pmin_one": everything - attractor(moves, against),
+        "pmin_positive": everything - almost_sure(moves, against),
+    }
+
+
+def product_of(program, scope, texts, limit=None):
+    """The product that decides the formulas of some texts."""
+    return product(program, scope, formulas_watched([parse(text) for text in texts]), limit)

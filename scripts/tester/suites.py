@@ -1,0 +1,5 @@
+"""All checks by name."""
+
+from tester import checks
+
+ALL = {**checks.ALL}
