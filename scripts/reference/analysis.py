@@ -3,11 +3,11 @@
 import functools
 
 from reference.improvement import Levels, arenas_of
-from reference.model import almost_sure, attractor, can_stay, explore, moves_of
+from reference.model import almost_sure, attractor, can_stay, explore, moves_of, roots_of
 from reference.preferences import target_of
 from reference.prism import InputError
-from reference.product import formulas_watched, product, secured
-from reference.temporal import TRUE, Monitor, conjunction, is_safe, parse
+from reference.product import formulas_watched, product, secured, violations
+from reference.temporal import TRUE, conjunction, is_safe, parse
 
 
 class Analysis:
@@ -25,7 +25,7 @@ class Analysis:
         if self.play:
             watched = formulas_watched(self.formulas)
             watched += [self.required] if self.required not in (TRUE, *watched) else []
-            self.product = product(program, scope, watched, limit)
+            self.product = product(program, roots_of(program, scope), watched, limit)
         self.whole = self.product.mdp if self.play else explore(program, scope, limit)
         self.violated = self.violations()
         safe = can_stay(moves_of(self.whole), set(self.whole.states) - self.violated)
@@ -35,22 +35,16 @@ class Analysis:
     def violations(self):
         """The states after which no path satisfies the requirements. `past` are those before which none does: they are
         behind a violation, and no strategy enters them."""
-        self.past = set()
         if self.required == TRUE:
+            self.past = set()
             return set()
-        alone = Monitor(self.required)
-        refuted, found = alone.refuted(), set()
-        for state in self.whole.states:
-            plain, before = self.whole.plain(state), alone.start
-            if self.play:
-                watched = [monitor.formula for monitor in self.product.monitors]
-                before = self.whole.values[state][len(plain) + watched.index(self.required)]
-            then, _ = alone.read(before, alone.letter(lambda name: self.program.compile(name)(plain)))
-            if then in refuted:
-                found.add(state)
-            if before in refuted:
-                self.past.add(state)
-        return found
+        if self.play:
+            violated, self.past = violations(self.product, self.required)
+            return violated
+        alone, self.past = product(self.program, self.whole.values, [self.required]), set()
+        fresh = {alone.mdp.plain(s): s for s in reversed(alone.mdp.states)}  # the first state with these values is fresh
+        violated, _ = violations(alone, self.required)
+        return {s for s in self.whole.states if fresh[self.whole.plain(s)] in violated}
 
     def judge(self, safe):
         """Section 3: targets, outcomes and classes."""

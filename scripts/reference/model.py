@@ -52,11 +52,15 @@ class Mdp:
         return sum(len(choice.to) for own in self.choices for choice in own)
 
 
+def roots_of(program, scope):
+    """Where a scope is explored from: the initial states, or every valuation."""
+    return [*program.initial_states(), *(program.all_states() if scope == "all" else ())]
+
+
 def explore(program, scope="reachable", limit=None):
-    """The MDP of a program: what is reachable from its initial states, or every valuation."""
+    """The MDP of a program."""
     costs = ["steps", *program.rewards]
-    starts = program.initial_states()
-    return explored(program, [*starts, *(program.all_states() if scope == "all" else ())], starts, steps_of(program, costs), limit)
+    return explored(program, roots_of(program, scope), program.initial_states(), steps_of(program, costs), limit)
 
 
 def steps_of(program, costs):

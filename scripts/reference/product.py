@@ -1,9 +1,10 @@
 """Section 8: the product of a model with the monitors of formulas, and the regions of a formula in it."""
 
+import functools
 from dataclasses import dataclass, field
 
 from reference.model import almost_sure, attractor, can_stay, explored, moves_of, steps_of
-from reference.temporal import Monitor, cases, conditions, negated, parse
+from reference.temporal import Monitor, cases, conditions, negated
 
 
 @dataclass
@@ -28,8 +29,8 @@ def formulas_watched(formulas):
     return list(dict.fromkeys(leaves))
 
 
-def product(program, scope, formulas, limit=None):
-    """The product from fresh monitors on: from the initial states, or from every valuation."""
+def product(program, roots, formulas, limit=None):
+    """The product from fresh monitors on, from some states, initial states first."""
     monitors = [Monitor(f) for f in formulas]
     steps_or_loop, width = steps_of(program, ["steps", *program.rewards]), len(program.variables)
 
@@ -41,9 +42,7 @@ def product(program, scope, formulas, limit=None):
         found, is_deadlock = steps_or_loop(state[:width])
         return [(name, costs, {(*t, *then): p for t, p in to.items()}) for name, costs, to in found], is_deadlock
 
-    starts = [fresh(s) for s in program.initial_states()]
-    roots = map(fresh, program.all_states()) if scope == "all" else ()
-    mdp = explored(program, [*starts, *roots], starts, steps, limit)
+    mdp = explored(program, map(fresh, roots), map(fresh, program.initial_states()), steps, limit)
     result = Product(mdp, monitors)
     result.marks = {monitor.formula: set() for monitor in monitors}
     for state in mdp.states:
@@ -62,11 +61,11 @@ def read(program, monitors, values):
     return tuple(state for state, _ in then), [marked for _, marked in then]
 
 
-def secured(product, mdp, formula):
-    """The union over the cases d of a formula of U_d: the greatest Z without the marks that must cease, from whose
-    states some choices stay in Z surely and almost surely reach each mark that must recur."""
+def secured(product, mdp, *formulas):
+    """The union over the cases d of a conjunction of formulas of U_d: the greatest Z without the marks that must cease,
+    from whose states some choices stay in Z surely and almost surely reach each mark that must recur."""
     moves, found = moves_of(mdp), set()
-    for case in cases(conditions(formula)):
+    for case in cases(functools.reduce(lambda a, b: ("and", a, b), map(conditions, formulas))):
         ceasing = set().union(*(product.marks[g] for kind, g in case if kind == "finally"))
         recurring = [product.marks[g] for kind, g in case if kind == "again"]
         region, before = set(mdp.states) - ceasing - mdp.unsafe, None
@@ -93,6 +92,10 @@ def satisfaction(product, mdp, formula):
     }
 
 
-def product_of(program, scope, texts, limit=None):
-    """The product that decides the formulas of some texts."""
-    return product(program, scope, formulas_watched([parse(text) for text in texts]), limit)
+
+def violations(product, formula):
+    """The states after which no word satisfies a safe formula, and those before which none does."""
+    place = [monitor.formula for monitor in product.monitors].index(formula)
+    refuted, width = product.monitors[place].refuted(), len(product.mdp.program.variables)
+    after = {s for s in product.mdp.states if product.read(s)[0][place] in refuted}
+    return after, {s for s in product.mdp.states if product.mdp.values[s][width + place] in refuted}

@@ -1,6 +1,10 @@
 """Sections 5 and 10: what the strategies do in a state where planning starts."""
 
-from reference.model import layers, moves_of
+from dataclasses import replace
+
+from reference.model import almost_sure, layers, moves_of
+from reference.product import secured
+from reference.temporal import YES
 
 
 def gained(preferences, old, new):
@@ -67,7 +71,36 @@ def achieving(analysis, objective, state):
     return [c.name for c in staying], [c.name for c in closer]
 
 
-def commits(analysis, state, named=None):
-    """Section 10, commit: the objective that a plan takes at rank 0, and whether choices that never weaken suffice."""
-    members = sorted(analysis.classes[state], key=lambda i: (i != named, i))
-    return next(((i, True) for i in members if analysis.is_kept_sure(i, state)), (members[0], False) if members else None)
+def achieved(analysis, objective, state):
+    """Whether an objective is achieved when a path has come to a state: the state is in F_i, or the path up to it shows
+    that the formula is satisfied. A formula of which no path shows that is never achieved."""
+    if not analysis.play:
+        return state in analysis.targets[objective]
+    monitors = [monitor.formula for monitor in analysis.product.monitors]
+    formula = analysis.formulas[objective]
+    if formula not in monitors:
+        return False
+    must, _ = analysis.product.read(state)[0][monitors.index(formula)]
+    return must == YES
+
+
+def kept_sure(analysis, objective, reference):
+    """Section 10, commit: the states where kept choices, under the reference of a class, achieve an objective surely."""
+    if analysis.safety == "prefix":
+        arena = analysis.arenas[reference]
+        choices = [[choice for choice, _ in arena.moves[s]] for s in analysis.mdp.states]
+    else:
+        choices = [[choice for choice, _ in analysis.kept(s)] for s in analysis.mdp.states]
+    kept = replace(analysis.mdp, choices=choices)
+    target = analysis.targets[objective]
+    if analysis.play:
+        target = secured(analysis.product, kept, analysis.formulas[objective])
+    return almost_sure(moves_of(kept), target)
+
+
+def pursued(analysis, state, named=None):
+    """Section 10, commit: the objective that a plan takes at rank 0, and whether the plan commits; None without one."""
+    here = analysis.classes[state]
+    members = sorted(here or (), key=lambda i: (i != named, i))
+    without = [i for i in members if state in kept_sure(analysis, i, here)]
+    return (without[0], False) if without else (members[0], True) if members else None

@@ -10,6 +10,7 @@ Exit status: 0 no difference, 1 differences.
 
 import argparse
 import itertools
+import re
 import sys
 import tempfile
 import traceback
@@ -64,12 +65,19 @@ def shrink(case, binary, difference, rounds=3):
             _, found = examine(smaller, binary, [difference.check])
         except Exception:
             return False
-        return next((d for d in found if d.what.split()[0] == difference.what.split()[0]), None)
+        return next((d for d in found if likeness(d) == likeness(difference)), None)
 
     for _ in range(rounds):
         before = case
-        for smaller in smaller_cases(case):
-            found = differs(smaller)
+        for name in case.LISTS:
+            for item in list(getattr(case, name)):
+                left = [other for other in getattr(case, name) if other is not item]
+                found = differs(replace(case, **{name: left}))
+                if found:
+                    case, difference = replace(case, **{name: left}), found
+        for name, value in SIMPLEST.items():
+            smaller = replace(case, settings={**case.settings, name: value})
+            found = case.settings[name] != value and differs(smaller)
             if found:
                 case, difference = smaller, found
         if case is before:
@@ -77,15 +85,13 @@ def shrink(case, binary, difference, rounds=3):
     return case, difference
 
 
-def smaller_cases(case):
-    """Cases with one item fewer; also with the simplest settings. Each is tried on top of those that still differ."""
-    for name in case.LISTS:
-        for item in list(getattr(case, name)):
-            left = [other for other in getattr(case, name) if other is not item]
-            yield replace(case, **{name: left})
-    for name, value in (("engine", "explicit"), ("scope", "reachable"), ("safety", "action"), ("threads", 1), ("order", "declared"), ("reward", "steps")):
-        yield replace(case, settings={**case.settings, name: value})
-    yield replace(case, kind="mdp")
+def likeness(difference):
+    """What two differences of the same kind have in common."""
+    said = re.search(r'"message": "[^`"]*', str(difference.got))
+    return difference.check, difference.what.split()[0], said and said[0]
+
+
+SIMPLEST = {"scope": "reachable", "safety": "action", "threads": 1, "order": "declared", "reward": "steps"}
 
 
 def run_case(seed, binary, checks, shrinks):

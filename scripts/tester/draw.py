@@ -69,7 +69,7 @@ class Draw:
         commands = self.commands(kind)
         objectives = self.objectives()
         case = Case(
-            self.seed, kind, self.size, self.flag, commands, self.starts(), self.rewards(), objectives,
+            self.seed, kind, self.size, self.flag, commands, self.starts(), self.rewards(commands), objectives,
             self.preferences(len(objectives)), self.requirements(), rng.choice(EMPTIES),
             "play" if self.play else rng.choice(["", "state"]), self.settings(),
         )  # fmt: skip
@@ -127,12 +127,13 @@ class Draw:
         branches = [f"{w} : {t}" for w, t in zip(weights, rng.sample(targets, len(weights)))]
         return branches[0].removeprefix("1 : ") if len(branches) == 1 else " + ".join(branches)
 
-    def rewards(self):
+    def rewards(self, commands):
         """Items of a structure: always one, so that the structure can be named."""
         rng, items = self.rng, []
+        earners = ["", *sorted({text.split("]")[0] + "] " for _, text in commands})]
         for _ in range(rng.choice([1, 2, 3])):
             guard = rng.choice(["true", f"x={rng.randrange(self.size + 1)}", f"x>{rng.randrange(self.size + 1)}"])
-            items.append(f"{rng.choice(['', '', '[] ', '[a] ', '[b] '])}{guard} : {rng.choice(['0', '1', '2', '1/3', '0.5'])};")
+            items.append(f"{rng.choice(earners)}{guard} : {rng.choice(['0', '1', '2', '1/3', '0.5'])};")
         if any(item.endswith(" 0;") for item in items):
             self.mark("reward of 0")
         return items

@@ -39,8 +39,8 @@ class Program:
 
     def about(self, command, *more, allowed=(0,)):
         """Asks about the model with its preferences."""
-        names = ["scope", "safety", "threads"] + ([] if command == "compare" else ["engine"])
-        names += ["order"] if self.case.settings["engine"] == "symbolic" else []
+        names = ["scope", "safety", "threads"] + ([] if command in ("compare", "export") else ["engine"])
+        names += ["order"] if command in ("compare", "export") or self.case.settings["engine"] == "symbolic" else []
         return self.ask(command, self.model, self.prefs, *self.settings(*names), *more, allowed=allowed)
 
 

@@ -1,5 +1,5 @@
 """All checks by name."""
 
-from tester import checks
+from tester import checks, promises, regions
 
-ALL = {**checks.ALL}
+ALL = {**checks.ALL, **promises.ALL, **regions.ALL}
