@@ -42,7 +42,7 @@ def examine(case, binary, checks):
     with tempfile.TemporaryDirectory() as folder:
         program = Program(binary, Path(folder), case)
         context = Context(case, program)
-        case.features |= {"deadlock"} if context.analysis.whole.deadlocks else set()
+        case.features |= context.features()
         for name in ["model", *(name for name in checks if name != "model")]:
             if name != "model" and any(d.check == "model" for d in context.differences):
                 break  # nothing can be compared state by state

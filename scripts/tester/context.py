@@ -108,6 +108,18 @@ class Context:
     def costs(self):
         return self.quantities.costs(self.probabilities)
 
+    def features(self):
+        """What the reference finds in the case."""
+        analysis = self.analysis
+        levels = {kind: analysis.levels(kind).sets for kind in ("sasi", "spi")}
+        found = {
+            "deadlock": analysis.whole.deadlocks,
+            "some states unsafe": 0 < len(analysis.mdp.unsafe) < len(analysis.whole.values),
+            "SASI improvements": levels["sasi"],
+            "SPI improvements": len(levels["spi"]) > len(levels["sasi"]),
+        }
+        return {name for name, holds in found.items() if holds}
+
     def named(self, members):
         return [self.names[i] for i in sorted(members or ())]
 

@@ -62,15 +62,18 @@ class Draw:
 
     def case(self):
         rng = self.rng
-        self.size, self.flag = rng.choice([1, 2, 2, 3, 3, 4, 5]), self.chance(0.35)
-        self.play = self.chance(0.5)
+        self.forward = self.chance(0.75)  # steps mostly lead to greater x: fates part, and improvements are possible
+        self.size = rng.choice([3, 4, 4, 5, 5, 6] if self.forward else [1, 2, 2, 3, 3, 4])
+        self.flag, self.play = self.chance(0.3), self.chance(0.5)
         self.exact = rng.choice(["zero", "tiny"]) if self.chance(0.2) else None
         kind = "mdp" if self.chance(0.75) else "dtmc"
-        commands = self.commands(kind)
-        objectives = self.objectives()
+        commands, objectives, self.better = self.commands(kind), self.objectives(), []
+        drawn = len(objectives)
+        for here in range(rng.choice([0, 0, 1, 1, 2]) if self.forward else 0):
+            self.plant(here, commands, objectives)
         case = Case(
             self.seed, kind, self.size, self.flag, commands, self.starts(), self.rewards(commands), objectives,
-            self.preferences(len(objectives)), self.requirements(), rng.choice(EMPTIES),
+            self.preferences(drawn), self.requirements(), rng.choice(EMPTIES),
             "play" if self.play else rng.choice(["", "state"]), self.settings(),
         )  # fmt: skip
         self.mark(f"type {kind}", f"empty {case.empty}", f"history {'play' if self.play else 'state'}")
@@ -98,8 +101,10 @@ class Draw:
     def commands(self, kind):
         rng, found = self.rng, []
         for x in range(self.size + 1):
-            for _ in range(rng.choice([0, 1, 1, 2, 2, 3] if kind == "mdp" else [0, 1, 1, 1, 2])):
-                guard = f"x={x}" + (f" & {rng.choice(['y', '!y'])}" if self.flag and self.chance(0.25) else "")
+            ends = self.forward and x > self.size // 2 and self.chance(0.7)
+            amounts = [0] if ends else [1, 2, 2, 3] if self.forward else [0, 1, 1, 2, 2, 3]
+            for _ in range(min(rng.choice(amounts), 3 if kind == "mdp" else 2 - self.chance(0.7))):
+                guard = f"x={x}" + (f" & {rng.choice(['y', '!y'])}" if self.flag and self.chance(0.2) else "")
                 found.append(("m", f"[{rng.choice(['', 'a', 'b', 'c'])}] {guard} -> {self.update('x', x)};"))
         if self.flag:
             self.mark("several modules")
@@ -115,8 +120,10 @@ class Draw:
         if variable == "y":
             targets = ["(y'=true)", "(y'=false)", "(y'=!y)"]
         else:
-            targets = [f"(x'={value})" for value in range(self.size + 1) if value != here] + ["true"]
-        rng, count = self.rng, self.rng.choice([1, 1, 2, 2, 3])
+            ahead = range(here + 1 if self.forward and self.chance(0.85) else 0, self.size + 1)
+            targets = [f"(x'={value})" for value in ahead if value != here] + ["true"] * self.chance(0.3)
+            targets = targets or ["true"]
+        rng, count = self.rng, self.rng.choice([1, 2, 2, 2, 3])
         count = min(count, len(targets))
         weights = {1: ["1"], 2: rng.choice([["1/2", "1/2"], ["0.1", "0.9"], ["1/3", "2/3"]]), 3: ["1/4", "0.25", "1/2"]}
         weights = list(weights[count])
@@ -139,13 +146,13 @@ class Draw:
         return items
 
     def condition(self):
-        rng, x = self.rng, self.rng.randrange(self.size + 1)
-        options = [f"x={x}"] * 4 + [f"x<={x}", f"x>={x}", f"x!={x}"] + (["y", "!y", f"(x={x} & y)"] if self.flag else [])
-        return rng.choice(options)
+        rng, x = self.rng, self.rng.randint(min(1, self.size), self.size)
+        others = [f"x<={x}", f"x>={x}", f"x!={x}", *(["y", "!y", f"(x={x} & y)"] if self.flag else [])]
+        return f"x={x}" if self.chance(0.7) else rng.choice(others)
 
     def objectives(self):
         """Between one and four objectives."""
-        return [(f"O{i}", self.objective()) for i in range(self.rng.choice([1, 2, 2, 3, 3, 4]))]
+        return [(f"O{i}", self.objective()) for i in range(self.rng.choice([1, 2, 3, 3, 4, 4]))]
 
     def objective(self):
         if not self.play or self.chance(0.35):
@@ -170,11 +177,20 @@ class Draw:
             }[kind]
         )
 
+    def plant(self, here, commands, objectives):
+        """A step that parts two fates, each with an objective of its own: whichever comes is an improvement."""
+        p, q = self.rng.sample(range(here + 1, self.size + 1), 2)
+        label = self.rng.choice(["a", "c", ""])
+        commands.insert(0, ("m", f"[{label}] x={here} -> 1/2 : (x'={p}) + 1/2 : (x'={q});"))
+        names = [f"O{len(objectives)}", f"O{len(objectives) + 1}"]
+        objectives += [(name, f"F (x={target})") for name, target in zip(names, (p, q))]
+        self.better.append((names, self.rng.choice(objectives)[0]))
+
     def preferences(self, count):
         """Statements of every kind. The order of numbers keeps them free of contradictions."""
         rng, found = self.rng, []
-        levels = [rng.randrange(3) for _ in range(count)]
-        for _ in range(rng.choice([0, 1, 2, 3]) if count > 1 else 0):
+        levels = [rng.randrange(4) for _ in range(count)]
+        for _ in range(rng.choice([0, 1, 2, 3, 4, 5]) if count > 1 else 0):
             i, j = sorted(rng.sample(range(count), 2), key=lambda k: levels[k])
             if levels[i] < levels[j]:
                 kind = rng.choice([">", ">", ">", ">="])
@@ -183,6 +199,11 @@ class Draw:
             else:
                 self.mark("indifference")
                 found.append(f"prefer O{j} ~ O{i};")
+        planted = {name for names, _ in self.better for name in names}
+        for names, worse in self.better:
+            if worse not in planted and self.chance(0.7):
+                self.mark("strict preference")
+                found.append(f"prefer {', '.join(names)} > {worse};")
         return found
 
     def requirements(self):
@@ -194,12 +215,14 @@ class Draw:
         return found
 
     def requirement(self):
-        a, b = self.condition(), self.condition()
+        rng, size = self.rng, self.size
+        a, b = (f"x={rng.randint(1, size)}" for _ in "ab")
         if not self.play or self.chance(0.5):
             self.mark("requirement on states")
-            return self.rng.choice([f"G !({a})", f"G (({a}) | ({b}))"])
+            return rng.choice([f"G !({a})", f"G !({a})", f"G (!({a}) | {self.condition()})"])
         self.mark("temporal requirement")
-        return self.rng.choice([f"({a}) W ({b})", f"G (({a}) => (X ({b})))", f"({a}) R ({b})", f"X (!({a}))", f"G<=2 !({a})"])
+        kinds = [f"!({a}) W ({b})", f"G (({a}) => (X !({b})))", f"({b}) R !({a})", f"X !({a})", f"G<=2 !({a})"]
+        return rng.choice([*kinds, f"G ({self.condition()})"])
 
 
 def draw(seed):
