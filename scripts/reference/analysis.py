@@ -3,7 +3,7 @@
 import functools
 
 from reference.improvement import Levels, arenas_of
-from reference.model import almost_sure, attractor, can_stay, explore, moves_of, roots_of
+from reference.model import almost_sure, attractor, can_stay, explore, roots_of
 from reference.preferences import target_of
 from reference.prism import InputError
 from reference.product import formulas_watched, product, secured, violations
@@ -28,7 +28,7 @@ class Analysis:
             self.product = product(program, roots_of(program, scope), watched, limit)
         self.whole = self.product.mdp if self.play else explore(program, scope, limit)
         self.violated = self.violations()
-        safe = can_stay(moves_of(self.whole), set(self.whole.states) - self.violated)
+        safe = can_stay(self.whole.moves, set(self.whole.states) - self.violated)
         self.mdp = self.whole.restricted(safe)
         self.judge(safe)
 
@@ -48,7 +48,7 @@ class Analysis:
 
     def judge(self, safe):
         """Section 3: targets, outcomes and classes."""
-        moves = moves_of(self.mdp)
+        moves = self.mdp.moves
         if self.play:
             self.targets = [secured(self.product, self.mdp, f) for f in self.formulas]
         else:
@@ -69,6 +69,10 @@ class Analysis:
     @functools.lru_cache(maxsize=None)
     def levels(self, kind):
         return Levels(self.arenas, self.classes, kind)
+
+    def distinct(self, states):
+        """The states that reports count: of those between which no path decides, one."""
+        return self.product.merged(states) if self.play else set(states)
 
     def kept(self, state):
         """The choices that the safety mode keeps when planning starts in a state, as (choice, nodes)."""

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from reference.model import almost_sure, attractor, can_stay, layers, moves_of
+from reference.model import Moves, almost_sure, attractor, can_stay, layers
 
 UNBOUNDED = "unbounded"
 
@@ -16,8 +16,8 @@ class Arena:
     goals: object  # function: the nodes that an improving step into one of some states enters
     entered: object  # function: the nodes that a step into a state can enter
 
-    def sets(self):
-        return [[nodes for _, nodes in own] for own in self.moves]
+    def __post_init__(self):
+        self.sets = Moves([nodes for _, nodes in own] for own in self.moves)
 
 
 def improvement_mdp(mdp, classes, preferences, safety):
@@ -38,7 +38,7 @@ def prefix_arena(mdp, classes, preferences, reference):
     """Section 6: the choices that stay in Safe_c, for a class c. A node is a state."""
     others = set(mdp.states) - mdp.unsafe
     better = {s for s in others if preferences.improves(reference, classes[s])}
-    safe = can_stay(moves_of(mdp), {s for s in others if not preferences.weakens(reference, classes[s])})
+    safe = can_stay(mdp.moves, {s for s in others if not preferences.weakens(reference, classes[s])})
     moves = [
         [(c, frozenset(c.to)) for c in own if s in safe and c.successors <= safe] for s, own in enumerate(mdp.choices)
     ]
@@ -72,13 +72,13 @@ class Game:
 
     def progress(self, node):
         """The permitted choices that come one layer closer with positive probability."""
-        permitted = self.permitted(node)
-        closer = {v for v, layer in self.layers.items() if layer < self.layers.get(node, 0)}
-        return [c for c, nodes in self.arena.moves[node] if c in permitted and nodes & closer]
+        permitted, here = self.permitted(node), self.layers.get(node, 0)
+        closer = [c for c, nodes in self.arena.moves[node] if any(self.layers.get(v, here) < here for v in nodes)]
+        return [choice for choice in closer if choice in permitted]
 
 
 def game(arena, kind, goals):
-    moves = arena.sets()
+    moves = arena.sets
     won = almost_sure(moves, goals) if kind == "sasi" else attractor(moves, goals)
     return Game(arena, kind, goals, won, layers(moves, goals, won if kind == "sasi" else None))
 

@@ -4,6 +4,7 @@ States are numbers. A choice knows its name, what it costs and its successors wi
 the textbook fixpoint over Python sets.
 """
 
+import functools
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -19,7 +20,7 @@ class Choice:
         return self.to.keys()
 
 
-@dataclass
+@dataclass(eq=False)
 class Mdp:
     """`values[s]` is what tells s from other states, `choices[s]` its enabled choices."""
 
@@ -33,6 +34,10 @@ class Mdp:
     @property
     def states(self):
         return range(len(self.values))
+
+    @functools.cached_property
+    def moves(self):
+        return Moves([frozenset(choice.to) for choice in own] for own in self.choices)
 
     def where(self, condition):
         """The states that satisfy a condition, a text in the names of the program."""
@@ -48,15 +53,13 @@ class Mdp:
         choices = [[c for c in own if s in safe and c.successors <= safe] for s, own in enumerate(self.choices)]
         return replace(self, choices=choices, unsafe=frozenset(self.states) - safe)
 
-    def transitions(self):
-        return sum(len(choice.to) for own in self.choices for choice in own)
-
 
 def roots_of(program, scope):
     """Where a scope is explored from: the initial states, or every valuation."""
     return [*program.initial_states(), *(program.all_states() if scope == "all" else ())]
 
 
+@functools.lru_cache(maxsize=4)
 def explore(program, scope="reachable", limit=None):
     """The MDP of a program."""
     costs = ["steps", *program.rewards]
@@ -102,25 +105,31 @@ def explored(program, roots, starts, steps, limit=None):
     return Mdp(program, values, choices, [number[s] for s in starts], deadlocks)
 
 
-def attractor(moves, target, within=None):
-    """mu X. target | { s : a move meets X, and lies inside `within` }; `moves[s]` lists sets of successors."""
-    return set(layers(moves, target, within))
+class Moves(list):
+    """For each state the sets of successors among which a choice of it decides, and where a state can be entered from."""
+
+    def __init__(self, moves):
+        super().__init__(moves)
+        self.sources = [[] for _ in self]
+        for state, own in enumerate(self):
+            for move in own:
+                for successor in move:
+                    self.sources[successor].append((state, move))
 
 
 def layers(moves, target, within=None):
-    """The states of `attractor`, each with the round of the fixpoint in which it is found."""
-    found, frontier, round_ = dict.fromkeys(target, 0), set(target), 0
-    sources = {}
-    for state, own in enumerate(moves):
-        for move in own:
-            if within is None or move <= within:
-                for successor in move:
-                    sources.setdefault(successor, set()).add(state)
-    while frontier:
-        round_ += 1
-        frontier = set().union(*(sources.get(s, ()) for s in frontier)) - found.keys()
-        found.update(dict.fromkeys(frontier, round_))
+    """mu X. target | { s : a move meets X, and lies inside `within` }, with the round in which a state is found."""
+    found, frontier = dict.fromkeys(target, 0), list(target)
+    for state in frontier:  # grows while we walk it, round by round
+        for source, move in moves.sources[state]:
+            if source not in found and (within is None or move <= within):
+                found[source] = found[state] + 1
+                frontier.append(source)
     return found
+
+
+def attractor(moves, target, within=None):
+    return set(layers(moves, target, within))
 
 
 def almost_sure(moves, target):
@@ -142,16 +151,12 @@ def can_stay(moves, region):
         region = smaller
 
 
-def moves_of(mdp):
-    return [[frozenset(choice.to) for choice in own] for own in mdp.choices]
-
-
 def reachability(mdp, target):
     """Section 2: the four regions of a target. An unsafe state is in none of them."""
-    everything, moves = set(mdp.states) - mdp.unsafe, moves_of(mdp)
+    everything, moves = set(mdp.states) - mdp.unsafe, mdp.moves
     target = target & everything
     avoid = can_stay(moves, everything - target)
-    around = [[] if s in target else own for s, own in enumerate(moves)]
+    around = Moves([] if s in target else own for s, own in enumerate(moves))
     return {
         "pmax_one": almost_sure(moves, target),
         "pmax_positive": attractor(moves, target),

@@ -39,7 +39,7 @@ class Command:
     text: str
 
 
-@dataclass
+@dataclass(eq=False)
 class Program:
     """A model in PRISM's language. A state is the tuple of the values of its variables."""
 

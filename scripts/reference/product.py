@@ -3,7 +3,7 @@
 import functools
 from dataclasses import dataclass, field
 
-from reference.model import almost_sure, attractor, can_stay, explored, moves_of, steps_of
+from reference.model import Moves, almost_sure, attractor, can_stay, explored, steps_of
 from reference.temporal import Monitor, cases, conditions, negated
 
 
@@ -17,6 +17,15 @@ class Product:
     mdp: object
     monitors: list
     marks: dict = field(default_factory=dict)
+
+    def merged(self, states):
+        """Some states without those that differ only in states of monitors between which no path decides."""
+        width, known = len(self.mdp.program.variables), [monitor.residuals() for monitor in self.monitors]
+        found = {}
+        for state in sorted(states):
+            values = self.mdp.values[state]
+            found.setdefault((*values[:width], *(told[own] for told, own in zip(known, values[width:]))), state)
+        return set(found.values())
 
     def read(self, state):
         """The monitors' states and marks after a state."""
@@ -64,7 +73,7 @@ def read(program, monitors, values):
 def secured(product, mdp, *formulas):
     """The union over the cases d of a conjunction of formulas of U_d: the greatest Z without the marks that must cease,
     from whose states some choices stay in Z surely and almost surely reach each mark that must recur."""
-    moves, found = moves_of(mdp), set()
+    moves, found = mdp.moves, set()
     for case in cases(functools.reduce(lambda a, b: ("and", a, b), map(conditions, formulas))):
         ceasing = set().union(*(product.marks[g] for kind, g in case if kind == "finally"))
         recurring = [product.marks[g] for kind, g in case if kind == "again"]
@@ -73,7 +82,7 @@ def secured(product, mdp, *formulas):
             before = region
             region = can_stay(moves, region)
             for marks in recurring:
-                inside = [[m for m in own if m <= region] if s in region else [] for s, own in enumerate(moves)]
+                inside = Moves([m for m in own if m <= region] if s in region else [] for s, own in enumerate(moves))
                 region = region & almost_sure(inside, marks & region)
         found |= region
     return found
@@ -81,7 +90,7 @@ def secured(product, mdp, *formulas):
 
 def satisfaction(product, mdp, formula):
     """The four regions of a formula in the product. An unsafe state is in none of them."""
-    moves, everything = moves_of(mdp), set(mdp.states) - mdp.unsafe
+    moves, everything = mdp.moves, set(mdp.states) - mdp.unsafe
     against = secured(product, mdp, negated(formula))
     reached = secured(product, mdp, formula)
     return {

@@ -5,7 +5,7 @@ import math
 from fractions import Fraction
 
 from reference.equations import ONE, ZERO, Action, cheapest, greatest
-from reference.model import almost_sure, can_stay, explore, moves_of, reachability
+from reference.model import almost_sure, can_stay, explore, reachability
 from reference.product import formulas_watched, product, satisfaction, secured, violations
 from reference.temporal import TRUE, conjunction, negated, parse
 
@@ -23,7 +23,7 @@ class Question:
         mdp, violated = self.product.mdp, set()
         if demanded != TRUE:
             violated, _ = violations(self.product, demanded)
-        self.mdp = mdp.restricted(can_stay(moves_of(mdp), set(mdp.states) - violated))
+        self.mdp = mdp.restricted(can_stay(mdp.moves, set(mdp.states) - violated))
         self.fresh = list(self.whole.states)  # the roots of the product come first, in their order
 
     def regions(self):
@@ -76,9 +76,9 @@ def jointly(analysis, members):
     formulas = [analysis.formulas[i] for i in members]
     if analysis.play:
         reached = secured(analysis.product, analysis.mdp, *formulas)
-        return almost_sure(moves_of(analysis.mdp), reached)
+        return almost_sure(analysis.mdp.moves, reached)
     watched = product(analysis.program, analysis.whole.values, formulas_watched(formulas))
     unsafe = {analysis.whole.values[s] for s in analysis.mdp.unsafe}
     mdp = watched.mdp.restricted({s for s in watched.mdp.states if watched.mdp.plain(s) not in unsafe})
-    reached = almost_sure(moves_of(mdp), secured(watched, mdp, *formulas))
+    reached = almost_sure(mdp.moves, secured(watched, mdp, *formulas))
     return {s for s in analysis.whole.states if s in reached}  # the roots of the product come first, in their order

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from reference.model import almost_sure, layers, moves_of
+from reference.model import almost_sure, layers
 from reference.product import secured
 from reference.temporal import YES
 
@@ -66,7 +66,7 @@ def achieving(analysis, objective, state):
     if state not in sure:
         return [], []
     staying = [choice for choice in analysis.mdp.choices[state] if choice.successors <= sure]
-    distance = layers(moves_of(analysis.mdp), target, sure)
+    distance = layers(analysis.mdp.moves, target, sure)
     closer = [c for c in staying if any(distance[t] < distance[state] for t in c.to)]
     return [c.name for c in staying], [c.name for c in closer]
 
@@ -95,7 +95,7 @@ def kept_sure(analysis, objective, reference):
     target = analysis.targets[objective]
     if analysis.play:
         target = secured(analysis.product, kept, analysis.formulas[objective])
-    return almost_sure(moves_of(kept), target)
+    return almost_sure(kept.moves, target)
 
 
 def pursued(analysis, state, named=None):

@@ -246,8 +246,8 @@ class Monitor:
             self.known[state, letter] = ((must, owed(must) if marked else due), marked)
         return self.known[state, letter]
 
-    def refuted(self):
-        """The states after which no word satisfies the formula, if it is safe."""
+    def steps(self):
+        """The states that some word leads to, each with its successors."""
         letters = list(itertools.product((False, True), repeat=len(self.atoms)))
         steps, todo = {}, [self.start]
         while todo:
@@ -255,6 +255,33 @@ class Monitor:
             if state not in steps:
                 steps[state] = {self.read(state, letter)[0] for letter in letters}
                 todo += steps[state]
+        return steps
+
+    def accepts(self, state, stem, loop):
+        """Whether marks occur again and again on a word that is read from a state on."""
+        for letter in stem:
+            state, _ = self.read(state, letter)
+        seen, marks = {}, []
+        while state not in seen:
+            seen[state] = len(marks)
+            marks.append(False)
+            for letter in loop:
+                state, marked = self.read(state, letter)
+                marks[-1] |= marked
+        return any(marks[seen[state] :])
+
+    def residuals(self):
+        """For each state, what tells it from the others: which of many words may follow."""
+        if not hasattr(self, "told"):
+            letters = list(itertools.product((False, True), repeat=len(self.atoms)))
+            words = [list(itertools.product(letters, repeat=n)) for n in range(3)]
+            endings = [(stem, loop) for stem in sum(words, []) for loop in words[1] + words[2]]
+            self.told = {s: tuple(self.accepts(s, *ending) for ending in endings) for s in self.steps()}
+        return self.told
+
+    def refuted(self):
+        """The states after which no word satisfies the formula, if it is safe."""
+        steps = self.steps()
         hopeful = {s for s in steps if s[0] != NO}
         while True:
             fewer = {s for s in hopeful if steps[s] & hopeful}
@@ -269,21 +296,23 @@ def is_safe(f):
 
 def conditions(f):
     """f as a positive Boolean combination of ("again", g) and ("finally", g): the marks of the monitor of g, a Pi2
-    formula, occur again and again, or from some point on never."""
+    formula, occur again and again, or from some point on never. A conjunction with a U and a disjunction with a W are
+    taken apart, since two small monitors have fewer states than one for both."""
+    if f[0] in ("and", "or") and any(g[0] == ("U" if f[0] == "and" else "W") for g in parts(f)):
+        return (f[0], conditions(f[1]), conditions(f[2]))
     if is_pi2(f):
         return ("again", f)
     if is_sigma2(f):
         return ("finally", negated(f))
-    if f[0] in ("and", "or"):
-        return (f[0], conditions(f[1]), conditions(f[2]))
-    if f[0] == "X":
+    if f[0] == "X" and pushed(f[1]) != f:
         return conditions(pushed(f[1]))
     raise InputError("a U above a W stands below a W, or the other way round")
 
 
 def pushed(f):
     """X of f, with X pushed below Boolean operators."""
-    return (f[0], pushed(f[1]), pushed(f[2])) if f[0] in ("and", "or") else ("X", f)
+    inner = pushed(f[1]) if f[0] == "X" else f
+    return (inner[0], pushed(inner[1]), pushed(inner[2])) if inner[0] in ("and", "or") else ("X", inner)
 
 
 def cases(condition):

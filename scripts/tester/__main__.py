@@ -37,7 +37,7 @@ class Outcome:
     text: str = ""
 
 
-def examine(case, binary, checks):
+def examine(case, binary, checks, ignored=""):
     """Runs the checks of a case: what was compared, and the differences, one per check."""
     with tempfile.TemporaryDirectory() as folder:
         program = Program(binary, Path(folder), case)
@@ -54,15 +54,16 @@ def examine(case, binary, checks):
             except Exception:
                 found = traceback.format_exc(limit=-3)
                 context.differences.append(Difference(name, "the tester failed", "", found, program.asked[-1:]))
-        return context.compared, list({d.check: d for d in reversed(context.differences)}.values())[::-1]
+        found = [d for d in context.differences if not (ignored and re.search(ignored, str(d)))]
+        return context.compared, list({d.check: d for d in reversed(found)}.values())[::-1]
 
 
-def shrink(case, binary, difference, rounds=3):
+def shrink(case, binary, difference, ignored, rounds=3):
     """Leaves out what a difference does not need, as long as the same check still differs."""
 
     def differs(smaller):
         try:
-            _, found = examine(smaller, binary, [difference.check])
+            _, found = examine(smaller, binary, [difference.check], ignored)
         except Exception:
             return False
         return next((d for d in found if likeness(d) == likeness(difference)), None)
@@ -94,16 +95,16 @@ def likeness(difference):
 SIMPLEST = {"scope": "reachable", "safety": "action", "threads": 1, "order": "declared", "reward": "steps"}
 
 
-def run_case(seed, binary, checks, shrinks):
+def run_case(seed, binary, checks, ignored, shrinks):
     case = draw(seed)
     outcome = Outcome(seed, case.features)
     try:
-        outcome.compared, outcome.differences = examine(case, binary, checks)
+        outcome.compared, outcome.differences = examine(case, binary, checks, ignored)
     except Exception:
         outcome.differences = [Difference("reference", "failed", "", traceback.format_exc(limit=-3), [])]
     if outcome.differences:
         first, *others = outcome.differences
-        small, first = shrink(case, binary, first) if shrinks and first.check != "reference" else (case, first)
+        small, first = shrink(case, binary, first, ignored) if shrinks and first.check != "reference" else (case, first)
         outcome.text = "\n".join([*(f"seed {seed}: also {other}" for other in others), reproduction(seed, small, first)])
     return outcome
 
@@ -139,6 +140,7 @@ def main():
     parser.add_argument("--binary", help="the command meliora")
     parser.add_argument("--only", help="checks to run, with commas: " + ", ".join(suites.ALL))
     parser.add_argument("--avoid", default="", help="features of cases to leave out, with commas")
+    parser.add_argument("--ignore", default="", help="regular expression of differences that are known")
     parser.add_argument("--no-shrink", action="store_true", help="print cases as they were drawn")
     parser.add_argument("--most", type=int, default=20, help="stop after this number of cases with differences")
     args = parser.parse_args()
@@ -149,7 +151,7 @@ def main():
     seeds = [seed for seed in seeds if not avoided & draw(seed).features] if avoided else seeds
     outcomes, wrong = [], 0
     with ProcessPoolExecutor(args.jobs) as pool:
-        pending = pool.map(run_case, seeds, *map(itertools.repeat, (binary, checks, not args.no_shrink)), chunksize=4)
+        pending = pool.map(run_case, seeds, *map(itertools.repeat, (binary, checks, args.ignore, not args.no_shrink)), chunksize=4)
         for outcome in pending:
             outcomes.append(outcome)
             if outcome.text:

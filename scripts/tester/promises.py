@@ -4,7 +4,7 @@ import csv
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from reference.model import Choice, Mdp, almost_sure, attractor, moves_of
+from reference.model import Choice, Mdp, almost_sure, attractor
 from reference.product import Product, satisfaction
 from reference.strategies import achieved, achieving, pursued
 from reference.temporal import parts
@@ -247,7 +247,7 @@ def improvements(context, kind, found):
             for to in found.mdp.choices[state][0].to:
                 old, new = analysis.classes[found.of[state]], analysis.classes[found.of[to]]
                 context.same("a step weakens", False, to != state and analysis.preferences.weakens(old, new))
-    moves = moves_of(found.mdp)
+    moves = found.mdp.moves
     for start in safe.intersection(found.mdp.initial):
         rank = levels.rank(found.of[start])
         goal = set(found.mdp.states)
@@ -282,7 +282,7 @@ def satisfied(context, found, wanted, objectives):
             inside = Product(replace(found.mdp, choices=going), analysis.product.monitors, marks)
             good |= satisfaction(inside, inside.mdp, analysis.formulas[number])["pmax_one"] - ended
         won |= good
-    sure = almost_sure(moves_of(found.mdp), won)
+    sure = almost_sure(found.mdp.moves, won)
     for state in wanted:
         context.same(f"achieves from {at_text(found, state)}", True, state in sure)
 
