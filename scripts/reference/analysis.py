@@ -42,7 +42,9 @@ class Analysis:
             violated, self.past = violations(self.product, self.required)
             return violated
         alone, self.past = product(self.program, self.whole.values, [self.required]), set()
-        fresh = {alone.mdp.plain(s): s for s in reversed(alone.mdp.states)}  # the first state with these values is fresh
+        fresh = {
+            alone.mdp.plain(s): s for s in reversed(alone.mdp.states)
+        }  # the first state with these values is fresh
         violated, _ = violations(alone, self.required)
         return {s for s in self.whole.states if fresh[self.whole.plain(s)] in violated}
 

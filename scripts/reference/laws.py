@@ -1,4 +1,4 @@
-"""Tests of the reference itself: the monitors of temporal formulas against the definition on ultimately periodic words."""
+"""Tests of the reference: monitors of temporal formulas against the definition on ultimately periodic words."""
 
 import itertools
 import random
@@ -25,13 +25,15 @@ def accepts(formula, stem, loop):
 
     def recurs(leaf):
         monitor = Monitor(leaf)
-        return monitor.accepts(monitor.start, *([monitor.letter(letter.get) for letter in part] for part in (stem, loop)))
+        return monitor.accepts(
+            monitor.start, *([monitor.letter(letter.get) for letter in part] for part in (stem, loop))
+        )
 
     return any(all(recurs(leaf) == (kind == "again") for kind, leaf in case) for case in cases(conditions(formula)))
 
 
 def compare(amount):
-    """Compares random formulas on all short words. Returns 0 if there is no difference, else 1."""
+    """Compares random formulas on all short words. Returns 0 if all agree, else 1."""
     rng, wrong, words, refused = random.Random(1), 0, 0, 0
     letters = [dict(zip(ATOMS, signs)) for signs in itertools.product((False, True), repeat=len(ATOMS))]
     short = [list(itertools.product(letters, repeat=n)) for n in range(3)]

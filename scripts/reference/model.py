@@ -106,7 +106,7 @@ def explored(program, roots, starts, steps, limit=None):
 
 
 class Moves(list):
-    """For each state the sets of successors among which a choice of it decides, and where a state can be entered from."""
+    """For each state the sets of successors of its choices, and the choices that enter it."""
 
     def __init__(self, moves):
         super().__init__(moves)

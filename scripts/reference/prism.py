@@ -12,7 +12,9 @@ import re
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-TOKEN = re.compile(r'\s+|//[^\n]*|"[^"\n]*"|\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w.])|\d+|\w+\'?|->|\.\.|=>|<=>|<=|>=|!=|.')
+TOKEN = re.compile(
+    r'\s+|//[^\n]*|"[^"\n]*"|\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w.])|\d+|\w+\'?|->|\.\.|=>|<=>|<=|>=|!=|.'
+)
 FUNCTIONS = {"min": min, "max": max, "floor": math.floor, "ceil": math.ceil, "mod": lambda a, b: a % b, "pow": pow}
 
 
@@ -159,7 +161,9 @@ class Parser:
     def next(self, wanted=None):
         token = self.peek()
         if wanted is not None and token != wanted:
-            raise InputError(f"expected `{wanted}`, found `{token}` near `{' '.join(self.tokens[self.at - 6 : self.at + 3])}`")
+            raise InputError(
+                f"expected `{wanted}`, found `{token}` near `{' '.join(self.tokens[self.at - 6 : self.at + 3])}`"
+            )
         self.at += 1
         return token
 
@@ -241,7 +245,10 @@ def expand(tokens, formulas, depth=0):
 
 def split_top_level(tokens):
     """Constants, formulas, labels, modules (name -> tokens, or (source, renaming)), init."""
-    parser, parts = Parser(tokens, {}), {"const": [], "formula": {}, "label": {}, "module": {}, "init": None, "rewards": {}}
+    parser, parts = (
+        Parser(tokens, {}),
+        {"const": [], "formula": {}, "label": {}, "module": {}, "init": None, "rewards": {}},
+    )
     parts["kind"] = parser.next()
     if parts["kind"] not in ("mdp", "dtmc"):
         raise InputError(f"models of the type `{parts['kind']}` are not understood")

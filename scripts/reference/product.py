@@ -101,7 +101,6 @@ def satisfaction(product, mdp, formula):
     }
 
 
-
 def violations(product, formula):
     """The states after which no word satisfies a safe formula, and those before which none does."""
     place = [monitor.formula for monitor in product.monitors].index(formula)

@@ -15,7 +15,7 @@ class Move:
 
     name: str
     cost: Fraction
-    edges: list  # of (probability, state, whether the step improves), without what is lost
+    edges: list  # of (probability, state, whether the step improves), without lost successors
     loses: bool
 
 
@@ -35,7 +35,7 @@ class Quantities:
             self.moves = {s: [self.move(choice, self.classes[s]) for choice, _ in analysis.kept(s)] for s in safe}
 
     def move(self, choice, reference):
-        """A kept choice; under `transition` the successors that weaken are lost, under the other modes there are none."""
+        """A kept choice. Successors that weaken are lost; only `transition` keeps choices with any."""
         lost = {t for t in choice.to if self.preferences.weakens(reference, self.classes[t])}
         improves = self.preferences.improves
         edges = [(p, t, improves(reference, self.classes[t])) for t, p in choice.to.items() if t not in lost]

@@ -56,10 +56,14 @@ def rewards(mdp, target, structure):
     regions = reachability(mdp, target)
 
     def within(region):
-        """The choices that stay in a region, with what they earn on the way to the target."""
+        """The choices that stay in a region, with their rewards, until the target."""
         return {
             state: [
-                Action(c.costs[structure], [(p, t) for t, p in c.to.items() if t not in target], bool(c.successors & target))
+                Action(
+                    c.costs[structure],
+                    [(p, t) for t, p in c.to.items() if t not in target],
+                    bool(c.successors & target),
+                )
                 for c in mdp.choices[state]
                 if c.successors <= region
             ]

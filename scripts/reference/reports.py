@@ -1,4 +1,4 @@
-"""The reports of the commands `info`, `reach` and `check`, as far as the definitions say what they contain."""
+"""The reports of the commands `info`, `reach` and `check`: the fields that the definitions cover."""
 
 import math
 
@@ -79,7 +79,7 @@ def objective(analysis, number):
 
 
 def improvement(analysis):
-    """Section 4: the numbers are those of V = S x {0,1}; what is dropped is counted over S."""
+    """Section 4: the numbers are those of V = S x {0,1}; dropped transitions are counted over S."""
     if analysis.safety == "prefix":
         return None
     safe = analysis.distinct(set(analysis.mdp.states) - analysis.mdp.unsafe)

@@ -85,7 +85,7 @@ def achieved(analysis, objective, state):
 
 
 def kept_sure(analysis, objective, reference):
-    """Section 10, commit: the states where kept choices, under the reference of a class, achieve an objective surely."""
+    """Section 10, commit: the states where kept choices, compared with a class, achieve an objective surely."""
     if analysis.safety == "prefix":
         arena = analysis.arenas[reference]
         choices = [[choice for choice, _ in arena.moves[s]] for s in analysis.mdp.states]

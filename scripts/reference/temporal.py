@@ -44,7 +44,9 @@ def read(tokens):
         inner = read(rest)
         if tokens[0] == "X":
             return ("X", inner)
-        return joined("U", TRUE, inner, bound) if tokens[0] == "F" else negated(joined("U", TRUE, negated(inner), bound))
+        return (
+            joined("U", TRUE, inner, bound) if tokens[0] == "F" else negated(joined("U", TRUE, negated(inner), bound))
+        )
     if (tokens[0], tokens[-1]) == ("(", ")"):
         return read(tokens[1:-1])
     raise InputError(f"`{' '.join(tokens)}` is not understood")
@@ -184,7 +186,7 @@ def replaced(form, leaf):
 
 
 def progressed(f, letter):
-    """What must hold after a letter, so that f holds before it."""
+    """Progression: the form that must hold after a letter, so that this one holds before it."""
 
     def after(g):
         if g[0] == "is":
@@ -206,7 +208,7 @@ def owed(form):
         if g[0] == "X":
             inner = canonical(g[1], without)
             return YES if inner == YES else frozenset([frozenset([("X", formula_of(inner))])])
-        return frozenset([frozenset([g])])  # below a U there is no W
+        return frozenset([frozenset([g])])  # a U has no W below it
 
     return replaced(form, without)
 

@@ -38,7 +38,7 @@ class Outcome:
 
 
 def examine(case, binary, checks, ignored=""):
-    """Runs the checks of a case: what was compared, and the differences, one per check."""
+    """Runs the checks of a case. Returns the number of comparisons by check, and one difference per check."""
     with tempfile.TemporaryDirectory() as folder:
         program = Program(binary, Path(folder), case)
         context = Context(case, program)
@@ -105,7 +105,9 @@ def run_case(seed, binary, checks, ignored, shrinks):
     if outcome.differences:
         first, *others = outcome.differences
         small, first = shrink(case, binary, first, ignored) if shrinks and first.check != "reference" else (case, first)
-        outcome.text = "\n".join([*(f"seed {seed}: also {other}" for other in others), reproduction(seed, small, first)])
+        outcome.text = "\n".join(
+            [*(f"seed {seed}: also {other}" for other in others), reproduction(seed, small, first)]
+        )
     return outcome
 
 
@@ -117,7 +119,7 @@ def reproduction(seed, case, difference):
 
 
 def table(outcomes, least=200):
-    """What was tested, and how often each pair of features met."""
+    """The table of comparisons, and of the pairs of features that met."""
     compared, pairs, features, differing = Counter(), Counter(), Counter(), Counter()
     for outcome in outcomes:
         compared.update(outcome.compared)
@@ -151,7 +153,9 @@ def main():
     seeds = [seed for seed in seeds if not avoided & draw(seed).features] if avoided else seeds
     outcomes, wrong = [], 0
     with ProcessPoolExecutor(args.jobs) as pool:
-        pending = pool.map(run_case, seeds, *map(itertools.repeat, (binary, checks, args.ignore, not args.no_shrink)), chunksize=4)
+        pending = pool.map(
+            run_case, seeds, *map(itertools.repeat, (binary, checks, args.ignore, not args.no_shrink)), chunksize=4
+        )
         for outcome in pending:
             outcomes.append(outcome)
             if outcome.text:

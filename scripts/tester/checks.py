@@ -185,7 +185,9 @@ def choice_of(context, choose, named, node, entry):
     able = [k for k, (table, _) in enumerate(tables, 1) if (table.get(node) if choose == "likely" else node in table)]
     attains = entry["attains"]
     if not able:
-        context.same(f"{choose} aims of {named}", (None, 0), (entry["chosen_action"], attains["improvements"] if attains else 0))
+        context.same(
+            f"{choose} aims of {named}", (None, 0), (entry["chosen_action"], attains["improvements"] if attains else 0)
+        )
         return
     k = max(able)
     if not context.same(f"{choose} aims of {named}", k, attains and attains["improvements"]):

@@ -165,7 +165,9 @@ class Draw:
         a, b = self.condition(), self.condition()
         self.mark(f"objective {kind}")
         if kind == "combination":
-            first, second = (self.temporal(self.rng.choice(["co-safe", "safe", "recurrence", "persistence"])) for _ in "ab")
+            first, second = (
+                self.temporal(self.rng.choice(["co-safe", "safe", "recurrence", "persistence"])) for _ in "ab"
+            )
             return self.rng.choice([f"({first}) & ({second})", f"({first}) | ({second})", f"!({first}) & ({second})"])
         return self.rng.choice(
             {

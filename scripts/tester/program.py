@@ -51,7 +51,9 @@ def key(state):
 def at(state):
     """A state as a value of `--at`; names of values stand in quotes."""
     shown = {True: "true", False: "false"}
-    texts = {n: f'"{v}"' if isinstance(v, str) else shown[v] if isinstance(v, bool) else str(v) for n, v in state.items()}
+    texts = {
+        n: f'"{v}"' if isinstance(v, str) else shown[v] if isinstance(v, bool) else str(v) for n, v in state.items()
+    }
     return ",".join(f"{name}={text}" for name, text in texts.items())
 
 
@@ -110,7 +112,9 @@ class Relation:
             successors = {key(s["state"])[: self.width]: s for s in actions[action]["successors"]}
             expected = {tuple(self.analysis.program.named(self.analysis.whole.plain(t)).items()): t for t in choice.to}
             if successors.keys() != expected.keys() or len(successors) < len(actions[action]["successors"]):
-                self.wrong.append(f"successors of {dict(name)} by {action}: {sorted(successors)}, not {sorted(expected)}")
+                self.wrong.append(
+                    f"successors of {dict(name)} by {action}: {sorted(successors)}, not {sorted(expected)}"
+                )
                 continue
             for plain, successor in successors.items():
                 self.relate(key(successor["state"]), expected[plain])

@@ -53,7 +53,9 @@ def path_of(context, kind, objective, variant, play):
         actions = {action["name"]: action for action in entries[name]["actions"]}
         action = actions.get(turn["action"], {"successors": []})
         successors = [key(s["state"]) for s in action["successors"]]
-        if not context.same(f"step {number + 1} from {dict(name)} by {turn['action']}", True, key(turn["state"]) in successors):
+        if not context.same(
+            f"step {number + 1} from {dict(name)} by {turn['action']}", True, key(turn["state"]) in successors
+        ):
             return
         if number == 0 and kind in ("sasi", "spi"):
             levels, state = analysis.levels(kind), relation.one(name)
@@ -62,7 +64,9 @@ def path_of(context, kind, objective, variant, play):
         name = key(turn["state"])
         state = relation.one(name)
         context.same(f"safe after step {number + 1}", True, state not in analysis.mdp.unsafe)
-        context.same(f"most_preferred after step {number + 1}", context.named(analysis.classes[state]), turn["most_preferred"])
+        context.same(
+            f"most_preferred after step {number + 1}", context.named(analysis.classes[state]), turn["most_preferred"]
+        )
         for claimed in turn.get("achieved", []):
             sound = claims(analysis, context.names.index(claimed), state)
             context.same(f"{claimed} is achieved after step {number + 1} in {dict(name)}", True, sound)
@@ -135,7 +139,9 @@ def achieving_at(context, number, named, state, entry):
         # The regions of a formula bring their own strategies: these must stay where it is sure.
         context.same(f"permitted stays sure in {named}", [], [a for a in permitted if a not in staying])
         done = state not in analysis.sure[number] or claims(analysis, number, state)
-        context.same(f"an action achieves {context.names[number]} in {named}", True, done or entry["progress_action"] is not None)
+        context.same(
+            f"an action achieves {context.names[number]} in {named}", True, done or entry["progress_action"] is not None
+        )
     else:
         context.same(f"permitted achieve {context.names[number]} in {named}", sorted(staying), sorted(permitted))
         if state not in analysis.targets[number]:
@@ -172,7 +178,9 @@ def induced(context):
         satisfied(context, found, wanted, [number])
     elif context.analysis.safety != "transition":
         ranked = context.analysis.levels("sasi")
-        wanted = [s for s in found.mdp.initial if ranked.rank(found.of[s]) != 0 or context.analysis.classes[found.of[s]]]
+        wanted = [
+            s for s in found.mdp.initial if ranked.rank(found.of[s]) != 0 or context.analysis.classes[found.of[s]]
+        ]
         satisfied(context, found, wanted, range(len(context.names)))
 
 
@@ -218,7 +226,9 @@ def walked(context, rows, choices):
                 to.add(number[row, state])
                 continue
             expected = {whole.plain(t): t for t in known[name].to} if name in known else {}
-            if not context.same(f"successors of {rows[row]} by {name}", expected.keys(), {plain(t) for t in successors}):
+            if not context.same(
+                f"successors of {rows[row]} by {name}", expected.keys(), {plain(t) for t in successors}
+            ):
                 return None
             to |= {numbered((t, expected[plain(t)])) for t in successors}
         # Each permitted choice is taken again and again, at random.
@@ -277,7 +287,10 @@ def satisfied(context, found, wanted, objectives):
         context.same("an objective is achieved where a path ends", set(), ended - good)
         if analysis.play:
             # Within the states that pursue the objective, the monitors' marks decide.
-            going = [own if s in here - ended and own[0].successors <= here - ended else [] for s, own in enumerate(found.mdp.choices)]
+            going = [
+                own if s in here - ended and own[0].successors <= here - ended else []
+                for s, own in enumerate(found.mdp.choices)
+            ]
             marks = {g: {s for s in found.mdp.states if found.of[s] in m} for g, m in analysis.product.marks.items()}
             inside = Product(replace(found.mdp, choices=going), analysis.product.monitors, marks)
             good |= satisfaction(inside, inside.mdp, analysis.formulas[number])["pmax_one"] - ended

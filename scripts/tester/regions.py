@@ -1,4 +1,4 @@
-"""Questions without preferences, sets of objectives, and dumps: `reach`, `check --jointly`, `export`, `query`, `verify`."""
+"""Questions without preferences, sets of objectives, dumps, and models state by state."""
 
 import itertools
 import math
@@ -56,7 +56,11 @@ def value_of(context, what, values, bounds):
         got = math.inf if bounds[name] == "inf" else bounds[name]
         near = value == got or value != math.inf and got != math.inf and abs(got - value) <= 1.1e-6 * max(1, value)
         outside = got <= value if name == "lower" else got >= value
-        context.same(f"{name} of {what}", "" if (near or precision) and outside else str(value), "" if (near or precision) and outside else got)
+        context.same(
+            f"{name} of {what}",
+            "" if (near or precision) and outside else str(value),
+            "" if (near or precision) and outside else got,
+        )
 
 
 def together(context):
@@ -81,7 +85,12 @@ def together(context):
         if state in analysis.mdp.unsafe:
             continue
         members = sorted(analysis.classes[state])
-        sets = [c for n in range(1, len(members) + 1) for c in itertools.combinations(members, n) if state in jointly_known(analysis, c)]
+        sets = [
+            c
+            for n in range(1, len(members) + 1)
+            for c in itertools.combinations(members, n)
+            if state in jointly_known(analysis, c)
+        ]
         largest = [context.named(c) for c in sets if not any(set(c) < set(d) for d in sets)]
         context.same(f"jointly of {entry['state']}", sorted(largest), sorted(entry.get("jointly") or []))
 
@@ -95,7 +104,7 @@ def jointly_known(analysis, subset):
 
 def dumps(context):
     """A dump has the right regions, also in `query`, and `verify` accepts it."""
-    analysis, relation, program = context.analysis, context.relation, context.program
+    relation, program = context.relation, context.program
     folder = program.folder / "dump"
     more = ["--values", "--levels", "2", *program.settings("reward")] if context.case.seed % 2 else []
     report = program.about("export", "--out", folder, *more)
