@@ -144,14 +144,18 @@ def main():
     parser.add_argument("--avoid", default="", help="features of cases to leave out, with commas")
     parser.add_argument("--ignore", default="", help="regular expression of differences that are known")
     parser.add_argument("--no-shrink", action="store_true", help="print cases as they were drawn")
+    parser.add_argument("--pairs", action="store_true", help="only count the pairs of features that are drawn")
     parser.add_argument("--most", type=int, default=20, help="stop after this number of cases with differences")
     args = parser.parse_args()
-    binary, checks = harness.find_meliora(args.binary), args.only.split(",") if args.only else list(suites.ALL)
+    checks = args.only.split(",") if args.only else list(suites.ALL)
     first, _, end = args.seeds.partition(":")
     avoided = set(filter(None, args.avoid.split(",")))
     seeds = range(int(first), int(end) if end else int(first) + 1)
     seeds = [seed for seed in seeds if not avoided & draw(seed).features] if avoided else seeds
-    outcomes, wrong = [], 0
+    if args.pairs:
+        print(table([Outcome(seed, draw(seed).features) for seed in seeds]))
+        return 0
+    binary, outcomes, wrong = harness.find_meliora(args.binary), [], 0
     with ProcessPoolExecutor(args.jobs) as pool:
         pending = pool.map(
             run_case, seeds, *map(itertools.repeat, (binary, checks, args.ignore, not args.no_shrink)), chunksize=4

@@ -142,6 +142,9 @@ def values(context):
         if name in relation.past:
             continue
         node = quantities.own(relation.one(name))
+        if relation.one(name) in context.analysis.mdp.unsafe:
+            context.same(f"levels of {dict(name)}", [], [level for level in entry["levels"] if level["actions"]])
+            continue
         context.within(f"N of {dict(name)}", numbers.get(node, Fraction(0)), entry["number"])
         for level in entry["levels"]:
             level_of(context, node, dict(name), level)

@@ -48,6 +48,8 @@ class Context:
         """Bounds contain a value of the reference, None where there is none, and are narrow."""
         if value is None or bounds is None:
             return self.same(what, value, bounds)
+        if "exact" in bounds:
+            self.same(what, value, Fraction(bounds["exact"]))
         lower, upper = (math.inf if x == "inf" else Fraction(x) for x in (bounds["lower"], bounds["upper"]))
         narrow = lower == upper or value == math.inf or upper - lower <= precision * max(1, lower)
         inside = lower <= value <= upper
@@ -55,10 +57,10 @@ class Context:
 
     @functools.cached_property
     def values(self):
-        """`values --all`."""
-        return self.program.about(
-            "values", "--all", "--levels", LEVELS, "--within", WITHIN, *self.program.settings("reward"), allowed=(0,)
-        )
+        """`values --all`, for some cases in fractions."""
+        exact = ["--exact"] if self.case.seed % 3 == 0 else []
+        bounds = ["--levels", LEVELS, "--within", WITHIN]
+        return self.program.about("values", "--all", *bounds, *self.program.settings("reward"), *exact)
 
     @functools.lru_cache(maxsize=None)
     def strategy(self, *options):

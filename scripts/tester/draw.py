@@ -65,7 +65,7 @@ class Draw:
         self.forward = self.chance(0.75)  # steps mostly lead to greater x: fates part, and improvements are possible
         self.size = rng.choice([3, 4, 4, 5, 5, 6] if self.forward else [1, 2, 2, 3, 3, 4])
         self.flag, self.play = self.chance(0.3), self.chance(0.5)
-        self.exact = rng.choice(["zero", "tiny"]) if self.chance(0.2) else None
+        self.exact = rng.choice(["zero", "tiny"]) if self.chance(0.3) else None
         kind = "mdp" if self.chance(0.75) else "dtmc"
         commands, objectives, self.better = self.commands(kind), self.objectives(), []
         drawn = len(objectives)
@@ -209,7 +209,7 @@ class Draw:
         return found
 
     def requirements(self):
-        if not self.chance(0.4):
+        if not self.chance(0.5):
             return []
         found = [self.requirement() for _ in range(self.rng.choice([1, 1, 2]))]
         if len(found) > 1:
@@ -219,7 +219,7 @@ class Draw:
     def requirement(self):
         rng, size = self.rng, self.size
         a, b = (f"x={rng.randint(1, size)}" for _ in "ab")
-        if not self.play or self.chance(0.5):
+        if not self.play or self.chance(0.35):
             self.mark("requirement on states")
             return rng.choice([f"G !({a})", f"G !({a})", f"G (!({a}) | {self.condition()})"])
         self.mark("temporal requirement")

@@ -8,6 +8,7 @@ from reference.model import Choice, Mdp, almost_sure, attractor
 from reference.product import Product, satisfaction
 from reference.strategies import achieved, achieving, pursued
 from reference.temporal import parts
+from tester.context import LEVELS
 from tester.program import key
 
 RUNS, STEPS = 20, 3000
@@ -40,6 +41,26 @@ def simulate(context):
         if not unsafe:
             path_of(context, kind, objective, variant, play)
             statistics_of(context, kind, objective, state, play)
+
+
+def chosen(context):
+    """Simulations that choose by value report the value that the reference computes."""
+    if context.analysis.safety == "transition":
+        return
+    for choose, kind, tables in (("likely", "spi", context.probabilities), ("cheap", "sasi", context.costs)):
+        reward = context.program.settings("reward") if choose == "cheap" else []
+        options = ["--kind", kind, "--choose", choose, "--levels", LEVELS, "--runs", RUNS, "--steps", STEPS]
+        for play in context.program.about("simulate", *options, *reward)["plays"]:
+            state = context.relation.one(key(play["state"]))
+            if state in context.analysis.mdp.unsafe:
+                continue
+            path_of(context, choose, None, "progress", play)
+            node, value = context.quantities.own(state), play["value"]
+            able = [k for k, (table, _) in enumerate(tables, 1) if node in table and (choose == "cheap" or table[node])]
+            context.same(f"{choose} aims of {play['state']}", max(able, default=0), value["improvements"] if value else 0)
+            if able and value:
+                probability = context.probabilities[max(able) - 1][0][node]
+                context.within(f"{choose} probability of {play['state']}", probability, value["probability"])
 
 
 def path_of(context, kind, objective, variant, play):
@@ -304,4 +325,4 @@ def at_text(found, state):
     return ", ".join(f"{k}={v}" for k, v in found.facts[state].items() if k not in ("labels", "state"))
 
 
-ALL = {"simulate": simulate, "pursue": pursues, "induced": induced}
+ALL = {"simulate": simulate, "chosen": chosen, "pursue": pursues, "induced": induced}
