@@ -3,8 +3,8 @@
 import itertools
 import random
 
-from reference.prism import InputError
-from reference.temporal import Monitor, cases, conditions, holds, negated
+from reference.leaves import cases, conditions
+from reference.temporal import Monitor, holds, negated
 
 ATOMS = ("a", "b")
 
@@ -34,21 +34,16 @@ def accepts(formula, stem, loop):
 
 def compare(amount):
     """Compares random formulas on all short words. Returns 0 if all agree, else 1."""
-    rng, wrong, words, refused = random.Random(1), 0, 0, 0
+    rng, wrong, words = random.Random(1), 0, 0
     letters = [dict(zip(ATOMS, signs)) for signs in itertools.product((False, True), repeat=len(ATOMS))]
     short = [list(itertools.product(letters, repeat=n)) for n in range(3)]
     for _ in range(amount):
-        formula = random_formula(rng, rng.randrange(6))
-        try:
-            conditions(formula)
-        except InputError:
-            refused += 1
-            continue
+        formula = random_formula(rng, rng.randrange(7))
         for stem, loop in rng.sample([(s, o) for s in sum(short, []) for o in short[1] + short[2]], 30):
             words += 1
             expected = holds(formula, [*stem, *loop], len(stem))[0]
             if accepts(formula, stem, loop) != expected:
                 wrong += 1
                 print(f"{formula} on {stem} and {loop} again and again: expected {expected}")
-    print(f"{amount} formulas, {refused} of them not understood, {words} words, {wrong} differences")
+    print(f"{amount} formulas, {words} words, {wrong} differences")
     return int(wrong > 0)

@@ -4,7 +4,8 @@ import functools
 from dataclasses import dataclass, field
 
 from reference.model import Moves, almost_sure, attractor, can_stay, explored, steps_of
-from reference.temporal import Monitor, cases, conditions, negated
+from reference.leaves import cases, conditions
+from reference.temporal import Monitor, negated
 
 
 @dataclass

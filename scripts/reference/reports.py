@@ -5,7 +5,8 @@ import math
 from reference.analysis import Analysis
 from reference.model import explore, reachability
 from reference.questions import Question
-from reference.temporal import Monitor, cases, conditions
+from reference.leaves import cases, conditions
+from reference.temporal import Monitor
 
 
 def counts(mdp, analysis=None):

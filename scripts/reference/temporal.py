@@ -296,36 +296,6 @@ def is_safe(f):
     return all(g[0] != "U" for g in parts(f))
 
 
-def conditions(f):
-    """f as a positive Boolean combination of ("again", g) and ("finally", g): the marks of the monitor of g, a Pi2
-    formula, occur again and again, or from some point on never. A conjunction with a U and a disjunction with a W are
-    taken apart, since two small monitors have fewer states than one for both."""
-    if f[0] in ("and", "or") and any(g[0] == ("U" if f[0] == "and" else "W") for g in parts(f)):
-        return (f[0], conditions(f[1]), conditions(f[2]))
-    if is_pi2(f):
-        return ("again", f)
-    if is_sigma2(f):
-        return ("finally", negated(f))
-    if f[0] == "X" and pushed(f[1]) != f:
-        return conditions(pushed(f[1]))
-    raise InputError("a U above a W stands below a W, or the other way round")
-
-
-def pushed(f):
-    """X of f, with X pushed below Boolean operators."""
-    inner = pushed(f[1]) if f[0] == "X" else f
-    return (inner[0], pushed(inner[1]), pushed(inner[2])) if inner[0] in ("and", "or") else ("X", inner)
-
-
-def cases(condition):
-    """The disjunctive normal form of a combination: a list of sets of ("again", g) and ("finally", g)."""
-    if condition[0] == "or":
-        return cases(condition[1]) + cases(condition[2])
-    if condition[0] == "and":
-        return [a | b for a in cases(condition[1]) for b in cases(condition[2])]
-    return [frozenset([condition])]
-
-
 def holds(f, word, back):
     """The definition: for each letter of a word whether f holds there; after its last letter it continues at `back`."""
     kind, size = f[0], len(word)

@@ -159,7 +159,7 @@ class Draw:
             self.mark("objective reach")
             return f"F ({self.condition()})"
         kinds = ["co-safe", "safe", "recurrence", "persistence", "combination", "bounded"]
-        return self.temporal(self.rng.choice(kinds))
+        return self.temporal("general" if self.chance(0.05) else self.rng.choice(kinds))
 
     def temporal(self, kind):
         a, b = self.condition(), self.condition()
@@ -175,6 +175,12 @@ class Draw:
                 "safe": [f"G ({a})", f"({a}) W ({b})", f"({a}) R ({b})", f"G (({a}) => (X ({b})))"],
                 "recurrence": [f"G (F ({a}))", f"G (({a}) => (F ({b})))"],
                 "persistence": [f"F (G ({a}))", f"F (({a}) & (G ({b})))"],
+                "general": [
+                    f"({a}) U (G ({b}))",
+                    f"(F ({a})) W ({b})",
+                    f"G (({a}) | (F (G ({b}))))",
+                    f"F (({a}) & (G (F ({b}))))",
+                ],
                 "bounded": [f"F<=2 ({a})", f"G<=1 ({a})", f"({a}) U<=2 ({b})", f"F[1,2] ({a})", f"F>=2 ({a})"],
             }[kind]
         )

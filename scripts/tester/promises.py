@@ -57,7 +57,9 @@ def chosen(context):
             path_of(context, choose, None, "progress", play)
             node, value = context.quantities.own(state), play["value"]
             able = [k for k, (table, _) in enumerate(tables, 1) if node in table and (choose == "cheap" or table[node])]
-            context.same(f"{choose} aims of {play['state']}", max(able, default=0), value["improvements"] if value else 0)
+            context.same(
+                f"{choose} aims of {play['state']}", max(able, default=0), value["improvements"] if value else 0
+            )
             if able and value:
                 probability = context.probabilities[max(able) - 1][0][node]
                 context.within(f"{choose} probability of {play['state']}", probability, value["probability"])
