@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 from reference.preferences import target_of
 from reference.questions import Question, jointly, rewards
@@ -155,19 +156,27 @@ def compare(context):
 def exchanged(context):
     """A model that is written state by state and read back gives the same answers."""
     program = context.program
-    written = ("explicit", "umb")[context.case.seed % 2]
-    suffix, folder = {"explicit": "tra", "umb": "umb"}[written], program.folder / "model"
+    written = ("explicit", "umb", "drn")[context.case.seed % 3]
+    suffix, folder = {"explicit": "tra"}.get(written, written), program.folder / "model"
     program.about("export", "--format", written, "--out", folder)
     if context.analysis.play or context.preferences.required:
         return  # its variables and labels are those of the product
     names = program.settings("scope", "safety")
-    back = program.ask("check", folder / f"model.{suffix}", program.prefs, *names)
+    prefs = program.folder / "back.pref"
+    prefs.write_text(by_labels(context) if written == "drn" else context.case.preferences_text())
+    back = program.ask("check", folder / f"model.{suffix}", prefs, *names)
     for what in ("classes", "sasi", "spi"):
         if context.case.settings["scope"] == "reachable":
             context.same(f"{what} of {written}", context.report[what], back[what])
     for what in ("most_preferred", "sasi_rank", "spi_rank"):
-        pairs = [{str(e["state"]): e[what] for e in r["initial"]} for r in (context.report, back)]
-        context.same(f"{what} of {written}", *pairs)
+        expected, got = ([str(e[what]) for e in r["initial"]] for r in (context.report, back))
+        context.same(f"{what} of {written}", sorted(expected), sorted(got))
+
+
+def by_labels(context):
+    """The preferences for a format without variables: its labels name the targets."""
+    labelled = [(name, f'F "target_{name}"') for name in context.names]
+    return replace(context.case, objectives=labelled).preferences_text()
 
 
 ALL = {"reach": reach, "rewards": earned, "jointly": together, "dump": dumps, "compare": compare, "exchange": exchanged}
