@@ -175,7 +175,9 @@ def exchanged(context):
 
 def by_labels(context):
     """The preferences for a format without variables: its labels name the targets."""
-    labelled = [(name, f'F "target_{name}"') for name in context.names]
+    targets = zip(context.names, context.analysis.targets)
+    # A file without declarations has no label that no state has.
+    labelled = [(name, f'F "target_{name}"' if states else "F false") for name, states in targets]
     return replace(context.case, objectives=labelled).preferences_text()
 
 
