@@ -1,17 +1,20 @@
-"""The PRISM language (a subset) and preference files, read into plain Python functions.
+"""The PRISM language (a subset), read into plain Python functions.
 
-What is understood: `mdp`, typed constants (given or not), formulas, labels, modules with bounded
+What is understood: `mdp` and `dtmc`, typed constants (given or not), formulas, labels, modules with bounded
 integers and Booleans, module renaming, labelled and unlabelled commands, `init ... endinit`, reward
 structures. Anything else raises `InputError`. Numbers that are not whole are exact fractions.
 """
 
+import functools
 import itertools
 import math
 import re
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-TOKEN = re.compile(r'\s+|//[^\n]*|"[^"\n]*"|\d+\.\d+(?:[eE][-+]?\d+)?|\d+|\w+\'?|->|\.\.|=>|<=>|<=|>=|!=|.')
+TOKEN = re.compile(
+    r'\s+|//[^\n]*|"[^"\n]*"|\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w.])|\d+|\w+\'?|->|\.\.|=>|<=>|<=|>=|!=|.'
+)
 FUNCTIONS = {"min": min, "max": max, "floor": math.floor, "ceil": math.ceil, "mod": lambda a, b: a % b, "pow": pow}
 
 
@@ -38,9 +41,11 @@ class Command:
     text: str
 
 
-@dataclass
-class Model:
-    path: str
+@dataclass(eq=False)
+class Program:
+    """A model in PRISM's language. A state is the tuple of the values of its variables."""
+
+    kind: str  # "mdp" or "dtmc"
     constants: dict
     variables: list
     modules: dict  # name -> list of Command
@@ -58,18 +63,22 @@ class Model:
         ranges = [(False, True) if v.kind == "bool" else range(v.low, v.high + 1) for v in self.variables]
         return itertools.product(*ranges)
 
-    def choices(self, state):
-        """`(name, successors)` of every enabled choice, names as in the command-line contract."""
-        for name, combo in self.combinations(state):
-            yield name, frozenset(self.distribution(state, combo))
+    def named(self, state):
+        return dict(zip((v.name for v in self.variables), state))
 
-    def steps(self, state):
-        """`(name, label, distribution)` of every enabled choice; probabilities are fractions."""
-        for name, combo in self.combinations(state):
-            yield name, combo[0].label, self.distribution(state, combo)
+    def choices(self, state):
+        """Section 1: `(name, labels, {successor: probability})` of every enabled choice."""
+        found = [(name, [combo[0].label], self.distribution(state, combo)) for name, combo in self.combinations(state)]
+        if self.kind == "mdp" or len(found) < 2:
+            return found
+        merged = {}  # A dtmc draws from its enabled choices uniformly.
+        for _, _, distribution in found:
+            for target, p in distribution.items():
+                merged[target] = merged.get(target, 0) + p / len(found)
+        return [("+".join(name for name, _, _ in found), [label for _, (label,), _ in found], merged)]
 
     def combinations(self, state):
-        """`(name, commands)` of every enabled choice."""
+        """`(name, commands)` of every command, or combination of commands with one label, that is enabled."""
         enabled = {}
         for module, commands in self.modules.items():
             for command in commands:
@@ -96,21 +105,34 @@ class Model:
         self.alphabet.pop("", None)
 
     def distribution(self, state, combo):
-        for command in combo:
-            values = [probability(state) for probability, _ in command.branches]
-            if any(p < 0 or p > 1 for p in values) or abs(sum(values) - 1) > 1e-9:
-                raise InputError(f"probabilities of `{command.text}` are {values} in {self.show(state)}")
+        """The successors with their exact probabilities; a branch whose probability is 0 is not there."""
+        options = [self.weighted(command, state) for command in combo]
         found = {}
-        for branches in itertools.product(*(c.branches for c in combo)):
-            weight = math.prod((Fraction(probability(state)) for probability, _ in branches), start=Fraction(1))
-            if weight > 0:
-                target = list(state)
-                for _, updates in branches:
-                    for index, value in updates:
-                        target[index] = value(state)
-                target = self.in_range(tuple(target), state, combo)
-                found[target] = found.get(target, 0) + weight
+        for branches in itertools.product(*options):
+            weight = math.prod((p for p, _ in branches), start=Fraction(1))
+            target = list(state)
+            for _, updates in branches:
+                for index, value in updates:
+                    target[index] = value(state)
+            target = self.in_range(tuple(target), state, combo)
+            found[target] = found.get(target, 0) + weight
         return found
+
+    def weighted(self, command, state):
+        """The branches of a command with a positive probability; a sum that is 1 only after rounding is divided by."""
+        values = [Fraction(probability(state)) for probability, _ in command.branches]
+        total = sum(values)
+        if any(p < 0 or p > 1 for p in values) or abs(total - 1) > Fraction(1, 10**9):
+            raise InputError(f"probabilities of `{command.text}` are {values} in {self.show(state)}")
+        return [(p / total, updates) for p, (_, updates) in zip(values, command.branches) if p > 0]
+
+    def reward(self, name, state, labels):
+        """Section 9: what a step costs; the mean over the commands that a choice of a dtmc draws from."""
+        if name == "steps":
+            return Fraction(1)
+        items = [(action, value(state)) for action, guard, value in self.rewards[name] if guard(state)]
+        earned = [sum(Fraction(v) for action, v in items if action is None or action == label) for label in labels]
+        return Fraction(sum(earned), len(labels))
 
     def in_range(self, target, state, combo):
         for value, variable in zip(target, self.variables):
@@ -139,7 +161,9 @@ class Parser:
     def next(self, wanted=None):
         token = self.peek()
         if wanted is not None and token != wanted:
-            raise InputError(f"expected `{wanted}`, found `{token}` near `{' '.join(self.tokens[self.at - 6 : self.at + 3])}`")
+            raise InputError(
+                f"expected `{wanted}`, found `{token}` near `{' '.join(self.tokens[self.at - 6 : self.at + 3])}`"
+            )
         self.at += 1
         return token
 
@@ -221,8 +245,13 @@ def expand(tokens, formulas, depth=0):
 
 def split_top_level(tokens):
     """Constants, formulas, labels, modules (name -> tokens, or (source, renaming)), init."""
-    parser, parts = Parser(tokens, {}), {"const": [], "formula": {}, "label": {}, "module": {}, "init": None, "rewards": {}}
-    parser.next("mdp")
+    parser, parts = (
+        Parser(tokens, {}),
+        {"const": [], "formula": {}, "label": {}, "module": {}, "init": None, "rewards": {}},
+    )
+    parts["kind"] = parser.next()
+    if parts["kind"] not in ("mdp", "dtmc"):
+        raise InputError(f"models of the type `{parts['kind']}` are not understood")
 
     def until(end):
         taken = []
@@ -365,9 +394,13 @@ def read_rewards(tokens, names):
     return items
 
 
-def read_model(path, given):
+def read_program(path, given=()):
     with open(path, encoding="utf-8") as file:
-        parts = split_top_level(tokens_of(file.read()))
+        return program_of(file.read(), dict(given))
+
+
+def program_of(text, given):
+    parts = split_top_level(tokens_of(text))
     constants, names = constants_of(parts["const"], given, parts["formula"])
     bodies = module_tokens(parts)
     variables, starts = [], {}
@@ -385,6 +418,7 @@ def read_model(path, given):
             raise InputError(f"unexpected `{parser.peek()}`")
         return result
 
+    @functools.lru_cache(maxsize=None)
     def compile_text(text):
         tokens = tokens_of(text)
         quoted = [t[1:-1] if t.startswith('"') else None for t in tokens]
@@ -392,62 +426,8 @@ def read_model(path, given):
         return compile_tokens([t for part in parts_of for t in part])
 
     modules = {m: read_commands(m, Parser(tokens[starts[m] :], names), index) for m, tokens in bodies.items()}
-    model = Model(path, constants, variables, modules, parts["label"], compile_text)
-    model.init = compile_tokens(parts["init"]) if parts["init"] else None
+    program = Program(parts["kind"], constants, variables, modules, parts["label"], compile_text)
+    program.init = compile_tokens(parts["init"]) if parts["init"] else None
     for name, tokens in parts["rewards"].items():
-        model.rewards[name] = read_rewards(list(expand(tokens, parts["formula"])), names)
-    return model
-
-
-@dataclass
-class Preferences:
-    path: str
-    objectives: list  # of (name, text of the formula)
-    strict: set  # pairs (i, j): i strictly preferred to j
-    empty: str
-    history: str
-    required: list = field(default_factory=list)  # texts of formulas
-
-
-def read_preferences(path):
-    with open(path, encoding="utf-8") as file:
-        text = re.sub(r"//[^\n]*", "", file.read())
-    objectives, names, pairs, stated, empty, history, required = [], {}, set(), [], "bottom", None, []
-    for statement in filter(None, map(str.strip, text.split(";"))):
-        word, _, rest = statement.partition(" ")
-        if word == "objective":
-            name, _, formula = (x.strip() for x in rest.partition("="))
-            names[name] = len(objectives)
-            objectives.append((name, formula))
-        elif word == "prefer":
-            groups = re.split(r"(>=|>|~)", rest)
-            for left, operator, right in zip(groups[::2], groups[1::2], groups[2::2]):
-                for a, b in itertools.product(left.split(","), right.split(",")):
-                    i, j = names[a.strip()], names[b.strip()]
-                    pairs |= {(i, j), (j, i)} if operator == "~" else {(i, j)}
-                    stated += [(i, j)] if operator == ">" else []
-        elif word == "require":
-            required.append(rest.strip())
-        elif re.fullmatch(r"empty\s*=\s*(bottom|gain|incomparable)", statement):
-            empty = statement.split("=")[1].strip()
-        elif re.fullmatch(r"history\s*=\s*(state|play)", statement):
-            history = statement.split("=")[1].strip()
-        else:
-            raise InputError(f"`{statement}` is not understood in a preference file")
-    for k, i, j in itertools.product(range(len(objectives)), repeat=3):
-        if (i, k) in pairs and (k, j) in pairs:
-            pairs.add((i, j))
-    strict = {(i, j) for i, j in pairs if (j, i) not in pairs}
-    if not set(stated) <= strict:
-        raise InputError("the preferences contradict each other")
-    if history is None:
-        history = "state" if all(target_of(formula) for _, formula in objectives) else "play"
-    return Preferences(path, objectives, strict, empty, history, required)
-
-
-def target_of(formula):
-    """The condition of `F condition`; None for every other formula."""
-    first, *condition = tokens_of(formula)
-    if first != "F" or any(t in {"X", "F", "G", "U", "W", "R", "<", "<=", ">", ">="} for t in condition[:1]):
-        return None
-    return None if {"X", "F", "G", "U", "W", "R"} & set(condition) else " ".join(condition)
+        program.rewards[name] = read_rewards(list(expand(tokens, parts["formula"])), names)
+    return program

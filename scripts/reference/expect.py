@@ -4,8 +4,9 @@ import os
 import re
 import shlex
 
-from reference_lang import InputError, read_model, read_preferences
-from reference_plan import Space, check, info, reach, satisfy
+from reference.preferences import read_preferences
+from reference.prism import InputError, read_program
+from reference.reports import check, info, reach
 
 HEAD = re.compile(r"//\s*EXPECT:\s*(.*)")
 MORE = re.compile(r"//\s{4,}(\S.*)")
@@ -56,27 +57,25 @@ def formula_of(text):
 
 
 class Runner:
-    """Runs expectations; keeps the explored spaces of one model file."""
+    """Runs the expectations of one model file."""
 
     def __init__(self, path, limit):
-        self.path, self.limit, self.spaces = path, limit, {}
+        self.path, self.limit, self.programs = path, limit, {}
 
     def run(self, command, options):
         constants = dict(p.split("=") for p in options.get("const", "").split(",") if p)
         scope = options.get("scope", "reachable")
-        model = read_model(self.path, constants)
-        key = (options.get("const"), scope)
-        if key not in self.spaces:
-            self.spaces[key] = Space(model, scope, self.limit)
-        space = self.spaces[key]
+        if options.get("const") not in self.programs:
+            self.programs[options.get("const")] = read_program(self.path, constants)
+        program = self.programs[options.get("const")]
         if command == "info":
-            return info(model, scope, space)
+            return info(program, scope, self.limit)
         if command == "reach":
-            if "property" in options:
-                return satisfy(model, formula_of(options["property"]), scope, space)
-            return reach(model, options["target"], scope, space)
-        prefs = read_preferences(os.path.join(os.path.dirname(self.path), options["prefs"]))
-        return check(model, prefs, scope, options.get("safety", "action"), options.get("empty"), space)
+            formula = formula_of(options["property"]) if "property" in options else None
+            return reach(program, scope, options.get("target"), formula, self.limit)
+        preferences = read_preferences(os.path.join(os.path.dirname(self.path), options["prefs"]))
+        preferences.empty = options.get("empty", preferences.empty)
+        return check(program, preferences, scope, options.get("safety", "action"), self.limit)
 
 
 def run_expectations(paths, fill=False, limit=200_000):
