@@ -29,7 +29,7 @@ const DEFINITIONS: &[&str] = &["const", "label", "formula"];
 
 /// A property of a file.
 #[derive(Debug, Clone)]
-pub(crate) struct Stated {
+pub struct Stated {
     /// Name, if it has one.
     pub name: Option<String>,
     /// Text, without the name.
@@ -44,7 +44,7 @@ pub(crate) struct Stated {
 ///
 /// # Errors
 /// Too many statements.
-pub(crate) fn open_constants(source: &Arc<SourceFile>) -> Result<Vec<String>> {
+pub fn open_constants(source: &Arc<SourceFile>) -> Result<Vec<String>> {
     let mut open = Vec::new();
     for range in statements(source)?.into_iter().filter(|r| word(&source.text[r.clone()]) == "const") {
         // Errors in definitions are reported when the file is parsed in full.
@@ -64,7 +64,7 @@ pub(crate) fn open_constants(source: &Arc<SourceFile>) -> Result<Vec<String>> {
 /// # Errors
 /// A wrong definition; a wrong value; too many statements. The error of a property is returned in
 /// its [`Stated::property`].
-pub(crate) fn parse_properties(
+pub fn parse_properties(
     source: &Arc<SourceFile>,
     given: &Arc<SourceFile>,
     program: &mut Program,
