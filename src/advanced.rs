@@ -68,4 +68,9 @@ pub mod lang {
     pub mod property {
         pub use crate::lang::property::*;
     }
+
+    /// Files of properties.
+    pub mod property_file {
+        pub use crate::lang::property_file::*;
+    }
 }

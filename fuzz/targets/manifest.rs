@@ -1,6 +1,5 @@
 #![no_main]
 
-#[path = "../../tests/common/entry.rs"]
-mod entry;
+use meliora_fuzz::entry;
 
 libfuzzer_sys::fuzz_target!(|text: &str| entry::manifest(text));

@@ -2,6 +2,7 @@
 
 mod composition;
 mod expr;
+mod identifiers;
 mod merge;
 
 use std::fmt::{self, Display, Formatter, Write as _};
@@ -25,13 +26,13 @@ impl Flat {
     /// parallel.
     ///
     /// The text parses to a program with the same states and choices. The names of actions are the
-    /// same too, except for modules that had to be merged. Locations become the numbers of their
-    /// values, which a comment lists.
+    /// same too, except for modules that had to be merged, and for names that the language does not
+    /// allow. Locations become the numbers of their values, which a comment lists.
     ///
     /// # Errors
     /// Modules that the language cannot express separately have too many commands when merged.
     pub(crate) fn of(program: &Arc<Program>) -> Result<Self> {
-        merge::merged(program).map(Flat)
+        merge::merged(program).map(identifiers::with_identifiers).map(Flat)
     }
 }
 

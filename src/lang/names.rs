@@ -33,6 +33,15 @@ impl Names {
         name
     }
 
+    /// Returns a name for each wanted one, as [`Names::add`] does; identifiers stay as they are.
+    pub(in crate::lang) fn identifiers<'n>(wanted: impl Iterator<Item = &'n String> + Clone) -> Vec<String> {
+        let is_identifier = |name: &&String| identifier(name) == **name;
+        let taken = wanted.clone().filter(is_identifier).cloned().collect();
+        let mut names = Names { taken, ..Names::default() };
+        let add = |name: &String| if is_identifier(&name) { name.clone() } else { names.add(name) };
+        wanted.map(add).collect()
+    }
+
     fn free(&mut self, name: &str) -> String {
         if !self.taken.contains(name) {
             return name.to_owned();

@@ -7,7 +7,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::ast::{ConstDef, Item, Span};
+use super::ast::{ConstDef, Ident, Item, Span};
 use super::check::{Wanted, given_values, lower_target, lower_value};
 use super::parse::{expression_at, items_at};
 use super::parse_constants;
@@ -29,7 +29,7 @@ const DEFINITIONS: &[&str] = &["const", "label", "formula"];
 
 /// A property of a file.
 #[derive(Debug, Clone)]
-pub(crate) struct Stated {
+pub struct Stated {
     /// Name, if it has one.
     pub name: Option<String>,
     /// Text, without the name.
@@ -44,7 +44,7 @@ pub(crate) struct Stated {
 ///
 /// # Errors
 /// Too many statements.
-pub(crate) fn open_constants(source: &Arc<SourceFile>) -> Result<Vec<String>> {
+pub fn open_constants(source: &Arc<SourceFile>) -> Result<Vec<String>> {
     let mut open = Vec::new();
     for range in statements(source)?.into_iter().filter(|r| word(&source.text[r.clone()]) == "const") {
         // Errors in definitions are reported when the file is parsed in full.
@@ -64,7 +64,7 @@ pub(crate) fn open_constants(source: &Arc<SourceFile>) -> Result<Vec<String>> {
 /// # Errors
 /// A wrong definition; a wrong value; too many statements. The error of a property is returned in
 /// its [`Stated::property`].
-pub(crate) fn parse_properties(
+pub fn parse_properties(
     source: &Arc<SourceFile>,
     given: &Arc<SourceFile>,
     program: &mut Program,
@@ -110,6 +110,7 @@ impl File<'_> {
                     self.program.labels.push((label.name.name, target));
                 }
                 Item::Formula(formula) => {
+                    self.is_new(source, &formula.name)?;
                     let id = self.lowered(source, formula.body)?;
                     self.program.formulas.push((formula.name.name, id));
                 }
@@ -122,10 +123,7 @@ impl File<'_> {
 
     fn constant(&mut self, source: &Arc<SourceFile>, constant: ConstDef) -> Result<()> {
         let ConstDef { ty, name, value } = constant;
-        if self.program.constants.iter().any(|(known, _)| *known == name.name) {
-            let message = format!("the constant `{}` is declared already", name.name);
-            return Err(Diagnostic::new(source, name.span.range(), message).label("declared again").into());
-        }
+        self.is_new(source, &name)?;
         let wanted = [Wanted { name: &name.name, ty: ty.ty(), is_defined: value.is_some(), span: name.span }];
         let bindings: Vec<_> = self.bindings.iter().filter(|b| b.name.name == name.name).cloned().collect();
         let (given, wrong) = given_values(&wanted, self.given, &bindings);
@@ -141,6 +139,19 @@ impl File<'_> {
             }
         };
         self.program.constants.push((name.name, value));
+        Ok(())
+    }
+
+    /// Checks that neither the model nor the file uses a name already.
+    fn is_new(&self, source: &Arc<SourceFile>, name: &Ident) -> Result<()> {
+        let constants = self.program.constants.iter().map(|(known, _)| known);
+        let formulas = self.program.formulas.iter().map(|(known, _)| known);
+        let variables = self.program.variables.iter().map(|variable| &variable.name);
+        let mut all = constants.chain(formulas).chain(variables).chain(&self.open);
+        if all.any(|known| *known == name.name) {
+            let message = format!("`{}` is declared already", name.name);
+            return Err(Diagnostic::new(source, name.span.range(), message).label("declared again").into());
+        }
         Ok(())
     }
 
@@ -348,6 +359,22 @@ mod tests {
         let file = SourceFile::new("f.props", "P>0 [ F x=1 ];\nlabel \"l\" = z=1;");
         let Err(Error::Input(found)) = parse_properties(&file, &none(), &mut program()) else { panic!() };
         assert_eq!((found[0].position(), found[0].message.as_str()), ((2, 13), "unknown name `z`"));
+    }
+
+    #[test]
+    fn a_constant_or_formula_with_the_name_of_something_else_is_an_error() {
+        for (text, name) in [
+            ("const int x = 2;", "x"),
+            ("formula x = 2;", "x"),
+            ("const int N; const int N;", "N"),
+            ("formula f = x>1; const bool f = true;", "f"),
+        ] {
+            let file = SourceFile::new("f.props", text);
+            let Err(Error::Input(found)) = parse_properties(&file, &none(), &mut program()) else {
+                panic!("{text}")
+            };
+            assert_eq!(found[0].message, format!("`{name}` is declared already"));
+        }
     }
 
     #[test]

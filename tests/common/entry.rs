@@ -6,20 +6,27 @@
 #![allow(dead_code, unreachable_pub, reason = "each user takes a part")]
 
 use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use meliora::advanced::lang::ltl::Monitoring;
+use meliora::advanced::lang::property::Property;
+use meliora::advanced::lang::property_file::{open_constants, parse_properties};
 use meliora::advanced::symbolic::order;
 use meliora::dump::{Diagram, Manifest, dddmp, directory, values};
 use meliora::engine::ExplicitEngine;
 use meliora::engine::SymbolicEngine;
 use meliora::engine::{Engine, ProgressSink, Scope, Settings};
 use meliora::error::{Error, Limit, SourceFile, render};
-use meliora::export::{Inputs, Selection, export};
+use meliora::export::{Inputs, Selection, export, read_shield, write_shield};
 use meliora::lang;
-use meliora::model::Program;
-use meliora::planning::{Analysis, Options};
+use meliora::model::step::Step;
+use meliora::model::temporal::Begin;
+use meliora::model::{Program, State};
+use meliora::planning::{Analysis, Options, Shield};
 use meliora::query::Archive;
+use tempfile::TempDir;
 
 /// A model with something of everything that names can refer to.
 pub const MODEL: &str = "mdp const int K=3; const double p=0.5; formula f = x>y; label \"l\" = f & !b;\n\
@@ -57,17 +64,31 @@ fn seen<T>(result: Result<T, Error>) -> Option<T> {
     }
 }
 
-/// A model: reads it, writes it in both forms, takes the steps of one state.
+/// A model: reads it, writes it and reads that, takes the steps of one state.
 pub fn model(text: &str) {
     let text = source(text);
     seen(lang::parse_model(&text));
     let Some(checked) = seen(lang::load(&text, &source(""))) else { return };
-    let program = checked.program;
-    written(&program);
-    let state: Vec<i64> = program.variables.iter().map(|v| v.initial.unwrap_or(v.low)).collect();
-    if branching(&program) <= 1000.0 {
-        let _ = program.steps(&state);
+    accepted(&checked.program);
+}
+
+/// Writes an accepted program, reads it again, and takes the steps of one state in both.
+fn accepted(program: &Program) {
+    let Some(text) = written(program) else { return };
+    let again = lang::load(&source(&text), &source(""));
+    let again = again.unwrap_or_else(|e| panic!("{e}: {text}")).program;
+    assert_eq!(program.variables.len(), again.variables.len(), "{text}");
+    if branching(program) <= 1000.0 {
+        assert_eq!(entered(program), entered(&again), "{text}");
     }
+}
+
+/// The successors of each choice of one state; none where a step has no meaning.
+fn entered(program: &Program) -> Option<BTreeSet<Vec<State>>> {
+    let state: State = program.variables.iter().map(|v| v.initial.unwrap_or(v.low)).collect();
+    let steps = program.steps(&state).ok()?;
+    let support = |step: Step| step.successors.into_iter().map(|(to, _)| to).collect();
+    Some(steps.into_iter().map(support).collect())
 }
 
 /// The flat program as text, unless it would be too long.
@@ -86,28 +107,38 @@ pub fn jani(text: &str) {
     let document = SourceFile::new("fuzz.jani", text);
     let without = lang::Given { constants: source(""), bounds: source("") };
     let loaded = [given, without].map(|given| seen(lang::load_given(&document, &given, &sink)));
-    for program in loaded.into_iter().flatten().map(|checked| checked.program) {
-        let Some(text) = written(&program) else { continue };
-        let again = lang::load(&source(&text), &source(""));
-        let again = again.unwrap_or_else(|e| panic!("{e}: {text}")).program;
-        assert_eq!(program.variables.len(), again.variables.len(), "{text}");
-        let state: Vec<i64> = program.variables.iter().map(|v| v.initial.unwrap_or(v.low)).collect();
-        if branching(&program) <= 1000.0 {
-            let _ = program.steps(&state);
-        }
-    }
+    loaded.into_iter().flatten().for_each(|checked| accepted(&checked.program));
 }
 
 /// A UMB archive: reads it, writes the model, takes the steps of one state.
 pub fn umb(bytes: &[u8]) {
+    loaded(lang::Document::read("fuzz.umb", bytes));
+}
+
+/// A model state by state: transitions of PRISM or of Storm, and after lines `%` the values and the
+/// labels of states.
+pub fn tables(text: &str) {
+    let mut parts = text.splitn(3, "\n%\n");
+    FOLDER.with(|folder| {
+        let path = folder.path().join("fuzz.tra");
+        for extension in ["tra", "sta", "lab"] {
+            let path = path.with_extension(extension);
+            match parts.next() {
+                Some(part) => std::fs::write(path, part).unwrap(),
+                None if path.exists() => std::fs::remove_file(path).unwrap(),
+                None => {}
+            }
+        }
+        loaded(lang::Document::open(&path));
+    });
+}
+
+fn loaded(document: Result<lang::Document, Error>) {
     let given = lang::Given { constants: source(""), bounds: source("") };
     let sink = Patience(AtomicU32::new(0));
-    let Some(document) = seen(lang::Document::read("fuzz.umb", bytes)) else { return };
-    let Some(program) = seen(document.load(&given, &sink)).map(|checked| checked.program) else { return };
-    written(&program);
-    let state: Vec<i64> = program.variables.iter().map(|v| v.initial.unwrap_or(v.low)).collect();
-    if branching(&program) <= 1000.0 {
-        let _ = program.steps(&state);
+    let Some(document) = seen(document) else { return };
+    if let Some(checked) = seen(document.load(&given, &sink)) {
+        accepted(&checked.program);
     }
 }
 
@@ -181,15 +212,7 @@ pub fn arguments(text: &str) {
         seen(lang::lower_target(&mut program, &source, &tree));
     }
     if let Some(property) = seen(lang::parse_property(&source)) {
-        match property.formula.reachability() {
-            Some(target) => drop(seen(lang::lower_target(&mut program, &source, target))),
-            None => {
-                let mut watching = meliora::advanced::lang::ltl::Monitoring::new(&mut program);
-                if seen(watching.watch(&source, &property.formula, "property")).is_some() {
-                    seen(watching.finish(meliora::model::temporal::Begin::Everywhere));
-                }
-            }
-        }
+        asked(&mut program, &source, &property);
     }
     ARCHIVE.with_borrow(|archive| {
         if let Some(selected) = seen(archive.select(text)) {
@@ -197,6 +220,63 @@ pub fn arguments(text: &str) {
         }
         seen(archive.state(text));
     });
+}
+
+/// Adds the target or the monitors of a property to a program.
+fn asked(program: &mut Program, source: &Arc<SourceFile>, property: &Property) {
+    match property.formula.reachability() {
+        Some(target) => drop(seen(lang::lower_target(program, source, target))),
+        None => {
+            let mut watching = Monitoring::new(program);
+            if seen(watching.watch(source, &property.formula, "property")).is_some() {
+                seen(watching.finish(Begin::Everywhere));
+            }
+        }
+    }
+}
+
+/// A file of properties of [`MODEL`].
+pub fn properties(text: &str) {
+    let source = source(text);
+    seen(open_constants(&source));
+    let mut program = program();
+    let given = SourceFile::new("--const", "N=2");
+    let Some(all) = seen(parse_properties(&source, &given, &mut program)) else { return };
+    accepted(&program);
+    for stated in all.iter().take(3) {
+        match &stated.property {
+            Ok(property) => asked(&mut program.clone(), &source, property),
+            Err(reason) => assert!(!reason.is_empty()),
+        }
+    }
+}
+
+/// The table of a shield: what is read keeps its promise, and is the same after it was written.
+pub fn shield(bytes: &[u8]) {
+    let nodes = serde_json::from_slice(bytes).map_or(0, |table: Shield| table.nodes.len());
+    let sha256 = directory::sha256(bytes);
+    let manifest = serde_json::json!({"format": "meliora shield 1", "sha256": sha256, "nodes": nodes});
+    FOLDER.with(|folder| {
+        std::fs::write(folder.path().join("shield.json"), manifest.to_string()).unwrap();
+        std::fs::write(folder.path().join("nodes.json"), bytes).unwrap();
+        let Some(shield) = seen(read_shield(folder.path())) else { return };
+        promised(&shield);
+        let again = folder.path().join("again");
+        write_shield(&shield, &again).unwrap();
+        assert_eq!(read_shield(&again).unwrap(), shield);
+    });
+}
+
+/// Checks that permitted steps from secure nodes enter secure nodes, and weaken nothing.
+fn promised(shield: &Shield) {
+    for node in shield.nodes.iter().filter(|node| node.secure) {
+        for action in node.actions.iter().filter(|action| action.permitted) {
+            for next in action.next.iter().map(|&to| &shield.nodes[to]) {
+                let class = next.class.unwrap();
+                assert!(next.secure && !shield.weakening[node.reference].contains(&class), "{node:?}");
+            }
+        }
+    }
 }
 
 /// A file for `--order`.
@@ -273,6 +353,7 @@ fn opened(mut manifest: Manifest, regions: &Diagram) {
 }
 
 thread_local! {
+    static FOLDER: TempDir = tempfile::tempdir().unwrap();
     static DUMP: directory::Dump = exported();
     static ARCHIVE: RefCell<Archive> = RefCell::new(archive());
 }

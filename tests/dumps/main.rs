@@ -1,6 +1,7 @@
 //! Files from other sources: dumps with their proofs, and untrusted text.
 
 mod conditions;
+mod corpus;
 #[path = "../common/entry.rs"]
 mod entry;
 mod exchange;

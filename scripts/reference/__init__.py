@@ -1,0 +1,1 @@
+"""The reference: SEMANTICS, written down over explicit sets and fractions. It shares nothing with the program."""

@@ -1,0 +1,84 @@
+"""Everything that is computed about a model and preferences: outcomes, classes, levels, under requirements."""
+
+import functools
+
+from reference.improvement import Levels, arenas_of
+from reference.model import almost_sure, attractor, can_stay, explore, roots_of
+from reference.preferences import target_of
+from reference.prism import InputError
+from reference.product import formulas_watched, product, secured, violations
+from reference.temporal import TRUE, conjunction, is_safe, parse
+
+
+class Analysis:
+    """`whole` is the model of the scope, with monitors under `history = play`; `mdp` its restriction to what keeps the
+    requirements. `classes[s]` is MP(s), None for an unsafe state."""
+
+    def __init__(self, program, preferences, scope="reachable", safety="action", limit=None):
+        self.program, self.preferences, self.scope, self.safety = program, preferences, scope, safety
+        self.play = preferences.history == "play"
+        self.required = functools.reduce(conjunction, map(parse, preferences.required), TRUE)
+        if not is_safe(self.required):
+            raise InputError("a requirement is not safe")
+        self.formulas = [parse(text) for _, text in preferences.objectives]
+        self.product = None
+        if self.play:
+            watched = formulas_watched(self.formulas)
+            watched += [self.required] if self.required not in (TRUE, *watched) else []
+            self.product = product(program, roots_of(program, scope), watched, limit)
+        self.whole = self.product.mdp if self.play else explore(program, scope, limit)
+        self.violated = self.violations()
+        safe = can_stay(self.whole.moves, set(self.whole.states) - self.violated)
+        self.mdp = self.whole.restricted(safe)
+        self.judge(safe)
+
+    def violations(self):
+        """The states after which no path satisfies the requirements. `past` are those before which none does: they are
+        behind a violation, and no strategy enters them."""
+        if self.required == TRUE:
+            self.past = set()
+            return set()
+        if self.play:
+            violated, self.past = violations(self.product, self.required)
+            return violated
+        alone, self.past = product(self.program, self.whole.values, [self.required]), set()
+        fresh = {
+            alone.mdp.plain(s): s for s in reversed(alone.mdp.states)
+        }  # the first state with these values is fresh
+        violated, _ = violations(alone, self.required)
+        return {s for s in self.whole.states if fresh[self.whole.plain(s)] in violated}
+
+    def judge(self, safe):
+        """Section 3: targets, outcomes and classes."""
+        moves = self.mdp.moves
+        if self.play:
+            self.targets = [secured(self.product, self.mdp, f) for f in self.formulas]
+        else:
+            conditions = [target_of(text) for _, text in self.preferences.objectives]
+            if None in conditions:
+                raise InputError("`history = state` allows only objectives `F condition`")
+            self.targets = [self.whole.where(condition) & safe for condition in conditions]
+        self.sure = [almost_sure(moves, target) for target in self.targets]
+        self.positive = [attractor(moves, target) for target in self.targets]
+        self.outcomes = [{i for i, sure in enumerate(self.sure) if s in sure} for s in self.mdp.states]
+        most = self.preferences.most_preferred
+        self.classes = [None if s in self.mdp.unsafe else most(self.outcomes[s]) for s in self.mdp.states]
+
+    @functools.cached_property
+    def arenas(self):
+        return arenas_of(self.mdp, self.classes, self.preferences, self.safety)
+
+    @functools.lru_cache(maxsize=None)
+    def levels(self, kind):
+        return Levels(self.arenas, self.classes, kind)
+
+    def distinct(self, states):
+        """The states that reports count: of those between which no path decides, one."""
+        return self.product.merged(states) if self.play else set(states)
+
+    def kept(self, state):
+        """The choices that the safety mode keeps when planning starts in a state, as (choice, nodes)."""
+        if self.classes[state] is None:
+            return []
+        arena = self.arenas[self.classes[state]]
+        return arena.moves[arena.node(state)]

@@ -1,0 +1,88 @@
+"""Sections 2, 8 and 9: what `reach` asks of a formula, judged from each state of the scope on."""
+
+import functools
+import math
+from fractions import Fraction
+
+from reference.equations import ONE, ZERO, Action, cheapest, greatest
+from reference.model import almost_sure, can_stay, explore, reachability
+from reference.product import formulas_watched, product, satisfaction, secured, violations
+from reference.temporal import TRUE, conjunction, negated, parse
+
+
+class Question:
+    """A formula from each state of the scope on, over the strategies that keep some requirements."""
+
+    def __init__(self, program, scope, text, required=(), limit=None):
+        self.formula = parse(text)
+        demanded = functools.reduce(conjunction, map(parse, required), TRUE)
+        watched = formulas_watched([self.formula])
+        watched += [demanded] if demanded not in (TRUE, *watched) else []
+        self.whole = explore(program, scope, limit)
+        self.product = product(program, self.whole.values, watched, limit)
+        mdp, violated = self.product.mdp, set()
+        if demanded != TRUE:
+            violated, _ = violations(self.product, demanded)
+        self.mdp = mdp.restricted(can_stay(mdp.moves, set(mdp.states) - violated))
+        self.fresh = list(self.whole.states)  # the roots of the product come first, in their order
+
+    def regions(self):
+        """The four regions, as sets of states of the scope."""
+        found = satisfaction(self.product, self.mdp, self.formula)
+        return {name: {s for s in self.whole.states if s in region} for name, region in found.items()}
+
+    def unsafe(self):
+        return {s for s in self.whole.states if s in self.mdp.unsafe}
+
+    def most(self, formula=None):
+        """The greatest probability of the formula in each state."""
+        goal = secured(self.product, self.mdp, formula or self.formula)
+        actions = {}
+        for state in set(self.mdp.states) - goal:
+            actions[state] = []
+            for choice in self.mdp.choices[state]:
+                constant = sum((p for t, p in choice.to.items() if t in goal), ZERO)
+                actions[state].append(Action(constant, [(p, t) for t, p in choice.to.items() if t not in goal], False))
+        return {**dict.fromkeys(goal, ONE), **greatest(actions)}
+
+    def least(self):
+        """The least probability of the formula in each state."""
+        return {state: 1 - p for state, p in self.most(negated(self.formula)).items()}
+
+
+def rewards(mdp, target, structure):
+    """The least and the greatest expected reward until a target; infinite where it is not reached almost surely by some
+    strategy, or not by every strategy."""
+    regions = reachability(mdp, target)
+
+    def within(region):
+        """The choices that stay in a region, with their rewards, until the target."""
+        return {
+            state: [
+                Action(
+                    c.costs[structure],
+                    [(p, t) for t, p in c.to.items() if t not in target],
+                    bool(c.successors & target),
+                )
+                for c in mdp.choices[state]
+                if c.successors <= region
+            ]
+            for state in region - target
+        }
+
+    least = {**dict.fromkeys(target, Fraction(0)), **cheapest(within(regions["pmax_one"]))}
+    most = {**dict.fromkeys(target, Fraction(0)), **greatest(within(regions["pmin_one"]))}
+    return [{s: found.get(s, math.inf) for s in mdp.states} for found in (least, most)]
+
+
+def jointly(analysis, members):
+    """Section 10: the states from which one strategy achieves all of some objectives in the same path almost surely."""
+    formulas = [analysis.formulas[i] for i in members]
+    if analysis.play:
+        reached = secured(analysis.product, analysis.mdp, *formulas)
+        return almost_sure(analysis.mdp.moves, reached)
+    watched = product(analysis.program, analysis.whole.values, formulas_watched(formulas))
+    unsafe = {analysis.whole.values[s] for s in analysis.mdp.unsafe}
+    mdp = watched.mdp.restricted({s for s in watched.mdp.states if watched.mdp.plain(s) not in unsafe})
+    reached = almost_sure(mdp.moves, secured(watched, mdp, *formulas))
+    return {s for s in analysis.whole.states if s in reached}  # the roots of the product come first, in their order

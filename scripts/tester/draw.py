@@ -1,0 +1,237 @@
+"""The random generator of cases. A feature that is added here is tested together with all others."""
+
+import random
+from dataclasses import dataclass, field
+
+SAFETIES = ("action", "transition", "prefix")
+EMPTIES = ("bottom", "gain", "incomparable")
+
+
+@dataclass
+class Case:
+    """A model, preferences and settings. The lists are what a smaller case may leave out items of."""
+
+    seed: int
+    kind: str
+    size: int  # x is in 0..size
+    flag: bool  # a second module has a Boolean y
+    commands: list  # of (module, text)
+    starts: list  # of conditions, for `init … endinit`; empty: the initial values
+    rewards: list  # items of the structure "cost"
+    objectives: list  # of (name, formula)
+    preferences: list  # statements
+    required: list  # formulas
+    empty: str
+    history: str  # "" for the default
+    settings: dict  # scope, safety, engine, threads, order, reward
+    features: set = field(default_factory=set)
+
+    LISTS = ("commands", "starts", "rewards", "objectives", "preferences", "required")
+
+    def model_text(self):
+        given = "" if self.starts else " init 0", "" if self.starts else " init false"
+        lines = [self.kind, "", "module m", f"  x : [0..{self.size}]{given[0]};"]
+        lines += [f"  {text}" for module, text in self.commands if module == "m"] + ["endmodule"]
+        if self.flag:
+            lines += ["", "module n", f"  y : bool{given[1]};"]
+            lines += [f"  {text}" for module, text in self.commands if module == "n"] + ["endmodule"]
+        if self.rewards:
+            lines += ["", 'rewards "cost"', *(f"  {item}" for item in self.rewards), "endrewards"]
+        if self.starts:
+            lines += ["", f"init {' | '.join(self.starts)} endinit"]
+        return "\n".join([*lines, ""])
+
+    def preferences_text(self):
+        lines = [f"objective {name} = {formula};" for name, formula in self.objectives]
+        lines += self.preferences + [f"require {formula};" for formula in self.required]
+        lines += [f"empty = {self.empty};"] + ([f"history = {self.history};"] if self.history else [])
+        return "\n".join([*lines, ""])
+
+
+class Draw:
+    """Draws the parts of one case."""
+
+    def __init__(self, seed):
+        self.rng, self.seed, self.features = random.Random(seed), seed, set()
+
+    def chance(self, p):
+        return self.rng.random() < p
+
+    def mark(self, *features):
+        self.features.update(features)
+
+    def case(self):
+        rng = self.rng
+        self.forward = self.chance(0.75)  # steps mostly lead to greater x: fates part, and improvements are possible
+        self.size = rng.choice([3, 4, 4, 5, 5, 6] if self.forward else [1, 2, 2, 3, 3, 4])
+        self.flag, self.play = self.chance(0.3), self.chance(0.5)
+        self.exact = rng.choice(["zero", "tiny"]) if self.chance(0.3) else None
+        kind = "mdp" if self.chance(0.75) else "dtmc"
+        commands, objectives, self.better = self.commands(kind), self.objectives(), []
+        drawn = len(objectives)
+        for here in range(rng.choice([0, 0, 1, 1, 2]) if self.forward else 0):
+            self.plant(here, commands, objectives)
+        case = Case(
+            self.seed, kind, self.size, self.flag, commands, self.starts(), self.rewards(commands), objectives,
+            self.preferences(drawn), self.requirements(), rng.choice(EMPTIES),
+            "play" if self.play else rng.choice(["", "state"]), self.settings(),
+        )  # fmt: skip
+        self.mark(f"type {kind}", f"empty {case.empty}", f"history {'play' if self.play else 'state'}")
+        self.mark(*(f"{key} {case.settings[key]}" for key in ("scope", "safety", "engine", "threads", "reward")))
+        case.features = self.features
+        return case
+
+    def settings(self):
+        rng = self.rng
+        return {
+            "scope": rng.choice(["reachable", "all"]),
+            "safety": rng.choice(SAFETIES),
+            "engine": rng.choice(["symbolic", "explicit"]),
+            "threads": rng.choice([1, 2]),
+            "order": rng.choice(["declared", "auto"]),
+            "reward": rng.choice(["steps", "cost"]),
+        }
+
+    def starts(self):
+        if not self.chance(0.3):
+            return []
+        self.mark("several initial states")
+        return [f"x={value}" for value in self.rng.sample(range(self.size + 1), min(2, self.size + 1))]
+
+    def commands(self, kind):
+        rng, found = self.rng, []
+        for x in range(self.size + 1):
+            ends = self.forward and x > self.size // 2 and self.chance(0.7)
+            amounts = [0] if ends else [1, 2, 2, 3] if self.forward else [0, 1, 1, 2, 2, 3]
+            for _ in range(min(rng.choice(amounts), 3 if kind == "mdp" else 2 - self.chance(0.7))):
+                guard = f"x={x}" + (f" & {rng.choice(['y', '!y'])}" if self.flag and self.chance(0.2) else "")
+                found.append(("m", f"[{rng.choice(['', 'a', 'b', 'c'])}] {guard} -> {self.update('x', x)};"))
+        if self.flag:
+            self.mark("several modules")
+            for _ in range(rng.choice([1, 2, 2])):
+                label, guard = rng.choice(["", "a", "b"]), rng.choice(["true", "y", "!y"])
+                found.append(("n", f"[{label}] {guard} -> {self.update('y', 0)};"))
+                if label:
+                    self.mark("synchronisation")
+        return found
+
+    def update(self, variable, here):
+        """The branches of a command."""
+        if variable == "y":
+            targets = ["(y'=true)", "(y'=false)", "(y'=!y)"]
+        else:
+            ahead = range(here + 1 if self.forward and self.chance(0.85) else 0, self.size + 1)
+            targets = [f"(x'={value})" for value in ahead if value != here] + ["true"] * self.chance(0.3)
+            targets = targets or ["true"]
+        rng, count = self.rng, self.rng.choice([1, 2, 2, 2, 3])
+        count = min(count, len(targets))
+        weights = {1: ["1"], 2: rng.choice([["1/2", "1/2"], ["0.1", "0.9"], ["1/3", "2/3"]]), 3: ["1/4", "0.25", "1/2"]}
+        weights = list(weights[count])
+        if self.exact and count < len(targets) and self.chance(0.4):
+            small = {"zero": "(0.1+0.2-0.3)", "tiny": rng.choice(["1e-400", "(1-(1-1e-17))"])}[self.exact]
+            self.mark(f"{self.exact} branch")
+            weights = [f"({weights[0]}-{small})", *weights[1:], small]
+        branches = [f"{w} : {t}" for w, t in zip(weights, rng.sample(targets, len(weights)))]
+        return branches[0].removeprefix("1 : ") if len(branches) == 1 else " + ".join(branches)
+
+    def rewards(self, commands):
+        """Items of a structure: always one, so that the structure can be named."""
+        rng, items = self.rng, []
+        earners = ["", *sorted({text.split("]")[0] + "] " for _, text in commands})]
+        for _ in range(rng.choice([1, 2, 3])):
+            guard = rng.choice(["true", f"x={rng.randrange(self.size + 1)}", f"x>{rng.randrange(self.size + 1)}"])
+            items.append(f"{rng.choice(earners)}{guard} : {rng.choice(['0', '1', '2', '1/3', '0.5'])};")
+        if any(item.endswith(" 0;") for item in items):
+            self.mark("reward of 0")
+        return items
+
+    def condition(self):
+        rng, x = self.rng, self.rng.randint(min(1, self.size), self.size)
+        others = [f"x<={x}", f"x>={x}", f"x!={x}", *(["y", "!y", f"(x={x} & y)"] if self.flag else [])]
+        return f"x={x}" if self.chance(0.7) else rng.choice(others)
+
+    def objectives(self):
+        """Between one and four objectives."""
+        return [(f"O{i}", self.objective()) for i in range(self.rng.choice([1, 2, 3, 3, 4, 4]))]
+
+    def objective(self):
+        if not self.play or self.chance(0.35):
+            self.mark("objective reach")
+            return f"F ({self.condition()})"
+        kinds = ["co-safe", "safe", "recurrence", "persistence", "combination", "bounded"]
+        return self.temporal("general" if self.chance(0.05) else self.rng.choice(kinds))
+
+    def temporal(self, kind):
+        a, b = self.condition(), self.condition()
+        self.mark(f"objective {kind}")
+        if kind == "combination":
+            first, second = (
+                self.temporal(self.rng.choice(["co-safe", "safe", "recurrence", "persistence"])) for _ in "ab"
+            )
+            return self.rng.choice([f"({first}) & ({second})", f"({first}) | ({second})", f"!({first}) & ({second})"])
+        return self.rng.choice(
+            {
+                "co-safe": [f"({a}) U ({b})", f"F (({a}) & (F ({b})))", f"X ({a})", f"F (({a}) & (X ({b})))"],
+                "safe": [f"G ({a})", f"({a}) W ({b})", f"({a}) R ({b})", f"G (({a}) => (X ({b})))"],
+                "recurrence": [f"G (F ({a}))", f"G (({a}) => (F ({b})))"],
+                "persistence": [f"F (G ({a}))", f"F (({a}) & (G ({b})))"],
+                "general": [
+                    f"({a}) U (G ({b}))",
+                    f"(F ({a})) W ({b})",
+                    f"G (({a}) | (F (G ({b}))))",
+                    f"F (({a}) & (G (F ({b}))))",
+                ],
+                "bounded": [f"F<=2 ({a})", f"G<=1 ({a})", f"({a}) U<=2 ({b})", f"F[1,2] ({a})", f"F>=2 ({a})"],
+            }[kind]
+        )
+
+    def plant(self, here, commands, objectives):
+        """A step that parts two fates, each with an objective of its own: whichever comes is an improvement."""
+        p, q = self.rng.sample(range(here + 1, self.size + 1), 2)
+        label = self.rng.choice(["a", "c", ""])
+        commands.insert(0, ("m", f"[{label}] x={here} -> 1/2 : (x'={p}) + 1/2 : (x'={q});"))
+        names = [f"O{len(objectives)}", f"O{len(objectives) + 1}"]
+        objectives += [(name, f"F (x={target})") for name, target in zip(names, (p, q))]
+        self.better.append((names, self.rng.choice(objectives)[0]))
+
+    def preferences(self, count):
+        """Statements of every kind. The order of numbers keeps them free of contradictions."""
+        rng, found = self.rng, []
+        levels = [rng.randrange(4) for _ in range(count)]
+        for _ in range(rng.choice([0, 1, 2, 3, 4, 5]) if count > 1 else 0):
+            i, j = sorted(rng.sample(range(count), 2), key=lambda k: levels[k])
+            if levels[i] < levels[j]:
+                kind = rng.choice([">", ">", ">", ">="])
+                self.mark("strict preference" if kind == ">" else "weak preference")
+                found.append(f"prefer O{j} {kind} O{i};")
+            else:
+                self.mark("indifference")
+                found.append(f"prefer O{j} ~ O{i};")
+        planted = {name for names, _ in self.better for name in names}
+        for names, worse in self.better:
+            if worse not in planted and self.chance(0.7):
+                self.mark("strict preference")
+                found.append(f"prefer {', '.join(names)} > {worse};")
+        return found
+
+    def requirements(self):
+        if not self.chance(0.5):
+            return []
+        found = [self.requirement() for _ in range(self.rng.choice([1, 1, 2]))]
+        if len(found) > 1:
+            self.mark("several requirements")
+        return found
+
+    def requirement(self):
+        rng, size = self.rng, self.size
+        a, b = (f"x={rng.randint(1, size)}" for _ in "ab")
+        if not self.play or self.chance(0.35):
+            self.mark("requirement on states")
+            return rng.choice([f"G !({a})", f"G !({a})", f"G (!({a}) | {self.condition()})"])
+        self.mark("temporal requirement")
+        kinds = [f"!({a}) W ({b})", f"G (({a}) => (X !({b})))", f"({b}) R !({a})", f"X !({a})", f"G<=2 !({a})"]
+        return rng.choice([*kinds, f"G ({self.condition()})"])
+
+
+def draw(seed):
+    return Draw(seed).case()

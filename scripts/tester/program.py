@@ -1,0 +1,128 @@
+"""Runs the program on a case, and relates its states to those of the reference."""
+
+import json
+import subprocess
+
+
+class Refused(Exception):
+    """The program did not answer."""
+
+
+class Program:
+    """The command, the files of a case, and the settings that all commands share."""
+
+    def __init__(self, binary, folder, case):
+        self.binary, self.folder, self.case, self.asked = binary, folder, case, []
+        self.model, self.prefs = folder / "case.prism", folder / "case.pref"
+        self.model.write_text(case.model_text())
+        self.prefs.write_text(case.preferences_text())
+
+    def settings(self, *names):
+        return [text for name in names for text in (f"--{name}", str(self.case.settings[name]))]
+
+    def run(self, *arguments):
+        """Returns the exit status, standard output and standard error."""
+        command = [self.binary, *map(str, arguments)]
+        self.asked.append(command)
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+        except subprocess.TimeoutExpired:
+            raise Refused("no answer after 60 s") from None
+        return done.returncode, done.stdout, done.stderr
+
+    def ask(self, *arguments, allowed=(0,)):
+        """Returns the JSON object of a command."""
+        status, out, errors = self.run(*arguments, "--json")
+        if status not in allowed:
+            raise Refused(f"status {status}: {(out + errors)[:600]}")
+        return json.loads(out)
+
+    def about(self, command, *more, allowed=(0,)):
+        """Asks about the model with its preferences."""
+        names = ["scope", "safety", "threads"] + ([] if command in ("compare", "export") else ["engine"])
+        names += ["order"] if command in ("compare", "export") or self.case.settings["engine"] == "symbolic" else []
+        return self.ask(command, self.model, self.prefs, *self.settings(*names), *more, allowed=allowed)
+
+
+def key(state):
+    return tuple(state.items())
+
+
+def at(state):
+    """A state as a value of `--at`; names of values stand in quotes."""
+    shown = {True: "true", False: "false"}
+    texts = {
+        n: f'"{v}"' if isinstance(v, str) else shown[v] if isinstance(v, bool) else str(v) for n, v in state.items()
+    }
+    return ",".join(f"{name}={text}" for name, text in texts.items())
+
+
+class Relation:
+    """Which states of the reference a state of the program stands for: they are reached by the same paths.
+
+    `of[k]` lists the states of the reference for a state of the program, `wrong` what does not fit.
+    """
+
+    def __init__(self, analysis, entries, initial):
+        self.analysis, self.entries, self.of, self.wrong = analysis, entries, {}, []
+        self.width = len(analysis.program.variables)
+        monitors = list(initial.items())[self.width :]
+        whole, fresh = analysis.whole, self.fresh()
+        self.todo = []
+        for state in fresh:
+            plain = list(analysis.program.named(whole.plain(state)).items())
+            self.relate(tuple(plain + monitors), state)
+        while self.todo:
+            self.follow(*self.todo.pop())
+        # Behind a violation, a state may be known as one from which nothing is violated: no strategy gets there.
+        past, self.past = analysis.past, set()
+        for name, states in self.of.items():
+            self.of[name] = [s for s in states if s not in past] or states
+            if self.of[name][0] in past:
+                self.past.add(name)
+        missing = entries.keys() - self.of.keys()
+        if missing:
+            self.wrong.append(f"not reachable by the reference: {dict(next(iter(missing)))}")
+
+    def fresh(self):
+        """The states from which the scope is explored."""
+        whole = self.analysis.whole
+        if self.analysis.scope == "reachable" or not self.analysis.play:
+            return whole.initial if self.analysis.scope == "reachable" else whole.states
+        starts = tuple(monitor.start for monitor in self.analysis.product.monitors)
+        return [s for s, values in enumerate(whole.values) if values[self.width :] == starts]
+
+    def relate(self, name, state):
+        found = self.of.setdefault(name, [])
+        if state not in found:
+            found.append(state)
+            self.todo.append((name, state))
+
+    def follow(self, name, state):
+        entry = self.entries.get(name)
+        if entry is None:
+            self.wrong.append(f"not a state of the program: {dict(name)}")
+            return
+        actions = {action["name"]: action for action in entry["actions"]}
+        choices = {choice.name: choice for choice in self.analysis.whole.choices[state]}
+        if actions.keys() != choices.keys() or len(actions) < len(entry["actions"]):
+            self.wrong.append(f"actions of {dict(name)}: {sorted(actions)}, not {sorted(choices)}")
+            return
+        for action, choice in choices.items():
+            successors = {key(s["state"])[: self.width]: s for s in actions[action]["successors"]}
+            expected = {tuple(self.analysis.program.named(self.analysis.whole.plain(t)).items()): t for t in choice.to}
+            if successors.keys() != expected.keys() or len(successors) < len(actions[action]["successors"]):
+                self.wrong.append(
+                    f"successors of {dict(name)} by {action}: {sorted(successors)}, not {sorted(expected)}"
+                )
+                continue
+            for plain, successor in successors.items():
+                self.relate(key(successor["state"]), expected[plain])
+
+    def one(self, name):
+        """The state of the reference that stands for a state of the program."""
+        return self.of[name][0]
+
+    def count(self, states):
+        """The number of states of the program that stand for states of a set."""
+        return str(sum(self.one(name) in states for name in self.of))

@@ -1,0 +1,330 @@
+"""What strategies promise: simulated paths, and the models that strategies induce."""
+
+import csv
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from reference.model import Choice, Mdp, almost_sure, attractor
+from reference.product import Product, satisfaction
+from reference.strategies import achieved, achieving, pursued
+from reference.temporal import parts
+from tester.context import LEVELS
+from tester.program import key
+
+RUNS, STEPS = 20, 3000
+
+
+def starts(context):
+    """The safe initial states, by name, with their states of the reference."""
+    known = {key(entry["state"]): context.relation.one(key(entry["state"])) for entry in context.report["initial"]}
+    return {name: state for name, state in known.items() if state not in context.analysis.mdp.unsafe}
+
+
+def options_of(context):
+    """A kind, an objective and a variant of strategies, which depend on the seed alone."""
+    seed, names = context.case.seed, context.names
+    kind = ("sasi", "spi", "plan", "achieve")[seed % 4]
+    objective = names[(seed // 4) % len(names)] if kind == "achieve" else None
+    return kind, objective, ("progress", "permissive")[(seed // 8) % 2]
+
+
+def simulate(context):
+    """Simulated paths are paths of the model, and keep the promises of their strategy."""
+    kind, objective, variant = options_of(context)
+    options = ["--kind", kind, "--strategy", variant, "--runs", RUNS, "--steps", STEPS, "--seed", context.case.seed]
+    options += ["--objective", objective] if objective else []
+    for play in context.program.about("simulate", *options)["plays"]:
+        name = key(play["state"])
+        state = context.relation.one(name)
+        unsafe = state in context.analysis.mdp.unsafe
+        context.same(f"unsafe of {dict(name)}", unsafe, play.get("unsafe", False))
+        if not unsafe:
+            path_of(context, kind, objective, variant, play)
+            statistics_of(context, kind, objective, state, play)
+
+
+def chosen(context):
+    """Simulations that choose by value report the value that the reference computes."""
+    if context.analysis.safety == "transition":
+        return
+    for choose, kind, tables in (("likely", "spi", context.probabilities), ("cheap", "sasi", context.costs)):
+        reward = context.program.settings("reward") if choose == "cheap" else []
+        options = ["--kind", kind, "--choose", choose, "--levels", LEVELS, "--runs", RUNS, "--steps", STEPS]
+        for play in context.program.about("simulate", *options, *reward)["plays"]:
+            state = context.relation.one(key(play["state"]))
+            if state in context.analysis.mdp.unsafe:
+                continue
+            path_of(context, choose, None, "progress", play)
+            node, value = context.quantities.own(state), play["value"]
+            able = [k for k, (table, _) in enumerate(tables, 1) if node in table and (choose == "cheap" or table[node])]
+            context.same(
+                f"{choose} aims of {play['state']}", max(able, default=0), value["improvements"] if value else 0
+            )
+            if able and value:
+                probability = context.probabilities[max(able) - 1][0][node]
+                context.within(f"{choose} probability of {play['state']}", probability, value["probability"])
+
+
+def path_of(context, kind, objective, variant, play):
+    """The trace is a path of the model that stays where requirements can be kept, and reports what happens."""
+    analysis, relation, name = context.analysis, context.relation, key(play["state"])
+    entries = context.strategy("--kind", "sasi")
+    for claimed in (play["trace"] or {}).get("achieved", []):
+        sound = claims(analysis, context.names.index(claimed), relation.one(name))
+        context.same(f"{claimed} is achieved at the start {dict(name)}", True, sound)
+    for number, turn in enumerate((play["trace"] or {"turns": []})["turns"]):
+        actions = {action["name"]: action for action in entries[name]["actions"]}
+        action = actions.get(turn["action"], {"successors": []})
+        successors = [key(s["state"]) for s in action["successors"]]
+        if not context.same(
+            f"step {number + 1} from {dict(name)} by {turn['action']}", True, key(turn["state"]) in successors
+        ):
+            return
+        if number == 0 and kind in ("sasi", "spi"):
+            levels, state = analysis.levels(kind), relation.one(name)
+            allowed = levels.permitted(state) if variant == "permissive" else levels.progress(state)
+            context.same("first action is permitted", True, turn["action"] in [c.name for c in allowed])
+        name = key(turn["state"])
+        state = relation.one(name)
+        context.same(f"safe after step {number + 1}", True, state not in analysis.mdp.unsafe)
+        context.same(
+            f"most_preferred after step {number + 1}", context.named(analysis.classes[state]), turn["most_preferred"]
+        )
+        for claimed in turn.get("achieved", []):
+            sound = claims(analysis, context.names.index(claimed), state)
+            context.same(f"{claimed} is achieved after step {number + 1} in {dict(name)}", True, sound)
+
+
+def claims(analysis, objective, state):
+    """Whether a report may call an objective achieved: it is, or, for a formula that no path decides, every path that
+    follows satisfies it."""
+    if achieved(analysis, objective, state):
+        return True
+    return analysis.play and not is_cosafe(analysis, objective) and state in certain(analysis, objective)
+
+
+def is_cosafe(analysis, objective):
+    return not any(part[0] == "W" for part in parts(analysis.formulas[objective]))
+
+
+def certain(analysis, objective):
+    known = analysis.__dict__.setdefault("certain", {})
+    if objective not in known:
+        known[objective] = satisfaction(analysis.product, analysis.mdp, analysis.formulas[objective])["pmin_one"]
+    return known[objective]
+
+
+def statistics_of(context, kind, objective, state, play):
+    """Counts of many paths that a promise makes certain."""
+    analysis, rank = context.analysis, play["rank"]
+    levels = analysis.levels("spi" if kind == "spi" else "sasi")
+    context.same("rank", 0 if kind == "achieve" and rank == 0 else levels.rank(state), rank)
+    if analysis.safety == "transition":
+        return
+    if kind in ("sasi", "spi"):
+        context.same("weakened_reference", 0, play["weakened_reference"])
+        if analysis.safety == "action":
+            context.same("weakened_step", 0, play["weakened_step"])
+    if kind == "sasi" and rank != "unbounded" and not context.is_rare():
+        context.same("fewer_than_rank", 0, play["fewer_than_rank"])
+    decided = all(is_cosafe(analysis, i) for i in range(len(context.names)))
+    if kind == "achieve":
+        promised = state in analysis.sure[context.names.index(objective)]
+    else:
+        promised = kind == "plan" and (rank != 0 or bool(analysis.classes[state]))
+    if promised and decided and not context.is_rare():
+        context.same("achieved_runs", RUNS, play["achieved_runs"])
+
+
+def pursues(context):
+    """The objective that a plan takes, and the permitted actions of plans and of `achieve`."""
+    analysis, relation = context.analysis, context.relation
+    answers = context.strategy("--kind", "plan")
+    for name, entry in answers.items():
+        state = relation.one(name)
+        if name in relation.past or state in analysis.mdp.unsafe or analysis.levels("sasi").rank(state) != 0:
+            continue
+        expected = pursued(analysis, state) if analysis.safety != "transition" else None
+        if expected:
+            context.same(f"pursues of {dict(name)}", context.names[expected[0]], entry["pursues"])
+    number = context.case.seed % len(context.names)
+    answers = context.strategy("--kind", "achieve", "--objective", context.names[number])
+    for name, entry in answers.items():
+        if name not in relation.past:
+            achieving_at(context, number, dict(name), relation.one(name), entry)
+
+
+def achieving_at(context, number, named, state, entry):
+    analysis = context.analysis
+    staying, closer = achieving(analysis, number, state)
+    permitted = [a["name"] for a in entry["actions"] if a["permitted"]]
+    if analysis.play:
+        # The regions of a formula bring their own strategies: these must stay where it is sure.
+        context.same(f"permitted stays sure in {named}", [], [a for a in permitted if a not in staying])
+        done = state not in analysis.sure[number] or claims(analysis, number, state)
+        context.same(
+            f"an action achieves {context.names[number]} in {named}", True, done or entry["progress_action"] is not None
+        )
+    else:
+        context.same(f"permitted achieve {context.names[number]} in {named}", sorted(staying), sorted(permitted))
+        if state not in analysis.targets[number]:
+            progress = [a["name"] for a in entry["actions"] if a["progress"]]
+            context.same(f"progress achieve {context.names[number]} in {named}", sorted(closer), sorted(progress))
+
+
+@dataclass
+class Induced:
+    """The model of a strategy: `of[s]` is the state of the reference, `facts[s]` its variables and labels."""
+
+    mdp: Mdp
+    of: list
+    facts: list
+
+
+def induced(context):
+    """A strategy's model has steps of the model only, and keeps its promise."""
+    kind, objective, variant = options_of(context)
+    if not starts(context):
+        return
+    folder = context.program.folder / "induced"
+    options = ["--format", "explicit", "--strategy", f"{kind}:{variant}", "--out", folder]
+    options += ["--objective", objective] if objective else []
+    context.program.about("export", *options)
+    found = read_induced(context, folder / f"{kind}-{variant}")
+    if found is None:
+        return
+    if kind in ("sasi", "spi"):
+        improvements(context, kind, found)
+    elif kind == "achieve":
+        number = context.names.index(objective)
+        wanted = [s for s in found.mdp.initial if found.of[s] in context.analysis.sure[number]]
+        satisfied(context, found, wanted, [number])
+    elif context.analysis.safety != "transition":
+        ranked = context.analysis.levels("sasi")
+        wanted = [
+            s for s in found.mdp.initial if ranked.rank(found.of[s]) != 0 or context.analysis.classes[found.of[s]]
+        ]
+        satisfied(context, found, wanted, range(len(context.names)))
+
+
+def read_induced(context, stem):
+    """Reads `.tra`, `.lab` and the table of actions, and walks through them together with the reference."""
+    rows = list(csv.DictReader(open(f"{stem}.csv", encoding="utf-8")))
+    lines = open(f"{stem}.lab", encoding="utf-8").read().splitlines()
+    names = {entry.split("=")[0]: entry.split("=")[1].strip('"') for entry in lines[0].split()}
+    for line in lines[1:]:
+        number, _, own = line.partition(":")
+        rows[int(number)]["labels"] = {names[n] for n in own.split()}
+    lines, choices = open(f"{stem}.tra", encoding="utf-8").read().splitlines(), [{} for _ in rows]
+    is_chain = len(lines[0].split()) == 2
+    for state, *rest in (line.split() for line in lines[1:]):
+        choice, to = (0, rest[0]) if is_chain else (int(rest[0]), rest[1])
+        name = rows[int(state)]["actions"].split(" | ")[choice]
+        choices[int(state)].setdefault(name, set()).add(int(to))
+    return walked(context, rows, choices)
+
+
+def walked(context, rows, choices):
+    """The pairs of a state of the strategy's model and a state of the reference that the same paths reach; None if a
+    step is not one of the model."""
+    whole, variables = context.analysis.whole, context.report["model"]["variables"]
+    number, pairs, moves = {}, [], []
+
+    def plain(row):
+        return tuple(value_of(v, rows[row][v["name"]]) for v in variables[: context.relation.width])
+
+    def numbered(pair):
+        if pair not in number:
+            number[pair] = len(pairs)
+            pairs.append(pair)
+        return number[pair]
+
+    roots = [row for row, facts in enumerate(rows) if "init" in facts.get("labels", ())]
+    fresh = {whole.plain(s): s for s in whole.initial}
+    initial = [numbered((row, fresh[plain(row)])) for row in roots]
+    for row, state in pairs:  # grows while we walk it
+        known, to = {choice.name: choice for choice in whole.choices[state]}, set()
+        for name, successors in choices[row].items():
+            if name == "settled":
+                to.add(number[row, state])
+                continue
+            expected = {whole.plain(t): t for t in known[name].to} if name in known else {}
+            if not context.same(
+                f"successors of {rows[row]} by {name}", expected.keys(), {plain(t) for t in successors}
+            ):
+                return None
+            to |= {numbered((t, expected[plain(t)])) for t in successors}
+        # Each permitted choice is taken again and again, at random.
+        moves.append([Choice("any", dict.fromkeys(sorted(to), Fraction(1)), {})])
+    mdp = Mdp(context.source, [None] * len(pairs), moves, initial, set())
+    return Induced(mdp, [state for _, state in pairs], [{"labels": set(), **rows[row]} for row, _ in pairs])
+
+
+def value_of(variable, text):
+    if variable["type"] == "bool":
+        return text == "true"
+    number = int(text)
+    return variable["values"][number - variable["low"]] if "values" in variable else number
+
+
+def improvements(context, kind, found):
+    """SASI makes its improvements almost surely, SPI with positive probability; no step weakens."""
+    analysis, levels = context.analysis, context.analysis.levels(kind)
+    safe = {s for s in found.mdp.states if found.of[s] not in analysis.mdp.unsafe}
+    for start in safe.intersection(found.mdp.initial):
+        context.same("unsafe states", set(), reached_from(found.mdp, start) - safe)
+    if analysis.safety == "transition":
+        return
+    if analysis.safety == "action":
+        for state in found.mdp.states:
+            for to in found.mdp.choices[state][0].to:
+                old, new = analysis.classes[found.of[state]], analysis.classes[found.of[to]]
+                context.same("a step weakens", False, to != state and analysis.preferences.weakens(old, new))
+    moves = found.mdp.moves
+    for start in safe.intersection(found.mdp.initial):
+        rank = levels.rank(found.of[start])
+        goal = set(found.mdp.states)
+        for _ in range(4 if rank == "unbounded" else min(rank, 4)):
+            improving = {s for s in goal if "improved" in found.facts[s]["labels"]}
+            before = almost_sure(moves, improving) if kind == "sasi" else attractor(moves, improving)
+            goal = {s for s in found.mdp.states if any(m <= before if kind == "sasi" else m & before for m in moves[s])}
+        context.same(f"{rank} improvements from {found.facts[start]}", True, start in goal)
+
+
+def reached_from(mdp, start):
+    found, todo = {start}, [start]
+    while todo:
+        new = {t for choice in mdp.choices[todo.pop()] for t in choice.to} - found
+        found |= new
+        todo += new
+    return found
+
+
+def satisfied(context, found, wanted, objectives):
+    """From some states, almost every path satisfies one of some objectives, the one that it pursues."""
+    analysis, won = context.analysis, set()
+    for number in objectives:
+        here = {s for s in found.mdp.states if found.facts[s]["pursued"] == str(number)}
+        ended = {s for s in here if "settled" in found.facts[s]["labels"]}
+        good = {s for s in ended if claims(analysis, number, found.of[s])}
+        context.same("an objective is achieved where a path ends", set(), ended - good)
+        if analysis.play:
+            # Within the states that pursue the objective, the monitors' marks decide.
+            going = [
+                own if s in here - ended and own[0].successors <= here - ended else []
+                for s, own in enumerate(found.mdp.choices)
+            ]
+            marks = {g: {s for s in found.mdp.states if found.of[s] in m} for g, m in analysis.product.marks.items()}
+            inside = Product(replace(found.mdp, choices=going), analysis.product.monitors, marks)
+            good |= satisfaction(inside, inside.mdp, analysis.formulas[number])["pmax_one"] - ended
+        won |= good
+    sure = almost_sure(found.mdp.moves, won)
+    for state in wanted:
+        context.same(f"achieves from {at_text(found, state)}", True, state in sure)
+
+
+def at_text(found, state):
+    return ", ".join(f"{k}={v}" for k, v in found.facts[state].items() if k not in ("labels", "state"))
+
+
+ALL = {"simulate": simulate, "chosen": chosen, "pursue": pursues, "induced": induced}

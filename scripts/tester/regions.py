@@ -1,0 +1,184 @@
+"""Questions without preferences, sets of objectives, dumps, and models state by state."""
+
+import itertools
+import math
+from dataclasses import replace
+
+from reference.preferences import target_of
+from reference.questions import Question, jointly, rewards
+from tester.program import at, key
+
+
+def reach(context):
+    """The four regions of a formula, its probabilities, and rewards until a condition."""
+    text = context.preferences.objectives[context.case.seed % len(context.names)][1]
+    for required in {(), tuple(context.preferences.required)}:
+        options = [word for formula in required for word in ("--require", formula)]
+        question = Question(context.source, context.case.settings["scope"], text, required, 3000)
+        asked = [f"P>=1 [ {text} ]", f"Pmax=? [ {text} ]", f"Pmin=? [ {text} ]"]
+        report = reach_report(context, asked, options)
+        regions = question.regions()
+        for name, region in regions.items():
+            context.same(f"{name} of {text} with {options}", str(len(region)), report["properties"][0][name])
+        starts = question.whole.initial
+        unsafe = not question.unsafe().isdisjoint(starts)
+        context.same("unsafe", unsafe, "unsafe" in report)
+        if unsafe:
+            continue
+        context.same("holds", set(starts) <= regions["pmin_one"], report["properties"][0]["holds"])
+        for number, values in ((1, question.most()), (2, question.least())):
+            value_of(context, asked[number], [values[s] for s in starts], report["properties"][number]["value"])
+
+
+def earned(context):
+    """Expected rewards until a condition."""
+    conditions = [target_of(text) for _, text in context.preferences.objectives]
+    condition = next(filter(None, conditions), None)
+    if condition is None or "cost" not in context.source.rewards:
+        return
+    question = Question(context.source, context.case.settings["scope"], f"F ({condition})", (), 3000)
+    asked = [f'R{{"cost"}}{m}=? [ F {condition} ]' for m in ("min", "max")]
+    report, whole = reach_report(context, asked, []), question.whole
+    for number, values in enumerate(rewards(whole, whole.where(condition), "cost")):
+        value_of(context, asked[number], [values[s] for s in whole.initial], report["properties"][number]["value"])
+
+
+def reach_report(context, asked, options):
+    program = context.program
+    words = [word for text in asked for word in ("--property", text)]
+    names = ["scope", "engine", "threads"] + (["order"] if context.case.settings["engine"] == "symbolic" else [])
+    return program.ask("reach", program.model, *words, *options, *program.settings(*names), allowed=(0, 1))
+
+
+def value_of(context, what, values, bounds):
+    """A value over several states: bounds of the least and of the greatest."""
+    precision = math.inf if context.is_rare() else None
+    for value, name in ((min(values), "lower"), (max(values), "upper")):
+        got = math.inf if bounds[name] == "inf" else bounds[name]
+        near = value == got or value != math.inf and got != math.inf and abs(got - value) <= 1.1e-6 * max(1, value)
+        outside = got <= value if name == "lower" else got >= value
+        context.same(
+            f"{name} of {what}",
+            "" if (near or precision) and outside else str(value),
+            "" if (near or precision) and outside else got,
+        )
+
+
+def together(context):
+    """`check --jointly`: sets of most preferred outcomes that one path can achieve."""
+    analysis, relation = context.analysis, context.relation
+    if relation.past:
+        return
+    report = context.program.about("check", "--jointly")
+    for entry in report["classes"]:
+        members = [context.names.index(name) for name in entry["most_preferred"]]
+        got = {tuple(j["objectives"]): int(j["states"]) for j in entry.get("jointly") or []}
+        of_class = [s for s in map(relation.one, relation.of) if analysis.classes[s] == frozenset(members)]
+        expected = {}
+        for size in range(2, len(members) + 1):
+            for subset in itertools.combinations(members, size):
+                count = sum(s in jointly_known(analysis, subset) for s in of_class)
+                if count:
+                    expected[tuple(context.named(subset))] = count
+        context.same(f"jointly of {entry['most_preferred']}", expected, got)
+    for entry in report["initial"]:
+        state = relation.one(key(entry["state"]))
+        if state in analysis.mdp.unsafe:
+            continue
+        members = sorted(analysis.classes[state])
+        sets = [
+            c
+            for n in range(1, len(members) + 1)
+            for c in itertools.combinations(members, n)
+            if state in jointly_known(analysis, c)
+        ]
+        largest = [context.named(c) for c in sets if not any(set(c) < set(d) for d in sets)]
+        context.same(f"jointly of {entry['state']}", sorted(largest), sorted(entry.get("jointly") or []))
+
+
+def jointly_known(analysis, subset):
+    known = analysis.__dict__.setdefault("jointly", {})
+    if subset not in known:
+        known[subset] = jointly(analysis, subset)
+    return known[subset]
+
+
+def dumps(context):
+    """A dump has the right regions, also in `query`, and `verify` accepts it."""
+    relation, program = context.relation, context.program
+    folder = program.folder / "dump"
+    more = ["--values", "--levels", "2", *program.settings("reward")] if context.case.seed % 2 else []
+    report = program.about("export", "--out", folder, *more)
+    status, out, errors = program.run("verify", folder, program.model, program.prefs, "--json")
+    context.same("verify accepts", (0, ""), (status, "" if status == 0 else (out + errors)[-700:]))
+    if relation.past:
+        return
+    expected = regions_of(context)
+    counts = {region["name"]: region["count"] for region in report["regions"]}
+    for name, states in expected.items():
+        context.same(f"region {name}", relation.count(states), counts.get(name, "0"))
+    known = [name for name in counts if name in expected]
+    for name in known[context.case.seed % len(known) :: 5]:
+        states = [dict(name) for name in relation.of]
+        asked = [word for state in states for word in ("--contains", at(state))]
+        found = program.ask("query", folder, name, *asked, allowed=(0, 1))["contains"]
+        for state, entry in zip(states, found):
+            inside = relation.one(key(state)) in expected[name]
+            context.same(f"{state} in {name}", inside, entry["contained"])
+
+
+def regions_of(context):
+    analysis = context.analysis
+    whole = analysis.whole
+    found = {"reachable": set(whole.states), "initial": set(whole.initial), "deadlock": whole.deadlocks}
+    if context.preferences.required:
+        found["unsafe"] = set(analysis.mdp.unsafe)
+    for number, name in enumerate(context.names):
+        found[f"almost-sure:{name}"], found[f"positive:{name}"] = analysis.sure[number], analysis.positive[number]
+        if not analysis.play:
+            found[f"target:{name}"] = analysis.targets[number]
+    for members in set(analysis.classes) - {None}:
+        states = {s for s, c in enumerate(analysis.classes) if c == members}
+        found["class:" + ("+".join(context.named(members)) or "nothing")] = states
+    for kind in ("sasi", "spi"):
+        levels = analysis.levels(kind)
+        found.update({f"{kind}:{k}": states for k, states in enumerate(levels.sets, 1)})
+        found[f"{kind}:unbounded"] = levels.fixpoint
+    return found
+
+
+def compare(context):
+    """Both engines agree."""
+    report = context.program.about("compare", allowed=(0, 1))
+    context.same("equal", (True, None), (report["equal"], report["difference"]))
+
+
+def exchanged(context):
+    """A model that is written state by state and read back gives the same answers."""
+    program = context.program
+    written = ("explicit", "umb", "drn")[context.case.seed % 3]
+    suffix, folder = {"explicit": "tra"}.get(written, written), program.folder / "model"
+    program.about("export", "--format", written, "--out", folder)
+    if context.analysis.play or context.preferences.required:
+        return  # its variables and labels are those of the product
+    names = program.settings("scope", "safety")
+    prefs = program.folder / "back.pref"
+    prefs.write_text(by_labels(context) if written == "drn" else context.case.preferences_text())
+    back = program.ask("check", folder / f"model.{suffix}", prefs, *names)
+    for what in ("classes", "sasi", "spi"):
+        if context.case.settings["scope"] == "reachable":
+            context.same(f"{what} of {written}", context.report[what], back[what])
+    for what in ("most_preferred", "sasi_rank", "spi_rank"):
+        expected, got = ([str(e[what]) for e in r["initial"]] for r in (context.report, back))
+        context.same(f"{what} of {written}", sorted(expected), sorted(got))
+
+
+def by_labels(context):
+    """The preferences for a format without variables: its labels name the targets."""
+    targets = zip(context.names, context.analysis.targets)
+    # A file without declarations has no label that no state has.
+    labelled = [(name, f'F "target_{name}"' if states else "F false") for name, states in targets]
+    return replace(context.case, objectives=labelled).preferences_text()
+
+
+ALL = {"reach": reach, "rewards": earned, "jointly": together, "dump": dumps, "compare": compare, "exchange": exchanged}

@@ -1,0 +1,5 @@
+"""All checks by name."""
+
+from tester import checks, promises, regions
+
+ALL = {**checks.ALL, **promises.ALL, **regions.ALL}

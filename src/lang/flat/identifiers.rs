@@ -1,0 +1,23 @@
+//! Names that the modelling language allows, for programs from other formats.
+
+use std::sync::Arc;
+
+use crate::lang::names::Names;
+use crate::model::Program;
+
+/// Replaces the names of actions and reward structures that are not identifiers. Those of other
+/// formats may be any text.
+pub(super) fn with_identifiers(mut program: Arc<Program>) -> Arc<Program> {
+    let actions = Names::identifiers(program.actions.iter());
+    if actions != program.actions {
+        Arc::make_mut(&mut program).actions = actions;
+    }
+    let titled = || program.rewards.iter().filter_map(|structure| structure.name.as_ref());
+    let titles = Names::identifiers(titled());
+    if !titled().eq(&titles) {
+        let all = Arc::make_mut(&mut program).rewards.iter_mut();
+        let named = all.filter_map(|structure| structure.name.as_mut());
+        named.zip(titles).for_each(|(name, title)| *name = title);
+    }
+    program
+}
