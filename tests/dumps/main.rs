@@ -1,5 +1,6 @@
 //! Files from other sources: dumps with their proofs, and untrusted text.
 
+mod archives;
 mod conditions;
 #[path = "../common/entry.rs"]
 mod entry;
