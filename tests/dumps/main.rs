@@ -8,6 +8,7 @@ mod exchange;
 mod files;
 mod hostile;
 mod mutation;
+mod names;
 mod others;
 mod plays;
 #[allow(unreachable_pub, reason = "what tests of engines share, too")]
