@@ -113,7 +113,8 @@ fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
     let folder = Folder::new(&wanted.out, names(wanted), &inputs)?;
     let read = || {
         let mut question = load::question(&wanted.model, &wanted.preferences, &job.sink)?;
-        let costs = wanted.values.as_ref().map(|v| costs(&mut question.program, &v.reward)).transpose()?;
+        let costs = |v: &ValuesArgs| costs(&mut question.program, &v.reward, &job.sink);
+        let costs = wanted.values.as_ref().map(costs).transpose()?;
         Ok((question, costs))
     };
     let (question, costs) = job.timed("parse", read, |_, _| ())?;

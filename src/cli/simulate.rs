@@ -93,7 +93,7 @@ fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> R
     let (question, engine, (states, costs)) = plan::prepared(job, given, |question| {
         let states = plan::states(&question.program, &args.at)?;
         args.choose.objective(kind, &question.preferences)?;
-        Ok((states, args.choose.costs(&mut question.program)?))
+        Ok((states, args.choose.costs(&mut question.program, &job.sink)?))
     })?;
     play(job, &engine, (&question, kind, costs), args, states)
 }

@@ -101,7 +101,7 @@ fn work(job: &Job<StrategyReport>, args: &StrategyArgs, kind: StrategyKind) -> R
     let (question, engine, (states, costs)) = plan::prepared(job, given, |question| {
         let states = plan::states(&question.program, &args.at)?;
         args.choose.objective(kind, &question.preferences)?;
-        Ok((states, args.choose.costs(&mut question.program)?))
+        Ok((states, args.choose.costs(&mut question.program, &job.sink)?))
     })?;
     answer(job, &engine, (&question, kind, costs), args, states)
 }

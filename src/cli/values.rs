@@ -58,7 +58,8 @@ pub(super) struct ValuesArgs {
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..))]
     levels: Option<u32>,
 
-    /// Reward structure that is the cost of a step; `steps`: each step costs 1
+    /// Reward structure that is the cost of a step; `steps`: each step costs 1, even if the model
+    /// has a structure with this name
     #[arg(long, value_name = "NAME", default_value = Steps::NAME)]
     reward: String,
 
@@ -102,7 +103,7 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
     let read = || {
         let mut question = load::question(&args.model, &args.preferences, &job.sink)?;
         let states = plan::states(&question.program, &args.at)?;
-        let costs = costs(&mut question.program, &args.reward)?;
+        let costs = costs(&mut question.program, &args.reward, &job.sink)?;
         Ok((question, states, costs))
     };
     let (question, given, costs) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
