@@ -105,7 +105,7 @@ pub(super) fn run(wanted: Wanted, shown: &ShownArgs) -> Result<Status, Error> {
     let header = Header { safety: Some(wanted.preferences.safety.name()), ..wanted.model.header() };
     let directory = wanted.out.display().to_string();
     let report = ExplicitReport::to_directory(header, &directory, wanted.strategy.map(StrategyArg::name));
-    supervise(report, wanted.model.timeout, shown, move |job| work(job, &wanted))
+    supervise(report, wanted.model.limits(), shown, move |job| work(job, &wanted))
 }
 
 fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {

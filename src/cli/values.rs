@@ -95,8 +95,8 @@ pub(super) fn run(args: ValuesArgs) -> Result<Status> {
     let csv = args.csv.as_deref().map(|path| Target::new(path, &inputs)).transpose()?;
     let header = args.engine.header(args.preferences.header(&args.model));
     let report = ValuesReport::of_cost(header, &args.reward, args.precision);
-    let (timeout, shown) = (args.model.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |job| work(job, &args, csv.as_ref()))
+    let (limits, shown) = (args.model.limits(), args.shown.clone());
+    supervise(report, limits, &shown, move |job| work(job, &args, csv.as_ref()))
 }
 
 fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Result<()> {

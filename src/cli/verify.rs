@@ -53,8 +53,8 @@ pub(super) struct VerifyArgs {
 /// The dump or the input is wrong, or a limit is hit.
 pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
     let report = VerifyReport::of_directory(&args.directory.display().to_string());
-    let (timeout, shown) = (args.limits.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |job| work(job, &args))
+    let (limits, shown) = (args.limits.limits(), args.shown.clone());
+    supervise(report, limits, &shown, move |job| work(job, &args))
 }
 
 fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
