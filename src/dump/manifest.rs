@@ -1,18 +1,18 @@
 //! `manifest.json`: the meaning of the roots and variables of a dump.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
 use std::io::{self, Read};
 use std::path::Path;
-use std::{fmt, fs};
 
-use serde::de::{Error as _, MapAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 
 use super::values::Layout;
 use super::{Diagram, Edge};
 use crate::error::{Error, Result, ensure};
 use crate::escape::is_shown;
+use crate::reading::each_once;
 
 /// The schema that this version writes and reads.
 pub const SCHEMA: &str = "meliora.dump/1";
@@ -232,29 +232,6 @@ pub enum RootKind {
 #[derive(Deserialize)]
 struct Head {
     schema: Option<String>,
-}
-
-/// Reads a map and refuses duplicate keys, for which readers differ in the value that they choose.
-fn each_once<'de, D: Deserializer<'de>>(deserializer: D) -> Result<BTreeMap<String, Json>, D::Error> {
-    struct Once;
-    impl<'de> Visitor<'de> for Once {
-        type Value = BTreeMap<String, Json>;
-
-        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            f.write_str("a map")
-        }
-
-        fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Self::Value, A::Error> {
-            let mut map = BTreeMap::new();
-            while let Some((key, value)) = entries.next_entry::<String, Json>()? {
-                if map.insert(key.clone(), value).is_some() {
-                    return Err(A::Error::custom(format!("`{}` occurs twice", key.escape_debug())));
-                }
-            }
-            Ok(map)
-        }
-    }
-    deserializer.deserialize_map(Once)
 }
 
 /// Checks a name: not empty, and every character is visible.

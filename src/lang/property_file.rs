@@ -7,6 +7,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use ahash::AHashSet;
+
 use super::ast::{ConstDef, Ident, Item, Span};
 use super::check::{Wanted, given_values, lower_target, lower_value};
 use super::parse::{expression_at, items_at};
@@ -71,11 +73,16 @@ pub fn parse_properties(
 ) -> Result<Vec<Stated>> {
     super::mistaken::no_properties(source)?;
     let bindings = parse_constants(given)?;
-    let mut file = File { given, bindings, open: Vec::new(), program };
+    let mut file = File { given, bindings, open: Vec::new(), defined: AHashSet::new(), program };
     let is_definition = |range: &Range<usize>| DEFINITIONS.contains(&word(&source.text[range.clone()]));
     let (definitions, properties): (Vec<_>, Vec<_>) =
         statements(source)?.into_iter().partition(is_definition);
     definitions.into_iter().try_for_each(|range| file.define(source, place(&range)))?;
+    for range in &properties {
+        if let (Some(name), start) = named(&source.text[range.clone()]) {
+            file.once(source, format!("property \"{name}\""), range.start..range.start + start)?;
+        }
+    }
     Ok(properties.into_iter().map(|range| file.property(source, range)).collect())
 }
 
@@ -94,6 +101,8 @@ struct File<'a> {
     bindings: Vec<Binding>,
     /// Constants without a value.
     open: Vec<String>,
+    /// The labels and named properties.
+    defined: AHashSet<String>,
     program: &'a mut Program,
 }
 
@@ -103,6 +112,8 @@ impl File<'_> {
         for item in items_at(source, place)? {
             match item {
                 Item::Label(label) => {
+                    let what = format!("label \"{}\"", label.name.name);
+                    self.once(source, what, label.name.span.range())?;
                     let body = expression_at(source, label.body, &NoProgress)?;
                     let target = lower_target(self.program, source, &body);
                     let target = target.map_err(|e| self.without_value(e))?;
@@ -174,6 +185,16 @@ impl File<'_> {
             }
             (None, _) => Err(wrong(format!("the constant `{name}` must not depend on variables")).into()),
         }
+    }
+
+    /// Refuses what the file defines twice.
+    fn once(&mut self, source: &Arc<SourceFile>, what: String, place: Range<usize>) -> Result<()> {
+        if self.defined.contains(&what) {
+            let message = format!("the {what} is defined twice");
+            return Err(Diagnostic::new(source, place, message).label("defined again").into());
+        }
+        self.defined.insert(what);
+        Ok(())
     }
 
     fn property(&mut self, source: &Arc<SourceFile>, range: Range<usize>) -> Stated {
@@ -352,6 +373,19 @@ mod tests {
         assert_eq!(all[3].property.as_ref().unwrap_err(), "unknown reward structure");
         assert!(all[4].property.as_ref().unwrap_err().contains("unknown name `y`"));
         assert!(program.labels.iter().any(|(name, _)| name == "far"));
+    }
+
+    #[test]
+    fn what_is_defined_twice_is_refused_at_the_second_place() {
+        for (text, place, message) in [
+            ("\"a\": P>0 [ F x=1 ];\n\"a\": P>0 [ F x=2 ];", (2, 1), "the property \"a\" is defined twice"),
+            ("label \"l\" = x=1; label \"l\" = x=2;", (1, 24), "the label \"l\" is defined twice"),
+            ("formula f = x=1;\nformula f = x=2;", (2, 9), "the formula `f` is defined twice"),
+        ] {
+            let file = SourceFile::new("f.props", text);
+            let Err(Error::Input(found)) = parse_properties(&file, &none(), &mut program()) else { panic!() };
+            assert_eq!((found[0].position(), found[0].message.as_str()), (place, message));
+        }
     }
 
     #[test]

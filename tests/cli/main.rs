@@ -16,6 +16,7 @@ mod json;
 mod json_page;
 #[cfg(unix)]
 mod limits;
+mod memory;
 mod output;
 mod properties;
 mod quantities;

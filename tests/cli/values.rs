@@ -155,3 +155,19 @@ fn an_unknown_reward_is_refused_by_name() {
     let wrong = run("values models/toy.prism models/toy.pref --reward fuel").expect(2);
     assert!(wrong.stderr.contains("fuel"), "{}", wrong.stderr);
 }
+
+#[test]
+fn a_reward_structure_called_steps_does_not_replace_the_number_of_steps() {
+    let model = std::fs::read_to_string("models/toy.prism").unwrap();
+    let model = model + "rewards \"steps\" true : 5; endrewards";
+    let scratch = Scratch::new(&[("m.prism", &model)]);
+    let (model, prefs) = (scratch.show("m.prism"), "models/toy.pref");
+    for option in ["", "--reward steps"] {
+        let found = run(&format!("values {model} {prefs} --json {option}")).expect(0);
+        assert!(found.stderr.contains("not the reward structure \"steps\" of the model"), "{}", found.stderr);
+        assert_eq!(found.json()["states"][0]["levels"][0]["cost"]["upper"], 1.0);
+    }
+    let (dump, options) = (scratch.show("dump"), "--values --levels 1 -q");
+    run(&format!("export {model} {prefs} --out {dump} {options}")).expect(0);
+    run(&format!("verify {dump} {model} {prefs}")).expect(0);
+}

@@ -33,6 +33,15 @@ impl Line<'_> {
         self.diagnostic(message).into()
     }
 
+    /// Returns the part of this line with a text that was taken from it.
+    pub(super) fn part<'p>(&self, text: &'p str) -> Line<'p>
+    where
+        Self: 'p,
+    {
+        let at = (text.as_ptr() as usize).saturating_sub(self.text.as_ptr() as usize);
+        Line { source: self.source, start: self.start + at, text }
+    }
+
     /// Returns an error at this line, for what is valid but not supported.
     pub(super) fn refused(&self, what: &str) -> Error {
         let diagnostic = self.diagnostic(format!("{what} are not supported"));

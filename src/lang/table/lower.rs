@@ -76,6 +76,8 @@ impl Frame<'_> {
         if let Some((state, reason)) = table.first_fault(&mut poll)? {
             return Err(self.wrong(format!("state {state}: {reason}")));
         }
+        table.initial.sort_unstable();
+        table.initial.dedup();
         if table.initial.is_empty() {
             return Err(self.wrong("the model has no initial state"));
         }

@@ -35,6 +35,13 @@ pub(super) fn columns(
     if of.classes.iter().flat_map(variables).count() > MOST_VARIABLES {
         return Ok(None);
     }
+    for class in &of.classes {
+        let mut known = BTreeSet::new();
+        if let Some(twice) = variables(class).find(|variable| !known.insert(&variable.name)) {
+            let message = format!("the variable `{}` occurs twice in a class", twice.name);
+            return Err(files.wrong(INDEX, &message));
+        }
+    }
     let path = format!("{STATE_VALUATIONS}/valuations.bin");
     let strings = match of.strings {
         Some(count) => files.strings(STATE_VALUATIONS, count as usize)?.unwrap_or_default(),
