@@ -22,12 +22,17 @@ pub fn lines(text: &str) -> Cow<'_, str> {
     escaped(text, |c| c == '\n' || is_shown(c))
 }
 
-/// Maximum number of characters of a message.
-const MOST_SHOWN: usize = 4000;
+/// Maximum number of characters of a message, and of an offending text in one.
+const MOST_SHOWN: [usize; 2] = [4000, 60];
+
+/// Returns an offending text for a message: of a long one, the beginning and the end.
+pub(crate) fn shortened(text: &str) -> Cow<'_, str> {
+    cut(text, MOST_SHOWN[1])
+}
 
 /// Returns a message: of a long one, the beginning and the end.
 pub(crate) fn bounded(text: &str) -> Cow<'_, str> {
-    cut(text, MOST_SHOWN)
+    cut(text, MOST_SHOWN[0])
 }
 
 fn cut(text: &str, most: usize) -> Cow<'_, str> {
@@ -67,8 +72,8 @@ mod tests {
 
     #[test]
     fn long_texts_are_cut_in_the_middle() {
-        assert_eq!(cut("short, é", 60), "short, é");
-        let long = cut(&format!("a{}z", "é".repeat(1000)), 60).into_owned();
+        assert_eq!(shortened("short, é"), "short, é");
+        let long = shortened(&format!("a{}z", "é".repeat(1000))).into_owned();
         assert!(long.starts_with('a') && long.ends_with('z') && long.chars().count() < 100, "{long}");
     }
 }

@@ -3,12 +3,15 @@
 
 use std::sync::Arc;
 
+use num_traits::{One, Zero};
+
 use super::ast::{BinaryOp, Span};
 use super::ltl::Formula;
 use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
 use crate::error::{Diagnostic, Result, SourceFile};
 pub use crate::model::Optimum;
+use crate::model::exact::{Ratio, Real};
 use crate::model::{ModelKind, Program};
 use crate::progress::NoProgress;
 
@@ -62,7 +65,7 @@ pub struct Quantity {
     /// The strategies; `None` if the property does not say, as `P=?` for a `dtmc`.
     pub optimum: Option<Optimum>,
     /// The comparison of the number, which has the number on its left side; `None` for `=?`.
-    pub bound: Option<(BinaryOp, f64)>,
+    pub bound: Option<(BinaryOp, Ratio)>,
 }
 
 /// The question of a property.
@@ -146,12 +149,12 @@ pub(in crate::lang) enum Extreme {
 
 /// Returns the question of a comparison of a probability with a number. Without a name, the bound
 /// must hold for every strategy.
-pub(in crate::lang) fn compared(extreme: Extreme, comparison: BinaryOp, value: f64) -> Question {
-    let bound = match (comparison, value) {
-        (BinaryOp::Ge, 1.0) => Bound::One,
-        (BinaryOp::Gt, 0.0) => Bound::Positive,
-        (BinaryOp::Lt, 1.0) => Bound::BelowOne,
-        (BinaryOp::Le, 0.0) => Bound::Zero,
+pub(in crate::lang) fn compared(extreme: Extreme, comparison: BinaryOp, value: Ratio) -> Question {
+    let bound = match comparison {
+        BinaryOp::Ge if value.is_one() => Bound::One,
+        BinaryOp::Gt if value.is_zero() => Bound::Positive,
+        BinaryOp::Lt if value.is_one() => Bound::BelowOne,
+        BinaryOp::Le if value.is_zero() => Bound::Zero,
         _ => return Question::Quantity(quantity(Measure::Probability, extreme, Some((comparison, value)))),
     };
     // The minimum is at least b if the probability of every strategy is; the maximum, if that of
@@ -170,9 +173,9 @@ pub(in crate::lang) fn compared(extreme: Extreme, comparison: BinaryOp, value: f
 pub(in crate::lang) fn quantity(
     measure: Measure,
     extreme: Extreme,
-    bound: Option<(BinaryOp, f64)>,
+    bound: Option<(BinaryOp, Ratio)>,
 ) -> Quantity {
-    let optimum = match (extreme, bound) {
+    let optimum = match (extreme, &bound) {
         (Extreme::Min, _) => Some(Optimum::Min),
         (Extreme::Max, _) => Some(Optimum::Max),
         (Extreme::Unnamed, Some((BinaryOp::Ge | BinaryOp::Gt, _))) => Some(Optimum::Min),
@@ -285,7 +288,7 @@ impl Parser<'_> {
     }
 
     /// Parses a bound such as `>=1` or `>0.5`, or `=?`, for which it returns `None`.
-    fn bound(&mut self) -> Parsed<Option<(BinaryOp, f64)>> {
+    fn bound(&mut self) -> Parsed<Option<(BinaryOp, Ratio)>> {
         let start = self.here();
         let comparison = match self.peek() {
             Token::Ge => BinaryOp::Ge,
@@ -308,13 +311,12 @@ impl Parser<'_> {
         };
         self.advance();
         let span = self.here();
-        match (self.peek(), self.text(span).parse::<f64>()) {
-            (Token::Int | Token::Real, Ok(value)) if value.is_finite() => {
-                self.advance();
-                Ok(Some((comparison, value)))
-            }
-            _ => Err(self.expected("a number")),
+        if !matches!(self.peek(), Token::Int | Token::Real) {
+            return Err(self.expected("a number"));
         }
+        let value = self.exact(span)?;
+        self.advance();
+        Ok(Some((comparison, value)))
     }
 
     /// Returns the question; reports a bound that no probability can have.
@@ -322,11 +324,12 @@ impl Parser<'_> {
         &mut self,
         measure: Measure,
         extreme: Extreme,
-        bound: Option<(BinaryOp, f64)>,
+        bound: Option<(BinaryOp, Ratio)>,
         place: Span,
     ) -> Parsed<Question> {
         match (measure, bound) {
-            (Measure::Probability, Some((_, value))) if value > 1.0 => {
+            (Measure::Probability, Some((_, value))) if value > Ratio::one() => {
+                let value = Real::Finite(value);
                 let diagnostic = self.wrong(place, format!("{value} is not a probability"));
                 self.report(diagnostic.label("greater than 1").help("a probability is a number from 0 to 1"));
                 Err(Failed)

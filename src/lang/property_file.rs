@@ -17,8 +17,9 @@ use crate::error::{Diagnostic, Error, Limit, Result, SourceFile};
 use crate::lang::ltl::Monitoring;
 use crate::lang::property::Property;
 use crate::model::Program;
+use crate::model::exact::{Exact, Real};
 use crate::model::expr::ExprId;
-use crate::model::value::{Type, Value};
+use crate::model::value::Type;
 use crate::progress::NoProgress;
 
 /// Maximum number of statements in a property file.
@@ -133,7 +134,7 @@ impl File<'_> {
             return Err(Error::Input(wrong));
         }
         let value = match (given.first(), value) {
-            (Some((_, value)), _) => *value,
+            (Some((_, value)), _) => value.clone(),
             (None, Some(value)) => self.value(source, &name.name, ty.ty(), value)?,
             (None, None) => {
                 self.open.push(name.name);
@@ -151,11 +152,11 @@ impl File<'_> {
     }
 
     /// Returns the value that the file gives to a constant.
-    fn value(&mut self, source: &Arc<SourceFile>, name: &str, ty: Type, value: Span) -> Result<Value> {
+    fn value(&mut self, source: &Arc<SourceFile>, name: &str, ty: Type, value: Span) -> Result<Exact> {
         let id = self.lowered(source, value)?;
         let wrong = |message: String| Diagnostic::new(source, value.range(), message);
-        match (self.program.pool.literal(id), ty) {
-            (Some(Value::Int(i)), Type::Real) => Ok(Value::Real(i as f64)),
+        match (self.program.pool.exact_literal(id), ty) {
+            (Some(Exact::Int(i)), Type::Real) => Ok(Exact::Real(Real::from(i))),
             (Some(value), ty) if value.ty() == ty => Ok(value),
             (Some(value), ty) => {
                 let message = format!("type error: the constant `{name}` must be of type `{ty}`");

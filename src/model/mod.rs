@@ -3,12 +3,14 @@
 //!
 //! This module is independent of decision diagrams and state arrays.
 
+pub(crate) mod decimal;
 pub mod exact;
 pub mod expr;
 pub mod fault;
 pub(crate) mod hasse;
 mod overlap;
 pub mod preference;
+pub mod real;
 pub(crate) mod rewards;
 pub(crate) mod rounding;
 pub mod step;
@@ -20,13 +22,14 @@ mod weight;
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::error::SourceFile;
+use crate::error::{Diagnostic, SourceFile};
 use crate::span::Span;
+use exact::Exact;
 use expr::{ExprId, ExprPool};
 use rewards::RewardStructure;
 use smallvec::SmallVec;
 use strum::IntoStaticStr;
-use value::{Type, Value};
+use value::Type;
 
 /// A variable of a [`Program`]: its position in [`Program::variables`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -80,7 +83,7 @@ pub struct Program {
     /// `mdp` or `dtmc`.
     pub kind: ModelKind,
     /// All constants with their values, in the order of declaration.
-    pub constants: Vec<(String, Value)>,
+    pub constants: Vec<(String, Exact)>,
     /// The constants whose values came from `--const`.
     pub given_constants: Vec<String>,
     /// The pool of all expressions of the program.
@@ -103,6 +106,8 @@ pub struct Program {
     pub formulas: Vec<(String, ExprId)>,
     /// The reward structures, in the order of declaration.
     pub rewards: Vec<RewardStructure>,
+    /// The first expression for whose exact value a double counts; see [`real`].
+    pub inexact: Option<Diagnostic>,
     /// The monitors for temporal formulas, which are the last module.
     pub monitors: Option<temporal::Monitors>,
 }
