@@ -120,7 +120,7 @@ impl Diagnostic {
     pub(crate) fn new(source: &Arc<SourceFile>, span: Range<usize>, message: impl Into<String>) -> Self {
         Diagnostic {
             severity: Severity::Error,
-            message: message.into(),
+            message: bounded(message),
             source: Arc::clone(source),
             span,
             label: String::new(),
@@ -140,34 +140,43 @@ impl Diagnostic {
     /// Sets the text below the caret.
     #[must_use]
     pub(crate) fn label(mut self, label: impl Into<String>) -> Self {
-        self.label = label.into();
+        self.label = bounded(label);
         self
     }
 
     /// Sets the advice.
     #[must_use]
     pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
-        self.help = Some(help.into());
+        self.help = Some(bounded(help));
         self
     }
 
     /// Adds a fact.
     #[must_use]
     pub(crate) fn note(mut self, note: impl Into<String>) -> Self {
-        self.notes.push(note.into());
+        self.notes.push(bounded(note));
         self
     }
 
     /// Adds another place of the same text.
     #[must_use]
     pub(crate) fn related(mut self, span: Range<usize>, label: impl Into<String>) -> Self {
-        self.related.push((span, label.into()));
+        self.related.push((span, bounded(label)));
         self
     }
 
     /// Returns line and column of the place, both from 1.
     pub fn position(&self) -> (usize, usize) {
         self.source.position(self.span.start)
+    }
+}
+
+/// Returns a text of a diagnostic, which may quote a long one.
+fn bounded(text: impl Into<String>) -> String {
+    let text = text.into();
+    match escape::bounded(&text) {
+        Cow::Owned(cut) => cut,
+        Cow::Borrowed(_) => text,
     }
 }
 

@@ -48,6 +48,9 @@ pub struct Manifest {
     /// The values of all constants of the model.
     #[serde(deserialize_with = "each_once")]
     pub constants: BTreeMap<String, Json>,
+    /// The exact values of the constants that are not the shortest decimals of doubles.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub exact: BTreeMap<String, String>,
     /// The names of the constants that `--const` gave.
     pub given: Vec<String>,
     /// The preference file.
@@ -376,7 +379,10 @@ impl Manifest {
 
     /// Returns the given constants in the syntax of `--const`.
     pub fn given_constants(&self) -> String {
-        let value = |name: &String| Some(format!("{name}={}", self.constants.get(name)?));
+        let value = |name: &String| match self.exact.get(name) {
+            Some(exact) => Some(format!("{name}={exact}")),
+            None => Some(format!("{name}={}", self.constants.get(name)?)),
+        };
         self.given.iter().filter_map(value).collect::<Vec<_>>().join(",")
     }
 

@@ -19,8 +19,9 @@ use crate::error::{Diagnostic, Error, Limit, Result, SourceFile};
 use crate::lang::ltl::Monitoring;
 use crate::lang::property::Property;
 use crate::model::Program;
+use crate::model::exact::{Exact, Real};
 use crate::model::expr::ExprId;
-use crate::model::value::{Type, Value};
+use crate::model::value::Type;
 use crate::progress::NoProgress;
 
 /// Maximum number of statements in a property file.
@@ -142,7 +143,7 @@ impl File<'_> {
             return Err(Error::Input(wrong));
         }
         let value = match (given.first(), value) {
-            (Some((_, value)), _) => *value,
+            (Some((_, value)), _) => value.clone(),
             (None, Some(value)) => self.value(source, &name.name, ty.ty(), value)?,
             (None, None) => {
                 self.open.push(name.name);
@@ -173,11 +174,11 @@ impl File<'_> {
     }
 
     /// Returns the value that the file gives to a constant.
-    fn value(&mut self, source: &Arc<SourceFile>, name: &str, ty: Type, value: Span) -> Result<Value> {
+    fn value(&mut self, source: &Arc<SourceFile>, name: &str, ty: Type, value: Span) -> Result<Exact> {
         let id = self.lowered(source, value)?;
         let wrong = |message: String| Diagnostic::new(source, value.range(), message);
-        match (self.program.pool.literal(id), ty) {
-            (Some(Value::Int(i)), Type::Real) => Ok(Value::Real(i as f64)),
+        match (self.program.pool.exact_literal(id), ty) {
+            (Some(Exact::Int(i)), Type::Real) => Ok(Exact::Real(Real::from(i))),
             (Some(value), ty) if value.ty() == ty => Ok(value),
             (Some(value), ty) => {
                 let message = format!("type error: the constant `{name}` must be of type `{ty}`");
@@ -380,7 +381,7 @@ mod tests {
         for (text, place, message) in [
             ("\"a\": P>0 [ F x=1 ];\n\"a\": P>0 [ F x=2 ];", (2, 1), "the property \"a\" is defined twice"),
             ("label \"l\" = x=1; label \"l\" = x=2;", (1, 24), "the label \"l\" is defined twice"),
-            ("formula f = x=1;\nformula f = x=2;", (2, 9), "the formula `f` is defined twice"),
+            ("formula f = x=1;\nformula f = x=2;", (2, 9), "`f` is declared already"),
         ] {
             let file = SourceFile::new("f.props", text);
             let Err(Error::Input(found)) = parse_properties(&file, &none(), &mut program()) else { panic!() };

@@ -5,6 +5,7 @@ mod choose;
 mod common;
 mod compare;
 mod dumps;
+mod exact;
 mod exchange;
 mod expect;
 mod explicit;

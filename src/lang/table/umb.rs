@@ -10,7 +10,6 @@ use crate::lang::check::{Actions, Checked};
 use crate::model::ModelKind;
 use crate::model::exact::Ratio;
 use crate::model::expr::ExprId;
-use crate::model::value::Value;
 use crate::progress::Poll;
 use crate::umb::archive::Files;
 use crate::umb::binary::Number;
@@ -243,8 +242,5 @@ fn expected(table: &mut Table, choices: Option<&[ExprId]>, branches: &[ExprId]) 
 
 /// Returns the exact value of a literal; 0 for one that is not finite.
 fn exact(table: &Table, number: ExprId) -> Ratio {
-    match table.pool.literal(number) {
-        Some(Value::Real(_)) => table.pool.eval_exact(number, &[]).unwrap_or_else(|_| Ratio::zero()),
-        _ => Ratio::zero(),
-    }
+    table.pool.eval_exact(number, &[]).unwrap_or_else(|_| Ratio::zero())
 }

@@ -201,9 +201,9 @@ impl<'f> Reader<'f> {
             }
             Base::Double | Base::Rational if bits > 0 && bits.is_multiple_of(16) && bits <= 1 << 16 => {
                 match number(variable.ty.base, &cell(row, at, bits)) {
-                    Some(Number::Double(x)) => Ok(format!("{x:?}")),
-                    Some(Number::Rational(ratio)) => Ok(ratio.to_string()),
-                    None => Err(refused("a number is not valid")),
+                    Ok(Number::Double(x)) => Ok(format!("{x:?}")),
+                    Ok(Number::Rational(ratio)) => Ok(ratio.to_string()),
+                    Err(reason) => Err(refused(&reason)),
                 }
             }
             base => Err(refused(&format!("{base} of {bits} bits is not supported"))),
