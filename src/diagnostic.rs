@@ -8,6 +8,11 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 
 use crate::escape;
 
+/// Maximum size of the lines that are shown together, in bytes.
+const LARGEST_EXCERPT: usize = 1 << 16;
+/// The number of bytes behind a place after which its line may be cut; the terminal shows fewer.
+const FAR: usize = 1 << 10;
+
 /// A text with a name, kept for messages that point into it.
 #[derive(Debug, PartialEq, Eq)]
 pub struct SourceFile {
@@ -57,11 +62,6 @@ impl SourceFile {
     /// Returns the nearest character boundary at or before `offset`.
     fn floor(&self, offset: usize) -> usize {
         self.text.floor_char_boundary(offset.min(self.text.len()))
-    }
-
-    fn clamp(&self, span: &Range<usize>) -> Range<usize> {
-        let start = self.floor(span.start);
-        start..self.floor(span.end).max(start)
     }
 }
 
@@ -120,7 +120,7 @@ impl Diagnostic {
     pub(crate) fn new(source: &Arc<SourceFile>, span: Range<usize>, message: impl Into<String>) -> Self {
         Diagnostic {
             severity: Severity::Error,
-            message: message.into(),
+            message: bounded(message),
             source: Arc::clone(source),
             span,
             label: String::new(),
@@ -140,34 +140,43 @@ impl Diagnostic {
     /// Sets the text below the caret.
     #[must_use]
     pub(crate) fn label(mut self, label: impl Into<String>) -> Self {
-        self.label = label.into();
+        self.label = bounded(label);
         self
     }
 
     /// Sets the advice.
     #[must_use]
     pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
-        self.help = Some(help.into());
+        self.help = Some(bounded(help));
         self
     }
 
     /// Adds a fact.
     #[must_use]
     pub(crate) fn note(mut self, note: impl Into<String>) -> Self {
-        self.notes.push(note.into());
+        self.notes.push(bounded(note));
         self
     }
 
     /// Adds another place of the same text.
     #[must_use]
     pub(crate) fn related(mut self, span: Range<usize>, label: impl Into<String>) -> Self {
-        self.related.push((span, label.into()));
+        self.related.push((span, bounded(label)));
         self
     }
 
     /// Returns line and column of the place, both from 1.
     pub fn position(&self) -> (usize, usize) {
         self.source.position(self.span.start)
+    }
+}
+
+/// Returns a text of a diagnostic, which may quote a long one.
+fn bounded(text: impl Into<String>) -> String {
+    let text = text.into();
+    match escape::bounded(&text) {
+        Cow::Owned(cut) => cut,
+        Cow::Borrowed(_) => text,
     }
 }
 
@@ -180,11 +189,76 @@ pub fn render(diagnostics: &[Diagnostic], colour: bool) -> String {
             text.push('\n');
         }
         let (diagnostic, path) = (shown(diagnostic), escape::line(&diagnostic.source.name));
-        let source = without_controls(&diagnostic.source.text);
-        text.push_str(&renderer.render(&groups(&diagnostic, &path, &source)));
+        let excerpts = Excerpt::all(&diagnostic);
+        text.push_str(&renderer.render(&groups(&diagnostic, &path, &excerpts)));
         text.push('\n');
     }
     text
+}
+
+/// The lines around some places. The renderer takes memory for each line that it is given, so it
+/// is not given the whole text.
+struct Excerpt<'d> {
+    /// The part of the text.
+    range: Range<usize>,
+    /// The text without control characters.
+    text: Cow<'d, str>,
+    /// The places in it, relative to its start.
+    places: Vec<(AnnotationKind, Range<usize>, &'d str)>,
+}
+
+impl<'d> Excerpt<'d> {
+    /// Returns excerpts with all places of a diagnostic, first the one with its main place.
+    fn all(diagnostic: &'d Diagnostic) -> Vec<Self> {
+        let source = &diagnostic.source;
+        let main = (AnnotationKind::Primary, &diagnostic.span, diagnostic.label.as_str());
+        let more =
+            diagnostic.related.iter().map(|(span, label)| (AnnotationKind::Context, span, label.as_str()));
+        let mut excerpts: Vec<Self> = Vec::new();
+        for (kind, span, label) in [main].into_iter().chain(more) {
+            let span = source.shown(span);
+            let lines = source.lines_around(&span);
+            let joined = |e: &Self| e.range.start.min(lines.start)..e.range.end.max(lines.end);
+            match excerpts.iter_mut().find(|e| joined(e).len() <= LARGEST_EXCERPT) {
+                Some(excerpt) => {
+                    excerpt.range = joined(excerpt);
+                    excerpt.places.push((kind, span, label));
+                }
+                None => excerpts.push(Excerpt {
+                    range: lines,
+                    text: Cow::default(),
+                    places: vec![(kind, span, label)],
+                }),
+            }
+        }
+        for Excerpt { range, text, places } in &mut excerpts {
+            *text = without_controls(&source.text[range.clone()]);
+            places
+                .iter_mut()
+                .for_each(|(_, span, _)| *span = span.start - range.start..span.end - range.start);
+        }
+        excerpts
+    }
+}
+
+impl SourceFile {
+    /// Returns the part of a place that is shown.
+    fn shown(&self, span: &Range<usize>) -> Range<usize> {
+        let start = self.floor(span.start);
+        start..self.floor(span.end.min(start.saturating_add(LARGEST_EXCERPT / 2))).max(start)
+    }
+
+    /// Returns the lines of a place. The last one may be cut far behind the place.
+    fn lines_around(&self, span: &Range<usize>) -> Range<usize> {
+        let line = |at: usize| self.text[..at].rfind('\n').map_or(0, |end| end + 1);
+        let start = match line(span.start) {
+            // There is nothing to show after the last line.
+            end if end == self.text.len() => line(end.saturating_sub(1)),
+            start => start,
+        };
+        let most = self.floor(span.end.saturating_add(FAR));
+        start..self.text[span.end..most].find('\n').map_or(most, |end| span.end + end + 1)
+    }
 }
 
 /// Replaces the control characters that the renderer keeps, U+0080 to U+009F, by a dot with the
@@ -212,19 +286,18 @@ fn shown(diagnostic: &Diagnostic) -> Diagnostic {
     }
 }
 
-fn groups<'d>(diagnostic: &'d Diagnostic, path: &'d str, text: &'d str) -> [Group<'d>; 1] {
-    let source = &diagnostic.source;
-    let primary = AnnotationKind::Primary.span(source.clamp(&diagnostic.span));
-    let mut snippet = Snippet::source(text).path(path).annotation(primary.label(diagnostic.label.as_str()));
-    for (span, label) in &diagnostic.related {
-        let place = AnnotationKind::Context.span(source.clamp(span));
-        snippet = snippet.annotation(place.label(label.as_str()));
-    }
+fn groups<'d>(diagnostic: &'d Diagnostic, path: &'d str, excerpts: &'d [Excerpt<'d>]) -> [Group<'d>; 1] {
     let level = match diagnostic.severity {
         Severity::Warning => Level::WARNING,
         Severity::Error | Severity::Unsupported => Level::ERROR,
     };
-    let mut group = level.primary_title(diagnostic.message.as_str()).element(snippet);
+    let mut group = Group::with_title(level.primary_title(diagnostic.message.as_str()));
+    for Excerpt { range, text, places } in excerpts {
+        let line = diagnostic.source.position(range.start).0;
+        let annotations = places.iter().map(|(kind, span, label)| kind.span(span.clone()).label(*label));
+        group = group
+            .element(Snippet::source(text.as_ref()).line_start(line).path(path).annotations(annotations));
+    }
     for note in &diagnostic.notes {
         group = group.element(Level::NOTE.message(note.as_str()));
     }
@@ -264,6 +337,24 @@ mod tests {
         let text = render(&[diagnostic.related(3..4, "\u{202e}")], false);
         let bad = text.chars().find(|&c| c != '\n' && !escape::is_shown(c));
         assert_eq!(bad, None, "{text:?}");
+    }
+
+    #[test]
+    fn the_renderer_is_given_the_lines_of_a_place_and_not_the_whole_text() {
+        let lines = "\n".repeat(100_000);
+        let file =
+            SourceFile::new("m", format!("{lines}first\n{lines}second{}\n{lines}", " ".repeat(10_000)));
+        let (first, second) = (100_000, 200_006);
+        let diagnostic =
+            Diagnostic::new(&file, second..second + 6, "here").related(first..first + 5, "there");
+        let excerpts = Excerpt::all(&diagnostic);
+        assert!(excerpts.iter().map(|e| e.text.len()).sum::<usize>() < 2_000);
+        let text = render(&[diagnostic], false);
+        assert!(text.contains("m:200002:1") && text.contains("200002 | second"), "{text}");
+        assert!(text.contains("m:100001:1") && text.contains("100001 | first"), "{text}");
+        let whole = Diagnostic::new(&file, 0..file.text.len(), "all");
+        assert!(Excerpt::all(&whole)[0].text.len() < 1 << 16);
+        render(&[whole], false);
     }
 
     #[test]

@@ -22,6 +22,28 @@ pub fn lines(text: &str) -> Cow<'_, str> {
     escaped(text, |c| c == '\n' || is_shown(c))
 }
 
+/// Maximum number of characters of a message, and of an offending text in one.
+const MOST_SHOWN: [usize; 2] = [4000, 60];
+
+/// Returns an offending text for a message: of a long one, the beginning and the end.
+pub(crate) fn shortened(text: &str) -> Cow<'_, str> {
+    cut(text, MOST_SHOWN[1])
+}
+
+/// Returns a message: of a long one, the beginning and the end.
+pub(crate) fn bounded(text: &str) -> Cow<'_, str> {
+    cut(text, MOST_SHOWN[0])
+}
+
+fn cut(text: &str, most: usize) -> Cow<'_, str> {
+    if text.len() <= most {
+        return Cow::Borrowed(text);
+    }
+    let (head, tail) = (text.floor_char_boundary(most / 2), text.ceil_char_boundary(text.len() - most / 2));
+    let left_out = text[head..tail].chars().count();
+    Cow::Owned(format!("{}… ({left_out} characters) …{}", &text[..head], &text[tail..]))
+}
+
 fn escaped(text: &str, keep: impl Fn(char) -> bool) -> Cow<'_, str> {
     if text.chars().all(&keep) {
         return Cow::Borrowed(text);
@@ -46,5 +68,12 @@ mod tests {
         assert_eq!(line("a \u{1b}[2J\u{9b}b\r\n"), "a \\u{1b}[2J\\u{9b}b\\r\\n");
         assert_eq!(lines("é\n\u{202e}x"), "é\n\\u{202e}x");
         assert!(matches!(line("plain, é, ≥"), Cow::Borrowed(_)));
+    }
+
+    #[test]
+    fn long_texts_are_cut_in_the_middle() {
+        assert_eq!(shortened("short, é"), "short, é");
+        let long = shortened(&format!("a{}z", "é".repeat(1000))).into_owned();
+        assert!(long.starts_with('a') && long.ends_with('z') && long.chars().count() < 100, "{long}");
     }
 }

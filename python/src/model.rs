@@ -295,7 +295,7 @@ impl Model {
     fn constants<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
         for (name, value) in &self.inner.program().constants {
-            all.set_item(name, values::constant(py, *value)?)?;
+            all.set_item(name, values::constant(py, value.rounded())?)?;
         }
         Ok(all)
     }

@@ -55,8 +55,8 @@ pub(super) fn check(checker: &mut Checker<'_>, arenas: &[Arena]) -> CheckResult 
     }
     let program = std::sync::Arc::clone(checker.engine.program());
     let costs = match program.reward_structure(Some(&file.reward)) {
+        _ if file.reward == STEPS => Costs::Steps,
         Some(at) => Costs::Rewards(&program.rewards[at]),
-        None if file.reward == STEPS => Costs::Steps,
         None => {
             let condition = format!("`{}` is a reward structure of the model", file.reward.escape_debug());
             return Err(CheckError::violated(condition, None));

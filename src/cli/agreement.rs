@@ -1,5 +1,5 @@
-//! Compares the results of two engines: first the numbers, then the strategies at some states, then
-//! the regions state by state.
+//! Compares the results of two engines: first the numbers, then the regions state by state, then the
+//! strategies at some states.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -55,13 +55,13 @@ pub(super) fn compare<E: Engine, F: Engine>(
         &prospects.0,
         &prospects.1,
     );
-    let mut strategies = None;
-    if tally.difference.is_none() {
-        strategies = Some(actions(&mut tally, left, right, program)?);
-    }
     let mut membership = None;
     if tally.difference.is_none() && few(left, most) {
         membership = Some(state_by_state(&mut tally, left, right, program, sink)?);
+    }
+    let mut strategies = None;
+    if tally.difference.is_none() {
+        strategies = Some(actions(&mut tally, left, right, program)?);
     }
     let Tally { compared, difference } = tally;
     Ok(Agreement { compared, strategies, membership, difference })

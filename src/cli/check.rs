@@ -57,8 +57,8 @@ pub(super) fn run(args: CheckArgs) -> Result<Status, Error> {
     }
     let header = args.engine.header(args.preferences.header(&args.model));
     let report = CheckReport::new(header);
-    let (timeout, shown) = (args.model.timeout, args.shown.of(&args.model));
-    supervise(report, timeout, &shown, move |job| work(job, &args))
+    let (limits, shown) = (args.model.limits(), args.shown.of(&args.model));
+    supervise(report, limits, &shown, move |job| work(job, &args))
 }
 
 /// A report that contains the report of `check`.

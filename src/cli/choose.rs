@@ -15,6 +15,7 @@ use meliora::quantities::{Choose, Chooser, Steps};
 
 use super::by_name::by_name;
 use super::plan;
+use super::progress::TerminalSink;
 
 /// The options for the kind of a strategy, and for its choice among permitted actions.
 #[derive(Debug, Clone, Args)]
@@ -120,8 +121,11 @@ impl ChooseArgs {
     ///
     /// # Errors
     /// There is no such reward structure.
-    pub(super) fn costs(&self, program: &mut Arc<Program>) -> Result<Costs> {
-        costs(program, self.reward())
+    pub(super) fn costs(&self, program: &mut Arc<Program>, sink: &TerminalSink) -> Result<Costs> {
+        match self.choose {
+            Choose::First => Ok(Costs::Steps),
+            Choose::Likely | Choose::Cheap => costs(program, self.reward(), sink),
+        }
     }
 
     fn reward(&self) -> &str {
@@ -166,7 +170,13 @@ pub(super) fn validate_scheduler(choose: Choose, scheduler: Scheduler) -> Result
 ///
 /// # Errors
 /// [`Error::Usage`] with the known names.
-pub(super) fn costs(program: &mut Arc<Program>, name: &str) -> Result<Costs> {
+pub(super) fn costs(program: &mut Arc<Program>, name: &str, sink: &TerminalSink) -> Result<Costs> {
+    if Costs::is_hidden(program, name) {
+        sink.warn(&format!(
+            "the cost `{name}` is 1 per step, and not the reward structure \"{name}\" of the model; another \
+             name of the structure selects it"
+        ));
+    }
     Costs::named(Arc::make_mut(program), name).ok_or_else(|| {
         let known = Costs::names(program).collect::<Vec<_>>().join(", ");
         Error::Usage(format!("`--reward {name}`: the model has no such reward structure; there are {known}"))

@@ -57,8 +57,8 @@ pub(super) fn run(args: CompareArgs) -> Result<Status, Error> {
         return Ok(status);
     }
     let report = CompareReport::new(args.preferences.header(&args.model));
-    let (timeout, shown) = (args.model.timeout, args.shown.of(&args.model));
-    supervise(report, timeout, &shown, move |job| work(job, &args))
+    let (limits, shown) = (args.model.limits(), args.shown.of(&args.model));
+    supervise(report, limits, &shown, move |job| work(job, &args))
 }
 
 fn work(job: &Job<CompareReport>, args: &CompareArgs) -> Result<(), Error> {

@@ -154,8 +154,8 @@ pub(super) fn run(args: ExportArgs) -> Result<Status, Error> {
     let globs = globs(&args.region)?;
     let header = Header { safety: Some(args.preferences.safety.name()), ..args.model.header() };
     let report = ExportReport::to_directory(header, &args.out.display().to_string());
-    let (timeout, shown) = (args.model.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |job| work(job, &args, &globs))
+    let (limits, shown) = (args.model.limits(), args.shown.clone());
+    supervise(report, limits, &shown, move |job| work(job, &args, &globs))
 }
 
 fn globs(patterns: &[String]) -> Result<GlobSet, Error> {
@@ -182,7 +182,7 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
     check_directory(&args.out)?;
     let read = || {
         let mut question = load::question(&args.model, &args.preferences, &job.sink)?;
-        let costs = costs(&mut question.program, args.reward())?;
+        let costs = costs(&mut question.program, args.reward(), &job.sink)?;
         Ok((question, costs))
     };
     let (question, costs) = job.timed("parse", read, |_, _| ())?;

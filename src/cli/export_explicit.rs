@@ -105,7 +105,7 @@ pub(super) fn run(wanted: Wanted, shown: &ShownArgs) -> Result<Status, Error> {
     let header = Header { safety: Some(wanted.preferences.safety.name()), ..wanted.model.header() };
     let directory = wanted.out.display().to_string();
     let report = ExplicitReport::to_directory(header, &directory, wanted.strategy.map(StrategyArg::name));
-    supervise(report, wanted.model.timeout, shown, move |job| work(job, &wanted))
+    supervise(report, wanted.model.limits(), shown, move |job| work(job, &wanted))
 }
 
 fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
@@ -113,7 +113,8 @@ fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
     let folder = Folder::new(&wanted.out, names(wanted), &inputs)?;
     let read = || {
         let mut question = load::question(&wanted.model, &wanted.preferences, &job.sink)?;
-        let costs = wanted.values.as_ref().map(|v| costs(&mut question.program, &v.reward)).transpose()?;
+        let costs = |v: &ValuesArgs| costs(&mut question.program, &v.reward, &job.sink);
+        let costs = wanted.values.as_ref().map(costs).transpose()?;
         Ok((question, costs))
     };
     let (question, costs) = job.timed("parse", read, |_, _| ())?;

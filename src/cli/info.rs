@@ -49,15 +49,15 @@ pub(super) fn run(args: InfoArgs) -> Result<Status, Error> {
     let selected = args.engine.diagrams("sizes of diagrams");
     let mut report = InfoReport::new(args.model.header());
     report.header.select(&selected);
-    let (timeout, shown) = (args.model.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |job| work(job, &args, selected.storage))
+    let (limits, shown) = (args.model.limits(), args.shown.clone());
+    supervise(report, limits, &shown, move |job| work(job, &args, selected.storage))
 }
 
 /// Prints the flat program, without an engine.
 fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
-    let (timeout, shown) = (args.model.timeout, args.shown.clone());
+    let (limits, shown) = (args.model.limits(), args.shown.clone());
     let args = args.clone();
-    supervise(FlatReport::default(), timeout, &shown, move |job| {
+    supervise(FlatReport::default(), limits, &shown, move |job| {
         let (program, _) = load::program(&args.model, &job.sink)?;
         let flat = Flat::of(&program)?;
         job.update(|r| r.flat = Some(flat));

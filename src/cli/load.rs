@@ -101,7 +101,6 @@ fn standard_input() -> Result<io::Stdin, Error> {
 }
 
 fn parsed(args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Error> {
-    sink.supervisor.limit_memory(args.memory());
     let given = Given {
         constants: SourceFile::new("--const", args.constants()),
         bounds: SourceFile::new("--bounds", args.bounds()),

@@ -20,6 +20,7 @@ mod supervise;
 mod sweep;
 mod terminal;
 mod under;
+mod watch;
 
 mod check;
 mod compare;
@@ -95,14 +96,14 @@ fn parser() -> clap::Command {
 
 /// Runs the command `meliora` with these arguments (the first one is the name of the program), and
 /// returns its exit status. This function reads the clock, the environment and files, prints, and
-/// handles signals.
+/// handles signals. The process is expected to end after it: a thread may be left behind.
 pub fn command(args: &[OsString]) -> ExitCode {
-    run(args).into()
+    let (args, json) = (args.to_vec(), asks_for_json(args));
+    watch::run(move || run(&args, json), |error| fail(error, json)).into()
 }
 
-fn run(args: &[OsString]) -> Status {
+fn run(args: &[OsString], json: bool) -> Status {
     signals::prepare();
-    let json = asks_for_json(args);
     let parsed = parser().try_get_matches_from(in_our_words(args));
     let cli = match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
@@ -144,7 +145,7 @@ fn with_tip(mut error: clap::Error, args: &[OsString]) -> clap::Error {
 fn fail(error: &Error, json: bool) -> Status {
     let failure = advice::failure(error);
     terminal::show_error(error, None);
-    if json && terminal::print_json(&failure).is_err() {
+    if json && !terminal::has_printed() && terminal::print_json(&failure).is_err() {
         return Status::Limit;
     }
     Status::of(error)

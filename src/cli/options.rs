@@ -12,6 +12,7 @@ use meliora::planning::{Options, Safety};
 use meliora::supervise::{memory, parse_duration};
 
 use super::by_name::by_name;
+use super::supervise::Limits;
 use super::sweep::ranges;
 
 /// Heading in `--help`, below the options of the command itself.
@@ -44,7 +45,7 @@ pub(super) struct ModelArgs {
     pub(super) order: String,
 
     /// Memory for the node table and the operation cache, or for the arrays of the explicit engine,
-    /// such as 2GiB [default: half of the machine's memory]
+    /// such as 2GiB; the process needs up to 64 MiB more [default: half of the machine's memory]
     #[arg(help_heading = LIMITS, long, value_name = "SIZE", value_parser = memory::parse)]
     pub(super) memory: Option<u64>,
 
@@ -56,7 +57,7 @@ pub(super) struct ModelArgs {
 
     /// Stop after this time, such as 30s or 5m, and print the partial results
     #[arg(help_heading = LIMITS, long, value_name = "DURATION", value_parser = parse_duration)]
-    pub(super) timeout: Option<Duration>,
+    timeout: Option<Duration>,
 
     /// The constants of one instance of a sweep, instead of `--const`; implies `--json`
     #[arg(long, hide = true, value_name = "NAME=VALUE,…")]
@@ -81,6 +82,11 @@ impl ModelArgs {
     /// Returns the memory limit of the engine, in bytes.
     pub(super) fn memory(&self) -> u64 {
         self.memory.unwrap_or_else(memory::default_memory) / self.sharing
+    }
+
+    /// Returns the limits of a run.
+    pub(super) fn limits(&self) -> Limits {
+        Limits { timeout: self.timeout, memory: self.memory() }
     }
 
     /// Returns the maximum number of threads; instances of a sweep that run at the same time share

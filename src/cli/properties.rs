@@ -42,7 +42,7 @@ pub(super) fn run(questions: Questions, shown: &ShownArgs) -> Result<Status, Err
     let mut report = report(&questions.model, questions.engine);
     report.header.file = Some(questions.file.display().to_string());
     let shown = shown.of(&questions.model);
-    supervise(report, questions.model.timeout, &shown, move |job| {
+    supervise(report, questions.model.limits(), &shown, move |job| {
         let (asked, open) = job.timed("parse", || read(job, &questions), |_, _| ())?;
         work(job, (&questions.model, questions.engine), &asked, &open, questions.precision)
     })
@@ -59,8 +59,8 @@ pub(super) fn several(
     shown: &ShownArgs,
 ) -> Result<Status, Error> {
     let report = report(&model, engine);
-    let (shown, timeout) = (shown.of(&model), model.timeout);
-    supervise(report, timeout, &shown, move |job| {
+    let (shown, limits) = (shown.of(&model), model.limits());
+    supervise(report, limits, &shown, move |job| {
         let read = || load::asked(&model, None, (&properties, &require), &job.sink);
         let asked = job.timed("parse", read, |_, _| ())?;
         let open: Vec<usize> = (0..asked.questions.len()).collect();

@@ -16,7 +16,7 @@ use meliora::supervise::{memory, parse_duration};
 use super::exit::Status;
 use super::load;
 use super::options::{self, ShownArgs};
-use super::supervise::{Job, supervise};
+use super::supervise::{Job, Limits, supervise};
 
 /// Count and list regions of a dump, or look up states, without the model
 #[derive(Debug, Clone, Args)]
@@ -55,20 +55,25 @@ pub(super) struct QueryArgs {
 /// The limits of memory and time for commands on a dump.
 #[derive(Debug, Clone, Args)]
 pub(super) struct LimitArgs {
-    /// Memory for the node table and the operation cache, such as 2GiB [default: half of the
-    /// machine's memory]
+    /// Memory for the node table and the operation cache, such as 2GiB; the process needs up to 64
+    /// MiB more [default: half of the machine's memory]
     #[arg(help_heading = options::LIMITS, long, value_name = "SIZE", value_parser = memory::parse)]
     memory: Option<u64>,
 
     /// Stop after this time, such as 30s or 5m
     #[arg(help_heading = options::LIMITS, long, value_name = "DURATION", value_parser = parse_duration)]
-    pub(super) timeout: Option<Duration>,
+    timeout: Option<Duration>,
 }
 
 impl LimitArgs {
     /// Returns the memory limit in bytes.
     pub(super) fn memory(&self) -> u64 {
         self.memory.unwrap_or_else(memory::default_memory)
+    }
+
+    /// Returns the limits of a run.
+    pub(super) fn limits(&self) -> Limits {
+        Limits { timeout: self.timeout, memory: self.memory() }
     }
 
     /// Returns the settings of the engine.
@@ -86,12 +91,11 @@ pub(super) fn run(args: QueryArgs) -> Result<Status, Error> {
     let directory = args.directory.display().to_string();
     let mut report = QueryReport::of_region(&directory, &args.region, args.condition.as_deref());
     report.plain = args.count;
-    let (timeout, shown) = (args.limits.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |job| work(job, &args))
+    let (limits, shown) = (args.limits.limits(), args.shown.clone());
+    supervise(report, limits, &shown, move |job| work(job, &args))
 }
 
 fn work(job: &Job<QueryReport>, args: &QueryArgs) -> Result<(), Error> {
-    job.sink.supervisor.limit_memory(args.limits.memory());
     let settings = args.limits.settings(Scope::All, job);
     let open = || Archive::open(load::dump(&args.directory)?, args.condition.as_deref(), settings);
     let archive = job.timed("load", open, |_, _| ())?;

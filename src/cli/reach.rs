@@ -83,8 +83,8 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
     let asked = args.target.as_ref().or(args.property.first()).cloned().unwrap_or_default();
     let header = args.engine.header(args.model.header());
     let report = ReachReport::of_expression(header, &asked);
-    let (timeout, shown) = (args.model.timeout, args.shown.of(&args.model));
-    supervise(report, timeout, &shown, move |job| work(job, &args))
+    let (limits, shown) = (args.model.limits(), args.shown.of(&args.model));
+    supervise(report, limits, &shown, move |job| work(job, &args))
 }
 
 fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {

@@ -126,8 +126,8 @@ pub(super) fn run(args: ReportArgs) -> Result<Status, Error> {
     let header = args.engine.header(args.preferences.header(&args.model));
     let mut report = PageReport::new(CheckReport::new(header));
     report.check.header.select(&args.engine.diagrams("maps are diagrams"));
-    let (timeout, shown) = (args.model.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |job| work(job, &args))
+    let (limits, shown) = (args.model.limits(), args.shown.clone());
+    supervise(report, limits, &shown, move |job| work(job, &args))
 }
 
 impl ReportArgs {

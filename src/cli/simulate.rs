@@ -85,8 +85,8 @@ pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
     let kind = args.choose.kind(StrategyKind::Plan)?;
     let header = args.engine.header(args.preferences.header(&args.model));
     let report = SimulateReport::of_setup(header, (kind, args.choose.shown()), args.setup());
-    let (timeout, shown) = (args.model.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |job| work(job, &args, kind))
+    let (limits, shown) = (args.model.limits(), args.shown.clone());
+    supervise(report, limits, &shown, move |job| work(job, &args, kind))
 }
 
 fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> Result<(), Error> {
@@ -94,7 +94,7 @@ fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> R
     let (question, engine, (states, costs)) = plan::prepared(job, given, |question| {
         let states = plan::states(&question.program, &args.at)?;
         args.choose.objective(kind, &question.preferences)?;
-        Ok((states, args.choose.costs(&mut question.program)?))
+        Ok((states, args.choose.costs(&mut question.program, &job.sink)?))
     })?;
     play(job, &engine, (&question, kind, costs), args, states)
 }

@@ -92,8 +92,8 @@ pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
     let kind = args.choose.kind(StrategyKind::Sasi)?;
     let header = args.engine.header(args.preferences.header(&args.model));
     let report = StrategyReport::of_kind(header, kind, args.choose.shown());
-    let (timeout, shown) = (args.model.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |job| work(job, &args, kind))
+    let (limits, shown) = (args.model.limits(), args.shown.clone());
+    supervise(report, limits, &shown, move |job| work(job, &args, kind))
 }
 
 fn work(job: &Job<StrategyReport>, args: &StrategyArgs, kind: StrategyKind) -> Result<(), Error> {
@@ -101,7 +101,7 @@ fn work(job: &Job<StrategyReport>, args: &StrategyArgs, kind: StrategyKind) -> R
     let (question, engine, (states, costs)) = plan::prepared(job, given, |question| {
         let states = plan::states(&question.program, &args.at)?;
         args.choose.objective(kind, &question.preferences)?;
-        Ok((states, args.choose.costs(&mut question.program)?))
+        Ok((states, args.choose.costs(&mut question.program, &job.sink)?))
     })?;
     answer(job, &engine, (&question, kind, costs), args, states)
 }

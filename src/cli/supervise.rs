@@ -5,7 +5,7 @@
 
 use std::convert::Infallible;
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::time::{Duration, Instant};
 
 use meliora::error::Error;
@@ -15,7 +15,19 @@ use meliora::supervise::{Failure, Supervisor, TimeLimit, lock, memory, spawn};
 use super::exit::Status;
 use super::options::ShownArgs;
 use super::progress::TerminalSink;
-use super::{advice, signals, terminal};
+use super::{advice, signals, terminal, watch};
+
+/// The number of times that the report is tried to be locked, and the time between them.
+const TRIALS: (usize, Duration) = (50, Duration::from_millis(5));
+
+/// The limits of a run.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Limits {
+    /// `--timeout`
+    pub(super) timeout: Option<Duration>,
+    /// `--memory`, in bytes.
+    pub(super) memory: u64,
+}
 
 /// The report that the worker fills in, and the sink of its progress.
 pub(super) struct Job<R> {
@@ -54,19 +66,16 @@ impl<R> Job<R> {
 ///
 /// # Errors
 /// The input is wrong, or standard output cannot be written.
-pub(super) fn supervise<R, W>(
-    report: R,
-    timeout: Option<Duration>,
-    shown: &ShownArgs,
-    work: W,
-) -> Result<Status, Error>
+pub(super) fn supervise<R, W>(report: R, limits: Limits, shown: &ShownArgs, work: W) -> Result<Status, Error>
 where
     R: Report + Send + 'static,
     W: FnOnce(&Job<R>) -> Result<(), Error> + Send + 'static,
 {
     terminal::set_color(shown.color);
     let supervisor = Arc::new(Supervisor::new());
-    supervisor.reset(timeout.and_then(TimeLimit::starting_now));
+    supervisor.reset(limits.timeout.and_then(TimeLimit::starting_now));
+    supervisor.limit_memory(limits.memory);
+    watch::limit_memory(limits.memory);
     let sink = Arc::new(TerminalSink::new(&supervisor, shown));
     let report = Arc::new(Mutex::new(report));
     let job = Job { report: Arc::clone(&report), sink: Arc::clone(&sink) };
@@ -81,8 +90,12 @@ where
     over.store(true, Ordering::Relaxed);
     sink.clear();
     // Reports can be large, so this one is not copied. A worker that was left behind waits for the
-    // lock.
-    let mut report = lock(&report);
+    // lock, unless it was left while it changes the report.
+    let mut report = match (try_lock(&report), &end) {
+        (Some(report), _) => report,
+        (None, Err(Failure::Error(error))) => return Err(error.clone()),
+        (None, _) => lock(&report),
+    };
     report.finish(supervisor.elapsed().as_secs_f64(), memory::peak_rss());
     match end {
         Ok(()) => {
@@ -99,6 +112,18 @@ where
         Err(Failure::Error(error)) => Err(error),
         Err(Failure::Cancelled(never)) => match never {},
     }
+}
+
+/// Locks the report; `None` if a worker keeps it.
+fn try_lock<R>(report: &Mutex<R>) -> Option<MutexGuard<'_, R>> {
+    for _ in 0..TRIALS.0 {
+        match report.try_lock() {
+            Ok(report) => return Some(report),
+            Err(TryLockError::Poisoned(report)) => return Some(report.into_inner()),
+            Err(TryLockError::WouldBlock) => std::thread::sleep(TRIALS.1),
+        }
+    }
+    None
 }
 
 fn show(report: &impl Report, shown: &ShownArgs) -> Result<(), Error> {

@@ -1,7 +1,7 @@
 //! Output to stdout and stderr.
 
 use std::io::{self, BufWriter, IsTerminal, Write};
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 use meliora::advanced::escape;
 use meliora::error::{Error, Limit, render};
@@ -14,6 +14,14 @@ use super::options::Color;
 
 /// The value of `--color`, for messages after the options are out of reach.
 static COLOR: AtomicU8 = AtomicU8::new(0);
+
+/// True once results have been written.
+static PRINTED: AtomicBool = AtomicBool::new(false);
+
+/// Returns whether results have been written, perhaps not all.
+pub(super) fn has_printed() -> bool {
+    PRINTED.load(Ordering::Relaxed)
+}
 
 /// Stores the value of `--color`.
 pub(super) fn set_color(color: Color) {
@@ -70,6 +78,7 @@ pub(super) fn print_report(report: &impl Report, style: Style) -> Result<(), Err
 }
 
 fn print_by(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
+    PRINTED.store(true, Ordering::Relaxed);
     let mut out = BufWriter::new(io::stdout().lock());
     match write(&mut out).and_then(|()| out.flush()) {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {

@@ -58,7 +58,8 @@ pub(super) struct ValuesArgs {
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..))]
     levels: Option<u32>,
 
-    /// Reward structure that is the cost of a step; `steps`: each step costs 1
+    /// Reward structure that is the cost of a step; `steps`: each step costs 1, even if the model
+    /// has a structure with this name
     #[arg(long, value_name = "NAME", default_value = Steps::NAME)]
     reward: String,
 
@@ -94,15 +95,15 @@ pub(super) fn run(args: ValuesArgs) -> Result<Status> {
     let csv = args.csv.as_deref().map(|path| Target::new(path, &inputs)).transpose()?;
     let header = args.engine.header(args.preferences.header(&args.model));
     let report = ValuesReport::of_cost(header, &args.reward, args.precision);
-    let (timeout, shown) = (args.model.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |job| work(job, &args, csv.as_ref()))
+    let (limits, shown) = (args.model.limits(), args.shown.clone());
+    supervise(report, limits, &shown, move |job| work(job, &args, csv.as_ref()))
 }
 
 fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Result<()> {
     let read = || {
         let mut question = load::question(&args.model, &args.preferences, &job.sink)?;
         let states = plan::states(&question.program, &args.at)?;
-        let costs = costs(&mut question.program, &args.reward)?;
+        let costs = costs(&mut question.program, &args.reward, &job.sink)?;
         Ok((question, states, costs))
     };
     let (question, given, costs) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use meliora::certify;
+use meliora::certify::{self, Violation};
 use meliora::dump::directory::{read_directory, sha256};
 use meliora::dump::manifest::FILE;
 use meliora::dump::{Dump, Manifest};
@@ -15,6 +15,7 @@ use meliora::output::VerifyReport;
 use super::exit::Status;
 use super::load;
 use super::options::ShownArgs;
+use super::progress::TerminalSink;
 use super::query::LimitArgs;
 use super::supervise::{Job, supervise};
 
@@ -52,37 +53,47 @@ pub(super) struct VerifyArgs {
 /// The dump or the input is wrong, or a limit is hit.
 pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
     let report = VerifyReport::of_directory(&args.directory.display().to_string());
-    let (timeout, shown) = (args.limits.timeout, args.shown.clone());
-    supervise(report, timeout, &shown, move |job| work(job, &args))
+    let (limits, shown) = (args.limits.limits(), args.shown.clone());
+    supervise(report, limits, &shown, move |job| work(job, &args))
 }
 
 fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
-    job.sink.supervisor.limit_memory(args.limits.memory());
-    let manifest = Manifest::read(load::dump(&args.directory)?)?;
+    let (dump, picture) = job.timed("load", || read(args, job.sink.as_ref()), |_, _| ())?;
+    let manifest = &dump.manifest;
     let given = Given {
         constants: SourceFile::new("the constants of the dump", manifest.given_constants()),
         bounds: SourceFile::new("--bounds", args.bounds.join(",")),
     };
-    let read = || load::certified(&args.model, &args.preferences, &given, &job.sink);
-    let question = job.timed("parse", read, |_, _| ())?;
-    let load = || read_directory(&args.directory, true, job.sink.as_ref());
-    let dump: Dump = job.timed("load", load, |_, _| ())?;
+    let question = || load::certified(&args.model, &args.preferences, &given, &job.sink);
+    let question = job.timed("parse", question, |_, _| ())?;
     if dump.certificate.is_none() {
         let message = "the dump has no certificate; `meliora export` without `--region` and `--no-certificate` writes one";
         return Err(wrong(&args.directory, message.to_owned()));
     }
-    let scope = scope(&manifest, &args.directory)?;
+    let scope = scope(manifest, &args.directory)?;
     let settings = args.limits.settings(scope, job);
     let model = sha256(question.program.source.original().as_bytes());
     let preferences = sha256(question.source.original().as_bytes());
     let hashes = certify::Hashes { model: &model, preferences: &preferences };
     let verify = || certify::verify(&question.program, &question.preferences, hashes, &dump, settings);
     let mut verdict = job.timed("verify", verify, |_, _| ())?;
-    if verdict.violation.is_none() {
-        verdict.violation = certify::pictures(&args.directory, &dump, job.sink.as_ref())?;
-    }
+    verdict.violation = verdict.violation.or(picture);
     job.update(|r| r.set(&question.program, &verdict));
     Ok(())
+}
+
+/// Reads the dump once, for all checks. Returns it with the fault of its pictures, if there is one.
+fn read(args: &VerifyArgs, sink: &TerminalSink) -> Result<(Dump, Option<Violation>), Error> {
+    let directory = load::dump(&args.directory)?;
+    let mut dump = read_directory(directory, true, sink)?;
+    loop {
+        let picture = certify::pictures(directory, &dump, sink)?;
+        let again = picture.as_ref().map(|_| read_directory(directory, true, sink)).transpose()?;
+        match again.filter(|again| again.manifest != dump.manifest) {
+            Some(again) => dump = again,
+            None => return Ok((dump, picture)),
+        }
+    }
 }
 
 fn scope(manifest: &Manifest, directory: &Path) -> Result<Scope, Error> {

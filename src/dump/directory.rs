@@ -119,19 +119,55 @@ fn hashed(
 }
 
 /// Reads a dump: the manifest, the regions, and, if `certificate` is true, the certificate and the
-/// values.
+/// values. If the dump is replaced meanwhile, reads the new one.
 ///
 /// # Errors
 /// A file cannot be read, is malformed, does not have the hash of the manifest, or contradicts it;
 /// the work is cancelled.
 pub fn read_directory(directory: &Path, certificate: bool, sink: &dyn ProgressSink) -> Result<Dump> {
-    let manifest = Manifest::read(directory)?;
-    let regions = read_file(directory, &manifest, &manifest.regions, sink)?;
+    let mut last = None;
+    loop {
+        let (error, seen) = match Manifest::read(directory) {
+            Ok(manifest) => match read_files(directory, &manifest, certificate, sink) {
+                Ok(files) => return Ok(files.with(manifest)),
+                Err(error) => (error, Some(manifest)),
+            },
+            Err(error) => (error, None),
+        };
+        // The error of a dump that has not changed since is its own.
+        if matches!(error, Error::Limit(_)) || last.is_some_and(|last| last == seen) {
+            return Err(error);
+        }
+        last = Some(seen);
+    }
+}
+
+/// The files of a dump without its manifest.
+struct Files {
+    regions: Diagram,
+    certificate: Option<Diagram>,
+    values: Option<Vec<Row>>,
+}
+
+impl Files {
+    fn with(self, manifest: Manifest) -> Dump {
+        let Files { regions, certificate, values } = self;
+        Dump { manifest, regions, certificate, values }
+    }
+}
+
+fn read_files(
+    directory: &Path,
+    manifest: &Manifest,
+    certificate: bool,
+    sink: &dyn ProgressSink,
+) -> Result<Files> {
+    let regions = read_file(directory, manifest, &manifest.regions, sink)?;
     let proof = manifest.certificate.as_ref().filter(|_| certificate);
     let values = manifest.values.as_ref().filter(|_| certificate);
-    let certificate = proof.map(|file| read_file(directory, &manifest, file, sink)).transpose()?;
-    let values = values.map(|file| read_values(directory, &manifest, file, sink)).transpose()?;
-    Ok(Dump { manifest, regions, certificate, values })
+    let certificate = proof.map(|file| read_file(directory, manifest, file, sink)).transpose()?;
+    let values = values.map(|file| read_values(directory, manifest, file, sink)).transpose()?;
+    Ok(Files { regions, certificate, values })
 }
 
 fn read_values(

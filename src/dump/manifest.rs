@@ -1,18 +1,18 @@
 //! `manifest.json`: the meaning of the roots and variables of a dump.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
 use std::io::{self, Read};
 use std::path::Path;
-use std::{fmt, fs};
 
-use serde::de::{Error as _, MapAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 
 use super::values::Layout;
 use super::{Diagram, Edge};
 use crate::error::{Error, Result, ensure};
 use crate::escape::is_shown;
+use crate::reading::each_once;
 
 /// The schema that this version writes and reads.
 pub const SCHEMA: &str = "meliora.dump/1";
@@ -48,6 +48,9 @@ pub struct Manifest {
     /// The values of all constants of the model.
     #[serde(deserialize_with = "each_once")]
     pub constants: BTreeMap<String, Json>,
+    /// The exact values of the constants that are not the shortest decimals of doubles.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub exact: BTreeMap<String, String>,
     /// The names of the constants that `--const` gave.
     pub given: Vec<String>,
     /// The preference file.
@@ -234,29 +237,6 @@ struct Head {
     schema: Option<String>,
 }
 
-/// Reads a map and refuses duplicate keys, for which readers differ in the value that they choose.
-fn each_once<'de, D: Deserializer<'de>>(deserializer: D) -> Result<BTreeMap<String, Json>, D::Error> {
-    struct Once;
-    impl<'de> Visitor<'de> for Once {
-        type Value = BTreeMap<String, Json>;
-
-        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            f.write_str("a map")
-        }
-
-        fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Self::Value, A::Error> {
-            let mut map = BTreeMap::new();
-            while let Some((key, value)) = entries.next_entry::<String, Json>()? {
-                if map.insert(key.clone(), value).is_some() {
-                    return Err(A::Error::custom(format!("`{}` occurs twice", key.escape_debug())));
-                }
-            }
-            Ok(map)
-        }
-    }
-    deserializer.deserialize_map(Once)
-}
-
 /// Checks a name: not empty, and every character is visible.
 fn plain(what: &str, name: &str) -> Result<(), String> {
     let is_plain = !name.is_empty() && name.chars().all(|c| is_shown(c) && !c.is_whitespace());
@@ -399,7 +379,10 @@ impl Manifest {
 
     /// Returns the given constants in the syntax of `--const`.
     pub fn given_constants(&self) -> String {
-        let value = |name: &String| Some(format!("{name}={}", self.constants.get(name)?));
+        let value = |name: &String| match self.exact.get(name) {
+            Some(exact) => Some(format!("{name}={exact}")),
+            None => Some(format!("{name}={}", self.constants.get(name)?)),
+        };
         self.given.iter().filter_map(value).collect::<Vec<_>>().join(",")
     }
 

@@ -49,7 +49,7 @@ impl Display for Flat {
         let program = &*self.0;
         writeln!(f, "{}", <&str>::from(program.kind))?;
         for (name, value) in &program.constants {
-            write!(f, "\nconst {} {name} = {};", value.ty(), expr::Literal(*value))?;
+            write!(f, "\nconst {} {name} = {};", value.ty(), expr::Literal(value.clone()))?;
         }
         let expressions = Expressions::new(program);
         expressions.definitions(f)?;

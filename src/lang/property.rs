@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use num_traits::{One, Zero};
+
 use super::ast::Span;
 use super::ltl::Formula;
 use super::parse::{Failed, Parsed, Parser};
@@ -10,6 +12,7 @@ use super::token::Token;
 use crate::error::{Diagnostic, Result, SourceFile};
 pub use crate::model::Optimum;
 use crate::model::Program;
+use crate::model::exact::{Ratio, Real};
 pub use crate::model::property::{Bound, Inequality, Measure, Quantity, Question, Rewards, Strategies};
 use crate::progress::NoProgress;
 
@@ -65,12 +68,12 @@ pub(in crate::lang) enum Extreme {
 
 /// Returns the question of a comparison of a probability with a number. Without a name, the bound
 /// must hold for every strategy.
-pub(in crate::lang) fn compared(extreme: Extreme, comparison: Inequality, value: f64) -> Question {
-    let bound = match (comparison, value) {
-        (Inequality::Ge, 1.0) => Bound::One,
-        (Inequality::Gt, 0.0) => Bound::Positive,
-        (Inequality::Lt, 1.0) => Bound::BelowOne,
-        (Inequality::Le, 0.0) => Bound::Zero,
+pub(in crate::lang) fn compared(extreme: Extreme, comparison: Inequality, value: Ratio) -> Question {
+    let bound = match comparison {
+        Inequality::Ge if value.is_one() => Bound::One,
+        Inequality::Gt if value.is_zero() => Bound::Positive,
+        Inequality::Lt if value.is_one() => Bound::BelowOne,
+        Inequality::Le if value.is_zero() => Bound::Zero,
         _ => return Question::Quantity(quantity(Measure::Probability, extreme, Some((comparison, value)))),
     };
     // The minimum is at least b if the probability of every strategy is; the maximum, if that of
@@ -89,9 +92,9 @@ pub(in crate::lang) fn compared(extreme: Extreme, comparison: Inequality, value:
 pub(in crate::lang) fn quantity(
     measure: Measure,
     extreme: Extreme,
-    bound: Option<(Inequality, f64)>,
+    bound: Option<(Inequality, Ratio)>,
 ) -> Quantity {
-    let optimum = match (extreme, bound) {
+    let optimum = match (extreme, &bound) {
         (Extreme::Min, _) => Some(Optimum::Min),
         (Extreme::Max, _) => Some(Optimum::Max),
         (Extreme::Unnamed, Some((Inequality::Ge | Inequality::Gt, _))) => Some(Optimum::Min),
@@ -204,7 +207,7 @@ impl Parser<'_> {
     }
 
     /// Parses a bound such as `>=1` or `>0.5`, or `=?`, for which it returns `None`.
-    fn bound(&mut self) -> Parsed<Option<(Inequality, f64)>> {
+    fn bound(&mut self) -> Parsed<Option<(Inequality, Ratio)>> {
         let start = self.here();
         let comparison = match self.peek() {
             Token::Ge => Inequality::Ge,
@@ -227,13 +230,12 @@ impl Parser<'_> {
         };
         self.advance();
         let span = self.here();
-        match (self.peek(), self.text(span).parse::<f64>()) {
-            (Token::Int | Token::Real, Ok(value)) if value.is_finite() => {
-                self.advance();
-                Ok(Some((comparison, value)))
-            }
-            _ => Err(self.expected("a number")),
+        if !matches!(self.peek(), Token::Int | Token::Real) {
+            return Err(self.expected("a number"));
         }
+        let value = self.exact(span)?;
+        self.advance();
+        Ok(Some((comparison, value)))
     }
 
     /// Returns the question; reports a bound that no probability can have.
@@ -241,11 +243,12 @@ impl Parser<'_> {
         &mut self,
         measure: Measure,
         extreme: Extreme,
-        bound: Option<(Inequality, f64)>,
+        bound: Option<(Inequality, Ratio)>,
         place: Span,
     ) -> Parsed<Question> {
         match (measure, bound) {
-            (Measure::Probability, Some((_, value))) if value > 1.0 => {
+            (Measure::Probability, Some((_, value))) if value > Ratio::one() => {
+                let value = Real::Finite(value);
                 let diagnostic = self.wrong(place, format!("{value} is not a probability"));
                 self.report(diagnostic.label("greater than 1").help("a probability is a number from 0 to 1"));
                 Err(Failed)

@@ -7,6 +7,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use ahash::AHashSet;
+
 use super::ast::{ConstDef, Ident, Item, Span};
 use super::check::{Wanted, given_values, lower_target, lower_value};
 use super::parse::{expression_at, items_at};
@@ -17,8 +19,9 @@ use crate::error::{Diagnostic, Error, Limit, Result, SourceFile};
 use crate::lang::ltl::Monitoring;
 use crate::lang::property::Property;
 use crate::model::Program;
+use crate::model::exact::{Exact, Real};
 use crate::model::expr::ExprId;
-use crate::model::value::{Type, Value};
+use crate::model::value::Type;
 use crate::progress::NoProgress;
 
 /// Maximum number of statements in a property file.
@@ -71,11 +74,16 @@ pub fn parse_properties(
 ) -> Result<Vec<Stated>> {
     super::mistaken::no_properties(source)?;
     let bindings = parse_constants(given)?;
-    let mut file = File { given, bindings, open: Vec::new(), program };
+    let mut file = File { given, bindings, open: Vec::new(), defined: AHashSet::new(), program };
     let is_definition = |range: &Range<usize>| DEFINITIONS.contains(&word(&source.text[range.clone()]));
     let (definitions, properties): (Vec<_>, Vec<_>) =
         statements(source)?.into_iter().partition(is_definition);
     definitions.into_iter().try_for_each(|range| file.define(source, place(&range)))?;
+    for range in &properties {
+        if let (Some(name), start) = named(&source.text[range.clone()]) {
+            file.once(source, format!("property \"{name}\""), range.start..range.start + start)?;
+        }
+    }
     Ok(properties.into_iter().map(|range| file.property(source, range)).collect())
 }
 
@@ -94,6 +102,8 @@ struct File<'a> {
     bindings: Vec<Binding>,
     /// Constants without a value.
     open: Vec<String>,
+    /// The labels and named properties.
+    defined: AHashSet<String>,
     program: &'a mut Program,
 }
 
@@ -103,6 +113,8 @@ impl File<'_> {
         for item in items_at(source, place)? {
             match item {
                 Item::Label(label) => {
+                    let what = format!("label \"{}\"", label.name.name);
+                    self.once(source, what, label.name.span.range())?;
                     let body = expression_at(source, label.body, &NoProgress)?;
                     let target = lower_target(self.program, source, &body);
                     let target = target.map_err(|e| self.without_value(e))?;
@@ -131,7 +143,7 @@ impl File<'_> {
             return Err(Error::Input(wrong));
         }
         let value = match (given.first(), value) {
-            (Some((_, value)), _) => *value,
+            (Some((_, value)), _) => value.clone(),
             (None, Some(value)) => self.value(source, &name.name, ty.ty(), value)?,
             (None, None) => {
                 self.open.push(name.name);
@@ -162,11 +174,11 @@ impl File<'_> {
     }
 
     /// Returns the value that the file gives to a constant.
-    fn value(&mut self, source: &Arc<SourceFile>, name: &str, ty: Type, value: Span) -> Result<Value> {
+    fn value(&mut self, source: &Arc<SourceFile>, name: &str, ty: Type, value: Span) -> Result<Exact> {
         let id = self.lowered(source, value)?;
         let wrong = |message: String| Diagnostic::new(source, value.range(), message);
-        match (self.program.pool.literal(id), ty) {
-            (Some(Value::Int(i)), Type::Real) => Ok(Value::Real(i as f64)),
+        match (self.program.pool.exact_literal(id), ty) {
+            (Some(Exact::Int(i)), Type::Real) => Ok(Exact::Real(Real::from(i))),
             (Some(value), ty) if value.ty() == ty => Ok(value),
             (Some(value), ty) => {
                 let message = format!("type error: the constant `{name}` must be of type `{ty}`");
@@ -174,6 +186,16 @@ impl File<'_> {
             }
             (None, _) => Err(wrong(format!("the constant `{name}` must not depend on variables")).into()),
         }
+    }
+
+    /// Refuses what the file defines twice.
+    fn once(&mut self, source: &Arc<SourceFile>, what: String, place: Range<usize>) -> Result<()> {
+        if self.defined.contains(&what) {
+            let message = format!("the {what} is defined twice");
+            return Err(Diagnostic::new(source, place, message).label("defined again").into());
+        }
+        self.defined.insert(what);
+        Ok(())
     }
 
     fn property(&mut self, source: &Arc<SourceFile>, range: Range<usize>) -> Stated {
@@ -352,6 +374,19 @@ mod tests {
         assert_eq!(all[3].property.as_ref().unwrap_err(), "unknown reward structure");
         assert!(all[4].property.as_ref().unwrap_err().contains("unknown name `y`"));
         assert!(program.labels.iter().any(|(name, _)| name == "far"));
+    }
+
+    #[test]
+    fn what_is_defined_twice_is_refused_at_the_second_place() {
+        for (text, place, message) in [
+            ("\"a\": P>0 [ F x=1 ];\n\"a\": P>0 [ F x=2 ];", (2, 1), "the property \"a\" is defined twice"),
+            ("label \"l\" = x=1; label \"l\" = x=2;", (1, 24), "the label \"l\" is defined twice"),
+            ("formula f = x=1;\nformula f = x=2;", (2, 9), "`f` is declared already"),
+        ] {
+            let file = SourceFile::new("f.props", text);
+            let Err(Error::Input(found)) = parse_properties(&file, &none(), &mut program()) else { panic!() };
+            assert_eq!((found[0].position(), found[0].message.as_str()), (place, message));
+        }
     }
 
     #[test]

@@ -6,7 +6,8 @@ use super::ast::{Ident, Span};
 use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
 use crate::error::{Result, SourceFile};
-use crate::model::value::{Type, Value};
+use crate::model::exact::{Exact, Real};
+use crate::model::value::Type;
 use crate::model::{Program, State, Variable};
 
 /// Values that the user gives in addition to a model.
@@ -24,7 +25,7 @@ pub struct Binding {
     /// Name.
     pub name: Ident,
     /// Value.
-    pub value: Value,
+    pub value: Exact,
     /// Place of the value.
     pub span: Span,
 }
@@ -118,12 +119,12 @@ impl Parser<'_> {
         let span = self.here();
         let text = self.text(span);
         let value = match (self.peek(), text) {
-            (Token::Word, "true") if !negative => Some(Value::Bool(true)),
-            (Token::Word, "false") if !negative => Some(Value::Bool(false)),
-            (Token::Int, _) => text.parse().ok().map(|i: i64| Value::Int(if negative { -i } else { i })),
+            (Token::Word, "true") if !negative => Some(Exact::Bool(true)),
+            (Token::Word, "false") if !negative => Some(Exact::Bool(false)),
+            (Token::Int, _) => text.parse().ok().map(|i: i64| Exact::Int(if negative { -i } else { i })),
             (Token::Real, _) => {
-                let x = self.finite(span)?;
-                Some(Value::Real(if negative { -x } else { x }))
+                let x = self.exact(span)?;
+                Some(Exact::Real(Real::Finite(if negative { -x } else { x })))
             }
             _ => None,
         };
@@ -138,7 +139,7 @@ impl Parser<'_> {
     }
 
     /// Takes the name of a value, as it is printed or in quotes, if the next tokens are one.
-    fn named_value(&mut self, variable: &Variable) -> Option<Value> {
+    fn named_value(&mut self, variable: &Variable) -> Option<Exact> {
         let text = self.rest_of_text();
         let length = |name: &str| {
             let quoted = text.strip_prefix('"').and_then(|t| t.strip_prefix(name)?.strip_prefix('"'));
@@ -151,7 +152,7 @@ impl Parser<'_> {
         while self.peek() != Token::End && self.here().start() < end {
             self.advance();
         }
-        Some(Value::Int(variable.low + at))
+        Some(Exact::Int(variable.low + at))
     }
 
     /// Reports that a value is none of those that have names.
@@ -175,10 +176,11 @@ impl Parser<'_> {
             return None;
         };
         let variable = &program.variables[index];
-        let value = match (variable.ty, binding.value) {
-            (Type::Bool, Value::Bool(b)) => i64::from(b),
-            (Type::Int, Value::Int(i)) => i,
+        let value = match (variable.ty, &binding.value) {
+            (Type::Bool, Exact::Bool(b)) => i64::from(*b),
+            (Type::Int, Exact::Int(i)) => *i,
             (ty, value) => {
+                let value = value.rounded();
                 let message = format!("`{name}` is of type `{ty}`, and {value} is not");
                 self.report(self.wrong(binding.span, message));
                 return None;

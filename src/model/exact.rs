@@ -1,151 +1,198 @@
-//! Exact values of real expressions, as fractions.
+//! Exact values of expressions.
 //!
-//! [`ExprPool::eval`](super::expr::ExprPool::eval) computes with doubles, as PRISM does. Quantities
-//! need the model as it is written: `0.1` is one tenth, and `1/3` is a third. The pool therefore
-//! keeps a fraction for each real literal, also for those that it folded from others.
+//! Values are decided by the model as it is written: `0.1` is one tenth, `1/3` is a third, and
+//! `0.1+0.2` equals `0.3`. The pool therefore keeps the fraction of each real literal, also of those
+//! that it folded from others, and evaluation computes with fractions ([`super::real`]).
 //!
 //! A literal is the decimal number of its text; without a text, it is the shortest decimal that
-//! rounds to its double. `+`, `-`, `*`, `/`, `min`, `max` and powers with a small whole exponent are
-//! exact. Logarithms and all other powers are irrational in general: their double is taken as exact.
+//! rounds to its double.
 //!
-//! This file and `expr` import each other: the pool folds literals with these operations, and exact
+//! This file and `expr` import each other: the pool folds literals with these operations, and
 //! evaluation walks its nodes.
 
-use num_bigint::BigInt;
-use num_rational::BigRational;
-use num_traits::{FromPrimitive, One, Pow, ToPrimitive, Zero};
+use ahash::AHashMap;
 
+pub(crate) use super::decimal::{NoDecimal, decimal, shortest};
 use super::expr::{ExprId, ExprPool, Node};
+pub use super::real::{Ratio, Real};
 use super::value::{self, Binary, EvalError, Type, Unary, Value};
 use crate::stack;
 
-/// An exact fraction.
-pub type Ratio = BigRational;
-
-/// Largest absolute value of an exponent whose power is computed exactly, decimal exponents
-/// included: doubles have exponents below 400.
-const LARGEST_EXPONENT: u64 = 1100;
-
-/// Parses a decimal number such as `0.25` or `1.5e-3`; `None` if the text is not one.
-pub(crate) fn decimal(text: &str) -> Option<Ratio> {
-    let (mantissa, exponent) = match text.split_once(['e', 'E']) {
-        Some((mantissa, exponent)) => (mantissa, exponent.parse::<i64>().ok()?),
-        None => (text, 0),
-    };
-    let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
-    let digits: BigInt = format!("{whole}{fraction}").parse().ok()?;
-    let exponent = exponent.checked_sub(i64::try_from(fraction.len()).ok()?)?;
-    if exponent.unsigned_abs() > LARGEST_EXPONENT {
-        return None;
-    }
-    let power = BigInt::from(10).pow(u32::try_from(exponent.unsigned_abs()).ok()?);
-    Some(if exponent < 0 { Ratio::new(digits, power) } else { Ratio::from(digits * power) })
+/// The exact value of an expression.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum Exact {
+    /// A truth value.
+    Bool(bool),
+    /// An integer.
+    Int(i64),
+    /// A real.
+    Real(Real),
 }
 
-/// Returns the shortest decimal that rounds to a double; `None` if the double is not finite.
-pub(crate) fn shortest(x: f64) -> Option<Ratio> {
-    decimal(&format!("{x:e}"))
-}
-
-/// Returns the double as a fraction; `None` if it is not finite.
-fn double(x: f64) -> Option<Ratio> {
-    Ratio::from_f64(x)
-}
-
-/// Computes `op x`; `None` if the result is not a real.
-pub(super) fn unary(op: Unary, x: &Ratio) -> Option<Ratio> {
-    match op {
-        Unary::Neg => Some(-x),
-        Unary::ToReal => Some(x.clone()),
-        Unary::Not | Unary::Floor | Unary::Ceil | Unary::Round => None,
-    }
-}
-
-/// Computes `x op y` for an operation with a real result; `None` if it has no finite value.
-pub(super) fn binary(op: Binary, x: &Ratio, y: &Ratio) -> Option<Ratio> {
-    match op {
-        Binary::Add => Some(x + y),
-        Binary::Sub => Some(x - y),
-        Binary::Mul => Some(x * y),
-        Binary::Div => (!y.is_zero()).then(|| x / y),
-        Binary::Min => Some(x.min(y).clone()),
-        Binary::Max => Some(x.max(y).clone()),
-        Binary::Pow => power(x, y),
-        _ => None,
-    }
-}
-
-fn power(x: &Ratio, y: &Ratio) -> Option<Ratio> {
-    let exponent = y.is_integer().then(|| y.to_integer().to_i64()).flatten();
-    match exponent {
-        Some(n) if n.unsigned_abs() <= LARGEST_EXPONENT && (n >= 0 || !x.is_zero()) => {
-            let power = Pow::pow(x, u32::try_from(n.unsigned_abs()).ok()?);
-            Some(if n < 0 { Ratio::one() / power } else { power })
+impl Exact {
+    /// Returns the value as a real; Booleans count as 0 and 1.
+    pub fn into_real(self) -> Real {
+        match self {
+            Exact::Bool(b) => Real::from(b),
+            Exact::Int(i) => Real::from(i),
+            Exact::Real(x) => x,
         }
+    }
+
+    /// Returns the value; a real becomes the nearest double.
+    pub fn rounded(&self) -> Value {
+        match self {
+            Exact::Bool(b) => Value::Bool(*b),
+            Exact::Int(i) => Value::Int(*i),
+            Exact::Real(x) => Value::Real(x.to_f64()),
+        }
+    }
+
+    /// Returns the type of the value.
+    pub(crate) fn ty(&self) -> Type {
+        match self {
+            Exact::Bool(_) => Type::Bool,
+            Exact::Int(_) => Type::Int,
+            Exact::Real(_) => Type::Real,
+        }
+    }
+}
+
+/// Computes `op x`.
+///
+/// # Errors
+/// The operation has no value; see [`EvalError`].
+pub(crate) fn unary(op: Unary, x: Exact) -> Result<Exact, EvalError> {
+    Ok(match (op, x) {
+        (Unary::Not, Exact::Bool(b)) => Exact::Bool(!b),
+        (Unary::Not, x) => Exact::Bool(x.into_real().is_zero()),
+        (Unary::Neg, Exact::Int(i)) => Exact::Int(i.checked_neg().ok_or(EvalError::Overflow)?),
+        (Unary::Neg, x) => Exact::Real(x.into_real().negated()),
+        (Unary::Floor | Unary::Ceil | Unary::Round, Exact::Int(i)) => Exact::Int(i),
+        (Unary::Floor | Unary::Ceil | Unary::Round, x) => Exact::Int(x.into_real().whole(op)?),
+        (Unary::ToReal, x) => Exact::Real(x.into_real()),
+    })
+}
+
+/// Computes `x op y`. On reals, `=` compares numbers: an undefined one equals nothing.
+///
+/// # Errors
+/// The operation has no value; see [`EvalError`].
+pub(crate) fn binary(op: Binary, x: &Exact, y: &Exact) -> Result<Exact, EvalError> {
+    let known = match (x, y) {
+        (Exact::Bool(a), Exact::Bool(b)) => Some(value::logical(op, *a, *b)),
+        (Exact::Int(a), Exact::Int(b)) => value::whole(op, *a, *b)?,
         _ => None,
+    };
+    match known {
+        Some(value) => Ok(value),
+        None => reals(op, &x.clone().into_real(), &y.clone().into_real()),
+    }
+}
+
+/// Computes `x op y` on reals.
+///
+/// # Errors
+/// See [`binary`].
+pub(crate) fn reals(op: Binary, x: &Real, y: &Real) -> Result<Exact, EvalError> {
+    Ok(match op {
+        Binary::Lt => Exact::Bool(x.compare(y).is_some_and(|order| order.is_lt())),
+        Binary::Le => Exact::Bool(x.compare(y).is_some_and(|order| order.is_le())),
+        Binary::Eq | Binary::And | Binary::Or => Exact::Bool(x.compare(y).is_some_and(|order| order.is_eq())),
+        _ => Exact::Real(Real::combine(op, x, y)?),
+    })
+}
+
+/// Maximum number of operators, counted once per use, of an expression whose parts are not
+/// remembered.
+const MOST_OPERATORS: u32 = 1 << 12;
+
+/// The evaluation of an expression in a state.
+struct Evaluation<'p> {
+    pool: &'p ExprPool,
+    state: &'p [i64],
+    /// The values of parts, if they are remembered.
+    known: Option<AHashMap<ExprId, Result<Exact, EvalError>>>,
+}
+
+impl Evaluation<'_> {
+    fn value(&mut self, id: ExprId) -> Result<Exact, EvalError> {
+        match self.pool.node(id) {
+            Node::Literal(v) => Ok(self.pool.exact_of(id, v)),
+            Node::Var(v) => Ok(match self.pool.ty(id) {
+                Type::Bool => Exact::Bool(self.state[v.index()] != 0),
+                _ => Exact::Int(self.state[v.index()]),
+            }),
+            // A leaf needs no stack.
+            node => stack::level(|| self.remembered(id, node)),
+        }
+    }
+
+    fn remembered(&mut self, id: ExprId, node: Node) -> Result<Exact, EvalError> {
+        if let Some(value) = self.known.as_ref().and_then(|known| known.get(&id)) {
+            return value.clone();
+        }
+        let value = self.computed(node);
+        if let Some(known) = &mut self.known {
+            known.insert(id, value.clone());
+        }
+        value
+    }
+
+    fn computed(&mut self, node: Node) -> Result<Exact, EvalError> {
+        match node {
+            Node::Unary(op, a) => unary(op, self.value(a)?),
+            Node::Binary(op, a, b) => {
+                let x = self.value(a)?;
+                match (op, &x) {
+                    (Binary::And, Exact::Bool(false)) | (Binary::Or, Exact::Bool(true)) => Ok(x),
+                    _ => binary(op, &x, &self.value(b)?),
+                }
+            }
+            Node::Ite(c, a, b) => match self.value(c)? {
+                Exact::Bool(false) => self.value(b),
+                _ => self.value(a),
+            },
+            Node::Literal(_) | Node::Var(_) => Err(EvalError::NotAnInteger),
+        }
     }
 }
 
 impl ExprPool {
-    /// Evaluates an expression of type `int` or `double` exactly. Conditions, and integers such as
-    /// `floor(x/3)`, are those of [`ExprPool::eval`].
+    /// Evaluates `id` in a state; see [`ExprPool::eval`]. An expression whose parts are shared is
+    /// evaluated part by part, each once.
     ///
     /// # Errors
-    /// An operation has no value; [`EvalError::NotAnInteger`] never occurs for reals, so it stands
-    /// for a value that is not finite.
+    /// An operation has no value, for example an overflow or `mod` by zero.
+    pub fn exact(&self, id: ExprId, state: &[i64]) -> Result<Exact, EvalError> {
+        let known = (self.operators(id) > MOST_OPERATORS).then(AHashMap::new);
+        Evaluation { pool: self, state, known }.value(id)
+    }
+
+    /// Evaluates a number exactly.
+    ///
+    /// # Errors
+    /// An operation has no value, or the number is not finite.
     pub fn eval_exact(&self, id: ExprId, state: &[i64]) -> Result<Ratio, EvalError> {
-        stack::level(|| self.eval_exact_node(id, state))
-    }
-
-    fn eval_exact_node(&self, id: ExprId, state: &[i64]) -> Result<Ratio, EvalError> {
-        if self.ty(id) != Type::Real {
-            return match self.eval(id, state)? {
-                Value::Int(i) => Ok(Ratio::from(BigInt::from(i))),
-                _ => Err(EvalError::NotAnInteger),
-            };
-        }
-        let exact = match self.node(id) {
-            Node::Literal(_) => self.exact_literal(id).cloned(),
-            Node::Unary(op, a) => unary(op, &self.eval_exact(a, state)?),
-            Node::Binary(op, a, b) => binary(op, &self.eval_exact(a, state)?, &self.eval_exact(b, state)?),
-            Node::Ite(c, a, b) => {
-                let branch = if self.eval(c, state)? == Value::Bool(false) { b } else { a };
-                Some(self.eval_exact(branch, state)?)
-            }
-            Node::Var(_) => None,
-        };
-        match exact {
-            Some(exact) => Ok(exact),
-            None => double(self.eval(id, state)?.to_f64()).ok_or(EvalError::NotAnInteger),
+        match self.exact(id, state)?.into_real() {
+            Real::Finite(exact) => Ok(exact),
+            Real::Infinite(_) | Real::Undefined => Err(EvalError::NotFinite),
         }
     }
 
-    /// Returns the exact value of a literal number, if it is finite.
-    fn exact_number(&self, id: ExprId) -> Option<Ratio> {
-        match self.literal(id)? {
-            Value::Int(i) => Some(Ratio::from(BigInt::from(i))),
-            Value::Real(_) => self.exact_literal(id).cloned(),
-            Value::Bool(_) => None,
+    /// Returns the exact value if `id` is a literal.
+    pub(crate) fn exact_literal(&self, id: ExprId) -> Option<Exact> {
+        self.literal(id).map(|v| self.exact_of(id, v))
+    }
+
+    fn exact_of(&self, id: ExprId, v: Value) -> Exact {
+        match v {
+            Value::Bool(b) => Exact::Bool(b),
+            Value::Int(i) => Exact::Int(i),
+            Value::Real(x) => Exact::Real(
+                self.fraction(id).map_or_else(|| Real::from(x), |exact| Real::Finite(exact.clone())),
+            ),
         }
-    }
-
-    /// Returns the exact value of `op a` on a literal, if it is exact where the double `value` need
-    /// not be.
-    pub(super) fn folded_unary(&self, op: Unary, a: ExprId, value: Value) -> Option<Ratio> {
-        matches!(value, Value::Real(_)).then(|| unary(op, &self.exact_number(a)?))?
-    }
-
-    /// Returns the exact value of `a op b` on literals; see [`ExprPool::folded_unary`].
-    pub(super) fn folded_binary(&self, op: Binary, a: ExprId, b: ExprId, value: Value) -> Option<Ratio> {
-        matches!(value, Value::Real(_)).then(|| binary(op, &self.exact_number(a)?, &self.exact_number(b)?))?
-    }
-}
-
-/// Returns the exact value of a real literal without a text of its own.
-pub(super) fn of_value(value: Value) -> Option<Ratio> {
-    match value {
-        value::Value::Real(x) => shortest(x),
-        _ => None,
     }
 }
 
@@ -155,18 +202,6 @@ mod tests {
 
     fn ratio(numerator: i64, denominator: i64) -> Ratio {
         Ratio::new(numerator.into(), denominator.into())
-    }
-
-    #[test]
-    fn decimals_are_fractions_of_powers_of_ten() {
-        for (text, n, d) in [("0.1", 1, 10), ("1.5e-3", 3, 2000), ("12.50", 25, 2), ("2e3", 2000, 1)] {
-            assert_eq!(decimal(text), Some(ratio(n, d)), "{text}");
-        }
-        for text in ["", "x", "1e", "1e99999", "1e-9223372036854775808", "inf", "NaN"] {
-            assert_eq!(decimal(text), None, "{text}");
-        }
-        assert_eq!(shortest(0.1), Some(ratio(1, 10)));
-        assert_eq!(shortest(f64::INFINITY), None);
     }
 
     #[test]
@@ -183,10 +218,15 @@ mod tests {
     }
 
     #[test]
-    fn powers_are_exact_for_whole_exponents_only() {
-        assert_eq!(power(&ratio(1, 2), &ratio(-3, 1)), Some(ratio(8, 1)));
-        assert_eq!(power(&ratio(1, 2), &ratio(1, 2)), None);
-        assert_eq!(power(&ratio(0, 1), &ratio(-1, 1)), None);
-        assert_eq!(power(&ratio(1, 2), &ratio(i64::MIN, 1)), None);
+    fn comparisons_and_rounding_are_exact() {
+        let mut pool = ExprPool::default();
+        let [a, b, c] = [0.1, 0.2, 0.3].map(|x| pool.value(Value::Real(x)));
+        let sum = pool.binary(Binary::Add, a, b);
+        let equal = pool.binary(Binary::Eq, sum, c);
+        assert_eq!(pool.literal(equal), Some(Value::Bool(true)));
+        let ten = pool.value(Value::Real(10.0));
+        let tenfold = pool.binary(Binary::Mul, sum, ten);
+        let ceiling = pool.unary(Unary::Ceil, tenfold);
+        assert_eq!(pool.literal(ceiling), Some(Value::Int(3)));
     }
 }

@@ -9,10 +9,9 @@ use ahash::{AHashMap, RandomState};
 use hashbrown::HashTable;
 
 use super::VarId;
-use super::exact::{self, Ratio};
+use super::exact::{self, Exact, Ratio, Real};
 use super::value::{self, EvalError, Type, Value};
 pub use super::value::{Binary, Unary};
-use crate::stack;
 
 /// The identifier of a node of an [`ExprPool`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -54,7 +53,8 @@ pub struct ExprPool {
     /// A hash index of the nodes; their content is in `nodes`.
     index: HashTable<ExprId>,
     hasher: RandomState,
-    /// The exact values of the real literals. Two literals with the same double may differ here.
+    /// The exact values of the finite real literals. Two literals with the same double may differ
+    /// here.
     exact: AHashMap<ExprId, Ratio>,
 }
 
@@ -64,6 +64,8 @@ struct Known {
     ty: Type,
     /// A truth value that the node has in no state, if known.
     never: Option<bool>,
+    /// The number of operators, counted once per use.
+    operators: u32,
 }
 
 impl ExprPool {
@@ -80,6 +82,7 @@ impl ExprPool {
     /// Returns whether this pool contains all nodes of `other` under the same ids.
     pub(super) fn starts_with(&self, other: &ExprPool) -> bool {
         self.nodes.starts_with(&other.nodes)
+            && other.exact.iter().all(|(id, exact)| self.exact.get(id) == Some(exact))
     }
 
     /// Returns the number of nodes.
@@ -107,11 +110,21 @@ impl ExprPool {
 
     /// Returns the node of a literal. A real stands for the shortest decimal that rounds to it.
     pub fn value(&mut self, v: Value) -> ExprId {
-        self.exact_value(v, exact::of_value(v))
+        let exact = match v {
+            Value::Bool(b) => Exact::Bool(b),
+            Value::Int(i) => Exact::Int(i),
+            Value::Real(x) => Exact::Real(Real::shortest(x)),
+        };
+        self.exact_value(exact)
     }
 
-    /// Returns the node of a literal that rounds the number `exact`.
-    pub(crate) fn exact_value(&mut self, v: Value, exact: Option<Ratio>) -> ExprId {
+    /// Returns the node of a literal with an exact value.
+    pub(crate) fn exact_value(&mut self, value: Exact) -> ExprId {
+        let v = value.rounded();
+        let exact = match value {
+            Exact::Real(Real::Finite(exact)) => Some(exact),
+            _ => None,
+        };
         let id = self.intern_exact(Node::Literal(v), v.ty(), exact.as_ref());
         if let Some(exact) = exact {
             self.exact.insert(id, exact);
@@ -120,7 +133,7 @@ impl ExprPool {
     }
 
     /// Returns the exact value of a real literal; `None` if it is not finite, or not a real.
-    pub(super) fn exact_literal(&self, id: ExprId) -> Option<&Ratio> {
+    pub(super) fn fraction(&self, id: ExprId) -> Option<&Ratio> {
         self.exact.get(&id)
     }
 
@@ -131,9 +144,8 @@ impl ExprPool {
 
     /// Returns the node of `op(a)`; the caller has checked the types. Folds literals.
     pub fn unary(&mut self, op: Unary, a: ExprId) -> ExprId {
-        if let Some(Ok(v)) = self.literal(a).map(|v| value::unary(op, v)) {
-            let exact = self.folded_unary(op, a, v).or_else(|| exact::of_value(v));
-            return self.exact_value(v, exact);
+        if let Some(Ok(v)) = self.exact_literal(a).map(|v| exact::unary(op, v)) {
+            return self.exact_value(v);
         }
         if let (Unary::Not, Node::Unary(Unary::Not, b)) = (op, self.node(a)) {
             return b;
@@ -155,10 +167,9 @@ impl ExprPool {
             }
             (Binary::And, ..) if self.never(a) == Some(true) => return a,
             (Binary::Or, ..) if self.never(a) == Some(false) => return a,
-            (_, Some(x), Some(y)) => {
-                if let Ok(v) = value::binary(op, x, y) {
-                    let exact = self.folded_binary(op, a, b, v).or_else(|| exact::of_value(v));
-                    return self.exact_value(v, exact);
+            (_, Some(_), Some(_)) => {
+                if let Some(Ok(v)) = self.folded(op, a, b) {
+                    return self.exact_value(v);
                 }
             }
             _ => {}
@@ -168,6 +179,11 @@ impl ExprPool {
         }
         let ty = value::binary_type(op, self.ty(a));
         self.intern(Node::Binary(op, a, b), ty)
+    }
+
+    /// Returns the value of `a op b` on two literals.
+    fn folded(&self, op: Binary, a: ExprId, b: ExprId) -> Option<Result<Exact, EvalError>> {
+        Some(exact::binary(op, &self.exact_literal(a)?, &self.exact_literal(b)?))
     }
 
     /// Returns the node of `condition ? then : otherwise`; the branches have the same type. Folds a
@@ -183,6 +199,11 @@ impl ExprPool {
         }
         let ty = self.ty(then);
         self.intern(Node::Ite(condition, then, otherwise), ty)
+    }
+
+    /// Returns the number of operators of an expression, counted once per use.
+    pub(super) fn operators(&self, id: ExprId) -> u32 {
+        self.known[id.index()].operators
     }
 
     /// Returns a truth value that `id` has in no state, as far as its operands show.
@@ -208,12 +229,12 @@ impl ExprPool {
     /// Returns the reason why `id` has no value in any state, if the node itself shows it.
     pub(crate) fn fault(&self, id: ExprId) -> Option<EvalError> {
         match self.node(id) {
-            Node::Unary(op, a) => value::unary(op, self.literal(a)?).err(),
+            Node::Unary(op, a) => exact::unary(op, self.exact_literal(a)?).err(),
             // The second operand alone decides.
             Node::Binary(Binary::Mod, _, n) => {
-                value::binary(Binary::Mod, Value::Int(0), self.literal(n)?).err()
+                exact::binary(Binary::Mod, &Exact::Int(0), &self.exact_literal(n)?).err()
             }
-            Node::Binary(op, a, b) => value::binary(op, self.literal(a)?, self.literal(b)?).err(),
+            Node::Binary(op, a, b) => self.folded(op, a, b)?.err(),
             Node::Literal(_) | Node::Var(_) | Node::Ite(..) => None,
         }
     }
@@ -243,7 +264,8 @@ impl ExprPool {
         matches!(self.node(id), Node::Literal(_) | Node::Var(_))
     }
 
-    /// Evaluates `id` in a state. This is the reference semantics of expressions.
+    /// Evaluates `id` in a state. This is the reference semantics of expressions; a real is rounded
+    /// in the end.
     ///
     /// `state` contains one value per variable: Booleans as 0 and 1, integers as they are. As in
     /// PRISM, `&`, `|` and `?:` evaluate only the operands they need.
@@ -251,30 +273,7 @@ impl ExprPool {
     /// # Errors
     /// An operation has no value, for example an overflow or `mod` by zero.
     pub fn eval(&self, id: ExprId, state: &[i64]) -> Result<Value, EvalError> {
-        // A leaf needs no stack.
-        if self.is_total(id) { self.eval_node(id, state) } else { stack::level(|| self.eval_node(id, state)) }
-    }
-
-    fn eval_node(&self, id: ExprId, state: &[i64]) -> Result<Value, EvalError> {
-        match self.node(id) {
-            Node::Literal(v) => Ok(v),
-            Node::Var(v) => Ok(match self.ty(id) {
-                Type::Bool => Value::Bool(state[v.index()] != 0),
-                _ => Value::Int(state[v.index()]),
-            }),
-            Node::Unary(op, a) => value::unary(op, self.eval(a, state)?),
-            Node::Binary(op, a, b) => {
-                let x = self.eval(a, state)?;
-                match (op, x) {
-                    (Binary::And, Value::Bool(false)) | (Binary::Or, Value::Bool(true)) => Ok(x),
-                    _ => value::binary(op, x, self.eval(b, state)?),
-                }
-            }
-            Node::Ite(c, a, b) => match self.eval(c, state)? {
-                Value::Bool(false) => self.eval(b, state),
-                _ => self.eval(a, state),
-            },
-        }
+        self.exact(id, state).map(|value| value.rounded())
     }
 
     /// Returns the variables that occur in `id`, sorted, each once.
@@ -305,8 +304,12 @@ impl ExprPool {
             return id;
         }
         let id = ExprId::at(self.nodes.len());
-        self.known.push(Known { ty, never: self.never_of(node) });
         self.nodes.push(node);
+        let operators = match node {
+            Node::Literal(_) | Node::Var(_) => 0,
+            _ => self.operands(id).fold(1u32, |all, e| all.saturating_add(self.operators(e))),
+        };
+        self.known.push(Known { ty, never: self.never_of(node), operators });
         let (nodes, hasher) = (&self.nodes, &self.hasher);
         self.index.insert_unique(hash, id, |id| hasher.hash_one(nodes[id.index()]));
         id

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::exact::Real;
 use super::expr::ExprId;
 use super::step::{MOST_WAYS, StepError};
 use super::{CommandId, Program};
@@ -28,26 +29,17 @@ pub(crate) fn in_predicate(program: &Program, predicate: ExprId, state: &[i64]) 
 /// Returns the error for one fault in one state.
 pub fn error(program: &Program, fault: &StepError, state: &[i64]) -> Error {
     let at = program.show_state(state);
-    match *fault {
+    match fault.clone() {
         StepError::Eval(id, reason) => {
             let message = format!("{} has no value in the state {at}: {reason}", title(program, id));
             diagnostic(program, span(program, id), message, reason.to_string(), None).into()
         }
         StepError::Probability(id, sum) => {
+            let sum = shown(&sum);
             let message = format!("the probabilities of {} give {sum} in the state {at}", title(program, id));
             let help =
                 "probabilities lie between 0 and 1 and sum to 1 (within 1e-6) wherever the guard holds";
             let label = format!("gives {sum}");
-            diagnostic(program, span(program, id), message, label, Some(help.to_owned())).into()
-        }
-        StepError::Support(id, p) => {
-            let message = format!(
-                "rounding decides whether a branch of {} exists in the state {at}: its probability is {p} \
-                 in double precision",
-                title(program, id)
-            );
-            let help = "write probabilities such that no branch has nearly 0 by cancellation";
-            let label = format!("{p} after rounding");
             diagnostic(program, span(program, id), message, label, Some(help.to_owned())).into()
         }
         StepError::OutOfRange(id, variable, value) => {
@@ -64,6 +56,16 @@ pub fn error(program: &Program, fault: &StepError, state: &[i64]) -> Error {
             );
             Limit::Size { what }.into()
         }
+    }
+}
+
+/// Formats a number that is not a probability, or a wrong sum, by the nearest double, which may be
+/// 0 or 1.
+fn shown(number: &Real) -> String {
+    match number.to_f64() {
+        0.0 if !number.is_zero() => "a number just below 0".to_owned(),
+        1.0 if *number != Real::from(1) => "a number just above 1".to_owned(),
+        near => near.to_string(),
     }
 }
 

@@ -3,6 +3,7 @@
 //!
 //! This module is independent of decision diagrams and state arrays.
 
+pub(crate) mod decimal;
 pub mod diagram;
 pub mod exact;
 pub mod expr;
@@ -12,6 +13,7 @@ pub mod members;
 mod overlap;
 pub mod preference;
 pub mod property;
+pub mod real;
 pub(crate) mod rewards;
 pub(crate) mod rounding;
 pub mod step;
@@ -23,13 +25,14 @@ mod weight;
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::error::SourceFile;
+use crate::error::{Diagnostic, SourceFile};
 use crate::span::Span;
+use exact::Exact;
 use expr::{ExprId, ExprPool};
 use rewards::RewardStructure;
 use smallvec::SmallVec;
 use strum::IntoStaticStr;
-use value::{Type, Value};
+use value::Type;
 
 /// A variable of a [`Program`]: its position in [`Program::variables`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -83,7 +86,7 @@ pub struct Program {
     /// `mdp` or `dtmc`.
     pub kind: ModelKind,
     /// All constants with their values, in the order of declaration.
-    pub constants: Vec<(String, Value)>,
+    pub constants: Vec<(String, Exact)>,
     /// The constants whose values came from `--const`.
     pub given_constants: Vec<String>,
     /// The pool of all expressions of the program.
@@ -106,6 +109,8 @@ pub struct Program {
     pub formulas: Vec<(String, ExprId)>,
     /// The reward structures, in the order of declaration.
     pub rewards: Vec<RewardStructure>,
+    /// The first expression for whose exact value a double counts; see [`real`].
+    pub inexact: Option<Diagnostic>,
     /// The monitors for temporal formulas, which are the last module.
     pub monitors: Option<temporal::Monitors>,
 }

@@ -1,6 +1,7 @@
 //! Questions about the paths of a model, as plain data: whether a probability is 0 or 1, and
 //! probabilities and expected rewards.
 
+use super::exact::Ratio;
 use super::{ModelKind, Optimum, Program};
 
 /// The comparison of a number with a bound.
@@ -66,7 +67,7 @@ pub struct Quantity {
     /// The strategies; `None` if the property does not say, as `P=?` for a `dtmc`.
     pub optimum: Option<Optimum>,
     /// The comparison of the number, which has the number on its left side; `None` for `=?`.
-    pub bound: Option<(Inequality, f64)>,
+    pub bound: Option<(Inequality, Ratio)>,
 }
 
 /// The question of a property.

@@ -1,18 +1,22 @@
 //! Tolerance for rounded probabilities, such as three times 0.333333.
 
-use super::value::Value;
+use num_traits::{One, Signed};
+
+use super::exact::{Exact, Ratio, Real};
+use super::value::{Binary, EvalError};
 use super::{Command, CommandId, Program};
 
-/// Largest deviation from 1 that is accepted silently as an error of floating-point arithmetic.
-const SILENT: f64 = 1e-9;
-/// Largest deviation from 1 that is accepted with a warning: one millionth, plus the margin with
-/// which three times 0.333333 is within it.
-const TOLERATED: f64 = 1.000_001e-6;
+/// Largest deviation from 1 that is accepted silently, in billionths: probabilities are written with
+/// ten digits or more, or come from doubles.
+const SILENT: i64 = 1;
+/// Largest deviation from 1 that is accepted with a warning: one millionth, plus a margin for the
+/// doubles nearest to three times 0.333333, in billionths.
+const TOLERATED: i64 = 1_001;
 
 /// The judgement on a sum of probabilities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Sum {
-    /// The sum is 1, up to floating-point errors.
+    /// The sum is 1, up to the rounding of probabilities to doubles.
     One,
     /// The sum is near 1 and is accepted with a warning.
     Rounded,
@@ -21,25 +25,55 @@ pub(crate) enum Sum {
 }
 
 impl Sum {
-    /// Judges a sum of probabilities.
-    pub(crate) fn of(sum: f64) -> Self {
-        match (sum - 1.0).abs() {
-            off if off <= SILENT => Sum::One,
-            off if off <= TOLERATED => Sum::Rounded,
-            _ => Sum::Wrong,
+    pub(crate) fn of(sum: &Real) -> Self {
+        let Real::Finite(sum) = sum else { return Sum::Wrong };
+        if sum.is_one() {
+            return Sum::One;
+        }
+        let off = (sum - Ratio::one()).abs();
+        let within = |billionths: i64| off <= Ratio::new(billionths.into(), 1_000_000_000.into());
+        match () {
+            () if within(SILENT) => Sum::One,
+            () if within(TOLERATED) => Sum::Rounded,
+            () => Sum::Wrong,
         }
     }
 }
 
+/// Adds the probabilities of a distribution and judges their sum, which is the second result. If one
+/// of them is not a probability, it is the second result.
+///
+/// # Errors
+/// A probability or the sum has no value.
+pub(crate) fn judged(
+    probabilities: impl IntoIterator<Item = Result<Real, EvalError>>,
+) -> Result<(Sum, Real), EvalError> {
+    let mut sum = Real::from(0);
+    for p in probabilities {
+        let p = p?;
+        if !p.is_probability() {
+            return Ok((Sum::Wrong, p));
+        }
+        sum = Real::combine(Binary::Add, &sum, &p)?;
+    }
+    Ok((Sum::of(&sum), sum))
+}
+
 impl Program {
+    /// Judges the probabilities of a command in a state; see [`judged`].
+    pub(super) fn judged(&self, command: &Command, state: &[i64]) -> Result<(Sum, Real), EvalError> {
+        judged(command.branches.iter().map(|b| Ok(self.pool.exact(b.probability, state)?.into_real())))
+    }
+
     /// Returns the first enabled command whose probabilities in this state sum to 1 only after
-    /// rounding, with their sum.
+    /// rounding, with the double nearest to their sum.
     pub fn rounded_in(&self, state: &[i64]) -> Option<(CommandId, f64)> {
-        let value = |e| self.pool.eval(e, state).ok();
         let sum = |command: &Command| {
-            let enabled = value(command.guard) == Some(Value::Bool(true));
-            let each = command.branches.iter().map(|b| Some(value(b.probability)?.to_f64()));
-            each.sum::<Option<f64>>().filter(|&sum| enabled && Sum::of(sum) == Sum::Rounded)
+            let enabled = self.pool.exact(command.guard, state) == Ok(Exact::Bool(true));
+            match self.judged(command, state).ok().filter(|_| enabled)? {
+                (Sum::Rounded, sum) => Some(sum.to_f64()),
+                _ => None,
+            }
         };
         (0..).zip(&self.commands).find_map(|(index, command)| Some((CommandId(index), sum(command)?)))
     }
@@ -48,18 +82,24 @@ impl Program {
 #[cfg(test)]
 mod tests {
     use super::Sum;
+    use crate::model::exact::{Real, decimal};
 
     #[test]
     fn sums_are_one_or_nearly_or_not() {
         for (sum, expected) in [
-            (1.0, Sum::One),
-            (0.1 + 0.2 + 0.7, Sum::One),
-            (0.333333 + 0.333333 + 0.333333, Sum::Rounded),
-            (1.000_001, Sum::Rounded),
-            (0.99999, Sum::Wrong),
-            (f64::NAN, Sum::Wrong),
+            ("1", Sum::One),
+            ("0.9999999999", Sum::One),
+            ("0.999999", Sum::Rounded),
+            ("1.000001", Sum::Rounded),
+            ("0.999", Sum::Wrong),
+            ("0.99999", Sum::Wrong),
         ] {
-            assert_eq!(Sum::of(sum), expected, "{sum}");
+            assert_eq!(Sum::of(&Real::Finite(decimal(sum).unwrap())), expected, "{sum}");
+        }
+        for (sum, expected) in
+            [(0.1 + 0.2 + 0.7, Sum::One), (3.0 * 0.333333, Sum::Rounded), (f64::NAN, Sum::Wrong)]
+        {
+            assert_eq!(Sum::of(&Real::from(sum)), expected, "{sum}");
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
-use super::exact::Ratio;
+use super::exact::{Ratio, Real};
 use super::expr::ExprId;
 use super::rounding::Sum;
 use super::value::{EvalError, Value};
@@ -47,9 +47,7 @@ pub enum StepError {
     /// The expression of a guard, a probability or an update has no value.
     Eval(CommandId, EvalError),
     /// The sum of a command's probabilities, or one of them, is this invalid number.
-    Probability(CommandId, f64),
-    /// The double of a probability is 0 and its exact value is not, or the other way round.
-    Support(CommandId, f64),
+    Probability(CommandId, Real),
     /// An update assigns this value, which is outside the variable's range.
     OutOfRange(CommandId, VarId, i64),
     /// There are more choices or successors than [`MOST_WAYS`].
@@ -102,8 +100,7 @@ impl Program {
     /// divided by the sum.
     ///
     /// # Errors
-    /// The errors of [`Program::steps`]; [`StepError::Support`] if rounding decides whether a
-    /// branch exists.
+    /// The errors of [`Program::steps`].
     pub fn exact_steps(&self, state: &[i64]) -> Result<Vec<Step<Ratio>>, StepError> {
         self.weighted_steps(state)
     }
@@ -112,7 +109,7 @@ impl Program {
     /// out, as [`Program::exact_steps`] uses them.
     ///
     /// # Errors
-    /// A probability has no value, or rounding decides whether a branch exists.
+    /// A probability has no value.
     pub(crate) fn exact_branches(&self, id: CommandId, state: &[i64]) -> Result<Vec<Ratio>, StepError> {
         Ok(Ratio::branches(self, id, state)?.into_iter().map(|(_, p)| p).collect())
     }
@@ -167,19 +164,11 @@ impl Program {
 
     /// Checks that every probability is in [0,1] and that they sum to 1, possibly after rounding.
     fn check_probabilities(&self, id: CommandId, state: &[i64]) -> Result<(), StepError> {
-        let mut sum = 0.0;
-        for branch in &self.commands[id.index()].branches {
-            let p = self.real(branch.probability, id, state)?;
-            if !(0.0..=1.0).contains(&p) {
-                return Err(StepError::Probability(id, p));
-            }
-            sum += p;
+        match self.judged(&self.commands[id.index()], state) {
+            Ok((Sum::Wrong, wrong)) => Err(StepError::Probability(id, wrong)),
+            Ok(_) => Ok(()),
+            Err(reason) => Err(StepError::Eval(id, reason)),
         }
-        if Sum::of(sum) == Sum::Wrong { Err(StepError::Probability(id, sum)) } else { Ok(()) }
-    }
-
-    pub(super) fn real(&self, e: ExprId, id: CommandId, state: &[i64]) -> Result<f64, StepError> {
-        Ok(self.pool.eval(e, state).map_err(|e| StepError::Eval(id, e))?.to_f64())
     }
 
     /// Returns the successors for all ways to take a branch of each command; `ways` counts the ways

@@ -5,6 +5,8 @@ use std::fmt;
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value as Json};
 
+use super::decimal;
+use super::exact::{Exact, Real, shortest};
 use super::value::{Type, Value};
 use super::{Program, Variable};
 
@@ -45,14 +47,21 @@ impl fmt::Display for Valuation {
 }
 
 /// Converts the value of a constant; a value that JSON numbers cannot represent becomes text.
-pub(crate) fn json(value: Value) -> Json {
-    match value {
+pub(crate) fn json(value: &Exact) -> Json {
+    match value.rounded() {
         Value::Bool(b) => Json::from(b),
         Value::Int(i) => Json::from(i),
         Value::Real(x) => {
             serde_json::Number::from_f64(x).map_or_else(|| Json::from(x.to_string()), Json::Number)
         }
     }
+}
+
+/// Returns the exact value of a real that its nearest double does not give.
+pub(crate) fn long(value: &Exact) -> Option<String> {
+    let Exact::Real(Real::Finite(exact)) = value else { return None };
+    let near = shortest(Real::Finite(exact.clone()).to_f64());
+    (near.as_ref() != Some(exact)).then(|| decimal::text(exact))
 }
 
 /// Serialises a count as a string: many readers of JSON lose digits beyond 2^53.

@@ -1,9 +1,13 @@
-//! Values, types and operators; the only definition of the operators' meaning.
+//! Values, types and operators, and the meaning of the operators on integers and Booleans.
+//! [`super::real`] has that of reals, and [`super::exact`] applies either.
 //!
-//! Integers are 64 bits wide and never wrap: an overflow is an error. Reals are IEEE doubles.
+//! Integers are 64 bits wide and never wrap: an overflow is an error.
 
 use std::fmt;
 use std::hash::{Hash, Hasher};
+
+use super::exact::Exact;
+use super::real::MOST_BITS;
 
 /// The types of expressions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, strum::Display)]
@@ -25,7 +29,7 @@ pub enum Value {
     Bool(bool),
     /// An integer.
     Int(i64),
-    /// A real.
+    /// The double nearest to a real.
     Real(f64),
 }
 
@@ -149,6 +153,12 @@ pub enum EvalError {
     /// The operand of `floor`, `ceil` or `round` is not finite or too large for an integer.
     #[error("the value is not a finite number, or too large for an integer")]
     NotAnInteger,
+    /// A number is needed, and the value is infinite or undefined.
+    #[error("the value is not a finite number")]
+    NotFinite,
+    /// The exact value of a real has too many bits.
+    #[error("the numerator or the denominator of the exact value has more than {} bits", MOST_BITS)]
+    TooLong,
 }
 
 /// Returns the type of `op(a)` for an operand of type `ty`.
@@ -171,60 +181,39 @@ pub(crate) fn binary_type(op: Binary, ty: Type) -> Type {
     }
 }
 
-/// Computes `op(x)`.
-///
-/// # Errors
-/// The operation has no value; see [`EvalError`].
-pub(crate) fn unary(op: Unary, x: Value) -> Result<Value, EvalError> {
-    Ok(match (op, x) {
-        (Unary::Not, x) => Value::Bool(x.to_f64() == 0.0),
-        (Unary::Neg, Value::Int(i)) => Value::Int(i.checked_neg().ok_or(EvalError::Overflow)?),
-        (Unary::Neg, x) => Value::Real(-x.to_f64()),
-        (Unary::Floor, x) => Value::Int(to_int(x.to_f64().floor())?),
-        (Unary::Ceil, x) => Value::Int(to_int(x.to_f64().ceil())?),
-        (Unary::Round, x) => Value::Int(to_int(round(x.to_f64()))?),
-        (Unary::ToReal, x) => Value::Real(x.to_f64()),
+/// Computes `a op b` on Booleans.
+pub(super) fn logical(op: Binary, a: bool, b: bool) -> Exact {
+    Exact::Bool(match op {
+        Binary::And => a && b,
+        Binary::Or => a || b,
+        Binary::Lt => !a & b,
+        Binary::Le => !a | b,
+        _ => a == b,
     })
 }
 
-/// Computes `x op y` for operands of the same type (`Eq` on reals compares numbers: NaN equals
-/// nothing).
+/// Computes `a op b` on integers; `None` if the operation belongs to the reals.
 ///
 /// # Errors
 /// The operation has no value; see [`EvalError`].
-pub(crate) fn binary(op: Binary, x: Value, y: Value) -> Result<Value, EvalError> {
-    match (x, y) {
-        (Value::Bool(a), Value::Bool(b)) => Ok(Value::Bool(match op {
-            Binary::And => a && b,
-            Binary::Or => a || b,
-            Binary::Lt => !a & b,
-            Binary::Le => !a | b,
-            _ => a == b,
-        })),
-        (Value::Int(a), Value::Int(b)) => int_binary(op, a, b),
-        _ => Ok(real_binary(op, x.to_f64(), y.to_f64())),
-    }
-}
-
-fn int_binary(op: Binary, a: i64, b: i64) -> Result<Value, EvalError> {
-    let int = |r: Option<i64>| r.map(Value::Int).ok_or(EvalError::Overflow);
+pub(super) fn whole(op: Binary, a: i64, b: i64) -> Result<Option<Exact>, EvalError> {
+    let int = |r: Option<i64>| r.map(|i| Some(Exact::Int(i))).ok_or(EvalError::Overflow);
+    let truth = |b: bool| Ok(Some(Exact::Bool(b)));
     match op {
         Binary::Add => int(a.checked_add(b)),
         Binary::Sub => int(a.checked_sub(b)),
         Binary::Mul => int(a.checked_mul(b)),
-        Binary::Min => Ok(Value::Int(a.min(b))),
-        Binary::Max => Ok(Value::Int(a.max(b))),
+        Binary::Min => int(Some(a.min(b))),
+        Binary::Max => int(Some(a.max(b))),
         Binary::Pow if b < 0 => Err(EvalError::NegativeExponent),
         Binary::Pow => int(int_pow(a, b)),
         Binary::Mod if b == 0 => Err(EvalError::ModByZero),
         Binary::Mod if b < 0 => Err(EvalError::ModByNegative),
-        Binary::Mod => Ok(Value::Int(a.rem_euclid(b))),
-        _ => Ok(match op {
-            Binary::Eq => Value::Bool(a == b),
-            Binary::Lt => Value::Bool(a < b),
-            Binary::Le => Value::Bool(a <= b),
-            _ => real_binary(op, a as f64, b as f64),
-        }),
+        Binary::Mod => int(Some(a.rem_euclid(b))),
+        Binary::Eq => truth(a == b),
+        Binary::Lt => truth(a < b),
+        Binary::Le => truth(a <= b),
+        Binary::And | Binary::Or | Binary::Div | Binary::Log => Ok(None),
     }
 }
 
@@ -239,51 +228,4 @@ fn int_pow(a: i64, b: i64) -> Option<i64> {
             _ => None,
         },
     }
-}
-
-fn real_binary(op: Binary, a: f64, b: f64) -> Value {
-    match op {
-        Binary::Add => Value::Real(a + b),
-        Binary::Sub => Value::Real(a - b),
-        Binary::Mul => Value::Real(a * b),
-        Binary::Div => Value::Real(a / b),
-        Binary::Min | Binary::Max if a.is_nan() || b.is_nan() => Value::Real(f64::NAN),
-        // The negative zero is the smaller of the two zeros, as in Java.
-        Binary::Min => Value::Real(if a < b || (a == b && a.is_sign_negative()) { a } else { b }),
-        Binary::Max => Value::Real(if a > b || (a == b && a.is_sign_positive()) { a } else { b }),
-        Binary::Pow => Value::Real(real_pow(a, b)),
-        Binary::Log => Value::Real(real_log(a, b)),
-        Binary::Mod => Value::Real(a.rem_euclid(b)),
-        Binary::Lt => Value::Bool(a < b),
-        Binary::Le => Value::Bool(a <= b),
-        Binary::Eq | Binary::And | Binary::Or => Value::Bool(a == b),
-    }
-}
-
-/// Returns the nearest integer, halves rounded up. Not `floor(x + 0.5)`, because that sum is
-/// rounded itself.
-fn round(x: f64) -> f64 {
-    let below = x.floor();
-    if x - below < 0.5 { below } else { below + 1.0 }
-}
-
-/// Computes Java's `Math.pow`, as PRISM does. It returns NaN in some cases in which C and Rust
-/// return 1.
-fn real_pow(a: f64, b: f64) -> f64 {
-    if b.is_nan() || (a.abs() == 1.0 && b.is_infinite()) { f64::NAN } else { a.powf(b) }
-}
-
-/// Computes PRISM's logarithm: NaN for an invalid base.
-fn real_log(x: f64, base: f64) -> f64 {
-    if base.is_nan() || base <= 0.0 || base == 1.0 || base.is_infinite() {
-        f64::NAN
-    } else {
-        x.ln() / base.ln()
-    }
-}
-
-/// Converts a whole number to an integer, if it fits 64 bits.
-fn to_int(x: f64) -> Result<i64, EvalError> {
-    const BOUND: f64 = 9_223_372_036_854_775_808.0;
-    if (-BOUND..BOUND).contains(&x) { Ok(x as i64) } else { Err(EvalError::NotAnInteger) }
 }

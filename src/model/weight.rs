@@ -5,11 +5,14 @@
 
 use num_traits::{One, Zero};
 
-use super::exact::Ratio;
+use super::exact::{Ratio, Real};
 use super::step::StepError;
 use super::{Branch, CommandId, Program};
 
-/// A positive probability.
+/// The smallest positive double.
+const LEAST: f64 = f64::from_bits(1);
+
+/// A positive probability. Its double is positive too: a branch is not lost by rounding.
 pub(super) trait Weight: Clone {
     /// Returns 1.
     fn one() -> Self;
@@ -37,7 +40,7 @@ impl Weight for f64 {
     }
 
     fn times(&self, other: &Self) -> Self {
-        self * other
+        (self * other).max(LEAST)
     }
 
     fn add(&mut self, other: &Self) {
@@ -49,14 +52,8 @@ impl Weight for f64 {
         id: CommandId,
         state: &[i64],
     ) -> Result<Vec<(&'p Branch, Self)>, StepError> {
-        let mut branches = Vec::new();
-        for branch in &program.commands[id.index()].branches {
-            let p = program.real(branch.probability, id, state)?;
-            if p > 0.0 {
-                branches.push((branch, p));
-            }
-        }
-        Ok(branches)
+        let branches = positive(program, id, state)?;
+        Ok(branches.into_iter().map(|(branch, p)| (branch, Real::Finite(p).to_f64().max(LEAST))).collect())
     }
 }
 
@@ -77,29 +74,32 @@ impl Weight for Ratio {
         *self += other;
     }
 
-    /// The engines keep a branch if its double is positive. Quantities and levels agree only if the
-    /// exact value says the same.
     fn branches<'p>(
         program: &'p Program,
         id: CommandId,
         state: &[i64],
     ) -> Result<Vec<(&'p Branch, Self)>, StepError> {
-        let (mut branches, mut sum) = (Vec::new(), Ratio::zero());
-        for branch in &program.commands[id.index()].branches {
-            let rounded = program.real(branch.probability, id, state)?;
-            let eval = program.pool.eval_exact(branch.probability, state);
-            let p = eval.map_err(|e| StepError::Eval(id, e))?;
-            if (rounded > 0.0) != (p > Ratio::zero()) || (rounded == 0.0) != p.is_zero() {
-                return Err(StepError::Support(id, rounded));
-            }
-            if !p.is_zero() {
-                sum += &p;
-                branches.push((branch, p));
-            }
-        }
+        let mut branches = positive(program, id, state)?;
+        let sum: Ratio = branches.iter().map(|(_, p)| p).sum();
         if !sum.is_one() && !sum.is_zero() {
             branches.iter_mut().for_each(|(_, p)| *p /= &sum);
         }
         Ok(branches)
     }
+}
+
+/// Returns the branches of an enabled command whose exact probability is positive.
+fn positive<'p>(
+    program: &'p Program,
+    id: CommandId,
+    state: &[i64],
+) -> Result<Vec<(&'p Branch, Ratio)>, StepError> {
+    let mut branches = Vec::new();
+    for branch in &program.commands[id.index()].branches {
+        let p = program.pool.eval_exact(branch.probability, state).map_err(|e| StepError::Eval(id, e))?;
+        if !p.is_zero() {
+            branches.push((branch, p));
+        }
+    }
+    Ok(branches)
 }

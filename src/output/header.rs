@@ -135,6 +135,9 @@ impl Header {
             text += &format!(", {}", model.constants());
         }
         text.push('\n');
+        if let Some(place) = &model.inexact {
+            text += &format!("  a double counts for an exact value at {}\n", escape::line(place));
+        }
         if let Some(counts) = counts {
             let mut numbers = vec![("states", &counts.states)];
             numbers.extend(counts.model_states.iter().map(|states| ("without monitors", states)));
@@ -161,6 +164,9 @@ pub struct ModelSummary {
     pub kind: Option<&'static str>,
     /// The constants given by `--const`.
     pub constants: Map<String, Json>,
+    /// The first place where a double counts for an exact value.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inexact: Option<String>,
     /// The variables in the order of declaration.
     pub variables: Vec<VariableSummary>,
 }
@@ -187,7 +193,7 @@ pub struct VariableSummary {
 impl ModelSummary {
     fn read(&mut self, program: &Program) {
         let constant = |name: &String| {
-            let value = program.constants.iter().find(|(n, _)| n == name)?.1;
+            let value = &program.constants.iter().find(|(n, _)| n == name)?.1;
             Some((name.clone(), json(value)))
         };
         let variable = |v: &crate::model::Variable| VariableSummary {
@@ -199,6 +205,10 @@ impl ModelSummary {
             values: v.values.clone(),
         };
         self.kind = Some(program.kind.into());
+        self.inexact = program.inexact.as_ref().map(|d| {
+            let (line, column) = d.position();
+            format!("{}:{line}:{column}", d.source.name)
+        });
         self.constants = program.given_constants.iter().filter_map(constant).collect();
         self.variables = program.variables.iter().map(variable).collect();
     }

@@ -9,9 +9,10 @@ use super::{Earned, Interval};
 use crate::engine::Engine;
 use crate::engine::regions::{Regions, holds};
 use crate::error::{Error, Limit, Result};
+use crate::model::exact::{Ratio, Real};
 use crate::model::expr::ExprId;
 use crate::model::property::{Inequality, Measure, Quantity, Question};
-use crate::model::{Optimum, Program, exact};
+use crate::model::{Optimum, Program};
 
 /// Maximum number of initial states with values.
 const MOST_STATES: usize = 1 << 20;
@@ -83,7 +84,8 @@ pub fn answer<E: Engine>(
     let mut found = values(false)?;
     // The values of several states may be far apart; each has narrow bounds of its own.
     let is_narrow = |found: &[Value]| found.iter().all(|value| bound(value.interval()).width() <= precision);
-    let is_decided = |found: &[Value]| quantity.bound.is_none_or(|bound| truth(found, bound).is_some());
+    let is_decided =
+        |found: &[Value]| quantity.bound.as_ref().is_none_or(|bound| truth(found, bound).is_some());
     // Where bounds are too wide, or contain the bound of the property, exact numbers decide.
     if found.end.is_ok() && !(is_narrow(&found.values) && is_decided(&found.values)) {
         match values(true).and_then(|exact| exact.end.map(|()| exact.values)) {
@@ -91,7 +93,7 @@ pub fn answer<E: Engine>(
             Err(e) => found.end = Err(e),
         }
     }
-    let holds = quantity.bound.and_then(|bound| truth(&found.values, bound));
+    let holds = quantity.bound.as_ref().and_then(|bound| truth(&found.values, bound));
     Ok(Answer { value: over(&found.values), holds, end: found.end })
 }
 
@@ -117,8 +119,8 @@ fn bound(Interval { lower, upper }: Interval) -> Bound {
 }
 
 /// Returns whether all values satisfy a comparison; `None` if the bounds do not decide it.
-fn truth(values: &[Value], (comparison, bound): (Inequality, f64)) -> Option<bool> {
-    let each: Vec<Option<bool>> = values.iter().map(|value| satisfies(value, comparison, bound)).collect();
+fn truth(values: &[Value], (comparison, bound): &(Inequality, Ratio)) -> Option<bool> {
+    let each: Vec<Option<bool>> = values.iter().map(|value| satisfies(value, *comparison, bound)).collect();
     match () {
         () if each.contains(&Some(false)) => Some(false),
         () if each.contains(&None) => None,
@@ -126,7 +128,7 @@ fn truth(values: &[Value], (comparison, bound): (Inequality, f64)) -> Option<boo
     }
 }
 
-fn satisfies(value: &Value, comparison: Inequality, bound: f64) -> Option<bool> {
+fn satisfies(value: &Value, comparison: Inequality, bound: &Ratio) -> Option<bool> {
     let holds = |order: Ordering| match comparison {
         Inequality::Ge => order.is_ge(),
         Inequality::Gt => order.is_gt(),
@@ -136,13 +138,13 @@ fn satisfies(value: &Value, comparison: Inequality, bound: f64) -> Option<bool> 
     if let Value::Finite(bounds) = value
         && let Some(exact) = &bounds.exact
     {
-        return Some(holds(exact.cmp(&exact::shortest(bound)?)));
+        return Some(holds(exact.cmp(bound)));
     }
     let Interval { lower, upper } = value.interval();
-    // The bound is a decimal that its double rounds: a value equal to the double decides nothing.
-    match () {
-        () if lower > bound => Some(holds(Ordering::Greater)),
-        () if upper < bound => Some(holds(Ordering::Less)),
-        () => None,
+    let side = |x: f64| Real::from(x).compare(&Real::Finite(bound.clone()));
+    match (side(lower), side(upper)) {
+        (Some(Ordering::Greater), _) => Some(holds(Ordering::Greater)),
+        (_, Some(Ordering::Less)) => Some(holds(Ordering::Less)),
+        _ => None,
     }
 }

@@ -93,18 +93,27 @@ pub enum Costs {
 }
 
 impl Costs {
-    /// Finds a reward structure, or the number of steps; `None` if there is no such name. Adds a
+    /// Finds the number of steps, or a reward structure; `None` if there is no such name. `steps` is
+    /// the number of steps even if a structure has this name; see [`Costs::is_hidden`]. Adds a
     /// predicate to the program, so the engine must read the program after this.
     pub fn named(program: &mut Program, name: &str) -> Option<Self> {
-        match program.reward_structure(Some(name)) {
-            Some(structure) => Some(Costs::Rewards { structure, wrong: program.wrong_rewards(structure) }),
-            None => (name == Steps::NAME).then_some(Costs::Steps),
+        if name == Steps::NAME {
+            return Some(Costs::Steps);
         }
+        let structure = program.reward_structure(Some(name))?;
+        Some(Costs::Rewards { structure, wrong: program.wrong_rewards(structure) })
+    }
+
+    /// Returns whether the model has a reward structure with this name that is not the cost of this
+    /// name.
+    pub fn is_hidden(program: &Program, name: &str) -> bool {
+        name == Steps::NAME && program.reward_structure(Some(name)).is_some()
     }
 
     /// Returns all names for a model.
     pub fn names(program: &Program) -> impl Iterator<Item = &str> {
-        std::iter::once(Steps::NAME).chain(program.rewards.iter().filter_map(|r| r.name.as_deref()))
+        let named = program.rewards.iter().filter_map(|r| r.name.as_deref());
+        std::iter::once(Steps::NAME).chain(named.filter(|name| *name != Steps::NAME))
     }
 
     /// Returns the cost, after checking it in all states of the scope.

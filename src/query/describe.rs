@@ -8,7 +8,7 @@ use crate::dump::manifest::{self, ChoiceNumber, Choices, Encoding, File, Source,
 use crate::engine::Engine;
 use crate::engine::symbolic::{Numbered, SymbolicEngine};
 use crate::model::preference::Preferences;
-use crate::model::valuation::json;
+use crate::model::valuation::{json, long};
 use crate::model::value::Type;
 use crate::model::{CommandId, Program};
 
@@ -106,7 +106,12 @@ impl Subject<'_> {
             schema: manifest::SCHEMA.to_owned(),
             tool: Tool { name: manifest::TOOL.to_owned(), version: env!("CARGO_PKG_VERSION").to_owned() },
             model: source(&self.inputs.model),
-            constants: program.constants.iter().map(|(name, value)| (name.clone(), json(*value))).collect(),
+            constants: program.constants.iter().map(|(name, value)| (name.clone(), json(value))).collect(),
+            exact: program
+                .constants
+                .iter()
+                .filter_map(|(name, value)| Some((name.clone(), long(value)?)))
+                .collect(),
             given: program.given_constants.clone(),
             preferences: source(&self.inputs.preferences),
             objectives: self.preferences.objectives.iter().map(|o| o.name.clone()).collect(),

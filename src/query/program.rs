@@ -4,6 +4,8 @@ use serde_json::Value as Json;
 
 use crate::dump::Manifest;
 use crate::error::{Error, Result, SourceFile};
+use crate::model::decimal;
+use crate::model::exact::{Exact, Real};
 use crate::model::expr::ExprPool;
 use crate::model::value::{Type, Value};
 use crate::model::{ModelKind, Program, Variable};
@@ -22,6 +24,14 @@ pub(super) fn rebuild(name: &str, manifest: &Manifest) -> Result<Program> {
             return Err(Error::Dump { file: name.to_owned(), line: 0, message });
         };
         constants.push((constant.clone(), value));
+    }
+    for (constant, text) in &manifest.exact {
+        let (known, value) = (constants.iter_mut().find(|(name, _)| name == constant), decimal::read(text));
+        let (Some(known), Some(value)) = (known, value) else {
+            let message = format!("the constant `{constant}` has an invalid exact value");
+            return Err(Error::Dump { file: name.to_owned(), line: 0, message });
+        };
+        known.1 = Exact::Real(Real::Finite(value));
     }
     let variable = |v: &crate::dump::manifest::Variable| Variable {
         name: v.name.clone(),
@@ -48,16 +58,21 @@ pub(super) fn rebuild(name: &str, manifest: &Manifest) -> Result<Program> {
         labels: Vec::new(),
         formulas: Vec::new(),
         rewards: Vec::new(),
+        inexact: None,
         monitors: None,
     })
 }
 
+fn real(x: f64) -> Exact {
+    Exact::Real(Real::shortest(x))
+}
+
 /// Reads a constant as `export` writes it.
-fn value(json: &Json) -> Option<Value> {
+fn value(json: &Json) -> Option<Exact> {
     match json {
-        Json::Bool(b) => Some(Value::Bool(*b)),
-        Json::Number(n) => n.as_i64().map(Value::Int).or_else(|| n.as_f64().map(Value::Real)),
-        Json::String(text) => text.parse().ok().map(Value::Real),
+        Json::Bool(b) => Some(Exact::Bool(*b)),
+        Json::Number(n) => n.as_i64().map(Exact::Int).or_else(|| n.as_f64().map(real)),
+        Json::String(text) => text.parse().ok().map(real),
         _ => None,
     }
 }

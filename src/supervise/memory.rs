@@ -59,7 +59,7 @@ pub fn peak_rss() -> u64 {
 }
 
 /// Returns the resident set of this process in bytes; `None` if the system does not tell.
-pub(super) fn resident() -> Option<u64> {
+pub fn resident() -> Option<u64> {
     memory_stats::memory_stats().map(|m| m.physical_mem as u64)
 }
 

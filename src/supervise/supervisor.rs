@@ -15,8 +15,11 @@ const OUT_OF_MEMORY: u8 = 2;
 /// The memory that a process may use in addition to its limit, in bytes: for the program, texts and
 /// results.
 const ALLOWANCE: u64 = 64 << 20;
-/// The minimum time between two checks of the limits.
-const CHECKS: Duration = Duration::from_millis(5);
+/// The memory by which work may exceed its limit before it is left behind, in bytes. Work that asks
+/// whether to stop exceeds it by less.
+const GROWTH: u64 = 32 << 20;
+/// The minimum time between two checks of the limits. In this time, a thread fills about 10 MiB.
+pub(super) const CHECKS: Duration = Duration::from_millis(5);
 /// The minimum time between two requests for details.
 const DETAILS: Duration = Duration::from_millis(100);
 
@@ -79,8 +82,9 @@ struct MemoryLimit {
 }
 
 impl MemoryLimit {
-    fn is_exceeded(self) -> bool {
-        let most = self.baseline.saturating_add(self.bytes).saturating_add(ALLOWANCE);
+    /// Returns whether the process exceeds the limit by more than some bytes.
+    fn is_exceeded_by(self, more: u64) -> bool {
+        let most = [self.bytes, ALLOWANCE, more].into_iter().fold(self.baseline, u64::saturating_add);
         memory::resident().is_some_and(|used| used > most)
     }
 
@@ -210,12 +214,19 @@ impl Supervisor {
         Some(Limit::Time(time.timeout))
     }
 
+    /// Returns the memory limit if the process exceeds it so far that the work seems not to ask.
+    pub(crate) fn outgrown(&self) -> Option<Limit> {
+        let limit = lock(&self.limits).memory.filter(|memory| memory.is_exceeded_by(GROWTH))?;
+        let _ = self.reached.compare_exchange(RUNNING, OUT_OF_MEMORY, Relaxed, Relaxed);
+        Some(limit.reached())
+    }
+
     /// Checks the limits, and stores the first one that is reached.
     fn check_limits(&self) {
         let limits = lock(&self.limits);
         let reached = match (limits.time, limits.memory) {
             (Some(time), _) if time.remaining().is_zero() => OUT_OF_TIME,
-            (_, Some(memory)) if memory.is_exceeded() => OUT_OF_MEMORY,
+            (_, Some(memory)) if memory.is_exceeded_by(0) => OUT_OF_MEMORY,
             _ => return,
         };
         let _ = self.reached.compare_exchange(RUNNING, reached, Relaxed, Relaxed);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
-use super::supervisor::{Position, Supervisor};
+use super::supervisor::{CHECKS, Position, Supervisor};
 use crate::error::{Error, Limit, Result};
 
 /// The time that a worker thread has to stop after it was cancelled.
@@ -85,7 +85,8 @@ impl<T> Worker<T> {
     /// every 50 ms; its error cancels the work.
     ///
     /// Cancelled work has 250 ms to stop. Then its thread is left behind, and ends at its next
-    /// check for cancellation.
+    /// check for cancellation. Every 5 ms the memory limit is checked, too: work that exceeds it
+    /// without asking whether to stop is left behind at once.
     ///
     /// # Errors
     /// The errors of the work and of `attend`; the limit that cancelled the work. An error of
@@ -96,15 +97,16 @@ impl<T> Worker<T> {
     ) -> std::result::Result<T, Failure<X>> {
         // The reason for the cancellation, and the time at which the thread is left behind.
         let mut cancelled: Option<(Failure<X>, Instant)> = None;
+        let mut due = Instant::now() + TICK;
         loop {
             let left = match &cancelled {
                 Some((_, until)) => Some(until.saturating_duration_since(Instant::now())),
                 None => self.supervisor.remaining(),
             };
-            let position = match self.events.recv_timeout(left.unwrap_or(TICK).min(TICK)) {
+            let reported = match self.events.recv_timeout(left.unwrap_or(CHECKS).min(CHECKS)) {
                 Ok(Event::Ended(end)) => return ended(end, cancelled),
-                Ok(Event::Position(position)) => position,
-                Err(RecvTimeoutError::Timeout) => self.supervisor.position(),
+                Ok(Event::Position(position)) => Some(position),
+                Err(RecvTimeoutError::Timeout) => None,
                 Err(RecvTimeoutError::Disconnected) => {
                     return Err(Failure::Panic("the worker thread is gone".to_owned()));
                 }
@@ -112,7 +114,13 @@ impl<T> Worker<T> {
             if let Some((reason, _)) = cancelled.take_if(|(_, until)| Instant::now() >= *until) {
                 return Err(reason);
             }
-            if cancelled.is_none() {
+            if let Some(limit) = self.supervisor.outgrown() {
+                return Err(cancelled.map_or(Failure::Error(limit.into()), |(reason, _)| reason));
+            }
+            let is_late = self.supervisor.remaining().is_some_and(|left| left.is_zero());
+            if cancelled.is_none() && (reported.is_some() || is_late || Instant::now() >= due) {
+                due = Instant::now() + TICK;
+                let position = reported.unwrap_or_else(|| self.supervisor.position());
                 let reason = self.cancellation(attend(&position));
                 cancelled = reason.map(|reason| (reason, Instant::now() + GRACE));
             }
@@ -233,6 +241,21 @@ mod tests {
         let found = worker.wait(|_| Err("enough"));
         assert!(matches!(found, Err(Failure::Cancelled("enough"))));
         assert!(matches!(supervisor.stop(), Some(Limit::Interrupted)));
+        free.send(()).unwrap();
+    }
+
+    #[test]
+    fn work_that_needs_more_and_more_memory_without_asking_is_left_behind() {
+        let supervisor = Arc::new(Supervisor::new());
+        supervisor.limit_growth(0);
+        let (free, blocked) = channel::<()>();
+        let worker = spawn(&supervisor, move |_| {
+            let bytes = vec![1_u8; 160 << 20];
+            Ok((blocked.recv().is_ok(), bytes.len()))
+        });
+        let found = worker.unwrap().wait(|_| Ok::<_, Infallible>(()));
+        assert!(matches!(found, Err(Failure::Error(Error::Limit(Limit::Memory { .. })))));
+        assert!(matches!(supervisor.stop(), Some(Limit::Memory { .. })), "the work hears of it");
         free.send(()).unwrap();
     }
 

@@ -1,32 +1,32 @@
 //! The archive: a tar file, plain or compressed by gzip or xz.
 //!
 //! Reading holds the files in memory and writes nothing. The sum of their sizes is bounded, however
-//! well they are compressed; see [`MOST_BYTES`].
+//! well they are compressed; see [`MOST_BYTES`]. An archive is read to its last byte: the checksums
+//! of gzip and xz, the end mark of tar, and zeros after it.
 
 use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 
-use flate2::read::MultiGzDecoder;
 use flate2::{Compression, GzBuilder};
-use lzma_rust2::XzReader;
-use tar::{Archive, Builder, Header};
+use tar::{Archive, Builder, Entry, EntryType, Header};
 
+use super::unpacked::Unpacked;
 use crate::error::{Error, Limit, Result};
 use crate::progress::ProgressSink;
 
-/// Maximum size of the files together, in bytes, tar headers included.
+/// Maximum size of the unpacked archive, in bytes.
 const MOST_BYTES: u64 = 1 << 30;
-/// Maximum size of the dictionary of xz, in KiB; the strongest usual setting takes 64 MiB.
-const MOST_DICTIONARY: u32 = (80 << 20) >> 10;
 /// Maximum number of files.
 const MOST_FILES: usize = 1 << 16;
-/// Number of bytes read between two queries whether to stop.
-const CHUNK: u64 = 1 << 20;
+/// Maximum size of a path, in bytes.
+const LONGEST_PATH: usize = 1 << 12;
 
-const GZIP: &[u8] = &[0x1f, 0x8b, 0x08];
-const XZ: &[u8] = &[0xfd, b'7', b'z', b'X', b'Z', 0];
 const TAR: &[u8] = b"ustar";
 const TAR_AT: usize = 257;
+/// The size of what the reader of tar leaves of its end mark: the second of two empty blocks.
+const END: u64 = 512;
+/// The first characters of the keys of sparse files.
+const SPARSE: &str = "GNU.sparse.";
 
 /// The files of an archive by path.
 #[derive(Debug, Default)]
@@ -37,9 +37,7 @@ pub(crate) struct Files {
 
 /// Returns whether some bytes are an archive, by their first bytes.
 pub(crate) fn is_archive(bytes: &[u8]) -> bool {
-    bytes.starts_with(GZIP)
-        || bytes.starts_with(XZ)
-        || bytes.get(TAR_AT..).is_some_and(|b| b.starts_with(TAR))
+    Unpacked::is_compressed(bytes) || bytes.get(TAR_AT..).is_some_and(|b| b.starts_with(TAR))
 }
 
 impl Files {
@@ -49,46 +47,64 @@ impl Files {
     /// The bytes are not an archive, or are damaged; a limit.
     pub(crate) fn unpack(name: &str, bytes: &[u8], sink: &dyn ProgressSink) -> Result<Self> {
         let mut files = Files { name: name.to_owned(), files: BTreeMap::new() };
-        let plain: Box<dyn Read + '_> = match bytes {
-            _ if bytes.starts_with(GZIP) => Box::new(MultiGzDecoder::new(bytes)),
-            _ if bytes.starts_with(XZ) => Box::new(XzReader::new_mem_limit(bytes, true, MOST_DICTIONARY)),
-            _ => Box::new(bytes),
-        };
-        let mut archive = Archive::new(plain.take(MOST_BYTES));
-        let mut total = 0;
-        let damaged = |e: &io::Error| files_error(name, &format!("this is not a valid archive: {e}"));
-        for entry in archive.entries().map_err(|e| damaged(&e))? {
-            let mut entry = entry.map_err(|e| damaged(&e))?;
-            if !entry.header().entry_type().is_file() {
-                continue;
-            }
-            let path = String::from_utf8_lossy(&entry.path_bytes()).into_owned();
-            let path = path.trim_start_matches("./").trim_start_matches('/').to_owned();
-            let mut content = Vec::new();
-            loop {
-                if let Some(limit) = sink.stop() {
-                    return Err(limit.into());
-                }
-                let read = (&mut entry).take(CHUNK).read_to_end(&mut content).map_err(|e| damaged(&e))?;
-                if content.len() as u64 > MOST_BYTES {
-                    return Err(too_large(name));
-                }
-                if read == 0 {
-                    break;
-                }
-            }
-            if (content.len() as u64) < entry.size() {
-                return Err(too_large(name));
-            }
-            total += content.len() as u64;
-            if files.files.insert(path.clone(), content).is_some() {
-                return Err(files.wrong(&path, "the archive has two files with this name"));
-            }
-            if files.files.len() > MOST_FILES || total > MOST_BYTES {
-                return Err(too_large(name));
-            }
+        let mut archive = Archive::new(Unpacked::new(name, bytes, MOST_BYTES, sink));
+        for entry in archive.entries().map_err(|e| files.damaged(e))? {
+            let entry = entry.map_err(|e| files.damaged(e))?;
+            files.add(entry)?;
         }
-        Ok(files)
+        match archive.into_inner().zeros().map_err(|e| files.damaged(e))? {
+            Some(zeros) if zeros >= END => Ok(files),
+            Some(_) => Err(files.damaged(io::Error::other("its end is missing"))),
+            None => Err(files.damaged(io::Error::other("there is data after its end"))),
+        }
+    }
+
+    /// Adds a file of the archive; folders need not be added.
+    fn add(&mut self, mut entry: Entry<'_, impl Read>) -> Result<()> {
+        let path = entry.path_bytes();
+        if path.len() > LONGEST_PATH {
+            return Err(self.damaged(io::Error::other(format!("a path has {} bytes", path.len()))));
+        }
+        let path = String::from_utf8_lossy(&path).into_owned();
+        let path = path.trim_start_matches("./").trim_start_matches('/').to_owned();
+        if !self.has_content(&mut entry, &path)? {
+            return Ok(());
+        }
+        let mut content = Vec::new();
+        entry.read_to_end(&mut content).map_err(|e| self.damaged(e))?;
+        if (content.len() as u64) < entry.size() {
+            return Err(self.damaged(io::Error::other(format!("it ends within {path}"))));
+        }
+        if self.files.insert(path.clone(), content).is_some() {
+            return Err(self.wrong(&path, "the archive has two files with this name"));
+        }
+        if self.files.len() > MOST_FILES {
+            let what = format!("{} has more than {MOST_FILES} files", self.name);
+            return Err(Limit::Size { what }.into());
+        }
+        Ok(())
+    }
+
+    /// Returns whether an entry is a file, and not a folder. Other entries, such as links, are
+    /// refused: without them, the model would be another one.
+    fn has_content(&self, entry: &mut Entry<'_, impl Read>, path: &str) -> Result<bool> {
+        let mut is_sparse = false;
+        for extension in entry.pax_extensions().map_err(|e| self.damaged(e))?.into_iter().flatten() {
+            let extension = extension.map_err(|e| self.damaged(e))?;
+            is_sparse |= extension.key_bytes().starts_with(SPARSE.as_bytes());
+        }
+        match entry.header().entry_type() {
+            EntryType::Regular | EntryType::Continuous if !is_sparse => Ok(true),
+            EntryType::Directory => Ok(false),
+            _ => Err(self.wrong(path, "only plain files and folders are supported in an archive")),
+        }
+    }
+
+    /// Returns the error of an archive that cannot be read; a limit of [`Unpacked`] as it is.
+    fn damaged(&self, error: io::Error) -> Error {
+        error.downcast::<Error>().unwrap_or_else(|error| {
+            files_error(&self.name, &format!("this is not a valid archive, or is damaged: {error}"))
+        })
     }
 
     /// Returns the content of a file, if it exists.
@@ -114,11 +130,6 @@ impl Files {
 
 fn files_error(name: &str, message: &str) -> Error {
     Error::Io { path: name.to_owned(), message: message.to_owned() }
-}
-
-fn too_large(name: &str) -> Error {
-    let what = format!("{name} is damaged, or unpacks to more than {} MiB", MOST_BYTES >> 20);
-    Limit::Size { what }.into()
 }
 
 /// Packs files into an archive compressed by gzip, in the given order. Equal files give equal bytes:

@@ -7,6 +7,7 @@ use super::archive::Files;
 use super::index::{Base, Type};
 use crate::error::{Error, Result};
 use crate::model::exact::Ratio;
+use crate::model::real::MOST_BITS;
 
 /// A number as it is stored.
 pub(crate) enum Number {
@@ -116,22 +117,30 @@ impl Files {
             return Err(self.wrong(path, &format!("numbers of type {} do not have {bits} bits", ty.base)));
         }
         let Some(bytes) = self.sized(path, n.checked_mul(bits / 8))? else { return Ok(None) };
-        let number =
-            |cell: &[u8]| number(ty.base, cell).ok_or_else(|| self.wrong(path, "a denominator is 0"));
+        let number = |cell: &[u8]| number(ty.base, cell).map_err(|reason| self.wrong(path, &reason));
         bytes.chunks(bits / 8).map(number).collect::<Result<_, Error>>().map(Some)
     }
 }
 
-/// Returns the number of a double or a rational; `None` if a denominator is 0.
-pub(crate) fn number(base: Base, cell: &[u8]) -> Option<Number> {
+/// Returns the number of a double or a rational.
+///
+/// # Errors
+/// A denominator is 0, or a number has more than [`MOST_BITS`] bits.
+pub(crate) fn number(base: Base, cell: &[u8]) -> Result<Number, String> {
     if base == Base::Double {
-        return Some(Number::Double(f64::from_le_bytes(cell.try_into().ok()?)));
+        let bytes = cell.try_into().map_err(|_| "a double does not have 64 bits".to_owned())?;
+        return Ok(Number::Double(f64::from_le_bytes(bytes)));
     }
     let (numerator, denominator) = cell.split_at(cell.len() / 2);
     let denominator = BigUint::from_bytes_le(denominator);
     let numerator = BigInt::from_signed_bytes_le(numerator);
-    (!denominator.is_zero())
-        .then(|| Number::Rational(Ratio::new(numerator, BigInt::from_biguint(Sign::Plus, denominator))))
+    match numerator.bits().max(denominator.bits()) {
+        _ if denominator.is_zero() => Err("a denominator is 0".to_owned()),
+        bits if bits > MOST_BITS => {
+            Err(format!("a rational number of {bits} bits; at most {MOST_BITS} are supported"))
+        }
+        _ => Ok(Number::Rational(Ratio::new(numerator, BigInt::from_biguint(Sign::Plus, denominator)))),
+    }
 }
 
 /// Returns numbers of 64 bits as bytes.

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::reading::each_once;
+
 /// The index of an archive.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -18,10 +20,10 @@ pub(crate) struct Index {
     /// The kind and the size of the model.
     pub(crate) transition_system: TransitionSystem,
     /// Annotations by group and identifier.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub(crate) annotations: BTreeMap<String, BTreeMap<String, Annotation>>,
+    #[serde(default, deserialize_with = "each_once", skip_serializing_if = "BTreeMap::is_empty")]
+    pub(crate) annotations: BTreeMap<String, Annotations>,
     /// Valuations by what they are of: "states", "choices", …
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[serde(default, deserialize_with = "each_once", skip_serializing_if = "BTreeMap::is_empty")]
     pub(crate) valuations: BTreeMap<String, Valuations>,
 }
 
@@ -132,6 +134,13 @@ impl Type {
         matches!(self.base, IntInterval | UintInterval | DoubleInterval | RationalInterval)
     }
 }
+
+/// The annotations of a group by identifier.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[serde(transparent)]
+pub(crate) struct Annotations(
+    #[serde(deserialize_with = "each_once")] pub(crate) BTreeMap<String, Annotation>,
+);
 
 /// Values of states, choices or branches.
 #[derive(Debug, Clone, Serialize, Deserialize)]

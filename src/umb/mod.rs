@@ -8,6 +8,7 @@
 pub(crate) mod archive;
 pub(crate) mod binary;
 pub(crate) mod index;
+mod unpacked;
 
 /// The index, the first file of the archive.
 pub(crate) const INDEX: &str = "index.json";

@@ -349,7 +349,7 @@ fn a_model_that_is_too_large_to_read_is_a_limit_that_is_named() {
     // The list of 950,000 commands grows by tens of MiB at once, which exceeds the limit.
     let text = format!("mdp module m x:[0..9];\n{}endmodule", "[]x=1->(x'=2);\n".repeat(950_000));
     let scratch = Scratch::new(&[("m.prism", &text)]);
-    let (status, err) = limited("-v 705000", &format!("info {}", scratch.show("m.prism")));
+    let (status, err) = limited("-v 790000", &format!("info {}", scratch.show("m.prism")));
     assert_eq!(status, Some(4), "{err}");
     assert!(err.contains("memory allocation of"), "{err}");
 }

@@ -5,6 +5,7 @@ mod choose;
 mod common;
 mod compare;
 mod dumps;
+mod exact;
 mod exchange;
 mod expect;
 mod explicit;
@@ -16,6 +17,7 @@ mod json;
 mod json_page;
 #[cfg(unix)]
 mod limits;
+mod memory;
 mod output;
 mod properties;
 mod quantities;

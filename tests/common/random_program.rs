@@ -62,6 +62,7 @@ pub fn random_program(numbers: &[u16], faulty: bool) -> Program {
         labels: vec![("true".into(), literal)],
         formulas: vec![],
         rewards: Vec::new(),
+        inexact: None,
         monitors: None,
         modules: (0..modules).map(|m| format!("m{m}")).collect(),
         actions: (0..actions).map(|a| format!("a{a}")).collect(),

@@ -23,11 +23,11 @@ use proptest::prelude::*;
 use crate::entry;
 use crate::random_program::{random_predicate, random_program};
 
-fn none() -> Given {
+pub(crate) fn none() -> Given {
     Given { constants: SourceFile::new("c", ""), bounds: SourceFile::new("b", "") }
 }
 
-fn read(bytes: &[u8]) -> Result<Checked, meliora::Error> {
+pub(crate) fn read(bytes: &[u8]) -> Result<Checked, meliora::Error> {
     Document::read("m.umb", bytes)?.load(&none(), &NoProgress)
 }
 
@@ -152,7 +152,7 @@ proptest! {
 }
 
 /// An archive without compression.
-fn tar(files: &[(&str, &[u8])]) -> Vec<u8> {
+pub(crate) fn tar(files: &[(&str, &[u8])]) -> Vec<u8> {
     let mut builder = tar::Builder::new(Vec::new());
     for (name, content) in files {
         let mut header = tar::Header::new_ustar();
@@ -163,7 +163,7 @@ fn tar(files: &[(&str, &[u8])]) -> Vec<u8> {
     builder.into_inner().unwrap()
 }
 
-fn index(system: &str, rest: &str) -> String {
+pub(crate) fn index(system: &str, rest: &str) -> String {
     format!(
         r##"{{"format-version": 1, "format-revision": 0, "transition-system": {{"time": "discrete",
         "#players": 1, "#states": 2, "#initial-states": 1, "#choices": 2, "#choice-actions": 0,
@@ -171,12 +171,12 @@ fn index(system: &str, rest: &str) -> String {
     )
 }
 
-fn words(numbers: &[u64]) -> Vec<u8> {
+pub(crate) fn words(numbers: &[u64]) -> Vec<u8> {
     numbers.iter().flat_map(|n| n.to_le_bytes()).collect()
 }
 
 /// Reads an archive of two states in a row, with an index.
-fn two_states(index: &str, more: &[(&str, &[u8])]) -> Result<Checked, String> {
+pub(crate) fn two_states(index: &str, more: &[(&str, &[u8])]) -> Result<Checked, String> {
     let (initial, targets) = (words(&[1]), words(&[1, 1]));
     let files = [
         ("index.json", index.as_bytes()),

@@ -1,5 +1,6 @@
 //! Files from other sources: dumps with their proofs, and untrusted text.
 
+mod archives;
 mod conditions;
 mod corpus;
 #[path = "../common/entry.rs"]
@@ -8,6 +9,7 @@ mod exchange;
 mod files;
 mod hostile;
 mod mutation;
+mod names;
 mod others;
 mod plays;
 #[allow(unreachable_pub, reason = "what tests of engines share, too")]

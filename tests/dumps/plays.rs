@@ -7,9 +7,7 @@ use meliora::engine::Scope;
 use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::planning::Safety;
-use proptest::prelude::*;
 
-use crate::random_program::{random_predicate, random_program};
 use crate::verify::{Case, SAFETIES, replace};
 
 const SCOPES: [Scope; 2] = [Scope::Reachable, Scope::All];
@@ -95,54 +93,5 @@ fn every_single_complemented_arc_is_refused() {
         if let Ok(verdict) = case.verify(&dump) {
             assert!(verdict.violation.is_some(), "node {}", index + 2);
         }
-    }
-}
-
-/// Formulas in the fragment, all operands in brackets.
-fn formula() -> impl Strategy<Value = String> {
-    let state = prop_oneof![Just("\"p\""), Just("\"q\""), Just("(!\"p\")"), Just("(!\"q\")")];
-    let leaf = (state.clone(), state, 0..9usize).prop_map(|(a, b, form)| match form {
-        0 => format!("(F {a})"),
-        1 => format!("(G {a})"),
-        2 => format!("(G (F {a}))"),
-        3 => format!("(F (G {a}))"),
-        4 => format!("(G ({a} => (F {b})))"),
-        5 => format!("(F ({a} & (G {b})))"),
-        6 => format!("({a} U {b})"),
-        7 => format!("({a} W {b})"),
-        _ => format!("(F ({a} & (X {b})))"),
-    });
-    leaf.prop_recursive(2, 4, 2, |inner| {
-        (inner.clone(), inner, any::<bool>())
-            .prop_map(|(a, b, both)| format!("({a} {} {b})", if both { "&" } else { "|" }))
-    })
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
-
-    #[test]
-    fn random_dumps_of_whole_plays_are_accepted(
-        numbers in prop::collection::vec(any::<u16>(), 0..80),
-        p in prop::collection::vec(any::<u16>(), 0..8),
-        q in prop::collection::vec(any::<u16>(), 0..8),
-        formulas in (formula(), formula(), formula()),
-        empty in prop_oneof![Just("bottom"), Just("gain"), Just("incomparable")],
-        scope in prop_oneof![Just(Scope::Reachable), Just(Scope::All)],
-        safety in prop_oneof![Just(Safety::Action), Just(Safety::Transition), Just(Safety::Prefix)],
-    ) {
-        let mut program = random_program(&numbers, false);
-        for (name, predicate) in ["p", "q"].into_iter().zip([p, q]) {
-            let predicate = random_predicate(&mut program, &predicate);
-            program.labels.push((name.to_owned(), predicate));
-        }
-        let (a, b, c) = formulas;
-        let text = format!(
-            "objective A = {a}; objective B = {b}; objective C = {c};\n\
-            prefer A > B; prefer A > C; empty = {empty}; history = play;\n"
-        );
-        let preferences = lang::load_preferences(&SourceFile::new("p.pref", text.as_str()), &mut program).unwrap();
-        let case = Case::of(program, preferences, scope, safety);
-        prop_assert_eq!(case.verify(&case.dump).unwrap().violation, None, "{}", text);
     }
 }

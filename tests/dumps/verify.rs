@@ -2,10 +2,11 @@
 
 use std::fs;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use meliora::certify::{Hashes, Verdict, verify};
-use meliora::dump::Dump;
 use meliora::dump::manifest::Root;
+use meliora::dump::{Dump, read_directory, write_directory};
 use meliora::engine::SymbolicEngine;
 use meliora::engine::{Scope, Settings};
 use meliora::error::{Result, SourceFile};
@@ -14,6 +15,7 @@ use meliora::lang;
 use meliora::model::Program;
 use meliora::model::preference::Preferences;
 use meliora::planning::{Analysis, Options, Safety};
+use meliora::progress::NoProgress;
 
 const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
 pub(super) const SAFETIES: [Safety; 3] = [Safety::Action, Safety::Transition, Safety::Prefix];
@@ -204,4 +206,26 @@ fn every_single_complemented_arc_is_refused() {
             }
         }
     }
+}
+
+#[test]
+fn a_dump_that_is_replaced_while_it_is_read_is_the_old_or_the_new_one() {
+    let scratch = tempfile::tempdir().unwrap();
+    let directory = scratch.path().join("dump");
+    let dumps = [Safety::Action, Safety::Transition].map(|safety| case("toy", Scope::All, safety).dump);
+    let write = |dump: &Dump| write_directory(dump.clone(), &directory, false, &NoProgress).unwrap();
+    let written = dumps.each_ref().map(write);
+    let is_over = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            dumps.iter().cycle().take_while(|_| !is_over.load(Ordering::Relaxed)).for_each(|dump| {
+                write(dump);
+            });
+        });
+        let read: Vec<_> = (0..300).map(|_| read_directory(&directory, true, &NoProgress)).collect();
+        is_over.store(true, Ordering::Relaxed);
+        for dump in read {
+            assert!(written.contains(&dump.unwrap().manifest));
+        }
+    });
 }

@@ -7,12 +7,9 @@ use meliora::engine::ExplicitEngine;
 use meliora::engine::SymbolicEngine;
 use meliora::engine::{Algebra, Engine, Scope, Settings};
 use meliora::error::SourceFile;
-use meliora::lang::load_preferences;
-use meliora::model::preference::Preferences;
 use meliora::model::temporal::{Asks, Begin, Condition};
 use meliora::model::{Program, State};
 use meliora::planning::temporal::{judged, regions};
-use meliora::planning::{Analysis, AnalysisResult, Options, Safety};
 use proptest::prelude::*;
 
 use crate::common::brute::{Brute, Set};
@@ -195,49 +192,6 @@ proptest! {
                 brute.sort();
                 prop_assert_eq!(all, brute);
             }
-        }
-    }
-}
-
-/// Everything that an analysis counts.
-fn analysed<E: Engine>(engine: &Arc<E>, preferences: &Arc<Preferences>, safety: Safety) -> AnalysisResult {
-    let mut analysis = Analysis::new(engine, preferences, Options { safety, max_level: None });
-    analysis.run(&mut |_| ()).unwrap();
-    analysis.result().clone()
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(150))]
-
-    #[test]
-    fn both_engines_agree_on_preferences_over_whole_plays(
-        numbers_of in numbers(80),
-        p in numbers(8),
-        q in numbers(8),
-        formulas in (formula(), formula(), formula()),
-        empty in prop_oneof![Just("bottom"), Just("gain"), Just("incomparable")],
-        all in any::<bool>(),
-    ) {
-        let mut program = random_program(&numbers_of, false);
-        for (name, predicate) in ["p", "q"].into_iter().zip([p, q]) {
-            let predicate = random_predicate(&mut program, &predicate);
-            program.labels.push((name.to_owned(), predicate));
-        }
-        let (a, b, c) = formulas;
-        let text = format!(
-            "objective A = X ({a}); objective B = X ({b}); objective C = X ({c});\n\
-            prefer A > B; prefer A > C; empty = {empty}; history = play;\n"
-        );
-        // Outside of the fragment, or with too many cases.
-        let Ok(preferences) = load_preferences(&SourceFile::new("p", text.as_str()), &mut program) else {
-            return Ok(());
-        };
-        let scope = if all { Scope::All } else { Scope::Reachable };
-        let (symbolic, explicit) = engines(&program, scope);
-        let (symbolic, explicit, preferences) = (Arc::new(symbolic), Arc::new(explicit), Arc::new(preferences));
-        for safety in [Safety::Action, Safety::Transition, Safety::Prefix] {
-            let one = analysed(&symbolic, &preferences, safety);
-            prop_assert_eq!(one, analysed(&explicit, &preferences, safety), "{} {:?}", text, safety);
         }
     }
 }

@@ -214,6 +214,7 @@ fn program(pool: ExprPool, initial: ExprId) -> Program {
         labels: vec![],
         formulas: vec![],
         rewards: Vec::new(),
+        inexact: None,
         monitors: None,
     }
 }

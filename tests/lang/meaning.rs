@@ -8,6 +8,7 @@ use meliora::engine::SymbolicEngine;
 use meliora::engine::{Engine, Settings};
 use meliora::error::SourceFile;
 use meliora::lang::{flat, load, lower_target, parse_expression, parse_property, parse_state};
+use meliora::model::exact::Ratio;
 use meliora::model::step::{Choice, Step};
 use meliora::model::value::Value;
 use meliora::model::{Program, State};
@@ -118,7 +119,7 @@ fn constants_depend_on_each_other_in_any_order() {
     let text = "mdp\nconst int a = b*2;\nconst b = c+1;\nconst int c;\nconst double d = a/4;\nformula f = a;\n\
                 const int e = f;\nmodule m\n x : [0..a];\nendmodule";
     let program = program_with(text, "c=2");
-    let values: Vec<String> = program.constants.iter().map(|(n, v)| format!("{n}={v}")).collect();
+    let values: Vec<String> = program.constants.iter().map(|(n, v)| format!("{n}={}", v.rounded())).collect();
     assert_eq!(values, ["a=6", "b=3", "c=2", "d=1.5", "e=6"]);
     assert_eq!(program.given_constants, ["c"]);
     assert_eq!(program.variables[0].high, 6);
@@ -291,20 +292,27 @@ fn properties_ask_for_probabilities_and_rewards() {
             qualitative => panic!("{qualitative:?}"),
         }
     };
+    let ratio = |n: i64, d: i64| Ratio::new(n.into(), d.into());
     let probability = |optimum, bound| (Measure::Probability, optimum, bound);
     assert_eq!(of("Pmax=? [ x=0 U x=1 ]"), probability(Some(Optimum::Max), None));
     assert_eq!(of("P min =? [ F<=3 x=1 ]"), probability(Some(Optimum::Min), None));
     assert_eq!(of("P=? [ F x=1 ]"), probability(None, None));
-    assert_eq!(of("P>=0.9 [ F x=1 ]"), probability(Some(Optimum::Min), Some((Inequality::Ge, 0.9))));
-    assert_eq!(of("P<0.5 [ F x=1 ]"), probability(Some(Optimum::Max), Some((Inequality::Lt, 0.5))));
-    assert_eq!(of("Pmax>0.5 [ F x=1 ]"), probability(Some(Optimum::Max), Some((Inequality::Gt, 0.5))));
-    assert_eq!(of("P>=0 [ F x=1 ]"), probability(Some(Optimum::Min), Some((Inequality::Ge, 0.0))));
+    assert_eq!(of("P>=0.9 [ F x=1 ]"), probability(Some(Optimum::Min), Some((Inequality::Ge, ratio(9, 10)))));
+    assert_eq!(of("P<0.5 [ F x=1 ]"), probability(Some(Optimum::Max), Some((Inequality::Lt, ratio(1, 2)))));
+    assert_eq!(
+        of("Pmax>0.5 [ F x=1 ]"),
+        probability(Some(Optimum::Max), Some((Inequality::Gt, ratio(1, 2))))
+    );
+    assert_eq!(of("P>=0 [ F x=1 ]"), probability(Some(Optimum::Min), Some((Inequality::Ge, ratio(0, 1)))));
     let reward = |rewards, optimum, bound| (Measure::Reward(rewards), optimum, bound);
     let named = Rewards::Named("cost".to_owned());
     assert_eq!(of("R{\"cost\"}min=? [ F x=1 ]"), reward(named, Some(Optimum::Min), None));
     assert_eq!(of("R{2}max=? [ F x=1 ]"), reward(Rewards::Numbered(2), Some(Optimum::Max), None));
     assert_eq!(of("Rmax=? [ F x=1 ]"), reward(Rewards::First, Some(Optimum::Max), None));
-    assert_eq!(of("R<=3 [ F x=1 ]"), reward(Rewards::First, Some(Optimum::Max), Some((Inequality::Le, 3.0))));
+    assert_eq!(
+        of("R<=3 [ F x=1 ]"),
+        reward(Rewards::First, Some(Optimum::Max), Some((Inequality::Le, ratio(3, 1))))
+    );
 }
 
 #[test]

@@ -100,7 +100,9 @@ fn negative_and_undefined_rewards_are_errors_where_they_are_earned() {
             "mdp\nmodule m\n x : [0..3];\n [] x<3 -> (x'=x+1);\nendmodule\nrewards \"r\"\n        {reward}\nendrewards"
         );
         let checked = checked(&text);
-        assert!(checked.warnings.is_empty(), "{reward}");
+        // A logarithm counts as a double, which is a warning of its own.
+        let others = checked.warnings.iter().filter(|w| !w.message.starts_with("a double counts"));
+        assert_eq!(others.count(), 0, "{reward}");
         assert!(earned(&checked.program, Some("r"), &[0]).is_ok(), "{reward}");
         let found = earned(&checked.program, Some("r"), &[2]).expect_err(reward);
         assert!(found.starts_with(at_two), "{reward}: {found}");

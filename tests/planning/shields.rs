@@ -312,7 +312,7 @@ fn merged(seed: u64, safety: Safety) -> meliora::Analysis {
     );
     let explored = model.explore(Settings::default()).unwrap();
     let max_level = [None, Some(1)][random.random_range(0..2)];
-    let options = Options { safety, max_level, ..Options::default() };
+    let options = Options { safety, max_level };
     let mut analysis = explored.prefer(&SourceFile::new("wishes", wishes), options).unwrap();
     analysis.run(&mut |_| ()).unwrap();
     analysis

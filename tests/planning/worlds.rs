@@ -136,6 +136,7 @@ impl Graph {
             labels: vec![],
             formulas: vec![],
             rewards: Vec::new(),
+            inexact: None,
             monitors: None,
             modules: vec!["m".into()],
             actions: vec![],

@@ -19,7 +19,7 @@ use serde_json::{Map, Value as Json, json};
 
 use super::exit::Status;
 use super::options::{ModelArgs, ShownArgs};
-use super::{signals, terminal};
+use super::{signals, terminal, watch};
 use file::CsvFile;
 use process::{Outcome, Pool};
 use ranges::Range;
@@ -85,6 +85,7 @@ impl SweepArgs {
             return Err(Error::Usage(message.to_owned()));
         }
         terminal::set_color(shown.color);
+        watch::limit_memory(model.memory());
         let inputs = [inputs, &[model.model.as_path(), Path::new(&model.order)]].concat();
         Sweep::new(self, &inputs, ranges, kind)?.run(shown).map(Some)
     }

@@ -2,7 +2,7 @@
 
 use crate::model::Program;
 use crate::model::expr::{Binary, ExprId, Node, Unary};
-use crate::model::value::{Type, Value};
+use crate::model::value::{self, Type, Value};
 
 /// The smallest and the largest value of an integer expression; without meaning for other types.
 type Interval = (i128, i128);
@@ -54,7 +54,12 @@ impl Bounds {
             }
             Node::Binary(op, a, b) => {
                 let (x, y) = (self.get(a)?, self.get(b)?);
-                if pool.ty(a) == Type::Int { whole(op, x, y) } else { Some((0, 1)) }
+                match pool.ty(a) {
+                    Type::Bool => Some((0, 1)),
+                    Type::Int => whole(op, x, y),
+                    // The exact result may be too long.
+                    Type::Real => (value::binary_type(op, Type::Real) == Type::Bool).then_some((0, 1)),
+                }
             }
             Node::Ite(c, a, b) => {
                 let (_, x, y) = (self.get(c)?, self.get(a)?, self.get(b)?);

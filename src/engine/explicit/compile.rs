@@ -6,10 +6,11 @@
 
 use ahash::AHashMap;
 
-use super::machine::{Code, Entry, Op, Reg, Routine, word};
+use super::machine::{Code, Entry, Op, Reg, Routine};
 use super::share::{self, Keep};
 use crate::error::Result;
 use crate::model::Program;
+use crate::model::exact::Exact;
 use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use crate::model::value::Type;
 use crate::progress::Poll;
@@ -113,7 +114,7 @@ impl<'a> Compiler<'a> {
 
     fn compute(&mut self, e: ExprId) -> Reg {
         match self.pool.node(e) {
-            Node::Literal(v) => self.constant(word(v)),
+            Node::Literal(_) => self.literal(e),
             Node::Var(v) => v.0,
             Node::Unary(Unary::Not, _) => self.truth(e),
             Node::Unary(op, a) => {
@@ -245,6 +246,16 @@ impl<'a> Compiler<'a> {
         let b = self.constant(0);
         let jump = if value { Op::JumpNe { a, b, to: 0 } } else { Op::JumpEq { a, b, to: 0 } };
         holes.push(self.emit(jump));
+    }
+
+    fn literal(&mut self, e: ExprId) -> Reg {
+        let word = match self.pool.exact_literal(e) {
+            Some(Exact::Bool(b)) => i64::from(b),
+            Some(Exact::Int(i)) => i,
+            Some(Exact::Real(number)) => self.code.numbers.constant(number),
+            None => 0,
+        };
+        self.constant(word)
     }
 
     fn constant(&mut self, word: i64) -> Reg {

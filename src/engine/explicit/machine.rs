@@ -2,11 +2,13 @@
 //!
 //! The first registers contain the values of the variables; constants and results follow. Thus `x <
 //! 5` is one instruction. Integers are stored as they are, Booleans as 0 and 1, reals as their
-//! bits.
+//! positions in a list of exact numbers.
 
+use super::numbers::Numbers;
 use super::share::Keep;
+use crate::model::exact::{self, Exact, Real};
 use crate::model::expr::{Binary, Unary};
-use crate::model::value::{self, EvalError, Type, Value};
+use crate::model::value::{EvalError, Type};
 
 /// A register.
 pub(super) type Reg = u32;
@@ -130,6 +132,8 @@ pub(super) struct Code {
     pub(super) routines: Vec<Routine>,
     /// The initial contents of the registers.
     pub(super) initial: Vec<i64>,
+    /// The reals among the constants.
+    pub(super) numbers: Numbers,
 }
 
 /// The registers of one evaluation.
@@ -141,6 +145,8 @@ pub(super) struct Machine {
     stamps: Vec<u64>,
     /// For each routine, the known values; empty until the first one.
     tables: Vec<Vec<i16>>,
+    /// The reals in the registers.
+    pub(super) numbers: Numbers,
     now: u64,
 }
 
@@ -149,12 +155,13 @@ impl Machine {
     pub(super) fn new(code: &Code) -> Self {
         let routines = code.routines.len();
         let (stamps, tables) = (vec![0; routines], vec![Vec::new(); routines]);
-        Machine { regs: code.initial.clone(), stamps, tables, now: 0 }
+        Machine { regs: code.initial.clone(), stamps, tables, numbers: code.numbers.clone(), now: 0 }
     }
 
     /// Discards the kept results, because the variables have new values.
     pub(super) fn next_state(&mut self) {
         self.now += 1;
+        self.numbers.next_state();
     }
 
     /// Runs code from `start`: returns the value of a condition, or writes a value to its register.
@@ -234,12 +241,12 @@ impl Machine {
             Op::Max { dst, a, b } => (dst, self.get(a).max(self.get(b))),
             Op::Copy { dst, a } => (dst, self.get(a)),
             Op::Whole { op, ty, dst, a, b } => {
-                (dst, word(value::binary(op, self.typed(ty, a), self.typed(ty, b))?))
+                (dst, self.place(exact::binary(op, &self.whole(ty, a), &self.whole(ty, b))?))
             }
-            Op::Real { op, dst, a, b } => {
-                (dst, word(value::binary(op, self.typed(Type::Real, a), self.typed(Type::Real, b))?))
-            }
-            Op::Unary { op, ty, dst, a } => (dst, word(value::unary(op, self.typed(ty, a))?)),
+            Op::Real { op, dst, a, b } => (dst, self.numbers.binary(op, self.get(a), self.get(b))?),
+            Op::Unary { op, ty: Type::Real, dst, a } => (dst, self.numbers.unary(op, self.get(a))?),
+            Op::Unary { op: Unary::ToReal, dst, a, .. } => (dst, self.numbers.integer(self.get(a))),
+            Op::Unary { op, ty, dst, a } => (dst, self.place(exact::unary(op, self.whole(ty, a))?)),
             _ => return Ok(()),
         };
         self.regs[dst as usize] = value;
@@ -256,22 +263,23 @@ impl Machine {
         self.regs[reg as usize]
     }
 
-    /// Returns a register's content as a value of a type.
-    pub(super) fn typed(&self, ty: Type, reg: Reg) -> Value {
-        let word = self.get(reg);
-        match ty {
-            Type::Bool => Value::Bool(word != 0),
-            Type::Int => Value::Int(word),
-            Type::Real => Value::Real(f64::from_bits(word as u64)),
-        }
+    /// Returns the real in a register.
+    pub(super) fn real(&self, reg: Reg) -> &Real {
+        self.numbers.at(self.get(reg))
     }
-}
 
-/// Returns the register content for a value.
-pub(super) fn word(value: Value) -> i64 {
-    match value {
-        Value::Bool(b) => i64::from(b),
-        Value::Int(i) => i,
-        Value::Real(x) => x.to_bits() as i64,
+    /// Returns the integer or the truth value in a register.
+    fn whole(&self, ty: Type, reg: Reg) -> Exact {
+        let word = self.get(reg);
+        if ty == Type::Bool { Exact::Bool(word != 0) } else { Exact::Int(word) }
+    }
+
+    /// Returns the register content for a value.
+    fn place(&mut self, value: Exact) -> i64 {
+        match value {
+            Exact::Bool(b) => i64::from(b),
+            Exact::Int(i) => i,
+            Exact::Real(number) => self.numbers.place(number),
+        }
     }
 }

@@ -17,6 +17,7 @@ mod initial;
 mod layout;
 mod machine;
 mod meter;
+mod numbers;
 mod operators;
 mod program;
 mod set;

@@ -7,7 +7,9 @@ use super::compile::Compiler;
 use super::guard_index::{Division, GuardIndex};
 use super::layout::{Field, Layout};
 use super::machine::{Code, Entry};
+use super::numbers::Numbers;
 use crate::error::Result;
+use crate::model::exact::Exact;
 use crate::model::expr::{ExprId, Node};
 use crate::model::rounding::Sum;
 use crate::model::{Branch, Command, CommandId, ModelKind, Program, VarId};
@@ -161,9 +163,9 @@ fn ready(program: &Program, layout: &Layout, command: &Command, compiler: &mut C
     let chances = chances(program, command);
     let mut branches = Vec::new();
     for branch in &command.branches {
-        let constant = program.pool.literal(branch.probability).map(|p| p.to_f64());
+        let constant = program.pool.exact_literal(branch.probability).map(Exact::into_real);
         // A sum that depends on the state needs all probabilities, including those that are 0.
-        if chances == Chances::Vary || constant.is_some_and(|p| p > 0.0) {
+        if chances == Chances::Vary || constant.is_some_and(|p| !p.is_zero()) {
             let probability = (chances == Chances::Vary).then(|| compiler.real(branch.probability));
             branches.push(ReadyBranch { probability, updates: updates(program, layout, branch, compiler) });
         }
@@ -186,17 +188,15 @@ fn updates(program: &Program, layout: &Layout, branch: &Branch, compiler: &mut C
 }
 
 fn chances(program: &Program, command: &Command) -> Chances {
-    let mut sum = 0.0;
+    let mut numbers = Numbers::default();
+    let mut places = Vec::with_capacity(command.branches.len());
     for branch in &command.branches {
-        let Some(p) = program.pool.literal(branch.probability) else { return Chances::Vary };
-        if !(0.0..=1.0).contains(&p.to_f64()) {
-            return Chances::Broken;
-        }
-        sum += p.to_f64();
+        let Some(p) = program.pool.exact_literal(branch.probability) else { return Chances::Vary };
+        places.push(numbers.place(p.into_real()));
     }
-    match Sum::of(sum) {
-        Sum::One => Chances::Sound,
-        Sum::Rounded => Chances::Rounded,
-        Sum::Wrong => Chances::Broken,
+    match numbers.judge(places) {
+        Ok(Sum::One) => Chances::Sound,
+        Ok(Sum::Rounded) => Chances::Rounded,
+        Ok(Sum::Wrong) | Err(_) => Chances::Broken,
     }
 }

@@ -8,7 +8,7 @@ use super::machine::Machine;
 use super::program::{Chances, Prepared, Ready, Update};
 use crate::error::{Error, Limit};
 use crate::model::rounding::Sum;
-use crate::model::value::{EvalError, Type};
+use crate::model::value::EvalError;
 use crate::model::{Program, fault};
 
 /// Maximum number of successors of a state, counted with every combination.
@@ -265,17 +265,13 @@ impl<'a, const W: usize> Stepper<'a, W> {
     }
 
     fn check_probabilities(&mut self, ready: &Ready) -> Result<(), Broken> {
-        let mut total = 0.0;
+        let mut places: SmallVec<[i64; 8]> = SmallVec::new();
         for branch in &ready.branches {
             let Some(entry) = branch.probability else { continue };
             self.machine.run(&self.prepared.code, entry.start)?;
-            let p = self.machine.typed(Type::Real, entry.result).to_f64();
-            if !(0.0..=1.0).contains(&p) {
-                return Err(Broken::Fault);
-            }
-            total += p;
+            places.push(self.machine.regs[entry.result as usize]);
         }
-        match Sum::of(total) {
+        match self.machine.numbers.judge(places)? {
             Sum::One => {}
             Sum::Rounded => self.rounded = true,
             Sum::Wrong => return Err(Broken::Fault),
@@ -295,7 +291,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
         for branch in &prepared.commands[index as usize].branches {
             if let Some(entry) = branch.probability {
                 self.machine.run(&prepared.code, entry.start)?;
-                if self.machine.typed(Type::Real, entry.result).to_f64() <= 0.0 {
+                if self.machine.real(entry.result).is_zero() {
                     continue;
                 }
             }

@@ -10,8 +10,9 @@ use super::store::Store;
 use super::symbolic_integer::SymbolicInteger;
 use super::translate::Translator;
 use crate::error::Result;
+use crate::model::exact::{self, Exact, Real};
 use crate::model::rounding::Sum;
-use crate::model::value::Value;
+use crate::model::value::Binary;
 use crate::model::{Branch, Command, VarId};
 
 /// A command over the bits.
@@ -79,18 +80,19 @@ impl CommandBuilder<'_> {
         let store = self.store;
         let mut wrong = Vec::new();
         let mut taken = Vec::new();
-        let mut sum = Partition::constant(store, Value::Real(0.0)).within(store, guard)?;
+        let mut sum = Partition::constant(store, Exact::Real(Real::from(0))).within(store, guard)?;
         for branch in &command.branches {
             let (p, fails) = self.translator.values(branch.probability)?;
             let p = p.within(store, guard)?;
             wrong.push(store.and(&fails, guard)?);
-            wrong.push(p.states_where(store, |v| !(0.0..=1.0).contains(&v.to_f64()))?);
-            taken.push(p.states_where(store, |v| v.to_f64() > 0.0)?);
-            let plus = |x: Value, y: Value| Ok(Value::Real(x.to_f64() + y.to_f64()));
-            sum = sum.combine(store, &p, plus)?.0;
+            wrong.push(p.states_where(store, |v| !real(v).is_probability())?);
+            taken.push(p.states_where(store, |v| !real(v).is_zero())?);
+            let (next, fails) = sum.combine(store, &p, |x, y| exact::binary(Binary::Add, x, y))?;
+            wrong.push(fails);
+            sum = next;
         }
-        wrong.push(sum.states_where(store, |v| Sum::of(v.to_f64()) == Sum::Wrong)?);
-        let rounded = sum.states_where(store, |v| Sum::of(v.to_f64()) == Sum::Rounded)?;
+        wrong.push(sum.states_where(store, |v| Sum::of(&real(v)) == Sum::Wrong)?);
+        let rounded = sum.states_where(store, |v| Sum::of(&real(v)) == Sum::Rounded)?;
         let before = self.rounded.borrow().clone();
         self.rounded.replace(store.or(&before, &rounded)?);
         Ok((taken, store.any(wrong)?))
@@ -145,4 +147,8 @@ impl CommandBuilder<'_> {
         };
         Ok((shifted.unwrap_or(value), wrong))
     }
+}
+
+fn real(value: &Exact) -> Real {
+    value.clone().into_real()
 }

@@ -10,7 +10,8 @@ use super::diagram::Bdd;
 use super::store::Store;
 use super::symbolic_integer::SymbolicInteger;
 use crate::error::{Limit, Result};
-use crate::model::value::{EvalError, Value};
+use crate::model::exact::Exact;
+use crate::model::value::EvalError;
 
 /// Maximum number of values. More are refused.
 const MOST_VALUES: usize = 1 << 16;
@@ -18,7 +19,7 @@ const MOST_VALUES: usize = 1 << 16;
 /// Disjoint sets of states, one per value. States in none of them have no value.
 #[derive(Clone)]
 pub(super) struct Partition {
-    parts: Vec<(Value, Bdd)>,
+    parts: Vec<(Exact, Bdd)>,
 }
 
 impl Partition {
@@ -28,7 +29,7 @@ impl Partition {
     }
 
     /// Creates the partition with one value in all states.
-    pub(super) fn constant(store: &Store, value: Value) -> Self {
+    pub(super) fn constant(store: &Store, value: Exact) -> Self {
         Partition { parts: vec![(value, store.one())] }
     }
 
@@ -48,12 +49,12 @@ impl Partition {
             check_size(next.len())?;
             parts = next;
         }
-        Ok(Partition { parts: parts.into_iter().map(|(v, s)| (Value::Int(v), s)).collect() })
+        Ok(Partition { parts: parts.into_iter().map(|(v, s)| (Exact::Int(v), s)).collect() })
     }
 
     /// Returns the truth values of a Boolean.
     pub(super) fn of_bool(store: &Store, f: &Bdd) -> Result<Self> {
-        let parts = vec![(Value::Bool(true), f.clone()), (Value::Bool(false), store.not(f)?)];
+        let parts = vec![(Exact::Bool(true), f.clone()), (Exact::Bool(false), store.not(f)?)];
         Ok(Partition { parts: parts.into_iter().filter(|(_, s)| !store.is_zero(s)).collect() })
     }
 
@@ -61,9 +62,9 @@ impl Partition {
     pub(super) fn map(
         &self,
         store: &Store,
-        op: impl Fn(Value) -> Result<Value, EvalError>,
+        op: impl Fn(&Exact) -> Result<Exact, EvalError>,
     ) -> Result<(Self, Bdd)> {
-        let results = self.parts.iter().map(|(v, s)| (op(*v), s.clone())).collect();
+        let results = self.parts.iter().map(|(v, s)| (op(v), s.clone())).collect();
         Partition::collect(store, results)
     }
 
@@ -73,14 +74,14 @@ impl Partition {
         &self,
         store: &Store,
         other: &Partition,
-        op: impl Fn(Value, Value) -> Result<Value, EvalError>,
+        op: impl Fn(&Exact, &Exact) -> Result<Exact, EvalError>,
     ) -> Result<(Self, Bdd)> {
         let mut results = Vec::new();
         for (x, states) in &self.parts {
             for (y, others) in &other.parts {
                 let both = store.and(states, others)?;
                 if !store.is_zero(&both) {
-                    results.push((op(*x, *y), both));
+                    results.push((op(x, y), both));
                 }
             }
             check_size(results.len() / 16)?;
@@ -92,10 +93,10 @@ impl Partition {
     pub(super) fn select(&self, store: &Store, c: &Bdd, other: &Partition) -> Result<Self> {
         let mut results = Vec::new();
         for (value, states) in &self.parts {
-            results.push((Ok(*value), store.and(states, c)?));
+            results.push((Ok(value.clone()), store.and(states, c)?));
         }
         for (value, states) in &other.parts {
-            results.push((Ok(*value), store.minus(states, c)?));
+            results.push((Ok(value.clone()), store.minus(states, c)?));
         }
         Ok(Partition::collect(store, results)?.0)
     }
@@ -106,20 +107,20 @@ impl Partition {
         for (value, s) in &self.parts {
             let both = store.and(s, states)?;
             if !store.is_zero(&both) {
-                parts.push((*value, both));
+                parts.push((value.clone(), both));
             }
         }
         Ok(Partition { parts })
     }
 
     /// Returns the states whose value satisfies a condition.
-    pub(super) fn states_where(&self, store: &Store, holds: impl Fn(Value) -> bool) -> Result<Bdd> {
-        store.any(self.parts.iter().filter(|(v, _)| holds(*v)).map(|(_, s)| s.clone()))
+    pub(super) fn states_where(&self, store: &Store, holds: impl Fn(&Exact) -> bool) -> Result<Bdd> {
+        store.any(self.parts.iter().filter(|(v, _)| holds(v)).map(|(_, s)| s.clone()))
     }
 
     /// Converts to a symbolic integer; every value must be an integer.
     pub(super) fn to_bits(&self, store: &Store) -> Result<SymbolicInteger> {
-        let values: Vec<(i64, &Bdd)> = self.parts.iter().map(|(v, s)| (int(*v), s)).collect();
+        let values: Vec<(i64, &Bdd)> = self.parts.iter().map(|(v, s)| (int(v), s)).collect();
         let low = values.iter().map(|(v, _)| *v).min().unwrap_or(0);
         let high = values.iter().map(|(v, _)| *v).max().unwrap_or(0);
         let mut bits = Vec::new();
@@ -133,16 +134,16 @@ impl Partition {
     }
 
     /// Unites the states of equal values. The second result is the states without a value.
-    fn collect(store: &Store, results: Vec<(Result<Value, EvalError>, Bdd)>) -> Result<(Self, Bdd)> {
-        let (mut order, mut sets, mut failed) = (Vec::new(), AHashMap::<Value, Vec<Bdd>>::new(), Vec::new());
+    fn collect(store: &Store, results: Vec<(Result<Exact, EvalError>, Bdd)>) -> Result<(Self, Bdd)> {
+        let (mut order, mut sets, mut failed) = (Vec::new(), AHashMap::<Exact, Vec<Bdd>>::new(), Vec::new());
         for (result, states) in results {
             match result {
                 Err(_) => failed.push(states),
                 Ok(_) if store.is_zero(&states) => {}
                 Ok(value) => sets
                     .entry(value)
-                    .or_insert_with(|| {
-                        order.push(value);
+                    .or_insert_with_key(|value| {
+                        order.push(value.clone());
                         Vec::new()
                     })
                     .push(states),
@@ -151,17 +152,18 @@ impl Partition {
         check_size(order.len())?;
         let mut parts = Vec::new();
         for value in order {
-            parts.push((value, store.any(sets.remove(&value).unwrap_or_default())?));
+            let states = store.any(sets.remove(&value).unwrap_or_default())?;
+            parts.push((value, states));
         }
         Ok((Partition { parts }, store.any(failed)?))
     }
 }
 
-fn int(value: Value) -> i64 {
+fn int(value: &Exact) -> i64 {
     match value {
-        Value::Bool(b) => i64::from(b),
-        Value::Int(i) => i,
-        Value::Real(x) => x as i64,
+        Exact::Bool(b) => i64::from(*b),
+        Exact::Int(i) => *i,
+        Exact::Real(x) => x.to_f64() as i64,
     }
 }
 

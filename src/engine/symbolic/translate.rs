@@ -12,8 +12,9 @@ use super::store::Store;
 use super::symbolic_integer::SymbolicInteger;
 use crate::error::Result;
 use crate::model::Program;
+use crate::model::exact::{self, Exact};
 use crate::model::expr::{Binary, ExprId, Node, Unary};
-use crate::model::value::{self, Type, Value};
+use crate::model::value::{self, Type};
 
 /// The value of an expression in every state.
 #[derive(Clone)]
@@ -44,7 +45,7 @@ impl Symbolic {
         let meaning = match &self.meaning {
             Meaning::Bool(_) => 0,
             Meaning::Int(bits) => bits.len() * size_of::<Bdd>(),
-            Meaning::Real(partition) => partition.len() * size_of::<(Value, Bdd)>(),
+            Meaning::Real(partition) => partition.len() * size_of::<(Exact, Bdd)>(),
         };
         meaning + BYTES_OF_TABLE * size_of::<(ExprId, Symbolic)>()
     }
@@ -152,7 +153,7 @@ impl<'a> Translator<'a> {
     fn node(&self, e: ExprId) -> Result<Symbolic> {
         let sure = |meaning| Ok(self.symbolic(meaning, self.store.zero()));
         match self.program.pool.node(e) {
-            Node::Literal(v) => sure(self.literal(v)),
+            Node::Literal(_) => sure(self.literal(e)),
             Node::Var(v) => {
                 let bits = self.encoding.positions(v).iter().map(|&p| self.store.literal(2 * p, true));
                 let bits = bits.collect::<Result<Vec<_>>>()?;
@@ -173,12 +174,12 @@ impl<'a> Translator<'a> {
         }
     }
 
-    fn literal(&self, v: Value) -> Meaning {
-        match v {
-            Value::Bool(true) => Meaning::Bool(self.store.one()),
-            Value::Bool(false) => Meaning::Bool(self.store.zero()),
-            Value::Int(i) => Meaning::Int(SymbolicInteger::constant(self.store, i)),
-            Value::Real(_) => Meaning::Real(Partition::constant(self.store, v)),
+    fn literal(&self, e: ExprId) -> Meaning {
+        match self.program.pool.exact_literal(e) {
+            Some(Exact::Bool(true)) => Meaning::Bool(self.store.one()),
+            Some(Exact::Bool(false)) | None => Meaning::Bool(self.store.zero()),
+            Some(Exact::Int(i)) => Meaning::Int(SymbolicInteger::constant(self.store, i)),
+            Some(real) => Meaning::Real(Partition::constant(self.store, real)),
         }
     }
 
@@ -197,7 +198,7 @@ impl<'a> Translator<'a> {
 
     /// Applies a unary operator value by value.
     fn mapped(&self, op: Unary, a: &Symbolic) -> Result<Symbolic> {
-        let (result, failed) = self.partition(a)?.map(self.store, |v| value::unary(op, v))?;
+        let (result, failed) = self.partition(a)?.map(self.store, |v| exact::unary(op, v.clone()))?;
         let meaning = match op {
             Unary::Floor | Unary::Ceil | Unary::Round => Meaning::Int(result.to_bits(self.store)?),
             Unary::Neg if matches!(a.meaning, Meaning::Int(_)) => Meaning::Int(result.to_bits(self.store)?),
@@ -217,11 +218,11 @@ impl<'a> Translator<'a> {
             return Ok(self.symbolic(meaning, fails));
         }
         let (x, y) = (self.partition(a)?, self.partition(b)?);
-        let (result, failed) = x.combine(self.store, &y, |v, w| value::binary(op, v, w))?;
+        let (result, failed) = x.combine(self.store, &y, |v, w| exact::binary(op, v, w))?;
         let ints = matches!((&a.meaning, &b.meaning), (Meaning::Int(_), Meaning::Int(_)));
         let ty = value::binary_type(op, if ints { Type::Int } else { Type::Real });
         let meaning = match ty {
-            Type::Bool => Meaning::Bool(result.states_where(self.store, |v| v == Value::Bool(true))?),
+            Type::Bool => Meaning::Bool(result.states_where(self.store, |v| *v == Exact::Bool(true))?),
             Type::Int => Meaning::Int(result.to_bits(self.store)?),
             Type::Real => Meaning::Real(result),
         };
@@ -289,7 +290,7 @@ impl<'a> Translator<'a> {
             Meaning::Int(bits) => {
                 self.store.not(&bits.eq(self.store, &SymbolicInteger::constant(self.store, 0))?)
             }
-            Meaning::Real(p) => p.states_where(self.store, |v| v.to_f64() != 0.0),
+            Meaning::Real(p) => p.states_where(self.store, |v| !v.clone().into_real().is_zero()),
         }
     }
 
@@ -297,7 +298,7 @@ impl<'a> Translator<'a> {
         match &symbolic.meaning {
             Meaning::Bool(f) => Partition::of_bool(self.store, f),
             Meaning::Int(bits) if bits.low == bits.high => {
-                Ok(Partition::constant(self.store, Value::Int(bits.low)))
+                Ok(Partition::constant(self.store, Exact::Int(bits.low)))
             }
             Meaning::Int(bits) => Partition::of_bits(self.store, bits, &symbolic.within),
             Meaning::Real(p) => Ok(p.clone()),

@@ -21,7 +21,8 @@ use crate::planning::{Analysis, Kind};
 use crate::umb::archive::pack;
 use crate::umb::binary::{bits, rational_bits, rationals, strings, words};
 use crate::umb::index::{
-    Annotation, Base, Class, Field, FileData, Index, TransitionSystem, Type, Valuations, Variable,
+    Annotation, Annotations, Base, Class, Field, FileData, Index, TransitionSystem, Type, Valuations,
+    Variable,
 };
 use crate::umb::{
     self, ACTION_NAMES, ACTION_OF_CHOICE, BRANCH_TO_PROBABILITY, BRANCH_TO_TARGET, CHOICE_TO_BRANCHES, INDEX,
@@ -131,7 +132,7 @@ fn permitted<E: Engine>(
 struct Writer<'g> {
     graph: &'g Graph,
     files: Vec<(String, Vec<u8>)>,
-    annotations: BTreeMap<String, BTreeMap<String, Annotation>>,
+    annotations: BTreeMap<String, Annotations>,
 }
 
 impl Writer<'_> {
@@ -166,7 +167,7 @@ impl Writer<'_> {
 
     /// Adds an annotation to the index. Returns the folder of its values for states and for choices.
     fn annotation(&mut self, group: &str, name: &str, of: &[&str], ty: Type) -> Vec<String> {
-        let group_of = self.annotations.entry(group.to_owned()).or_default();
+        let group_of = &mut self.annotations.entry(group.to_owned()).or_default().0;
         let wanted: String = name.to_lowercase().chars().map(|c| if is_plain(c) { c } else { '_' }).collect();
         let (mut id, mut number) = (wanted.clone(), 2);
         while group_of.contains_key(&id) {
@@ -224,7 +225,7 @@ impl Writer<'_> {
             self.add(path, quantity.bounds.iter().flatten().flat_map(|x| x.to_le_bytes()).collect());
         }
         let group = self.annotations.get_mut("values");
-        if let Some(annotation) = group.and_then(|group| group.get_mut(&quantity.name)) {
+        if let Some(annotation) = group.and_then(|group| group.0.get_mut(&quantity.name)) {
             annotation.description = Some(quantity.description.clone());
         }
     }

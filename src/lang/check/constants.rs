@@ -8,7 +8,8 @@ use super::scope::{NO_RENAMING, Symbol};
 use crate::error::{Diagnostic, SourceFile};
 use crate::lang::ast::{ConstDef, Span};
 use crate::lang::valuation::Binding;
-use crate::model::value::{Type, Value};
+use crate::model::exact::{Exact, Real};
+use crate::model::value::Type;
 
 /// The properties of a constant that matter for its value.
 pub(in crate::lang) struct Wanted<'c> {
@@ -24,7 +25,7 @@ pub(in crate::lang) fn given_values(
     constants: &[Wanted<'_>],
     given: &Arc<SourceFile>,
     bindings: &[Binding],
-) -> (Vec<(usize, Value)>, Vec<Diagnostic>) {
+) -> (Vec<(usize, Exact)>, Vec<Diagnostic>) {
     let (mut values, mut wrong) = (Vec::new(), Vec::new());
     for binding in bindings {
         match given_value(constants, given, binding) {
@@ -39,7 +40,7 @@ fn given_value(
     constants: &[Wanted<'_>],
     given: &Arc<SourceFile>,
     binding: &Binding,
-) -> Result<(usize, Value), Box<Diagnostic>> {
+) -> Result<(usize, Exact), Box<Diagnostic>> {
     let name = &binding.name.name;
     let at = |message: String| Diagnostic::new(given, binding.name.span.range(), message);
     let Some(index) = constants.iter().position(|c| c.name == *name) else {
@@ -50,10 +51,11 @@ fn given_value(
         let diagnostic = at(format!("the constant `{name}` already has a value in the model"));
         return Err(Box::new(with_undefined(diagnostic, constants)));
     }
-    match (constant.ty, binding.value) {
-        (Type::Real, Value::Int(i)) => Ok((index, Value::Real(i as f64))),
-        (ty, value) if value.ty() == ty => Ok((index, value)),
+    match (constant.ty, &binding.value) {
+        (Type::Real, Exact::Int(i)) => Ok((index, Exact::Real(Real::from(*i)))),
+        (ty, value) if value.ty() == ty => Ok((index, value.clone())),
         (ty, value) => {
+            let value = value.rounded();
             let message = format!("type error: the constant `{name}` is of type `{ty}`, and {value} is not");
             Err(Box::new(Diagnostic::new(given, binding.span.range(), message)))
         }
@@ -74,7 +76,7 @@ impl<'a> Lowerer<'a> {
         for (index, value) in values {
             // A name that is declared twice has been reported.
             if let Some(Symbol::Definition(definition)) = self.scope.symbol(wanted[index].name) {
-                let value = self.pool.value(value);
+                let value = self.pool.exact_value(value);
                 self.lowered.insert((definition, NO_RENAMING), Some(value));
             }
         }
@@ -104,11 +106,11 @@ impl<'a> Lowerer<'a> {
     }
 
     /// Returns all constants with their values, in the order of declaration.
-    pub(super) fn constant_values(&mut self, parts: &Parts<'a>) -> Option<Vec<(String, Value)>> {
+    pub(super) fn constant_values(&mut self, parts: &Parts<'a>) -> Option<Vec<(String, Exact)>> {
         let value = |c: &&ConstDef| {
             let Some(Symbol::Definition(d)) = self.scope.symbol(&c.name.name) else { return None };
             let id = self.definition(d, NO_RENAMING)?;
-            Some((c.name.name.clone(), self.pool.literal(id)?))
+            Some((c.name.name.clone(), self.pool.exact_literal(id)?))
         };
         // Collected in two steps, so that every constant is checked.
         let all: Vec<_> = parts.constants.iter().map(value).collect();

@@ -1,7 +1,10 @@
 //! Detection of constants and formulas that depend on themselves.
 
-use super::lowerer::Lowerer;
+use super::lowerer::{Lowerer, MAX_ERRORS};
 use super::scope::{DefId, NO_RENAMING};
+
+/// Maximum number of definitions of a cycle that are shown.
+const MOST_SHOWN: usize = 10;
 
 /// State of a definition in the depth-first search.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -30,10 +33,13 @@ impl Lowerer<'_> {
                     continue;
                 };
                 if marks[next as usize] == Mark::Open {
+                    found = true;
+                    if self.diagnostics.len() >= MAX_ERRORS {
+                        continue;
+                    }
                     let start = path.iter().position(|(d, _)| *d == next).unwrap_or(0);
                     let cycle: Vec<DefId> = path[start..].iter().map(|(d, _)| *d).collect();
                     self.report_cycle(&cycle);
-                    found = true;
                 } else {
                     self.open(next, &mut marks, &mut path);
                 }
@@ -52,15 +58,20 @@ impl Lowerer<'_> {
 
     fn report_cycle(&mut self, cycle: &[DefId]) {
         let Some(&first) = cycle.first() else { return };
-        let names: Vec<&str> =
-            cycle.iter().chain([&first]).map(|&d| self.scope.definitions[d as usize].name).collect();
+        let (shown, left_out) = cycle.split_at(cycle.len().min(MOST_SHOWN));
+        let name = |d: &DefId| self.scope.definitions[*d as usize].name.to_owned();
+        let mut names: Vec<String> = shown.iter().map(name).collect();
+        if !left_out.is_empty() {
+            names.push(format!("({} more)", left_out.len()));
+        }
+        names.push(name(&first));
         let kind =
             if self.scope.definitions[first as usize].constant.is_some() { "constant" } else { "formula" };
         let definition = &self.scope.definitions[first as usize];
         let mut diagnostic = self
             .wrong(definition.span, format!("the {kind} `{}` depends on itself", definition.name))
             .note(names.join(" -> "));
-        for &d in &cycle[1..] {
+        for &d in &shown[1..] {
             diagnostic = diagnostic.related(self.scope.definitions[d as usize].span.range(), "through this");
         }
         self.report(diagnostic);

@@ -140,7 +140,6 @@ impl Lowerer<'_> {
         match self.scope.symbol(name) {
             Some(Symbol::Definition(definition)) => self.definition(definition, inside),
             Some(Symbol::Variable(variable, ty)) => Some(self.pool.var(variable, ty)),
-            Some(Symbol::Value(value)) => self.literal(value),
             Some(Symbol::Expression(id)) => Some(id),
             None => {
                 let mut diagnostic = self

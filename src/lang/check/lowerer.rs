@@ -5,9 +5,9 @@ use std::sync::Arc;
 use ahash::{AHashMap, AHashSet};
 
 use super::scope::{DefId, Env, Scope};
-use crate::error::{Diagnostic, SourceFile};
+use crate::error::{Diagnostic, Severity, SourceFile};
 use crate::lang::ast::Span;
-use crate::model::exact;
+use crate::model::exact::{self, Exact, Real};
 use crate::model::expr::{ExprId, ExprPool};
 use crate::model::value::Value;
 use crate::progress::{Poll, ProgressSink};
@@ -39,6 +39,8 @@ pub(in crate::lang) struct Lowerer<'a> {
     pub(super) sound: AHashSet<ExprId>,
     /// Cancellation: after it every expression fails, and errors are not reported.
     pub(in crate::lang) poll: Poll<'a>,
+    /// The first expression for whose exact value the nearest double counts; see `ops`.
+    pub(in crate::lang) inexact: Option<Diagnostic>,
     /// Number of parts of expressions read; see `limits`.
     pub(super) work: usize,
     /// True if the model was found to be too large, which has been reported.
@@ -63,6 +65,7 @@ impl<'a> Lowerer<'a> {
             faults: AHashMap::new(),
             sound: AHashSet::new(),
             poll: Poll::new(sink),
+            inexact: None,
             work: 0,
             is_full: false,
         }
@@ -115,13 +118,28 @@ impl<'a> Lowerer<'a> {
     /// text, which may have more digits than a double. The text of a literal from another source is
     /// not at hand.
     pub(in crate::lang) fn literal_at(&mut self, value: Value, span: Span) -> ExprId {
+        let is_other = |text: &&str| text.parse::<f64>().is_ok_and(|x| Value::Real(x) != value);
         let text = match value {
-            Value::Real(x) => self.source.text.get(span.range()).filter(|text| text.parse() == Ok(x)),
+            Value::Real(_) => self.source.text.get(span.range()).filter(|text| !is_other(text)),
             _ => None,
         };
-        match text.and_then(exact::decimal) {
-            Some(exact) => self.pool.exact_value(value, Some(exact)),
+        match text.map(exact::decimal) {
+            Some(Ok(exact)) => self.pool.exact_value(Exact::Real(Real::Finite(exact))),
+            // JANI's constants e and π have no decimal text.
+            Some(Err(_)) => {
+                self.round_at(span);
+                self.pool.value(value)
+            }
             None => self.pool.value(value),
+        }
+    }
+
+    /// Records that a double counts for the exact value of an expression.
+    pub(super) fn round_at(&mut self, span: Span) {
+        if self.inexact.is_none() {
+            let message = "a double counts for the value of this expression, which is not exact";
+            let help = "a logarithm, a root, or a number with too many digits; all other numbers are exact";
+            self.inexact = Some(self.wrong(span, message).severity(Severity::Warning).help(help));
         }
     }
 

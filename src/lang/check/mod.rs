@@ -76,7 +76,10 @@ pub(in crate::lang) fn check(
     lowerer.poll.check()?;
     match program {
         Some(program) if lowerer.diagnostics.is_empty() => Ok(Checked {
-            warnings: rewards::warnings(&program.rewards),
+            warnings: rewards::warnings(&program.rewards)
+                .into_iter()
+                .chain(program.inexact.clone())
+                .collect(),
             program: Program { pool: lowerer.pool, ..program },
             properties: Vec::new(),
         }),
@@ -116,6 +119,7 @@ impl<'a> Lowerer<'a> {
             labels: labels.into_iter().collect::<Option<_>>()?,
             formulas: formulas.into_iter().collect::<Option<_>>()?,
             rewards,
+            inexact: self.inexact.take(),
             monitors: None,
         })
     }

@@ -2,6 +2,7 @@
 
 use super::lowerer::{Lowerer, Operand};
 use crate::lang::ast::{BinaryOp, Function, NodeKind, Span};
+use crate::model::exact::{Exact, Real};
 use crate::model::expr::{Binary, ExprId, Node, Unary};
 use crate::model::value::{Type, Value};
 
@@ -46,8 +47,28 @@ impl Lowerer<'_> {
     }
 
     fn node(&mut self, op: Binary, a: ExprId, b: ExprId, span: Span) -> Option<ExprId> {
-        let made = self.pool.binary(op, a, b);
+        let mut made = self.pool.binary(op, a, b);
+        if matches!(op, Binary::Pow | Binary::Log) && self.pool.ty(made) == Type::Real {
+            let operands = [a, b].map(|e| self.pool.exact_literal(e).map(Exact::into_real));
+            if let [Some(x), Some(y)] = &operands
+                && let Some(near) = Real::near(op, x, y)
+            {
+                made = self.pool.exact_value(Exact::Real(near));
+                self.round_at(span);
+            } else if self.pool.literal(made).is_none() && !self.is_rational(op, b) {
+                self.round_at(span);
+            }
+        }
         self.made(made, span)
+    }
+
+    /// Returns whether powers with this exponent are fractions: it is an integer.
+    fn is_rational(&self, op: Binary, exponent: ExprId) -> bool {
+        let is_whole = match self.pool.node(exponent) {
+            Node::Literal(_) => self.pool.eval_exact(exponent, &[]).is_ok_and(|n| n.is_integer()),
+            node => matches!(node, Node::Unary(Unary::ToReal, _)),
+        };
+        op == Binary::Pow && is_whole
     }
 
     pub(in crate::lang) fn made_real(&mut self, id: ExprId, span: Span) -> Option<ExprId> {

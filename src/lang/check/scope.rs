@@ -8,7 +8,7 @@ use crate::lang::ast::Span;
 use crate::lang::slip::is_slip;
 use crate::model::VarId;
 use crate::model::expr::ExprId;
-use crate::model::value::{Type, Value};
+use crate::model::value::Type;
 
 /// The meaning of a name.
 #[derive(Debug, Clone, Copy)]
@@ -17,9 +17,7 @@ pub(super) enum Symbol {
     Definition(DefId),
     /// A variable of the program.
     Variable(VarId, Type),
-    /// A constant of a finished program.
-    Value(Value),
-    /// A formula of a finished program.
+    /// A constant or a formula of a finished program.
     Expression(ExprId),
 }
 

@@ -45,8 +45,9 @@ fn lowered(
     source: &Arc<SourceFile>,
     lower: impl FnOnce(&mut Lowerer<'_>) -> Option<ExprId>,
 ) -> Result<ExprId> {
-    let pool = std::mem::take(&mut program.pool);
-    let mut lowerer = Lowerer::new(source, scope(program), pool, &NoProgress);
+    let mut pool = std::mem::take(&mut program.pool);
+    let scope = scope(program, &mut pool);
+    let mut lowerer = Lowerer::new(source, scope, pool, &NoProgress);
     let mut labels: AHashMap<String, ExprId> = program.labels.iter().cloned().collect();
     labels.insert("init".to_owned(), program.initial);
     if let Some(deadlock) = deadlock(program, &mut lowerer) {
@@ -56,17 +57,18 @@ fn lowered(
     lowerer.labels = Some(labels);
     let lowered = lower(&mut lowerer);
     program.pool = lowerer.pool;
+    program.inexact = program.inexact.take().or(lowerer.inexact);
     lowered.ok_or(Error::Input(lowerer.diagnostics))
 }
 
 /// Returns the names of a finished program.
-fn scope(program: &Program) -> Scope<'static> {
+fn scope(program: &Program, pool: &mut ExprPool) -> Scope<'static> {
     let mut scope = Scope::default();
     let mut add = |name: &str, symbol| {
         scope.symbols.insert(Cow::Owned(name.to_owned()), (symbol, Span::default()));
     };
     for (name, value) in &program.constants {
-        add(name, Symbol::Value(*value));
+        add(name, Symbol::Expression(pool.exact_value(value.clone())));
     }
     for (name, id) in &program.formulas {
         add(name, Symbol::Expression(*id));

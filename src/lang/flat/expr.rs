@@ -2,11 +2,18 @@
 
 use std::fmt::{self, Display, Formatter, Write as _};
 
+use num_bigint::BigUint;
+use num_traits::Signed;
+
 use crate::lang::ast::{ATOM_LEVEL, BinaryOp, NEG_LEVEL, NOT_LEVEL};
 use crate::model::Program;
+use crate::model::decimal::scaled;
+use crate::model::exact::{Exact, Ratio, Real};
 use crate::model::expr::{Binary, ExprId, Node, Unary};
-use crate::model::value::Value;
+use crate::model::valuation::long;
 
+/// Maximum number of digits of an integer in a literal.
+const MOST_DIGITS: usize = 300;
 /// An expression that occurs twice gets a name if it has at least this many nodes.
 const LARGE: u8 = 40;
 /// Expressions whose height is a multiple of this number get names too, which bounds the nesting.
@@ -78,7 +85,7 @@ impl<'a> Expressions<'a> {
     fn level(&self, id: ExprId) -> Option<u8> {
         Some(match self.program.pool.node(id) {
             _ if self.is_named(id) => ATOM_LEVEL,
-            Node::Literal(value) => Literal(value).level(),
+            Node::Literal(_) => self.literal(id)?.level(),
             Node::Unary(Unary::Not, _) => NOT_LEVEL,
             Node::Unary(Unary::Neg, _) => NEG_LEVEL,
             Node::Unary(Unary::ToReal, a) => return self.level(a),
@@ -88,9 +95,13 @@ impl<'a> Expressions<'a> {
         })
     }
 
+    fn literal(&self, id: ExprId) -> Option<Literal> {
+        self.program.pool.exact_literal(id).map(Literal)
+    }
+
     fn body(&self, f: &mut Formatter<'_>, id: ExprId) -> fmt::Result {
         match self.program.pool.node(id) {
-            Node::Literal(value) => write!(f, "{}", Literal(value)),
+            Node::Literal(_) => self.literal(id).map_or(Ok(()), |literal| write!(f, "{literal}")),
             Node::Var(v) => f.write_str(&self.program.variables[v.index()].name),
             Node::Unary(op, a) => self.unary(f, op, a),
             Node::Binary(op, a, b) => match infix(op) {
@@ -193,14 +204,20 @@ fn function(op: Binary) -> &'static str {
 }
 
 /// A value written as an expression.
-pub(super) struct Literal(pub(super) Value);
+pub(super) struct Literal(pub(super) Exact);
 
 impl Literal {
     fn level(&self) -> u8 {
-        match self.0 {
-            Value::Int(i) if i < 0 && i > i64::MIN => NEG_LEVEL,
-            Value::Real(x) if x.is_sign_negative() && !x.is_nan() => NEG_LEVEL,
-            Value::Real(x) if !x.is_finite() => BinaryOp::Div.level(),
+        match &self.0 {
+            Exact::Int(i) if *i < 0 && *i > i64::MIN => NEG_LEVEL,
+            Exact::Real(Real::Finite(x)) if is_decimal(x) => {
+                if x.is_negative() {
+                    NEG_LEVEL
+                } else {
+                    ATOM_LEVEL
+                }
+            }
+            Exact::Real(_) => BinaryOp::Div.level(),
             _ => ATOM_LEVEL,
         }
     }
@@ -208,14 +225,44 @@ impl Literal {
 
 impl Display for Literal {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        match self.0 {
+        match &self.0 {
             // Values without a literal.
-            Value::Int(i64::MIN) => write!(f, "(-{} - 1)", i64::MAX),
-            Value::Real(x) if x.is_nan() => f.write_str("0 / 0"),
-            Value::Real(x) if x.is_infinite() => f.write_str(if x < 0.0 { "-(1 / 0)" } else { "1 / 0" }),
-            value => write!(f, "{value}"),
+            Exact::Int(i64::MIN) => write!(f, "(-{} - 1)", i64::MAX),
+            Exact::Real(Real::Undefined) => f.write_str("0 / 0"),
+            Exact::Real(Real::Infinite(true)) => f.write_str("-(1 / 0)"),
+            Exact::Real(Real::Infinite(false)) => f.write_str("1 / 0"),
+            Exact::Real(Real::Finite(x)) if !is_decimal(x) => {
+                let sign = if x.is_negative() { "-" } else { "" };
+                let [numerator, denominator] = [x.numer(), x.denom()].map(|n| product(n.magnitude()));
+                write!(f, "{sign}({numerator}) / ({denominator})")
+            }
+            value => match long(value) {
+                Some(decimal) => f.write_str(&decimal),
+                None => write!(f, "{}", value.rounded()),
+            },
         }
     }
+}
+
+/// Returns whether a fraction can be written as one literal, which is not larger than a double.
+fn is_decimal(x: &Ratio) -> bool {
+    scaled(x).is_some() && Real::Finite(x.clone()).to_f64().is_finite()
+}
+
+/// Writes an integer as a product of literals, each of which is not larger than a double.
+fn product(n: &BigUint) -> String {
+    let digits = n.to_string();
+    if u32::try_from(n).is_ok() {
+        return digits;
+    }
+    let mut rest = digits.len().saturating_sub(MOST_DIGITS);
+    let mut text = format!("{digits}e-{rest}");
+    while rest > 0 {
+        let step = rest.min(MOST_DIGITS);
+        text += &format!(" * 1e{step}");
+        rest -= step;
+    }
+    text
 }
 
 /// Returns all expressions that the text contains.

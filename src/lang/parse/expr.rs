@@ -1,8 +1,12 @@
 //! Expressions, with PRISM's precedence.
 
+use num_traits::ToPrimitive;
+
 use super::parser::{Failed, Parsed, Parser};
+use crate::escape::shortened;
 use crate::lang::ast::{BinaryOp, Ident, NEG_LEVEL, NOT_LEVEL, NodeKind, Span};
 use crate::lang::token::Token;
+use crate::model::exact::{Ratio, Real, decimal};
 use crate::model::value::Value;
 
 /// Returns the operator of a token.
@@ -165,16 +169,25 @@ impl Parser<'_> {
         }
     }
 
-    /// Returns the value of a literal with a point or an exponent.
-    pub(crate) fn finite(&mut self, span: Span) -> Parsed<f64> {
-        match self.text(span).parse::<f64>() {
-            Ok(value) if value.is_finite() => Ok(value),
-            _ => {
-                let message = format!("`{}` is too large for a double", self.text(span));
-                self.report(self.wrong(span, message).help("the largest is about 1.8e308"));
-                Err(Failed)
+    /// Returns the double nearest to a literal with a point or an exponent. Lowering reads its exact
+    /// value, which is checked here.
+    fn finite(&mut self, span: Span) -> Parsed<f64> {
+        self.exact(span).map(|exact| Real::Finite(exact).to_f64())
+    }
+
+    /// Returns the exact value of a literal with a point or an exponent.
+    pub(crate) fn exact(&mut self, span: Span) -> Parsed<Ratio> {
+        let text = shortened(self.text(span)).into_owned();
+        let diagnostic = match decimal(self.text(span)) {
+            Ok(exact) if exact.to_f64().is_some_and(f64::is_finite) => return Ok(exact),
+            Ok(_) => {
+                let message = format!("`{text}` is too large for a double");
+                self.wrong(span, message).help("the largest is about 1.8e308")
             }
-        }
+            Err(reason) => self.wrong(span, format!("`{text}` cannot be computed with: {reason}")),
+        };
+        self.report(diagnostic);
+        Err(Failed)
     }
 
     /// Parses an atom that starts with a word: a literal, a name or a function.

@@ -31,6 +31,7 @@ pub(in crate::lang) fn load(frame: &Frame<'_>) -> Result<Checked> {
         labels: Actions::default(),
         counts: Vec::new(),
         rewards: Vec::new(),
+        reward_names: Actions::default(),
     };
     let mut all = lines(frame.source, "//");
     reader.header(&mut all, frame)?;
@@ -50,6 +51,7 @@ struct Reader<'s> {
     /// The declared numbers of states and choices, with the lines that declare them.
     counts: Vec<(bool, usize, Line<'s>)>,
     rewards: Vec<Rewards>,
+    reward_names: Actions,
 }
 
 impl<'s> Reader<'s> {
@@ -83,12 +85,19 @@ impl<'s> Reader<'s> {
             "placeholders" => return Err(line.refused("placeholders")),
             "nr_states" => self.counts.push((true, line.index(line.text)?, line)),
             "nr_choices" => self.counts.push((false, line.index(line.text)?, line)),
-            "reward_models" => self.rewards.extend(line.text.split_whitespace().map(|name| Rewards {
-                name: Some(name.to_owned()),
-                states: Some(Vec::new()),
-                choices: Some(Vec::new()),
-            })),
+            "reward_models" => self.reward_models(line)?,
             _ => {}
+        }
+        Ok(())
+    }
+
+    fn reward_models(&mut self, line: Line<'s>) -> Result<()> {
+        for name in line.text.split_whitespace() {
+            if self.reward_names.add(name) < self.rewards.len() {
+                return Err(line.part(name).wrong(format!("the reward model `{name}` occurs twice")));
+            }
+            let (states, choices) = (Some(Vec::new()), Some(Vec::new()));
+            self.rewards.push(Rewards { name: Some(name.to_owned()), states, choices });
         }
         Ok(())
     }

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use num_traits::Zero;
 
 use crate::error::{Diagnostic, Error, Severity, SourceFile};
-use crate::model::exact::{Ratio, decimal};
+use crate::escape::shortened;
+use crate::model::exact::{NoDecimal, Ratio, decimal};
 
 /// A line that is not empty and not a comment.
 #[derive(Clone, Copy)]
@@ -33,6 +34,15 @@ impl Line<'_> {
         self.diagnostic(message).into()
     }
 
+    /// Returns the part of this line with a text that was taken from it.
+    pub(super) fn part<'p>(&self, text: &'p str) -> Line<'p>
+    where
+        Self: 'p,
+    {
+        let at = (text.as_ptr() as usize).saturating_sub(self.text.as_ptr() as usize);
+        Line { source: self.source, start: self.start + at, text }
+    }
+
     /// Returns an error at this line, for what is valid but not supported.
     pub(super) fn refused(&self, what: &str) -> Error {
         let diagnostic = self.diagnostic(format!("{what} are not supported"));
@@ -51,10 +61,8 @@ impl Line<'_> {
     /// Reads a decimal number or a fraction, exactly.
     pub(super) fn number(&self, text: &str) -> Result<Ratio, Error> {
         let (numerator, denominator) = text.split_once('/').unwrap_or((text, "1"));
-        let parts = decimal(numerator.trim()).zip(decimal(denominator.trim()));
-        match parts.filter(|(_, d)| !d.is_zero()) {
-            Some((n, d)) => Ok(n / d),
-            None => Err(self.wrong(format!("`{text}` is not a number"))),
-        }
+        let parts = decimal(numerator.trim()).and_then(|n| Ok((n, decimal(denominator.trim())?)));
+        let number = parts.and_then(|(n, d)| if d.is_zero() { Err(NoDecimal::Malformed) } else { Ok(n / d) });
+        number.map_err(|reason| self.wrong(format!("`{}` is wrong: {reason}", shortened(text))))
     }
 }

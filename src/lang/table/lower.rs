@@ -76,6 +76,8 @@ impl Frame<'_> {
         if let Some((state, reason)) = table.first_fault(&mut poll)? {
             return Err(self.wrong(format!("state {state}: {reason}")));
         }
+        table.initial.sort_unstable();
+        table.initial.dedup();
         if table.initial.is_empty() {
             return Err(self.wrong("the model has no initial state"));
         }
@@ -120,6 +122,7 @@ impl Frame<'_> {
             labels: Vec::new(),
             formulas: Vec::new(),
             rewards: Vec::new(),
+            inexact: None,
             monitors: None,
         }
     }
@@ -155,7 +158,7 @@ impl Table {
         let earned = self.rewards.iter().filter_map(|r| r.choices.as_ref());
         choices.len() == 1
             && self.targets[branches].iter().all(|t| *t == state)
-            && earned.map(|of| self.value(of[choices.start])).all(|x| x == 0.0)
+            && earned.map(|of| self.value(of[choices.start])).all(|x| x.is_zero())
     }
 
     /// Returns the states sorted by their values. If the values do not tell states apart, their
@@ -295,7 +298,9 @@ impl Lowering<'_> {
 
     /// Returns an item, unless all its values are 0.
     fn item(&mut self, earner: Earner, leaves: &[Leaf]) -> Result<Option<RewardItem>> {
-        let is_zero = |value: ExprId| self.trees.pool.literal(value) == Some(Value::Real(0.0));
+        let is_zero = |value: ExprId| {
+            self.trees.pool.exact_literal(value).is_some_and(|value| value.into_real().is_zero())
+        };
         if leaves.iter().all(|leaf| is_zero(leaf.1)) {
             return Ok(None);
         }

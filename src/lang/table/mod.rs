@@ -12,14 +12,12 @@ mod tree;
 mod umb;
 mod valuations;
 
-use num_traits::ToPrimitive;
-
 use crate::error::Result;
 use crate::model::ModelKind;
-use crate::model::exact::Ratio;
+use crate::model::exact::{Exact, Ratio, Real};
 use crate::model::expr::{ExprId, ExprPool};
-use crate::model::rounding::Sum;
-use crate::model::value::{Type, Value};
+use crate::model::rounding::{Sum, judged};
+use crate::model::value::Type;
 use crate::progress::Poll;
 
 pub(super) use drn::{is_drn, load as load_drn};
@@ -97,13 +95,12 @@ impl Table {
 
     /// Returns the literal of a number, which keeps its exact value.
     fn number(&mut self, exact: Ratio) -> ExprId {
-        let rounded = Value::Real(exact.to_f64().unwrap_or(f64::NAN));
-        self.pool.exact_value(rounded, Some(exact))
+        self.pool.exact_value(Exact::Real(Real::Finite(exact)))
     }
 
     /// Returns the literal of a double, which stands for itself and not for a decimal.
     fn double(&mut self, x: f64) -> ExprId {
-        self.pool.exact_value(Value::Real(x), Ratio::from_float(x))
+        self.pool.exact_value(Exact::Real(Real::from(x)))
     }
 
     /// Adds a branch to the last choice of the last state.
@@ -121,8 +118,8 @@ impl Table {
         self.branches.last_mut().into_iter().for_each(|end| *end = branches);
     }
 
-    fn value(&self, number: ExprId) -> f64 {
-        self.pool.literal(number).map_or(f64::NAN, Value::to_f64)
+    fn value(&self, number: ExprId) -> Real {
+        self.pool.exact_literal(number).map_or(Real::Undefined, Exact::into_real)
     }
 
     /// Checks what no reader has checked: targets, distributions, and the choices of a `dtmc`.
@@ -149,10 +146,13 @@ impl Table {
             return Some(format!("the target {far} is not one of the {} states", self.states()));
         }
         let weights = self.probabilities[branches].iter().map(|p| self.value(*p));
-        if let Some(wrong) = weights.clone().find(|p| !(0.0..=1.0).contains(p)) {
+        if let Some(wrong) = weights.clone().find(|p| !p.is_probability()) {
             return Some(format!("{wrong} is not a probability"));
         }
-        let sum = weights.sum();
-        (Sum::of(sum) == Sum::Wrong).then(|| format!("the probabilities sum to {sum}, not to 1"))
+        match judged(weights.map(Ok)) {
+            Ok((Sum::Wrong, sum)) => Some(format!("the probabilities sum to {sum}, not to 1")),
+            Ok(_) => None,
+            Err(reason) => Some(format!("the sum of the probabilities: {reason}")),
+        }
     }
 }

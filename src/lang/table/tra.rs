@@ -3,9 +3,11 @@
 
 use std::sync::Arc;
 
+use ahash::AHashSet;
+
 use super::lines::{Line, lines};
 use super::{Column, Frame, Table};
-use crate::error::{Result, SourceFile};
+use crate::error::{Error, Result, SourceFile};
 use crate::lang::check::{Actions, Checked};
 use crate::model::ModelKind;
 use crate::model::value::Type;
@@ -71,11 +73,14 @@ fn transitions(frame: &Frame<'_>, poll: &mut Poll<'_>) -> Result<Table> {
         if read.state >= counts[0] {
             return Err(line.wrong(format!("state {} is not one of {}", read.state, counts[0])));
         }
+        let action = read.action.map(|name| actions.add(name));
         if at != last {
             table.choices.resize(read.state + 2, table.action_of.len());
-            table.action_of.push(read.action.map(|name| actions.add(name)));
+            table.action_of.push(action);
             table.branches.push(0);
             last = at;
+        } else if table.action_of.last() != Some(&action) {
+            return Err(two_actions(line, &read, &table, &actions));
         }
         table.branch(read.target, line.number(read.weight)?);
     }
@@ -88,6 +93,19 @@ fn transitions(frame: &Frame<'_>, poll: &mut Poll<'_>) -> Result<Table> {
     }
     table.actions = actions.names;
     Ok(table)
+}
+
+/// Returns the error for a choice whose lines have different actions.
+fn two_actions(line: Line<'_>, read: &Transition<'_>, table: &Table, actions: &Actions) -> Error {
+    let known = table.action_of.last().copied().flatten().map(|action| actions.names[action].as_str());
+    let shown =
+        |name: Option<&str>| name.map_or("no action".to_owned(), |name| format!("the action `{name}`"));
+    let (state, choice) = (read.state, read.choice);
+    line.part(read.action.unwrap_or(line.text)).wrong(format!(
+        "choice {choice} of state {state} has {} here, and {} in the lines before",
+        shown(read.action),
+        shown(known)
+    ))
 }
 
 fn transition<'s>(line: Line<'s>, is_mdp: bool) -> Result<Transition<'s>> {
@@ -113,7 +131,7 @@ fn columns(source: &Arc<SourceFile>, states: usize, poll: &mut Poll<'_>) -> Resu
     for line in lines(source, "#") {
         poll.step()?;
         if columns.is_empty() {
-            columns = cells(line, line.text)?.map(column).collect();
+            columns = distinct(line, cells(line, line.text)?, "variable")?.map(column).collect();
             types = vec![None; columns.len()];
             continue;
         }
@@ -148,6 +166,19 @@ fn columns(source: &Arc<SourceFile>, states: usize, poll: &mut Poll<'_>) -> Resu
     }
 }
 
+/// Returns names of a line, each of which must occur once.
+fn distinct<'s>(
+    line: Line<'s>,
+    names: impl Iterator<Item = &'s str>,
+    what: &str,
+) -> Result<impl Iterator<Item = &'s str>> {
+    let (all, mut known) = (names.collect::<Vec<_>>(), AHashSet::new());
+    match all.iter().find(|name| !known.insert(**name)) {
+        Some(name) => Err(line.part(name).wrong(format!("the {what} `{name}` occurs twice"))),
+        None => Ok(all.into_iter()),
+    }
+}
+
 fn column(name: &str) -> Column {
     let (name, values) = (name.to_owned(), Vec::new());
     Column { name, ty: Type::Int, low: 0, high: 0, names: Vec::new(), values }
@@ -173,15 +204,16 @@ fn value(line: Line<'_>, cell: &str) -> Result<(i64, Type)> {
 fn read_labels(source: &Arc<SourceFile>, table: &mut Table, poll: &mut Poll<'_>) -> Result<()> {
     let mut all = lines(source, "#");
     let Some(first) = all.next() else { return Ok(()) };
-    let mut labels: Vec<(String, Vec<usize>)> = Vec::new();
+    let mut names = Vec::new();
     for word in first.text.split_whitespace() {
-        let parts = word.split_once('=').filter(|(n, _)| n.parse() == Ok(labels.len()));
+        let parts = word.split_once('=').filter(|(n, _)| n.parse() == Ok(names.len()));
         let name = parts.and_then(|(_, name)| name.strip_prefix('"')?.strip_suffix('"'));
-        let Some(name) = name else {
-            return Err(first.wrong("expected labels such as `0=\"init\" 1=\"deadlock\" 2=\"goal\"`"));
-        };
-        labels.push((name.to_owned(), Vec::new()));
+        names.push(name.ok_or_else(|| {
+            first.part(word).wrong("expected labels such as `0=\"init\" 1=\"deadlock\" 2=\"goal\"`")
+        })?);
     }
+    let names = distinct(first, names.into_iter(), "label")?;
+    let mut labels: Vec<(String, Vec<usize>)> = names.map(|name| (name.to_owned(), Vec::new())).collect();
     for line in all {
         poll.step()?;
         let Some((state, numbers)) = line.text.split_once(':') else {

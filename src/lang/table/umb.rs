@@ -1,5 +1,6 @@
 //! The reader of UMB archives.
 
+use ahash::AHashMap;
 use num_rational::BigRational;
 use num_traits::Zero;
 
@@ -9,7 +10,6 @@ use crate::lang::check::{Actions, Checked};
 use crate::model::ModelKind;
 use crate::model::exact::Ratio;
 use crate::model::expr::ExprId;
-use crate::model::value::Value;
 use crate::progress::Poll;
 use crate::umb::archive::Files;
 use crate::umb::binary::Number;
@@ -166,13 +166,24 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn group(&self, group: &str) -> impl Iterator<Item = (&String, &Annotation)> {
-        self.index.annotations.get(group).into_iter().flatten()
+    /// Returns the annotations of a group with their identifiers and names.
+    fn group(&self, group: &str) -> Result<Vec<(&String, String, &Annotation)>> {
+        let mut known: AHashMap<&str, &str> = AHashMap::new();
+        let mut all = Vec::new();
+        for (id, annotation) in self.index.annotations.get(group).iter().flat_map(|group| &group.0) {
+            let name = annotation.alias.as_ref().unwrap_or(id);
+            if let Some(other) = known.insert(name, id) {
+                let message = format!("`{other}` and `{id}` of \"{group}\" have the same name `{name}`");
+                return Err(self.files.wrong(INDEX, &message));
+            }
+            all.push((id, name.clone(), annotation));
+        }
+        Ok(all)
     }
 
     /// Reads the atomic propositions.
     fn labels(&self, table: &mut Table) -> Result<()> {
-        for (id, annotation) in self.group("aps") {
+        for (id, name, annotation) in self.group("aps")? {
             let of_states = annotation.applies_to.iter().all(|of| of == "states");
             if !of_states || annotation.ty.base != Base::Bool {
                 let message = format!("the atomic proposition {id} is not a Boolean of states");
@@ -180,7 +191,7 @@ impl Reader<'_> {
             }
             let path = umb::annotation("aps", id, "states") + "/values.bin";
             let states = self.files.members(&path, table.states())?;
-            table.labels.push((name(id, annotation), states));
+            table.labels.push((name, states));
         }
         Ok(())
     }
@@ -188,13 +199,13 @@ impl Reader<'_> {
     /// Reads the rewards. What branches earn becomes the expected reward of the choice.
     fn rewards(&self, table: &mut Table) -> Result<()> {
         let sizes = [table.states(), table.branches.len() - 1, table.targets.len()];
-        for (id, annotation) in self.group("rewards") {
+        for (id, name, annotation) in self.group("rewards")? {
             if annotation.probability_type.is_some() {
                 return Err(self
                     .files
                     .wrong(INDEX, &format!("the reward {id}: distributions are not supported")));
             }
-            let mut rewards = Rewards { name: Some(name(id, annotation)), states: None, choices: None };
+            let mut rewards = Rewards { name: Some(name), states: None, choices: None };
             let mut of_branches = None;
             for of in &annotation.applies_to {
                 let (slot, n) = match of.as_str() {
@@ -215,11 +226,6 @@ impl Reader<'_> {
     }
 }
 
-/// Returns the name of an annotation.
-fn name(id: &str, annotation: &Annotation) -> String {
-    annotation.alias.clone().unwrap_or_else(|| id.to_owned())
-}
-
 /// Adds to the reward of each choice the expected reward of its branches.
 fn expected(table: &mut Table, choices: Option<&[ExprId]>, branches: &[ExprId]) -> Vec<ExprId> {
     let mut all = Vec::new();
@@ -236,8 +242,5 @@ fn expected(table: &mut Table, choices: Option<&[ExprId]>, branches: &[ExprId]) 
 
 /// Returns the exact value of a literal; 0 for one that is not finite.
 fn exact(table: &Table, number: ExprId) -> Ratio {
-    match table.pool.literal(number) {
-        Some(Value::Real(_)) => table.pool.eval_exact(number, &[]).unwrap_or_else(|_| Ratio::zero()),
-        _ => Ratio::zero(),
-    }
+    table.pool.eval_exact(number, &[]).unwrap_or_else(|_| Ratio::zero())
 }

@@ -35,6 +35,13 @@ pub(super) fn columns(
     if of.classes.iter().flat_map(variables).count() > MOST_VARIABLES {
         return Ok(None);
     }
+    for class in &of.classes {
+        let mut known = BTreeSet::new();
+        if let Some(twice) = variables(class).find(|variable| !known.insert(&variable.name)) {
+            let message = format!("the variable `{}` occurs twice in a class", twice.name);
+            return Err(files.wrong(INDEX, &message));
+        }
+    }
     let path = format!("{STATE_VALUATIONS}/valuations.bin");
     let strings = match of.strings {
         Some(count) => files.strings(STATE_VALUATIONS, count as usize)?.unwrap_or_default(),
@@ -194,9 +201,9 @@ impl<'f> Reader<'f> {
             }
             Base::Double | Base::Rational if bits > 0 && bits.is_multiple_of(16) && bits <= 1 << 16 => {
                 match number(variable.ty.base, &cell(row, at, bits)) {
-                    Some(Number::Double(x)) => Ok(format!("{x:?}")),
-                    Some(Number::Rational(ratio)) => Ok(ratio.to_string()),
-                    None => Err(refused("a number is not valid")),
+                    Ok(Number::Double(x)) => Ok(format!("{x:?}")),
+                    Ok(Number::Rational(ratio)) => Ok(ratio.to_string()),
+                    Err(reason) => Err(refused(&reason)),
                 }
             }
             base => Err(refused(&format!("{base} of {bits} bits is not supported"))),

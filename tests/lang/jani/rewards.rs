@@ -93,7 +93,7 @@ fn properties_accumulate_what_they_name() {
             continue;
         };
         let Question::Quantity(quantity) = &asked.question else { panic!("{:?}", asked.question) };
-        assert_eq!((quantity.optimum, quantity.bound), (Some(Optimum::Max), None));
+        assert_eq!((quantity.optimum, quantity.bound.clone()), (Some(Optimum::Max), None));
         let Measure::Reward(rewards @ Rewards::Numbered(_)) = &quantity.measure else {
             panic!("{quantity:?}")
         };

@@ -1,5 +1,6 @@
 //! Declarations: constants, variables with ranges and initial values, locations.
 
+use std::cmp::Ordering;
 use std::sync::Arc;
 
 use ahash::{AHashMap, AHashSet};
@@ -12,6 +13,7 @@ use crate::error::{Diagnostic, Severity};
 use crate::lang::ast::{BinaryOp, Expr, Ident, Span};
 use crate::lang::check::{Wanted, given_values};
 use crate::lang::valuation::Binding;
+use crate::model::exact::Exact;
 use crate::model::expr::{Binary, ExprId};
 use crate::model::value::{Type, Value};
 use crate::model::{VarId, Variable};
@@ -26,19 +28,21 @@ impl<'a> Lowering<'a> {
             self.model.constants.iter().zip(&names).map(|(c, name)| wanted(c, name)).collect();
         let (given, wrong) = given_values(&all, inputs.constants, bindings);
         self.lowerer.report_missing(&all, inputs.constants, bindings);
-        let given: AHashMap<usize, Value> = given.into_iter().collect();
+        let given: AHashMap<usize, Exact> = given.into_iter().collect();
         self.pending = self.model.constants.iter().map(|c| (c.name.name.as_str(), false)).collect();
         for (index, constant) in self.model.constants.iter().enumerate() {
             let what = format!("the constant `{}`", constant.name.name);
             let value = match (&constant.value, given.get(&index)) {
                 (Some(e), _) => self.constant_literal(e, Place::default(), constant.ty.ty, &what),
-                (None, given) => given.map(|&value| (self.lowerer.pool.value(value), value)),
+                (None, given) => {
+                    given.map(|value| (self.lowerer.pool.exact_value(value.clone()), value.clone()))
+                }
             };
             let Some((id, value)) = value else {
                 self.pending.insert(&constant.name.name, true);
                 continue;
             };
-            self.within(value, &constant.ty, constant.name.span, &what);
+            self.within(&value, &constant.ty, constant.name.span, &what);
             self.pending.remove(constant.name.name.as_str());
             self.declare_global(&constant.name, Meaning::Constant(id));
             self.constant_values.push((names[index].clone(), value));
@@ -47,12 +51,14 @@ impl<'a> Lowering<'a> {
     }
 
     /// Reports a constant outside of the bounds of its type.
-    fn within(&mut self, value: Value, ty: &Bounds, span: Span, what: &str) {
+    fn within(&mut self, value: &Exact, ty: &Bounds, span: Span, what: &str) {
         for (bound, op) in [(&ty.low, BinaryOp::Lt), (&ty.high, BinaryOp::Gt)] {
             let Some(bound) = bound else { continue };
-            let Some(limit) = self.constant(bound, Place::default(), ty.ty, "a bound") else { continue };
-            let (x, y) = (value.to_f64(), limit.to_f64());
-            if (op == BinaryOp::Lt && x < y) || (op == BinaryOp::Gt && x > y) {
+            let limit = self.constant_literal(bound, Place::default(), ty.ty, "a bound");
+            let Some((_, limit)) = limit else { continue };
+            let order = value.clone().into_real().compare(&limit.into_real());
+            if order == Some(if op == BinaryOp::Lt { Ordering::Less } else { Ordering::Greater }) {
+                let value = value.rounded();
                 let message = format!("{what} is {value}, outside of the bounds of its type");
                 self.lowerer.fail::<()>(span, message);
             }

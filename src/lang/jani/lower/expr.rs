@@ -7,6 +7,7 @@ use super::state::Lowering;
 use crate::lang::ast::{Expr, Ident, Span};
 use crate::lang::check::{Lowered, Lowerer, Names, lowered};
 use crate::lang::slip::is_slip;
+use crate::model::exact::Exact;
 use crate::model::expr::ExprId;
 use crate::model::value::{Type, Value};
 
@@ -44,20 +45,20 @@ impl<'a> Lowering<'a> {
 
     /// Returns the value of an expression without variables.
     pub(super) fn constant(&mut self, e: &Expr, place: Place<'_>, ty: Type, what: &str) -> Option<Value> {
-        Some(self.constant_literal(e, place, ty, what)?.1)
+        Some(self.constant_literal(e, place, ty, what)?.1.rounded())
     }
 
-    /// Returns the literal of an expression without variables, which may be more exact than its
-    /// value.
+    /// Returns the literal of an expression without variables, and its exact value.
     pub(super) fn constant_literal(
         &mut self,
         e: &Expr,
         place: Place<'_>,
         ty: Type,
         what: &str,
-    ) -> Option<(ExprId, Value)> {
+    ) -> Option<(ExprId, Exact)> {
         let id = self.typed(e, place, ty, what)?;
-        Some((id, self.lowerer.constant_value(id, e.span(), what)?))
+        self.lowerer.constant_value(id, e.span(), what)?;
+        Some((id, self.lowerer.pool.exact_literal(id)?))
     }
 
     fn name(&mut self, name: &str, span: Span, place: Place<'_>) -> Option<ExprId> {

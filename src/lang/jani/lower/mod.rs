@@ -76,7 +76,8 @@ impl Lowering<'_> {
         self.own(&commands, &synchronisations);
         self.warn();
         let labels = self.labels(&properties);
-        self.warnings.extend(check::reward_warnings(&rewards));
+        self.warnings
+            .extend(check::reward_warnings(&rewards).into_iter().chain(self.lowerer.inexact.clone()));
         let joint = self.joint_modules.into_iter().map(|(_, name)| name);
         let program = Program {
             source: Arc::clone(&self.lowerer.source),
@@ -93,6 +94,7 @@ impl Lowering<'_> {
             labels,
             formulas,
             rewards,
+            inexact: self.lowerer.inexact,
             monitors: None,
         };
         Ok(Checked { program, warnings: self.warnings, properties })

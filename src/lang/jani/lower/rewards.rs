@@ -168,7 +168,7 @@ impl Lowering<'_> {
         structures: &mut Vec<RewardStructure>,
     ) -> Result<Question, String> {
         let Some(reward) = &asked.reward else {
-            return Ok(match asked.bound {
+            return Ok(match asked.bound.clone() {
                 Some((comparison, value)) => property::compared(asked.extreme, comparison, value),
                 None => Question::Quantity(property::quantity(Measure::Probability, asked.extreme, None)),
             });
@@ -190,7 +190,7 @@ impl Lowering<'_> {
             }
         };
         let measure = Measure::Reward(Rewards::Numbered(number));
-        Ok(Question::Quantity(property::quantity(measure, asked.extreme, asked.bound)))
+        Ok(Question::Quantity(property::quantity(measure, asked.extreme, asked.bound.clone())))
     }
 
     /// Returns the structure of a reward that is an expression over the state.

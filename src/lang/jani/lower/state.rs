@@ -10,8 +10,8 @@ use crate::error::{Diagnostic, SourceFile};
 use crate::lang::check::{Actions, Lowerer, Scope};
 use crate::lang::names::Names;
 use crate::model::Variable;
+use crate::model::exact::Exact;
 use crate::model::expr::{ExprId, ExprPool};
-use crate::model::value::Value;
 use crate::progress::ProgressSink;
 
 /// The texts that define a model.
@@ -43,7 +43,7 @@ pub(super) struct Lowering<'a> {
     pub(super) variables: Vec<Variable>,
     pub(super) transients: Vec<Transient<'a>>,
     pub(super) functions: Vec<Declared<'a>>,
-    pub(super) constant_values: Vec<(String, Value)>,
+    pub(super) constant_values: Vec<(String, Exact)>,
     /// Constants without a value yet; the flag says that the reason was reported.
     pub(super) pending: AHashMap<&'a str, bool>,
     /// Bounds for unbounded variables; the flag says that they were used.

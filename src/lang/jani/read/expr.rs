@@ -4,6 +4,7 @@ use super::super::json::{Node as Json, Object, Shape};
 use super::reader::Reader;
 use super::record::Read;
 use crate::lang::ast::{BinaryOp, Expr, Function, Ident, Node, NodeKind};
+use crate::model::exact::{Real, decimal};
 use crate::model::value;
 use crate::stack;
 
@@ -93,10 +94,12 @@ impl<'a> Reader<'a> {
     /// Reads a number; without a point or an exponent it is an integer.
     fn number(&mut self, node: Json<'a>, text: &str) -> Option<value::Value> {
         if text.contains(['.', 'e', 'E']) {
-            match text.parse::<f64>() {
-                Ok(x) if x.is_finite() => return Some(value::Value::Real(x)),
-                _ => return self.fail(node.span(), "this number is too large for a double"),
-            }
+            let x = decimal(text).map(|exact| Real::Finite(exact).to_f64());
+            return match x {
+                Ok(x) if x.is_finite() => Some(value::Value::Real(x)),
+                Ok(_) => self.fail(node.span(), "this number is too large for a double"),
+                Err(reason) => self.fail(node.span(), format!("this number: {reason}")),
+            };
         }
         match text.parse::<i64>() {
             Ok(i) => Some(value::Value::Int(i)),

@@ -1,13 +1,16 @@
 //! Properties: those that ask for the probability of a formula on paths, or for the expected reward
 //! until a state set is reached, and reasons against the others.
 
+use num_bigint::BigInt;
+
 use super::super::json::{Node, Object, Shape};
 use super::path;
 use super::reader::Reader;
 use super::record::{Read, records};
-use crate::lang::ast::{Expr, Ident, NodeKind};
+use crate::lang::ast::{Expr, Ident, NodeKind, Span};
 use crate::lang::ltl::Formula;
 use crate::lang::property::{Extreme, Inequality};
+use crate::model::exact::{Ratio, decimal};
 use crate::model::value;
 use crate::stack;
 
@@ -35,7 +38,7 @@ pub(crate) struct Question {
     /// probability of the formula.
     pub(crate) reward: Option<Reward>,
     /// The comparison with a number, if there is one.
-    pub(crate) bound: Option<(Inequality, f64)>,
+    pub(crate) bound: Option<(Inequality, Ratio)>,
 }
 
 /// A reward that is accumulated.
@@ -89,7 +92,8 @@ impl<'a> Reader<'a> {
         }
         let value = match Expr::read(self, right, "a bound")?.nodes.as_slice() {
             [root] => match root.kind {
-                NodeKind::Literal(v @ (value::Value::Int(_) | value::Value::Real(_))) => v.to_f64(),
+                NodeKind::Literal(value::Value::Int(i)) => Ratio::from(BigInt::from(i)),
+                NodeKind::Literal(value::Value::Real(_)) => self.decimal(root.span)?,
                 _ => return no("its bound is not a number"),
             },
             _ => return no("its bound is not a number"),
@@ -103,8 +107,14 @@ impl<'a> Reader<'a> {
         self.value(&inner, &asked, Some((comparison, value)))
     }
 
+    /// Returns the exact value of a number that was read.
+    fn decimal(&mut self, number: Span) -> Option<Ratio> {
+        let exact = decimal(self.text(number));
+        exact.map_err(|reason| self.fail::<()>(number, format!("this number: {reason}"))).ok()
+    }
+
     /// Reads `Pmin`, `Pmax`, `Emin` or `Emax`.
-    fn value(&mut self, object: &Object<'a>, op: &str, bound: Option<(Inequality, f64)>) -> Asks<Question> {
+    fn value(&mut self, object: &Object<'a>, op: &str, bound: Option<(Inequality, Ratio)>) -> Asks<Question> {
         let extreme = if op.ends_with("max") { Extreme::Max } else { Extreme::Min };
         if op.starts_with('P') {
             let path = self.required(object, "a property", "exp")?;

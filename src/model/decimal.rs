@@ -1,0 +1,130 @@
+//! Fractions as decimal numbers.
+
+use num_bigint::BigInt;
+use num_traits::{One, Pow, Zero};
+
+use super::real::{MOST_BITS, Ratio, bounded};
+
+/// Largest number of decimal digits, and largest decimal exponent, of a number with at most
+/// [`MOST_BITS`] bits.
+pub(crate) const MOST_DIGITS: usize = MOST_BITS as usize * 301 / 1000;
+
+/// The reasons why a text is not a decimal number that can be computed with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum NoDecimal {
+    /// The text has another form.
+    #[error("it is not a number")]
+    Malformed,
+    /// The number has too many digits.
+    #[error("it has more than {} decimal digits", MOST_DIGITS)]
+    TooLong,
+}
+
+/// Parses a decimal number such as `0.25` or `1.5e-3`.
+///
+/// # Errors
+/// The text is not one, or the number has more than [`MOST_DIGITS`] digits.
+pub(crate) fn decimal(text: &str) -> Result<Ratio, NoDecimal> {
+    let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
+    let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+    let all_digits = |text: &str| text.bytes().all(|b| b.is_ascii_digit());
+    let unsigned = whole.strip_prefix(['-', '+']).unwrap_or(whole);
+    let power = exponent.strip_prefix(['-', '+']).unwrap_or(exponent);
+    let empty = unsigned.is_empty() && fraction.is_empty();
+    if empty || power.is_empty() || ![unsigned, fraction, power].into_iter().all(all_digits) {
+        return Err(NoDecimal::Malformed);
+    }
+    if mantissa.len() > MOST_DIGITS {
+        return Err(NoDecimal::TooLong);
+    }
+    let digits: BigInt = format!("{whole}{fraction}").parse().map_err(|_| NoDecimal::Malformed)?;
+    if digits.is_zero() {
+        return Ok(Ratio::zero());
+    }
+    let exponent = exponent.parse::<i64>().map_err(|_| NoDecimal::TooLong)?;
+    let exponent = exponent.saturating_sub_unsigned(fraction.len() as u64);
+    if exponent.unsigned_abs() > MOST_DIGITS as u64 {
+        return Err(NoDecimal::TooLong);
+    }
+    let power = Pow::pow(BigInt::from(10), exponent.unsigned_abs());
+    let exact = if exponent < 0 { Ratio::new(digits, power) } else { Ratio::from(digits * power) };
+    bounded(exact.clone()).map(|_| exact).map_err(|_| NoDecimal::TooLong)
+}
+
+/// Returns the shortest decimal that rounds to a double; `None` if the double is not finite.
+pub(crate) fn shortest(x: f64) -> Option<Ratio> {
+    decimal(&format!("{x:e}")).ok()
+}
+
+/// Returns the integer m and the exponent n of a fraction m / 10^n; `None` if it is not a decimal
+/// number.
+pub(crate) fn scaled(x: &Ratio) -> Option<(BigInt, u64)> {
+    let twos = x.denom().trailing_zeros()?;
+    let (mut rest, mut fives) = (x.denom() >> twos, 0);
+    while !rest.is_one() {
+        if !(&rest % 5u8).is_zero() {
+            return None;
+        }
+        (rest, fives) = (rest / 5u8, fives + 1);
+    }
+    let digits = twos.max(fives);
+    Some((x.numer() * (Pow::pow(BigInt::from(10), digits) / x.denom()), digits))
+}
+
+/// Formats a fraction: as a decimal number such as `25e-2`, else such as `1/3`.
+pub(crate) fn text(x: &Ratio) -> String {
+    match scaled(x) {
+        Some((digits, 0)) => format!("{digits}e0"),
+        Some((digits, exponent)) => format!("{digits}e-{exponent}"),
+        None => x.to_string(),
+    }
+}
+
+/// Reads what [`text`] writes.
+pub(crate) fn read(text: &str) -> Option<Ratio> {
+    let (numerator, denominator) = text.split_once('/').unwrap_or((text, "1"));
+    let (n, d) = (decimal(numerator).ok()?, decimal(denominator).ok()?);
+    (!d.is_zero()).then(|| n / d)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ratio(numerator: i64, denominator: i64) -> Ratio {
+        Ratio::new(numerator.into(), denominator.into())
+    }
+
+    #[test]
+    fn decimals_are_fractions_of_powers_of_ten() {
+        for (text, n, d) in [("0.1", 1, 10), ("1.5e-3", 3, 2000), ("12.50", 25, 2), ("2e3", 2000, 1)] {
+            assert_eq!(decimal(text), Ok(ratio(n, d)), "{text}");
+        }
+        for text in ["", "x", "1e", "e1", ".", "1.-5", "1_0", "--1", "inf", "NaN"] {
+            assert_eq!(decimal(text), Err(NoDecimal::Malformed), "{text}");
+        }
+        let long = "7".repeat(MOST_DIGITS + 1);
+        for text in ["1e99999", "1e-9223372036854775808", "1e-99999999999999999999", "1e-5000", &long] {
+            assert_eq!(decimal(text), Err(NoDecimal::TooLong), "{text}");
+        }
+        assert_eq!(decimal("0e99999"), Ok(Ratio::zero()));
+        assert_eq!(decimal("1e-400").map(|x| x.denom().bits()), Ok(1329));
+        assert_eq!(shortest(0.1), Some(ratio(1, 10)));
+        assert_eq!(shortest(f64::INFINITY), None);
+    }
+
+    #[test]
+    fn fractions_are_written_as_they_are() {
+        for (x, written) in [
+            (ratio(1, 4), "25e-2"),
+            (ratio(-7, 1), "-7e0"),
+            (ratio(1, 3), "1/3"),
+            (decimal("1e-400").unwrap(), "1e-400"),
+            (decimal("0.12345678901234567890123").unwrap(), "12345678901234567890123e-23"),
+        ] {
+            assert_eq!(text(&x), written);
+            assert_eq!(read(written), Some(x));
+        }
+        assert_eq!(read("1/0"), None);
+    }
+}
