@@ -75,6 +75,13 @@ class Kept:
         return {**self.whole.counts(), "unsafe": str(len(self.whole.states) - len(self.states))}
 
 
+def one_formula(requirements):
+    """All requirements as their conjunction, which has one monitor if some is more than `G p`."""
+    if all(invariant(parse(r)) is not None for r in requirements):
+        return requirements
+    return [" & ".join(f"({r})" for r in requirements)]
+
+
 def violates(space, requirements, number):
     """Whether a state violates a requirement `G p`, or ends a path that violates another one."""
     state, model = space.states[number], space.model
@@ -256,14 +263,15 @@ def reached(space, formula):
 
 
 def check(model, prefs, scope, safety, empty=None, space=None):
+    required = one_formula(prefs.required)
     if prefs.history == "play":
-        watched = Watched(model, [formula for _, formula in prefs.objectives], prefs.required)
+        watched = Watched(model, [formula for _, formula in prefs.objectives], required)
         space, judge = Space(watched, scope), satisfied_in
     else:
         space, judge = space or Space(model, scope), reached
     whole = space
     if prefs.required:
-        space = Kept(whole, prefs.required)
+        space = Kept(whole, required)
     order = Order(prefs.strict, empty or prefs.empty)
     plain = Game([[t for _, t in choices] for choices in space.moves])
     facts, sure = zip(*(judge(space, formula) for _, formula in prefs.objectives))
