@@ -158,8 +158,12 @@ impl Shield {
                 node.actions.iter_mut().zip(keeps).for_each(|(action, keeps)| action.permitted &= keeps);
             }
             if node.actions.iter().all(|action| !action.permitted) {
-                node.actions.iter_mut().for_each(|action| action.permitted = true);
+                let nodes = &self.nodes;
+                let keeps = |a: &ShieldAction| a.next.iter().all(|&to| nodes[to].class.is_some());
+                let keeping: Vec<bool> = nodes[v].actions.iter().map(keeps).collect();
+                permit(&mut self.nodes[v].actions, &keeping);
             }
+            let node = &mut self.nodes[v];
             if !node.actions[node.pick].permitted {
                 node.pick = node.actions.iter().position(|action| action.permitted).unwrap_or_default();
             }
@@ -266,17 +270,20 @@ impl<E: Engine> Builder<'_, E> {
             Rank::Unbounded => None,
         };
         let (mut actions, mut pick) = (Vec::<ShieldAction>::new(), 0);
-        let mut some = Vec::new();
+        // For each action: some of its choices is permitted; all of its choices keep the requirements.
+        let (mut some, mut keeping) = (Vec::new(), Vec::new());
         for (position, action) in at.actions.iter().enumerate() {
             let label = self.label(&action.name);
             let place = actions.iter().position(|known| known.action == label).unwrap_or(actions.len());
             if place == actions.len() {
                 actions.push(ShieldAction { action: label, permitted: true, next: Vec::new() });
                 some.push(false);
+                keeping.push(true);
             }
             let permits = permits(&at, action);
             some[place] |= permits;
             actions[place].permitted &= permits;
+            keeping[place] &= action.successors.iter().all(|s| !s.is_unsafe);
             for successor in &action.successors {
                 let next = self.enter(successor.state.clone(), successor.next)?;
                 actions[place].next.push(next);
@@ -284,8 +291,10 @@ impl<E: Engine> Builder<'_, E> {
             pick = if at.pick == Some(position) { place } else { pick };
         }
         // Choices with one label are permitted together; where none is, each permitted one counts.
-        if actions.iter().all(|action| !action.permitted) {
-            actions.iter_mut().zip(some).for_each(|(action, some)| action.permitted = some);
+        if actions.iter().all(|action| !action.permitted) && some.contains(&true) {
+            let both: Vec<bool> = some.iter().zip(&keeping).map(|(some, keeps)| *some && *keeps).collect();
+            let wanted = [&both, &keeping, &some].into_iter().find(|wanted| wanted.contains(&true));
+            permit(&mut actions, wanted.unwrap_or(&some));
         }
         let class = (!at.is_unsafe).then(|| self.class(&at.most_preferred));
         let reference = self.class(&at.reference);
@@ -322,6 +331,12 @@ impl<E: Engine> Builder<'_, E> {
             starts,
         }
     }
+}
+
+/// Permits the wanted actions; all, if none is wanted.
+fn permit(actions: &mut [ShieldAction], wanted: &[bool]) {
+    let none = !wanted.contains(&true);
+    actions.iter_mut().zip(wanted).for_each(|(action, wanted)| action.permitted = *wanted || none);
 }
 
 /// Returns whether a shield may permit an action: one of the permissive strategy, or a kept one at

@@ -171,7 +171,15 @@ impl<'b, E: Engine> Simulation<'b, E> {
         });
         // The sum may be slightly below 1 because of rounding.
         let to = reached.or(action.successors.last())?;
-        let weakens = |from| self.strategy.preferences.change(from, &to.most_preferred) == Change::Weakening;
+        // Unsafe states are compared with nothing.
+        let compared = !at.is_unsafe && !to.is_unsafe;
+        let weakens = |from| {
+            compared && self.strategy.preferences.change(from, &to.most_preferred) == Change::Weakening
+        };
+        let lost = match compared {
+            true => lost(&self.strategy.preferences, &at.most_preferred, &to.most_preferred),
+            false => ObjectiveSet::new(),
+        };
         let turn = Turn {
             action: action.name.clone(),
             state: to.state.clone(),
@@ -181,7 +189,8 @@ impl<'b, E: Engine> Simulation<'b, E> {
             improves: to.improves,
             gained: to.gained.clone(),
             change: to.change,
-            lost: lost(&self.strategy.preferences, &at.most_preferred, &to.most_preferred),
+            lost,
+            is_unsafe: to.is_unsafe,
             weakens_step: weakens(&at.most_preferred),
             weakens_start: weakens(first),
             achieved: ObjectiveSet::new(),
