@@ -27,6 +27,8 @@ pub(super) struct Answer {
     pub(super) value: Option<Bound>,
     /// True if the property holds in all of them; `None` if it is not decided.
     pub(super) holds: Option<bool>,
+    /// The reason why a quantity that was asked for has no value.
+    pub(super) no_value: Option<&'static str>,
     /// An error if a limit was hit, after which the bounds of the value may be wide.
     pub(super) end: Result<()>,
 }
@@ -34,7 +36,12 @@ pub(super) struct Answer {
 impl Answer {
     /// Creates an answer without a number.
     pub(super) fn of(holds: Option<bool>) -> Self {
-        Answer { value: None, holds, end: Ok(()) }
+        Answer { value: None, holds, no_value: None, end: Ok(()) }
+    }
+
+    /// Creates the answer for a quantity that has no value.
+    pub(super) fn without_value(reason: &'static str) -> Self {
+        Answer { no_value: Some(reason), ..Answer::of(None) }
     }
 }
 
@@ -97,7 +104,7 @@ pub(super) fn answer<E: Engine>(
         }
     }
     let holds = quantity.bound.and_then(|bound| truth(&found.values, bound));
-    Ok(Answer { value: over(&found.values), holds, end: found.end })
+    Ok(Answer { value: over(&found.values), holds, no_value: None, end: found.end })
 }
 
 fn wanted<'p, S>(program: &'p Program, quantity: &Quantity, target: &'p S) -> Result<Wanted<'p, S>> {
