@@ -96,8 +96,8 @@ impl Goal {
         let mut copy = program.clone();
         let mut watching = Monitoring::new(&mut copy);
         let target = target(&mut watching)?;
-        let require = |(source, formula): &Required| watching.require(source, formula, REQUIREMENT);
-        let requirements = required.iter().map(require).collect::<Result<Vec<_>>>()?;
+        let formulas = required.iter().map(|(source, formula)| (source, formula));
+        let requirements = watching.require(formulas, REQUIREMENT)?;
         let is_plain =
             matches!(target, Target::States(_)) && requirements.iter().all(|r| r.monitor.is_none());
         let watched = if is_plain {

@@ -102,7 +102,7 @@ impl Analysis {
         let names = &self.handle.space.names;
         let states: Vec<State> = states.iter().map(|state| names.state(state)).collect::<PyResult<_>>()?;
         for state in &states {
-            let all = |a: &meliora::Analysis| a.engine().contains(&a.engine().all_states(), state);
+            let all = |a: &meliora::Analysis| a.whole_engine().contains(&a.whole_engine().all_states(), state);
             if !self.handle.quick(py, all)? {
                 return Err(usage(format!("{} is no state of the scope", names.program.show_state(state))));
             }
@@ -328,7 +328,8 @@ impl Analysis {
     }
 
     /// Computes how likely improvements are, how soon they come and at what cost; returns the list
-    /// `states` of `meliora values --json`, with one dictionary per state.
+    /// `states` of `meliora values --json`, with one dictionary per state. An unsafe state has `unsafe`
+    /// and no numbers.
     ///
     /// Args:
     ///     states: States of the scope; None for the initial states.

@@ -23,9 +23,10 @@ pub(crate) struct Levels {
 }
 
 impl Levels {
-    /// Returns W_k: all states for k = 0; past the last level the fixpoint, which may be empty.
+    /// Returns W_k: all states but the unsafe ones for k = 0; past the last level the fixpoint, which
+    /// may be empty.
     fn level(analysis: &Analysis, kind: Kind, k: usize) -> Result<States> {
-        let Some(index) = k.checked_sub(1) else { return Ok(analysis.exploration().states()) };
+        let Some(index) = k.checked_sub(1) else { return Ok(analysis.safe_states()) };
         let found = analysis.level_states(kind);
         if let Some(states) = found.get(index) {
             return Ok(states.clone());
@@ -106,7 +107,8 @@ impl Levels {
         self.regions(py)?.into_any().try_iter()
     }
 
-    /// Returns the states of rank k or more; all states for k = 0.
+    /// Returns the states of rank k or more; for k = 0 all states but the unsafe ones, which have no
+    /// rank.
     ///
     /// Raises:
     ///     UsageError: The level was not computed.
@@ -136,8 +138,8 @@ impl Levels {
     }
 
     /// Returns the rank of a state: the number of possible or sure improvements, an int or
-    /// `math.inf`. If `max_level` ended the search, the true rank of a state in the last level may
-    /// be larger; see `complete`.
+    /// `math.inf`; 0 for unsafe states. If `max_level` ended the search, the true rank of a state in
+    /// the last level may be larger; see `complete`.
     ///
     /// Raises:
     ///     UsageError: A variable is missing or unknown.
@@ -150,8 +152,9 @@ impl Levels {
     /// Returns the greatest ranks over one or two integer variables. The result is an array of
     /// floats of shape (rows, columns), or (columns,) if `row` is None, from the smallest values
     /// on. A cell contains the greatest rank of its states in which the variables of `where` have
-    /// their values; all other variables are free. A cell without states is NaN, an unbounded rank
-    /// is infinity.
+    /// their values; all other variables are free. A cell without states is NaN, and so is one whose
+    /// states are all unsafe; `Analysis.region("unsafe")` tells them apart. An unbounded rank is
+    /// infinity.
     ///
     /// The symbolic engine does not enumerate states for this. Needs NumPy.
     #[pyo3(signature = (row, column, r#where=None))]
@@ -166,7 +169,7 @@ impl Levels {
         let plane = view.plane;
         let kind = self.kind;
         let (shape, ranks) = self.handle.long(py, move |analysis| {
-            let scope = analysis.exploration().states().projection(view.plane, &view.fixed)?;
+            let scope = analysis.safe_states().projection(view.plane, &view.fixed)?;
             let ranks = ranks(analysis, kind, &view, &scope)?;
             Ok((shape(plane, &scope), ranks))
         })?;

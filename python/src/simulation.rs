@@ -31,6 +31,9 @@ pub(crate) struct Simulation {
     /// The number of runs with a state that weakens the start state.
     #[pyo3(get)]
     weakened_start: u64,
+    /// The number of runs that entered an unsafe state: 0, because no strategy leads there.
+    #[pyo3(get)]
+    entered_unsafe: u64,
     /// The number of runs for each number of improvements.
     #[pyo3(get)]
     improvements: Py<PyDict>,
@@ -138,6 +141,7 @@ impl Simulation {
             settled: tally.settled,
             weakened_step: tally.weakened_step,
             weakened_start: tally.weakened_start,
+            entered_unsafe: tally.entered_unsafe,
             improvements: improvements.unbind(),
             value,
             achieved_runs: tally.achieved.as_ref().map(|achieved| achieved.runs),

@@ -218,13 +218,16 @@ impl Strategy {
 
     /// Returns the value of the strategy from a state: a dictionary with the number of
     /// `improvements` that it aims at, bounds of their `probability`, and bounds of the expected
-    /// `cost` (None if they are not certain). None with `choose="first"`.
+    /// `cost` (None if they are not certain). None with `choose="first"`, and for unsafe states.
     ///
     /// Raises:
     ///     UsageError: The values of the state were not computed; see `Analysis.strategy`.
     fn attains(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Option<Py<PyAny>>> {
         let state = self.shared.state(py, state)?;
         let Some(chooser) = &self.shared.chooser else { return Ok(None) };
+        if self.shared.quick(py, |strategy| strategy.is_unsafe(&state))? {
+            return Ok(None);
+        }
         let Some(attained) = chooser.attained(&state) else {
             let shown = self.shared.space.names.program.show_state(&state);
             return Err(usage(format!("the values of the state {shown} were not computed")));

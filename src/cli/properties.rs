@@ -175,7 +175,7 @@ fn answer<E: Engine>(
         let answer = || under.answer(asking, &asked.program, &found, precision);
         let answer = job.timed("value", answer, |_, _| ())?;
         job.update(|r| {
-            (r.properties[position].holds, r.properties[position].value) = (answer.holds, answer.value);
+            r.properties[position].answer(answer.holds, answer.value, answer.no_value);
         });
         answer.end?;
         let found = asking.goal.restricted(engine, found)?;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use meliora::advanced::lang::property::Question;
 use meliora::engine::Engine;
 use meliora::engine::regions::Regions;
 use meliora::error::Error;
@@ -12,6 +13,9 @@ use meliora::quantities::answer::{self, Answer};
 use meliora::reach::{Goal, Target};
 
 use super::load::{Asked, Asking};
+
+/// The reason why a quantity has no value.
+const UNSAFE: &str = "no strategy keeps the requirements from some initial state";
 
 /// A model under requirements.
 pub(super) struct Under<'a, E: Engine> {
@@ -57,7 +61,8 @@ impl<'a, E: Engine> Under<'a, E> {
         Ok(ModelCounts { unsafe_states, ..ModelCounts::within(self.whole, &judged)? })
     }
 
-    /// Answers a property; it does not hold if no strategy keeps the requirements initially.
+    /// Answers a property. If no strategy keeps the requirements initially, a property that holds or
+    /// not does not hold, and a quantity has no value.
     ///
     /// # Errors
     /// The errors of [`answer::answer`].
@@ -69,7 +74,15 @@ impl<'a, E: Engine> Under<'a, E> {
         precision: f64,
     ) -> Result<Answer, Error> {
         if self.escape.is_some() {
-            return Ok(Answer::of(asking.property.is_some().then_some(false)));
+            let asks_for_value = |question: &Question| match question {
+                Question::Qualitative(..) => false,
+                Question::Quantity(quantity) => quantity.bound.is_none(),
+            };
+            return Ok(match &asking.property {
+                None => Answer::of(None),
+                Some(question) if asks_for_value(question) => Answer::without_value(UNSAFE),
+                Some(_) => Answer::of(Some(false)),
+            });
         }
         let target = match asking.goal.target {
             Target::States(target) => Some(target),

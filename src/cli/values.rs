@@ -6,7 +6,7 @@ use std::sync::Arc;
 use clap::Args;
 use meliora::advanced::csv::Lines;
 use meliora::engine::{Algebra, AnyEngine, Count, Engine};
-use meliora::error::{Error, Limit, Result};
+use meliora::error::{Limit, Result};
 use meliora::model::{Program, State};
 use meliora::output::values::{heading, rows};
 use meliora::output::{Number, ValuesReport};
@@ -121,10 +121,7 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
     job.update(|r| r.counts = analysis.result().counts.clone());
     let states = if args.at.is_empty() { listed(job, args, &engine)? } else { given };
-    // Unsafe states are in the model only.
-    let listed = Count::from(states.len());
-    let has_all = |engine: &AnyEngine| Ok::<_, Error>(engine.count(&engine.all_states())? == listed);
-    let everywhere = args.all && has_all(&engine)? && has_all(analysis.engine())?;
+    let everywhere = args.all && engine.count(&engine.all_states())? == Count::from(states.len());
     let mut lines = csv.map(|_| Lines::default());
     let end = evaluate(job, args, (&question, &analysis, costs), (&states, everywhere), lines.as_mut());
     job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
@@ -148,7 +145,7 @@ fn listed(job: &Job<ValuesReport>, args: &ValuesArgs, engine: &Arc<AnyEngine>) -
 }
 
 /// Computes the values and adds them to the report, also those known when a limit is hit.
-/// `everywhere` says that the states are all states of the analysis. All values are also added to
+/// `everywhere` says that the states are all states of the scope. All values are also added to
 /// `lines`.
 fn evaluate(
     job: &Job<ValuesReport>,
@@ -210,13 +207,14 @@ impl Listing<'_> {
         mut lines: Option<&mut Lines>,
     ) -> Result<Width> {
         let (mut found, mut more, mut widest) = (Vec::new(), 0, Width::default());
+        let required = self.analysis.requirements().is_some();
         if let Some(lines) = &mut lines {
-            lines.push(heading(self.program));
+            lines.push(heading(self.program, required));
         }
         StateValues::each(self.analysis, self.program, values, states, &mut |state| {
             widest = widest.or(state.widest());
             if let Some(lines) = &mut lines {
-                rows(&state).into_iter().for_each(|row| lines.push(row));
+                rows(&state, required).into_iter().for_each(|row| lines.push(row));
             }
             if found.len() < shown {
                 found.push(state);

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Analysis, Exploration, States};
-use crate::engine::AnyEngine;
+use crate::engine::{AnyEngine, Engine};
 use crate::error::{Error, Result};
 use crate::model::Program;
 use crate::model::preference::ObjectiveSet;
@@ -20,6 +20,11 @@ impl Analysis {
     /// the product with the monitors. Unsafe states are among them.
     pub fn exploration(&self) -> Exploration {
         Exploration::of(AnyEngine::clone(self.whole_engine()))
+    }
+
+    /// Returns the states that are analysed without the unsafe ones: those of the classes.
+    pub fn safe_states(&self) -> States {
+        States::of(self.whole_engine(), self.engine().all_states())
     }
 
     /// Returns the program, with the targets of the preferences.

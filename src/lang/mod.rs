@@ -27,7 +27,7 @@ pub use flat::flat;
 pub use load::{load, load_given, load_with_progress};
 pub use parse::{parse_expression, parse_model};
 pub use pref::parse_preferences;
-pub use preferences::{invariant, load_preferences, outline_preferences};
+pub use preferences::{load_preferences, outline_preferences};
 pub use property::parse_property;
 pub(crate) use property_file::{open_constants, parse_properties};
 pub(crate) use valuation::split_constants;

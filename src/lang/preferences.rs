@@ -46,13 +46,14 @@ pub(crate) fn lower_preferences(
     let (objectives, requirements) = match history {
         History::State => {
             let objectives = checker.objectives(tree, |o| target(program, source, o))?;
-            (objectives, checker.requirements(tree, |formula| invariant(program, source, formula))?)
+            (objectives, checker.requirements(tree, |formulas| invariants(program, source, formulas))?)
         }
         History::Play => {
             let mut watching = Monitoring::new(program);
             let objectives = checker.objectives(tree, |o| watched(&mut watching, source, o))?;
-            let requirements =
-                checker.requirements(tree, |formula| watching.require(source, formula, REQUIREMENT))?;
+            let requirements = checker.requirements(tree, |formulas| {
+                watching.require(formulas.iter().map(|formula| (source, formula)), REQUIREMENT)
+            })?;
             if checker.diagnostics.is_empty() {
                 watching.finish(Begin::Initially)?;
             }
@@ -115,19 +116,26 @@ fn watched(
     Ok(Goal::Satisfy { condition, decided, monitor })
 }
 
-/// Returns a requirement `G condition` as the states in which the condition is true.
+/// Returns requirements `G condition` as the states in which the conditions are true.
 ///
 /// # Errors
-/// The formula is wrong, or needs a monitor.
-pub fn invariant(program: &mut Program, source: &Arc<SourceFile>, formula: &Formula) -> Result<Requirement> {
-    let required = Monitoring::new(program).require(source, formula, REQUIREMENT)?;
-    if required.monitor.is_some() {
+/// A formula is wrong, or needs a monitor; each with its place.
+fn invariants(
+    program: &mut Program,
+    source: &Arc<SourceFile>,
+    formulas: &[Formula],
+) -> Result<Vec<Requirement>> {
+    let all = formulas.iter().map(|formula| (source, formula));
+    let required = Monitoring::new(program).require(all, REQUIREMENT)?;
+    let wrong = |(_, formula): (&Requirement, &Formula)| {
         let message = "only requirements of the form `G condition` are accepted here";
         let help = "`history = play;` in a preference file judges whole paths and accepts every safe formula";
         let diagnostic = Diagnostic::new(source, formula.span.range(), message);
-        return Err(diagnostic.label("not of the form `G condition`").help(help).into());
-    }
-    Ok(required)
+        diagnostic.label("not of the form `G condition`").help(help)
+    };
+    let watched = required.iter().zip(formulas).filter(|(requirement, _)| requirement.monitor.is_some());
+    let wrong: Vec<Diagnostic> = watched.map(wrong).collect();
+    if wrong.is_empty() { Ok(required) } else { Err(Error::Input(wrong)) }
 }
 
 struct Checker<'a> {
@@ -177,17 +185,15 @@ impl<'a> Checker<'a> {
     fn requirements(
         &mut self,
         tree: &pref::Preferences,
-        mut required: impl FnMut(&Formula) -> Result<Requirement>,
+        required: impl FnOnce(&[Formula]) -> Result<Vec<Requirement>>,
     ) -> Result<Vec<Requirement>> {
-        let mut requirements = Vec::new();
-        for formula in &tree.requirements {
-            match required(formula) {
-                Ok(requirement) => requirements.push(requirement),
-                Err(Error::Input(wrong)) => wrong.into_iter().for_each(|d| self.report(d)),
-                Err(other) => return Err(other),
+        match required(&tree.requirements) {
+            Err(Error::Input(wrong)) => {
+                wrong.into_iter().for_each(|d| self.report(d));
+                Ok(Vec::new())
             }
+            known => known,
         }
-        Ok(requirements)
     }
 
     /// Records the name of an objective; returns false if there are too many.

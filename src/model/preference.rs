@@ -26,19 +26,21 @@ pub struct Preferences {
     pub empty: Empty,
     /// The part of a path that counts.
     pub history: History,
-    /// The requirements, which every strategy must keep.
+    /// The requirements, which every strategy must keep: one formula, their conjunction.
     pub requirements: Vec<Requirement>,
 }
 
-/// A requirement: a safe formula that no path may violate, `require …;` of a preference file.
+/// A requirement: a safe formula that no path may violate, `require …;` of a preference file. All
+/// requirements of a file are one formula, their conjunction: no path may violate it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Requirement {
     /// The formula as written.
     pub text: String,
-    /// True in the states in which the formula is not violated. For a formula with a monitor, false
-    /// from the violation on.
+    /// True in the states in which the formula is not violated. With a monitor, this is the condition
+    /// of the conjunction of all requirements, and false from the violation on.
     pub kept: ExprId,
-    /// The number of states of its monitor; `None` for `G p` with a state formula p.
+    /// The number of states of the monitor, which follows the conjunction of all requirements; `None`
+    /// for `G p` with a state formula p.
     pub monitor: Option<u64>,
 }
 

@@ -38,13 +38,14 @@ pub(crate) struct PropertyAnswer {
     pub property: String,
     /// True if it holds in all initial states; `None` if it was not answered.
     pub holds: Option<bool>,
-    /// The probability or the reward over the initial states, if it was asked for.
+    /// The probability or the reward over the initial states, if it was asked for; `Some(None)` if
+    /// it has none.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub value: Option<Bound>,
+    pub value: Option<Option<Bound>>,
     /// The sizes of its regions.
     #[serde(flatten)]
     pub sizes: Sizes,
-    /// The reason for no answer.
+    /// The reason for no answer, or for no value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
 }
@@ -53,6 +54,13 @@ impl PropertyAnswer {
     /// Creates a property without an answer; `reason` says why it will have none.
     pub(crate) fn open(name: Option<String>, property: String, reason: Option<String>) -> Self {
         PropertyAnswer { name, property, holds: None, value: None, sizes: Sizes::default(), reason }
+    }
+
+    /// Adds the answer; `no_value` is the reason why a quantity that was asked for has no value.
+    pub(crate) fn answer(&mut self, holds: Option<bool>, value: Option<Bound>, no_value: Option<&str>) {
+        self.holds = holds;
+        self.value = value.map(Some).or(no_value.map(|_| None));
+        self.reason = no_value.map(str::to_owned);
     }
 }
 
@@ -67,7 +75,7 @@ impl PropertiesFindings {
                 Some(false) => "does not hold",
                 None => "",
             };
-            let value = answer.value.as_ref().map_or_else(String::new, shown);
+            let value = answer.value.iter().flatten().map(shown).collect();
             let words = [holds.to_owned(), value];
             let answered: Vec<String> = words.into_iter().filter(|w| !w.is_empty()).collect();
             grid.row(vec![

@@ -37,6 +37,9 @@ pub(crate) struct ReachFindings {
     /// The value of the property over the initial states.
     #[serde(skip)]
     pub value: Option<Bound>,
+    /// The reason why a quantity that was asked for has no value.
+    #[serde(skip)]
+    pub no_value: Option<&'static str>,
     /// The property with its answer, as for several properties.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub properties: Vec<PropertyAnswer>,
@@ -95,6 +98,9 @@ impl Findings for ReachFindings {
         if let Some(value) = &report.value {
             let _ = write!(out, "\nThe value in the initial states: {}\n", style.bold(&shown(value)));
         }
+        if let Some(reason) = &report.no_value {
+            let _ = write!(out, "\nThe property has no value: {}.\n", style.bad(reason));
+        }
         if let Some(holds) = report.holds {
             let verdict = if holds { style.good("holds") } else { style.bad("does not hold") };
             let _ = write!(out, "\nThe property {verdict} in all initial states.\n");
@@ -107,7 +113,8 @@ impl ReachFindings {
     /// Adds the property with its answer to the list.
     pub(crate) fn list_property(&mut self) {
         let mut answer = PropertyAnswer::open(None, self.expression.clone(), None);
-        (answer.holds, answer.value, answer.sizes) = (self.holds, self.value.clone(), self.sizes.clone());
+        answer.answer(self.holds, self.value.clone(), self.no_value);
+        answer.sizes = self.sizes.clone();
         self.properties = vec![answer];
     }
 

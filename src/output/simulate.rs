@@ -110,6 +110,9 @@ pub(crate) struct TurnReport {
     pub gained: Vec<String>,
     /// The objectives of the state before that are preferred to one of the state entered.
     pub lost: Vec<String>,
+    /// True if the state entered is unsafe.
+    #[serde(skip)]
+    pub is_unsafe: bool,
     /// True if the step weakens the state before, and the run has not committed.
     pub weakens_step: bool,
     /// True if the state entered weakens the start, and the run has not committed.
@@ -166,7 +169,7 @@ impl Serialize for RunsReport {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let tally = &self.tally;
         let often = |(times, plays): (&usize, &u64)| json!({"times": times, "plays": plays});
-        let mut fields = serializer.serialize_struct("RunsReport", 17)?;
+        let mut fields = serializer.serialize_struct("RunsReport", 18)?;
         fields.serialize_field("state", &self.state)?;
         match tally.is_unsafe {
             true => fields.serialize_field("unsafe", &true)?,
@@ -196,6 +199,7 @@ impl Serialize for RunsReport {
         fields.serialize_field("weakened_step", &tally.weakened_step)?;
         fields.serialize_field("weakened_reference", &tally.weakened_reference)?;
         fields.serialize_field("weakened_start", &tally.weakened_start)?;
+        fields.serialize_field("entered_unsafe", &tally.entered_unsafe)?;
         fields.serialize_field("value", &self.value)?;
         fields.serialize_field("trace", &self.trace)?;
         fields.end()
@@ -228,6 +232,7 @@ fn turn(words: Words<'_>, before: &[i64], turn: &Turn) -> TurnReport {
         improves: turn.improves,
         gained: words.names(&turn.gained),
         lost: words.names(&turn.lost),
+        is_unsafe: turn.is_unsafe,
         weakens_step: turn.weakens_step,
         weakens_start: turn.weakens_start,
         commits: turn.commits.map(|objective| words.preferences.objectives[objective].name.clone()),

@@ -199,7 +199,12 @@ fn weakening(report: &SimulateReport, plays: &RunsReport, style: Style) -> Strin
             "the state after its last improvement (at first its start)",
         );
     }
-    out + &told(plays.tally.weakened_start, "its start")
+    out += &told(plays.tally.weakened_start, "its start");
+    if plays.tally.entered_unsafe > 0 {
+        let runs = style.bad(&format!("{} entered", plural_runs(plays.tally.entered_unsafe)));
+        let _ = writeln!(out, "  {runs} a state where no strategy keeps the requirements.");
+    }
+    out
 }
 
 fn plural_runs(count: u64) -> String {
@@ -235,6 +240,9 @@ fn trace(plays: &RunsReport, style: Style) -> String {
 /// Returns the remarks on a step.
 fn remark(turn: &TurnReport) -> String {
     let mut remarks = Vec::new();
+    if turn.is_unsafe {
+        remarks.push("unsafe".to_owned());
+    }
     if turn.improves {
         remarks.push(format!("improves: {} gained", text::either(&turn.gained)));
     }

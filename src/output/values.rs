@@ -43,8 +43,8 @@ impl ValuesReport {
     }
 }
 
-/// Returns the heading of [`rows`].
-pub(crate) fn heading(program: &Program) -> impl Iterator<Item = &str> {
+/// Returns the heading of [`rows`]; `required` says whether there are requirements.
+pub(crate) fn heading(program: &Program, required: bool) -> impl Iterator<Item = &str> {
     let columns = [
         "most_preferred",
         "sasi_rank",
@@ -56,7 +56,8 @@ pub(crate) fn heading(program: &Program) -> impl Iterator<Item = &str> {
         "cost_lower",
         "cost_upper",
     ];
-    program.variables.iter().map(|v| v.name.as_str()).chain(columns)
+    let last = required.then_some("unsafe");
+    program.variables.iter().map(|v| v.name.as_str()).chain(columns).chain(last)
 }
 
 /// Formats a value of a variable without quotes.
@@ -65,8 +66,9 @@ fn plain(value: &Json) -> String {
 }
 
 /// Returns the cells of all lines about the state: one for each number of improvements and action.
-/// A line without an action has the values of the state.
-pub(crate) fn rows(of: &StateValues) -> Vec<Vec<String>> {
+/// A line without an action has the values of the state. An unsafe state has one line without values.
+/// `required` says whether there are requirements.
+pub(crate) fn rows(of: &StateValues, required: bool) -> Vec<Vec<String>> {
     let mut first: Vec<String> = of.state.values().map(plain).collect();
     first.push(of.most_preferred.join("+"));
     first.extend([of.sasi_rank, of.spi_rank].map(ranks::cell));
@@ -82,6 +84,13 @@ pub(crate) fn rows(of: &StateValues) -> Vec<Vec<String>> {
             cells.extend([cost(|c| c.lower), cost(|c| c.upper)]);
             rows.push(cells);
         }
+    }
+    if of.is_unsafe {
+        first.extend(std::iter::repeat_n(String::new(), 6));
+        rows.push(first);
+    }
+    if required {
+        rows.iter_mut().for_each(|cells| cells.push(of.is_unsafe.to_string()));
     }
     rows
 }

@@ -51,7 +51,7 @@ fn one(state: &StateValues, reward: &str, style: Style) -> String {
         "  Improvements: {} certain, {} possible, {} expected at most",
         ranks::cell(state.sasi_rank),
         ranks::cell(state.spi_rank),
-        number(&state.number)
+        state.number.as_ref().map_or_else(|| "?".to_owned(), number)
     );
     for level in state.levels.iter().filter(|level| level.probability.upper > 0.0) {
         text.push_str(&table(level, reward, style));

@@ -412,6 +412,19 @@ impl<E: Engine> Analysis<E> {
         &self.whole
     }
 
+    /// Returns the states for which the program lists a choice that is not in a set. In the others,
+    /// every listed choice is in it: no test of single choices is needed there.
+    ///
+    /// Programs list the choices of the model as it is written, so this is about that model, whatever
+    /// the requirements leave of it. Cost: no image.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
+    pub(crate) fn partly_in(&self, choices: &E::Choices) -> Result<E::States> {
+        let listed = self.whole.all_choices();
+        self.whole.sources(&self.whole.difference(&listed, choices)?)
+    }
+
     /// Returns the sets of the requirements; `None` without requirements, and before a phase has
     /// begun.
     pub fn requirements(&self) -> Option<&Requirements<E>> {

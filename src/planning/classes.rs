@@ -30,7 +30,7 @@ impl<E: Engine> Portable<E> for Class<E> {
 
 /// The non-empty classes, sorted by the members of MP; the class with an empty MP is last.
 pub struct Classes<E: Engine> {
-    /// The classes, which partition the states of the scope.
+    /// The classes, which partition the states of the scope. Unsafe states have no class.
     pub list: Vec<Class<E>>,
 }
 
@@ -72,13 +72,22 @@ impl<E: Engine> Classes<E> {
         Ok(Classes { list })
     }
 
-    /// Returns the position in [`Classes::list`] of a state's class; `None` outside the scope.
-    /// Cost: one membership test per class.
+    /// Returns the position in [`Classes::list`] of a state's class; `None` for unsafe states and
+    /// outside the scope. Cost: one membership test per class.
     ///
     /// # Errors
     /// The classes belong to another engine.
     pub fn of(&self, engine: &E, state: &[i64]) -> Result<Option<usize>> {
         position(&self.list, |c| engine.contains(&c.states, state))
+    }
+
+    /// Returns the effect of a step between two classes. States without a class are compared with
+    /// nothing: such a step neither improves nor weakens.
+    pub fn change(&self, preferences: &Preferences, from: Option<usize>, to: Option<usize>) -> Change {
+        match (from.and_then(|from| self.list.get(from)), to.and_then(|to| self.list.get(to))) {
+            (Some(from), Some(to)) => preferences.change(&from.most_preferred, &to.most_preferred),
+            _ => Change::Lateral,
+        }
     }
 
     /// Returns MP(s); empty outside the scope. Cost: one membership test per class.

@@ -156,7 +156,8 @@ pub struct Successor {
     pub lost: ObjectiveSet,
     /// True if the improvement MDP drops this branch; the real system may still take it.
     pub dropped: bool,
-    /// True if the step is a goal edge of the level, or achieves the pursued objective.
+    /// True if the step is a goal edge of the level, or achieves the pursued objective. A goal edge
+    /// belongs to a kept action; an action that violates the requirements has none.
     pub goal: bool,
     /// True if the successor is a winning state of the level or stage, so that the strategy can
     /// continue there.
@@ -211,10 +212,14 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     ) -> Result<Action> {
         let Step { choice, name, successors } = step;
         let (engine, kind) = (self.engine.clone(), self.levels.kind);
-        let one = |(to, p)| self.successor(state, memory, reference, to, p);
-        let successors: Vec<Successor> = successors.into_iter().map(one).collect::<Result<_>>()?;
         let has = |set: &E::Choices| engine.contains_choice(set, state, &choice);
         let kept = self.arena(memory).map_or(Ok(false), |arena| has(&arena.choices))?;
+        let counts = if memory.pursuit.is_some() { has(&engine.all_choices())? } else { kept };
+        let one = |(to, p)| {
+            let found = self.successor(state, memory, reference, to, p)?;
+            Ok(Successor { goal: found.goal && counts, ..found })
+        };
+        let successors: Vec<Successor> = successors.into_iter().map(one).collect::<Result<_>>()?;
         let level = match self.strategy(memory)? {
             Some(strategy) => Some((has(&strategy.permissive)?, has(&strategy.progress)?)),
             None => None,
@@ -245,12 +250,10 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         let class = self.classes.of(&*self.engine, &to)?.map(|class| &self.classes.list[class]);
         let is_unsafe = class.is_none();
         let most_preferred = class.map_or_else(ObjectiveSet::new, |class| class.most_preferred.clone());
-        // Unsafe states belong to no class, so nothing is compared with them.
-        let unless_unsafe = |set: ObjectiveSet| if is_unsafe { ObjectiveSet::new() } else { set };
-        let change = match is_unsafe {
-            true => Change::Lateral,
-            false => self.preferences.change(reference, &most_preferred),
-        };
+        // Unsafe states belong to no class, so they are compared with nothing.
+        let compared = !is_unsafe && !self.is_unsafe(from)?;
+        let if_compared = |set: ObjectiveSet| if compared { set } else { ObjectiveSet::new() };
+        let change = self.change(memory, from, &to)?;
         let (next, improves) = self.after(memory, from, &to)?;
         let (goal, stays) = match (self.game(memory), memory.pursuit, &self.achieving) {
             (_, Some(pursuit), Some(achieving)) => (
@@ -266,8 +269,8 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         Ok(Successor {
             probability: p,
             rank: self.rank(&to)?,
-            gained: unless_unsafe(gained(&self.preferences, reference, &most_preferred)),
-            lost: unless_unsafe(lost(&self.preferences, reference, &most_preferred)),
+            gained: if_compared(gained(&self.preferences, reference, &most_preferred)),
+            lost: if_compared(lost(&self.preferences, reference, &most_preferred)),
             is_unsafe,
             dropped: self.improvement.safety == Safety::Transition && change == Change::Weakening,
             most_preferred,

@@ -56,7 +56,7 @@ pub struct Memory {
     /// The current level; at `Finite(0)` the run ends.
     pub level: Rank,
     /// The current arena, by its position in [`Improvement::arenas`]; `None` if the class has no
-    /// safe state.
+    /// safe state, and in unsafe states.
     pub arena: Option<usize>,
     /// The objective that is pursued at level 0, if the strategy achieves objectives.
     pub pursuit: Option<Pursuit>,
@@ -262,9 +262,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
 
     /// Returns the memory at level 0 with a state as the reference.
     pub(super) fn at_rest(&self, state: &[i64]) -> Result<Memory> {
-        let class = self.classes.of(&*self.engine, state)?;
-        let starts_in = |arena: &Arena<E>| arena.reference.is_none() || arena.reference == class;
-        let arena = self.improvement.arenas.iter().position(starts_in);
+        let arena = self.improvement.arena_of(self.classes.of(&*self.engine, state)?);
         Ok(Memory { level: Rank::Finite(0), arena, pursuit: None })
     }
 
@@ -273,6 +271,8 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         let Memory { arena, .. } = self.at_rest(state)?;
         let level = match &self.rule {
             None => self.rank(state)?,
+            // Nothing can be improved, and an unsafe state has no values.
+            Some(_) if arena.is_none() => Rank::Finite(0),
             Some(rule) => Rank::Finite(rule.level(arena, state).ok_or_else(|| self.unknown(state))?),
         };
         Ok(Memory { level, arena, pursuit: None })
@@ -284,11 +284,14 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     }
 
     /// Returns the memory after a step, and whether the step was an improvement; see the module
-    /// documentation.
+    /// documentation. Planning ends in unsafe states.
     ///
     /// # Errors
     /// The errors of [`Engine::contains`].
     pub fn after(&self, memory: Memory, from: &[i64], to: &[i64]) -> Result<(Memory, bool)> {
+        if self.is_unsafe(to)? {
+            return Ok((self.at_rest(to)?, false));
+        }
         let improves = self.change(memory, from, to)? == Change::Improving;
         if let Some(pursuit) = memory.pursuit {
             return self.after_pursuing((memory, pursuit), (from, to), improves);
@@ -362,9 +365,14 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         class.map_or_else(|| self.most_preferred(state), |class| Ok(class.most_preferred.clone()))
     }
 
-    /// Returns the effect of a step, compared with [`FiniteMemoryStrategy::reference`].
-    fn change(&self, memory: Memory, from: &[i64], to: &[i64]) -> Result<Change> {
-        Ok(self.preferences.change(&self.reference(memory, from)?, &self.most_preferred(to)?))
+    /// Returns the effect of a step, compared with [`FiniteMemoryStrategy::reference`]. A step from or
+    /// to an unsafe state has none.
+    pub(super) fn change(&self, memory: Memory, from: &[i64], to: &[i64]) -> Result<Change> {
+        let class = |state| self.classes.of(&*self.engine, state);
+        let own = class(from)?;
+        let reference = self.arena(memory).and_then(|arena| arena.reference);
+        let from = own.map(|own| reference.unwrap_or(own));
+        Ok(self.classes.change(&self.preferences, from, class(to)?))
     }
 
     /// Returns the arena of a memory.

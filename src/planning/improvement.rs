@@ -120,6 +120,14 @@ impl<E: Engine> Improvement<E> {
         Ok(Improvement { safety, arenas })
     }
 
+    /// Returns the position of the arena in which planning starts in a state of a class. `None` if no
+    /// state of the class is safe, and for states without a class: those outside of the scope, and
+    /// unsafe ones.
+    pub fn arena_of(&self, class: Option<usize>) -> Option<usize> {
+        let class = class?;
+        self.arenas.iter().position(|arena| arena.reference.is_none_or(|own| own == class))
+    }
+
     /// Computes the size of the improvement MDP, given the number of all transitions if it is known;
     /// `None` under `prefix`, which has one arena per class. Cost: counting, no image.
     ///

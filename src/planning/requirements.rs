@@ -111,12 +111,26 @@ fn step_into<E: Engine>(
     Ok(None)
 }
 
-/// Returns the first requirement that is violated in a state.
+/// Returns the requirement that is violated in a state: the first `G p` where p is false there, else
+/// the conjunction of all.
 fn violated<E: Engine>(engine: &E, requirements: &[Requirement], state: &[i64]) -> Result<Option<String>> {
+    let mut found = None;
     for requirement in requirements {
-        if !engine.contains(&engine.states_where(requirement.kept)?, state)? {
-            return Ok(Some(requirement.text.clone()));
+        if engine.contains(&engine.states_where(requirement.kept)?, state)? {
+            continue;
+        }
+        match requirement.monitor {
+            None => return Ok(Some(requirement.text.clone())),
+            Some(_) => found = Some(conjunction(requirements)),
         }
     }
-    Ok(None)
+    Ok(found)
+}
+
+/// Returns the text of the conjunction of all requirements.
+fn conjunction(requirements: &[Requirement]) -> String {
+    match requirements {
+        [only] => only.text.clone(),
+        all => all.iter().map(|r| format!("({})", r.text)).collect::<Vec<_>>().join(" & "),
+    }
 }

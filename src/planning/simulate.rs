@@ -223,9 +223,15 @@ impl<'b, E: Engine> Simulation<'b, E> {
         let mut gives_up = at.gives_up(to);
         gives_up = gives_up.iter().filter(|&objective| !course.given_up.contains(objective)).collect();
         course.given_up.extend_with(&gives_up);
+        // Unsafe states are compared with nothing.
+        let compared = !at.is_unsafe && !to.is_unsafe;
         let weakens = |from| {
             let change = self.strategy.preferences.change(from, &to.most_preferred);
-            !course.committed && change == Change::Weakening
+            compared && !course.committed && change == Change::Weakening
+        };
+        let lost = match compared {
+            true => lost(&self.strategy.preferences, &at.most_preferred, &to.most_preferred),
+            false => ObjectiveSet::new(),
         };
         let turn = Turn {
             action: action.name.clone(),
@@ -236,7 +242,8 @@ impl<'b, E: Engine> Simulation<'b, E> {
             improves: to.improves,
             gained: to.gained.clone(),
             change: to.change,
-            lost: lost(&self.strategy.preferences, &at.most_preferred, &to.most_preferred),
+            lost,
+            is_unsafe: to.is_unsafe,
             weakens_step: weakens(&at.most_preferred),
             weakens_start: weakens(&course.first),
             committed: course.committed,

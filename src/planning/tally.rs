@@ -41,6 +41,9 @@ pub struct Tally {
     pub weakened_reference: u64,
     /// The number of runs with a state that weakens the start state.
     pub weakened_start: u64,
+    /// The number of runs that entered an unsafe state. It is 0: a strategy has no choice that may
+    /// lead there.
+    pub entered_unsafe: u64,
     /// The objectives that the runs achieved, if the strategy achieves objectives.
     pub achieved: Option<Achievements>,
     /// The number of runs with each commitment.
@@ -223,6 +226,8 @@ pub struct Turn {
     pub change: Change,
     /// The objectives lost, compared with the state before.
     pub lost: ObjectiveSet,
+    /// True if the state entered is unsafe.
+    pub is_unsafe: bool,
     /// True if the step weakens the state before, and the run has not committed.
     pub weakens_step: bool,
     /// True if the step weakens the start state of the run, and the run has not committed.
@@ -254,6 +259,7 @@ impl Tally {
             weakened_step: 0,
             weakened_reference: 0,
             weakened_start: 0,
+            entered_unsafe: 0,
             achieved: None,
             commitments: BTreeMap::new(),
             sample: None,
@@ -310,6 +316,7 @@ impl Tally {
         let reference = trace.turns.iter().any(|t| t.change == Change::Weakening && !t.committed);
         self.weakened_reference += u64::from(reference);
         self.weakened_start += u64::from(start);
+        self.entered_unsafe += u64::from(trace.turns.iter().any(|t| t.is_unsafe));
         if first_to_weaken || self.plays == 1 {
             self.trace = trace;
         }
@@ -339,6 +346,7 @@ mod tests {
             gained: ObjectiveSet::new(),
             change: Change::Lateral,
             lost: ObjectiveSet::new(),
+            is_unsafe: false,
             weakens_step,
             weakens_start,
             committed: false,
@@ -359,9 +367,11 @@ mod tests {
         tally.add(trace(3, false, true), false, Ending::Open);
         let mut last = trace(4, true, true);
         last.turns[0].change = Change::Weakening;
+        last.turns[0].is_unsafe = true;
         tally.add(last, true, Ending::Open);
         assert_eq!(tally.trace.play, 2);
         assert_eq!((tally.plays, tally.settled, tally.given_up), (4, 2, 2));
         assert_eq!((tally.weakened_step, tally.weakened_start, tally.weakened_reference), (2, 2, 1));
+        assert_eq!(tally.entered_unsafe, 1);
     }
 }

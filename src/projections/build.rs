@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Ladder, Plane, Projections, directions, levels};
 use crate::engine::symbolic::{ChoiceSet, Set, StateSet, SymbolicEngine};
-use crate::engine::{Dumpable, Engine};
+use crate::engine::{Algebra, Dumpable, Engine};
 use crate::error::Result;
 use crate::model::diagram::{Diagram, Edge};
 use crate::model::preference::ObjectiveSet;
@@ -19,6 +19,7 @@ const MOST_CHOICES: usize = 256;
 /// The sets, in the order in which they become roots.
 struct Sets {
     scope: StateSet,
+    unsafe_states: Option<StateSet>,
     ladders: [Rungs; 2],
     classes: Vec<(ObjectiveSet, StateSet)>,
     targets: Vec<StateSet>,
@@ -72,6 +73,7 @@ pub fn build<E: Dumpable>(
         roots[used - 1]
     };
     let scope = next();
+    let unsafe_states = sets.unsafe_states.map(|_| next());
     let [sasi, spi] = sets.ladders.map(|rungs| rungs.ladder(&mut next));
     Ok(Projections {
         variables: engine.program().variables.clone(),
@@ -80,6 +82,7 @@ pub fn build<E: Dumpable>(
         rows_up,
         at: at.to_vec(),
         scope,
+        unsafe_states,
         sasi,
         spi,
         classes: sets.classes.into_iter().map(|(class, _)| (class, next())).collect(),
@@ -101,8 +104,11 @@ impl Sets {
             None => Ok(engine.no_states()),
         };
         let objectives = analysis.preferences().objectives.len();
+        let unsafe_states = analysis.requirements().map(|r| diagram(&r.unsafe_states)).transpose()?;
+        let is_empty = unsafe_states.as_ref().map_or(Ok(true), |states| engine.is_empty(states))?;
         Ok(Sets {
             scope: engine.all_states(),
+            unsafe_states: unsafe_states.filter(|_| !is_empty),
             ladders,
             classes: classes
                 .map(|c| Ok((c.most_preferred.clone(), diagram(&c.states)?)))
@@ -114,6 +120,7 @@ impl Sets {
     /// Returns all sets; [`build`] takes the roots in this order.
     fn all(&self) -> Vec<Set> {
         let mut all = vec![&self.scope];
+        all.extend(&self.unsafe_states);
         for rungs in &self.ladders {
             all.extend(rungs.levels.iter().chain(&rungs.unbounded).chain(&rungs.permitted));
         }
@@ -126,6 +133,7 @@ impl Sets {
     fn project(&mut self, engine: &SymbolicEngine, plane: Plane) -> Result<()> {
         let onto: Vec<VarId> = plane.row.into_iter().chain([plane.column]).collect();
         let mut all = vec![&mut self.scope];
+        all.extend(&mut self.unsafe_states);
         for rungs in &mut self.ladders {
             all.extend(rungs.levels.iter_mut().chain(&mut rungs.unbounded));
         }

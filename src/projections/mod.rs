@@ -37,8 +37,10 @@ pub struct Projections {
     pub at: State,
     /// The diagram that contains all edges below.
     pub diagram: Diagram,
-    /// The states of the scope.
+    /// The states of the scope, without the unsafe ones.
     pub scope: Edge,
+    /// The states from which no strategy keeps the requirements, if there are some.
+    pub unsafe_states: Option<Edge>,
     /// Almost-sure improvements.
     pub sasi: Ladder,
     /// Possible improvements.
@@ -82,6 +84,15 @@ pub struct Direction {
 /// A query for a cell: for each variable a value, or none for any value.
 pub(crate) type View = Vec<Option<i64>>;
 
+/// The states that match a view.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Inside {
+    /// Some states from which the requirements can be kept, with their results.
+    Safe(Cell),
+    /// Unsafe states only.
+    Unsafe,
+}
+
 /// The results in a cell.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Cell {
@@ -94,7 +105,8 @@ pub struct Cell {
 }
 
 impl Projections {
-    /// Returns the results over the states that match a view; none if no state matches.
+    /// Returns the results over the states that match a view, without unsafe ones; none if no such
+    /// state matches.
     ///
     /// Cost per region: its number of bits if no variable is open, otherwise at most its nodes.
     pub fn cell(&self, view: &View) -> Option<Cell> {
@@ -166,13 +178,18 @@ impl Projections {
         }
     }
 
-    /// Returns the results in a cell with the other variables as in `others`, and `true`. If no
-    /// state matches, returns the results for any values of the others, and `false`; none if that
-    /// matches no state either.
-    pub fn found(&self, others: &View, row: i64, column: i64) -> Option<(Cell, bool)> {
-        let here = self.cell(&self.view(others, row, column)).map(|cell| (cell, true));
+    /// Returns the states in a cell with the other variables as in `others`, and `true`. If no state
+    /// matches, returns those with any values of the others, and `false`; none if that matches no state
+    /// either.
+    pub fn found(&self, others: &View, row: i64, column: i64) -> Option<(Inside, bool)> {
+        let here = self.inside(&self.view(others, row, column)).map(|inside| (inside, true));
         let open = vec![None; self.at.len()];
-        here.or_else(|| Some((self.cell(&self.view(&open, row, column))?, false)))
+        here.or_else(|| Some((self.inside(&self.view(&open, row, column))?, false)))
+    }
+
+    fn inside(&self, view: &View) -> Option<Inside> {
+        let is_unsafe = || self.unsafe_states.is_some_and(|states| self.holds(states, view));
+        self.cell(view).map(Inside::Safe).or_else(|| is_unsafe().then_some(Inside::Unsafe))
     }
 
     fn rank(&self, ladder: &Ladder, pattern: &[Option<bool>]) -> Rank {

@@ -23,6 +23,8 @@ pub struct Answer {
     pub value: Option<Bound>,
     /// True if the property holds in all of them; `None` if it is not decided.
     pub holds: Option<bool>,
+    /// The reason why a quantity that was asked for has no value.
+    pub no_value: Option<&'static str>,
     /// An error if a limit was hit, after which the bounds of the value may be wide.
     pub end: Result<()>,
 }
@@ -30,7 +32,12 @@ pub struct Answer {
 impl Answer {
     /// Creates an answer without a number.
     pub fn of(holds: Option<bool>) -> Self {
-        Answer { value: None, holds, end: Ok(()) }
+        Answer { value: None, holds, no_value: None, end: Ok(()) }
+    }
+
+    /// Creates the answer for a quantity that has no value.
+    pub fn without_value(reason: &'static str) -> Self {
+        Answer { no_value: Some(reason), ..Answer::of(None) }
     }
 }
 
@@ -94,7 +101,7 @@ pub fn answer<E: Engine>(
         }
     }
     let holds = quantity.bound.as_ref().and_then(|bound| truth(&found.values, bound));
-    Ok(Answer { value: over(&found.values), holds, end: found.end })
+    Ok(Answer { value: over(&found.values), holds, no_value: None, end: found.end })
 }
 
 fn wanted<'p, S>(program: &'p Program, quantity: &Quantity, target: &'p S) -> Result<Wanted<'p, S>> {

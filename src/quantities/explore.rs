@@ -13,7 +13,7 @@ use crate::engine::Engine;
 use crate::engine::explicit::weighted::{Code, Codec, Walk, Walker, Weighted};
 use crate::error::{Error, Result};
 use crate::model::exact::Ratio;
-use crate::model::preference::{Change, ObjectiveSet, Preferences};
+use crate::model::preference::{Change, Preferences};
 use crate::model::{Program, State};
 use crate::planning::improvement::Arena;
 use crate::planning::levels::Level;
@@ -28,9 +28,10 @@ pub(super) struct Facts<'a, E: Engine> {
     spi: &'a Levels<E>,
     /// The SASI levels; under `transition` those of `action`, where P_k = 1.
     sasi: Own<'a, Levels<E>>,
-    /// The effect of a step between two classes; states outside of all classes have the last number.
+    /// The effect of a step between two classes.
     changes: Vec<Vec<Change>>,
-    /// The states of which each arena does not keep all choices.
+    /// The states of which each arena does not keep all choices that the program lists: the safety
+    /// mode or the requirements forbid some.
     restricted: Vec<E::States>,
 }
 
@@ -74,16 +75,17 @@ impl<'a, E: Engine> Facts<'a, E> {
             Safety::Action | Safety::Prefix => Own::Borrowed(sasi),
         };
         let changes = changes(analysis.preferences(), classes);
-        let all = engine.all_choices();
-        let restricted = |arena: &Arena<E>| engine.sources(&engine.difference(&all, &arena.choices)?);
+        let restricted = |arena: &Arena<E>| analysis.partly_in(&arena.choices);
         let restricted = improvement.arenas.iter().map(restricted).collect::<Result<_>>()?;
         Ok(Facts { engine, program, classes, improvement, spi, sasi, changes, restricted })
     }
 
-    /// Returns the effect of a step between two classes.
+    /// Returns the effect of a step between two classes; see [`Classes::change`].
     fn change(&self, from: Option<u32>, to: Option<u32>) -> Change {
-        let number = |class: Option<u32>| class.map_or(self.changes.len() - 1, |class| class as usize);
-        self.changes[number(from)][number(to)]
+        match (from, to) {
+            (Some(from), Some(to)) => self.changes[from as usize][to as usize],
+            _ => Change::Lateral,
+        }
     }
 
     /// Returns the number of levels that contain a state in an arena, or [`EVERY`].
@@ -154,11 +156,10 @@ impl<'a, E: Engine> Facts<'a, E> {
         Ok(parts)
     }
 
-    /// Returns the arena of the states of a class; `None` if no state of the class is safe.
+    /// Returns the arena of the states of a class; see [`Improvement::arena_of`].
     pub(super) fn arena_of(&self, class: Option<u32>) -> Option<u32> {
-        let class = class.map(|class| class as usize);
-        let own = |arena: &Arena<E>| arena.reference.is_none() || arena.reference == class;
-        self.improvement.arenas.iter().position(own).map(|arena| arena as u32)
+        let arena = self.improvement.arena_of(class.map(|class| class as usize));
+        arena.map(|arena| arena as u32)
     }
 
     /// Returns the class of a state; `guess` is tested first.
@@ -173,10 +174,9 @@ impl<'a, E: Engine> Facts<'a, E> {
 }
 
 fn changes<E: Engine>(preferences: &Preferences, classes: &Classes<E>) -> Vec<Vec<Change>> {
-    let nothing = ObjectiveSet::new();
-    let members = || classes.list.iter().map(|class| &class.most_preferred).chain([&nothing]);
-    let row = |from| members().map(|to| preferences.change(from, to)).collect();
-    members().map(row).collect()
+    let all = || (0..classes.list.len()).map(Some);
+    let row = |from| all().map(|to| classes.change(preferences, from, to)).collect();
+    all().map(row).collect()
 }
 
 /// The exploration of a graph.
@@ -209,17 +209,21 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         Ok(Explorer { facts, costs, graph, places, meter, codec, cost })
     }
 
-    /// Adds the node of a state of the scope in its own arena.
+    /// Adds the node of a state in its own arena; `None` for states without a class: unsafe states
+    /// have no values.
     ///
     /// # Errors
     /// A limit is reached.
-    pub(super) fn start(&mut self, state: &State) -> Result<u32> {
+    pub(super) fn start(&mut self, state: &State) -> Result<Option<u32>> {
         let class = self.facts.class(state, None)?;
+        if class.is_none() {
+            return Ok(None);
+        }
         let code = self.codec.known(state)?;
-        self.node(Place::of(self.facts.arena_of(class)), &code, class)
+        self.node(Place::of(self.facts.arena_of(class)), &code, class).map(Some)
     }
 
-    /// Does the same as [`Explorer::start`] for all states of the engine, which are listed class by
+    /// Does the same as [`Explorer::start`] for all states with a class, which are listed class by
     /// class and level by level, so that no state is tested for membership. Returns the number of
     /// nodes.
     ///
@@ -227,13 +231,9 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
     /// A limit is reached.
     pub(super) fn start_everywhere(&mut self) -> Result<u32> {
         let facts = self.facts;
-        let mut rest = facts.engine.all_states();
-        let classes = (0..).zip(&facts.classes.list).map(|(number, class)| (Some(number), &class.states));
-        for (class, states) in classes {
-            rest = facts.engine.difference(&rest, states)?;
-            self.start_class(class, states.clone())?;
+        for (class, states) in (0..).zip(&facts.classes.list).map(|(number, class)| (number, &class.states)) {
+            self.start_class(Some(class), states.clone())?;
         }
-        self.start_class(None, rest)?;
         self.meter.number(self.graph.nodes())
     }
 

@@ -25,10 +25,10 @@ pub struct StateValues {
     pub sasi_rank: Rank,
     /// Number of improvements that are possible (SPI rank).
     pub spi_rank: Rank,
-    /// The values for 1, 2, … improvements.
+    /// The values for 1, 2, … improvements; none for an unsafe state.
     pub levels: Vec<LevelValues>,
-    /// The largest expected number of improvements.
-    pub number: Bound,
+    /// The largest expected number of improvements; `None` for an unsafe state.
+    pub number: Option<Bound>,
     /// The greatest probability of an improvement within 0, 1, 2, … steps.
     pub within: Option<Vec<f64>>,
 }
@@ -125,7 +125,7 @@ impl StateValues {
     /// Returns the widest bound of the state.
     pub fn widest(&self) -> Width {
         let wide = |bound: &Bound, quantity| Width { width: bound.width(), quantity };
-        let number = wide(&self.number, None);
+        let number = self.number.as_ref().map_or_else(Width::default, |number| wide(number, None));
         self.levels.iter().fold(number, |widest, level| {
             let k = level.improvements;
             let cost = level.cost.as_ref().map_or(widest, |cost| widest.or(wide(cost, Some(('C', k)))));
@@ -134,7 +134,7 @@ impl StateValues {
     }
 
     /// Collects the values of some states of the scope, except for those that were not reached before
-    /// a limit.
+    /// a limit. Unsafe states are listed without values.
     ///
     /// # Errors
     /// A command has no meaning in a state.
@@ -164,7 +164,9 @@ impl StateValues {
         let codec = walker.codec().clone();
         let mut walk = walker.walk();
         for state in states {
-            if let (Some(node), Some(code)) = (values.start(state), codec.encode(state)) {
+            if analysis.is_unsafe(state)? {
+                each(StateValues::without(analysis, program, state)?);
+            } else if let (Some(node), Some(code)) = (values.start(state), codec.encode(state)) {
                 each(StateValues::at(analysis, program, (values, node), state, &walk.names(&code)?)?);
             }
         }
@@ -179,7 +181,16 @@ impl StateValues {
         names: &[String],
     ) -> Result<Self> {
         let setup = values.setup();
-        let levels = (1..=setup.levels).map(|k| level(values, node, k, names)).collect();
+        Ok(StateValues {
+            levels: (1..=setup.levels).map(|k| level(values, node, k, names)).collect(),
+            number: Some(Bound::new(&values.number(node), setup.exact)),
+            within: values.within(node, 1).map(<[f64]>::to_vec),
+            ..StateValues::without(analysis, program, state)?
+        })
+    }
+
+    /// Returns a state with its ranks, without values.
+    fn without<E: Engine>(analysis: &Analysis<E>, program: &Program, state: &State) -> Result<Self> {
         let most_preferred = analysis.most_preferred(state)?;
         Ok(StateValues {
             state: Valuation::of(program, state),
@@ -187,9 +198,9 @@ impl StateValues {
             most_preferred: most_preferred.into_iter().map(str::to_owned).collect(),
             sasi_rank: analysis.rank(Kind::Sasi, state)?,
             spi_rank: analysis.rank(Kind::Spi, state)?,
-            levels,
-            number: Bound::new(&values.number(node), setup.exact),
-            within: values.within(node, 1).map(<[f64]>::to_vec),
+            levels: Vec::new(),
+            number: None,
+            within: None,
         })
     }
 }

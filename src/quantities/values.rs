@@ -119,8 +119,8 @@ impl Values {
         limit.min(analysis.levels(Kind::Spi).found.len())
     }
 
-    /// Finds the states that kept choices reach from some states of the scope. To be called once,
-    /// before [`Values::solve`]. Cost: one evaluation of the commands, and some membership tests,
+    /// Finds the states that kept choices reach from some states of the scope; unsafe states are left
+    /// out. To be called once, before [`Values::solve`]. Cost: one evaluation of the commands, and some membership tests,
     /// per state.
     ///
     /// # Errors
@@ -134,7 +134,11 @@ impl Values {
         costs: &dyn Cost,
     ) -> Result<()> {
         self.explore_from(analysis, program, costs, |explorer| {
-            starts.iter().map(|start| explorer.start(start)).collect()
+            let mut nodes = Vec::with_capacity(starts.len());
+            for start in starts {
+                nodes.extend(explorer.start(start)?);
+            }
+            Ok(nodes)
         })
     }
 
@@ -204,7 +208,8 @@ impl Values {
         self.places.find(Place::of(arena), state).map(Node)
     }
 
-    /// Returns the node of a state with which planning starts there; `None` if it was not explored.
+    /// Returns the node of a state with which planning starts there; `None` if it was not explored, and
+    /// for unsafe states.
     pub fn start(&self, state: &[i64]) -> Option<Node> {
         let own = |arena: Option<u32>| {
             self.places.find(Place::of(arena), state).filter(|&node| self.places.own[node as usize])

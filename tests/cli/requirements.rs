@@ -85,14 +85,15 @@ fn a_safe_formula_is_kept_along_the_whole_path() {
         assert_eq!(both["properties"][0]["holds"], json!(false));
         assert!(is_half(&both["properties"][1]["value"]), "{both}");
         let unsafe_start = ask("0", &["--property", "P>=1 [ F x=4 ]", "--require", "(x=0) W (x=4)"], 1);
-        assert_eq!(unsafe_start["unsafe"]["violated"], "(x=0) W (x=4)");
+        let both = "((x=0) W (x=4)) & (G (x=0 => (X x!=1)))";
+        assert_eq!(unsafe_start["unsafe"]["violated"], both, "the requirements are one formula");
     }
 }
 
 #[test]
 fn an_unsafe_initial_state_is_shown_and_no_property_holds() {
     for engine in ["symbolic", "explicit"] {
-        for property in ["P>=1 [ F x=4 ]", "Pmax=? [ F x=4 ]", "P<1 [ F x=5 ]"] {
+        for property in ["P>=1 [ F x=4 ]", "Pmax>=0.5 [ F x=4 ]", "P<1 [ F x=5 ]"] {
             let more = [&["--property", property, "--engine", engine], DRY].concat();
             let found = asked("6", &more).expect(1).json();
             assert_eq!(found["holds"], json!(false), "{property}");
@@ -101,6 +102,26 @@ fn an_unsafe_initial_state_is_shown_and_no_property_holds() {
             let actions: Vec<&Json> = path.iter().map(|step| &step["action"]).collect();
             assert_eq!(actions, [&json!("out"), &json!("on"), &Json::Null]);
         }
+    }
+}
+
+#[test]
+fn a_quantity_from_an_unsafe_initial_state_has_no_value_and_says_why() {
+    let reason = "no strategy keeps the requirements from some initial state";
+    for engine in ["symbolic", "explicit"] {
+        for property in ["Pmax=? [ F x=4 ]", "Pmin=? [ G F x=4 ]", "R{\"cost\"}min=? [ F x=4 ]"] {
+            let more = [&["--property", property, "--engine", engine], DRY].concat();
+            let found = asked("6", &more).expect(0).json();
+            assert_eq!(found.get("holds"), None, "{property}");
+            let answer = found["properties"][0].as_object().unwrap();
+            assert_eq!((&answer["value"], &answer["reason"]), (&Json::Null, &json!(reason)), "{property}");
+        }
+        let both = [&["--properties", "FILE", "--engine", engine], DRY].concat();
+        let found = asked("6", &both).expect(1).json();
+        assert_eq!(
+            (&found["properties"][0]["holds"], &found["properties"][1]["reason"]),
+            (&json!(false), &json!(reason))
+        );
     }
 }
 
@@ -121,4 +142,55 @@ fn a_report_begins_with_an_unsafe_initial_state() {
     assert!(shown.contains("unsafe: no strategy keeps the requirements"), "{shown}");
     let shown = run("reach models/pond.prism --target at=5 --require G(!at=4)").expect(0).stdout;
     assert!(shown.contains("No strategy keeps the requirements from at=3"), "{shown}");
+}
+
+#[test]
+fn the_text_of_a_quantity_without_a_value_gives_the_reason() {
+    let shown = run("reach models/pond.prism --property Pmax=?[F(at=5)] --require G(!at=4)").expect(0).stdout;
+    let line = "The property has no value: no strategy keeps the requirements from some initial state.";
+    assert!(shown.contains(line), "{shown}");
+}
+
+#[test]
+fn a_step_between_unsafe_states_is_not_called_improving() {
+    let shown = run("strategy models/pond.prism models/pond.pref --at at=3 --kind spi").expect(0).stdout;
+    assert!(shown.contains("unsafe") && !shown.contains("improving"), "{shown}");
+}
+
+#[test]
+fn a_report_names_unsafe_cells_counts_them_and_says_first_that_the_start_is_unsafe() {
+    let scratch = Scratch::new(&[]);
+    let out = scratch.show("page.html");
+    let shown = run(&format!("report models/pond.prism models/pond.pref --out {out}")).expect(0).stdout;
+    let first = shown.find("No strategy keeps the requirements from at=3").expect("the path");
+    assert!(
+        shown.find("No strategy keeps the requirements.").is_some_and(|verdict| first < verdict),
+        "{shown}"
+    );
+    let page = std::fs::read_to_string(out).unwrap();
+    assert!(page.contains("× unsafe") && page.contains("data-value=\"×\""), "{page}");
+    assert!(page.contains("unsafe: no strategy keeps the requirements"), "{page}");
+    assert!(page.contains("<p class=\"headline\">No strategy keeps the requirements.</p>"), "{page}");
+    let svg = run("report models/pond.prism models/pond.pref --format svg --picture spi").expect(0).stdout;
+    assert!(svg.contains("× unsafe") && svg.contains("data-value=\"×\""), "{svg}");
+}
+
+#[test]
+fn the_values_of_all_states_name_the_unsafe_ones() {
+    let found = run("values models/pond.prism models/pond.pref --all --json").expect(0).json();
+    let states = found["states"].as_array().unwrap();
+    assert_eq!(states.len().to_string(), found["counts"]["states"]);
+    let is_unsafe = |state: &&Json| state["unsafe"] == json!(true);
+    assert_eq!(states.iter().filter(is_unsafe).count().to_string(), found["counts"]["unsafe"]);
+    for state in states.iter().filter(is_unsafe) {
+        assert_eq!((&state["levels"], &state["number"]), (&json!([]), &Json::Null));
+    }
+    let scratch = Scratch::new(&[]);
+    let out = scratch.show("values.csv");
+    run(&format!("values models/pond.prism models/pond.pref --all --csv {out}")).expect(0);
+    let csv = std::fs::read_to_string(out).unwrap();
+    let mut lines = csv.lines();
+    assert!(lines.next().unwrap().ends_with(",unsafe"), "{csv}");
+    let unsafe_lines = lines.filter(|line| line.ends_with(",true")).count();
+    assert_eq!(unsafe_lines.to_string(), found["counts"]["unsafe"]);
 }

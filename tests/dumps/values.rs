@@ -162,6 +162,30 @@ fn example(name: &str) -> [String; 2] {
 }
 
 #[test]
+fn the_values_of_a_model_under_requirements_are_confirmed() {
+    let tempting = "mdp module m s:[0..3] init 0; [b] s=0 -> 1/4:(s'=1)+3/4:(s'=2);
+        [a] s=0 -> 1/2:(s'=1)+1/2:(s'=3); endmodule";
+    let required = [
+        [tempting, "objective A = F s=1; require G !(s=3);"],
+        [TRAPS, &format!("{WISHES} require G s!=8; require G s!=11;")],
+    ];
+    for texts in required {
+        for scope in [Scope::Reachable, Scope::All] {
+            for safety in SAFETIES {
+                let case = Case::of(texts, scope, safety, "steps");
+                assert_eq!(case.violated(&case.dump), None, "{safety} {scope:?}");
+                // The bounds of the whole model are refused, which are greater.
+                let [model, wishes] = texts;
+                let without = wishes.split(" require").next().unwrap();
+                let whole = Case::of([model, without], scope, safety, "steps");
+                let condition = case.refused(|dump| dump.values.clone_from(&whole.dump.values));
+                assert!(!condition.is_empty(), "{safety} {scope:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn every_dump_with_values_is_accepted() {
     for name in ["toy", "drone", "lateral", "lateral_prefix", "robot5x5"] {
         let [model, preferences] = example(name);

@@ -28,6 +28,7 @@ mod quantity_facts;
 mod reasons;
 mod regions;
 mod requirements;
+mod restricted;
 mod robot;
 mod shields;
 mod simulations;

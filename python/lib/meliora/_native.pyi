@@ -567,7 +567,8 @@ class Analysis:
         progress: _Progress | None = None,
     ) -> list[dict[str, Any]]:
         """Computes how likely improvements are, how soon they come and at what cost; returns the list
-        `states` of `meliora values --json`, with one dictionary per state.
+        `states` of `meliora values --json`, with one dictionary per state. An unsafe state has `unsafe`
+        and no numbers.
 
         Args:
             states: States of the scope; None for the initial states.
@@ -676,7 +677,8 @@ class Levels:
     def __getitem__(self, index: slice, /) -> tuple[Region, ...]: ...
     def __iter__(self) -> Iterator[Region]: ...
     def at_least(self, k: int) -> Region:
-        """Returns the states of rank k or more; all states for k = 0.
+        """Returns the states of rank k or more; for k = 0 all states but the unsafe ones, which have no
+        rank.
 
         Raises:
             UsageError: The level was not computed.
@@ -689,8 +691,8 @@ class Levels:
         """
     def rank(self, state: _State) -> _Rank:
         """Returns the rank of a state: the number of possible or sure improvements, an int or
-        `math.inf`. If `max_level` ended the search, the true rank of a state in the last level may
-        be larger; see `complete`.
+        `math.inf`; 0 for unsafe states. If `max_level` ended the search, the true rank of a state in
+        the last level may be larger; see `complete`.
 
         Raises:
             UsageError: A variable is missing or unknown.
@@ -699,8 +701,9 @@ class Levels:
         """Returns the greatest ranks over one or two integer variables. The result is an array of
         floats of shape (rows, columns), or (columns,) if `row` is None, from the smallest values
         on. A cell contains the greatest rank of its states in which the variables of `where` have
-        their values; all other variables are free. A cell without states is NaN, an unbounded rank
-        is infinity.
+        their values; all other variables are free. A cell without states is NaN, and so is one whose
+        states are all unsafe; `Analysis.region("unsafe")` tells them apart. An unbounded rank is
+        infinity.
 
         The symbolic engine does not enumerate states for this. Needs NumPy.
         """
@@ -805,7 +808,7 @@ class Strategy:
     def attains(self, state: _State) -> dict[str, Any] | None:
         """Returns the value of the strategy from a state: a dictionary with the number of
         `improvements` that it aims at, bounds of their `probability`, and bounds of the expected
-        `cost` (None if they are not certain). None with `choose="first"`.
+        `cost` (None if they are not certain). None with `choose="first"`, and for unsafe states.
 
         Raises:
             UsageError: The values of the state were not computed; see `Analysis.strategy`.
@@ -1164,6 +1167,9 @@ class Simulation:
     @property
     def weakened_start(self) -> int:
         """The number of runs with a state that weakens the start state."""
+    @property
+    def entered_unsafe(self) -> int:
+        """The number of runs that entered an unsafe state: 0, because no strategy leads there."""
     @property
     def improvements(self) -> dict[int, int]:
         """The number of runs for each number of improvements."""

@@ -39,6 +39,10 @@ impl<'a, E: Engine> Regions<'a, E> {
     fn ranks(&self, kind: Kind, states: &[State]) -> Result<Vec<(String, Vec<usize>)>> {
         let mut ranks: BTreeMap<String, Vec<usize>> = BTreeMap::new();
         for (number, state) in states.iter().enumerate() {
+            // Unsafe states have no rank.
+            if self.analysis.is_unsafe(state)? {
+                continue;
+            }
             let rank = match self.analysis.levels(kind).rank(self.analysis.engine(), state)? {
                 Rank::Finite(k) => k.to_string(),
                 Rank::AtLeast(k) => format!("at_least_{k}"),

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::formula::{Formula, FormulaKind, Steps};
 use crate::error::{Result, SourceFile};
-use crate::lang::ast::{BinaryOp, NOT_LEVEL, Span};
+use crate::lang::ast::{BinaryOp, NOT_LEVEL};
 use crate::lang::parse::{Failed, MAX_TREE_NESTING, Parsed, Parser, operator};
 use crate::lang::token::Token;
 
@@ -162,6 +162,7 @@ impl Parser<'_> {
 
     /// Parses a chain of `<=>`, `=>`, `|` and `&` that bind at least as tightly as `least`.
     fn boolean(&mut self, least: u8, bare: bool) -> Parsed<Formula> {
+        let start = self.here();
         let mut left = self.operand(bare)?;
         let mut last = None;
         while let Some(op) =
@@ -176,7 +177,9 @@ impl Parser<'_> {
                 return Err(Failed);
             }
             let right = self.boolean(op.level() + 1, bare)?;
-            left = joined(left, op, right, last == Some(op));
+            // Brackets around the operands belong to the text of the whole.
+            let span = start.to(self.before());
+            left = Formula { kind: joined(left, op, right, last == Some(op)), span };
             last = Some(op);
         }
         Ok(left)
@@ -282,9 +285,8 @@ impl Parser<'_> {
 }
 
 /// Returns `left op right`, flattened if it continues a chain of `&` or `|`.
-fn joined(left: Formula, op: BinaryOp, right: Formula, goes_on: bool) -> Formula {
-    let span: Span = left.span.to(right.span);
-    let kind = match (op, left.kind) {
+fn joined(left: Formula, op: BinaryOp, right: Formula, goes_on: bool) -> FormulaKind {
+    match (op, left.kind) {
         (BinaryOp::And, FormulaKind::And(mut all)) if goes_on => {
             all.push(right);
             FormulaKind::And(all)
@@ -302,8 +304,7 @@ fn joined(left: Formula, op: BinaryOp, right: Formula, goes_on: bool) -> Formula
                 _ => FormulaKind::Iff(Box::new(left), Box::new(right)),
             }
         }
-    };
-    Formula { kind, span }
+    }
 }
 
 #[cfg(test)]

@@ -5,39 +5,81 @@ use std::sync::Arc;
 use super::formula::Formula;
 use super::install::Monitoring;
 use crate::automata::{Form, Monitor, Normal, Window};
-use crate::error::{Diagnostic, Result, Severity, SourceFile};
+use crate::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use crate::model::expr::{Binary, ExprId, ExprPool, Unary};
 use crate::model::preference::Requirement;
 use crate::model::temporal::Asks;
 use crate::model::value::Value;
 
 impl Monitoring<'_> {
-    /// Returns a safe formula as a requirement: the states in which it is not violated. `G p` with a state formula p
-    /// needs no monitor. Every other safe formula gets a monitor called `name`, whose mark means
-    /// that the formula is violated.
+    /// Returns the requirements of some safe formulas: for each formula, the states in which it is
+    /// not violated. All formulas are one requirement, their conjunction.
+    ///
+    /// `G p` with a state formula p needs no monitor. If some formula is different, one monitor called
+    /// `name` follows the conjunction of all formulas. Its mark means that no continuation satisfies
+    /// it: a path can violate several formulas together before it violates one of them.
     ///
     /// # Errors
-    /// Unknown names and wrong types; the formula is not safe; a limit on the size of monitors.
-    pub(crate) fn require(
+    /// Unknown names and wrong types; a formula is not safe, each with its place; a limit on the size
+    /// of monitors.
+    pub(crate) fn require<'f>(
         &mut self,
-        source: &Arc<SourceFile>,
-        formula: &Formula,
+        formulas: impl IntoIterator<Item = (&'f Arc<SourceFile>, &'f Formula)>,
         name: &str,
-    ) -> Result<Requirement> {
+    ) -> Result<Vec<Requirement>> {
+        let (mut lines, mut wrong) = (Vec::new(), Vec::new());
+        for (source, formula) in formulas {
+            match self.safe(source, formula) {
+                Ok(line) => lines.push(line),
+                Err(Error::Input(all)) => wrong.extend(all),
+                Err(other) => return Err(other),
+            }
+        }
+        if !wrong.is_empty() {
+            return Err(Error::Input(wrong));
+        }
+        let all: Vec<Normal> = lines.iter().map(|line| line.normal.clone()).collect();
+        let Some(span) = all.first().map(|first| first.span) else { return Ok(Vec::new()) };
+        let watched = match lines.iter().all(|line| line.invariant.is_some()) {
+            true => None,
+            false => Some(self.watched(&Normal { form: Form::And(all), span }, name)?),
+        };
+        let requirement = |line: Line| match (line.invariant, watched) {
+            (None, Some((kept, states))) => {
+                Some(Requirement { text: line.text, kept, monitor: Some(states) })
+            }
+            (kept, _) => Some(Requirement { text: line.text, kept: kept?, monitor: None }),
+        };
+        Ok(lines.into_iter().filter_map(requirement).collect())
+    }
+
+    /// Reads a safe formula.
+    fn safe(&mut self, source: &Arc<SourceFile>, formula: &Formula) -> Result<Line> {
         let normal = self.normal(source, formula)?;
         let text = source.on_one_line(formula.span.range());
-        if let Some(kept) = invariant(&mut self.program.pool, &normal) {
-            return Ok(Requirement { text, kept, monitor: None });
+        let invariant = invariant(&mut self.program.pool, &normal);
+        match invariant.is_some() || normal.is_safe() {
+            true => Ok(Line { text, normal, invariant }),
+            false => Err(not_safe(source, formula)),
         }
-        if !normal.is_safe() {
-            return Err(not_safe(source, formula));
-        }
+    }
+
+    /// Adds the monitor of a safe formula. Returns the states in which it is not violated, and the
+    /// number of states of the monitor.
+    fn watched(&mut self, normal: &Normal, name: &str) -> Result<(ExprId, u64)> {
         let monitor = Monitor::of_cosafe(&normal.negated())?;
         let states = monitor.states.len() as u64;
         let violated = self.mark(monitor, Asks::Avoid, name)?;
-        let kept = self.program.pool.unary(Unary::Not, violated);
-        Ok(Requirement { text, kept, monitor: Some(states) })
+        Ok((self.program.pool.unary(Unary::Not, violated), states))
     }
+}
+
+/// A required formula.
+struct Line {
+    text: String,
+    normal: Normal,
+    /// The state formula p if the formula is `G p`.
+    invariant: Option<ExprId>,
 }
 
 /// Returns p if the formula is `G p`, or the conjunction for several such formulas under `&`.
@@ -73,7 +115,7 @@ fn conjunction(
     Some(all)
 }
 
-fn not_safe(source: &Arc<SourceFile>, formula: &Formula) -> crate::error::Error {
+fn not_safe(source: &Arc<SourceFile>, formula: &Formula) -> Error {
     let text = source.on_one_line(formula.span.range());
     let message = format!("`{text}` cannot be required: it is not a safe formula");
     let diagnostic = Diagnostic::new(source, formula.span.range(), message).severity(Severity::Unsupported);

@@ -12,6 +12,11 @@ fn whole(result: &AnalysisResult) -> Count {
     result.counts.as_ref().map(|c| c.states.clone()).unwrap_or_default()
 }
 
+/// Returns the number of unsafe states, if there are some.
+fn unsafe_states(result: &AnalysisResult) -> Option<&Count> {
+    result.counts.as_ref()?.unsafe_states.as_ref().filter(|states| **states != Count::ZERO)
+}
+
 /// Renders a number of states with its share of all states.
 fn cell(part: &Count, whole: &Count, class: &str) -> Markup {
     let percent = percent(part, whole);
@@ -50,6 +55,10 @@ pub(super) fn classes(result: &AnalysisResult) -> Markup {
             tbody { @for class in result.classes.iter().flatten() { tr {
                 th { (text::either(&class.most_preferred)) }
                 (cell(&class.states, &whole, "plain"))
+            } }
+            @if let Some(states) = unsafe_states(result) { tr {
+                th { "unsafe: no strategy keeps the requirements" }
+                (cell(states, &whole, "plain"))
             } } }
         }
     }
@@ -97,6 +106,7 @@ pub(super) fn sizes(result: &AnalysisResult) -> Markup {
             ("deadlocks", grouped(&counts.deadlocks)),
             ("initial states", grouped(&counts.initial)),
         ]);
+        rows.extend(unsafe_states(result).map(|states| ("unsafe states", grouped(states))));
     }
     if let Some(improvement) = &result.improvement {
         rows.push(("improvement MDP: states", grouped(&improvement.states)));

@@ -3,7 +3,7 @@
 use serde_json::{Value as Json, json};
 
 use super::heat::Heat;
-use super::paint::{Paint, arrow, longest};
+use super::paint::{Paint, UNSAFE, arrow, longest};
 use super::{Content, Picture, palette};
 use crate::model::diagram::Edge;
 use crate::model::value::Type;
@@ -32,6 +32,9 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         "width": projections.diagram.variables.len(),
         "nodes": nodes(projections),
         "scope": projections.scope.number(),
+        "unsafe": projections.unsafe_states.map(|edge| json!({
+            "edge": edge.number(), "text": UNSAFE, "fill": palette::css(palette::UNSAFE), "ink": palette::ink(palette::UNSAFE),
+        })),
         "sasi": ladder(&projections.sasi, paint, Picture::Sasi),
         "spi": ladder(&projections.spi, paint, Picture::Spi),
         "classes": classes,

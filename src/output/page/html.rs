@@ -97,13 +97,11 @@ fn verdict(content: &Content<'_>) -> Markup {
 }
 
 fn card(initial: &Prospects, promise: Option<&Promise>) -> Markup {
+    let promise = promise.filter(|_| initial.escape.is_none());
     let headline = promise.map_or_else(|| words::verdict(initial), sentence);
     html! {
         div.card {
-            p.headline {
-                @if initial.escape.is_some() { "No strategy keeps the requirements." }
-                @else { (headline) }
-            }
+            p.headline { (headline) }
             div.figures {
                 div.figure {
                     span.number.text {
@@ -114,8 +112,10 @@ fn card(initial: &Prospects, promise: Option<&Promise>) -> Markup {
                 @if let Some(action) = promise.and_then(|promise| promise.first.as_ref()) {
                     div.figure { span.number.text { (action) } span.label { "is the best first action" } }
                 }
-                (figure("guaranteed", "sure", initial.sasi.as_ref()))
-                (figure("possible", "possible", initial.spi.as_ref()))
+                @if initial.escape.is_none() {
+                    (figure("guaranteed", "sure", initial.sasi.as_ref()))
+                    (figure("possible", "possible", initial.spi.as_ref()))
+                }
             }
         }
     }

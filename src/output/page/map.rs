@@ -31,7 +31,8 @@ pub(super) fn style() -> Markup {
 /// Renders a map as a separate drawing, with a title and a legend.
 pub(super) fn svg(content: &Content<'_>, projections: &Projections, picture: Picture) -> Markup {
     let paint = Paint::new(content, projections);
-    let legend = paint.legend(picture);
+    let mut legend = paint.legend(picture);
+    legend.extend(paint.unsafe_legend());
     let size = size(projections);
     let width = size.0.max(320);
     let view = lines(&view_text(projections, &paint.opening), width / 7);
@@ -165,6 +166,7 @@ fn figure(
             }
             ul.legend {
                 (legend)
+                @if let Some(entry) = paint.unsafe_legend() { (plain_legend(&[entry])) }
                 @if content.check.header.scope == Some(Scope::Reachable) {
                     li.wall-key { span.swatch.wall {} "unreachable" }
                 }
@@ -352,6 +354,7 @@ fn axes(projections: &Projections, rows: &[i64], columns: &[i64]) -> Markup {
 fn cell(layer: Layer<'_>, paint: &Paint<'_>, number: usize, (x, y): (usize, usize), found: &Found) -> Markup {
     let look = match layer {
         Layer::Ranks(picture) => &paint.look(picture, found),
+        Layer::Values(_) if found.is_unsafe => &Look::not_safe(),
         Layer::Values(looks) => &looks[number],
     };
     let arrows = match layer {

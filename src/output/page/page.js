@@ -111,6 +111,15 @@
     return diagram.pattern(variables, open);
   }
 
+  /** Returns the states that a cell shows: safe ones with these values, or unsafe ones, or those with other values. */
+  function located(here, anywhere) {
+    for (const [elsewhere, pattern] of [[false, here], [true, anywhere]]) {
+      if (diagram.meets(data.scope, pattern)) return { pattern, elsewhere, unsafe: false };
+      if (data.unsafe && diagram.meets(data.unsafe.edge, pattern)) return { pattern, elsewhere, unsafe: true };
+    }
+    return null;
+  }
+
   // The maps have the same cells in the same order, so one lookup serves all maps.
   const places = maps[0].cells.map((cell, index) => ({
     row: Number(cell.dataset.row),
@@ -122,13 +131,16 @@
   function draw() {
     const open = isOpen();
     for (const place of places) {
-      const here = diagram.pattern(variables, placed(place.row, place.column));
-      place.several = false;
       // If no state has these values, the cell is faded and shows the best over all others.
-      const elsewhere = !diagram.meets(data.scope, here);
-      const pattern = elsewhere ? place.anywhere : here;
-      if (elsewhere && !diagram.meets(data.scope, pattern)) {
+      const states = located(diagram.pattern(variables, placed(place.row, place.column)), place.anywhere);
+      place.several = false;
+      if (states === null) {
         place.parts.forEach((_, map) => paint(place, map, { text: '', color: { fill: 'url(#wall)', ink: 'currentColor' } }, '', false));
+        continue;
+      }
+      const { pattern, elsewhere } = states;
+      if (states.unsafe) {
+        place.parts.forEach((_, map) => paint(place, map, { text: data.unsafe.text, color: data.unsafe, unsafe: true }, '', elsewhere));
         continue;
       }
       const still = open || elsewhere;
@@ -177,6 +189,7 @@
   function spoken({ row, column }, map, found, elsewhere) {
     const place = (data.row === null ? '' : variables[data.row].name + '=' + show(variables[data.row], row) + ', ') + variables[data.column].name + '=' + show(variables[data.column], column);
     if (found.text === '') return place + ': unreachable';
+    if (found.unsafe) return place + ': unsafe' + (elsewhere ? ', with other values' : '');
     const what = map > 2 ? measures[map - 3].title + ': ' + found.text : map === 2 ? 'sure: ' + named(found) : found.text + (map === 0 ? ' guaranteed' : ' possible');
     return place + ': ' + what + (elsewhere ? ' at best, with other values' : '');
   }
@@ -227,12 +240,14 @@
       dd.textContent = text;
       list.append(dt, dd);
     };
-    const beyond = anywhere(chosen.row, chosen.column);
-    if (!diagram.meets(data.scope, beyond)) {
+    const states = located(pattern, anywhere(chosen.row, chosen.column));
+    if (states === null) {
       line('state', 'unreachable');
+    } else if (states.unsafe) {
+      if (states.elsewhere) line('state', 'unreachable with these values; with others:');
+      line('unsafe', 'no strategy keeps the requirements');
     } else {
-      const elsewhere = !diagram.meets(data.scope, pattern);
-      const there = elsewhere ? beyond : pattern;
+      const { pattern: there, elsewhere } = states;
       if (elsewhere) line('state', 'unreachable with these values; with others:');
       const sure = classOf(there);
       line('sure', named(sure) + (sure.found.length > 1 ? ' (depends on the other values)' : ''));

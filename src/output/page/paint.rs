@@ -5,12 +5,15 @@ use super::{Content, Picture};
 use crate::model::preference::ObjectiveSet;
 use crate::output::{ranks, text};
 use crate::planning::Rank;
-use crate::projections::{Cell, Direction, Ladder, Projections, View};
+use crate::projections::{Cell, Direction, Inside, Ladder, Projections, View};
 
 /// The side of a cell.
 pub(super) const SIDE: usize = 40;
 /// Maximum number of columns for texts of several words or letters of targets next to numbers.
 pub(super) const ROOMY: usize = 12;
+
+/// The text of a cell with unsafe states.
+pub(super) const UNSAFE: &str = "×";
 
 /// The opening view of projections with its colours and texts.
 pub(super) struct Paint<'a> {
@@ -32,8 +35,11 @@ pub(super) struct Paint<'a> {
 pub(super) struct Found {
     pub(super) row: i64,
     pub(super) column: i64,
-    /// The results there; `None` if no values of the other variables give a state.
+    /// The results there; `None` if no values of the other variables give a state, and if all states
+    /// are unsafe.
     cell: Option<Cell>,
+    /// True if all states there are unsafe.
+    pub(super) is_unsafe: bool,
     /// True if no state has the values of the view there: then the cell shows the best over all
     /// other values.
     pub(super) elsewhere: bool,
@@ -61,6 +67,11 @@ impl Look {
     /// Returns the look of a place without states.
     pub(super) fn wall() -> Self {
         Look { fill: "url(#wall)".to_owned(), ink: "currentColor", text: String::new() }
+    }
+
+    /// Returns the look of unsafe states.
+    pub(super) fn not_safe() -> Self {
+        Look::colored(palette::UNSAFE, UNSAFE.to_owned())
     }
 
     /// Returns a text on a colour.
@@ -110,7 +121,9 @@ impl<'a> Paint<'a> {
 
     /// Returns the colours and the text of a cell.
     pub(super) fn look(&self, picture: Picture, found: &Found) -> Look {
-        let Some(cell) = &found.cell else { return Look::wall() };
+        let Some(cell) = &found.cell else {
+            return if found.is_unsafe { Look::not_safe() } else { Look::wall() };
+        };
         let rank = match (picture, &cell.classes[..]) {
             (Picture::Classes, &[index]) => {
                 return Look::colored(self.class(index).0, self.marks[index].clone());
@@ -135,11 +148,13 @@ impl<'a> Paint<'a> {
 
     /// Returns the names of the classes of a cell: `A or B; C`.
     pub(super) fn named(&self, found: &Found) -> String {
-        let Some(cell) = &found.cell else { return "unreachable".to_owned() };
+        let Some(cell) = &found.cell else {
+            return if found.is_unsafe { "unsafe" } else { "unreachable" }.to_owned();
+        };
         cell.classes.iter().map(|&class| self.names[class].as_str()).collect::<Vec<_>>().join("; ")
     }
 
-    /// Returns the views of the cells of the opening view; `None` where no state is.
+    /// Returns the views of the cells of the opening view; `None` where no state is, or only unsafe ones.
     pub(super) fn views(&self) -> Vec<Option<View>> {
         let open: View = vec![None; self.projections.variables.len()];
         let view = |found: &Found| {
@@ -166,7 +181,12 @@ impl<'a> Paint<'a> {
         path
     }
 
-    /// Returns the meaning of the colours that occur.
+    /// Returns the meaning of the colour of unsafe states, if there are some.
+    pub(super) fn unsafe_legend(&self) -> Option<(Rgb, String)> {
+        self.projections.unsafe_states.map(|_| (palette::UNSAFE, format!("{UNSAFE} unsafe")))
+    }
+
+    /// Returns the meaning of the colours of ranks or classes.
     pub(super) fn legend(&self, picture: Picture) -> Vec<(Rgb, String)> {
         if picture == Picture::Classes {
             let label = |index: usize| match (&self.marks[index], &self.names[index]) {
@@ -207,11 +227,17 @@ fn found(content: &Content<'_>, projections: &Projections, view: &View) -> Vec<V
         let any = projections.view(&open, row, column);
         let targets: Vec<usize> =
             projections.targets_at(&any).into_iter().filter(|&i| !everywhere[i]).collect();
-        let (cell, exact) = projections.found(view, row, column).unzip();
+        let (inside, exact) = projections.found(view, row, column).unzip();
+        let is_unsafe = inside == Some(Inside::Unsafe);
+        let cell = match inside {
+            Some(Inside::Safe(cell)) => Some(cell),
+            Some(Inside::Unsafe) | None => None,
+        };
         Found {
             row,
             column,
             cell,
+            is_unsafe,
             elsewhere: exact == Some(false),
             letters: corner_letters(&letters, &targets),
             targets,

@@ -10,6 +10,8 @@ pub(super) type Rgb = [u8; 3];
 const LADDER: [Rgb; 5] = [[190, 230, 200], [46, 152, 184], [34, 112, 176], [36, 74, 150], [44, 45, 125]];
 /// The colour for no improvement, and for the class `nothing`.
 pub(super) const NONE: Rgb = [243, 241, 233];
+/// The colour of unsafe states.
+pub(super) const UNSAFE: Rgb = [242, 191, 178];
 /// The colour for any number of improvements.
 const UNBOUNDED: Rgb = [8, 18, 66];
 /// The colours of classes, from Okabe and Ito, which people with any colour vision can distinguish.

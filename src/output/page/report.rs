@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::super::envelope::{incomplete, is_true};
 use super::super::report::{Failure, MemoryUse, Report};
-use super::super::{CheckReport, Header, Style, text};
+use super::super::{CheckReport, Header, Style, text, unsafe_start};
 use super::words;
 use crate::escape;
 
@@ -83,6 +83,8 @@ impl Report for PageReport {
         let check = &self.check;
         let shown = Header { engine: None, history: None, ..check.header.clone() };
         let mut out = shown.title(Vec::new(), style);
+        let escape = check.initial.iter().find_map(|initial| initial.escape.as_ref());
+        out += &unsafe_start::text(escape, style);
         for initial in &check.initial {
             let _ = writeln!(out, "\n{}", style.bold(&words::verdict(initial)));
             let _ = writeln!(out, "  at {}, {}", initial.values, words::sure(initial));

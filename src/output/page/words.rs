@@ -87,6 +87,9 @@ pub(super) fn goal(names: &[String]) -> String {
 
 /// Returns one sentence for an initial state.
 pub(super) fn verdict(initial: &Prospects) -> String {
+    if initial.escape.is_some() {
+        return "No strategy keeps the requirements.".to_owned();
+    }
     ranks::verdict(initial.sasi.as_ref().map(|p| p.rank), initial.spi.as_ref().map(|p| p.rank))
 }
 
@@ -111,9 +114,12 @@ pub(super) fn outcome(play: &Play) -> String {
     }
 }
 
-/// Formats the sure objectives: `sure: A, B`.
+/// Formats the sure objectives: `sure: A, B`; or `unsafe`.
 pub(super) fn sure(initial: &Prospects) -> String {
-    format!("sure: {}", text::either(&initial.most_preferred))
+    match initial.escape {
+        Some(_) => "unsafe".to_owned(),
+        None => format!("sure: {}", text::either(&initial.most_preferred)),
+    }
 }
 
 #[cfg(test)]
