@@ -25,6 +25,7 @@ pub(crate) enum Sum {
 }
 
 impl Sum {
+    /// Judges a sum of probabilities.
     pub(crate) fn of(sum: &Real) -> Self {
         let Real::Finite(sum) = sum else { return Sum::Wrong };
         if sum.is_one() {
