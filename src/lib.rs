@@ -28,8 +28,8 @@
 //! `output` formats as text, JSON and pages. [`export`] and [`dump`] write regions as decision
 //! diagrams. [`query`] answers queries from a dump without the model. [`certify`] re-checks a dump
 //! by one-step conditions, and shares no code with the computation. [`projections`] are maps of
-//! regions over two variables, and [`generate`] writes models of any size. Imports between these
-//! modules form no cycle.
+//! regions over two variables, and [`generate`] writes models of any size. Each of these
+//! modules shows a crate, and imports between crates form no cycle.
 //!
 //! Other programs and languages start with the types below: a [`Model`] is read from a text and
 //! explored; an [`Exploration`] answers with sets of states ([`States`]) and prepares an
@@ -39,12 +39,28 @@
 //! asked for sets of [`States`], and an [`Analysis`] has the results under preferences. [`advanced`]
 //! has the sets of each engine, variable orders and thresholds.
 //!
-//! The library never prints, reads the clock or the environment, or ends the process; only `command`
-//! does, the command `meliora` (feature `cli`). A computation that runs out of memory or time returns
+//! The library never prints, reads the clock or the environment, or ends the process; only the
+//! command does (feature `cli`). A computation that runs out of memory or time returns
 //! [`error::Limit`] and keeps its results. A [`progress::ProgressSink`] cancels the work. An analysis
 //! starts threads only if [`Settings::threads`](engine::Settings::threads) allows it, and ends them
 //! before it returns. Only `supervise`, a feature for the command and the Python package, keeps
 //! threads, and measures time and memory.
+//!
+//! # The crates
+//!
+//! | crate | contents | uses |
+//! | --- | --- | --- |
+//! | [`meliora_model`] | flat programs, preferences, errors with places | |
+//! | [`meliora_dump`] | the format of dumps | model |
+//! | [`meliora_lang`] | readers of models, preferences and properties | model |
+//! | [`meliora_engine`] | sets of states and of choices, symbolic and explicit | model |
+//! | [`meliora_query`] | questions to a dump | lang, engine, dump |
+//! | [`meliora_planning`] | the algorithms of the paper | engine |
+//! | [`meliora_quantities`] | probabilities, costs and numbers of improvements | planning, dump |
+//! | [`meliora_certify`] | the check of a dump | engine, dump, query |
+//! | [`meliora_export`] | from an analysis to files, and projections | planning, quantities, query |
+//! | [`meliora_generate`] | grid worlds | model |
+//! | `meliora_report` | results as text, JSON and pages (feature `output`) | all but generate |
 //!
 //! # An example
 //!
@@ -85,69 +101,125 @@
 //! # }
 //! ```
 
-#![cfg_attr(
-    not(feature = "cli"),
-    allow(dead_code, unused_imports, reason = "some parts are for the command only")
-)]
-
-// The command imports the library by its name, as other programs do.
-#[cfg(feature = "cli")]
-extern crate self as meliora;
-
 pub mod advanced;
-mod automata;
-pub mod certify;
-#[cfg(feature = "cli")]
-mod cli;
-mod csv;
-mod diagnostic;
-pub mod dump;
 mod embed;
-pub mod engine;
-pub mod error;
-mod escape;
-pub mod export;
-mod files;
-pub mod generate;
-pub mod lang;
-pub mod model;
-mod names;
-#[cfg(feature = "output")]
-pub mod output;
-pub mod planning;
-pub mod progress;
-pub mod projections;
-pub mod quantities;
-pub mod query;
-mod random;
 pub mod reach;
-mod reading;
-mod span;
-mod stack;
 #[cfg(feature = "supervise")]
 pub mod supervise;
 pub mod tutorial;
-mod umb;
 
-#[cfg(feature = "cli")]
-pub use cli::command;
 #[doc(inline)]
 #[cfg(feature = "output")]
 pub use embed::Drawing;
 #[doc(inline)]
 pub use embed::{Analysis, Exploration, Listing, Model, Projection, Reached, States, Wanted};
 #[doc(inline)]
-pub use engine::{AnyEngine, Count, Order, Scope, Settings, Storage, Usage};
+pub use meliora_engine::{AnyEngine, Count, Order, Scope, Settings, Storage, Usage};
 #[doc(inline)]
-pub use error::{Diagnostic, Error, Limit, Relief, Result, SourceFile};
+pub use meliora_export::projections;
 #[doc(inline)]
-pub use model::{Program, State};
+pub use meliora_model::error::{Diagnostic, Error, Limit, Relief, Result, SourceFile};
 #[doc(inline)]
-pub use planning::{
+pub use meliora_model::progress::{NoProgress, ProgressSink};
+#[doc(inline)]
+pub use meliora_model::{Program, State};
+#[doc(inline)]
+pub use meliora_model::{error, progress};
+#[doc(inline)]
+pub use meliora_planning::{
     AnalysisResult, Event, Explanation, FiniteMemoryStrategy as Strategy, Kind, Options, Phase, Rank, Safety,
     Scheduler, Setup, Shield, StrategyKind,
 };
 #[doc(inline)]
-pub use progress::{NoProgress, ProgressSink};
-#[doc(inline)]
-pub use quantities::{Choose, Chooser};
+pub use meliora_quantities::{Choose, Chooser};
+
+/// The check of a dump, from [`meliora_certify`].
+pub mod certify {
+    #[doc(inline)]
+    pub use meliora_certify::{Checked, Hashes, Verdict, Violation, pictures, verify};
+}
+
+/// The format of dumps, from [`meliora_dump`].
+pub mod dump {
+    #[doc(inline)]
+    pub use meliora_dump::{
+        Diagram, Dump, Edge, Manifest, Members, Node, dddmp, directory, dot, manifest, read_directory,
+        values, write_directory,
+    };
+}
+
+/// Sets of states and of choices, symbolic and explicit, from [`meliora_engine`].
+pub mod engine {
+    #[doc(inline)]
+    pub use meliora_engine::{
+        Algebra, AnyEngine, Count, Dumpable, EdgeLabels, Engine, ExplicitEngine, NoProgress, Order,
+        ProgressSink, Region, Scope, Selection, Sets, Settings, Storage, SymbolicEngine, Usage, regions,
+    };
+}
+
+/// From an analysis to files, from [`meliora_export`].
+pub mod export {
+    #[doc(inline)]
+    pub use meliora_export::{Inputs, Selection, explicit, export, read_shield, values, write_shield};
+}
+
+/// Grid worlds, from [`meliora_generate`].
+pub mod generate {
+    #[doc(inline)]
+    pub use meliora_generate::{
+        Choices, Empty, Generated, LARGEST_BATTERY, MOST_ITEMS, MOST_ROBOTS, Parameters, from_map, gridworld,
+    };
+}
+
+/// The readers of models and preferences, from [`meliora_lang`].
+pub mod lang {
+    #[doc(inline)]
+    pub use meliora_lang::{
+        Checked, Document, Given, flat, load, load_given, load_preferences, load_with_progress, lower_target,
+        outline_preferences, parse_constants, parse_expression, parse_model, parse_preferences,
+        parse_property, parse_state,
+    };
+}
+
+/// Flat programs and preferences, from [`meliora_model`].
+pub mod model {
+    #[doc(inline)]
+    pub use meliora_model::{
+        Branch, Command, CommandId, ModelKind, Optimum, Program, State, Synchronisation, VarId, Variable,
+        diagram, exact, expr, fault, members, preference, property, real, step, temporal, valuation, value,
+    };
+}
+
+/// Results as text, JSON and pages, from [`meliora_report`].
+#[cfg(feature = "output")]
+pub mod output {
+    #[doc(inline)]
+    pub use meliora_report::{CheckReport, Failure, Header, Number, Report, Style, choose, page, reason};
+}
+
+/// The algorithms of the paper, from [`meliora_planning`].
+pub mod planning {
+    #[doc(inline)]
+    pub use meliora_planning::{
+        Analysis, AnalysisResult, Class, Classes, Event, Explanation, FiniteMemoryStrategy, Improvement,
+        InducedModel, Kind, Levels, Memory, Options, Phase, Rank, Requirements, Safety, Sample, Scheduler,
+        Setup, Shield, ShieldNode, ShieldVariable, Simulation, StrategyKind, classes, explain, finite_memory,
+        improvement, induced_model, levels, regions, requirements, result, shield, simulate, strategy, tally,
+        temporal, winning_regions,
+    };
+}
+
+/// Probabilities, costs and numbers of improvements, from [`meliora_quantities`].
+pub mod quantities {
+    #[doc(inline)]
+    pub use meliora_quantities::{
+        Aim, Bounds, ChoiceValues, Choose, Chooser, Cost, Earned, Interval, Node, Setup, Steps, Values,
+        all_states, answer, choose, confirmed, cost, outlook, reach, state_values, values,
+    };
+}
+
+/// Questions to a dump, from [`meliora_query`].
+pub mod query {
+    #[doc(inline)]
+    pub use meliora_query::{Archive, Member, Selected};
+}

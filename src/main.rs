@@ -1,5 +1,7 @@
-//! The `meliora` command: hands the arguments to the library, which returns the exit status.
+//! The `meliora` command.
+
+mod cli;
 
 fn main() -> std::process::ExitCode {
-    meliora::command(&std::env::args_os().collect::<Vec<_>>())
+    cli::command(&std::env::args_os().collect::<Vec<_>>())
 }

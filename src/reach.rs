@@ -2,23 +2,23 @@
 
 use std::sync::Arc;
 
-use crate::engine::Engine;
-use crate::engine::regions::{Regions, regions};
-use crate::error::{Result, SourceFile};
-use crate::lang::ltl::{Formula, Monitoring};
-use crate::lang::property::Question;
-use crate::lang::{lower_target, ltl, parse_expression, parse_property};
-use crate::model::Program;
-use crate::model::expr::ExprId;
-use crate::model::preference::Requirement;
-use crate::model::temporal::{Begin, Condition};
-use crate::planning::temporal;
+use meliora_engine::Engine;
+use meliora_engine::regions::{Regions, regions};
+use meliora_lang::ltl::{Formula, Monitoring};
+use meliora_lang::property::Question;
+use meliora_lang::{lower_target, ltl, parse_expression, parse_property};
+use meliora_model::Program;
+use meliora_model::error::{Result, SourceFile};
+use meliora_model::expr::ExprId;
+use meliora_model::preference::Requirement;
+use meliora_model::temporal::{Begin, Condition};
+use meliora_planning::temporal;
 
 /// The name of the monitors of requirements.
 const REQUIREMENT: &str = "require";
 
 /// The goal of the paths, and what every strategy must keep.
-pub(crate) struct Goal {
+pub struct Goal {
     /// The goal of the paths.
     pub target: Target,
     /// The requirements, as states of the model in which the question is answered.
@@ -28,7 +28,7 @@ pub(crate) struct Goal {
 }
 
 /// What paths are to do.
-pub(crate) enum Target {
+pub enum Target {
     /// To reach these states.
     States(ExprId),
     /// To satisfy a temporal formula.
@@ -36,7 +36,7 @@ pub(crate) enum Target {
 }
 
 /// A model with monitors.
-pub(crate) struct Watched {
+pub struct Watched {
     /// The model with its monitors.
     pub program: Arc<Program>,
     /// The states where the monitors are fresh.
@@ -44,11 +44,11 @@ pub(crate) struct Watched {
 }
 
 /// A safe formula that every strategy must keep, with its text.
-pub(crate) type Required = (Arc<SourceFile>, Formula);
+pub type Required = (Arc<SourceFile>, Formula);
 
 impl Goal {
     /// Returns the model in which the question is answered: `plain`, or that with monitors.
-    pub(crate) fn program<'a>(&'a self, plain: &'a Arc<Program>) -> &'a Arc<Program> {
+    pub fn program<'a>(&'a self, plain: &'a Arc<Program>) -> &'a Arc<Program> {
         self.watched.as_ref().map_or(plain, |watched| &watched.program)
     }
 
@@ -57,7 +57,7 @@ impl Goal {
     ///
     /// # Errors
     /// The formula is wrong or not supported, or a requirement is not a safe formula.
-    pub(crate) fn of(
+    pub fn of(
         program: &mut Program,
         source: &Arc<SourceFile>,
         formula: &Formula,
@@ -79,7 +79,7 @@ impl Goal {
     ///
     /// # Errors
     /// A requirement is wrong, or not a safe formula.
-    pub(crate) fn reach(program: &mut Program, target: ExprId, required: &[Required]) -> Result<Self> {
+    pub fn reach(program: &mut Program, target: ExprId, required: &[Required]) -> Result<Self> {
         if required.is_empty() {
             return Ok(Goal { target: Target::States(target), requirements: Vec::new(), watched: None });
         }
@@ -135,7 +135,7 @@ impl Goal {
     ///
     /// # Errors
     /// A limit is reached.
-    pub(crate) fn judged<E: Engine>(&self, engine: &E) -> Result<E::States> {
+    pub fn judged<E: Engine>(&self, engine: &E) -> Result<E::States> {
         match &self.watched {
             None => Ok(engine.all_states()),
             Some(watched) => engine.states_where(watched.fresh),
@@ -148,7 +148,7 @@ impl Goal {
     ///
     /// # Errors
     /// A limit is reached, or a state formula has no value in some state.
-    pub(crate) fn regions<E: Engine>(&self, engine: &E) -> Result<Regions<E::States>> {
+    pub fn regions<E: Engine>(&self, engine: &E) -> Result<Regions<E::States>> {
         match &self.target {
             Target::States(target) => regions(engine, &engine.states_where(*target)?),
             Target::Formula(condition) => temporal::regions(engine, condition),
@@ -159,7 +159,7 @@ impl Goal {
     ///
     /// # Errors
     /// A limit is reached.
-    pub(crate) fn restricted<E: Engine>(
+    pub fn restricted<E: Engine>(
         &self,
         engine: &E,
         regions: Regions<E::States>,

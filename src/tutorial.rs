@@ -7,9 +7,9 @@
 //!
 //! # 1. Reading
 //!
-//! A [`SourceFile`](crate::error::SourceFile) is a text with a name, so that errors can show their
-//! place. [`lang::load`](crate::lang::load) reads a model with its constants.
-//! [`lang::load_preferences`](crate::lang::load_preferences) adds the targets of the objectives to
+//! A [`SourceFile`](meliora_model::error::SourceFile) is a text with a name, so that errors can show their
+//! place. [`lang::load`](meliora_lang::load) reads a model with its constants.
+//! [`lang::load_preferences`](meliora_lang::load_preferences) adds the targets of the objectives to
 //! the expressions of the program.
 //!
 //! ```
@@ -65,9 +65,9 @@
 //!
 //! # 3. Engines and regions
 //!
-//! An [`Engine`](crate::engine::Engine) provides sets of states and sets of choices with their
-//! operations. The [symbolic](crate::engine::SymbolicEngine) engine stores them as decision diagrams,
-//! the [explicit](crate::engine::ExplicitEngine) engine as bit vectors over an enumeration. Code that is
+//! An [`Engine`](meliora_engine::Engine) provides sets of states and sets of choices with their
+//! operations. The [symbolic](meliora_engine::SymbolicEngine) engine stores them as decision diagrams,
+//! the [explicit](meliora_engine::ExplicitEngine) engine as bit vectors over an enumeration. Code that is
 //! generic over the trait runs on both.
 //!
 //! ```
@@ -103,7 +103,7 @@
 //!
 //! # 4. The complete analysis
 //!
-//! [`Analysis`](crate::planning::Analysis) computes winning regions, classes, the improvement MDP
+//! [`Analysis`](meliora_planning::Analysis) computes winning regions, classes, the improvement MDP
 //! and the levels. It reports results to a listener as events, and keeps them if a limit ends the
 //! work.
 //!
@@ -138,7 +138,7 @@
 //!
 //! # 5. Strategies and explanations
 //!
-//! A [`FiniteMemoryStrategy`](crate::planning::FiniteMemoryStrategy) combines the strategies of all
+//! A [`FiniteMemoryStrategy`](meliora_planning::FiniteMemoryStrategy) combines the strategies of all
 //! levels. It explains each action of a state: if it is permitted, its results, and the reason.
 //!
 //! ```
@@ -182,9 +182,9 @@
 //! # 6. Safety modes
 //!
 //! In [`GAMBLE`] bronze is certain, and can be staked for gold. Under
-//! [`Safety::Transition`](crate::planning::Safety::Transition), the paper's definition to the
+//! [`Safety::Transition`](meliora_planning::Safety::Transition), the paper's definition to the
 //! letter, the losing branch is dropped, and the gamble counts as sure. Under
-//! [`Safety::Action`](crate::planning::Safety::Action) the gamble is not kept, because the real
+//! [`Safety::Action`](meliora_planning::Safety::Action) the gamble is not kept, because the real
 //! system may lose it.
 //!
 //! ```
@@ -215,7 +215,7 @@
 //!
 //! # 7. Limits
 //!
-//! Every limit is an answer. The program often asks a [`ProgressSink`](crate::engine::ProgressSink)
+//! Every limit is an answer. The program often asks a [`ProgressSink`](meliora_engine::ProgressSink)
 //! if it may continue. Results from before a stop are kept.
 //!
 //! ```
@@ -261,8 +261,8 @@
 //!
 //! # 8. Dumps
 //!
-//! [`export`](crate::export) and [`dump`](crate::dump) write regions as decision diagrams that
-//! other programs can read. [`Archive`](crate::query::Archive) answers queries from such a dump
+//! [`export`](meliora_export) and [`dump`](meliora_dump) write regions as decision diagrams that
+//! other programs can read. [`Archive`](meliora_query::Archive) answers queries from such a dump
 //! without the model.
 //!
 //! ```

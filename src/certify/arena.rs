@@ -5,10 +5,10 @@ use super::error::{CheckError, CheckResult};
 use super::outcomes::Class;
 use super::safe::Avoided;
 use super::sets::Sets;
-use crate::engine::symbolic::{ChoiceSet, StateSet};
-use crate::engine::{Algebra, EdgeLabels, Engine};
-use crate::model::preference::Change;
-use crate::names;
+use meliora_engine::symbolic::{ChoiceSet, StateSet};
+use meliora_engine::{Algebra, EdgeLabels, Engine};
+use meliora_model::names;
+use meliora_model::preference::Change;
 
 /// The choices that the safety mode keeps, with the edges that improve.
 pub(super) struct Arena {

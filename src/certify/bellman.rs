@@ -19,12 +19,12 @@ use super::arena::Arena;
 use super::checker::Checker;
 use super::error::{CheckError, CheckResult};
 use super::values::{Entry, Table};
-use crate::dump::values::{Bounds, Number};
-use crate::engine::Engine;
-use crate::model::exact::Ratio;
-use crate::model::rewards::RewardStructure;
-use crate::model::step::Choice;
-use crate::model::{Program, fault};
+use meliora_dump::values::{Bounds, Number};
+use meliora_engine::Engine;
+use meliora_model::exact::Ratio;
+use meliora_model::rewards::RewardStructure;
+use meliora_model::step::Choice;
+use meliora_model::{Program, fault};
 
 /// What a step costs.
 pub(super) enum Costs<'p> {

@@ -5,14 +5,14 @@ use std::sync::Arc;
 use super::Checked;
 use super::error::{CheckError, CheckResult};
 use super::sets::Sets;
-use crate::dump::manifest::RootKind;
-use crate::dump::values::Row;
-use crate::dump::{Dump, Manifest};
-use crate::engine::symbolic::{ChoiceSet, Encoding, StateSet, SymbolicEngine};
-use crate::engine::{Algebra, Engine, Settings};
-use crate::model::Program;
-use crate::model::preference::Preferences;
-use crate::names;
+use meliora_dump::manifest::RootKind;
+use meliora_dump::values::Row;
+use meliora_dump::{Dump, Manifest};
+use meliora_engine::symbolic::{ChoiceSet, Encoding, StateSet, SymbolicEngine};
+use meliora_engine::{Algebra, Engine, Settings};
+use meliora_model::Program;
+use meliora_model::names;
+use meliora_model::preference::Preferences;
 
 /// The sets of a dump, over an engine that has built only the transition relations.
 pub(super) struct Checker<'a> {

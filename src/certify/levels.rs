@@ -4,9 +4,9 @@ use super::arena::{Arena, arenas};
 use super::checker::Checker;
 use super::error::{CheckError, CheckResult};
 use super::outcomes::Class;
-use crate::engine::symbolic::{ChoiceSet, StateSet};
-use crate::engine::{Algebra, Engine};
-use crate::names;
+use meliora_engine::symbolic::{ChoiceSet, StateSet};
+use meliora_engine::{Algebra, Engine};
+use meliora_model::names;
 
 /// Checks the levels of both kinds; returns the arenas.
 pub(super) fn check(checker: &mut Checker<'_>, classes: Vec<Class>) -> CheckResult<Vec<Arena>> {

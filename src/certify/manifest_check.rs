@@ -7,11 +7,11 @@ use serde_json::Value as Json;
 
 use super::Hashes;
 use super::error::{CheckError, CheckResult};
-use crate::dump::Manifest;
-use crate::dump::manifest::File;
-use crate::engine::symbolic::SymbolicEngine;
-use crate::model::preference::Preferences;
-use crate::query::describe::{self, Inputs, Subject};
+use meliora_dump::Manifest;
+use meliora_dump::manifest::File;
+use meliora_engine::symbolic::SymbolicEngine;
+use meliora_model::preference::Preferences;
+use meliora_query::describe::{self, Inputs, Subject};
 
 /// Compares the hashes of the texts with those of the dump.
 pub(super) fn inputs(manifest: &Manifest, hashes: Hashes<'_>) -> CheckResult {

@@ -3,10 +3,10 @@
 use super::checker::Checker;
 use super::error::CheckResult;
 use super::temporal;
-use crate::engine::symbolic::StateSet;
-use crate::engine::{Algebra, Engine};
-use crate::model::preference::{Goal, ObjectiveSet};
-use crate::names;
+use meliora_engine::symbolic::StateSet;
+use meliora_engine::{Algebra, Engine};
+use meliora_model::names;
+use meliora_model::preference::{Goal, ObjectiveSet};
 
 /// The states with the same most preferred objectives.
 pub(super) struct Class {

@@ -2,9 +2,9 @@
 
 use super::checker::Checker;
 use super::error::CheckResult;
-use crate::engine::symbolic::{ChoiceSet, StateSet};
-use crate::engine::{Algebra, Engine, Region};
-use crate::names;
+use meliora_engine::symbolic::{ChoiceSet, StateSet};
+use meliora_engine::{Algebra, Engine, Region};
+use meliora_model::names;
 
 /// Bad states, and the words for them and for the states from which they are avoided.
 pub(super) struct Avoided<'a> {

@@ -5,10 +5,10 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::error::{CheckError, CheckResult};
-use crate::dump::manifest::{File, Root, RootKind};
-use crate::dump::{Diagram, Edge};
-use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::engine::{Algebra, Count};
+use meliora_dump::manifest::{File, Root, RootKind};
+use meliora_dump::{Diagram, Edge};
+use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
+use meliora_engine::{Algebra, Count};
 
 /// The sets of a file by name.
 #[derive(Default)]

@@ -17,10 +17,10 @@
 
 use super::checker::Checker;
 use super::error::CheckResult;
-use crate::engine::symbolic::{ChoiceSet, StateSet};
-use crate::engine::{Algebra, Engine};
-use crate::model::temporal::{Condition, Disjunct};
-use crate::names;
+use meliora_engine::symbolic::{ChoiceSet, StateSet};
+use meliora_engine::{Algebra, Engine};
+use meliora_model::names;
+use meliora_model::temporal::{Condition, Disjunct};
 
 /// Checks the region of each disjunct of a condition; returns ⋃_d U_d.
 pub(super) fn secured(

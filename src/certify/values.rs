@@ -11,10 +11,10 @@ use super::arena::Arena;
 use super::bellman::{self, Costs};
 use super::checker::Checker;
 use super::error::{CheckError, CheckResult};
-use crate::dump::values::{Bounds, Number, Row};
-use crate::engine::symbolic::StateSet;
-use crate::engine::{Algebra, Engine};
-use crate::names;
+use meliora_dump::values::{Bounds, Number, Row};
+use meliora_engine::symbolic::StateSet;
+use meliora_engine::{Algebra, Engine};
+use meliora_model::names;
 
 /// The name of the cost that is 1 per step.
 const STEPS: &str = "steps";
@@ -123,7 +123,7 @@ impl<'a> Table<'a> {
                 rows += usize::from(engine.contains(&own, &entry.row.state)?);
             }
             let count = engine.count(&own)?;
-            if count != crate::engine::Count::from(rows) {
+            if count != meliora_engine::Count::from(rows) {
                 let condition = format!(
                     "each of the {count} states with P_1 > 0 has a row in `values.csv`: {rows} have one"
                 );

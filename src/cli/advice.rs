@@ -1,7 +1,7 @@
 //! Error messages with the option of the command line that helps.
 
-use meliora::error::{Error, Limit, Relief};
-use meliora::output::Failure;
+use meliora_model::error::{Error, Limit, Relief};
+use meliora_report::Failure;
 
 /// Returns the message of an error, with the option that helps.
 pub(super) fn message(error: &Error) -> String {

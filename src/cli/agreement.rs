@@ -4,12 +4,12 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use meliora::engine::{Engine, ProgressSink};
-use meliora::error::Error;
-use meliora::model::{Program, State};
-use meliora::planning::explain::{Action, Explanation};
-use meliora::planning::regions::regions;
-use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, StrategyKind};
+use meliora_engine::{Engine, ProgressSink};
+use meliora_model::error::Error;
+use meliora_model::{Program, State};
+use meliora_planning::explain::{Action, Explanation};
+use meliora_planning::regions::regions;
+use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, StrategyKind};
 
 use super::plan;
 use super::progress::TerminalSink;
@@ -236,11 +236,11 @@ fn state_by_state<E: Engine, F: Engine>(
 mod tests {
     use std::sync::Arc;
 
-    use meliora::engine::ExplicitEngine;
-    use meliora::engine::Settings;
-    use meliora::error::SourceFile;
-    use meliora::lang;
-    use meliora::planning::Options;
+    use meliora_engine::ExplicitEngine;
+    use meliora_engine::Settings;
+    use meliora_lang as lang;
+    use meliora_model::error::SourceFile;
+    use meliora_planning::Options;
 
     use super::super::options::{Color, ShownArgs};
     use super::*;

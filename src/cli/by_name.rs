@@ -21,7 +21,7 @@ where
 
 #[cfg(test)]
 mod tests {
-    use meliora::planning::Safety;
+    use meliora_planning::Safety;
 
     use super::*;
 

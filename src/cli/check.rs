@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use clap::Args;
-use meliora::engine::Engine;
-use meliora::error::Error;
-use meliora::output::CheckReport;
-use meliora::planning::{Analysis, Event, Phase};
+use meliora_engine::Engine;
+use meliora_model::error::Error;
+use meliora_planning::{Analysis, Event, Phase};
+use meliora_report::CheckReport;
 
 use super::exit::Status;
 use super::load::{self, Question};
@@ -173,7 +173,7 @@ impl<E: Engine, R: Checked> Run<'_, E, R> {
 
     fn warn_of_empty_targets(&self) {
         for found in &self.analysis.result().objectives {
-            if found.target == meliora::engine::Count::ZERO {
+            if found.target == meliora_engine::Count::ZERO {
                 let name = &found.name;
                 let what = match self.question.preferences.whole_plays() {
                     Some(_) => "no strategy can guarantee the objective",

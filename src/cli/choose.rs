@@ -4,14 +4,14 @@
 use std::sync::Arc;
 
 use clap::Args;
-use meliora::engine::Engine;
-use meliora::error::{Error, Result};
-use meliora::model::preference::Preferences;
-use meliora::model::{Program, State};
-use meliora::output::choose::Choosing;
-use meliora::planning::{Analysis, FiniteMemoryStrategy, Scheduler, StrategyKind};
-use meliora::quantities::cost::Costs;
-use meliora::quantities::{Choose, Chooser, Steps};
+use meliora_engine::Engine;
+use meliora_model::error::{Error, Result};
+use meliora_model::preference::Preferences;
+use meliora_model::{Program, State};
+use meliora_planning::{Analysis, FiniteMemoryStrategy, Scheduler, StrategyKind};
+use meliora_quantities::cost::Costs;
+use meliora_quantities::{Choose, Chooser, Steps};
+use meliora_report::choose::Choosing;
 
 use super::by_name::by_name;
 use super::plan;

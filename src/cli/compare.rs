@@ -3,13 +3,13 @@
 use std::time::Instant;
 
 use clap::Args;
-use meliora::engine::{AnyEngine, Engine, Storage};
-use meliora::error::Error;
-use meliora::output::CompareReport;
-use meliora::output::check::CheckFindings;
-use meliora::output::compare::{EngineReport, Preference};
-use meliora::output::envelope::Times;
-use meliora::planning::{Analysis, Phase};
+use meliora_engine::{AnyEngine, Engine, Storage};
+use meliora_model::error::Error;
+use meliora_planning::{Analysis, Phase};
+use meliora_report::CompareReport;
+use meliora_report::check::CheckFindings;
+use meliora_report::compare::{EngineReport, Preference};
+use meliora_report::envelope::Times;
 
 use super::agreement::{self, Agreement};
 use super::exit::Status;

@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use globset::{Glob, GlobSet, GlobSetBuilder};
-use meliora::dump::directory::{check_directory, sha256, write_directory};
-use meliora::error::Error;
-use meliora::export::values::Wanted;
-use meliora::export::{Inputs, Selection, export};
-use meliora::output::{ExportReport, Header};
-use meliora::planning::{Analysis, Phase};
-use meliora::quantities::choose::LEVELS;
-use meliora::quantities::{Steps, Values};
+use meliora_dump::directory::{check_directory, sha256, write_directory};
+use meliora_export::values::Wanted;
+use meliora_export::{Inputs, Selection, export};
+use meliora_model::error::Error;
+use meliora_planning::{Analysis, Phase};
+use meliora_quantities::choose::LEVELS;
+use meliora_quantities::{Steps, Values};
+use meliora_report::{ExportReport, Header};
 
 use super::choose::costs;
 use super::exit::Status;
@@ -206,13 +206,13 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
         let levels = args.levels.map_or_else(|| Values::levels_found(&analysis, LEVELS), |k| k as usize);
         let (limit, precision) = (args.limit as usize, args.precision);
         let wanted = Wanted { levels, reward: args.reward(), costs: &*costs, limit, precision };
-        let add = || meliora::export::values::add(&mut dump, &analysis, &wanted);
+        let add = || meliora_export::values::add(&mut dump, &analysis, &wanted);
         width = Some(job.timed("values", add, |_, _| ())?);
     }
     let dot = args.format == Format::Dot;
     let write = || write_directory(dump, &args.out, dot, job.sink.as_ref());
     let manifest = job.timed("write", write, |_, _| ())?;
-    let peak = meliora::engine::Engine::usage(&*engine).peak_nodes;
+    let peak = meliora_engine::Engine::usage(&*engine).peak_nodes;
     job.update(|r| {
         r.set(&manifest);
         r.set_values(&manifest, width, args.precision);

@@ -4,17 +4,17 @@ use std::sync::Arc;
 
 use std::path::Path;
 
-use meliora::engine::Engine;
-use meliora::error::Error;
-use meliora::export::explicit::{Graph, Quantities, action_table, drn, explored, induced, prism, umb};
-use meliora::export::values;
-use meliora::model::Program;
-use meliora::output::{ExplicitReport, Header};
-use meliora::planning::induced_model::Scheduler;
-use meliora::planning::{Analysis, Phase, StrategyKind};
-use meliora::quantities::Values;
-use meliora::quantities::choose::LEVELS;
-use meliora::quantities::cost::Costs;
+use meliora_engine::Engine;
+use meliora_export::explicit::{Graph, Quantities, action_table, drn, explored, induced, prism, umb};
+use meliora_export::values;
+use meliora_model::Program;
+use meliora_model::error::Error;
+use meliora_planning::induced_model::Scheduler;
+use meliora_planning::{Analysis, Phase, StrategyKind};
+use meliora_quantities::Values;
+use meliora_quantities::choose::LEVELS;
+use meliora_quantities::cost::Costs;
+use meliora_report::{ExplicitReport, Header};
 
 use super::choose::costs;
 use super::exit::Status;

@@ -5,8 +5,8 @@ use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use meliora::advanced::files::{Installed, Replacement, folder};
-use meliora::error::Error;
+use meliora_model::error::Error;
+use meliora_model::files::{Installed, Replacement, folder};
 
 use super::terminal;
 

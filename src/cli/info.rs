@@ -3,15 +3,15 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use meliora::advanced::lang::Flat;
-use meliora::advanced::symbolic::order;
-use meliora::engine::{Engine, Storage};
-use meliora::error::Error;
-use meliora::model::Program;
-use meliora::model::expr::ExprId;
-use meliora::output::InfoReport;
-use meliora::output::info::{FlatReport, Nodes, RewardSummary};
-use meliora::planning::result::ModelCounts;
+use meliora_engine::symbolic::order;
+use meliora_engine::{Engine, Storage};
+use meliora_lang::flat::Flat;
+use meliora_model::Program;
+use meliora_model::error::Error;
+use meliora_model::expr::ExprId;
+use meliora_planning::result::ModelCounts;
+use meliora_report::InfoReport;
+use meliora_report::info::{FlatReport, Nodes, RewardSummary};
 
 use super::exit::Status;
 use super::load;

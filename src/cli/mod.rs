@@ -45,7 +45,7 @@ use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use meliora::error::Error;
+use meliora_model::error::Error;
 
 use exit::Status;
 
@@ -97,7 +97,7 @@ fn parser() -> clap::Command {
 /// Runs the command `meliora` with these arguments (the first one is the name of the program), and
 /// returns its exit status. This function reads the clock, the environment and files, prints, and
 /// handles signals. The process is expected to end after it: a thread may be left behind.
-pub fn command(args: &[OsString]) -> ExitCode {
+pub(crate) fn command(args: &[OsString]) -> ExitCode {
     let (args, json) = (args.to_vec(), asks_for_json(args));
     watch::run(move || run(&args, json), |error| fail(error, json)).into()
 }

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use meliora::engine::{Scope, Selection, Storage};
-use meliora::error::Error;
-use meliora::model::Program;
-use meliora::output::Header;
-use meliora::planning::{Options, Safety};
 use meliora::supervise::{memory, parse_duration};
+use meliora_engine::{Scope, Selection, Storage};
+use meliora_model::Program;
+use meliora_model::error::Error;
+use meliora_planning::{Options, Safety};
+use meliora_report::Header;
 
 use super::by_name::by_name;
 use super::supervise::Limits;

@@ -1,10 +1,10 @@
 //! Runs the phases of an analysis and shows their progress.
 
-use meliora::engine::Engine;
-use meliora::error::Error;
-use meliora::output::envelope::Times;
-use meliora::planning::{Analysis, Event, Phase};
 use meliora::supervise::run_phases;
+use meliora_engine::Engine;
+use meliora_model::error::Error;
+use meliora_planning::{Analysis, Event, Phase};
+use meliora_report::envelope::Times;
 
 use super::progress::TerminalSink;
 

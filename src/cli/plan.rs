@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use meliora::engine::{AnyEngine, Engine, Scope};
-use meliora::error::{Diagnostic, Error, SourceFile};
-use meliora::lang;
-use meliora::model::{Program, State, VarId};
-use meliora::output::envelope::{Envelope, Findings};
-use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Phase, StrategyKind};
+use meliora_engine::{AnyEngine, Engine, Scope};
+use meliora_lang as lang;
+use meliora_model::error::{Diagnostic, Error, SourceFile};
+use meliora_model::{Program, State, VarId};
+use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, Phase, StrategyKind};
+use meliora_report::envelope::{Envelope, Findings};
 
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs};

@@ -4,10 +4,10 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use meliora::advanced::escape;
-use meliora::engine::ProgressSink;
-use meliora::error::{Diagnostic, Limit, render};
 use meliora::supervise::{Supervisor, lock};
+use meliora_engine::ProgressSink;
+use meliora_model::error::{Diagnostic, Limit, render};
+use meliora_model::escape;
 
 use super::options::ShownArgs;
 use super::terminal;

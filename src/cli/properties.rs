@@ -5,14 +5,14 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use meliora::engine::{Engine, Selection};
-use meliora::error::{Error, SourceFile};
-use meliora::lang::{open_constants, parse_properties, split_constants};
-use meliora::model::Program;
-use meliora::output::PropertiesReport;
-use meliora::output::properties::{PropertyAnswer, Sizes};
-use meliora::planning::result::ModelCounts;
 use meliora::reach::Goal;
+use meliora_engine::{Engine, Selection};
+use meliora_lang::{open_constants, parse_properties, split_constants};
+use meliora_model::Program;
+use meliora_model::error::{Error, SourceFile};
+use meliora_planning::result::ModelCounts;
+use meliora_report::PropertiesReport;
+use meliora_report::properties::{PropertyAnswer, Sizes};
 
 use super::exit::Status;
 use super::load::{self, Asked, Asking};

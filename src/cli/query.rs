@@ -5,13 +5,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use clap::Args;
-use meliora::engine::{Scope, Settings};
-use meliora::error::Error;
-use meliora::model::valuation::Valuation;
-use meliora::output::QueryReport;
-use meliora::output::query::{Contained, Rows};
-use meliora::query::{Archive, Selected};
 use meliora::supervise::{memory, parse_duration};
+use meliora_engine::{Scope, Settings};
+use meliora_model::error::Error;
+use meliora_model::valuation::Valuation;
+use meliora_query::{Archive, Selected};
+use meliora_report::QueryReport;
+use meliora_report::query::{Contained, Rows};
 
 use super::exit::Status;
 use super::load;

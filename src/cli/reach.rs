@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use meliora::engine::regions::{self, Which};
-use meliora::engine::{Count, Engine};
-use meliora::error::Error;
-use meliora::model::expr::ExprId;
-use meliora::output::ReachReport;
-use meliora::output::reach::Share;
-use meliora::planning::temporal;
 use meliora::reach::Target;
+use meliora_engine::regions::{self, Which};
+use meliora_engine::{Count, Engine};
+use meliora_model::error::Error;
+use meliora_model::expr::ExprId;
+use meliora_planning::temporal;
+use meliora_report::ReachReport;
+use meliora_report::reach::Share;
 
 use super::exit::Status;
 use super::load::{self, Asked, Asking};

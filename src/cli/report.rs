@@ -3,19 +3,19 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use meliora::engine::{Engine, SymbolicEngine};
-use meliora::error::Error;
-use meliora::model::State;
-use meliora::output::page::{Content, Picture, Play, Written};
-use meliora::output::report::Report;
-use meliora::output::simulate::TraceReport;
-use meliora::output::{CheckReport, PageReport};
-use meliora::planning::{Analysis, Kind, Rank, Scheduler, Setup, Simulation, StrategyKind};
-use meliora::projections::{self, Plane, Projections};
-use meliora::quantities::Choose;
-use meliora::quantities::all_states::MOST_STATES;
-use meliora::quantities::outlook::Outlook;
 use meliora::supervise::memory;
+use meliora_engine::{Engine, SymbolicEngine};
+use meliora_export::projections::{self, Plane, Projections};
+use meliora_model::State;
+use meliora_model::error::Error;
+use meliora_planning::{Analysis, Kind, Rank, Scheduler, Setup, Simulation, StrategyKind};
+use meliora_quantities::Choose;
+use meliora_quantities::all_states::MOST_STATES;
+use meliora_quantities::outlook::Outlook;
+use meliora_report::page::{Content, Picture, Play, Written};
+use meliora_report::report::Report;
+use meliora_report::simulate::TraceReport;
+use meliora_report::{CheckReport, PageReport};
 use strum::{Display, IntoStaticStr};
 
 use super::by_name::by_name;

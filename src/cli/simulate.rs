@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use clap::Args;
-use meliora::engine::Engine;
-use meliora::error::Error;
-use meliora::model::State;
-use meliora::output::SimulateReport;
-use meliora::output::simulate::RunsReport;
-use meliora::planning::{Phase, Scheduler, Setup, Simulation, StrategyKind};
-use meliora::quantities::Choose;
-use meliora::quantities::cost::Costs;
+use meliora_engine::Engine;
+use meliora_model::State;
+use meliora_model::error::Error;
+use meliora_planning::{Phase, Scheduler, Setup, Simulation, StrategyKind};
+use meliora_quantities::Choose;
+use meliora_quantities::cost::Costs;
+use meliora_report::SimulateReport;
+use meliora_report::simulate::RunsReport;
 
 use super::by_name::by_name;
 use super::choose::{ChooseArgs, validate_scheduler};

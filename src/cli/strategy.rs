@@ -3,18 +3,18 @@
 use std::sync::Arc;
 
 use clap::Args;
-use meliora::engine::Engine;
-use meliora::error::Error;
-use meliora::model::State;
-use meliora::output::choose::Attains;
-use meliora::output::reason::Words;
-use meliora::output::state::StateReport;
-use meliora::output::{Number, StrategyReport, strategy_table};
-use meliora::planning::{
+use meliora_engine::Engine;
+use meliora_model::State;
+use meliora_model::error::Error;
+use meliora_planning::{
     Analysis, FiniteMemoryStrategy, InducedModel, Kind, Phase, Rank, Scheduler, StrategyKind,
 };
-use meliora::quantities::Chooser;
-use meliora::quantities::cost::Costs;
+use meliora_quantities::Chooser;
+use meliora_quantities::cost::Costs;
+use meliora_report::choose::Attains;
+use meliora_report::reason::Words;
+use meliora_report::state::StateReport;
+use meliora_report::{Number, StrategyReport, strategy_table};
 
 use super::choose::ChooseArgs;
 use super::exit::Status;
@@ -174,7 +174,7 @@ impl<'a, E: Engine> Run<'a, E> {
         };
         let count = engine.count(&set)?;
         let states = engine.list_states(&set, self.args.limit as usize)?;
-        if count > meliora::engine::Count::from(states.len()) {
+        if count > meliora_engine::Count::from(states.len()) {
             let (listed, all) = (states.len(), Number(count.clone()).grouped());
             self.job.sink.note(&format!("{listed} of {all} states; a larger `--limit` lists more"));
         }

@@ -8,9 +8,9 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::time::{Duration, Instant};
 
-use meliora::error::Error;
-use meliora::output::{Failure as Failed, FailureKind, Report};
 use meliora::supervise::{Failure, Supervisor, TimeLimit, lock, memory, spawn};
+use meliora_model::error::Error;
+use meliora_report::{Failure as Failed, FailureKind, Report};
 
 use super::exit::Status;
 use super::options::ShownArgs;

@@ -3,9 +3,9 @@
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
-use meliora::advanced::escape;
-use meliora::error::{Error, Limit, render};
-use meliora::output::{Failure, FailureKind, Report, Style};
+use meliora_model::error::{Error, Limit, render};
+use meliora_model::escape;
+use meliora_report::{Failure, FailureKind, Report, Style};
 use serde::Serialize;
 
 use super::advice;

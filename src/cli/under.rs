@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use meliora::advanced::lang::property::Question;
-use meliora::engine::Engine;
-use meliora::engine::regions::Regions;
-use meliora::error::Error;
-use meliora::model::Program;
-use meliora::planning::Requirements;
-use meliora::planning::result::{Escape, ModelCounts};
-use meliora::quantities::answer::{self, Answer};
 use meliora::reach::{Goal, Target};
+use meliora_engine::Engine;
+use meliora_engine::regions::Regions;
+use meliora_lang::property::Question;
+use meliora_model::Program;
+use meliora_model::error::Error;
+use meliora_planning::Requirements;
+use meliora_planning::result::{Escape, ModelCounts};
+use meliora_quantities::answer::{self, Answer};
 
 use super::load::{Asked, Asking};
 

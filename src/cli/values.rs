@@ -4,17 +4,17 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use meliora::advanced::csv::Lines;
-use meliora::engine::{Algebra, AnyEngine, Count, Engine};
-use meliora::error::{Limit, Result};
-use meliora::model::{Program, State};
-use meliora::output::values::{heading, rows};
-use meliora::output::{Number, ValuesReport};
-use meliora::planning::{Analysis, Phase};
-use meliora::quantities::choose::LEVELS;
-use meliora::quantities::cost::Costs;
-use meliora::quantities::state_values::{StateValues, Width};
-use meliora::quantities::{Setup, Steps, Values};
+use meliora_engine::{Algebra, AnyEngine, Count, Engine};
+use meliora_model::csv::Lines;
+use meliora_model::error::{Limit, Result};
+use meliora_model::{Program, State};
+use meliora_planning::{Analysis, Phase};
+use meliora_quantities::choose::LEVELS;
+use meliora_quantities::cost::Costs;
+use meliora_quantities::state_values::{StateValues, Width};
+use meliora_quantities::{Setup, Steps, Values};
+use meliora_report::values::{heading, rows};
+use meliora_report::{Number, ValuesReport};
 
 use super::choose::costs;
 use super::exit::Status;

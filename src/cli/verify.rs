@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use meliora::certify::{self, Violation};
-use meliora::dump::directory::{read_directory, sha256};
-use meliora::dump::manifest::FILE;
-use meliora::dump::{Dump, Manifest};
-use meliora::engine::Scope;
-use meliora::error::{Error, SourceFile};
-use meliora::lang::Given;
-use meliora::output::VerifyReport;
+use meliora_certify::{self as certify, Violation};
+use meliora_dump::directory::{read_directory, sha256};
+use meliora_dump::manifest::FILE;
+use meliora_dump::{Dump, Manifest};
+use meliora_engine::Scope;
+use meliora_lang::Given;
+use meliora_model::error::{Error, SourceFile};
+use meliora_report::VerifyReport;
 
 use super::exit::Status;
 use super::load;

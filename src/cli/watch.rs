@@ -9,8 +9,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::thread::Builder;
 use std::time::Duration;
 
-use meliora::error::{Error, Limit};
 use meliora::supervise::memory;
+use meliora_model::error::{Error, Limit};
 
 use super::exit::Status;
 

@@ -11,11 +11,11 @@ use super::place::{Place, Sort};
 use super::streams::{Hashing, Watched};
 use super::values::{self, Row};
 use super::{Diagram, dddmp, dot};
-use crate::error::{Error, Result, ensure};
-use crate::files::NewDirectory;
-use crate::progress::ProgressSink;
-use crate::reading::hex;
-pub use crate::reading::sha256;
+use meliora_model::error::{Error, Result, ensure};
+use meliora_model::files::NewDirectory;
+use meliora_model::progress::ProgressSink;
+use meliora_model::reading::hex;
+pub use meliora_model::reading::sha256;
 
 /// A dump in memory.
 #[derive(Debug, Clone)]
@@ -87,7 +87,7 @@ pub fn write_directory(
 ///
 /// # Errors
 /// The directory contains something else than a dump, or has no parent.
-pub(crate) fn check_directory(directory: &Path) -> Result<()> {
+pub fn check_directory(directory: &Path) -> Result<()> {
     Place::find(directory, DUMP).map(drop)
 }
 

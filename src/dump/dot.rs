@@ -7,8 +7,8 @@ use std::path::Path;
 
 use super::streams::Watched;
 use super::{Diagram, Edge, manifest};
-use crate::files::NewDirectory;
-use crate::progress::ProgressSink;
+use meliora_model::files::NewDirectory;
+use meliora_model::progress::ProgressSink;
 
 /// Writes one file per root into the directory, and records the names.
 ///
@@ -37,7 +37,7 @@ pub(super) fn write_all(
 ///
 /// # Errors
 /// The work is cancelled.
-pub(crate) fn false_picture<'f>(
+pub fn false_picture<'f>(
     file: &'f manifest::File,
     diagram: &Diagram,
     directory: &Path,

@@ -10,9 +10,9 @@ use serde_json::Value as Json;
 
 use super::values::Layout;
 use super::{Diagram, Edge};
-use crate::error::{Error, Result, ensure};
-use crate::escape::is_shown;
-use crate::reading::each_once;
+use meliora_model::error::{Error, Result, ensure};
+use meliora_model::escape::is_shown;
+use meliora_model::reading::each_once;
 
 /// The schema that this version writes and reads.
 pub const SCHEMA: &str = "meliora.dump/1";
@@ -245,7 +245,7 @@ fn plain(what: &str, name: &str) -> Result<(), String> {
 
 impl Variable {
     /// Returns true if the variable is a Boolean.
-    pub(crate) fn is_bool(&self) -> bool {
+    pub fn is_bool(&self) -> bool {
         self.ty == "bool"
     }
 
@@ -356,7 +356,7 @@ impl Manifest {
     ///
     /// # Errors
     /// [`Error::Dump`] with the difference.
-    pub(crate) fn check_file(&self, manifest: &str, file: &File, diagram: &Diagram) -> Result<()> {
+    pub fn check_file(&self, manifest: &str, file: &File, diagram: &Diagram) -> Result<()> {
         let wrong = |message: String| Error::Dump { file: manifest.to_owned(), line: 0, message };
         ensure(self.variables().eq(diagram.variables.iter()), || {
             wrong(format!("the variables of `{}` are not those of the manifest", file.path))

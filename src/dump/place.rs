@@ -6,20 +6,20 @@ use std::fs::{self, Metadata};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Result};
-use crate::files::{NewDirectory, folder};
+use meliora_model::error::{Error, Result};
+use meliora_model::files::{NewDirectory, folder};
 
 /// A kind of directory that this program writes.
 #[derive(Clone, Copy)]
-pub(crate) struct Sort {
+pub struct Sort {
     /// Its name in messages.
-    pub(crate) name: &'static str,
+    pub name: &'static str,
     /// Returns the files that belong to the directory at a path; `None` if it is of another kind.
-    pub(crate) files: fn(&Path) -> Option<BTreeSet<String>>,
+    pub files: fn(&Path) -> Option<BTreeSet<String>>,
 }
 
 /// A directory that may be written.
-pub(crate) struct Place {
+pub struct Place {
     sort: Sort,
     given: PathBuf,
     /// The path with all links resolved, absolute; it stays valid when directories move.
@@ -35,7 +35,7 @@ impl Place {
     ///
     /// # Errors
     /// The directory contains something else; its parent does not exist.
-    pub(crate) fn find(given: &Path, sort: Sort) -> Result<Self> {
+    pub fn find(given: &Path, sort: Sort) -> Result<Self> {
         let failed = |e: io::Error| Error::writing(given, &e);
         let (path, old) = match fs::metadata(given) {
             Ok(old) => (fs::canonicalize(given).map_err(failed)?, Some(old)),
@@ -77,12 +77,12 @@ impl Place {
     }
 
     /// Creates a new directory next to the place.
-    pub(crate) fn temporary(&self) -> io::Result<NewDirectory> {
+    pub fn temporary(&self) -> io::Result<NewDirectory> {
         NewDirectory::new(&self.path)
     }
 
     /// Moves the new directory into place. An old one is exchanged for it, and then removed.
-    pub(crate) fn install(mut self, new: NewDirectory) -> Result<()> {
+    pub fn install(mut self, new: NewDirectory) -> Result<()> {
         let given = self.given.clone();
         let failed = |e: io::Error| Error::writing(&given, &e);
         if let Some(old) = &self.old {

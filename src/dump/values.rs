@@ -12,14 +12,14 @@ use std::io::{self, BufRead, Write};
 
 use num_traits::{FromPrimitive, Signed, Zero};
 
-use crate::error::{Error, Result};
-use crate::model::State;
-use crate::model::exact::Ratio;
+use meliora_model::State;
+use meliora_model::error::{Error, Result};
+use meliora_model::exact::Ratio;
 
 /// The largest number of bytes of a row.
 const LONGEST: u64 = 64 << 20;
 /// The largest number of bits of the numerator or denominator of a fraction.
-pub(crate) const MOST_BITS: u64 = 1 << 18;
+pub const MOST_BITS: u64 = 1 << 18;
 /// The largest number of digits of such a number.
 const MOST_DIGITS: usize = 80_000;
 

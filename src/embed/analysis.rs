@@ -2,7 +2,7 @@
 
 use std::ops::{Deref, DerefMut};
 
-use crate::planning;
+use meliora_planning as planning;
 
 /// An analysis under preferences, with an engine that is selected at run time. It has all methods
 /// of [`planning::Analysis`], and methods for owned sets, strategies and reports.

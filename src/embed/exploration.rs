@@ -3,17 +3,17 @@
 use std::sync::Arc;
 
 use super::{Analysis, States};
-use crate::engine::regions::{Regions, holds, regions};
-use crate::engine::{AnyEngine, Engine, Usage};
-use crate::error::{Diagnostic, Error, Result, SourceFile};
-use crate::lang;
-use crate::lang::property::Question;
-use crate::model::Program;
-use crate::model::preference::History;
-use crate::planning::result::ModelCounts;
-use crate::planning::temporal::{accepting_regions, secured};
-use crate::planning::{self, Options};
 use crate::reach::{Goal, Target};
+use meliora_engine::regions::{Regions, holds, regions};
+use meliora_engine::{AnyEngine, Engine, Usage};
+use meliora_lang as lang;
+use meliora_lang::property::Question;
+use meliora_model::Program;
+use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_model::preference::History;
+use meliora_planning::result::ModelCounts;
+use meliora_planning::temporal::{accepting_regions, secured};
+use meliora_planning::{self as planning, Options};
 
 /// The states and choices of a model's scope, in either engine.
 #[derive(Clone)]
@@ -106,7 +106,7 @@ impl Exploration {
 
     /// Computes the states from which some strategy, and from which every strategy, reaches a
     /// target with probability 1, and with positive probability. Cost: that of the four
-    /// [`crate::engine::regions`].
+    /// [`meliora_engine::regions`].
     ///
     /// # Errors
     /// The target belongs to another exploration; a limit is reached.

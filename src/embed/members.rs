@@ -3,13 +3,13 @@
 use ahash::AHashSet;
 
 use super::States;
-use crate::dump::Members;
-use crate::engine::any::AnyStates;
-use crate::engine::symbolic::Set;
-use crate::engine::{AnyEngine, Count, explicit, symbolic};
-use crate::error::{Error, Result};
-use crate::model::State;
-use crate::random::Draw;
+use meliora_dump::Members;
+use meliora_engine::any::AnyStates;
+use meliora_engine::symbolic::Set;
+use meliora_engine::{AnyEngine, Count, explicit, symbolic};
+use meliora_model::State;
+use meliora_model::error::{Error, Result};
+use meliora_model::random::Draw;
 
 /// An iterator over the states of a set, in the order of their values, first variable first. States
 /// are found on demand.

@@ -4,12 +4,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::Exploration;
-use crate::engine::{AnyEngine, Settings};
-use crate::error::{Diagnostic, Result, SourceFile};
-use crate::lang::{self, Document, Given};
-use crate::model::value::{Type, Value};
-use crate::model::{ModelKind, Program, State};
-use crate::progress::{NoProgress, ProgressSink};
+use meliora_engine::{AnyEngine, Settings};
+use meliora_lang::{self as lang, Document, Given};
+use meliora_model::error::{Diagnostic, Result, SourceFile};
+use meliora_model::progress::{NoProgress, ProgressSink};
+use meliora_model::value::{Type, Value};
+use meliora_model::{ModelKind, Program, State};
 
 /// A model, checked and flat, but not explored. It is read from a text in PRISM's language or in
 /// JANI, or from a list of its states: UMB, DRN, or PRISM's explicit files.

@@ -1,12 +1,12 @@
 //! Projections of a set of states onto one or two variables.
 
 use super::{Exploration, States};
-use crate::engine::Algebra;
-use crate::engine::any::AnyStates;
-use crate::engine::symbolic::{Set, StateSet, SymbolicEngine};
-use crate::error::{Error, Limit, Result};
-use crate::model::{Program, VarId};
-use crate::projections::Plane;
+use meliora_engine::Algebra;
+use meliora_engine::any::AnyStates;
+use meliora_engine::symbolic::{Set, StateSet, SymbolicEngine};
+use meliora_export::projections::Plane;
+use meliora_model::error::{Error, Limit, Result};
+use meliora_model::{Program, VarId};
 
 /// The maximum number of cells of a projection.
 const MOST_CELLS: u64 = 1 << 28;

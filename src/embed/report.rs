@@ -1,14 +1,14 @@
 //! Reports, pages and pictures of an analysis.
 
 use super::Analysis;
-use crate::engine::Engine;
-use crate::error::{Error, Result};
-use crate::model::State;
-use crate::output::page::{Content, Picture};
-use crate::output::{CheckReport, Header};
-use crate::planning::Phase;
-use crate::projections::{self, Plane};
-use crate::quantities::outlook::Outlook;
+use meliora_engine::Engine;
+use meliora_export::projections::{self, Plane};
+use meliora_model::State;
+use meliora_model::error::{Error, Result};
+use meliora_planning::Phase;
+use meliora_quantities::outlook::Outlook;
+use meliora_report::page::{Content, Picture};
+use meliora_report::{CheckReport, Header};
 
 /// The maximum number of listed initial states.
 const LISTED: usize = 16;
@@ -31,8 +31,8 @@ pub enum Drawing {
 impl Analysis {
     /// Builds the report of `meliora check` from the results so far. `source` is the name of the
     /// preference file.
-    /// [`crate::output::Report::text`] formats it as text; it can also be written as JSON. Cost:
-    /// see [`crate::planning::Analysis::prospects`].
+    /// [`meliora_report::Report::text`] formats it as text; it can also be written as JSON. Cost:
+    /// see [`meliora_planning::Analysis::prospects`].
     ///
     /// # Errors
     /// A limit is reached.

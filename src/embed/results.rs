@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use super::{Analysis, Exploration, States};
-use crate::engine::{AnyEngine, Engine};
-use crate::error::{Error, Result};
-use crate::model::Program;
-use crate::model::preference::ObjectiveSet;
-use crate::planning::joint::{Joint, MOST, is_too_large};
-use crate::planning::regions::regions;
-use crate::planning::{Class, FiniteMemoryStrategy, Kind, StrategyKind};
-use crate::quantities::Choose;
+use meliora_engine::{AnyEngine, Engine};
+use meliora_model::Program;
+use meliora_model::error::{Error, Result};
+use meliora_model::preference::ObjectiveSet;
+use meliora_planning::joint::{Joint, MOST, is_too_large};
+use meliora_planning::regions::regions;
+use meliora_planning::{Class, FiniteMemoryStrategy, Kind, StrategyKind};
+use meliora_quantities::Choose;
 
 /// The most preferred objectives of a class, and the sets of them that are achieved together.
 type JointlyAchieved = (Vec<String>, Vec<(Vec<String>, States)>);

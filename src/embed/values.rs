@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use super::Analysis;
-use crate::error::{Error, Result};
-use crate::model::{Program, State};
-use crate::planning::FiniteMemoryStrategy;
-use crate::quantities::choose::LEVELS;
-use crate::quantities::cost::Costs;
-use crate::quantities::state_values::StateValues;
-use crate::quantities::{Choose, Chooser, Cost, Setup, Steps, Values};
+use meliora_model::error::{Error, Result};
+use meliora_model::{Program, State};
+use meliora_planning::FiniteMemoryStrategy;
+use meliora_quantities::choose::LEVELS;
+use meliora_quantities::cost::Costs;
+use meliora_quantities::state_values::StateValues;
+use meliora_quantities::{Choose, Chooser, Cost, Setup, Steps, Values};
 
 /// The quantities that are wanted.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use super::explicit::{self, ExplicitEngine};
 use super::symbolic::{self, SymbolicEngine};
 use super::{Algebra, Count, EdgeLabels, Engine, Region, Sets, Settings, Storage, Usage};
-use crate::error::{Error, Result};
-use crate::model::expr::ExprId;
-use crate::model::step::Choice;
-use crate::model::{Program, State};
+use meliora_model::error::{Error, Result};
+use meliora_model::expr::ExprId;
+use meliora_model::step::Choice;
+use meliora_model::{Program, State};
 
 /// The symbolic or the explicit engine, together with the program whose expressions it evaluates.
 /// Clones share the explored states and the sets.
@@ -120,7 +120,7 @@ impl AnyEngine {
     }
 
     /// Returns the explicit engine, or `None` if the engine is symbolic.
-    pub(crate) fn explicit(&self) -> Option<&Arc<ExplicitEngine>> {
+    pub fn explicit(&self) -> Option<&Arc<ExplicitEngine>> {
         match &self.inner {
             Inner::Symbolic(_) => None,
             Inner::Explicit(engine) => Some(engine),

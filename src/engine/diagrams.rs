@@ -3,7 +3,7 @@
 use super::any::{AnyChoices, AnyEngine, AnyStates};
 use super::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use super::{Engine, Storage};
-use crate::error::{Error, Result};
+use meliora_model::error::{Error, Result};
 
 /// An engine whose sets may be decision diagrams. Code that draws or writes diagrams accepts any
 /// such engine.

@@ -1,7 +1,7 @@
 //! Games on edges: goal edges win, dropped edges are not part of the game, all others are plain.
 
 use super::{Engine, Region, position};
-use crate::error::Result;
+use meliora_model::error::Result;
 
 /// The labels of the edges from a set of states: goal, dropped or plain. A game has one such *part*
 /// per group of states.
@@ -23,7 +23,7 @@ type Edges<S> = Vec<(S, S)>;
 ///
 /// # Errors
 /// A limit of the engine is reached.
-pub(crate) fn winning<E: Engine>(
+pub fn winning<E: Engine>(
     engine: &E,
     choices: &E::Choices,
     edge_labels: &[EdgeLabels<E::States>],
@@ -36,7 +36,7 @@ pub(crate) fn winning<E: Engine>(
 ///
 /// # Errors
 /// A limit of the engine is reached.
-pub(crate) fn keeping<E: Engine>(
+pub fn keeping<E: Engine>(
     engine: &E,
     choices: &E::Choices,
     edge_labels: &[EdgeLabels<E::States>],
@@ -50,7 +50,7 @@ pub(crate) fn keeping<E: Engine>(
 ///
 /// # Errors
 /// A limit of the engine is reached.
-pub(crate) fn plain_edges_into<E: Engine>(
+pub fn plain_edges_into<E: Engine>(
     engine: &E,
     choices: &E::Choices,
     edge_labels: &[EdgeLabels<E::States>],
@@ -76,10 +76,7 @@ fn edges_into<E: Engine>(
 ///
 /// # Errors
 /// A limit of the engine is reached.
-pub(crate) fn dropped<E: Engine>(
-    engine: &E,
-    edge_labels: &[EdgeLabels<E::States>],
-) -> Result<Edges<E::States>> {
+pub fn dropped<E: Engine>(engine: &E, edge_labels: &[EdgeLabels<E::States>]) -> Result<Edges<E::States>> {
     grouped(engine, edge_labels.iter().map(|m| (m.from.clone(), m.dropped.clone())).collect())
 }
 
@@ -88,7 +85,7 @@ pub(crate) fn dropped<E: Engine>(
 ///
 /// # Errors
 /// A limit of the engine is reached.
-pub(crate) fn pairs_into<E: Engine>(
+pub fn pairs_into<E: Engine>(
     engine: &E,
     choices: &E::Choices,
     pairs: Edges<E::States>,
@@ -106,7 +103,7 @@ pub(crate) fn pairs_into<E: Engine>(
 ///
 /// # Errors
 /// A limit of the engine is reached.
-pub(crate) fn grouped<E: Engine>(engine: &E, pairs: Edges<E::States>) -> Result<Edges<E::States>> {
+pub fn grouped<E: Engine>(engine: &E, pairs: Edges<E::States>) -> Result<Edges<E::States>> {
     let mut groups: Edges<E::States> = Vec::new();
     for (from, into) in pairs {
         if engine.is_empty(&from)? || engine.is_empty(&into)? {
@@ -217,16 +214,16 @@ mod tests {
     use std::sync::Arc;
 
     use super::{Engine, grouped};
-    use crate::engine::Settings;
-    use crate::engine::explicit::ExplicitEngine;
-    use crate::error::SourceFile;
-    use crate::lang;
+    use crate::Settings;
+    use crate::explicit::ExplicitEngine;
+    use meliora_lang as lang;
+    use meliora_model::error::SourceFile;
 
     #[test]
     fn groups_have_no_empty_side_and_each_target_once() {
         let source = SourceFile::new("m", "mdp module m x : [0..3] init 0; [a] true -> (x'=0); endmodule");
         let program = lang::load(&source, &SourceFile::new("constants", "")).unwrap().program;
-        let settings = Settings { scope: crate::engine::Scope::All, ..Settings::default() };
+        let settings = Settings { scope: crate::Scope::All, ..Settings::default() };
         let engine = ExplicitEngine::new(Arc::new(program), settings).unwrap();
         let [a, b, c, into] = [0, 1, 2, 3].map(|x| engine.singleton(&[x]).unwrap());
         let none = engine.no_states();

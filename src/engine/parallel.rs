@@ -9,7 +9,7 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 
 use super::{EdgeLabels, Engine, Region};
-use crate::error::{Error, Limit, Result};
+use meliora_model::error::{Error, Limit, Result};
 
 /// State sets and choice sets of one engine.
 pub struct Sets<S, C> {
@@ -20,7 +20,7 @@ pub struct Sets<S, C> {
 }
 
 /// Replaces the sets of a value, one after the other.
-pub(crate) trait Port<E: Engine> {
+pub trait Port<E: Engine> {
     /// Returns the set that replaces X.
     fn states(&mut self, x: &E::States) -> E::States;
     /// Returns the set that replaces C.
@@ -28,7 +28,7 @@ pub(crate) trait Port<E: Engine> {
 }
 
 /// A value that contains sets of an engine.
-pub(crate) trait Portable<E: Engine>: Sized {
+pub trait Portable<E: Engine>: Sized {
     /// Returns the same value with each set replaced, in a fixed order.
     fn ported(&self, port: &mut dyn Port<E>) -> Self;
 }
@@ -99,7 +99,7 @@ fn copied<E: Engine, T: Portable<E>>(from: &E, to: &E, value: &T) -> Result<T> {
 }
 
 /// Returns a copy of a value, with the same sets.
-pub(crate) fn same<E: Engine, T: Portable<E>>(value: &T) -> T {
+pub fn same<E: Engine, T: Portable<E>>(value: &T) -> T {
     value.ported(&mut Gather::<E>(Sets { states: Vec::new(), choices: Vec::new() }))
 }
 
@@ -118,7 +118,7 @@ type Ended<T> = (usize, Result<T>, Result<()>);
 ///
 /// # Errors
 /// The first error in the order of the jobs.
-pub(crate) fn run<E, J, T>(
+pub fn run<E, J, T>(
     engine: &E,
     jobs: &mut [(J, T)],
     work: impl Fn(&E, &J, &mut T) -> Result<()> + Sync,
@@ -224,10 +224,10 @@ mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
     use super::{Engine, Port, Portable, run};
-    use crate::engine::symbolic::{StateSet, Thresholds};
-    use crate::engine::{Settings, SymbolicEngine};
-    use crate::error::{Error, Limit, Result, SourceFile};
-    use crate::lang;
+    use crate::symbolic::{StateSet, Thresholds};
+    use crate::{Settings, SymbolicEngine};
+    use meliora_lang as lang;
+    use meliora_model::error::{Error, Limit, Result, SourceFile};
 
     struct One(StateSet);
 

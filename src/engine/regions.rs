@@ -4,8 +4,8 @@ use serde::Serialize;
 use strum::IntoStaticStr;
 
 use super::Engine;
-use crate::error::Result;
-use crate::model::property::{Bound, Strategies};
+use meliora_model::error::Result;
+use meliora_model::property::{Bound, Strategies};
 
 /// The regions of a target T as sets of states, or something for each of them: a size, for example.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
@@ -22,7 +22,7 @@ pub struct Regions<S> {
 
 impl<S> Regions<S> {
     /// Returns the region of a name.
-    pub(crate) fn get_mut(&mut self, which: Which) -> &mut S {
+    pub fn get_mut(&mut self, which: Which) -> &mut S {
         match which {
             Which::PmaxPositive => &mut self.pmax_positive,
             Which::PmaxOne => &mut self.pmax_one,
@@ -88,7 +88,7 @@ pub fn pmin_one<E: Engine>(engine: &E, target: &E::States, positive: &E::States)
 /// The names of the four regions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
-pub(crate) enum Which {
+pub enum Which {
     /// Pmax > 0
     PmaxPositive,
     /// Pmax = 1
@@ -101,7 +101,7 @@ pub(crate) enum Which {
 
 impl Which {
     /// Returns the name in reports.
-    pub(crate) fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         self.into()
     }
 }
@@ -120,7 +120,7 @@ pub fn regions<E: Engine>(engine: &E, target: &E::States) -> Result<Regions<E::S
 ///
 /// # Errors
 /// The errors of [`regions`] and of `by`.
-pub(crate) fn regions_by<E: Engine>(
+pub fn regions_by<E: Engine>(
     engine: &E,
     target: &E::States,
     mut by: impl FnMut(Which, &mut dyn FnMut() -> Result<E::States>) -> Result<E::States>,
@@ -139,7 +139,7 @@ pub(crate) fn regions_by<E: Engine>(
 ///
 /// # Errors
 /// The errors of `by`.
-pub(crate) fn of_markov_chain<S: Clone>(
+pub fn of_markov_chain<S: Clone>(
     positive: S,
     one: S,
     mut by: impl FnMut(Which, &mut dyn FnMut() -> Result<S>) -> Result<S>,

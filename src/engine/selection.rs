@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::{Algebra, AnyEngine, Engine, ExplicitEngine, Settings, Storage};
-use crate::error::Result;
-use crate::model::Program;
+use meliora_model::Program;
+use meliora_model::error::Result;
 
 /// The most valuations of a model for which the explicit engine is selected.
 ///

@@ -6,15 +6,15 @@
 use super::layers::{backward, forward, layers, rounds};
 use super::regions::{class_name, numbered};
 use super::{Named, plays};
-use crate::engine::edge_labels::{plain_edges_into, winning};
-use crate::engine::symbolic::{StateSet, SymbolicEngine};
-use crate::engine::{Algebra, EdgeLabels, Engine};
-use crate::error::Result;
-use crate::names;
-use crate::planning::improvement::Arena;
-use crate::planning::levels::{End, entering};
-use crate::planning::winning_regions::ObjectiveRegions;
-use crate::planning::{Analysis, Kind, Safety, strategy};
+use meliora_engine::edge_labels::{plain_edges_into, winning};
+use meliora_engine::symbolic::{StateSet, SymbolicEngine};
+use meliora_engine::{Algebra, EdgeLabels, Engine};
+use meliora_model::error::Result;
+use meliora_model::names;
+use meliora_planning::improvement::Arena;
+use meliora_planning::levels::{End, entering};
+use meliora_planning::winning_regions::ObjectiveRegions;
+use meliora_planning::{Analysis, Kind, Safety, strategy};
 
 type Of<'a> = Analysis<SymbolicEngine>;
 

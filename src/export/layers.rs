@@ -1,10 +1,10 @@
 //! Layers and rounds: states by distance, and states by the round that removes them.
 
 use super::Named;
-use crate::engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::engine::{Algebra, Engine};
-use crate::error::Result;
-use crate::names;
+use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
+use meliora_engine::{Algebra, Engine};
+use meliora_model::error::Result;
+use meliora_model::names;
 
 pub(super) fn layers(named: &mut Vec<Named>, region: &str, sets: &[StateSet]) {
     named.extend(sets.iter().enumerate().map(|(j, x)| Named::states(names::layer(region, j), x)));

@@ -5,13 +5,13 @@
 
 use super::Named;
 use super::layers::{backward, layers, rounds};
-use crate::engine::symbolic::{StateSet, SymbolicEngine};
-use crate::engine::{Algebra, Engine};
-use crate::error::Result;
-use crate::model::temporal::Disjunct;
-use crate::names;
-use crate::planning::Analysis;
-use crate::planning::temporal::{self, AcceptingRegion};
+use meliora_engine::symbolic::{StateSet, SymbolicEngine};
+use meliora_engine::{Algebra, Engine};
+use meliora_model::error::Result;
+use meliora_model::names;
+use meliora_model::temporal::Disjunct;
+use meliora_planning::Analysis;
+use meliora_planning::temporal::{self, AcceptingRegion};
 
 type Sets = AcceptingRegion<SymbolicEngine>;
 

@@ -1,13 +1,13 @@
 //! The regions of a finished analysis, with the names that `meliora query` knows.
 
 use super::{Named, plays};
-use crate::engine::symbolic::SymbolicEngine;
-use crate::engine::{Algebra, Engine};
-use crate::error::Result;
-use crate::model::preference::{ObjectiveSet, Preferences};
-use crate::names;
-use crate::planning::levels::{End, Level};
-use crate::planning::{Analysis, Kind, strategy};
+use meliora_engine::symbolic::SymbolicEngine;
+use meliora_engine::{Algebra, Engine};
+use meliora_model::error::Result;
+use meliora_model::names;
+use meliora_model::preference::{ObjectiveSet, Preferences};
+use meliora_planning::levels::{End, Level};
+use meliora_planning::{Analysis, Kind, strategy};
 
 type Of<'a> = Analysis<SymbolicEngine>;
 

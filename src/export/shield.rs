@@ -5,12 +5,12 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::dump::directory::sha256;
-use crate::dump::place::{Place, Sort};
-use crate::error::{Error, Result, ensure};
-use crate::files::folder;
-use crate::planning::Shield;
-use crate::reading;
+use meliora_dump::directory::sha256;
+use meliora_dump::place::{Place, Sort};
+use meliora_model::error::{Error, Result, ensure};
+use meliora_model::files::folder;
+use meliora_model::reading;
+use meliora_planning::Shield;
 
 const MANIFEST: &str = "shield.json";
 const NODES: &str = "nodes.json";

@@ -1,14 +1,14 @@
 //! Bounds of quantities for dumps, and for models state by state.
 
-use crate::dump::Dump;
-use crate::dump::manifest::{VALUES, ValuesFile};
-use crate::engine::symbolic::SymbolicEngine;
-use crate::engine::{Count, Engine};
-use crate::error::{Error, Limit, Result};
-use crate::model::Program;
-use crate::planning::{Analysis, Safety};
-use crate::quantities::confirmed::widest;
-use crate::quantities::{Cost, Setup, Values};
+use meliora_dump::Dump;
+use meliora_dump::manifest::{VALUES, ValuesFile};
+use meliora_engine::symbolic::SymbolicEngine;
+use meliora_engine::{Count, Engine};
+use meliora_model::Program;
+use meliora_model::error::{Error, Limit, Result};
+use meliora_planning::{Analysis, Safety};
+use meliora_quantities::confirmed::widest;
+use meliora_quantities::{Cost, Setup, Values};
 
 use super::regions::class_name;
 
@@ -31,16 +31,12 @@ pub struct Wanted<'a> {
 ///
 /// # Errors
 /// There are too many states, a limit is reached, or no levels are wanted.
-pub(crate) fn compute<E: Engine>(
-    analysis: &Analysis<E>,
-    program: &Program,
-    wanted: &Wanted<'_>,
-) -> Result<Values> {
+pub fn compute<E: Engine>(analysis: &Analysis<E>, program: &Program, wanted: &Wanted<'_>) -> Result<Values> {
     let engine = analysis.engine();
     if wanted.levels == 0 {
         return Err(Error::Usage("no improvement is possible, so there are no values".to_owned()));
     }
-    let possible = analysis.levels(crate::planning::Kind::Spi).found.first();
+    let possible = analysis.levels(meliora_planning::Kind::Spi).found.first();
     let possible = possible.map_or_else(|| engine.no_states(), |level| level.states.clone());
     let count = engine.count(&possible)?;
     if count > Count::from(wanted.limit) {

@@ -12,7 +12,7 @@
 //! ```
 
 use super::world::{Cell, Direction, Place, World};
-use crate::random::Draw;
+use meliora_model::random::Draw;
 
 /// The maximum number of forks in a sequence.
 pub(super) const DEEPEST: usize = 3;

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use super::preference;
 use super::world::{Cell, Direction, Directions, Lock, Patrol, Place, World};
-use crate::error::{Diagnostic, Error, Result, SourceFile};
-use crate::model::preference::{Empty, Statement};
+use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_model::preference::{Empty, Statement};
 
 /// The content of a map file.
 pub(super) struct Map {

@@ -7,8 +7,8 @@ use proptest::prelude::*;
 use super::cells::condition;
 use super::world::{CellSet, Direction, Lock, Place, World};
 use super::*;
-use crate::lang;
-use crate::model::Program;
+use meliora_lang as lang;
+use meliora_model::Program;
 
 fn program(model: &str) -> Program {
     let source = SourceFile::new("model", model);

@@ -7,7 +7,7 @@ use strum::{EnumString, IntoStaticStr};
 /// A direction. North is one row up: row 0 is the southernmost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, EnumString, IntoStaticStr)]
 #[strum(serialize_all = "lowercase")]
-pub(crate) enum Direction {
+pub enum Direction {
     /// One row up.
     North,
     /// One row down.
@@ -20,8 +20,7 @@ pub(crate) enum Direction {
 
 impl Direction {
     /// All four, in the order used by all lists.
-    pub(crate) const ALL: [Direction; 4] =
-        [Direction::North, Direction::South, Direction::East, Direction::West];
+    pub const ALL: [Direction; 4] = [Direction::North, Direction::South, Direction::East, Direction::West];
 
     /// Returns its name, which is also the name of the action.
     pub(crate) fn name(self) -> &'static str {
@@ -29,7 +28,7 @@ impl Direction {
     }
 
     /// Returns its initial as a capital letter.
-    pub(crate) fn letter(self) -> char {
+    pub fn letter(self) -> char {
         char::from(self.name().as_bytes()[0].to_ascii_uppercase())
     }
 

@@ -1,11 +1,11 @@
 //! The syntax tree of a model file, close to the text.
 //!
 //! A model file is an outline, in which expressions and commands are places. Expressions and
-//! commands themselves are read one by one ([`Expr`], [`Command`]).
+//! commands themselves are read one by one ([`Expr`], `Command`).
 
-use crate::model::ModelKind;
-use crate::model::value::{Type, Value};
-pub use crate::span::Span;
+use meliora_model::ModelKind;
+pub use meliora_model::span::Span;
+use meliora_model::value::{Type, Value};
 
 /// A name with its place.
 #[derive(Debug, Clone, PartialEq, Eq)]

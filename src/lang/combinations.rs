@@ -2,12 +2,12 @@
 
 /// Returns an upper bound on the number of combinations of all lists, and of the first ones; it is
 /// exact if no list is empty.
-pub(in crate::lang) fn product<T>(lists: &[Vec<T>]) -> usize {
+pub(crate) fn product<T>(lists: &[Vec<T>]) -> usize {
     lists.iter().fold(1, |all, list| list.len().max(1).saturating_mul(all))
 }
 
 /// Returns all combinations; the last list varies fastest.
-pub(in crate::lang) fn combinations<T: Copy>(lists: impl Iterator<Item = Vec<T>>) -> Vec<Vec<T>> {
+pub(crate) fn combinations<T: Copy>(lists: impl Iterator<Item = Vec<T>>) -> Vec<Vec<T>> {
     lists.fold(vec![Vec::new()], |all, list| {
         let longer = |c: &Vec<T>| list.iter().map(|&x| [c.as_slice(), &[x]].concat()).collect::<Vec<_>>();
         all.iter().flat_map(longer).collect()

@@ -9,10 +9,10 @@ use super::check::Checked;
 use super::load::load_given;
 use super::table::{self, Frame};
 use super::valuation::Given;
-use crate::error::{Error, Result, SourceFile};
-use crate::progress::ProgressSink;
-use crate::reading;
 use crate::umb::archive::{self, Files};
+use meliora_model::error::{Error, Result, SourceFile};
+use meliora_model::progress::ProgressSink;
+use meliora_model::reading;
 
 /// A model file as it was read. Its format is told by its content.
 #[derive(Debug, Clone)]

@@ -9,12 +9,12 @@ use std::fmt::{self, Display, Formatter, Write as _};
 use std::sync::Arc;
 
 use super::names::Names;
-use crate::error::Result;
-use crate::model::rewards::{Earner, RewardItem, RewardStructure};
-use crate::model::value::Type;
-use crate::model::{Command, Program, Variable};
 use composition::Composition;
 use expr::Expressions;
+use meliora_model::error::Result;
+use meliora_model::rewards::{Earner, RewardItem, RewardStructure};
+use meliora_model::value::Type;
+use meliora_model::{Command, Program, Variable};
 
 /// A program as a model file; the text is written piece by piece when it is displayed.
 #[derive(Clone)]
@@ -31,7 +31,7 @@ impl Flat {
     ///
     /// # Errors
     /// Modules that the language cannot express separately have too many commands when merged.
-    pub(crate) fn of(program: &Arc<Program>) -> Result<Self> {
+    pub fn of(program: &Arc<Program>) -> Result<Self> {
         merge::merged(program).map(identifiers::with_identifiers).map(Flat)
     }
 }

@@ -7,8 +7,8 @@ use super::jani;
 use super::parse::outline;
 use super::table::{self, Frame};
 use super::valuation::{Given, parse_constants};
-use crate::error::{Diagnostic, Error, Result, SourceFile};
-use crate::progress::{NoProgress, ProgressSink};
+use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_model::progress::{NoProgress, ProgressSink};
 
 /// Parses a model in PRISM's language or in JANI, and flattens it. `constants` has the form
 /// `K=4,N=3` and may be empty.

@@ -6,26 +6,26 @@ use super::token::is_keyword;
 
 /// Names in use.
 #[derive(Default)]
-pub(in crate::lang) struct Names {
+pub(crate) struct Names {
     taken: AHashSet<String>,
     /// For each name, the number at which the search for a free name continues.
     next: AHashMap<String, usize>,
     /// Names that had to be changed, with their replacements.
-    pub(in crate::lang) changed: Vec<(String, String)>,
+    pub(crate) changed: Vec<(String, String)>,
 }
 
 impl Names {
     /// Returns a new name as close as possible to the wanted one. Characters that the modelling
     /// language does not allow become `_`, a keyword gets `_` at its end, and a name in use gets a
     /// number.
-    pub(in crate::lang) fn add(&mut self, wanted: &str) -> String {
+    pub(crate) fn add(&mut self, wanted: &str) -> String {
         let name = self.free(&identifier(wanted));
         self.taken.insert(name.clone());
         name
     }
 
     /// Same as [`Names::add`]; also records a name that differs from the model's.
-    pub(in crate::lang) fn add_of_model(&mut self, wanted: &str) -> String {
+    pub(crate) fn add_of_model(&mut self, wanted: &str) -> String {
         let name = self.add(wanted);
         if name != wanted {
             self.changed.push((wanted.to_owned(), name.clone()));
@@ -34,7 +34,7 @@ impl Names {
     }
 
     /// Returns a name for each wanted one, as [`Names::add`] does; identifiers stay as they are.
-    pub(in crate::lang) fn identifiers<'n>(wanted: impl Iterator<Item = &'n String> + Clone) -> Vec<String> {
+    pub(crate) fn identifiers<'n>(wanted: impl Iterator<Item = &'n String> + Clone) -> Vec<String> {
         let is_identifier = |name: &&String| identifier(name) == **name;
         let taken = wanted.clone().filter(is_identifier).cloned().collect();
         let mut names = Names { taken, ..Names::default() };

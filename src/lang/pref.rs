@@ -8,8 +8,8 @@ use super::ast::{Ident, Span};
 use super::ltl::{Formula, FormulaKind};
 use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
-use crate::error::{Result, SourceFile};
-use crate::model::preference::{Empty, History, Relation};
+use meliora_model::error::{Result, SourceFile};
+use meliora_model::preference::{Empty, History, Relation};
 
 /// A preference file.
 #[derive(Debug, Clone, PartialEq, Default)]

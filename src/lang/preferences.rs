@@ -5,16 +5,16 @@ use std::sync::Arc;
 use ahash::AHashMap;
 
 use super::check::{MAX_ERRORS, lower_target};
-use crate::error::{Diagnostic, Error, Result, SourceFile};
-use crate::lang::ast::{Ident, Span};
-use crate::lang::ltl::{Formula, Monitoring};
-use crate::lang::pref::{self, Chain};
-use crate::model::Program;
-use crate::model::preference::{
+use crate::ast::{Ident, Span};
+use crate::ltl::{Formula, Monitoring};
+use crate::pref::{self, Chain};
+use meliora_model::Program;
+use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_model::preference::{
     Contradiction, Empty, Goal, History, Objective, Outline, Preferences, Preorder, Relation, Requirement,
     Statement,
 };
-use crate::model::temporal::Begin;
+use meliora_model::temporal::Begin;
 
 /// The name of the monitors of requirements.
 const REQUIREMENT: &str = "require";

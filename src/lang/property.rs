@@ -9,12 +9,12 @@ use super::ast::Span;
 use super::ltl::Formula;
 use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
-use crate::error::{Diagnostic, Result, SourceFile};
-pub use crate::model::Optimum;
-use crate::model::Program;
-use crate::model::exact::{Ratio, Real};
-pub use crate::model::property::{Bound, Inequality, Measure, Quantity, Question, Rewards, Strategies};
-use crate::progress::NoProgress;
+pub use meliora_model::Optimum;
+use meliora_model::Program;
+use meliora_model::error::{Diagnostic, Result, SourceFile};
+use meliora_model::exact::{Ratio, Real};
+use meliora_model::progress::NoProgress;
+pub use meliora_model::property::{Bound, Inequality, Measure, Quantity, Question, Rewards, Strategies};
 
 /// A property.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,7 +33,7 @@ impl Property {
     /// # Errors
     /// A reward structure does not exist, or the property of an `mdp` does not say which strategies
     /// it asks about.
-    pub(crate) fn check(&self, program: &Program, source: &Arc<SourceFile>) -> Result<()> {
+    pub fn check(&self, program: &Program, source: &Arc<SourceFile>) -> Result<()> {
         let Question::Quantity(quantity) = &self.question else { return Ok(()) };
         let wrong = |message: &str| Diagnostic::new(source, self.operator.range(), message);
         if quantity.strategies(program).is_none() {
@@ -60,7 +60,7 @@ impl Property {
 
 /// Minimum or maximum, as an operator names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::lang) enum Extreme {
+pub(crate) enum Extreme {
     Unnamed,
     Min,
     Max,
@@ -68,7 +68,7 @@ pub(in crate::lang) enum Extreme {
 
 /// Returns the question of a comparison of a probability with a number. Without a name, the bound
 /// must hold for every strategy.
-pub(in crate::lang) fn compared(extreme: Extreme, comparison: Inequality, value: Ratio) -> Question {
+pub(crate) fn compared(extreme: Extreme, comparison: Inequality, value: Ratio) -> Question {
     let bound = match comparison {
         Inequality::Ge if value.is_one() => Bound::One,
         Inequality::Gt if value.is_zero() => Bound::Positive,
@@ -89,11 +89,7 @@ pub(in crate::lang) fn compared(extreme: Extreme, comparison: Inequality, value:
 
 /// Returns a quantity. A bound without a name must hold for every strategy: a lower bound for the
 /// minimum, an upper bound for the maximum.
-pub(in crate::lang) fn quantity(
-    measure: Measure,
-    extreme: Extreme,
-    bound: Option<(Inequality, Ratio)>,
-) -> Quantity {
+pub(crate) fn quantity(measure: Measure, extreme: Extreme, bound: Option<(Inequality, Ratio)>) -> Quantity {
     let optimum = match (extreme, &bound) {
         (Extreme::Min, _) => Some(Optimum::Min),
         (Extreme::Max, _) => Some(Optimum::Max),
@@ -120,7 +116,7 @@ pub fn parse_property(source: &Arc<SourceFile>) -> Result<Property> {
 ///
 /// # Errors
 /// See [`parse_property`].
-pub(in crate::lang) fn property_at(source: &Arc<SourceFile>, place: Span) -> Result<Property> {
+pub(crate) fn property_at(source: &Arc<SourceFile>, place: Span) -> Result<Property> {
     let mut parser = Parser::of_part(source, place, &NoProgress);
     let parsed = parser.property();
     parser.finish_parsed(parsed)

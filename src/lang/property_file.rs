@@ -15,14 +15,14 @@ use super::parse::{expression_at, items_at};
 use super::parse_constants;
 use super::property::property_at;
 use super::valuation::Binding;
-use crate::error::{Diagnostic, Error, Limit, Result, SourceFile};
-use crate::lang::ltl::Monitoring;
-use crate::lang::property::Property;
-use crate::model::Program;
-use crate::model::exact::{Exact, Real};
-use crate::model::expr::ExprId;
-use crate::model::value::Type;
-use crate::progress::NoProgress;
+use crate::ltl::Monitoring;
+use crate::property::Property;
+use meliora_model::Program;
+use meliora_model::error::{Diagnostic, Error, Limit, Result, SourceFile};
+use meliora_model::exact::{Exact, Real};
+use meliora_model::expr::ExprId;
+use meliora_model::progress::NoProgress;
+use meliora_model::value::Type;
 
 /// Maximum number of statements in a property file.
 const MOST_STATEMENTS: usize = 10_000;
@@ -66,7 +66,7 @@ pub fn open_constants(source: &Arc<SourceFile>) -> Result<Vec<String>> {
 ///
 /// # Errors
 /// A wrong definition; a wrong value; too many statements. The error of a property is returned in
-/// its [`Stated::property`].
+/// its `Stated::property`.
 pub fn parse_properties(
     source: &Arc<SourceFile>,
     given: &Arc<SourceFile>,

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use super::ast::{Ident, Span};
 use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
-use crate::error::{Result, SourceFile};
-use crate::model::exact::{Exact, Real};
-use crate::model::value::Type;
-use crate::model::{Program, State, Variable};
+use meliora_model::error::{Result, SourceFile};
+use meliora_model::exact::{Exact, Real};
+use meliora_model::value::Type;
+use meliora_model::{Program, State, Variable};
 
 /// Values that the user gives in addition to a model.
 #[derive(Debug, Clone)]
@@ -47,7 +47,7 @@ pub fn parse_constants(source: &Arc<SourceFile>) -> Result<Vec<Binding>> {
 ///
 /// # Errors
 /// See [`parse_constants`].
-pub(crate) fn split_constants(source: &Arc<SourceFile>, theirs: &[String]) -> Result<[Arc<SourceFile>; 2]> {
+pub fn split_constants(source: &Arc<SourceFile>, theirs: &[String]) -> Result<[Arc<SourceFile>; 2]> {
     let (these, others): (Vec<_>, Vec<_>) =
         parse_constants(source)?.into_iter().partition(|binding| theirs.contains(&binding.name.name));
     let text = |binding: &Binding| &source.text[binding.name.span.start()..binding.span.end()];

@@ -11,7 +11,7 @@ pub(crate) const MOST_DIGITS: usize = MOST_BITS as usize * 301 / 1000;
 
 /// The reasons why a text is not a decimal number that can be computed with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum NoDecimal {
+pub enum NoDecimal {
     /// The text has another form.
     #[error("it is not a number")]
     Malformed,
@@ -23,8 +23,8 @@ pub(crate) enum NoDecimal {
 /// Parses a decimal number such as `0.25` or `1.5e-3`.
 ///
 /// # Errors
-/// The text is not one, or the number has more than [`MOST_DIGITS`] digits.
-pub(crate) fn decimal(text: &str) -> Result<Ratio, NoDecimal> {
+/// The text is not one, or the number has more than `MOST_DIGITS` digits.
+pub fn decimal(text: &str) -> Result<Ratio, NoDecimal> {
     let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
     let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
     let all_digits = |text: &str| text.bytes().all(|b| b.is_ascii_digit());
@@ -52,13 +52,13 @@ pub(crate) fn decimal(text: &str) -> Result<Ratio, NoDecimal> {
 }
 
 /// Returns the shortest decimal that rounds to a double; `None` if the double is not finite.
-pub(crate) fn shortest(x: f64) -> Option<Ratio> {
+pub fn shortest(x: f64) -> Option<Ratio> {
     decimal(&format!("{x:e}")).ok()
 }
 
 /// Returns the integer m and the exponent n of a fraction m / 10^n; `None` if it is not a decimal
 /// number.
-pub(crate) fn scaled(x: &Ratio) -> Option<(BigInt, u64)> {
+pub fn scaled(x: &Ratio) -> Option<(BigInt, u64)> {
     let twos = x.denom().trailing_zeros()?;
     let (mut rest, mut fives) = (x.denom() >> twos, 0);
     while !rest.is_one() {
@@ -80,8 +80,8 @@ pub(crate) fn text(x: &Ratio) -> String {
     }
 }
 
-/// Reads what [`text`] writes.
-pub(crate) fn read(text: &str) -> Option<Ratio> {
+/// Reads what `text` writes.
+pub fn read(text: &str) -> Option<Ratio> {
     let (numerator, denominator) = text.split_once('/').unwrap_or((text, "1"));
     let (n, d) = (decimal(numerator).ok()?, decimal(denominator).ok()?);
     (!d.is_zero()).then(|| n / d)

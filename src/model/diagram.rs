@@ -95,7 +95,7 @@ pub struct Diagram {
 
 impl Diagram {
     /// Returns the node that an arc points to; none for the terminal.
-    pub(crate) fn node(&self, edge: Edge) -> Option<&Node> {
+    pub fn node(&self, edge: Edge) -> Option<&Node> {
         self.nodes.get(edge.id().checked_sub(2)?)
     }
 
@@ -116,7 +116,7 @@ impl Diagram {
     }
 
     /// Returns whether all arcs lead to existing nodes, and those of each node to earlier nodes on deeper levels.
-    pub(crate) fn is_ordered(&self) -> bool {
+    pub fn is_ordered(&self) -> bool {
         let nodes = self.nodes.iter().enumerate();
         let inner = nodes.flat_map(|(index, node)| [(index, node, node.then), (index, node, node.otherwise)]);
         inner.into_iter().all(|(index, node, arc)| arc.id() < index + 2 && self.level(arc) > node.level)
@@ -155,7 +155,7 @@ impl Diagram {
     }
 
     /// Returns the number of inner nodes of each function. Cost: linear in the sum.
-    pub(crate) fn sizes(&self, edges: &[Edge]) -> Vec<usize> {
+    pub fn sizes(&self, edges: &[Edge]) -> Vec<usize> {
         // For each node the last function that contains it, numbered from 1.
         let mut seen = vec![0usize; self.nodes.len()];
         let mut open = Vec::new();
@@ -176,7 +176,7 @@ impl Diagram {
     }
 
     /// Marks the nodes that are part of one of these functions.
-    pub(crate) fn below(&self, edges: &[Edge]) -> Vec<bool> {
+    pub fn below(&self, edges: &[Edge]) -> Vec<bool> {
         let mut seen = vec![false; self.nodes.len()];
         let mark = |edge: &Edge, seen: &mut Vec<bool>| {
             if let Some(flag) = edge.id().checked_sub(2).and_then(|n| seen.get_mut(n)) {

@@ -12,7 +12,7 @@
 
 use ahash::AHashMap;
 
-pub(crate) use super::decimal::{NoDecimal, decimal, shortest};
+pub use super::decimal::{NoDecimal, decimal, shortest};
 use super::expr::{ExprId, ExprPool, Node};
 pub use super::real::{Ratio, Real};
 use super::value::{self, Binary, EvalError, Type, Unary, Value};
@@ -49,7 +49,7 @@ impl Exact {
     }
 
     /// Returns the type of the value.
-    pub(crate) fn ty(&self) -> Type {
+    pub fn ty(&self) -> Type {
         match self {
             Exact::Bool(_) => Type::Bool,
             Exact::Int(_) => Type::Int,
@@ -62,7 +62,7 @@ impl Exact {
 ///
 /// # Errors
 /// The operation has no value; see [`EvalError`].
-pub(crate) fn unary(op: Unary, x: Exact) -> Result<Exact, EvalError> {
+pub fn unary(op: Unary, x: Exact) -> Result<Exact, EvalError> {
     Ok(match (op, x) {
         (Unary::Not, Exact::Bool(b)) => Exact::Bool(!b),
         (Unary::Not, x) => Exact::Bool(x.into_real().is_zero()),
@@ -78,7 +78,7 @@ pub(crate) fn unary(op: Unary, x: Exact) -> Result<Exact, EvalError> {
 ///
 /// # Errors
 /// The operation has no value; see [`EvalError`].
-pub(crate) fn binary(op: Binary, x: &Exact, y: &Exact) -> Result<Exact, EvalError> {
+pub fn binary(op: Binary, x: &Exact, y: &Exact) -> Result<Exact, EvalError> {
     let known = match (x, y) {
         (Exact::Bool(a), Exact::Bool(b)) => Some(value::logical(op, *a, *b)),
         (Exact::Int(a), Exact::Int(b)) => value::whole(op, *a, *b)?,
@@ -94,7 +94,7 @@ pub(crate) fn binary(op: Binary, x: &Exact, y: &Exact) -> Result<Exact, EvalErro
 ///
 /// # Errors
 /// See [`binary`].
-pub(crate) fn reals(op: Binary, x: &Real, y: &Real) -> Result<Exact, EvalError> {
+pub fn reals(op: Binary, x: &Real, y: &Real) -> Result<Exact, EvalError> {
     Ok(match op {
         Binary::Lt => Exact::Bool(x.compare(y).is_some_and(|order| order.is_lt())),
         Binary::Le => Exact::Bool(x.compare(y).is_some_and(|order| order.is_le())),
@@ -181,7 +181,7 @@ impl ExprPool {
     }
 
     /// Returns the exact value if `id` is a literal.
-    pub(crate) fn exact_literal(&self, id: ExprId) -> Option<Exact> {
+    pub fn exact_literal(&self, id: ExprId) -> Option<Exact> {
         self.literal(id).map(|v| self.exact_of(id, v))
     }
 

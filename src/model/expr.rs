@@ -80,7 +80,7 @@ impl ExprPool {
     }
 
     /// Returns whether this pool contains all nodes of `other` under the same ids.
-    pub(super) fn starts_with(&self, other: &ExprPool) -> bool {
+    pub fn starts_with(&self, other: &ExprPool) -> bool {
         self.nodes.starts_with(&other.nodes)
             && other.exact.iter().all(|(id, exact)| self.exact.get(id) == Some(exact))
     }
@@ -91,7 +91,7 @@ impl ExprPool {
     }
 
     /// Returns all nodes, operands before the nodes that use them.
-    pub(crate) fn ids(&self) -> impl Iterator<Item = ExprId> + use<> {
+    pub fn ids(&self) -> impl Iterator<Item = ExprId> + use<> {
         (0..self.nodes.len()).map(ExprId::at)
     }
 
@@ -119,7 +119,7 @@ impl ExprPool {
     }
 
     /// Returns the node of a literal with an exact value.
-    pub(crate) fn exact_value(&mut self, value: Exact) -> ExprId {
+    pub fn exact_value(&mut self, value: Exact) -> ExprId {
         let v = value.rounded();
         let exact = match value {
             Exact::Real(Real::Finite(exact)) => Some(exact),
@@ -227,7 +227,7 @@ impl ExprPool {
     }
 
     /// Returns the reason why `id` has no value in any state, if the node itself shows it.
-    pub(crate) fn fault(&self, id: ExprId) -> Option<EvalError> {
+    pub fn fault(&self, id: ExprId) -> Option<EvalError> {
         match self.node(id) {
             Node::Unary(op, a) => exact::unary(op, self.exact_literal(a)?).err(),
             // The second operand alone decides.
@@ -240,7 +240,7 @@ impl ExprPool {
     }
 
     /// Returns the operands of `id`.
-    pub(crate) fn operands(&self, id: ExprId) -> impl Iterator<Item = ExprId> + use<> {
+    pub fn operands(&self, id: ExprId) -> impl Iterator<Item = ExprId> + use<> {
         let operands = match self.node(id) {
             Node::Literal(_) | Node::Var(_) => [None; 3],
             Node::Unary(_, a) => [Some(a), None, None],
@@ -251,7 +251,7 @@ impl ExprPool {
     }
 
     /// Returns the operands of `id` that some state may need, in the order of evaluation.
-    pub(crate) fn needed(&self, id: ExprId) -> impl Iterator<Item = ExprId> + use<> {
+    pub fn needed(&self, id: ExprId) -> impl Iterator<Item = ExprId> + use<> {
         let unused = match self.node(id) {
             Node::Ite(c, ..) => self.never(c).map(|never| if never { 1 } else { 2 }),
             _ => None,
@@ -277,7 +277,7 @@ impl ExprPool {
     }
 
     /// Returns the variables that occur in `id`, sorted, each once.
-    pub(crate) fn support(&self, id: ExprId) -> Vec<VarId> {
+    pub fn support(&self, id: ExprId) -> Vec<VarId> {
         let (mut stack, mut seen, mut vars) = (vec![id], ahash::AHashSet::new(), Vec::new());
         while let Some(e) = stack.pop() {
             if !seen.insert(e) {

@@ -9,7 +9,7 @@ use super::{CommandId, Program};
 use crate::error::{Diagnostic, Error, Limit, Severity};
 
 /// Returns the error for a state in which [`Program::steps`] fails.
-pub(crate) fn in_state(program: &Program, state: &[i64]) -> Error {
+pub fn in_state(program: &Program, state: &[i64]) -> Error {
     match program.steps(state) {
         Err(fault) => error(program, &fault, state),
         Ok(_) => initial(program, state),
@@ -17,7 +17,7 @@ pub(crate) fn in_state(program: &Program, state: &[i64]) -> Error {
 }
 
 /// Returns the error for a predicate without a value in a state.
-pub(crate) fn in_predicate(program: &Program, predicate: ExprId, state: &[i64]) -> Error {
+pub fn in_predicate(program: &Program, predicate: ExprId, state: &[i64]) -> Error {
     let reason = match program.pool.eval(predicate, state) {
         Err(reason) => reason.to_string(),
         Ok(_) => "it has no value".to_owned(),
@@ -70,7 +70,7 @@ fn shown(number: &Real) -> String {
 }
 
 /// Returns the warning about probabilities found by [`Program::rounded_in`].
-pub(crate) fn rounded(program: &Program, id: CommandId, sum: f64, state: &[i64]) -> Diagnostic {
+pub fn rounded(program: &Program, id: CommandId, sum: f64, state: &[i64]) -> Diagnostic {
     let at = program.show_state(state);
     let message = format!("the probabilities of {} sum to {sum} in the state {at}", title(program, id));
     let help = "sums within 1e-6 of 1 are treated as 1; fractions such as 1/3 are exact";

@@ -4,7 +4,7 @@ use super::preference::{Comparison, Preorder};
 
 /// The transitive reduction of a preorder, on groups of indifferent objectives.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Hasse {
+pub struct Hasse {
     /// The groups of indifferent objectives, as positions of objectives, in the order of
     /// declaration.
     pub groups: Vec<Vec<usize>>,
@@ -16,7 +16,7 @@ impl Hasse {
     /// Computes the diagram of a preorder: the transitive reduction of > on the classes of ~.
     ///
     /// Cost: cubic in the number of groups.
-    pub(crate) fn new(order: &Preorder) -> Self {
+    pub fn new(order: &Preorder) -> Self {
         let mut groups: Vec<Vec<usize>> = Vec::new();
         for x in 0..order.len() {
             match groups.iter_mut().find(|g| order.compare(g[0], x) == Comparison::Indifferent) {
@@ -39,7 +39,7 @@ impl Hasse {
 
     /// Returns the layer of each group: 0 if no group is preferred to it, else 1 plus the greatest
     /// layer of the groups above it.
-    pub(crate) fn layers(&self) -> Vec<usize> {
+    pub fn layers(&self) -> Vec<usize> {
         let mut layers = vec![0; self.groups.len()];
         // A longest path has fewer steps than there are groups.
         for _ in 0..self.groups.len() {
@@ -51,7 +51,7 @@ impl Hasse {
     }
 
     /// Returns the minimal groups: no other group is below them.
-    pub(crate) fn lowest(&self) -> Vec<usize> {
+    pub fn lowest(&self) -> Vec<usize> {
         (0..self.groups.len()).filter(|&g| self.covers.iter().all(|&(high, _)| high != g)).collect()
     }
 }

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use strum::{Display, EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
-pub(crate) use preorder::Contradiction;
+pub use preorder::Contradiction;
 pub use preorder::{Comparison, Preorder, Relation, Statement};
 
 use super::expr::ExprId;
@@ -116,7 +116,7 @@ impl Objective {
 
     /// Returns the number of states of its monitors together; `None` for reachability from the
     /// present state.
-    pub(crate) fn monitor(&self) -> Option<u64> {
+    pub fn monitor(&self) -> Option<u64> {
         match self.goal {
             Goal::Reach(_) => None,
             Goal::Satisfy { monitor, .. } => Some(monitor),
@@ -126,7 +126,7 @@ impl Objective {
 
 impl Preferences {
     /// Returns the name `play` if the whole path counts, else `None`: `state` is not reported.
-    pub(crate) fn whole_plays(&self) -> Option<&'static str> {
+    pub fn whole_plays(&self) -> Option<&'static str> {
         (self.history == History::Play).then_some(self.history.name())
     }
 }
@@ -228,7 +228,7 @@ impl Preferences {
     }
 
     /// Returns the names like [`Preferences::names`], as texts of their own.
-    pub(crate) fn owned_names(&self, set: &ObjectiveSet) -> Vec<String> {
+    pub fn owned_names(&self, set: &ObjectiveSet) -> Vec<String> {
         self.names(set).into_iter().map(str::to_owned).collect()
     }
 }
@@ -248,7 +248,7 @@ impl ObjectiveSet {
     }
 
     /// Adds an objective: X ∪ {i}.
-    pub(crate) fn insert(&mut self, objective: usize) {
+    pub fn insert(&mut self, objective: usize) {
         let block = objective / 64;
         if self.blocks.len() <= block {
             self.blocks.resize(block + 1, 0);
@@ -257,7 +257,7 @@ impl ObjectiveSet {
     }
 
     /// Adds all objectives of another set: X ∪ Y.
-    pub(crate) fn extend_with(&mut self, other: &ObjectiveSet) {
+    pub fn extend_with(&mut self, other: &ObjectiveSet) {
         let length = self.blocks.len().max(other.blocks.len());
         self.blocks.resize(length, 0);
         for (block, more) in self.blocks.iter_mut().zip(&other.blocks) {

@@ -79,7 +79,7 @@ impl From<f64> for Real {
 
 impl Real {
     /// Returns the shortest decimal number that rounds to a double.
-    pub(crate) fn shortest(x: f64) -> Real {
+    pub fn shortest(x: f64) -> Real {
         shortest(x).map_or_else(|| Real::from(x), Real::Finite)
     }
 
@@ -102,12 +102,12 @@ impl Real {
     }
 
     /// Returns true for 0.
-    pub(crate) fn is_zero(&self) -> bool {
+    pub fn is_zero(&self) -> bool {
         self.finite().is_some_and(Zero::is_zero)
     }
 
     /// Returns true if the number is between 0 and 1.
-    pub(crate) fn is_probability(&self) -> bool {
+    pub fn is_probability(&self) -> bool {
         self.finite().is_some_and(|x| !x.is_negative() && x.numer() <= x.denom())
     }
 
@@ -149,7 +149,7 @@ impl Real {
     /// Returns the double that counts for a power or a logarithm of two numbers: its value is not a
     /// fraction, or one with too many bits. `None` if the value is exact, or if the double would be
     /// 0, 1 or infinite, which the value is not.
-    pub(crate) fn near(op: Binary, x: &Real, y: &Real) -> Option<Real> {
+    pub fn near(op: Binary, x: &Real, y: &Real) -> Option<Real> {
         let (Real::Finite(x), Real::Finite(y)) = (x, y) else { return None };
         if op == Binary::Log {
             let is_exact = rational_logarithm(x, y, ln(x) / ln(y)).is_some();

@@ -49,7 +49,7 @@ pub enum Earner {
 
 impl RewardStructure {
     /// Returns the name in messages.
-    pub(crate) fn title(&self) -> String {
+    pub fn title(&self) -> String {
         self.name.as_ref().map_or_else(|| "without a name".to_owned(), |name| format!("\"{name}\""))
     }
 }
@@ -67,7 +67,7 @@ impl Program {
     /// Adds a predicate to the program's pool for the states in which some choice earns a negative
     /// or infinite reward, judged in double precision; [`Program::reward`] says why. Its height grows
     /// with the logarithm of the number of items.
-    pub(crate) fn wrong_rewards(&mut self, structure: usize) -> ExprId {
+    pub fn wrong_rewards(&mut self, structure: usize) -> ExprId {
         let items = self.rewards.get(structure).map_or_else(Vec::new, |s| s.items.clone());
         let bounds = [0.0, f64::MAX].map(|x| self.pool.value(Value::Real(x)));
         let mut wrong = Vec::with_capacity(items.len());
@@ -148,7 +148,7 @@ impl Program {
     ///
     /// # Errors
     /// The structure has no meaning; a reward is negative or has no value in this state.
-    pub(crate) fn reward_of(
+    pub fn reward_of(
         &self,
         structure: &RewardStructure,
         state: &[i64],

@@ -15,7 +15,7 @@ const TOLERATED: i64 = 1_001;
 
 /// The judgement on a sum of probabilities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Sum {
+pub enum Sum {
     /// The sum is 1, up to the rounding of probabilities to doubles.
     One,
     /// The sum is near 1 and is accepted with a warning.
@@ -26,7 +26,7 @@ pub(crate) enum Sum {
 
 impl Sum {
     /// Judges a sum of probabilities.
-    pub(crate) fn of(sum: &Real) -> Self {
+    pub fn of(sum: &Real) -> Self {
         let Real::Finite(sum) = sum else { return Sum::Wrong };
         if sum.is_one() {
             return Sum::One;
@@ -46,7 +46,7 @@ impl Sum {
 ///
 /// # Errors
 /// A probability or the sum has no value.
-pub(crate) fn judged(
+pub fn judged(
     probabilities: impl IntoIterator<Item = Result<Real, EvalError>>,
 ) -> Result<(Sum, Real), EvalError> {
     let mut sum = Real::from(0);
@@ -83,7 +83,7 @@ impl Program {
 #[cfg(test)]
 mod tests {
     use super::Sum;
-    use crate::model::exact::{Real, decimal};
+    use crate::exact::{Real, decimal};
 
     #[test]
     fn sums_are_one_or_nearly_or_not() {

@@ -28,7 +28,7 @@ pub enum Choice {
 
 /// One enabled command of each factor of a synchronisation, which is given by its position in
 /// [`Program::synchronisations`].
-pub(crate) type Combination = (usize, Vec<CommandId>);
+pub type Combination = (usize, Vec<CommandId>);
 
 /// A choice with its distribution over successors.
 #[derive(Debug, Clone, PartialEq)]
@@ -110,7 +110,7 @@ impl Program {
     ///
     /// # Errors
     /// A probability has no value.
-    pub(crate) fn exact_branches(&self, id: CommandId, state: &[i64]) -> Result<Vec<Ratio>, StepError> {
+    pub fn exact_branches(&self, id: CommandId, state: &[i64]) -> Result<Vec<Ratio>, StepError> {
         Ok(Ratio::branches(self, id, state)?.into_iter().map(|(_, p)| p).collect())
     }
 
@@ -226,7 +226,7 @@ impl Program {
     }
 
     /// Returns the names of combinations that are enabled in one state.
-    pub(crate) fn names(&self, combinations: &[(usize, Vec<CommandId>)]) -> Vec<String> {
+    pub fn names(&self, combinations: &[(usize, Vec<CommandId>)]) -> Vec<String> {
         let action = |index: usize| self.synchronisations[index].action;
         let mut uses: BTreeMap<usize, usize> = BTreeMap::new();
         for (index, _) in combinations {

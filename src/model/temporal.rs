@@ -32,7 +32,7 @@ pub enum Asks {
 
 impl Asks {
     /// Returns the requirement of the negation.
-    pub(crate) fn opposite(self) -> Asks {
+    pub fn opposite(self) -> Asks {
         match self {
             Asks::Accept => Asks::Avoid,
             Asks::Avoid => Asks::Accept,
@@ -68,7 +68,7 @@ pub struct Disjunct {
 
 impl Condition {
     /// Returns the negation.
-    pub(crate) fn negated(&self) -> Condition {
+    pub fn negated(&self) -> Condition {
         let all = |parts: &[Condition]| parts.iter().map(Condition::negated).collect();
         match self {
             Condition::Constant(value) => Condition::Constant(!value),
@@ -79,7 +79,7 @@ impl Condition {
     }
 
     /// Returns the marks of all leaves.
-    pub(crate) fn marks(&self) -> Vec<ExprId> {
+    pub fn marks(&self) -> Vec<ExprId> {
         match self {
             Condition::Constant(_) => Vec::new(),
             Condition::Leaf(_, mark) => vec![*mark],
@@ -215,8 +215,8 @@ pub enum Begin {
 mod tests {
     use super::*;
     use crate::error::Error;
-    use crate::model::expr::ExprPool;
-    use crate::model::value::Type;
+    use crate::expr::ExprPool;
+    use crate::value::Type;
 
     #[test]
     fn a_condition_with_too_many_cases_is_a_limit_and_not_false() {

@@ -16,7 +16,7 @@ pub struct Valuation(Map<String, Json>);
 
 impl Valuation {
     /// Names the values of a state.
-    pub(crate) fn of(program: &Program, state: &[i64]) -> Self {
+    pub fn of(program: &Program, state: &[i64]) -> Self {
         let value = |v: &Variable, x: i64| match (v.ty, v.value_name(x)) {
             (_, Some(name)) => Json::from(name),
             (Type::Bool, None) => Json::Bool(x != 0),
@@ -27,7 +27,7 @@ impl Valuation {
     }
 
     /// Returns the values in the order of the variables.
-    pub(crate) fn values(&self) -> impl Iterator<Item = &Json> {
+    pub fn values(&self) -> impl Iterator<Item = &Json> {
         self.0.values()
     }
 }
@@ -47,7 +47,7 @@ impl fmt::Display for Valuation {
 }
 
 /// Converts the value of a constant; a value that JSON numbers cannot represent becomes text.
-pub(crate) fn json(value: &Exact) -> Json {
+pub fn json(value: &Exact) -> Json {
     match value.rounded() {
         Value::Bool(b) => Json::from(b),
         Value::Int(i) => Json::from(i),
@@ -58,13 +58,13 @@ pub(crate) fn json(value: &Exact) -> Json {
 }
 
 /// Returns the exact value of a real that its nearest double does not give.
-pub(crate) fn long(value: &Exact) -> Option<String> {
+pub fn long(value: &Exact) -> Option<String> {
     let Exact::Real(Real::Finite(exact)) = value else { return None };
     let near = shortest(Real::Finite(exact.clone()).to_f64());
     (near.as_ref() != Some(exact)).then(|| decimal::text(exact))
 }
 
 /// Serialises a count as a string: many readers of JSON lose digits beyond 2^53.
-pub(crate) fn decimal<S: Serializer>(count: &impl fmt::Display, serializer: S) -> Result<S::Ok, S::Error> {
+pub fn decimal<S: Serializer>(count: &impl fmt::Display, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_str(count)
 }

@@ -35,7 +35,7 @@ pub enum Value {
 
 impl Value {
     /// Returns the type of the value.
-    pub(crate) fn ty(self) -> Type {
+    pub fn ty(self) -> Type {
         match self {
             Value::Bool(_) => Type::Bool,
             Value::Int(_) => Type::Int,
@@ -172,7 +172,7 @@ pub(crate) fn unary_type(op: Unary, ty: Type) -> Type {
 }
 
 /// Returns the type of `a op b` for operands of type `ty`.
-pub(crate) fn binary_type(op: Binary, ty: Type) -> Type {
+pub fn binary_type(op: Binary, ty: Type) -> Type {
     match op {
         Binary::And | Binary::Or | Binary::Eq | Binary::Lt | Binary::Le => Type::Bool,
         Binary::Add | Binary::Sub | Binary::Mul | Binary::Min | Binary::Max | Binary::Pow => ty,

@@ -18,10 +18,10 @@ use super::finite_memory::FiniteMemoryStrategy;
 use super::improvement::Improvement;
 use super::strategy::{Strategy, approach};
 use super::temporal::{self, AcceptingRegion};
-use crate::engine::edge_labels::{dropped, pairs_into};
-use crate::engine::{Engine, Region, position};
-use crate::error::Result;
-use crate::model::preference::{Goal, ObjectiveSet, Preferences};
+use meliora_engine::edge_labels::{dropped, pairs_into};
+use meliora_engine::{Engine, Region, position};
+use meliora_model::error::Result;
+use meliora_model::preference::{Goal, ObjectiveSet, Preferences};
 
 /// The choices with which an objective is pursued.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -18,12 +18,12 @@ use super::result::{
 use super::temporal::AcceptingRegion;
 use super::winning_regions::{RegionCounts, WinningRegions};
 use super::{strategy, temporal};
-use crate::engine::{AnyEngine, Count, Engine};
-use crate::error::{Error, Result};
-use crate::model::preference::{Goal, Objective, ObjectiveSet, Preferences};
-use crate::model::step::Choice;
-use crate::model::valuation::Valuation;
-use crate::model::{Program, State, fault};
+use meliora_engine::{AnyEngine, Count, Engine};
+use meliora_model::error::{Error, Result};
+use meliora_model::preference::{Goal, Objective, ObjectiveSet, Preferences};
+use meliora_model::step::Choice;
+use meliora_model::valuation::Valuation;
+use meliora_model::{Program, State, fault};
 
 /// The options of an analysis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -420,7 +420,7 @@ impl<E: Engine> Analysis<E> {
     ///
     /// # Errors
     /// A limit of the engine is reached.
-    pub(crate) fn partly_in(&self, choices: &E::Choices) -> Result<E::States> {
+    pub fn partly_in(&self, choices: &E::Choices) -> Result<E::States> {
         let listed = self.whole.all_choices();
         self.whole.sources(&self.whole.difference(&listed, choices)?)
     }
@@ -448,7 +448,7 @@ impl<E: Engine> Analysis<E> {
 
     /// Returns the sets behind the target of a temporal objective, one per disjunct; empty for
     /// other objectives, and before their computation.
-    pub(crate) fn accepting_regions(&self, objective: usize) -> &[AcceptingRegion<E>] {
+    pub fn accepting_regions(&self, objective: usize) -> &[AcceptingRegion<E>] {
         self.accepting.get(objective).map_or(&[], Vec::as_slice)
     }
 

@@ -1,9 +1,9 @@
 //! Classes: the states grouped by their most preferred objectives.
 
-use crate::engine::parallel::{Port, Portable};
-use crate::engine::{Engine, position};
-use crate::error::Result;
-use crate::model::preference::{Change, ObjectiveSet, Preferences};
+use meliora_engine::parallel::{Port, Portable};
+use meliora_engine::{Engine, position};
+use meliora_model::error::Result;
+use meliora_model::preference::{Change, ObjectiveSet, Preferences};
 
 /// The states with one value of MP, and the states of better and worse classes.
 pub struct Class<E: Engine> {

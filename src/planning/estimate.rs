@@ -1,7 +1,7 @@
 //! What simulated runs say about the value of a strategy: estimates with confidence intervals.
 
 /// The confidence of all intervals.
-pub(crate) const CONFIDENCE: f64 = 0.99;
+pub const CONFIDENCE: f64 = 0.99;
 /// The quantile of the normal distribution for this confidence: Φ(z) = 0.995.
 const Z: f64 = 2.575_829_303_548_901;
 /// The smallest number of runs for which an interval of the mean cost is stated.

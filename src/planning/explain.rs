@@ -6,11 +6,11 @@ use super::achieve::Manner;
 use super::finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
 use super::improvement::Safety;
 use super::levels::{Kind, Rank};
-use crate::engine::{Engine, position};
-use crate::error::Result;
-use crate::model::preference::{Change, ObjectiveSet, Preferences};
-use crate::model::step::Step;
-use crate::model::{State, fault};
+use meliora_engine::{Engine, position};
+use meliora_model::error::Result;
+use meliora_model::preference::{Change, ObjectiveSet, Preferences};
+use meliora_model::step::Step;
+use meliora_model::{State, fault};
 
 /// The reason why an action is permitted or not; successors are given by their positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
@@ -96,7 +96,7 @@ impl Explanation {
     }
 
     /// Returns whether the strategy is a plan that achieves its objective by kept choices alone.
-    pub(crate) fn keeps(&self) -> bool {
+    pub fn keeps(&self) -> bool {
         self.memory.pursuit.is_some_and(|pursuit| pursuit.manner == Manner::Kept)
     }
 
@@ -380,7 +380,7 @@ pub(super) fn lost(preferences: &Preferences, from: &ObjectiveSet, to: &Objectiv
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::preference::{Empty, Preorder, Relation, Statement};
+    use meliora_model::preference::{Empty, Preorder, Relation, Statement};
 
     fn successor(dropped: bool, goal: bool, stays: bool) -> Successor {
         Successor {

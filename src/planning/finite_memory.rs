@@ -45,10 +45,10 @@ use super::decision_rule::DecisionRule;
 use super::improvement::{Arena, Improvement};
 use super::levels::{Game, Kind, Level, Levels, Rank};
 use super::strategy::{self, Strategy};
-use crate::engine::{AnyEngine, Engine, position};
-use crate::error::{Error, Result};
-use crate::model::Program;
-use crate::model::preference::{Change, ObjectiveSet, Preferences};
+use meliora_engine::{AnyEngine, Engine, position};
+use meliora_model::Program;
+use meliora_model::error::{Error, Result};
+use meliora_model::preference::{Change, ObjectiveSet, Preferences};
 
 /// The memory of a strategy: the information that a run carries in addition to its state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -98,7 +98,7 @@ impl StrategyKind {
     }
 
     /// Returns whether strategies of this kind achieve objectives.
-    pub(crate) fn achieves(self) -> bool {
+    pub fn achieves(self) -> bool {
         matches!(self, StrategyKind::Plan | StrategyKind::Achieve)
     }
 
@@ -106,7 +106,7 @@ impl StrategyKind {
     ///
     /// # Errors
     /// [`Error::Usage`] if there is no such objective, if the kind needs one, or if it achieves none.
-    pub(crate) fn objective(self, preferences: &Preferences, name: Option<&str>) -> Result<Option<usize>> {
+    pub fn objective(self, preferences: &Preferences, name: Option<&str>) -> Result<Option<usize>> {
         let objectives = &preferences.objectives;
         let known = || objectives.iter().map(|o| o.name.as_str()).collect::<Vec<_>>().join(", ");
         let wrong = match (self, name) {

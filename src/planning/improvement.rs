@@ -9,11 +9,11 @@ use strum::{Display, EnumMessage, EnumString, IntoStaticStr, VariantArray};
 use serde::Serialize;
 
 use super::classes::{Class, Classes};
-use crate::engine::edge_labels::{dropped, grouped, pairs_into};
-use crate::engine::parallel::{self, Port, Portable};
-use crate::engine::{Count, EdgeLabels, Engine, Region, position};
-use crate::error::Result;
-use crate::model::valuation::decimal;
+use meliora_engine::edge_labels::{dropped, grouped, pairs_into};
+use meliora_engine::parallel::{self, Port, Portable};
+use meliora_engine::{Count, EdgeLabels, Engine, Region, position};
+use meliora_model::error::Result;
+use meliora_model::valuation::decimal;
 
 /// The safety mode, which selects the kept choices: `--safety`.
 #[derive(
@@ -111,7 +111,7 @@ impl<E: Engine> Improvement<E> {
     ///
     /// # Errors
     /// A limit of the engine is reached.
-    pub(crate) fn new(engine: &E, classes: &Classes<E>, safety: Safety) -> Result<Self> {
+    pub fn new(engine: &E, classes: &Classes<E>, safety: Safety) -> Result<Self> {
         let arenas = match safety {
             Safety::Action => vec![action(engine, classes)?],
             Safety::Transition => vec![transition(engine, classes)?],

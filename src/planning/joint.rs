@@ -10,22 +10,22 @@ use std::collections::BTreeMap;
 use super::temporal;
 use super::winning_regions::almost_sure_within;
 use super::{Analysis, Class};
-use crate::engine::Engine;
-use crate::engine::regions::pmax_positive;
-use crate::error::{Error, Result};
-use crate::model::preference::{Goal, ObjectiveSet};
-use crate::model::temporal::Condition;
+use meliora_engine::Engine;
+use meliora_engine::regions::pmax_positive;
+use meliora_model::error::{Error, Result};
+use meliora_model::preference::{Goal, ObjectiveSet};
+use meliora_model::temporal::Condition;
 
 /// Maximum number of most preferred objectives of a class; the number of sets is exponential in it.
 /// Nothing is computed for classes that have more.
-pub(crate) const MOST: usize = 10;
+pub const MOST: usize = 10;
 
 /// Sets of objectives, each with the states from which one strategy achieves all of them.
 type Sets<S> = Vec<(ObjectiveSet, S)>;
 
 /// The sets of objectives that are jointly achievable somewhere, among the most preferred objectives of
 /// a class.
-pub(crate) struct Joint<E: Engine> {
+pub struct Joint<E: Engine> {
     /// The regions W(R, T) by R ∪ T. A set without an entry is achieved jointly in no state.
     regions: BTreeMap<ObjectiveSet, E::States>,
 }
@@ -38,7 +38,7 @@ impl<E: Engine> Joint<E> {
     ///
     /// # Errors
     /// [`Error::Usage`] if the classes are not known; a limit of the engine is reached.
-    pub(crate) fn new(analysis: &Analysis<E>) -> Result<Self> {
+    pub fn new(analysis: &Analysis<E>) -> Result<Self> {
         let Some(classes) = analysis.classes() else {
             return Err(Error::Usage("the classes are not known; run the analysis first".to_owned()));
         };
@@ -106,7 +106,7 @@ impl<E: Engine> Joint<E> {
     ///
     /// # Errors
     /// A limit of the engine is reached.
-    pub(crate) fn of_class(&self, engine: &E, class: &Class<E>) -> Result<Option<Sets<E::States>>> {
+    pub fn of_class(&self, engine: &E, class: &Class<E>) -> Result<Option<Sets<E::States>>> {
         if is_too_large(&class.most_preferred) {
             return Ok(None);
         }
@@ -156,7 +156,7 @@ impl<E: Engine> Joint<E> {
 }
 
 /// Returns whether a class has more than [`MOST`] most preferred objectives.
-pub(crate) fn is_too_large(most_preferred: &ObjectiveSet) -> bool {
+pub fn is_too_large(most_preferred: &ObjectiveSet) -> bool {
     most_preferred.len() > MOST
 }
 

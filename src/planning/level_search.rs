@@ -7,9 +7,9 @@ use super::improvement::Improvement;
 use super::levels::{End, Level, Levels};
 use super::phases::Event;
 use super::result::LevelCounts;
-use crate::engine::parallel::{self, Port, Portable};
-use crate::engine::{Count, Engine};
-use crate::error::Result;
+use meliora_engine::parallel::{self, Port, Portable};
+use meliora_engine::{Count, Engine};
+use meliora_model::error::Result;
 
 /// The classes and the improvement MDP.
 struct Given<E: Engine> {

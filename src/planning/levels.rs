@@ -12,10 +12,10 @@ use strum::{EnumString, IntoStaticStr, VariantArray};
 
 use super::classes::Classes;
 use super::improvement::{Arena, Improvement, Safety};
-use crate::engine::edge_labels::{pairs_into, winning};
-use crate::engine::parallel::{self, Port, Portable};
-use crate::engine::{EdgeLabels, Engine, Region, position};
-use crate::error::Result;
+use meliora_engine::edge_labels::{pairs_into, winning};
+use meliora_engine::parallel::{self, Port, Portable};
+use meliora_engine::{EdgeLabels, Engine, Region, position};
+use meliora_model::error::Result;
 
 /// The paper's two solution concepts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, EnumString, IntoStaticStr, VariantArray)]
@@ -149,16 +149,16 @@ impl<E: Engine> Portable<E> for Levels<E> {
 
 impl<E: Engine> Levels<E> {
     /// Creates an empty list of levels.
-    pub(crate) fn new(kind: Kind) -> Self {
+    pub fn new(kind: Kind) -> Self {
         Levels { kind, found: Vec::new(), end: None }
     }
 
     /// Computes the next level or the end; returns whether a level was added to `found`. Cost: see
-    /// [`next_level`].
+    /// `next_level`.
     ///
     /// # Errors
     /// A limit of the engine is reached; nothing is changed.
-    pub(crate) fn advance(
+    pub fn advance(
         &mut self,
         engine: &E,
         classes: &Classes<E>,
@@ -311,7 +311,7 @@ fn play<E: Engine>(engine: &E, Turn { arena, before }: &Turn<E>, kind: Kind) -> 
 ///
 /// # Errors
 /// A limit of the engine is reached.
-pub(crate) fn entering<E: Engine>(
+pub fn entering<E: Engine>(
     engine: &E,
     arena: &Arena<E>,
     x: &E::States,

@@ -6,7 +6,7 @@ use strum::{IntoStaticStr, VariantArray};
 
 use super::levels::Kind;
 use super::result::{AnalysisResult, ObjectiveCounts};
-use crate::engine::Count;
+use meliora_engine::Count;
 
 /// The phases of an analysis, in their order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]
@@ -29,7 +29,7 @@ impl Phase {
     pub const ALL: &[Phase] = Phase::VARIANTS;
 
     /// Returns the phase that computes the levels of a kind.
-    pub(crate) fn levels(kind: Kind) -> Phase {
+    pub fn levels(kind: Kind) -> Phase {
         match kind {
             Kind::Sasi => Phase::Sasi,
             Kind::Spi => Phase::Spi,
@@ -60,7 +60,7 @@ pub enum Event<'a> {
     Objective(&'a ObjectiveCounts),
     /// A level is known: its kind, its number (from 1) and its number of states.
     Level(Kind, usize, &'a Count),
-    /// A phase is complete, with its duration by [`crate::progress::ProgressSink::clock`]. A phase
+    /// A phase is complete, with its duration by [`meliora_model::progress::ProgressSink::clock`]. A phase
     /// that a limit ends has no such event.
     Finished(Phase, Duration),
 }

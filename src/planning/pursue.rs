@@ -4,9 +4,9 @@
 use super::achieve::{Achieving, Manner, Pursuit};
 use super::finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
 use super::levels::Rank;
-use crate::engine::Engine;
-use crate::error::Result;
-use crate::model::preference::ObjectiveSet;
+use meliora_engine::Engine;
+use meliora_model::error::Result;
+use meliora_model::preference::ObjectiveSet;
 
 impl<E: Engine> FiniteMemoryStrategy<E> {
     /// Lets the memory of a strategy that achieves objectives pursue one, once nothing can be improved.

@@ -2,8 +2,8 @@
 
 use super::analysis::Analysis;
 use super::levels::Kind;
-use crate::engine::Engine;
-use crate::names;
+use meliora_engine::Engine;
+use meliora_model::names;
 
 /// Returns the regions that are known so far: `unsafe` (under requirements), `target:A`, `almost-sure:A`, `positive:A`,
 /// `class:A+B`, `sasi:1`, `spi:unbounded`, …

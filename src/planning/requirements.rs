@@ -6,11 +6,11 @@
 //! nothing keeps the requirements: its self-loop stays there.
 
 use super::result::Escape;
-use crate::engine::{Engine, Region};
-use crate::error::Result;
-use crate::model::preference::Requirement;
-use crate::model::valuation::Valuation;
-use crate::model::{Program, State, fault};
+use meliora_engine::{Engine, Region};
+use meliora_model::error::Result;
+use meliora_model::preference::Requirement;
+use meliora_model::valuation::Valuation;
+use meliora_model::{Program, State, fault};
 
 /// The model of an analysis: as it is written, and restricted by the requirements.
 pub struct Requirements<E: Engine> {
@@ -35,8 +35,8 @@ impl<E: Engine> Requirements<E> {
     /// without requirements. Cost: one [`Engine::stay_within`].
     ///
     /// # Errors
-    /// The errors of [`kept`].
-    pub(crate) fn restrict(engine: &E, requirements: &[Requirement]) -> Result<Option<(E, Self)>> {
+    /// The errors of `kept`.
+    pub fn restrict(engine: &E, requirements: &[Requirement]) -> Result<Option<(E, Self)>> {
         if requirements.is_empty() {
             return Ok(None);
         }
@@ -53,7 +53,7 @@ impl<E: Engine> Requirements<E> {
     ///
     /// # Errors
     /// A limit of the engine is reached, or a command has no meaning in a state.
-    pub(crate) fn escape(
+    pub fn escape(
         &self,
         engine: &E,
         program: &Program,

@@ -6,10 +6,10 @@ use serde::ser::{Serialize, SerializeStruct, Serializer};
 
 use super::improvement::Sizes;
 use super::levels::Rank;
-use crate::engine::{Count, Engine};
-use crate::error::Result;
-use crate::model::State;
-use crate::model::valuation::{Valuation, decimal};
+use meliora_engine::{Count, Engine};
+use meliora_model::State;
+use meliora_model::error::Result;
+use meliora_model::valuation::{Valuation, decimal};
 
 /// The contents of a report of `check`; results that are not known yet are `None` or empty.
 #[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize)]
@@ -61,7 +61,7 @@ impl ModelCounts {
     ///
     /// # Errors
     /// A limit of the engine is reached.
-    pub(crate) fn of<E: Engine>(engine: &E) -> Result<Self> {
+    pub fn of<E: Engine>(engine: &E) -> Result<Self> {
         let states = engine.all_states();
         Ok(ModelCounts {
             model_states: engine.count_model_states(&states)?,
@@ -74,7 +74,7 @@ impl ModelCounts {
     ///
     /// # Errors
     /// A limit of the engine is reached.
-    pub(crate) fn within<E: Engine>(engine: &E, states: &E::States) -> Result<Self> {
+    pub fn within<E: Engine>(engine: &E, states: &E::States) -> Result<Self> {
         let choices = engine.choices_in(&engine.all_choices(), states)?;
         Ok(ModelCounts {
             states: engine.count(states)?,
@@ -166,12 +166,12 @@ pub enum LevelsEnd {
 
 impl LevelCounts {
     /// Returns whether the search for levels has begun.
-    pub(crate) fn is_begun(&self) -> bool {
+    pub fn is_begun(&self) -> bool {
         !self.levels.is_empty() || self.end != LevelsEnd::Open
     }
 
     /// Returns |W_k|; `None` if it is not known.
-    pub(crate) fn size(&self, k: usize) -> Option<Count> {
+    pub fn size(&self, k: usize) -> Option<Count> {
         self.levels.get(k.checked_sub(1)?).cloned().or_else(|| self.unbounded())
     }
 

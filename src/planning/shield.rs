@@ -20,11 +20,11 @@ use serde::{Deserialize, Deserializer, Serialize};
 use super::explain::{Action, Explanation};
 use super::finite_memory::{FiniteMemoryStrategy, Memory};
 use super::levels::Rank;
-use crate::engine::Engine;
-use crate::error::{Error, Limit, Result};
-use crate::model::preference::{Change, ObjectiveSet};
-use crate::model::value::Type;
-use crate::model::{Program, State};
+use meliora_engine::Engine;
+use meliora_model::error::{Error, Limit, Result};
+use meliora_model::preference::{Change, ObjectiveSet};
+use meliora_model::value::Type;
+use meliora_model::{Program, State};
 
 /// A table of permitted actions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -391,7 +391,7 @@ fn position_or_push<T>(all: &mut Vec<T>, is: impl Fn(&T) -> bool, new: impl FnOn
 /// Returns the action labels of the model, without those that only monitors have.
 fn labels(program: &Program) -> Vec<String> {
     let own = |action: usize| {
-        let of = |command: &&crate::model::Command| command.action == Some(action);
+        let of = |command: &&meliora_model::Command| command.action == Some(action);
         let monitor = program.monitors.as_ref().map(|monitors| monitors.module);
         program.commands.iter().filter(of).any(|command| Some(command.module) != monitor)
     };

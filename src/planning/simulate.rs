@@ -11,11 +11,11 @@ use super::finite_memory::{FiniteMemoryStrategy, Memory};
 use super::induced_model::Scheduler;
 use super::levels::Rank;
 use super::tally::{Achievements, Ending, RunEnd, Tally, Trace, Turn};
-use crate::engine::Engine;
-use crate::error::Result;
-use crate::model::State;
-use crate::model::preference::{Change, ObjectiveSet};
-use crate::random::Draw;
+use meliora_engine::Engine;
+use meliora_model::State;
+use meliora_model::error::Result;
+use meliora_model::preference::{Change, ObjectiveSet};
+use meliora_model::random::Draw;
 
 /// Maximum number of explained states that are kept for later visits.
 const REMEMBERED: usize = 1 << 16;

@@ -8,9 +8,9 @@
 use super::classes::Classes;
 use super::improvement::{Arena, Improvement};
 use super::levels::{Game, Kind, Level};
-use crate::engine::edge_labels::{keeping, winning};
-use crate::engine::{EdgeLabels, Engine, Region, position};
-use crate::error::Result;
+use meliora_engine::edge_labels::{keeping, winning};
+use meliora_engine::{EdgeLabels, Engine, Region, position};
+use meliora_model::error::Result;
 
 /// The two strategies of one level in one arena.
 pub struct Strategy<E: Engine> {
@@ -56,12 +56,7 @@ pub(crate) fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> R
 ///
 /// # Errors
 /// A limit of the engine is reached.
-pub(crate) fn strategy<E: Engine>(
-    engine: &E,
-    kind: Kind,
-    arena: &Arena<E>,
-    game: &Game<E>,
-) -> Result<Strategy<E>> {
+pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game<E>) -> Result<Strategy<E>> {
     let (all, permissive) = (engine.all_choices(), permissive(engine, kind, game)?);
     let first = engine.intersection(&permissive, &winning(engine, &all, &game.edge_labels)?)?;
     let goal = engine.sources(&first)?;

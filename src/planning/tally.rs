@@ -7,8 +7,8 @@ use serde::{Serialize, Serializer};
 
 use super::estimate::Sample;
 use super::levels::Rank;
-use crate::model::State;
-use crate::model::preference::{Change, ObjectiveSet};
+use meliora_model::State;
+use meliora_model::preference::{Change, ObjectiveSet};
 
 /// The statistics of the runs from one state.
 #[derive(Debug, Clone, PartialEq)]
@@ -118,7 +118,7 @@ impl Wait {
     }
 
     /// Returns the mean number of steps.
-    pub(crate) fn mean(&self) -> f64 {
+    pub fn mean(&self) -> f64 {
         self.total as f64 / self.plays as f64
     }
 }
@@ -274,7 +274,7 @@ impl Tally {
 
     /// Returns the number of runs with fewer improvements than the rank says; `None` if the rank is
     /// unbounded.
-    pub(crate) fn fewer_than_rank(&self) -> Option<u64> {
+    pub fn fewer_than_rank(&self) -> Option<u64> {
         match self.rank {
             Rank::Finite(k) | Rank::AtLeast(k) => Some(self.fewer_than(k)),
             Rank::Unbounded => None,

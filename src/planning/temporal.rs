@@ -5,14 +5,14 @@
 //! reaches one of these sets (L. de Alfaro, *Formal verification of probabilistic systems*, 1997).
 
 use super::winning_regions::almost_sure_within;
-use crate::engine::regions::{Regions, Which, of_markov_chain, pmax_positive};
-use crate::engine::{Engine, Region};
-use crate::error::Result;
-use crate::model::expr::ExprId;
-use crate::model::temporal::{Condition, Disjunct};
+use meliora_engine::regions::{Regions, Which, of_markov_chain, pmax_positive};
+use meliora_engine::{Engine, Region};
+use meliora_model::error::Result;
+use meliora_model::expr::ExprId;
+use meliora_model::temporal::{Condition, Disjunct};
 
 /// The states from which a disjunct can be kept, with the choices and marks that prove it.
-pub(crate) struct AcceptingRegion<E: Engine> {
+pub struct AcceptingRegion<E: Engine> {
     /// The disjunct d.
     pub disjunct: Disjunct,
     /// U_d, the states.
@@ -79,11 +79,11 @@ pub(crate) fn accepting_region<E: Engine>(
     Ok(AcceptingRegion { disjunct, states, choices, again })
 }
 
-/// Computes U_d for each disjunct of a condition, with choices of `within`. Cost: that of [`accepting_region`] per disjunct.
+/// Computes U_d for each disjunct of a condition, with choices of `within`. Cost: that of `accepting_region` per disjunct.
 ///
 /// # Errors
-/// The errors of [`accepting_region`].
-pub(crate) fn accepting_regions<E: Engine>(
+/// The errors of `accepting_region`.
+pub fn accepting_regions<E: Engine>(
     engine: &E,
     condition: &Condition,
     within: &E::Choices,
@@ -98,7 +98,7 @@ pub(crate) fn accepting_regions<E: Engine>(
 ///
 /// # Errors
 /// A limit of the engine is reached.
-pub(crate) fn secured<E: Engine>(engine: &E, all: &[AcceptingRegion<E>]) -> Result<E::States> {
+pub fn secured<E: Engine>(engine: &E, all: &[AcceptingRegion<E>]) -> Result<E::States> {
     all.iter().try_fold(engine.no_states(), |union, region| engine.union(&union, &region.states))
 }
 
@@ -116,7 +116,7 @@ pub fn regions<E: Engine>(engine: &E, condition: &Condition) -> Result<Regions<E
 ///
 /// # Errors
 /// The errors of [`regions`] and of `by`.
-pub(crate) fn regions_by<E: Engine>(
+pub fn regions_by<E: Engine>(
     engine: &E,
     condition: &Condition,
     mut by: impl FnMut(Which, &mut dyn FnMut() -> Result<E::States>) -> Result<E::States>,

@@ -1,9 +1,9 @@
 //! Winning regions: the states from which each objective can be achieved.
 
-use crate::engine::parallel::{self, Port, Portable};
-use crate::engine::regions::pmax_positive;
-use crate::engine::{Count, Engine, position};
-use crate::error::Result;
+use meliora_engine::parallel::{self, Port, Portable};
+use meliora_engine::regions::pmax_positive;
+use meliora_engine::{Count, Engine, position};
+use meliora_model::error::Result;
 
 /// The winning regions of one objective.
 pub struct ObjectiveRegions<E: Engine> {
@@ -184,7 +184,7 @@ impl<E: Engine> WinningRegions<E> {
     }
 
     /// Returns F, the target of an objective, which is known before its regions.
-    pub(crate) fn target(&self, objective: usize) -> Option<&E::States> {
+    pub fn target(&self, objective: usize) -> Option<&E::States> {
         self.targets.get(objective)
     }
 

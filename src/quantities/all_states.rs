@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use super::choose::LEVELS;
 use super::{Setup, Steps, Values};
-use crate::engine::Engine;
-use crate::error::Result;
-use crate::model::{Program, State};
-use crate::planning::Analysis;
+use meliora_engine::Engine;
+use meliora_model::error::Result;
+use meliora_model::{Program, State};
+use meliora_planning::Analysis;
 
 /// Maximum number of states whose values are computed for maps.
 pub const MOST_STATES: usize = 4096;

@@ -6,13 +6,13 @@ use super::cost::check_rewards;
 use super::reach::{self, Value, Wanted};
 use super::state_values::Bound;
 use super::{Earned, Interval};
-use crate::engine::Engine;
-use crate::engine::regions::{Regions, holds};
-use crate::error::{Error, Limit, Result};
-use crate::model::exact::{Ratio, Real};
-use crate::model::expr::ExprId;
-use crate::model::property::{Inequality, Measure, Quantity, Question};
-use crate::model::{Optimum, Program};
+use meliora_engine::Engine;
+use meliora_engine::regions::{Regions, holds};
+use meliora_model::error::{Error, Limit, Result};
+use meliora_model::exact::{Ratio, Real};
+use meliora_model::expr::ExprId;
+use meliora_model::property::{Inequality, Measure, Quantity, Question};
+use meliora_model::{Optimum, Program};
 
 /// Maximum number of initial states with values.
 const MOST_STATES: usize = 1 << 20;

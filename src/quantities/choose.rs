@@ -9,10 +9,10 @@ use strum::{EnumMessage, EnumString, IntoStaticStr, VariantArray};
 use super::cost::Cost;
 use super::number::Bounds;
 use super::values::{Aim, Node, Setup, Values};
-use crate::engine::Engine;
-use crate::error::Result;
-use crate::model::{Program, State};
-use crate::planning::{Analysis, DecisionRule, Kind, Memory, Rank, StrategyKind};
+use meliora_engine::Engine;
+use meliora_model::error::Result;
+use meliora_model::{Program, State};
+use meliora_planning::{Analysis, DecisionRule, Kind, Memory, Rank, StrategyKind};
 
 /// The default of the greatest number of improvements with values.
 pub const LEVELS: usize = 10;

@@ -16,8 +16,8 @@ use num_traits::FromPrimitive;
 use super::eliminate::{self, Row};
 use super::meter::Meter;
 use super::number::{Interval, Number};
-use crate::error::Result;
-use crate::model::exact::Ratio;
+use meliora_model::error::Result;
+use meliora_model::exact::Ratio;
 
 /// Sweeps of value iteration before policy iteration.
 const SWEEPS: usize = 64;

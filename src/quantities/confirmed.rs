@@ -7,9 +7,9 @@ use super::solution::Solution;
 use super::solve::Quantity;
 use super::solved::Solved;
 use super::values::{Numbers, Values};
-use crate::dump::values::{Bounds, Number, Row};
-use crate::engine::Engine;
-use crate::error::{Error, Limit, Result};
+use meliora_dump::values::{Bounds, Number, Row};
+use meliora_engine::Engine;
+use meliora_model::error::{Error, Limit, Result};
 
 /// Bounds of P_k and C_k that one step confirms; see `docs/dumps.md`.
 #[derive(Debug)]

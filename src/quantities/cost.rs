@@ -2,13 +2,13 @@
 
 use num_traits::One;
 
-use crate::engine::Engine;
-use crate::error::Result;
-use crate::model::exact::Ratio;
-use crate::model::expr::ExprId;
-use crate::model::rewards::RewardStructure;
-use crate::model::step::Combination;
-use crate::model::{Program, State, fault};
+use meliora_engine::Engine;
+use meliora_model::error::Result;
+use meliora_model::exact::Ratio;
+use meliora_model::expr::ExprId;
+use meliora_model::rewards::RewardStructure;
+use meliora_model::step::Combination;
+use meliora_model::{Program, State, fault};
 
 /// A cost for each step: what a choice costs in a state, at least 0.
 ///

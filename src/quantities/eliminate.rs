@@ -11,7 +11,7 @@ use std::collections::BinaryHeap;
 
 use super::meter::Meter;
 use super::number::Number;
-use crate::error::Result;
+use meliora_model::error::Result;
 
 /// The row of a node: its edges to other nodes, sorted, and the probability to leave the chain.
 #[derive(Debug, Clone)]

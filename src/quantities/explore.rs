@@ -9,15 +9,15 @@ use super::cost::Cost;
 use super::graph::{Closed, EVERY, Edge, Graph, LOST, Rank};
 use super::meter::Meter;
 use super::places::{Place, Places};
-use crate::engine::Engine;
-use crate::engine::explicit::weighted::{Code, Codec, Walk, Walker, Weighted};
-use crate::error::{Error, Result};
-use crate::model::exact::Ratio;
-use crate::model::preference::{Change, Preferences};
-use crate::model::{Program, State};
-use crate::planning::improvement::Arena;
-use crate::planning::levels::Level;
-use crate::planning::{Analysis, Classes, Improvement, Kind, Levels, Safety};
+use meliora_engine::Engine;
+use meliora_engine::explicit::weighted::{Code, Codec, Walk, Walker, Weighted};
+use meliora_model::error::{Error, Result};
+use meliora_model::exact::Ratio;
+use meliora_model::preference::{Change, Preferences};
+use meliora_model::{Program, State};
+use meliora_planning::improvement::Arena;
+use meliora_planning::levels::Level;
+use meliora_planning::{Analysis, Classes, Improvement, Kind, Levels, Safety};
 
 /// The results of an analysis that the graph needs.
 pub(super) struct Facts<'a, E: Engine> {

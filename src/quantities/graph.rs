@@ -6,9 +6,9 @@ use bitvec::vec::BitVec;
 
 use super::meter::Meter;
 use super::narrow::Narrow;
-use crate::engine::explicit::weighted::Fractions;
-use crate::error::Result;
-use crate::model::exact::Ratio;
+use meliora_engine::explicit::weighted::Fractions;
+use meliora_model::error::Result;
+use meliora_model::exact::Ratio;
 
 /// The target of an edge that is lost: it weakens, so the play has failed.
 pub(super) const LOST: u32 = u32::MAX;

@@ -11,8 +11,8 @@ use super::meter::Meter;
 use super::number::Number;
 use super::solution::Solution;
 use super::solve::{End, Margin, NONE, System};
-use crate::error::Result;
-use crate::model::exact::Ratio;
+use meliora_model::error::Result;
+use meliora_model::exact::Ratio;
 
 /// A reader of the numbers of a system as numbers of another kind.
 pub(super) trait Reader<N: Number> {

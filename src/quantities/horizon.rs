@@ -5,7 +5,7 @@ use ahash::AHashMap;
 use super::graph::{Edge, Graph, LOST};
 use super::meter::Meter;
 use super::number::Interval;
-use crate::error::Result;
+use meliora_model::error::Result;
 
 /// The curves of some nodes.
 #[derive(Debug, Default)]

@@ -29,9 +29,9 @@ use super::meter::Meter;
 use super::number::Interval;
 use super::solution::Solution;
 use super::solve::{FEW, Margin, NONE, Quantity, SMALL, System};
-use crate::dump::values::{MOST_BITS, Number};
-use crate::error::Result;
-use crate::model::exact::Ratio;
+use meliora_dump::values::{MOST_BITS, Number};
+use meliora_model::error::Result;
+use meliora_model::exact::Ratio;
 
 /// The margin that covers the rounding of an exact solution.
 const ROUNDING: f64 = 8.881_784_197_001_252e-16;

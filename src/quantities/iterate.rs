@@ -27,7 +27,7 @@ use super::meter::Meter;
 use super::solve::NONE;
 pub(super) use super::sparse::Sparse;
 use super::sparse::TINY;
-use crate::error::Result;
+use meliora_model::error::Result;
 
 /// The relative width that is tried first, and the factor for the next attempts.
 const WIDTH: f64 = 1e-9;
@@ -277,8 +277,8 @@ mod tests {
     use super::super::eliminate::Row;
     use super::super::number::{Interval, Number};
     use super::*;
-    use crate::engine::NoProgress;
-    use crate::random::Draw;
+    use meliora_engine::NoProgress;
+    use meliora_model::random::Draw;
 
     const RARE: f64 = 1.0 / (1 << 30) as f64;
 

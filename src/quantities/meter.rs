@@ -1,8 +1,8 @@
 //! Limits of the solver: memory, time and the user.
 
-use crate::engine::Engine;
-use crate::error::{Limit, Result};
-use crate::progress::Poll;
+use meliora_engine::Engine;
+use meliora_model::error::{Limit, Result};
+use meliora_model::progress::Poll;
 
 /// Counts the bytes of the solver's arrays, and asks the progress sink whether to go on.
 pub(super) struct Meter<'o> {
@@ -21,7 +21,7 @@ impl<'o> Meter<'o> {
 
     /// Creates a meter without a limit.
     #[cfg(test)]
-    pub(super) fn unlimited(sink: &'o dyn crate::progress::ProgressSink) -> Self {
+    pub(super) fn unlimited(sink: &'o dyn meliora_model::progress::ProgressSink) -> Self {
         Meter { poll: Poll::new(sink), bytes: 0, limit: u64::MAX }
     }
 

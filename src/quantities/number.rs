@@ -8,7 +8,7 @@ use std::cmp::Ordering;
 use num_rational::BigRational;
 use num_traits::{FromPrimitive, One, ToPrimitive, Zero};
 
-use crate::model::exact::Ratio;
+use meliora_model::exact::Ratio;
 
 /// Lower and upper bound of a number that is not negative; the upper one may be infinite.
 #[derive(Debug, Clone, Copy, PartialEq)]

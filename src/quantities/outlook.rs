@@ -7,11 +7,11 @@ use ahash::AHashSet;
 
 use super::all_states::AllStates;
 use super::{Aim, Choose, Chooser, Steps};
-use crate::engine::Engine;
-use crate::error::Result;
-use crate::model::preference::ObjectiveSet;
-use crate::model::{Program, State};
-use crate::planning::{Analysis, FiniteMemoryStrategy, Kind, Memory, Rank, Safety};
+use meliora_engine::Engine;
+use meliora_model::error::Result;
+use meliora_model::preference::ObjectiveSet;
+use meliora_model::{Program, State};
+use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, Memory, Rank, Safety};
 
 /// Maximum number of nodes that are searched for the objectives that improvements lead to.
 const MOST_NODES: usize = 4096;

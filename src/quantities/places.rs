@@ -8,8 +8,8 @@ use bitvec::vec::BitVec;
 use hashbrown::HashTable;
 
 use super::narrow::Narrow;
-use crate::engine::explicit::weighted::Codec;
-use crate::model::State;
+use meliora_engine::explicit::weighted::Codec;
+use meliora_model::State;
 
 /// Where a state is taken: in an arena, or in a junction of it, right after an improving step under
 /// `prefix`.

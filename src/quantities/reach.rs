@@ -16,12 +16,12 @@ use super::graph::{Closed, EVERY, Edge, Graph, LOST, Rank};
 use super::meter::Meter;
 use super::number::{Bounds, Interval, Number};
 use super::solve::{Quantity, SMALL, System};
-use crate::engine::explicit::weighted::{Code, Codec, Walk, Walker};
-use crate::engine::regions::Regions;
-use crate::engine::{Engine, position as position_of};
-use crate::error::Result;
-use crate::model::exact::Ratio;
-use crate::model::{Optimum, Program, State};
+use meliora_engine::explicit::weighted::{Code, Codec, Walk, Walker};
+use meliora_engine::regions::Regions;
+use meliora_engine::{Engine, position as position_of};
+use meliora_model::error::Result;
+use meliora_model::exact::Ratio;
+use meliora_model::{Optimum, Program, State};
 
 /// The node of all states where the path ends.
 const END: u32 = 0;

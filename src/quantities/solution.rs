@@ -3,7 +3,7 @@
 use super::meter::Meter;
 use super::number::Number;
 use super::solve::NONE;
-use crate::error::Result;
+use meliora_model::error::Result;
 
 /// The solution of one system of equations, as far as it is known.
 #[derive(Debug)]

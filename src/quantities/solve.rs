@@ -16,10 +16,10 @@ use super::iterate::{self, Sparse};
 use super::meter::Meter;
 use super::number::{Interval, Number};
 use super::solution::Solution;
-use crate::error::{Error, Limit, Result};
-use crate::model::exact::Ratio;
+use meliora_model::error::{Error, Limit, Result};
+use meliora_model::exact::Ratio;
 
-/// The number of groups up to which elimination is as fast as iteration; see [`crate::quantities`].
+/// The number of groups up to which elimination is as fast as iteration; see [`crate`].
 pub(super) const SMALL: usize = 1000;
 /// The number of groups up to which a component is solved with fractions if its bounds are wide.
 pub(super) const FEW: usize = 100;

@@ -5,7 +5,7 @@ use super::meter::Meter;
 use super::number::{Bounds, Number};
 use super::solution::Solution;
 use super::solve::{Quantity, SMALL, System};
-use crate::error::Result;
+use meliora_model::error::Result;
 
 /// The solutions so far.
 #[derive(Debug)]

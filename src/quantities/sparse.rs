@@ -19,7 +19,7 @@ use super::number::{Interval, Number};
 use super::repeated::Repeated;
 use super::solution::Solution;
 use super::solve::{End, Margin, System};
-use crate::error::Result;
+use meliora_model::error::Result;
 
 /// Results below this may have lost digits.
 pub(super) const TINY: f64 = 1e-280;

@@ -4,12 +4,12 @@ use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 use super::{Aim, Bounds, ChoiceValues, Node, Values};
-use crate::engine::explicit::weighted::Walker;
-use crate::engine::{Engine, NoProgress};
-use crate::error::Result;
-use crate::model::valuation::Valuation;
-use crate::model::{Program, State};
-use crate::planning::{Analysis, Kind, Rank};
+use meliora_engine::explicit::weighted::Walker;
+use meliora_engine::{Engine, NoProgress};
+use meliora_model::error::Result;
+use meliora_model::valuation::Valuation;
+use meliora_model::{Program, State};
+use meliora_planning::{Analysis, Kind, Rank};
 
 /// The values of a state.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -9,10 +9,10 @@ use super::meter::Meter;
 use super::number::{Interval, Number};
 use super::solution::Solution;
 use super::solve::{Quantity, SMALL, System};
-use crate::engine::{NoProgress, ProgressSink};
-use crate::error::Limit;
-use crate::model::exact::Ratio;
-use crate::random::Draw;
+use meliora_engine::{NoProgress, ProgressSink};
+use meliora_model::error::Limit;
+use meliora_model::exact::Ratio;
+use meliora_model::random::Draw;
 
 /// The choices of each node: their costs, and their edges with weights. The last node is the end.
 type Rows = Vec<Vec<(i64, Vec<(u32, i64)>)>>;

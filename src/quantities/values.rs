@@ -9,12 +9,12 @@ use super::number::{Bounds, Interval};
 use super::places::{Place, Places};
 use super::solve::NONE;
 use super::solved::Solved;
-use crate::engine::Engine;
-use crate::error::{Error, Result};
-use crate::model::exact::Ratio;
-use crate::model::{Program, State};
-use crate::planning::levels::End;
-use crate::planning::{Analysis, Kind};
+use meliora_engine::Engine;
+use meliora_model::error::{Error, Result};
+use meliora_model::exact::Ratio;
+use meliora_model::{Program, State};
+use meliora_planning::levels::End;
+use meliora_planning::{Analysis, Kind};
 
 /// The options of [`Values`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -199,7 +199,7 @@ impl Values {
     }
 
     /// Returns the node of a state in an arena, by its position in
-    /// [`Improvement::arenas`](crate::planning::Improvement::arenas); `None` if it was not explored.
+    /// [`Improvement::arenas`](meliora_planning::Improvement::arenas); `None` if it was not explored.
     pub fn node(&self, arena: Option<usize>, state: &[i64]) -> Option<Node> {
         let arena = match arena {
             Some(arena) => Some(u32::try_from(arena).ok()?),

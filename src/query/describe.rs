@@ -3,14 +3,14 @@
 
 use ahash::AHashMap;
 
-use crate::dump::Manifest;
-use crate::dump::manifest::{self, ChoiceNumber, Choices, Encoding, File, Source, Tool, Variable};
-use crate::engine::Engine;
-use crate::engine::symbolic::{Numbered, SymbolicEngine};
-use crate::model::preference::Preferences;
-use crate::model::valuation::{json, long};
-use crate::model::value::Type;
-use crate::model::{CommandId, Program};
+use meliora_dump::Manifest;
+use meliora_dump::manifest::{self, ChoiceNumber, Choices, Encoding, File, Source, Tool, Variable};
+use meliora_engine::Engine;
+use meliora_engine::symbolic::{Numbered, SymbolicEngine};
+use meliora_model::preference::Preferences;
+use meliora_model::valuation::{json, long};
+use meliora_model::value::Type;
+use meliora_model::{CommandId, Program};
 
 /// The texts that an analysis was made from.
 #[derive(Debug, Clone)]
@@ -23,7 +23,7 @@ pub struct Inputs {
 
 /// Describes the numbers of the choices. With `paired`, the bits of a choice get names; only sets
 /// of choices need them.
-pub(crate) fn choices(engine: &SymbolicEngine, paired: bool) -> Choices {
+pub fn choices(engine: &SymbolicEngine, paired: bool) -> Choices {
     let bits = if paired { engine.choice_bits() } else { 0 };
     // Names in a model contain no `@`, so these are new.
     let order = (0..bits).rev().map(|bit| format!("choice@{bit}")).collect();
@@ -83,22 +83,22 @@ fn alternatives(commands: &[Vec<String>]) -> String {
 }
 
 /// The subject of a dump: inputs and options, which determine its manifest except for the files.
-pub(crate) struct Subject<'a> {
+pub struct Subject<'a> {
     /// The engine, with the model, the scope and the order of the bits.
-    pub(crate) engine: &'a SymbolicEngine,
+    pub engine: &'a SymbolicEngine,
     /// The preferences.
-    pub(crate) preferences: &'a Preferences,
+    pub preferences: &'a Preferences,
     /// Paths and hashes of both texts.
-    pub(crate) inputs: &'a Inputs,
+    pub inputs: &'a Inputs,
     /// `action`, `transition` or `prefix`.
-    pub(crate) safety: String,
+    pub safety: String,
     /// The level after which the search was cut.
-    pub(crate) max_level: Option<usize>,
+    pub max_level: Option<usize>,
 }
 
 impl Subject<'_> {
     /// Returns the manifest with these choices and files.
-    pub(crate) fn manifest(&self, choices: Choices, regions: File, certificate: Option<File>) -> Manifest {
+    pub fn manifest(&self, choices: Choices, regions: File, certificate: Option<File>) -> Manifest {
         let source =
             |(path, sha256): &(String, String)| Source { path: path.clone(), sha256: sha256.clone() };
         let program = self.engine.program();
@@ -132,7 +132,7 @@ impl Subject<'_> {
 
 fn encoding(engine: &SymbolicEngine) -> Encoding {
     let watching = engine.program().monitors.as_ref().map(|o| o.module);
-    let variable = |v: &crate::model::Variable| {
+    let variable = |v: &meliora_model::Variable| {
         let boolean = v.ty == Type::Bool;
         let bit = |k: u32| if boolean { v.name.clone() } else { format!("{}.{k}", v.name) };
         Variable {
@@ -153,7 +153,7 @@ fn encoding(engine: &SymbolicEngine) -> Encoding {
 
 /// Returns the label of each choice by number, or its commands if it has no label. The self-loop of
 /// deadlocks is last.
-pub(crate) fn choice_labels(engine: &SymbolicEngine) -> Vec<String> {
+pub fn choice_labels(engine: &SymbolicEngine) -> Vec<String> {
     let numbers = choices(engine, false).numbers;
     numbers.into_iter().map(|n| n.action.unwrap_or(n.name)).collect()
 }

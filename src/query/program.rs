@@ -2,13 +2,13 @@
 
 use serde_json::Value as Json;
 
-use crate::dump::Manifest;
-use crate::error::{Error, Result, SourceFile};
-use crate::model::decimal;
-use crate::model::exact::{Exact, Real};
-use crate::model::expr::ExprPool;
-use crate::model::value::{Type, Value};
-use crate::model::{ModelKind, Program, Variable};
+use meliora_dump::Manifest;
+use meliora_model::decimal;
+use meliora_model::error::{Error, Result, SourceFile};
+use meliora_model::exact::{Exact, Real};
+use meliora_model::expr::ExprPool;
+use meliora_model::value::{Type, Value};
+use meliora_model::{ModelKind, Program, Variable};
 
 /// Rebuilds the program; messages call the manifest `name`.
 ///
@@ -33,7 +33,7 @@ pub(super) fn rebuild(name: &str, manifest: &Manifest) -> Result<Program> {
         };
         known.1 = Exact::Real(Real::Finite(value));
     }
-    let variable = |v: &crate::dump::manifest::Variable| Variable {
+    let variable = |v: &meliora_dump::manifest::Variable| Variable {
         name: v.name.clone(),
         ty: if v.is_bool() { Type::Bool } else { Type::Int },
         low: v.low,

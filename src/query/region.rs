@@ -3,8 +3,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::error::{Diagnostic, Result, SourceFile};
-use crate::names;
+use meliora_model::error::{Diagnostic, Result, SourceFile};
+use meliora_model::names;
 
 /// The maximum nesting depth; the recursive parser uses stack for each level.
 const DEEPEST: usize = 500;

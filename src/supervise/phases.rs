@@ -1,8 +1,8 @@
 //! Phases of an analysis with their positions.
 
-use crate::engine::Engine;
-use crate::error::Result;
-use crate::planning::{Analysis, Event, Phase};
+use meliora_engine::Engine;
+use meliora_model::error::Result;
+use meliora_planning::{Analysis, Event, Phase};
 
 /// Runs phases, and passes their events to `listener`. `report` receives each phase and its parts:
 /// `outcomes`, `objective 2 of 5`.

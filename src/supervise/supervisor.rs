@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::memory;
-use crate::error::Limit;
-use crate::progress::ProgressSink;
+use meliora_model::error::Limit;
+use meliora_model::progress::ProgressSink;
 
 const RUNNING: u8 = 0;
 const OUT_OF_TIME: u8 = 1;
@@ -190,12 +190,12 @@ impl Supervisor {
     }
 
     /// Returns the flag that [`Supervisor::interrupt`] sets; a signal handler can set it, too.
-    pub(crate) fn interrupt_flag(&self) -> &Arc<AtomicBool> {
+    pub fn interrupt_flag(&self) -> &Arc<AtomicBool> {
         &self.interrupted
     }
 
     /// Returns the time since the start.
-    pub(crate) fn elapsed(&self) -> Duration {
+    pub fn elapsed(&self) -> Duration {
         self.started.elapsed()
     }
 
@@ -233,17 +233,17 @@ impl Supervisor {
     }
 
     /// Sets the position of the work.
-    pub(crate) fn set_position(&self, phase: &'static str, part: String) {
+    pub fn set_position(&self, phase: &'static str, part: String) {
         *lock(&self.position) = Position { phase, part, detail: String::new() };
     }
 
     /// Sets the detail of the position.
-    pub(crate) fn set_detail(&self, detail: String) {
+    pub fn set_detail(&self, detail: String) {
         lock(&self.position).detail = detail;
     }
 
     /// Returns true at intervals, at which the details of the progress are wanted.
-    pub(crate) fn wants_detail(&self) -> bool {
+    pub fn wants_detail(&self) -> bool {
         self.detail.has_passed()
     }
 

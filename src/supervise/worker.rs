@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
 use super::supervisor::{CHECKS, Position, Supervisor};
-use crate::error::{Error, Limit, Result};
+use meliora_model::error::{Error, Limit, Result};
 
 /// The time that a worker thread has to stop after it was cancelled.
 const GRACE: Duration = Duration::from_millis(250);
@@ -162,7 +162,7 @@ mod tests {
 
     use super::super::supervisor::TimeLimit;
     use super::*;
-    use crate::progress::ProgressSink;
+    use meliora_model::progress::ProgressSink;
 
     /// Works until it is cancelled.
     fn endless(supervisor: &Supervisor) -> Result<()> {

@@ -8,7 +8,7 @@ use std::fs::File;
 use std::path::Path;
 
 use csv::{ReaderBuilder, StringRecord, Writer};
-use meliora::error::{Diagnostic, Error};
+use meliora_model::error::{Diagnostic, Error};
 
 use super::super::files::Target;
 use super::super::load;
@@ -118,6 +118,6 @@ impl CsvFile {
     }
 
     fn text(&self) -> String {
-        meliora::advanced::csv::lines([&self.header].into_iter().chain(self.rows.values()))
+        meliora_model::csv::lines([&self.header].into_iter().chain(self.rows.values()))
     }
 }

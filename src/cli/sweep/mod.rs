@@ -14,7 +14,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use clap::Args;
-use meliora::error::{Error, Limit};
+use meliora_model::error::{Error, Limit};
 use serde_json::{Map, Value as Json, json};
 
 use super::exit::Status;

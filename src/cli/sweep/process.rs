@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex};
 
-use meliora::output::{Failure, FailureKind};
 use meliora::supervise::lock;
+use meliora_report::{Failure, FailureKind};
 use serde_json::{Map, Value as Json};
 
 use super::row::Ended;

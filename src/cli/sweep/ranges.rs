@@ -1,6 +1,6 @@
 //! Values, ranges and lists of values for constants: `-c K=4,N=2:2:10,p={0.1,0.5}`.
 
-use meliora::error::Error;
+use meliora_model::error::Error;
 
 /// Maximum number of instances; more are taken for a mistake.
 const MOST_INSTANCES: usize = 1_000_000;

@@ -3,8 +3,8 @@
 use std::io::BufRead;
 
 use super::lines::{Lines, number, shown};
-use crate::dump::{Diagram, Edge, Node};
-use crate::error::Result;
+use crate::{Diagram, Edge, Node};
+use meliora_model::error::Result;
 
 /// The maximum number of variables; models of this program have fewer.
 const MOST_VARIABLES: usize = 1 << 24;
@@ -15,8 +15,8 @@ const MOST_VARIABLES: usize = 1 << 24;
 /// reduced. Memory is allocated as lines are read, not by the numbers in the header.
 ///
 /// # Errors
-/// [`crate::error::Error::Dump`] with the line, if the file is malformed or truncated.
-/// [`crate::error::Error::Io`] if reading fails.
+/// [`meliora_model::error::Error::Dump`] with the line, if the file is malformed or truncated.
+/// [`meliora_model::error::Error::Io`] if reading fails.
 pub fn read<R: BufRead>(file: &str, input: R) -> Result<Diagram> {
     let mut lines = Lines::new(file, input);
     let header = Header::read(&mut lines)?;

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use crate::dump::Diagram;
+use crate::Diagram;
 
 /// Writes a diagram node by node, without a buffer of its own.
 ///

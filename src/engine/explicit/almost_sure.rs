@@ -12,8 +12,8 @@ use super::index::NOBODY;
 use super::meter::Array;
 use super::set::{BitSet, clear, test};
 use super::{ExplicitEngine, StateSet};
-use crate::engine::{EdgeLabels, Region};
-use crate::error::Result;
+use crate::{EdgeLabels, Region};
+use meliora_model::error::Result;
 
 /// The edge labels of a game, by source and target state.
 pub(super) trait Rules {

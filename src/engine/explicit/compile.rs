@@ -8,13 +8,13 @@ use ahash::AHashMap;
 
 use super::machine::{Code, Entry, Op, Reg, Routine};
 use super::share::{self, Keep};
-use crate::error::Result;
-use crate::model::Program;
-use crate::model::exact::Exact;
-use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
-use crate::model::value::Type;
-use crate::progress::Poll;
-use crate::stack;
+use meliora_model::Program;
+use meliora_model::error::Result;
+use meliora_model::exact::Exact;
+use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
+use meliora_model::progress::Poll;
+use meliora_model::stack;
+use meliora_model::value::Type;
 
 /// The compiler for the expressions of a program.
 pub(super) struct Compiler<'a> {

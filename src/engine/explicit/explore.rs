@@ -12,10 +12,10 @@ use super::meter::Meter;
 use super::program::Prepared;
 use super::set::{self, BitSet};
 use super::stepper::{Broken, Stepper, sum};
-use crate::engine::{Scope, Settings};
-use crate::error::{Error, Limit, Result};
-use crate::model::temporal::Begin;
-use crate::model::{Program, State, fault};
+use crate::{Scope, Settings};
+use meliora_model::error::{Error, Limit, Result};
+use meliora_model::temporal::Begin;
+use meliora_model::{Program, State, fault};
 
 /// Number of states explored between two checks of the progress sink.
 const PATIENCE: usize = 1 << 12;

@@ -7,8 +7,8 @@ use super::almost_sure::Rules;
 use super::graph::Predecessors;
 use super::meter::Array;
 use super::set::{BitSet, clear, set, test};
-use crate::engine::Region;
-use crate::error::Result;
+use crate::Region;
+use meliora_model::error::Result;
 
 /// Number of states taken from a work list between two checks of the progress sink.
 const PATIENCE: usize = 1 << 14;

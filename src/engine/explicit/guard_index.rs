@@ -13,11 +13,11 @@ use super::bounds::Bounds;
 use super::compile::Compiler;
 use super::machine::{Code, Entry, Machine};
 use super::share::{self, Key};
-use crate::error::Result;
-use crate::model::expr::{Binary, ExprId, Node};
-use crate::model::value::{EvalError, Type, Value};
-use crate::model::{CommandId, Program};
-use crate::progress::Poll;
+use meliora_model::error::Result;
+use meliora_model::expr::{Binary, ExprId, Node};
+use meliora_model::progress::Poll;
+use meliora_model::value::{EvalError, Type, Value};
+use meliora_model::{CommandId, Program};
 
 /// Maximum number of cells of a table.
 const MOST_CELLS: u64 = 1 << 18;

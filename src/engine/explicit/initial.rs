@@ -2,10 +2,10 @@
 
 use super::compile::Compiler;
 use super::machine::{Code, Machine};
-use crate::error::Result;
-use crate::model::expr::{Binary, ExprId, Node};
-use crate::model::{Program, State};
-use crate::progress::{Poll, ProgressSink};
+use meliora_model::error::Result;
+use meliora_model::expr::{Binary, ExprId, Node};
+use meliora_model::progress::{Poll, ProgressSink};
+use meliora_model::{Program, State};
 
 /// Number of partial valuations tried between two checks of the progress sink.
 const PATIENCE: u64 = 1 << 16;
@@ -123,11 +123,11 @@ fn split(program: &Program, e: ExprId, conjuncts: &mut Vec<ExprId>) {
 
 /// Returns the variable and the value of a conjunct `variable = constant`.
 fn fixed(program: &Program, e: ExprId) -> Option<(usize, i64)> {
-    use crate::model::value::Value;
+    use meliora_model::value::Value;
     let pool = &program.pool;
     match pool.node(e) {
         Node::Var(v) => Some((v.index(), 1)),
-        Node::Unary(crate::model::expr::Unary::Not, a) => match pool.node(a) {
+        Node::Unary(meliora_model::expr::Unary::Not, a) => match pool.node(a) {
             Node::Var(v) => Some((v.index(), 0)),
             _ => None,
         },

@@ -6,8 +6,8 @@
 //! `packed`, whose weights are powers of two, and `radix`, which numbers all valuations without a
 //! gap. Codes compare as the values do, first variable first.
 
-use crate::error::{Limit, Result};
-use crate::model::{Program, Variable};
+use meliora_model::error::{Limit, Result};
+use meliora_model::{Program, Variable};
 
 /// Maximum number of words in a code.
 pub(super) const MOST_WORDS: usize = 32;

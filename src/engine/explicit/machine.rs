@@ -6,9 +6,9 @@
 
 use super::numbers::Numbers;
 use super::share::Keep;
-use crate::model::exact::{self, Exact, Real};
-use crate::model::expr::{Binary, Unary};
-use crate::model::value::{EvalError, Type};
+use meliora_model::exact::{self, Exact, Real};
+use meliora_model::expr::{Binary, Unary};
+use meliora_model::value::{EvalError, Type};
 
 /// A register.
 pub(super) type Reg = u32;

@@ -24,17 +24,17 @@ mod set;
 mod share;
 mod stepper;
 mod visit;
-pub(crate) mod weighted;
+pub mod weighted;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 
 use super::{Settings, Storage};
-use crate::error::{Error, Limit, Result};
-use crate::model::{Program, State};
 use explore::{Explored, Space, Task};
 use graph::Graph;
 use layout::Layout;
+use meliora_model::error::{Error, Limit, Result};
+use meliora_model::{Program, State};
 use meter::Meter;
 use program::Prepared;
 use set::BitSet;

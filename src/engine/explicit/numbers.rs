@@ -5,10 +5,10 @@
 
 use ahash::AHashMap;
 
-use crate::model::exact::{self, Exact, Real};
-use crate::model::expr::{Binary, Unary};
-use crate::model::rounding::Sum;
-use crate::model::value::EvalError;
+use meliora_model::exact::{self, Exact, Real};
+use meliora_model::expr::{Binary, Unary};
+use meliora_model::rounding::Sum;
+use meliora_model::value::EvalError;
 
 /// Maximum number of results that are kept from one state to the next.
 const MOST_RESULTS: usize = 1 << 16;

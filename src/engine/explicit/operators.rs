@@ -8,12 +8,12 @@ use super::machine::Machine;
 use super::set::{BitSet, set, test};
 use super::stepper::{Broken, Stepper};
 use super::{ChoiceSet, ExplicitEngine, Space, StateSet};
-use crate::engine::{Algebra, Count, EdgeLabels, Engine, Region, Sets, Settings, Usage, edge_labels};
-use crate::error::{Error, Result};
-use crate::model::expr::ExprId;
-use crate::model::step::Choice;
-use crate::model::{ModelKind, Program, State, fault};
-use crate::progress::Poll;
+use crate::{Algebra, Count, EdgeLabels, Engine, Region, Sets, Settings, Usage, edge_labels};
+use meliora_model::error::{Error, Result};
+use meliora_model::expr::ExprId;
+use meliora_model::progress::Poll;
+use meliora_model::step::Choice;
+use meliora_model::{ModelKind, Program, State, fault};
 
 macro_rules! algebra_of {
     ($set:ident) => {

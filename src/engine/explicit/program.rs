@@ -8,12 +8,12 @@ use super::guard_index::{Division, GuardIndex};
 use super::layout::{Field, Layout};
 use super::machine::{Code, Entry};
 use super::numbers::Numbers;
-use crate::error::Result;
-use crate::model::exact::Exact;
-use crate::model::expr::{ExprId, Node};
-use crate::model::rounding::Sum;
-use crate::model::{Branch, Command, CommandId, ModelKind, Program, VarId};
-use crate::progress::{Poll, ProgressSink};
+use meliora_model::error::Result;
+use meliora_model::exact::Exact;
+use meliora_model::expr::{ExprId, Node};
+use meliora_model::progress::{Poll, ProgressSink};
+use meliora_model::rounding::Sum;
+use meliora_model::{Branch, Command, CommandId, ModelKind, Program, VarId};
 
 /// A program compiled for the codes of one layout.
 pub(super) struct Prepared {

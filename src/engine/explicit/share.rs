@@ -6,11 +6,11 @@
 
 use ahash::{AHashMap, AHashSet};
 
-use crate::error::Result;
-use crate::model::Program;
-use crate::model::expr::{ExprId, Node};
-use crate::model::value::Type;
-use crate::progress::Poll;
+use meliora_model::Program;
+use meliora_model::error::Result;
+use meliora_model::expr::{ExprId, Node};
+use meliora_model::progress::Poll;
+use meliora_model::value::Type;
 
 /// Minimum number of operators below a node that is shared.
 const WORTH_SHARING: u32 = 3;

@@ -6,10 +6,10 @@ use super::guard_index::Rows;
 use super::layout::Layout;
 use super::machine::Machine;
 use super::program::{Chances, Prepared, Ready, Update};
-use crate::error::{Error, Limit};
-use crate::model::rounding::Sum;
-use crate::model::value::EvalError;
-use crate::model::{Program, fault};
+use meliora_model::error::{Error, Limit};
+use meliora_model::rounding::Sum;
+use meliora_model::value::EvalError;
+use meliora_model::{Program, fault};
 
 /// Maximum number of successors of a state, counted with every combination.
 const MOST_SUCCESSORS: usize = 1 << 22;
@@ -17,7 +17,7 @@ const MOST_SUCCESSORS: usize = 1 << 22;
 /// The reasons why the choices of a state cannot be listed.
 #[derive(Debug)]
 pub(super) enum Broken {
-    /// A command has no meaning in the state; [`crate::model::fault`] finds the command.
+    /// A command has no meaning in the state; [`meliora_model::fault`] finds the command.
     Fault,
     /// The state has too many choices or successors.
     Limit(Limit),
@@ -102,7 +102,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
         self.machine.run(&self.prepared.code, self.prepared.initial.start)
     }
 
-    /// Lists the choices of the current state in the order of [`crate::model::Program::steps`]; a
+    /// Lists the choices of the current state in the order of [`meliora_model::Program::steps`]; a
     /// deadlock has none.
     pub(super) fn expand(&mut self) -> Result<(), Broken> {
         self.steps.clear();

@@ -4,8 +4,8 @@ use super::explore::Space;
 use super::meter::Charge;
 use super::set::{BitSet, set};
 use super::{ExplicitEngine, StateSet};
-use crate::error::Result;
-use crate::model::State;
+use meliora_model::State;
+use meliora_model::error::Result;
 
 /// An iteration over the states of a set in the order of their values, first variable first.
 pub struct Listing {
@@ -17,7 +17,7 @@ pub struct Listing {
 impl StateSet {
     /// Returns the number of states of the scope, rounded up to a multiple of 64. Work on the set
     /// is proportional to it.
-    pub(crate) fn capacity(&self) -> usize {
+    pub fn capacity(&self) -> usize {
         64 * self.0.words().len()
     }
 }
@@ -41,7 +41,7 @@ impl ExplicitEngine {
     }
 
     /// Returns the next state of a listing; `None` at its end.
-    pub(crate) fn next_listed(&self, listing: &mut Listing) -> Option<State> {
+    pub fn next_listed(&self, listing: &mut Listing) -> Option<State> {
         listing.left.pop().map(|state| self.values(state))
     }
 

@@ -13,15 +13,15 @@ use smallvec::SmallVec;
 use super::layout::Layout;
 use super::program::{Chances, Prepared};
 use super::stepper::Stepper;
-use crate::error::{Error, Result};
-use crate::model::exact::Ratio;
-use crate::model::step::{Choice, Combination};
-use crate::model::{CommandId, ModelKind, Program, State, fault};
-use crate::progress::ProgressSink;
+use meliora_model::error::{Error, Result};
+use meliora_model::exact::Ratio;
+use meliora_model::progress::ProgressSink;
+use meliora_model::step::{Choice, Combination};
+use meliora_model::{CommandId, ModelKind, Program, State, fault};
 
 /// Fractions, each stored once.
 #[derive(Debug, Default)]
-pub(crate) struct Fractions {
+pub struct Fractions {
     list: Vec<Ratio>,
     numbers: AHashMap<Ratio, u32>,
     products: AHashMap<(u32, u32), u32>,
@@ -30,12 +30,12 @@ pub(crate) struct Fractions {
 
 impl Fractions {
     /// Returns the fractions in the order of their numbers.
-    pub(crate) fn list(&self) -> &[Ratio] {
+    pub fn list(&self) -> &[Ratio] {
         &self.list
     }
 
     /// Returns the number of a fraction; a new one if the fraction is new.
-    pub(crate) fn number(&mut self, fraction: Ratio) -> u32 {
+    pub fn number(&mut self, fraction: Ratio) -> u32 {
         let Fractions { list, numbers, .. } = self;
         *numbers.entry(fraction).or_insert_with_key(|fraction| {
             list.push(fraction.clone());
@@ -63,11 +63,11 @@ impl Fractions {
 }
 
 /// A state in few bytes. Codes compare as the values do.
-pub(crate) type Code = SmallVec<[u64; 2]>;
+pub type Code = SmallVec<[u64; 2]>;
 
 /// The codes of the states of a program.
 #[derive(Debug, Clone)]
-pub(crate) struct Codec {
+pub struct Codec {
     layout: Layout,
     variables: usize,
 }
@@ -77,17 +77,17 @@ impl Codec {
     ///
     /// # Errors
     /// The states need more than 2048 bits.
-    pub(crate) fn new(program: &Program) -> Result<Self> {
+    pub fn new(program: &Program) -> Result<Self> {
         Ok(Codec { layout: Layout::packed(program)?, variables: program.variables.len() })
     }
 
     /// Returns the number of words of a code.
-    pub(crate) fn words(&self) -> usize {
+    pub fn words(&self) -> usize {
         self.layout.words()
     }
 
     /// Returns the code of a state; `None` if a value is out of range.
-    pub(crate) fn encode(&self, state: &[i64]) -> Option<Code> {
+    pub fn encode(&self, state: &[i64]) -> Option<Code> {
         self.layout.encode(state).map(Code::from_vec)
     }
 
@@ -95,13 +95,13 @@ impl Codec {
     ///
     /// # Errors
     /// A value is out of range.
-    pub(crate) fn known(&self, state: &[i64]) -> Result<Code> {
+    pub fn known(&self, state: &[i64]) -> Result<Code> {
         let wrong = || Error::Usage("a value of a state is out of range".to_owned());
         self.encode(state).ok_or_else(wrong)
     }
 
     /// Returns the state of a code.
-    pub(crate) fn decode(&self, code: &[u64]) -> State {
+    pub fn decode(&self, code: &[u64]) -> State {
         let mut state = vec![0; self.variables];
         self.layout.decode(code, &mut state);
         state
@@ -110,18 +110,18 @@ impl Codec {
 
 /// A choice with its successors.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Weighted {
+pub struct Weighted {
     /// The choice.
-    pub(crate) choice: Choice,
+    pub choice: Choice,
     /// The combinations of commands that a [`Choice::Uniform`] draws from.
     drawn: Vec<Combination>,
     /// Each successor once, with the number of its probability; ordered by values.
-    pub(crate) successors: Vec<(Code, u32)>,
+    pub successors: Vec<(Code, u32)>,
 }
 
 impl Weighted {
     /// Returns the combinations of commands that the choice draws from; none for a deadlock.
-    pub(crate) fn combinations(&self) -> Cow<'_, [Combination]> {
+    pub fn combinations(&self) -> Cow<'_, [Combination]> {
         match &self.choice {
             Choice::Combination { synchronisation, commands } => {
                 Cow::Owned(vec![(*synchronisation, commands.clone())])
@@ -135,7 +135,7 @@ impl Weighted {
 type Weights = SmallVec<[u32; 8]>;
 
 /// Lists the choices of states, as [`Program::exact_steps`] does, without their names.
-pub(crate) struct Walker<'p> {
+pub struct Walker<'p> {
     program: &'p Program,
     codec: Codec,
     prepared: Prepared,
@@ -148,7 +148,7 @@ impl<'p> Walker<'p> {
     ///
     /// # Errors
     /// The states need more than 2048 bits, or the work is cancelled.
-    pub(crate) fn new(program: &'p Program, sink: &dyn ProgressSink) -> Result<Self> {
+    pub fn new(program: &'p Program, sink: &dyn ProgressSink) -> Result<Self> {
         let codec = Codec::new(program)?;
         let prepared = Prepared::new(program, &codec.layout, sink)?;
         let constant = vec![None; program.commands.len()];
@@ -156,12 +156,12 @@ impl<'p> Walker<'p> {
     }
 
     /// Returns the codes of the states.
-    pub(crate) fn codec(&self) -> &Codec {
+    pub fn codec(&self) -> &Codec {
         &self.codec
     }
 
     /// Creates the walk, which keeps work between states.
-    pub(crate) fn walk(&mut self) -> Box<dyn Walk + '_> {
+    pub fn walk(&mut self) -> Box<dyn Walk + '_> {
         let Walker { program, codec, prepared, constant } = self;
         match codec.layout.words() {
             1 => Run::<1>::boxed(program, codec, prepared, constant),
@@ -176,7 +176,7 @@ impl<'p> Walker<'p> {
 }
 
 /// A walk over states.
-pub(crate) trait Walk {
+pub trait Walk {
     /// Returns the choices of a state in the order of [`Program::steps`].
     ///
     /// # Errors
@@ -331,9 +331,9 @@ fn merge(successors: &mut Vec<(Code, u32)>, fractions: &mut Fractions) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::SourceFile;
-    use crate::lang;
-    use crate::progress::NoProgress;
+    use meliora_lang as lang;
+    use meliora_model::error::SourceFile;
+    use meliora_model::progress::NoProgress;
 
     fn same(model: &str) {
         let read = |name, text: &str| SourceFile::new(name, text);

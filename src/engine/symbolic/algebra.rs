@@ -6,8 +6,8 @@ use std::sync::Arc;
 use super::diagram::Bdd;
 use super::store::Store;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::engine::{Algebra, Count, EdgeLabels};
-use crate::error::{Error, Result, ensure};
+use crate::{Algebra, Count, EdgeLabels};
+use meliora_model::error::{Error, Result, ensure};
 
 impl SymbolicEngine {
     /// Returns the diagram of a set of this engine.

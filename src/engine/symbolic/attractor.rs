@@ -18,8 +18,8 @@ use super::relation_lists::RelationList;
 use super::store::Store;
 use super::walk::{Halt, Walk};
 use super::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::engine::EdgeLabels;
-use crate::error::Result;
+use crate::EdgeLabels;
+use meliora_model::error::Result;
 
 /// The result of a recursion.
 #[derive(Clone)]
@@ -144,7 +144,7 @@ impl Half {
     }
 }
 
-/// Computes [`Engine::remove_attractor`](crate::engine::Engine::remove_attractor) with the choices
+/// Computes [`Engine::remove_attractor`](crate::Engine::remove_attractor) with the choices
 /// of each group split by edge labels. Returns `None` if the recursion is not expected to pay off
 /// or gives up.
 pub(super) fn remove_attractor(

@@ -11,9 +11,9 @@ use super::transitions::{Piece, Transitions};
 use super::translate::Translator;
 use super::walk::Direction;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::engine::Settings;
-use crate::error::{Limit, Result};
-use crate::model::{ModelKind, Program};
+use crate::Settings;
+use meliora_model::error::{Limit, Result};
+use meliora_model::{ModelKind, Program};
 
 /// Maximum number of bits of a state, which is the depth of recursions over diagrams.
 const MOST_BITS: usize = 1 << 16;

@@ -12,7 +12,7 @@ use super::store::Store;
 use super::support::Support;
 use super::transitions::Piece;
 use super::walk::Direction;
-use crate::error::Result;
+use meliora_model::error::Result;
 
 /// Some pieces as one relation.
 #[derive(Clone)]

@@ -9,11 +9,11 @@ use super::partition::Partition;
 use super::store::Store;
 use super::symbolic_integer::SymbolicInteger;
 use super::translate::Translator;
-use crate::error::Result;
-use crate::model::exact::{self, Exact, Real};
-use crate::model::rounding::Sum;
-use crate::model::value::Binary;
-use crate::model::{Branch, Command, VarId};
+use meliora_model::error::Result;
+use meliora_model::exact::{self, Exact, Real};
+use meliora_model::rounding::Sum;
+use meliora_model::value::Binary;
+use meliora_model::{Branch, Command, VarId};
 
 /// A command over the bits.
 pub(super) struct CommandRelation {
@@ -134,7 +134,7 @@ impl CommandBuilder<'_> {
 
     /// Returns the new value minus the smallest value of the variable, and the states in which it
     /// is out of range or undefined.
-    fn offset(&self, variable: VarId, e: crate::model::expr::ExprId) -> Result<(SymbolicInteger, Bdd)> {
+    fn offset(&self, variable: VarId, e: meliora_model::expr::ExprId) -> Result<(SymbolicInteger, Bdd)> {
         let store = self.store;
         let declared = &self.encoding.variables()[variable.index()];
         let (value, fails) = self.translator.integer(e)?;

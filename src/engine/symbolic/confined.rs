@@ -13,7 +13,7 @@ use super::diagram::Bdd;
 use super::parts::{self, Budget, Known, Part};
 use super::relation_lists::RelationList;
 use super::walk::{Halt, Walk};
-use crate::error::Result;
+use meliora_model::error::Result;
 
 /// The states with one value of a bit: their choices, and the states reached among them.
 struct Half {

@@ -11,10 +11,10 @@ use super::store::Store;
 use super::tables::cache_for_nodes;
 use super::transitions::{Builder, Transitions};
 use super::translate::Translator;
-use crate::engine::{Scope, Settings};
-use crate::error::Result;
-use crate::model::temporal::Begin;
-use crate::model::{Program, State, fault};
+use crate::{Scope, Settings};
+use meliora_model::error::Result;
+use meliora_model::temporal::Begin;
+use meliora_model::{Program, State, fault};
 
 /// The parts of an engine under construction.
 pub(super) struct Draft {

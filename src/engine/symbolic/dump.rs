@@ -9,10 +9,10 @@ use super::encoding::Encoding;
 use super::store::Store;
 use super::transitions::Numbered;
 use super::{Bit, ChoiceSet, StateSet, SymbolicEngine, build, draft};
-use crate::engine::{Engine, ProgressSink, Settings};
-use crate::error::{Error, Result};
-use crate::model::diagram::{Diagram, Edge};
-use crate::model::{ModelKind, Program, VarId};
+use crate::{Engine, ProgressSink, Settings};
+use meliora_model::diagram::{Diagram, Edge};
+use meliora_model::error::{Error, Result};
+use meliora_model::{ModelKind, Program, VarId};
 
 /// A set to be dumped.
 #[derive(Clone)]

@@ -4,9 +4,9 @@
 use super::diagram::Bdd;
 use super::store::Store;
 use super::support::Support;
-use crate::error::Result;
-use crate::model::value::Type;
-use crate::model::{Program, State, VarId, Variable};
+use meliora_model::error::Result;
+use meliora_model::value::Type;
+use meliora_model::{Program, State, VarId, Variable};
 
 /// One bit of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -10,7 +10,7 @@ use super::store::Store;
 use super::support::Support;
 use super::thresholds::Thresholds;
 use super::walk::Direction;
-use crate::engine::Settings;
+use crate::Settings;
 
 /// A set of states, or of pairs of a state and the next values of the support bits: bit k is set if
 /// element k is in the set.

@@ -60,12 +60,12 @@ pub use thresholds::{Thresholds, Ways};
 pub use transitions::Numbered;
 
 use super::{Algebra, Count, EdgeLabels, Engine, Region, Sets, Settings, Usage, edge_labels};
-use crate::error::Result;
-use crate::model::expr::ExprId;
-use crate::model::step::Choice;
-use crate::model::{ModelKind, Program, State, fault};
 use clusters::Clusters;
 use diagram::Bdd;
+use meliora_model::error::Result;
+use meliora_model::expr::ExprId;
+use meliora_model::step::Choice;
+use meliora_model::{ModelKind, Program, State, fault};
 use partial_relation::PartialRelation;
 use relation_lists::RelationList;
 use store::Store;

@@ -5,7 +5,7 @@ use oxidd::Function;
 use super::diagram::{Bdd, Diagram, ManagerOf};
 use super::store::Store;
 use super::support::Support;
-use crate::error::Result;
+use meliora_model::error::Result;
 
 /// A partial relation: the bits outside its support keep their value and have no next copy in it.
 #[derive(Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -9,9 +9,9 @@ use ahash::AHashMap;
 use super::diagram::Bdd;
 use super::store::Store;
 use super::symbolic_integer::SymbolicInteger;
-use crate::error::{Limit, Result};
-use crate::model::exact::Exact;
-use crate::model::value::EvalError;
+use meliora_model::error::{Limit, Result};
+use meliora_model::exact::Exact;
+use meliora_model::value::EvalError;
 
 /// Maximum number of values. More are refused.
 const MOST_VALUES: usize = 1 << 16;

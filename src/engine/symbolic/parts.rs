@@ -15,7 +15,7 @@ use super::diagram::{Bdd, Diagram};
 use super::relation_lists::RelationList;
 use super::store::Store;
 use super::walk::{Halt, Walk};
-use crate::error::Result;
+use meliora_model::error::Result;
 
 /// Some choices of one group.
 #[derive(Clone)]

@@ -4,9 +4,9 @@ use super::diagram::Bdd;
 use super::encoding::Encoding;
 use super::store::Store;
 use super::{StateSet, SymbolicEngine};
-use crate::engine::Count;
-use crate::error::{Error, Result};
-use crate::model::{State, VarId};
+use crate::Count;
+use meliora_model::error::{Error, Result};
+use meliora_model::{State, VarId};
 
 /// An enumeration of the states of a set by their values, the first variable first.
 ///

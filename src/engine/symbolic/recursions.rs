@@ -11,7 +11,7 @@ use super::relation_lists::RelationList;
 use super::store::Store;
 use super::support::Support;
 use super::walk::{Direction, Halt, Walk};
-use crate::error::Result;
+use meliora_model::error::Result;
 
 impl Store {
     /// Computes { s ∈ B : one step of the list, in a direction, joins s and X }.

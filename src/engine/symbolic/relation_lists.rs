@@ -14,7 +14,7 @@ use super::charge::Charge;
 use super::diagram::Bdd;
 use super::partial_relation::PartialRelation;
 use super::store::Store;
-use crate::error::{Error, Limit, Result};
+use meliora_model::error::{Error, Limit, Result};
 
 /// Bytes of a list without its entries: the list, its reference counts, its name and the overhead
 /// of the allocations.

@@ -26,9 +26,9 @@ use super::relation_lists::Lists;
 use super::tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits, manager};
 use super::thresholds::{Thresholds, Work};
 use super::walk::Direction;
-use crate::engine::{Count, ProgressSink, Settings, Usage};
-use crate::error::{Limit, Result};
-use crate::progress::Poll;
+use crate::{Count, ProgressSink, Settings, Usage};
+use meliora_model::error::{Limit, Result};
+use meliora_model::progress::Poll;
 
 /// Bytes of stack per bit of a state that a recursion needs, with the recursions of OxiDD inside
 /// it.

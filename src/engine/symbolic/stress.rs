@@ -15,10 +15,10 @@ use super::support::Support;
 use super::thresholds::Thresholds;
 use super::translate::Translator;
 use super::walk::PATIENCE;
-use crate::engine::symbolic::{Encoding, Order};
-use crate::engine::{ProgressSink, Settings};
-use crate::error::{Error, Limit, Result, SourceFile};
-use crate::lang;
+use crate::symbolic::{Encoding, Order};
+use crate::{ProgressSink, Settings};
+use meliora_lang as lang;
+use meliora_model::error::{Error, Limit, Result, SourceFile};
 
 /// Stops the work once it has been asked as often as allowed.
 struct Patience {

@@ -5,7 +5,7 @@
 
 use super::diagram::Bdd;
 use super::store::Store;
-use crate::error::Result;
+use meliora_model::error::Result;
 
 /// Largest absolute value of a bound. Beyond it, [`super::partition`] computes value by value and
 /// detects overflow.

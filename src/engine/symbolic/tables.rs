@@ -2,7 +2,7 @@
 
 use oxidd::bdd::BDDManagerRef;
 
-use crate::error::{Limit, Result};
+use meliora_model::error::{Limit, Result};
 
 /// Bytes per node, in the table and in its index.
 pub(super) const BYTES_PER_NODE: u64 = 32;

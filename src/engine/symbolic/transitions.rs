@@ -15,9 +15,9 @@ use super::partial_relation::PartialRelation;
 use super::relation_lists::RelationList;
 use super::store::Store;
 use super::support::Support;
-use crate::error::{Error, Limit, Result};
-use crate::model::step::Choice;
-use crate::model::{CommandId, ModelKind, Program};
+use meliora_model::error::{Error, Limit, Result};
+use meliora_model::step::Choice;
+use meliora_model::{CommandId, ModelKind, Program};
 
 /// Maximum number of groups. More are refused: the product of overlapping alternatives is too
 /// large.

@@ -10,11 +10,11 @@ use super::encoding::Encoding;
 use super::partition::Partition;
 use super::store::Store;
 use super::symbolic_integer::SymbolicInteger;
-use crate::error::Result;
-use crate::model::Program;
-use crate::model::exact::{self, Exact};
-use crate::model::expr::{Binary, ExprId, Node, Unary};
-use crate::model::value::{self, Type};
+use meliora_model::Program;
+use meliora_model::error::Result;
+use meliora_model::exact::{self, Exact};
+use meliora_model::expr::{Binary, ExprId, Node, Unary};
+use meliora_model::value::{self, Type};
 
 /// The value of an expression in every state.
 #[derive(Clone)]

@@ -10,7 +10,7 @@ use super::diagram::{Bdd, Diagram, Edge, Held, ManagerOf, Memo};
 use super::relation_lists::{Cofactors, RelationList};
 use super::store::Store;
 use super::support::Support;
-use crate::error::{Error, Result};
+use meliora_model::error::{Error, Result};
 
 /// The direction in which a relation is applied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

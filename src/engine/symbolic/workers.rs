@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::diagram::Bdd;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::engine::{Sets, Settings};
-use crate::error::Result;
+use crate::{Sets, Settings};
+use meliora_model::error::Result;
 
 /// The workers of an engine; clones of the engine share them.
 #[derive(Clone, Default)]
@@ -48,7 +48,7 @@ impl SymbolicEngine {
         })
     }
 
-    /// See [`crate::engine::Engine::dismiss_workers`].
+    /// See [`crate::Engine::dismiss_workers`].
     pub(super) fn drop_workers(&self, forever: bool) {
         let dropped = self.workers.with(|state| {
             let next = if forever { State::Refused } else { State::Possible };
@@ -110,7 +110,7 @@ impl SymbolicEngine {
         })
     }
 
-    /// See [`crate::engine::Engine::adopt`].
+    /// See [`crate::Engine::adopt`].
     pub(super) fn adopted(
         &self,
         from: &SymbolicEngine,

@@ -4,11 +4,11 @@ use num_rational::BigRational;
 use num_traits::{One, Zero};
 
 use super::graph::Graph;
-use crate::error::Result;
-use crate::model::exact::Ratio;
-use crate::model::step::{Choice, Step};
-use crate::model::{Program, fault};
-use crate::progress::ProgressSink;
+use meliora_model::error::Result;
+use meliora_model::exact::Ratio;
+use meliora_model::progress::ProgressSink;
+use meliora_model::step::{Choice, Step};
+use meliora_model::{Program, fault};
 
 /// The exact numbers of a graph.
 pub(super) struct Exact {

@@ -4,11 +4,11 @@ use ahash::AHashMap;
 
 use super::graph::{Column, Graph, Row, fits};
 use super::label::{Regions, members, unique};
-use crate::engine::Engine;
-use crate::error::Result;
-use crate::model::value::{Type, Value};
-use crate::model::{ModelKind, Program, State, Variable, fault};
-use crate::planning::Analysis;
+use meliora_engine::Engine;
+use meliora_model::error::Result;
+use meliora_model::value::{Type, Value};
+use meliora_model::{ModelKind, Program, State, Variable, fault};
+use meliora_planning::Analysis;
 
 /// Lists the states that an engine found, each with its choices, whatever the requirements. The
 /// labels are those of the model, the regions of the finished analysis, and the ranks. Cost: one step of the program per state.
@@ -31,7 +31,7 @@ pub fn explored<E: Engine>(analysis: &Analysis<E>, program: &Program, limit: usi
             return Err(limit.into());
         }
         let steps = program.steps(state).map_err(|e| fault::error(program, &e, state))?;
-        let row = |step: crate::model::step::Step| {
+        let row = |step: meliora_model::step::Step| {
             let known = step.successors.iter().filter_map(|(s, p)| Some((*index.get(s)?, *p)));
             let mut successors: Vec<(usize, f64)> = known.collect();
             successors.sort_by_key(|s| s.0);

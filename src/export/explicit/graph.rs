@@ -1,6 +1,6 @@
 //! A model as a list of states with their choices.
 
-use crate::error::{Limit, Result};
+use meliora_model::error::{Limit, Result};
 
 /// A model with an explicit list of states.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,12 +48,12 @@ pub struct Row {
 
 impl Graph {
     /// Returns the number of choices over all states.
-    pub(crate) fn choices(&self) -> usize {
+    pub fn choices(&self) -> usize {
         self.rows.iter().map(Vec::len).sum()
     }
 
     /// Returns the number of transitions over all choices.
-    pub(crate) fn transitions(&self) -> usize {
+    pub fn transitions(&self) -> usize {
         self.rows.iter().flatten().map(|row| row.successors.len()).sum()
     }
 }

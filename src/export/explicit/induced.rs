@@ -9,13 +9,13 @@ use ahash::AHashMap;
 use super::explore::{column, distinct};
 use super::graph::{Column, Graph, Row, fits};
 use super::label::Regions;
-use crate::engine::Engine;
-use crate::error::Result;
-use crate::model::{Program, State};
-use crate::planning::Analysis;
-use crate::planning::finite_memory::{FiniteMemoryStrategy, Memory};
-use crate::planning::induced_model::{InducedModel, Scheduler};
-use crate::planning::levels::Rank;
+use meliora_engine::Engine;
+use meliora_model::error::Result;
+use meliora_model::{Program, State};
+use meliora_planning::Analysis;
+use meliora_planning::finite_memory::{FiniteMemoryStrategy, Memory};
+use meliora_planning::induced_model::{InducedModel, Scheduler};
+use meliora_planning::levels::Rank;
 
 /// A node of the induced model, and whether an improvement led there.
 type Key = (usize, bool);

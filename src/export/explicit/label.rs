@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::engine::Engine;
-use crate::error::Result;
-use crate::model::State;
-use crate::planning::levels::Rank;
-use crate::planning::regions::regions;
-use crate::planning::{Analysis, Kind};
+use meliora_engine::Engine;
+use meliora_model::State;
+use meliora_model::error::Result;
+use meliora_planning::levels::Rank;
+use meliora_planning::regions::regions;
+use meliora_planning::{Analysis, Kind};
 
 /// The regions of an analysis, as labels of states.
 pub(super) struct Regions<'a, E: Engine> {

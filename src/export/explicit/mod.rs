@@ -19,5 +19,5 @@ pub use graph::{Graph, Row};
 pub use induced::induced;
 pub use quantities::{Quantities, Quantity};
 pub use umb::umb;
-pub(crate) use write::action_table;
+pub use write::action_table;
 pub use write::{drn, prism};

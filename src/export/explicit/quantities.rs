@@ -1,8 +1,8 @@
 //! The bounds of quantities in the states of a graph.
 
 use super::graph::Graph;
-use crate::export::values::Wanted;
-use crate::quantities::{Bounds, Values};
+use crate::values::Wanted;
+use meliora_quantities::{Bounds, Values};
 
 /// A quantity with its bounds in each state.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,7 +30,7 @@ impl Quantities {
     /// Collects P_k, C_k and N of a graph's states, each in the arena in which planning starts there. A
     /// cost is infinite where the improvements are not certain; without `values` of a state, no
     /// improvement is possible from it.
-    pub(crate) fn of(graph: &Graph, values: &Values, wanted: &Wanted<'_>) -> Self {
+    pub fn of(graph: &Graph, values: &Values, wanted: &Wanted<'_>) -> Self {
         let (levels, reward) = (wanted.levels, wanted.reward.to_owned());
         let pair = |b: Bounds| [b.interval.lower, b.interval.upper];
         let none = [f64::INFINITY; 2];
@@ -51,7 +51,7 @@ impl Quantities {
     }
 
     /// Returns the greatest width of bounds: absolute up to 1, relative above.
-    pub(crate) fn widest(&self) -> f64 {
+    pub fn widest(&self) -> f64 {
         let width = |[lower, upper]: &[f64; 2]| {
             if lower == upper { 0.0 } else { (upper - lower) / lower.max(1.0) }
         };

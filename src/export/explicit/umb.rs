@@ -11,23 +11,23 @@ use num_traits::Zero;
 use super::exact::{Exact, Rewards, exact};
 use super::graph::{Column, Graph};
 use super::quantities::{Quantities, Quantity};
-use crate::engine::Engine;
-use crate::error::{Error, Result};
-use crate::model::exact::Ratio;
-use crate::model::{Program, fault};
-use crate::planning::levels::{Level, Rank};
-use crate::planning::strategy::permitted_at_start;
-use crate::planning::{Analysis, Kind};
-use crate::umb::archive::pack;
-use crate::umb::binary::{bits, rational_bits, rationals, strings, words};
-use crate::umb::index::{
+use meliora_engine::Engine;
+use meliora_lang::umb::archive::pack;
+use meliora_lang::umb::binary::{bits, rational_bits, rationals, strings, words};
+use meliora_lang::umb::index::{
     Annotation, Annotations, Base, Class, Field, FileData, Index, TransitionSystem, Type, Valuations,
     Variable,
 };
-use crate::umb::{
+use meliora_lang::umb::{
     self, ACTION_NAMES, ACTION_OF_CHOICE, BRANCH_TO_PROBABILITY, BRANCH_TO_TARGET, CHOICE_TO_BRANCHES, INDEX,
     STATE_IS_INITIAL, STATE_TO_CHOICES, STATE_VALUATIONS,
 };
+use meliora_model::error::{Error, Result};
+use meliora_model::exact::Ratio;
+use meliora_model::{Program, fault};
+use meliora_planning::levels::{Level, Rank};
+use meliora_planning::strategy::permitted_at_start;
+use meliora_planning::{Analysis, Kind};
 
 /// The rank of states in which any number of improvements can be made.
 const UNBOUNDED: i64 = -1;

@@ -9,11 +9,11 @@ use num_traits::{ToPrimitive, Zero};
 use super::exact::{Rewards, exact};
 use super::graph::{Graph, Row};
 use super::label::unique;
-use crate::csv;
-use crate::error::Result;
-use crate::model::Program;
-use crate::model::exact::Ratio;
-use crate::progress::ProgressSink;
+use meliora_model::Program;
+use meliora_model::csv;
+use meliora_model::error::Result;
+use meliora_model::exact::Ratio;
+use meliora_model::progress::ProgressSink;
 
 /// The three files of PRISM.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -139,7 +139,7 @@ fn decimal(reward: &Ratio) -> String {
 
 /// Writes a CSV file with one row per state: its number, its values, and the names of its choices,
 /// separated by ` | `.
-pub(crate) fn action_table(graph: &Graph) -> String {
+pub fn action_table(graph: &Graph) -> String {
     let names = graph.columns.iter().map(|column| column.name.clone());
     let heading = std::iter::once("state".to_owned()).chain(names).chain(["actions".to_owned()]).collect();
     let row = |(number, (values, rows)): (usize, (&Vec<i64>, &Vec<Row>))| {

@@ -4,21 +4,21 @@ use ahash::AHashMap;
 
 /// Actions in the order of their first occurrence.
 #[derive(Default)]
-pub(in crate::lang) struct Actions {
+pub(crate) struct Actions {
     /// Names for users.
-    pub(in crate::lang) names: Vec<String>,
+    pub(crate) names: Vec<String>,
     index: AHashMap<String, usize>,
     numbers: AHashMap<(usize, Option<usize>), usize>,
 }
 
 impl Actions {
     /// Returns the position of an action, which is added if it is new.
-    pub(in crate::lang) fn add(&mut self, name: &str) -> usize {
+    pub(crate) fn add(&mut self, name: &str) -> usize {
         self.add_as(name, || name.to_owned())
     }
 
     /// Same as [`Actions::add`]; a new action is shown under another name.
-    pub(in crate::lang) fn add_as(&mut self, name: &str, shown: impl FnOnce() -> String) -> usize {
+    pub(crate) fn add_as(&mut self, name: &str, shown: impl FnOnce() -> String) -> usize {
         if let Some(&index) = self.index.get(name) {
             return index;
         }
@@ -32,7 +32,7 @@ impl Actions {
     }
 
     /// Returns the number of the next command of a module with an action, from 1 on.
-    pub(in crate::lang) fn next_number(&mut self, module: usize, action: Option<usize>) -> usize {
+    pub(crate) fn next_number(&mut self, module: usize, action: Option<usize>) -> usize {
         let number = self.numbers.entry((module, action)).or_default();
         *number += 1;
         *number

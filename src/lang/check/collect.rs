@@ -7,11 +7,11 @@ use ahash::AHashMap;
 use super::limits::{MOST_COMMANDS, MOST_MODULES, MOST_RENAMINGS, MOST_VARIABLES};
 use super::lowerer::Lowerer;
 use super::scope::{Definition, Env, NO_RENAMING, Renaming, Symbol};
-use crate::lang::ast::{
+use crate::ast::{
     ConstDef, Ident, Item, Model, Module, NamedExpr, RenamedModule, Rewards, Span, System, VarDecl,
 };
-use crate::model::VarId;
-use crate::model::value::Type;
+use meliora_model::VarId;
+use meliora_model::value::Type;
 
 /// A module, or a renamed copy of one.
 pub(super) struct Instance<'a> {

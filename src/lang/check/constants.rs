@@ -5,23 +5,23 @@ use std::sync::Arc;
 use super::collect::Parts;
 use super::lowerer::Lowerer;
 use super::scope::{NO_RENAMING, Symbol};
-use crate::error::{Diagnostic, SourceFile};
-use crate::lang::ast::{ConstDef, Span};
-use crate::lang::valuation::Binding;
-use crate::model::exact::{Exact, Real};
-use crate::model::value::Type;
+use crate::ast::{ConstDef, Span};
+use crate::valuation::Binding;
+use meliora_model::error::{Diagnostic, SourceFile};
+use meliora_model::exact::{Exact, Real};
+use meliora_model::value::Type;
 
 /// The properties of a constant that matter for its value.
-pub(in crate::lang) struct Wanted<'c> {
-    pub(in crate::lang) name: &'c str,
-    pub(in crate::lang) ty: Type,
+pub(crate) struct Wanted<'c> {
+    pub(crate) name: &'c str,
+    pub(crate) ty: Type,
     /// True if the model defines its value.
-    pub(in crate::lang) is_defined: bool,
-    pub(in crate::lang) span: Span,
+    pub(crate) is_defined: bool,
+    pub(crate) span: Span,
 }
 
 /// Returns the given values, each with the position of its constant, and the errors of the others.
-pub(in crate::lang) fn given_values(
+pub(crate) fn given_values(
     constants: &[Wanted<'_>],
     given: &Arc<SourceFile>,
     bindings: &[Binding],
@@ -85,7 +85,7 @@ impl<'a> Lowerer<'a> {
     }
 
     /// Reports the constants without a value; the name of `given` is the option that sets them.
-    pub(in crate::lang) fn report_missing(
+    pub(crate) fn report_missing(
         &mut self,
         constants: &[Wanted<'_>],
         given: &SourceFile,

@@ -5,14 +5,14 @@ use ahash::AHashSet;
 
 use super::lowerer::{Lowered, Lowerer, Operand};
 use super::scope::{DefId, Env, Symbol};
-use crate::error::Error;
-use crate::lang::ast::{Command, Expr, Ident, Node, NodeKind, Span};
-use crate::lang::parse::{command_at, expression_at};
-use crate::model::expr::ExprId;
-use crate::model::value::Type;
+use crate::ast::{Command, Expr, Ident, Node, NodeKind, Span};
+use crate::parse::{command_at, expression_at};
+use meliora_model::error::Error;
+use meliora_model::expr::ExprId;
+use meliora_model::value::Type;
 
 /// The meaning of the names in an expression.
-pub(in crate::lang) trait Names<'a> {
+pub(crate) trait Names<'a> {
     /// The conditional operator in messages.
     const CONDITIONAL: &'static str;
 
@@ -27,7 +27,7 @@ pub(in crate::lang) trait Names<'a> {
 
 /// Lowers an expression into the pool. All operands are lowered before an operator gives up, so
 /// that several errors are found in one run.
-pub(in crate::lang) fn lowered<'a>(e: &Expr, names: &mut impl Names<'a>) -> Lowered {
+pub(crate) fn lowered<'a>(e: &Expr, names: &mut impl Names<'a>) -> Lowered {
     let mut stack: Vec<Lowered> = Vec::new();
     for node in &e.nodes {
         let from = stack.len().saturating_sub(node.kind.operands());

@@ -5,14 +5,14 @@
 //! only the rest of an expression is searched.
 
 use super::lowerer::{Lowered, Lowerer};
-use crate::lang::ast::Span;
-use crate::model::expr::ExprId;
-use crate::model::value::Type;
+use crate::ast::Span;
+use meliora_model::expr::ExprId;
+use meliora_model::value::Type;
 
 impl Lowerer<'_> {
     /// Checks the type of a whole expression, converts an integer if a real is wanted, and reports
     /// a part without a value.
-    pub(in crate::lang) fn finished(&mut self, (id, span): Lowered, ty: Type, what: &str) -> Option<ExprId> {
+    pub(crate) fn finished(&mut self, (id, span): Lowered, ty: Type, what: &str) -> Option<ExprId> {
         let id = self.expect_type(id?, ty, span, what)?;
         self.whole(id, span)
     }

@@ -1,7 +1,7 @@
 //! Limits on the size of models: a short text with many copies of modules can be a large model.
 
 use super::lowerer::Lowerer;
-use crate::lang::ast::Span;
+use crate::ast::Span;
 
 /// Maximum depth of copies of copies; each name is looked up in all renamings of the chain.
 pub(super) const MOST_RENAMINGS: usize = 100;
@@ -19,7 +19,7 @@ const MOST_WORK: usize = 1 << 27;
 
 impl Lowerer<'_> {
     /// Counts one more part of an expression; fails above the limit.
-    pub(in crate::lang) fn count_work(&mut self, span: Span) -> Option<()> {
+    pub(crate) fn count_work(&mut self, span: Span) -> Option<()> {
         self.work += 1;
         if self.poll.should_stop() {
             return None;

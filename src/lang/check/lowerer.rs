@@ -5,32 +5,32 @@ use std::sync::Arc;
 use ahash::{AHashMap, AHashSet};
 
 use super::scope::{DefId, Env, Scope};
-use crate::error::{Diagnostic, Severity, SourceFile};
-use crate::lang::ast::Span;
-use crate::model::exact::{self, Exact, Real};
-use crate::model::expr::{ExprId, ExprPool};
-use crate::model::value::Value;
-use crate::progress::{Poll, ProgressSink};
+use crate::ast::Span;
+use meliora_model::error::{Diagnostic, Severity, SourceFile};
+use meliora_model::exact::{self, Exact, Real};
+use meliora_model::expr::{ExprId, ExprPool};
+use meliora_model::progress::{Poll, ProgressSink};
+use meliora_model::value::Value;
 
 /// Maximum number of errors reported.
-pub(in crate::lang) const MAX_ERRORS: usize = 20;
+pub(crate) const MAX_ERRORS: usize = 20;
 
 /// An expression in the pool with its place.
-pub(in crate::lang) type Operand = (ExprId, Span);
+pub(crate) type Operand = (ExprId, Span);
 
 /// Same as [`Operand`], or `None` after reporting that the expression is wrong.
-pub(in crate::lang) type Lowered = (Option<ExprId>, Span);
+pub(crate) type Lowered = (Option<ExprId>, Span);
 
 /// State of lowering: the growing pool, the names, and the errors so far.
-pub(in crate::lang) struct Lowerer<'a> {
-    pub(in crate::lang) source: Arc<SourceFile>,
+pub(crate) struct Lowerer<'a> {
+    pub(crate) source: Arc<SourceFile>,
     pub(super) scope: Scope<'a>,
-    pub(in crate::lang) pool: ExprPool,
+    pub(crate) pool: ExprPool,
     /// Definitions lowered under a renaming; `None` for a definition that failed.
     pub(super) lowered: AHashMap<(DefId, Env), Option<ExprId>>,
     /// Labels that may be used; `None` where labels are not permitted.
     pub(super) labels: Option<AHashMap<String, ExprId>>,
-    pub(in crate::lang) diagnostics: Vec<Diagnostic>,
+    pub(crate) diagnostics: Vec<Diagnostic>,
     /// Height of each node of the pool, 0 if unknown; see `ops`.
     pub(super) heights: Vec<u16>,
     /// Nodes without a value, each with its place; see `faults`.
@@ -38,17 +38,17 @@ pub(in crate::lang) struct Lowerer<'a> {
     /// Nodes without a fault in any part.
     pub(super) sound: AHashSet<ExprId>,
     /// Cancellation: after it every expression fails, and errors are not reported.
-    pub(in crate::lang) poll: Poll<'a>,
+    pub(crate) poll: Poll<'a>,
     /// The first expression for whose exact value the nearest double counts; see `ops`.
-    pub(in crate::lang) inexact: Option<Diagnostic>,
+    pub(crate) inexact: Option<Diagnostic>,
     /// Number of parts of expressions read; see `limits`.
     pub(super) work: usize,
     /// True if the model was found to be too large, which has been reported.
-    pub(in crate::lang) is_full: bool,
+    pub(crate) is_full: bool,
 }
 
 impl<'a> Lowerer<'a> {
-    pub(in crate::lang) fn new(
+    pub(crate) fn new(
         source: &Arc<SourceFile>,
         scope: Scope<'a>,
         pool: ExprPool,
@@ -72,12 +72,12 @@ impl<'a> Lowerer<'a> {
     }
 
     /// Returns an error at a place in the text.
-    pub(in crate::lang) fn wrong(&self, span: Span, message: impl Into<String>) -> Diagnostic {
+    pub(crate) fn wrong(&self, span: Span, message: impl Into<String>) -> Diagnostic {
         Diagnostic::new(&self.source, span.range(), message)
     }
 
     /// Records an error, only once: the same place is read again under each renaming.
-    pub(in crate::lang) fn report(&mut self, diagnostic: Diagnostic) {
+    pub(crate) fn report(&mut self, diagnostic: Diagnostic) {
         let known =
             self.diagnostics.iter().any(|d| d.span == diagnostic.span && d.message == diagnostic.message);
         if !known && self.diagnostics.len() < MAX_ERRORS {
@@ -86,7 +86,7 @@ impl<'a> Lowerer<'a> {
     }
 
     /// Reports an error and gives up the current expression.
-    pub(in crate::lang) fn fail<T>(&mut self, span: Span, message: impl Into<String>) -> Option<T> {
+    pub(crate) fn fail<T>(&mut self, span: Span, message: impl Into<String>) -> Option<T> {
         let diagnostic = self.wrong(span, message);
         self.report(diagnostic);
         None
@@ -94,30 +94,24 @@ impl<'a> Lowerer<'a> {
 
     /// Reports something that exists already, with the place of the first one; `labels` are those
     /// of both places.
-    pub(in crate::lang) fn again(
-        &mut self,
-        span: Span,
-        message: impl Into<String>,
-        first: Span,
-        labels: [&str; 2],
-    ) {
+    pub(crate) fn again(&mut self, span: Span, message: impl Into<String>, first: Span, labels: [&str; 2]) {
         let diagnostic = self.wrong(span, message).label(labels[0]);
         self.report(diagnostic.related(first.range(), labels[1]));
     }
 
-    pub(in crate::lang) fn declared_twice(&mut self, name: &str, span: Span, first: Span) {
+    pub(crate) fn declared_twice(&mut self, name: &str, span: Span, first: Span) {
         let labels = ["declared again", "declared here first"];
         self.again(span, format!("`{name}` is declared twice"), first, labels);
     }
 
-    pub(in crate::lang) fn literal(&mut self, value: Value) -> Option<ExprId> {
+    pub(crate) fn literal(&mut self, value: Value) -> Option<ExprId> {
         Some(self.pool.value(value))
     }
 
     /// Returns the literal that stands at a place of the text. A real has the exact value of its
     /// text, which may have more digits than a double. The text of a literal from another source is
     /// not at hand.
-    pub(in crate::lang) fn literal_at(&mut self, value: Value, span: Span) -> ExprId {
+    pub(crate) fn literal_at(&mut self, value: Value, span: Span) -> ExprId {
         let is_other = |text: &&str| text.parse::<f64>().is_ok_and(|x| Value::Real(x) != value);
         let text = match value {
             Value::Real(_) => self.source.text.get(span.range()).filter(|text| !is_other(text)),
@@ -144,7 +138,7 @@ impl<'a> Lowerer<'a> {
     }
 
     /// Returns the value of an expression without variables.
-    pub(in crate::lang) fn constant_value(&mut self, id: ExprId, span: Span, what: &str) -> Option<Value> {
+    pub(crate) fn constant_value(&mut self, id: ExprId, span: Span, what: &str) -> Option<Value> {
         let value = self.pool.literal(id);
         if value.is_none() {
             let diagnostic = self.wrong(span, format!("{what} must not depend on variables"));

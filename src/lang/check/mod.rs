@@ -19,21 +19,21 @@ mod variables;
 use std::sync::Arc;
 
 use super::ast::{Model, NamedExpr};
-use crate::error::{Diagnostic, Error, Result, SourceFile};
-use crate::model::expr::ExprPool;
-use crate::model::{ModelKind, Program};
-use crate::progress::ProgressSink;
 use collect::Parts;
+use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_model::expr::ExprPool;
+use meliora_model::progress::ProgressSink;
+use meliora_model::{ModelKind, Program};
 use scope::NO_RENAMING;
 
-pub(in crate::lang) use actions::Actions;
-pub(in crate::lang) use constants::{Wanted, given_values};
-pub(in crate::lang) use expr::{Names, lowered};
-pub(in crate::lang) use lowerer::{Lowered, Lowerer, MAX_ERRORS};
-pub(in crate::lang) use rewards::warnings as reward_warnings;
-pub(in crate::lang) use scope::Scope;
+pub(crate) use actions::Actions;
+pub(crate) use constants::{Wanted, given_values};
+pub(crate) use expr::{Names, lowered};
+pub(crate) use lowerer::{Lowered, Lowerer, MAX_ERRORS};
+pub(crate) use rewards::warnings as reward_warnings;
+pub(crate) use scope::Scope;
 pub use target::lower_target;
-pub(in crate::lang) use target::lower_value;
+pub(crate) use target::lower_value;
 
 /// A program, with further results of the checks.
 #[derive(Debug, Clone)]
@@ -53,7 +53,7 @@ pub struct Checked {
 ///
 /// # Errors
 /// Everything that PRISM also refuses (see the tests for each case); a limit.
-pub(in crate::lang) fn check(
+pub(crate) fn check(
     model: &Model,
     source: &Arc<SourceFile>,
     given: &Arc<SourceFile>,
@@ -124,7 +124,7 @@ impl<'a> Lowerer<'a> {
         })
     }
 
-    fn formula(&mut self, formula: &NamedExpr) -> Option<(String, crate::model::expr::ExprId)> {
+    fn formula(&mut self, formula: &NamedExpr) -> Option<(String, meliora_model::expr::ExprId)> {
         let definition = match self.scope.symbol(&formula.name.name) {
             Some(scope::Symbol::Definition(d)) => d,
             _ => return None,
@@ -132,7 +132,7 @@ impl<'a> Lowerer<'a> {
         Some((formula.name.name.clone(), self.definition(definition, NO_RENAMING)?))
     }
 
-    fn label_definition(&mut self, label: &NamedExpr) -> Option<(String, crate::model::expr::ExprId)> {
+    fn label_definition(&mut self, label: &NamedExpr) -> Option<(String, meliora_model::expr::ExprId)> {
         let what = format!("the label \"{}\"", label.name.name);
         Some((label.name.name.clone(), self.condition(&label.body, NO_RENAMING, &what)?))
     }

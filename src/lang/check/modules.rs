@@ -7,10 +7,10 @@ use super::collect::{Instance, Parts};
 use super::expr::Body;
 use super::lowerer::Lowerer;
 use super::scope::Symbol;
-use crate::lang::ast::{self, Assignment, Span};
-use crate::model::expr::ExprId;
-use crate::model::value::{Type, Value};
-use crate::model::{Branch, Command, Updates, VarId};
+use crate::ast::{self, Assignment, Span};
+use meliora_model::expr::ExprId;
+use meliora_model::value::{Type, Value};
+use meliora_model::{Branch, Command, Updates, VarId};
 
 /// The module of a command.
 #[derive(Clone, Copy)]

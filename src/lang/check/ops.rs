@@ -1,10 +1,10 @@
 //! Operators and functions, with PRISM's types, and the nodes that they become.
 
 use super::lowerer::{Lowerer, Operand};
-use crate::lang::ast::{BinaryOp, Function, NodeKind, Span};
-use crate::model::exact::{Exact, Real};
-use crate::model::expr::{Binary, ExprId, Node, Unary};
-use crate::model::value::{Type, Value};
+use crate::ast::{BinaryOp, Function, NodeKind, Span};
+use meliora_model::exact::{Exact, Real};
+use meliora_model::expr::{Binary, ExprId, Node, Unary};
+use meliora_model::value::{Type, Value};
 
 /// Maximum height of an expression after substitution of formulas.
 pub(super) const MAX_HEIGHT: u16 = 10_000;
@@ -71,20 +71,14 @@ impl Lowerer<'_> {
         op == Binary::Pow && is_whole
     }
 
-    pub(in crate::lang) fn made_real(&mut self, id: ExprId, span: Span) -> Option<ExprId> {
+    pub(crate) fn made_real(&mut self, id: ExprId, span: Span) -> Option<ExprId> {
         match self.pool.ty(id) {
             Type::Int => self.unary(Unary::ToReal, id, span),
             _ => Some(id),
         }
     }
 
-    pub(in crate::lang) fn expect_type(
-        &mut self,
-        id: ExprId,
-        ty: Type,
-        span: Span,
-        what: &str,
-    ) -> Option<ExprId> {
+    pub(crate) fn expect_type(&mut self, id: ExprId, ty: Type, span: Span, what: &str) -> Option<ExprId> {
         match (self.pool.ty(id), ty) {
             (found, wanted) if found == wanted => Some(id),
             (Type::Int, Type::Real) => self.made_real(id, span),
@@ -170,7 +164,7 @@ impl Lowerer<'_> {
 
     /// Returns `a & b & …` or `a | b | …` as a balanced tree; the order of evaluation stays. Without
     /// operands it is the neutral element.
-    pub(in crate::lang) fn balanced(&mut self, op: BinaryOp, mut row: Vec<Operand>) -> Option<ExprId> {
+    pub(crate) fn balanced(&mut self, op: BinaryOp, mut row: Vec<Operand>) -> Option<ExprId> {
         let what = format!("an operand of `{}`", op.symbol());
         let checked =
             row.iter().filter(|&&(e, s)| self.expect_type(e, Type::Bool, s, &what).is_some()).count();
@@ -197,13 +191,7 @@ impl Lowerer<'_> {
         }
     }
 
-    pub(in crate::lang) fn binary(
-        &mut self,
-        op: BinaryOp,
-        a: Operand,
-        b: Operand,
-        span: Span,
-    ) -> Option<ExprId> {
+    pub(crate) fn binary(&mut self, op: BinaryOp, a: Operand, b: Operand, span: Span) -> Option<ExprId> {
         let what = format!("an operand of `{}`", op.symbol());
         match op {
             BinaryOp::Implies => {
@@ -252,7 +240,7 @@ impl Lowerer<'_> {
     }
 
     /// Returns `c ? a : b`.
-    pub(in crate::lang) fn ite(&mut self, c: ExprId, a: Operand, b: Operand) -> Option<ExprId> {
+    pub(crate) fn ite(&mut self, c: ExprId, a: Operand, b: Operand) -> Option<ExprId> {
         let (ta, tb) = (self.pool.ty(a.0), self.pool.ty(b.0));
         let span = a.1.to(b.1);
         if (ta == Type::Bool) != (tb == Type::Bool) {
@@ -272,7 +260,7 @@ impl Lowerer<'_> {
         let diagnostic = match name {
             "multi" => self
                 .wrong(at, "the function `multi` is not supported")
-                .severity(crate::error::Severity::Unsupported)
+                .severity(meliora_model::error::Severity::Unsupported)
                 .label("not supported")
                 .note("`multi` combines properties and cannot occur in a model"),
             _ => self

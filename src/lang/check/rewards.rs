@@ -7,11 +7,11 @@ use super::actions::Actions;
 use super::collect::Parts;
 use super::lowerer::Lowerer;
 use super::scope::NO_RENAMING;
-use crate::error::{Diagnostic, Severity};
-use crate::lang::ast::{Ident, RewardItem, Rewards, Span};
-use crate::lang::slip::is_slip;
-use crate::model::rewards::{self, Earner, RewardStructure};
-use crate::model::value::Type;
+use crate::ast::{Ident, RewardItem, Rewards, Span};
+use crate::slip::is_slip;
+use meliora_model::error::{Diagnostic, Severity};
+use meliora_model::rewards::{self, Earner, RewardStructure};
+use meliora_model::value::Type;
 
 impl<'a> Lowerer<'a> {
     /// Lowers all reward structures; `actions` are those of the composed model.
@@ -75,7 +75,7 @@ impl<'a> Lowerer<'a> {
 }
 
 /// Returns the errors of reward structures as warnings.
-pub(in crate::lang) fn warnings(structures: &[RewardStructure]) -> Vec<Diagnostic> {
+pub(crate) fn warnings(structures: &[RewardStructure]) -> Vec<Diagnostic> {
     let errors = structures.iter().flat_map(|s| &s.errors);
     errors
         .map(|e| e.clone().severity(Severity::Warning).note("the reward structure cannot be used"))

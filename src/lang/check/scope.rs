@@ -4,11 +4,11 @@ use std::borrow::Cow;
 
 use ahash::AHashMap;
 
-use crate::lang::ast::Span;
-use crate::lang::slip::is_slip;
-use crate::model::VarId;
-use crate::model::expr::ExprId;
-use crate::model::value::Type;
+use crate::ast::Span;
+use crate::slip::is_slip;
+use meliora_model::VarId;
+use meliora_model::expr::ExprId;
+use meliora_model::value::Type;
 
 /// The meaning of a name.
 #[derive(Debug, Clone, Copy)]
@@ -48,7 +48,7 @@ pub(super) struct Renaming<'a> {
 
 /// All names of a model.
 #[derive(Default)]
-pub(in crate::lang) struct Scope<'a> {
+pub(crate) struct Scope<'a> {
     pub(super) symbols: AHashMap<Cow<'a, str>, (Symbol, Span)>,
     pub(super) definitions: Vec<Definition<'a>>,
     pub(super) renamings: Vec<Renaming<'a>>,

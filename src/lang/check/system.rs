@@ -8,8 +8,8 @@ use ahash::{AHashMap, AHashSet};
 use super::actions::Actions;
 use super::collect::Parts;
 use super::lowerer::Lowerer;
-use crate::lang::ast::{Ident, Span, System, SystemKind};
-use crate::model::{Command, CommandId, Synchronisation};
+use crate::ast::{Ident, Span, System, SystemKind};
+use meliora_model::{Command, CommandId, Synchronisation};
 
 /// Maximum number of synchronisations of a composition.
 const MAX_SYNCHRONISATIONS: usize = 100_000;

@@ -7,12 +7,12 @@ use ahash::AHashMap;
 
 use super::lowerer::Lowerer;
 use super::scope::{NO_RENAMING, Scope, Symbol};
-use crate::error::{Error, Result, SourceFile};
-use crate::lang::ast::{BinaryOp, Expr, Span};
-use crate::model::expr::{Binary, ExprId, ExprPool, Unary};
-use crate::model::value::Value;
-use crate::model::{Program, VarId};
-use crate::progress::NoProgress;
+use crate::ast::{BinaryOp, Expr, Span};
+use meliora_model::error::{Error, Result, SourceFile};
+use meliora_model::expr::{Binary, ExprId, ExprPool, Unary};
+use meliora_model::progress::NoProgress;
+use meliora_model::value::Value;
+use meliora_model::{Program, VarId};
 
 /// Checks a target, such as that of an objective, and lowers it into the pool of the program. Names
 /// are the variables, constants and formulas of the model. Names in quotes are its labels, "init"
@@ -28,11 +28,7 @@ pub fn lower_target(program: &mut Program, source: &Arc<SourceFile>, target: &Ex
 ///
 /// # Errors
 /// Unknown names and wrong types.
-pub(in crate::lang) fn lower_value(
-    program: &mut Program,
-    source: &Arc<SourceFile>,
-    value: &Expr,
-) -> Result<ExprId> {
+pub(crate) fn lower_value(program: &mut Program, source: &Arc<SourceFile>, value: &Expr) -> Result<ExprId> {
     lowered(program, source, |lowerer| {
         let id = lowerer.expr(value, NO_RENAMING)?;
         lowerer.whole(id, value.span())

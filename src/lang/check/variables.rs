@@ -3,10 +3,10 @@
 use super::collect::{Declared, Parts};
 use super::lowerer::{Lowerer, Operand};
 use super::scope::NO_RENAMING;
-use crate::lang::ast::{BinaryOp, Span};
-use crate::model::expr::{Binary, ExprId};
-use crate::model::value::{Type, Value};
-use crate::model::{VarId, Variable};
+use crate::ast::{BinaryOp, Span};
+use meliora_model::expr::{Binary, ExprId};
+use meliora_model::value::{Type, Value};
+use meliora_model::{VarId, Variable};
 
 /// Maximum absolute value of a bound of a range, such that every value is exact as a double.
 const MAX_BOUND: i64 = 1 << 53;
@@ -45,7 +45,7 @@ impl<'a> Lowerer<'a> {
         })
     }
 
-    pub(in crate::lang) fn check_range(&mut self, low: i64, high: i64, span: Span, name: &str) -> Option<()> {
+    pub(crate) fn check_range(&mut self, low: i64, high: i64, span: Span, name: &str) -> Option<()> {
         if low > high {
             return self.fail(span, format!("the range {low}..{high} of `{name}` is empty"));
         }
@@ -89,7 +89,7 @@ impl<'a> Lowerer<'a> {
     }
 
     /// Returns the value of a constant expression as a value of a variable.
-    pub(in crate::lang) fn value_in_range(
+    pub(crate) fn value_in_range(
         &mut self,
         id: ExprId,
         span: Span,
@@ -117,7 +117,7 @@ impl<'a> Lowerer<'a> {
     }
 
     /// Returns for each variable with an initial value the condition that it has this value.
-    pub(in crate::lang) fn initial_values(&mut self, variables: &[Variable]) -> Vec<Operand> {
+    pub(crate) fn initial_values(&mut self, variables: &[Variable]) -> Vec<Operand> {
         let mut conditions = Vec::new();
         for (index, variable) in variables.iter().enumerate() {
             let Some(value) = variable.initial else { continue };

@@ -7,7 +7,7 @@
 //! renames or hides its label. A command that takes part in several such synchronisations is
 //! written once for each. One that takes part in none can never be executed and is left out.
 
-use crate::model::{Command, CommandId, Program, Synchronisation};
+use meliora_model::{Command, CommandId, Program, Synchronisation};
 
 /// Labels of the commands of a program in its text.
 pub(super) struct Composition {

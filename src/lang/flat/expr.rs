@@ -5,12 +5,12 @@ use std::fmt::{self, Display, Formatter, Write as _};
 use num_bigint::BigUint;
 use num_traits::Signed;
 
-use crate::lang::ast::{ATOM_LEVEL, BinaryOp, NEG_LEVEL, NOT_LEVEL};
-use crate::model::Program;
-use crate::model::decimal::scaled;
-use crate::model::exact::{Exact, Ratio, Real};
-use crate::model::expr::{Binary, ExprId, Node, Unary};
-use crate::model::valuation::long;
+use crate::ast::{ATOM_LEVEL, BinaryOp, NEG_LEVEL, NOT_LEVEL};
+use meliora_model::Program;
+use meliora_model::decimal::scaled;
+use meliora_model::exact::{Exact, Ratio, Real};
+use meliora_model::expr::{Binary, ExprId, Node, Unary};
+use meliora_model::valuation::long;
 
 /// Maximum number of digits of an integer in a literal.
 const MOST_DIGITS: usize = 300;

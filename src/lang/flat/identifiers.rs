@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::lang::names::Names;
-use crate::model::Program;
+use crate::names::Names;
+use meliora_model::Program;
 
 /// Replaces the names of actions and reward structures that are not identifiers. Those of other
 /// formats may be any text.

@@ -8,11 +8,11 @@ use std::sync::Arc;
 
 use ahash::AHashMap;
 
-use crate::error::{Limit, Result};
-use crate::lang::combinations::{combinations, product};
-use crate::lang::names::Names;
-use crate::model::expr::Binary;
-use crate::model::{Branch, Branches, Command, CommandId, Program, Synchronisation, VarId};
+use crate::combinations::{combinations, product};
+use crate::names::Names;
+use meliora_model::error::{Limit, Result};
+use meliora_model::expr::Binary;
+use meliora_model::{Branch, Branches, Command, CommandId, Program, Synchronisation, VarId};
 
 /// Maximum number of commands of a merged program.
 const MOST_COMMANDS: usize = 100_000;
@@ -108,7 +108,7 @@ impl Classes {
     /// Returns for each variable the class that declares it: that of its module. For a global
     /// variable written with a label it is the class of its first writer, and otherwise `None`.
     fn owners(&self, program: &Program) -> Vec<Option<usize>> {
-        let owner = |(at, v): (usize, &crate::model::Variable)| match v.module {
+        let owner = |(at, v): (usize, &meliora_model::Variable)| match v.module {
             Some(module) => Some(self.of_module[module]),
             None if self.labelled[at] => self.writers[at].first().map(|&m| self.of_module[m]),
             None => None,
@@ -196,7 +196,7 @@ fn both(program: &mut Program, left: &[Branch], right: &[Branch]) -> Branches {
     all
 }
 
-fn too_many() -> crate::error::Error {
+fn too_many() -> meliora_model::error::Error {
     let what = format!(
         "the modules that write the same variables merge into one with more than {MOST_COMMANDS} commands"
     );

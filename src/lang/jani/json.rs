@@ -6,7 +6,7 @@
 
 use serde::de::IgnoredAny;
 
-use crate::lang::ast::Span;
+use crate::ast::Span;
 
 /// Maximum nesting of objects and arrays.
 pub(super) const MOST_DEPTH: usize = 10_000;

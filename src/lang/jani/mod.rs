@@ -12,8 +12,8 @@ use std::sync::Arc;
 
 use super::check::Checked;
 use super::valuation::{Given, parse_constants};
-use crate::error::{Diagnostic, Error, Result, SourceFile};
-use crate::progress::ProgressSink;
+use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_model::progress::ProgressSink;
 
 /// Returns true if a text is meant as a JANI model: it starts like a JSON object, or its name ends
 /// with `.jani` and it does not start like a PRISM model.

@@ -17,9 +17,9 @@ use super::normaliser::Normaliser;
 use super::words::{Atoms, made, state};
 use super::{Formula, FormulaKind, Steps};
 use crate::automata::{Monitor, Normal, Tree, leaves};
-use crate::model::expr::ExprId;
-use crate::model::temporal::Asks;
-use crate::model::value::Value;
+use meliora_model::expr::ExprId;
+use meliora_model::temporal::Asks;
+use meliora_model::value::Value;
 
 /// Maximum length of a word.
 const MOST_LETTERS: usize = 4;

@@ -1,7 +1,7 @@
 //! Temporal formulas as trees.
 
-use crate::lang::ast::{Expr, Span};
-use crate::model::expr::ExprId;
+use crate::ast::{Expr, Span};
+use meliora_model::expr::ExprId;
 
 /// A temporal formula with its place.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,7 +62,7 @@ impl Formula {
     }
 
     /// Does the same as [`Formula::reachability`] for a target that is in the pool of a program.
-    pub(crate) fn known_target(&self) -> Option<ExprId> {
+    pub fn known_target(&self) -> Option<ExprId> {
         match self.eventually()? {
             FormulaKind::Known(id) => Some(*id),
             _ => None,
@@ -94,7 +94,7 @@ impl Formula {
         }
     }
     /// Returns the operands, to be changed.
-    pub(in crate::lang) fn operands_mut(&mut self) -> Vec<&mut Formula> {
+    pub(crate) fn operands_mut(&mut self) -> Vec<&mut Formula> {
         match &mut self.kind {
             FormulaKind::State(_) | FormulaKind::Known(_) => Vec::new(),
             FormulaKind::And(all) | FormulaKind::Or(all) => all.iter_mut().collect(),
@@ -111,7 +111,7 @@ impl Formula {
     }
 
     /// Returns the bounds on the number of steps, to be changed.
-    pub(in crate::lang) fn bounds_mut(&mut self) -> Vec<&mut Expr> {
+    pub(crate) fn bounds_mut(&mut self) -> Vec<&mut Expr> {
         match &mut self.kind {
             FormulaKind::Eventually(steps, _)
             | FormulaKind::Always(steps, _)

@@ -7,15 +7,15 @@ use ahash::AHashMap;
 use super::formula::Formula;
 use super::normaliser::{Meaning, Normaliser};
 use super::wording::{text_of, wording};
+use crate::ast::{Expr, NodeKind, Span};
 use crate::automata::{Decision, Form, Monitor, Normal, Refused, Tree, leaves};
-use crate::error::{Diagnostic, Limit, Result, Severity, SourceFile};
-use crate::lang::ast::{Expr, NodeKind, Span};
-use crate::lang::check::{lower_target, lower_value};
-use crate::lang::names::Names;
-use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
-use crate::model::temporal::{Asks, Begin, Condition, MOST_DISJUNCTS, Monitors};
-use crate::model::value::{Type, Value};
-use crate::model::{Branch, Command, CommandId, Program, Synchronisation, VarId, Variable};
+use crate::check::{lower_target, lower_value};
+use crate::names::Names;
+use meliora_model::error::{Diagnostic, Limit, Result, Severity, SourceFile};
+use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
+use meliora_model::temporal::{Asks, Begin, Condition, MOST_DISJUNCTS, Monitors};
+use meliora_model::value::{Type, Value};
+use meliora_model::{Branch, Command, CommandId, Program, Synchronisation, VarId, Variable};
 
 /// Maximum number of state formulas in one leaf.
 const MOST_ATOMS: usize = 100;
@@ -401,7 +401,7 @@ impl Meaning for Reader<'_> {
     }
 }
 
-fn refuse(source: &Arc<SourceFile>, formula: &Formula, refused: &Refused) -> crate::error::Error {
+fn refuse(source: &Arc<SourceFile>, formula: &Formula, refused: &Refused) -> meliora_model::error::Error {
     let text = |span: Span| source.on_one_line(span.range());
     let message = format!("the formula `{}` is not supported: it has {}", text(formula.span), refused.why);
     let leaf = format!("`{}` is neither co-safe, safe, a recurrence nor a persistence", text(refused.span));

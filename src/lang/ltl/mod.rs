@@ -2,7 +2,7 @@
 //!
 //! A formula is read ([`parse_formula`]), brought into negation normal form (`normaliser`) and divided
 //! into leaves, each with a deterministic monitor (`crate::automata`). The monitor becomes a variable
-//! of the flat program (`install`), and the formula becomes a [`crate::model::temporal::Condition`]
+//! of the flat program (`install`), and the formula becomes a [`meliora_model::temporal::Condition`]
 //! on states.
 
 #[cfg(test)]
@@ -19,5 +19,5 @@ mod words;
 pub(crate) use formula::FormulaKind;
 pub use formula::{Formula, Steps};
 pub use install::Monitoring;
-pub(in crate::lang) use parse::MOST_OPERATORS;
+pub(crate) use parse::MOST_OPERATORS;
 pub use parse::parse_formula;

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use super::formula::{Formula, FormulaKind, Steps};
+use crate::ast::Expr;
 use crate::automata::{Form, Normal, Window};
-use crate::error::{Diagnostic, Error, Result, SourceFile};
-use crate::lang::ast::Expr;
-use crate::model::expr::ExprId;
-use crate::span::Span;
+use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_model::expr::ExprId;
+use meliora_model::span::Span;
 
 /// Maximum number of parts of a normal form: each `<=>` between temporal formulas doubles them.
 const MOST_PARTS: usize = 20_000;

@@ -8,13 +8,13 @@
 use std::sync::Arc;
 
 use super::formula::{Formula, FormulaKind, Steps};
-use crate::error::{Result, SourceFile};
-use crate::lang::ast::{BinaryOp, NOT_LEVEL};
-use crate::lang::parse::{Failed, MAX_TREE_NESTING, Parsed, Parser, operator};
-use crate::lang::token::Token;
+use crate::ast::{BinaryOp, NOT_LEVEL};
+use crate::parse::{Failed, MAX_TREE_NESTING, Parsed, Parser, operator};
+use crate::token::Token;
+use meliora_model::error::{Result, SourceFile};
 
 /// Maximum number of operators of a formula outside of its state formulas.
-pub(in crate::lang) const MOST_OPERATORS: usize = 1_000;
+pub(crate) const MOST_OPERATORS: usize = 1_000;
 
 /// Parses a text that is one formula.
 ///
@@ -310,7 +310,7 @@ fn joined(left: Formula, op: BinaryOp, right: Formula, goes_on: bool) -> Formula
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::Error;
+    use meliora_model::error::Error;
 
     fn read(text: &str) -> std::result::Result<Formula, String> {
         parse_formula(&SourceFile::new("formula", text)).map_err(|e| match e {

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use super::formula::Formula;
 use super::install::Monitoring;
 use crate::automata::{Form, Monitor, Normal, Window};
-use crate::error::{Diagnostic, Error, Result, Severity, SourceFile};
-use crate::model::expr::{Binary, ExprId, ExprPool, Unary};
-use crate::model::preference::Requirement;
-use crate::model::temporal::Asks;
-use crate::model::value::Value;
+use meliora_model::error::{Diagnostic, Error, Result, Severity, SourceFile};
+use meliora_model::expr::{Binary, ExprId, ExprPool, Unary};
+use meliora_model::preference::Requirement;
+use meliora_model::temporal::Asks;
+use meliora_model::value::Value;
 
 impl Monitoring<'_> {
     /// Returns the requirements of some safe formulas: for each formula, the states in which it is
@@ -22,7 +22,7 @@ impl Monitoring<'_> {
     /// # Errors
     /// Unknown names and wrong types; a formula is not safe, each with its place; a limit on the size
     /// of monitors.
-    pub(crate) fn require<'f>(
+    pub fn require<'f>(
         &mut self,
         formulas: impl IntoIterator<Item = (&'f Arc<SourceFile>, &'f Formula)>,
         name: &str,

@@ -3,8 +3,8 @@
 use ahash::AHashMap;
 
 use crate::automata::{Decision, DecisionId, Monitor, Settled, steps};
-use crate::model::expr::ExprId;
-use crate::model::temporal::Asks;
+use meliora_model::expr::ExprId;
+use meliora_model::temporal::Asks;
 
 /// Conditions with more cases, or with more parts in one case, are not written out.
 const MOST_CASES: usize = 3;

@@ -6,13 +6,13 @@ use proptest::prelude::*;
 
 use super::normaliser::{Meaning, Normaliser};
 use super::{Formula, FormulaKind, Steps};
+use crate::ast::{Expr, Node as Part, NodeKind, Span};
 use crate::automata::{Form, Monitor, Normal, Tree, leaves};
-use crate::error::{Result, SourceFile};
-use crate::lang::ast::{Expr, Node as Part, NodeKind, Span};
-use crate::model::VarId;
-use crate::model::expr::{Binary, ExprId, ExprPool, Node, Unary};
-use crate::model::temporal::Asks;
-use crate::model::value::{Type, Value};
+use meliora_model::VarId;
+use meliora_model::error::{Result, SourceFile};
+use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
+use meliora_model::temporal::Asks;
+use meliora_model::value::{Type, Value};
 
 /// A lasso: the letters up to the end of the loop, and the start of the loop. Bit k of a letter is
 /// the value of atom k.

@@ -3,11 +3,11 @@
 use num_traits::ToPrimitive;
 
 use super::parser::{Failed, Parsed, Parser};
-use crate::escape::shortened;
-use crate::lang::ast::{BinaryOp, Ident, NEG_LEVEL, NOT_LEVEL, NodeKind, Span};
-use crate::lang::token::Token;
-use crate::model::exact::{Ratio, Real, decimal};
-use crate::model::value::Value;
+use crate::ast::{BinaryOp, Ident, NEG_LEVEL, NOT_LEVEL, NodeKind, Span};
+use crate::token::Token;
+use meliora_model::escape::shortened;
+use meliora_model::exact::{Ratio, Real, decimal};
+use meliora_model::value::Value;
 
 /// Returns the operator of a token.
 pub(crate) fn operator(token: Token) -> Option<BinaryOp> {

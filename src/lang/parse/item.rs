@@ -1,9 +1,9 @@
 //! The parts of a model file outside of modules.
 
 use super::parser::{Failed, Parsed, Parser};
-use crate::lang::ast::{ConstDef, ConstType, Ident, Item, Model, NamedExpr, RewardItem, Rewards, Span};
-use crate::lang::token::Token;
-use crate::model::ModelKind;
+use crate::ast::{ConstDef, ConstType, Ident, Item, Model, NamedExpr, RewardItem, Rewards, Span};
+use crate::token::Token;
+use meliora_model::ModelKind;
 
 /// Keywords that start a part of a model file: after an error, parsing continues at one of them.
 pub(super) const ITEM_WORDS: &[&str] = &[

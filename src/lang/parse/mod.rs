@@ -15,8 +15,8 @@ pub(crate) use parser::{Failed, MAX_TREE_NESTING, Parsed, Parser};
 
 use super::ast::{Command, Expr, Item, Model, Span};
 use super::token::Token;
-use crate::error::{Result, SourceFile};
-use crate::progress::{NoProgress, ProgressSink};
+use meliora_model::error::{Result, SourceFile};
+use meliora_model::progress::{NoProgress, ProgressSink};
 
 /// Parses a model file.
 ///

@@ -2,10 +2,8 @@
 
 use super::item::ITEM_WORDS;
 use super::parser::{Failed, Parsed, Parser};
-use crate::lang::ast::{
-    Assignment, Branch, Command, Expr, Ident, Item, Module, RenamedModule, Span, VarDecl,
-};
-use crate::lang::token::{Token, is_property_operator};
+use crate::ast::{Assignment, Branch, Command, Expr, Ident, Item, Module, RenamedModule, Span, VarDecl};
+use crate::token::{Token, is_property_operator};
 
 impl Parser<'_> {
     /// Parses `module … endmodule`.

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use crate::error::{Diagnostic, Error, Result, Severity, SourceFile};
-use crate::lang::ast::{Expr, Ident, Node, NodeKind, Span};
-use crate::lang::slip::is_slip;
-use crate::lang::token::{Token, Tokens, is_identifier, is_keyword, is_property_operator};
-use crate::progress::{NoProgress, Poll, ProgressSink};
-use crate::stack;
+use crate::ast::{Expr, Ident, Node, NodeKind, Span};
+use crate::slip::is_slip;
+use crate::token::{Token, Tokens, is_identifier, is_keyword, is_property_operator};
+use meliora_model::error::{Diagnostic, Error, Result, Severity, SourceFile};
+use meliora_model::progress::{NoProgress, Poll, ProgressSink};
+use meliora_model::stack;
 
 /// Maximum nesting of brackets, conditionals and signs in expressions.
 const MAX_NESTING: usize = 10_000;

@@ -1,8 +1,8 @@
 //! Compositions of modules: `system … endsystem`.
 
 use super::parser::{Failed, MAX_TREE_NESTING, Parsed, Parser};
-use crate::lang::ast::{Ident, Span, System, SystemKind};
-use crate::lang::token::Token;
+use crate::ast::{Ident, Span, System, SystemKind};
+use crate::token::Token;
 
 /// The operators between two compositions.
 #[derive(Clone, Copy, PartialEq, Eq)]

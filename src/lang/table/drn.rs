@@ -5,17 +5,17 @@ use std::sync::Arc;
 
 use super::lines::{Line, lines};
 use super::{Frame, Rewards, Table};
-use crate::error::{Result, SourceFile};
-use crate::lang::check::{Actions, Checked};
-use crate::model::ModelKind;
-use crate::model::expr::ExprId;
-use crate::progress::Poll;
+use crate::check::{Actions, Checked};
+use meliora_model::ModelKind;
+use meliora_model::error::{Result, SourceFile};
+use meliora_model::expr::ExprId;
+use meliora_model::progress::Poll;
 
 /// The name of a choice without an action.
 const NO_ACTION: &str = "__NOLABEL__";
 
 /// Returns true if a text is meant as DRN: its first line is the type.
-pub(in crate::lang) fn is_drn(source: &Arc<SourceFile>) -> bool {
+pub(crate) fn is_drn(source: &Arc<SourceFile>) -> bool {
     lines(source, "//").next().is_some_and(|line| line.text.starts_with("@type"))
 }
 
@@ -23,7 +23,7 @@ pub(in crate::lang) fn is_drn(source: &Arc<SourceFile>) -> bool {
 ///
 /// # Errors
 /// The text is invalid, or a model that is not supported; a limit.
-pub(in crate::lang) fn load(frame: &Frame<'_>) -> Result<Checked> {
+pub(crate) fn load(frame: &Frame<'_>) -> Result<Checked> {
     frame.refuse_values()?;
     let mut reader = Reader {
         table: Table::new(ModelKind::Mdp),

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use num_traits::Zero;
 
-use crate::error::{Diagnostic, Error, Severity, SourceFile};
-use crate::escape::shortened;
-use crate::model::exact::{NoDecimal, Ratio, decimal};
+use meliora_model::error::{Diagnostic, Error, Severity, SourceFile};
+use meliora_model::escape::shortened;
+use meliora_model::exact::{NoDecimal, Ratio, decimal};
 
 /// A line that is not empty and not a comment.
 #[derive(Clone, Copy)]

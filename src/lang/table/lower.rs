@@ -7,16 +7,16 @@ use smallvec::SmallVec;
 
 use super::tree::{Leaf, Trees, sorted};
 use super::{Column, Rewards, Table};
-use crate::error::{Diagnostic, Error, Result, Severity, SourceFile};
-use crate::lang::check::Checked;
-use crate::lang::names::Names;
-use crate::lang::valuation::Given;
-use crate::model::expr::{ExprId, ExprPool};
-use crate::model::rewards::{Earner, RewardItem, RewardStructure};
-use crate::model::value::{Type, Value};
-use crate::model::{Branch, Command, CommandId, ModelKind, Program, Synchronisation, VarId, Variable};
-use crate::progress::{Poll, ProgressSink};
-use crate::span::Span;
+use crate::check::Checked;
+use crate::names::Names;
+use crate::valuation::Given;
+use meliora_model::error::{Diagnostic, Error, Result, Severity, SourceFile};
+use meliora_model::expr::{ExprId, ExprPool};
+use meliora_model::progress::{Poll, ProgressSink};
+use meliora_model::rewards::{Earner, RewardItem, RewardStructure};
+use meliora_model::span::Span;
+use meliora_model::value::{Type, Value};
+use meliora_model::{Branch, Command, CommandId, ModelKind, Program, Synchronisation, VarId, Variable};
 
 /// The variable of the number of a state, if states have no other values.
 const NUMBER: &str = "state";
@@ -24,11 +24,11 @@ const NUMBER: &str = "state";
 const BUILT_IN: [&str; 2] = ["init", "deadlock"];
 
 /// What a model is read from and with.
-pub(in crate::lang) struct Frame<'f> {
+pub(crate) struct Frame<'f> {
     /// The text of the model, or a description of its archive.
-    pub(in crate::lang) source: &'f Arc<SourceFile>,
-    pub(in crate::lang) given: &'f Given,
-    pub(in crate::lang) sink: &'f dyn ProgressSink,
+    pub(crate) source: &'f Arc<SourceFile>,
+    pub(crate) given: &'f Given,
+    pub(crate) sink: &'f dyn ProgressSink,
 }
 
 /// The choices that become one command: the k-th choice of each state with an action and a number

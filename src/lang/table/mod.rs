@@ -12,13 +12,13 @@ mod tree;
 mod umb;
 mod valuations;
 
-use crate::error::Result;
-use crate::model::ModelKind;
-use crate::model::exact::{Exact, Ratio, Real};
-use crate::model::expr::{ExprId, ExprPool};
-use crate::model::rounding::{Sum, judged};
-use crate::model::value::Type;
-use crate::progress::Poll;
+use meliora_model::ModelKind;
+use meliora_model::error::Result;
+use meliora_model::exact::{Exact, Ratio, Real};
+use meliora_model::expr::{ExprId, ExprPool};
+use meliora_model::progress::Poll;
+use meliora_model::rounding::{Sum, judged};
+use meliora_model::value::Type;
 
 pub(super) use drn::{is_drn, load as load_drn};
 pub(super) use lower::Frame;

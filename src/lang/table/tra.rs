@@ -7,14 +7,14 @@ use ahash::AHashSet;
 
 use super::lines::{Line, lines};
 use super::{Column, Frame, Table};
-use crate::error::{Error, Result, SourceFile};
-use crate::lang::check::{Actions, Checked};
-use crate::model::ModelKind;
-use crate::model::value::Type;
-use crate::progress::Poll;
+use crate::check::{Actions, Checked};
+use meliora_model::ModelKind;
+use meliora_model::error::{Error, Result, SourceFile};
+use meliora_model::progress::Poll;
+use meliora_model::value::Type;
 
 /// Returns true if a text is meant as transitions: its first line has two or three numbers.
-pub(in crate::lang) fn is_tra(source: &Arc<SourceFile>) -> bool {
+pub(crate) fn is_tra(source: &Arc<SourceFile>) -> bool {
     let Some(first) = lines(source, "#").next() else { return false };
     let words: Vec<&str> = first.text.split_whitespace().collect();
     (2..=3).contains(&words.len()) && words.iter().all(|w| w.bytes().all(|b| b.is_ascii_digit()))
@@ -24,7 +24,7 @@ pub(in crate::lang) fn is_tra(source: &Arc<SourceFile>) -> bool {
 ///
 /// # Errors
 /// A text is invalid; a limit.
-pub(in crate::lang) fn load(
+pub(crate) fn load(
     frame: &Frame<'_>,
     values: Option<&Arc<SourceFile>>,
     labels: Option<&Arc<SourceFile>>,

@@ -6,11 +6,11 @@
 //! the pool of expressions.
 
 use super::Column;
-use crate::error::{Limit, Result};
-use crate::model::VarId;
-use crate::model::expr::{Binary, ExprId, ExprPool};
-use crate::model::value::{Type, Value};
-use crate::progress::Poll;
+use meliora_model::VarId;
+use meliora_model::error::{Limit, Result};
+use meliora_model::expr::{Binary, ExprId, ExprPool};
+use meliora_model::progress::Poll;
+use meliora_model::value::{Type, Value};
 
 /// Maximum height of a tree.
 const MOST_HEIGHT: usize = 1_000;

@@ -5,12 +5,7 @@ use num_rational::BigRational;
 use num_traits::Zero;
 
 use super::{Frame, Rewards, Table, valuations};
-use crate::error::{Limit, Result};
-use crate::lang::check::{Actions, Checked};
-use crate::model::ModelKind;
-use crate::model::exact::Ratio;
-use crate::model::expr::ExprId;
-use crate::progress::Poll;
+use crate::check::{Actions, Checked};
 use crate::umb::archive::Files;
 use crate::umb::binary::Number;
 use crate::umb::index::{Annotation, Base, Index, TransitionSystem, Type};
@@ -18,6 +13,11 @@ use crate::umb::{
     self, ACTION_NAMES, ACTION_OF_CHOICE, BRANCH_TO_PROBABILITY, BRANCH_TO_TARGET, CHOICE_TO_BRANCHES, INDEX,
     STATE_IS_INITIAL, STATE_TO_CHOICES,
 };
+use meliora_model::ModelKind;
+use meliora_model::error::{Limit, Result};
+use meliora_model::exact::Ratio;
+use meliora_model::expr::ExprId;
+use meliora_model::progress::Poll;
 
 /// A number of states, choices and branches that needs no data.
 const FEW: u64 = 1 << 12;
@@ -26,7 +26,7 @@ const FEW: u64 = 1 << 12;
 ///
 /// # Errors
 /// The archive is not a model, or a model that is not supported; a limit.
-pub(in crate::lang) fn load(files: &Files, frame: &Frame<'_>) -> Result<Checked> {
+pub(crate) fn load(files: &Files, frame: &Frame<'_>) -> Result<Checked> {
     frame.refuse_values()?;
     let bytes = files.get(INDEX).ok_or_else(|| files.wrong(INDEX, "the archive has no such file"))?;
     let index: Index = serde_json::from_slice(bytes).map_err(|e| files.wrong(INDEX, &e.to_string()))?;

@@ -6,13 +6,13 @@
 use std::collections::BTreeSet;
 
 use super::Column;
-use crate::error::Result;
-use crate::model::value::Type;
-use crate::progress::Poll;
 use crate::umb::archive::Files;
 use crate::umb::binary::{Number, number};
 use crate::umb::index::{Base, Class, Field, Valuations, Variable};
 use crate::umb::{INDEX, STATE_VALUATIONS};
+use meliora_model::error::Result;
+use meliora_model::progress::Poll;
+use meliora_model::value::Type;
 
 /// Maximum absolute value of a variable, such that every value is exact as a double.
 const MOST: i128 = 1 << 53;

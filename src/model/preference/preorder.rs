@@ -111,12 +111,12 @@ impl Preorder {
     }
 
     /// Returns whether no objective is strictly preferred to another.
-    pub(crate) fn prefers_nothing(&self) -> bool {
+    pub fn prefers_nothing(&self) -> bool {
         self.above.iter().all(ObjectiveSet::is_empty)
     }
 
     /// Returns { x : x > y }; `None` if y is not an objective.
-    pub(crate) fn strictly_above(&self, y: usize) -> Option<&ObjectiveSet> {
+    pub fn strictly_above(&self, y: usize) -> Option<&ObjectiveSet> {
         self.above.get(y)
     }
 

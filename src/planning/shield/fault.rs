@@ -10,9 +10,9 @@ use std::hash::Hash;
 use ahash::{AHashMap, AHashSet};
 
 use super::{Shield, ShieldAction, ShieldNode, ShieldVariable};
-use crate::error::ensure;
-use crate::planning::levels::Kind;
-use crate::planning::{Safety, StrategyKind};
+use crate::levels::Kind;
+use crate::{Safety, StrategyKind};
+use meliora_model::error::ensure;
 
 /// A condition that holds, or the fault.
 type Check = Result<(), String>;

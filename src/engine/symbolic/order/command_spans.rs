@@ -16,9 +16,9 @@
 use ahash::AHashSet;
 
 use super::counters::operands;
-use crate::model::expr::Node;
-use crate::model::{Command, Program, VarId};
-use crate::random::Draw;
+use meliora_model::expr::Node;
+use meliora_model::random::Draw;
+use meliora_model::{Command, Program, VarId};
 
 /// Maximum number of orders from which the search starts.
 const MOST_STARTS: usize = 10;
@@ -243,8 +243,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::error::SourceFile;
-    use crate::lang;
+    use meliora_lang as lang;
+    use meliora_model::error::SourceFile;
 
     fn hypergraph(size: usize, edges: Vec<Vec<usize>>) -> Hypergraph {
         let mut at = vec![Vec::new(); size];

@@ -2,9 +2,9 @@
 
 use ahash::{AHashMap, AHashSet};
 
-use crate::model::expr::{Binary, ExprId, Node};
-use crate::model::value::Type;
-use crate::model::{Command, Program, VarId};
+use meliora_model::expr::{Binary, ExprId, Node};
+use meliora_model::value::Type;
+use meliora_model::{Command, Program, VarId};
 
 /// Returns the integer variables that some update changes by a sum or difference.
 pub(super) fn counters(program: &Program, commands: &[&Command]) -> AHashSet<VarId> {

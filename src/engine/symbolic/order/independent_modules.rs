@@ -15,8 +15,8 @@ use ahash::{AHashMap, AHashSet};
 use super::super::encoding::Bit;
 use super::counters::{counters, is_stage, operands, support, thresholds};
 use super::{Ordered, by_variables};
-use crate::model::expr::{ExprId, Node};
-use crate::model::{Command, Program, VarId};
+use meliora_model::expr::{ExprId, Node};
+use meliora_model::{Command, Program, VarId};
 
 /// Minimum percentage, among the branches that change more than flags, of branches that change a
 /// counter of every step. It is below 100 because some modules have a place where nothing is

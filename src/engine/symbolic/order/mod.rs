@@ -16,8 +16,8 @@ mod text;
 use std::sync::Arc;
 
 use super::encoding::Bit;
-use crate::error::{Error, Result, SourceFile};
-use crate::model::{Program, VarId};
+use meliora_model::error::{Error, Result, SourceFile};
+use meliora_model::{Program, VarId};
 pub use text::parse;
 
 /// Returns the bits of all variables in the order of declaration, each variable from its most

@@ -3,8 +3,8 @@
 use ahash::AHashMap;
 
 use super::counters::counts;
-use crate::model::value::Type;
-use crate::model::{CommandId, Program, Synchronisation, VarId};
+use meliora_model::value::Type;
+use meliora_model::{CommandId, Program, Synchronisation, VarId};
 
 /// Minimum number of copies. With fewer, the order of declaration is as good.
 const FEWEST: usize = 3;

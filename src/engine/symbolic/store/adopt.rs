@@ -8,14 +8,14 @@ use super::super::diagram::{Bdd, Diagram, Edge, Held, ManagerOf};
 use super::super::tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits};
 use super::super::walk::{ByNode, PATIENCE};
 use super::Store;
-use crate::engine::Settings;
-use crate::error::Result;
+use crate::Settings;
+use meliora_model::error::Result;
 
 impl Store {
     /// Creates a store with an operation cache of `entries` entries, or fewer if fewer suffice for
     /// the bits of a state. Returns `None` if this store has as many, or if the system does not
     /// grant the memory. A new store is needed because OxiDD's tables do not grow.
-    pub(in crate::engine::symbolic) fn larger(&self, entries: u64, settings: &Settings) -> Option<Self> {
+    pub(in crate::symbolic) fn larger(&self, entries: u64, settings: &Settings) -> Option<Self> {
         let wanted = entries.min(cache_for_bits(self.width()));
         if cache_entries(settings.memory, wanted) <= self.cache_entries {
             return None;
@@ -29,7 +29,7 @@ impl Store {
     }
 
     /// Creates an empty store for another thread. Both together may use the memory of this one.
-    pub(in crate::engine::symbolic) fn companion(&self, settings: &Settings) -> Result<Self> {
+    pub(in crate::symbolic) fn companion(&self, settings: &Settings) -> Result<Self> {
         let used = self.charges.now() + self.charges.other_nodes(0) * BYTES_PER_NODE;
         let memory = self.memory.saturating_sub(used);
         let mut other =
@@ -47,7 +47,7 @@ impl Store {
     /// copying checks the memory, but cannot be cancelled.
     ///
     /// Cost: linear in their nodes.
-    pub(in crate::engine::symbolic) fn adopt_all<'a>(
+    pub(in crate::symbolic) fn adopt_all<'a>(
         &self,
         from: &Store,
         diagrams: impl Iterator<Item = &'a mut Bdd>,

@@ -8,7 +8,7 @@ use oxidd::Manager;
 use super::super::diagram::ManagerOf;
 use super::super::tables::{BYTES_PER_NODE, SPARE_NODES};
 use super::Store;
-use crate::error::{Error, Limit, Result};
+use meliora_model::error::{Error, Limit, Result};
 
 /// A collection is futile if more than half of the nodes that the memory allows are in use after
 /// it, and it freed less than one in this many of them, …
@@ -32,7 +32,7 @@ impl Store {
     ///
     /// # Errors
     /// The limit of the progress sink, or the memory.
-    pub(in crate::engine::symbolic) fn check_limits(&self, m: &ManagerOf<'_>) -> Result<()> {
+    pub(in crate::symbolic) fn check_limits(&self, m: &ManagerOf<'_>) -> Result<()> {
         if let Some(limit) = self.sink.stop() {
             return Err(limit.into());
         }
@@ -116,7 +116,7 @@ impl Store {
     }
 
     /// Returns the error for memory that does not suffice.
-    pub(in crate::engine::symbolic) fn full(&self) -> Error {
+    pub(in crate::symbolic) fn full(&self) -> Error {
         let charged = self.charges.now();
         let what = if charged < self.memory / 8 {
             format!("the node table of {} nodes is full", self.capacity)

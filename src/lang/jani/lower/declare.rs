@@ -9,14 +9,14 @@ use super::super::read::model::{Automaton, Constant, Function, Variable as Decla
 use super::super::read::types::Bounds;
 use super::scope::{Declared, Instance, Known, Level, Meaning, Place, Transient};
 use super::state::{Inputs, Lowering};
-use crate::error::{Diagnostic, Severity};
-use crate::lang::ast::{BinaryOp, Expr, Ident, Span};
-use crate::lang::check::{Wanted, given_values};
-use crate::lang::valuation::Binding;
-use crate::model::exact::Exact;
-use crate::model::expr::{Binary, ExprId};
-use crate::model::value::{Type, Value};
-use crate::model::{VarId, Variable};
+use crate::ast::{BinaryOp, Expr, Ident, Span};
+use crate::check::{Wanted, given_values};
+use crate::valuation::Binding;
+use meliora_model::error::{Diagnostic, Severity};
+use meliora_model::exact::Exact;
+use meliora_model::expr::{Binary, ExprId};
+use meliora_model::value::{Type, Value};
+use meliora_model::{VarId, Variable};
 
 impl<'a> Lowering<'a> {
     /// Lowers the constants in the order of the text: each may use earlier ones. Returns the errors

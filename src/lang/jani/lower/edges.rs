@@ -6,10 +6,10 @@ use super::super::read::model::{Assignment, Destination, Edge};
 use super::rewards::ways;
 use super::scope::{EdgeOf, Meaning, Place, Slot};
 use super::state::Lowering;
-use crate::lang::ast::{BinaryOp, Span};
-use crate::model::expr::{ExprId, Node};
-use crate::model::value::{Type, Value};
-use crate::model::{Branch, Branches, Command, VarId};
+use crate::ast::{BinaryOp, Span};
+use meliora_model::expr::{ExprId, Node};
+use meliora_model::value::{Type, Value};
+use meliora_model::{Branch, Branches, Command, VarId};
 
 /// An assignment with its element, target and type.
 pub(super) struct Step<'e> {

@@ -4,12 +4,12 @@ use ahash::AHashMap;
 
 use super::scope::{Known, Meaning, Place, Slot};
 use super::state::Lowering;
-use crate::lang::ast::{Expr, Ident, Span};
-use crate::lang::check::{Lowered, Lowerer, Names, lowered};
-use crate::lang::slip::is_slip;
-use crate::model::exact::Exact;
-use crate::model::expr::ExprId;
-use crate::model::value::{Type, Value};
+use crate::ast::{Expr, Ident, Span};
+use crate::check::{Lowered, Lowerer, Names, lowered};
+use crate::slip::is_slip;
+use meliora_model::exact::Exact;
+use meliora_model::expr::ExprId;
+use meliora_model::value::{Type, Value};
 
 /// Maximum nesting of calls of functions and of values of transient variables.
 const MOST_CALLS: usize = 100;

@@ -5,13 +5,13 @@ use super::super::read::model::Destination;
 use super::super::read::property::{self as read, Reward};
 use super::scope::{EdgeOf, Meaning, Place, Slot};
 use super::state::Lowering;
-use crate::lang::ast::{BinaryOp, Node, NodeKind, Span};
-use crate::lang::combinations::combinations;
-use crate::lang::property::{self, Measure, Question, Rewards};
-use crate::model::expr::ExprId;
-use crate::model::rewards::{Earner, RewardItem, RewardStructure};
-use crate::model::value::{Type, Value};
-use crate::model::{Command, CommandId};
+use crate::ast::{BinaryOp, Node, NodeKind, Span};
+use crate::combinations::combinations;
+use crate::property::{self, Measure, Question, Rewards};
+use meliora_model::expr::ExprId;
+use meliora_model::rewards::{Earner, RewardItem, RewardStructure};
+use meliora_model::value::{Type, Value};
+use meliora_model::{Command, CommandId};
 
 /// The moments at which values are earned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -152,7 +152,8 @@ impl<'a> Lowering<'a> {
             let name = &self.transients[transient].variable.name.name;
             let message = format!("the reward `{name}` has an initial value other than 0");
             let help = "the supported rewards of steps are 0 unless an edge assigns a value";
-            let diagnostic = self.lowerer.wrong(span, message).severity(crate::error::Severity::Unsupported);
+            let diagnostic =
+                self.lowerer.wrong(span, message).severity(meliora_model::error::Severity::Unsupported);
             self.lowerer.report(diagnostic.help(help));
         }
     }

@@ -3,12 +3,12 @@
 use ahash::AHashMap;
 
 use super::super::read::model::{Automaton, Edge, Function, Location, Variable};
-use crate::error::Diagnostic;
-use crate::lang::ast::{Expr, Ident};
-use crate::model::VarId;
-use crate::model::expr::ExprId;
-use crate::model::rewards::RewardItem;
-use crate::model::value::Type;
+use crate::ast::{Expr, Ident};
+use meliora_model::VarId;
+use meliora_model::error::Diagnostic;
+use meliora_model::expr::ExprId;
+use meliora_model::rewards::RewardItem;
+use meliora_model::value::Type;
 
 /// The meaning of a name.
 #[derive(Debug, Clone, Copy)]

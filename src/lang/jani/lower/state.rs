@@ -6,13 +6,13 @@ use ahash::AHashMap;
 
 use super::super::read::model::Model;
 use super::scope::{Declared, Earned, Instance, Level, Transient};
-use crate::error::{Diagnostic, SourceFile};
-use crate::lang::check::{Actions, Lowerer, Scope};
-use crate::lang::names::Names;
-use crate::model::Variable;
-use crate::model::exact::Exact;
-use crate::model::expr::{ExprId, ExprPool};
-use crate::progress::ProgressSink;
+use crate::check::{Actions, Lowerer, Scope};
+use crate::names::Names;
+use meliora_model::Variable;
+use meliora_model::error::{Diagnostic, SourceFile};
+use meliora_model::exact::Exact;
+use meliora_model::expr::{ExprId, ExprPool};
+use meliora_model::progress::ProgressSink;
 
 /// The texts that define a model.
 pub(crate) struct Inputs<'i> {

@@ -5,9 +5,9 @@ use ahash::{AHashMap, AHashSet};
 use super::super::read::model::{Automaton, Edge, Vector};
 use super::scope::{EdgeOf, Meaning, Slot};
 use super::state::{Lowering, MOST_FUNCTIONS_DEEP};
-use crate::lang::ast::{Expr, Ident, NodeKind, Span};
-use crate::lang::combinations::{combinations, product};
-use crate::model::{Command, CommandId, Synchronisation};
+use crate::ast::{Expr, Ident, NodeKind, Span};
+use crate::combinations::{combinations, product};
+use meliora_model::{Command, CommandId, Synchronisation};
 
 /// Maximum number of commands when edges are multiplied out.
 const MOST_JOINT: usize = 100_000;
@@ -302,7 +302,8 @@ impl<'a> Lowering<'a> {
                     let message = format!("the action `{}` occurs in no synchronisation vector", action.name);
                     let diagnostic = self.lowerer.wrong(action.span, message);
                     let label = format!("edges of `{}` with it never happen", instance.name);
-                    self.warnings.push(diagnostic.severity(crate::error::Severity::Warning).label(label));
+                    self.warnings
+                        .push(diagnostic.severity(meliora_model::error::Severity::Warning).label(label));
                 }
             }
         }

@@ -3,10 +3,10 @@
 use super::super::json::{Node as Json, Object, Shape};
 use super::reader::Reader;
 use super::record::Read;
-use crate::lang::ast::{BinaryOp, Expr, Function, Ident, Node, NodeKind};
-use crate::model::exact::{Real, decimal};
-use crate::model::value;
-use crate::stack;
+use crate::ast::{BinaryOp, Expr, Function, Ident, Node, NodeKind};
+use meliora_model::exact::{Real, decimal};
+use meliora_model::stack;
+use meliora_model::value;
 
 const TWO: &[&str] = &["left", "right"];
 const ONE: &[&str] = &["exp"];

@@ -10,8 +10,8 @@ pub(super) mod types;
 
 use std::sync::Arc;
 
-use crate::error::{Result, SourceFile};
-use crate::progress::ProgressSink;
+use meliora_model::error::{Result, SourceFile};
+use meliora_model::progress::ProgressSink;
 use model::Model;
 use reader::Reader;
 use record::Read;

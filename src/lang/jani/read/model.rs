@@ -3,8 +3,8 @@
 use super::property::Property;
 use super::record::{NonEmpty, records};
 use super::types::{Action, Bounds, Exp, Feature, Version};
-use crate::lang::ast::{Expr, Ident};
-use crate::model::ModelKind;
+use crate::ast::{Expr, Ident};
+use meliora_model::ModelKind;
 
 records! {
     Model = "the model" {

@@ -5,9 +5,9 @@ use super::super::json::{Node, Object, Shape};
 use super::property::{Asks, no};
 use super::reader::Reader;
 use super::record::Read;
-use crate::lang::ast::Expr;
-use crate::lang::ltl::{Formula, FormulaKind, MOST_OPERATORS, Steps};
-use crate::stack;
+use crate::ast::Expr;
+use crate::ltl::{Formula, FormulaKind, MOST_OPERATORS, Steps};
+use meliora_model::stack;
 
 /// Operators on paths.
 const TEMPORAL: &[&str] = &["F", "G", "X", "U", "W", "R"];

@@ -7,12 +7,12 @@ use super::super::json::{Node, Object, Shape};
 use super::path;
 use super::reader::Reader;
 use super::record::{Read, records};
-use crate::lang::ast::{Expr, Ident, NodeKind, Span};
-use crate::lang::ltl::Formula;
-use crate::lang::property::{Extreme, Inequality};
-use crate::model::exact::{Ratio, decimal};
-use crate::model::value;
-use crate::stack;
+use crate::ast::{Expr, Ident, NodeKind, Span};
+use crate::ltl::Formula;
+use crate::property::{Extreme, Inequality};
+use meliora_model::exact::{Ratio, decimal};
+use meliora_model::stack;
+use meliora_model::value;
 
 /// A part of a property, or the reason why a well-formed property is not supported.
 pub(super) type Asks<T> = Option<Result<T, String>>;

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use ahash::AHashSet;
 
 use super::super::json::{Document, Malformed, Node, Object, Shape};
-use crate::error::{Diagnostic, Error, Result, Severity, SourceFile};
-use crate::lang::ast::{Ident, Span};
-use crate::progress::{Poll, ProgressSink};
+use crate::ast::{Ident, Span};
+use meliora_model::error::{Diagnostic, Error, Result, Severity, SourceFile};
+use meliora_model::progress::{Poll, ProgressSink};
 
 /// Maximum number of errors reported.
 const MAX_ERRORS: usize = 20;

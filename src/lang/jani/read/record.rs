@@ -2,7 +2,7 @@
 
 use super::super::json::{Node, Object};
 use super::reader::Reader;
-use crate::lang::ast::{Ident, Span};
+use crate::ast::{Ident, Span};
 
 /// A value of the document that can be read.
 pub(crate) trait Read<'a>: Sized {
@@ -126,13 +126,13 @@ macro_rules! records {
         #[derive(Debug, Clone)]
         pub(crate) struct $name {
             $(pub(crate) $field: $ty,)*
-            $(pub(crate) $place: crate::lang::ast::Span,)?
+            $(pub(crate) $place: crate::ast::Span,)?
         }
 
-        impl<'a> $crate::lang::jani::read::record::Read<'a> for $name {
+        impl<'a> $crate::jani::read::record::Read<'a> for $name {
             fn read(
-                reader: &mut $crate::lang::jani::read::reader::Reader<'a>,
-                node: $crate::lang::jani::json::Node<'a>,
+                reader: &mut $crate::jani::read::reader::Reader<'a>,
+                node: $crate::jani::json::Node<'a>,
                 _: &str,
             ) -> Option<Self> {
                 let known = [$($key,)* $($($checked,)*)? $($($emptied,)*)? $($($ignored,)*)?];
@@ -142,7 +142,7 @@ macro_rules! records {
                 $($(reader.refuse_items(&object, $what, $emptied, $reason);)*)?
                 $($(reader.field::<Option<$check>>(&object, $what, $checked, Some(None));)*)?
                 $(let $field = reader.field::<$ty>(&object, $what, $key, None$(.or(Some($default)))?);)*
-                Some($name { $($field: $field?,)* $($place: $crate::lang::jani::read::record::place(node))? })
+                Some($name { $($field: $field?,)* $($place: $crate::jani::read::record::place(node))? })
             }
         }
     )*};

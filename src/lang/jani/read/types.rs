@@ -3,9 +3,9 @@
 use super::super::json::{Node, Shape};
 use super::reader::Reader;
 use super::record::{Read, records};
-use crate::lang::ast::{Expr, Ident, Span};
-use crate::model::ModelKind;
-use crate::model::value::Type;
+use crate::ast::{Expr, Ident, Span};
+use meliora_model::ModelKind;
+use meliora_model::value::Type;
 
 /// Features that are supported, or have no effect here. Features that only add operators are
 /// refused at the operators.

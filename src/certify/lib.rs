@@ -1,0 +1,168 @@
+//! Re-checks a dump as a certificate: by one-step conditions, without any fixpoint. It uses neither
+//! planning nor quantities nor the export, so a mistake there is not repeated here.
+//!
+//! - [`verify`]: checks a dump against a model and its preferences.
+//! - [`Verdict`]: the sets that were checked, and the [`Violation`] if there is one.
+//!
+//! ```no_run
+//! # fn dump() -> meliora_dump::Dump { unimplemented!() }
+//! # fn program() -> std::sync::Arc<meliora_model::Program> { unimplemented!() }
+//! # fn preferences() -> meliora_model::preference::Preferences { unimplemented!() }
+//! use meliora_certify::{Hashes, verify};
+//! use meliora_engine::Settings;
+//!
+//! let hashes = Hashes { model: "0123…", preferences: "4567…" };
+//! let verdict = verify(&program(), &preferences(), hashes, &dump(), Settings::default())?;
+//! assert!(verdict.violation.is_none());
+//! # Ok::<(), meliora_model::error::Error>(())
+//! ```
+//!
+//! Only the transition relation is rebuilt. Each region is checked against a condition on one step.
+//! Induction over the layers and rounds of the dump then shows that the region is neither too large
+//! nor too small. Nothing of planning is used here.
+//!
+//! After the check of `unsafe`, all conditions are about the model that the requirements leave.
+//!
+//! All fields of the manifest are derived anew and compared. A set that no check uses is refused,
+//! in either file. `docs/dumps.md` says what an accepted dump guarantees.
+//!
+//! | Region | not too large | not too small |
+//! | --- | --- | --- |
+//! | `reachable` | layers from the initial states | closed under all choices |
+//! | `unsafe` | removal rounds | the other states violate nothing, and have a choice that stays among them |
+//! | `secured:A:d` | closed under its strategy, layers towards each mark that recurs | removal rounds |
+//! | `positive:A` | layers towards the target | no choice enters it from outside |
+//! | `almost-sure:A` | closed under its strategy, layers towards the target | removal rounds |
+//! | `initial`, `deadlock`, `choices`, `target:A`, `class:C`, strategies | equal to what the model and the regions say | |
+//! | `sasi:k` | closed under its strategy, layers towards a goal edge | removal rounds |
+//! | `spi:k` | layers towards a goal edge | no kept choice enters it from outside |
+//!
+//! The bounds of quantities in `values.csv` are confirmed by one step per state, and by ranks.
+
+mod arena;
+mod bellman;
+mod checker;
+mod error;
+mod levels;
+mod manifest_check;
+mod outcomes;
+mod safe;
+mod sets;
+mod temporal;
+mod values;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use checker::Checker;
+use error::CheckError;
+use meliora_dump::manifest::FILE;
+use meliora_dump::{Dump, dot};
+use meliora_engine::{ProgressSink, Settings};
+use meliora_model::error::{Error, Result};
+use meliora_model::preference::Preferences;
+use meliora_model::{Program, State};
+
+/// The result of [`verify`].
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Verdict {
+    /// The checked regions, in order.
+    pub checked: Vec<Checked>,
+    /// The first condition that is violated; none if all are satisfied.
+    pub violation: Option<Violation>,
+}
+
+/// A region that was checked.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Checked {
+    /// Its name.
+    pub region: String,
+    /// True if the region was shown to be not too large.
+    pub inside: bool,
+    /// True if the region was shown to be not too small.
+    pub outside: bool,
+}
+
+/// A violated condition.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Violation {
+    /// The condition.
+    pub condition: String,
+    /// A state that violates it, if the condition is about states.
+    pub state: Option<State>,
+}
+
+/// The SHA-256 of the present texts of model and preferences, in hexadecimal digits.
+#[derive(Debug, Clone, Copy)]
+pub struct Hashes<'a> {
+    /// The SHA-256 of the model.
+    pub model: &'a str,
+    /// The SHA-256 of the preferences.
+    pub preferences: &'a str,
+}
+
+/// Checks a dump against the program and the preferences that it claims to be made from.
+///
+/// Cost: two images per layer or round.
+///
+/// # Errors
+/// A limit is reached; a command has no meaning in a state of the dump.
+pub fn verify(
+    program: &Arc<Program>,
+    preferences: &Preferences,
+    hashes: Hashes<'_>,
+    dump: &Dump,
+    settings: Settings,
+) -> Result<Verdict> {
+    let mut checked = Vec::new();
+    match run(program, preferences, hashes, dump, settings, &mut checked) {
+        Ok(()) => Ok(Verdict { checked, violation: None }),
+        Err(CheckError::Violation(violation)) => Ok(Verdict { checked, violation: Some(violation) }),
+        Err(CheckError::Error(error)) => Err(error),
+    }
+}
+
+/// Checks that the DOT files named by a manifest are the pictures of its regions.
+///
+/// # Errors
+/// A limit is reached.
+pub fn pictures(directory: &Path, dump: &Dump, sink: &dyn ProgressSink) -> Result<Option<Violation>> {
+    let file = &dump.manifest.regions;
+    let found = dot::false_picture(file, &dump.regions, directory, sink);
+    let wrong = found.map_err(|e| sink.stop().map_or(Error::writing(directory, &e), Error::from))?;
+    let named = dump.manifest.certificate.iter().flat_map(|f| &f.roots).find(|r| r.dot.is_some());
+    let wrong = wrong.or(named.map(|root| root.name.as_str()));
+    Ok(wrong.map(|name| Violation {
+        condition: format!("the DOT file that the manifest names for `{name}` is its picture"),
+        state: None,
+    }))
+}
+
+fn run(
+    program: &Arc<Program>,
+    preferences: &Preferences,
+    hashes: Hashes<'_>,
+    dump: &Dump,
+    settings: Settings,
+    checked: &mut Vec<Checked>,
+) -> Result<(), CheckError> {
+    let manifest = &dump.manifest;
+    manifest_check::inputs(manifest, hashes)?;
+    manifest.check_file(FILE, &manifest.regions, &dump.regions)?;
+    if let (Some(file), Some(diagram)) = (&manifest.certificate, &dump.certificate) {
+        manifest.check_file(FILE, file, diagram)?;
+    }
+    let mut checker = Checker::new(program, preferences, dump, settings)?;
+    manifest_check::all(&checker.engine, preferences, hashes, manifest)?;
+    checker.scope()?;
+    checker.counts()?;
+    let result = safe::requirements(&mut checker)
+        .and_then(|()| outcomes::check(&mut checker))
+        .and_then(|classes| levels::check(&mut checker, classes))
+        .and_then(|arenas| values::check(&mut checker, &arenas))
+        .and_then(|()| checker.nothing_else());
+    checked.append(&mut checker.checked);
+    result
+}

@@ -1,0 +1,162 @@
+//! From an analysis to files: dumps with certificates, values, shields, and models state by state;
+//! and projections of regions to two variables, for maps.
+//!
+//! - [`export()`] builds a [`Dump`] of the regions that a [`Selection`] names.
+//! - [`explicit::Graph`]: states and choices one by one, in several formats.
+//! - [`projections::Projections`]: regions over two variables.
+//!
+//! | Roots of `certificate.dddmp` | meaning |
+//! | --- | --- |
+//! | `layers:R:j` | the states of region R by their distance from its goal; layer 0 is at the goal |
+//! | `layers:secured:A:d:i:j` | the states of `secured:A:d` by their distance from the i-th mark that recurs |
+//! | `refuted:R:j` | the states outside of R, in the rounds that remove them; the rounds cover all such states |
+//! | `refuted:unsafe:j` | the states of `unsafe`, in the rounds that remove them |
+//! | `safe:C` | under `prefix`, the states from which a strategy avoids weakening class C forever |
+//! | `sasi:k@C`, `strategy:sasi:k@C` | under `prefix`, level k with reference class C; for the level after the last one, a superset of the states that win it |
+//!
+//! # An example
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use meliora_engine::{Settings, SymbolicEngine};
+//! use meliora_export::{Inputs, Selection, export};
+//! use meliora_model::error::SourceFile;
+//! use meliora_planning::{Analysis, Options};
+//!
+//! let model = "mdp module m x : [0..2] init 0; [] x<2 -> (x'=x+1); [] x=2 -> true; endmodule";
+//! let wishes = "objective Near = F x=1; objective Far = F x=2; prefer Far > Near;";
+//! let none = SourceFile::new("--const", "");
+//! let mut program = meliora_lang::load(&SourceFile::new("m.prism", model), &none)?.program;
+//! let preferences = meliora_lang::load_preferences(&SourceFile::new("m.pref", wishes), &mut program)?;
+//! let engine = SymbolicEngine::new(Arc::new(program), Settings::default())?;
+//! let mut analysis = Analysis::new(&Arc::new(engine), &Arc::new(preferences), Options::default());
+//! analysis.run(&mut |_| ())?;
+//! let inputs = Inputs { model: ("m.prism".into(), "…".into()), preferences: ("m.pref".into(), "…".into()) };
+//! let all = Selection { wanted: &|_| true, certificate: true };
+//! let dump = export(&analysis, &inputs, &all)?;
+//! assert_eq!(dump.manifest.regions.root("reachable").unwrap().count, "3");
+//! # Ok::<(), meliora_model::error::Error>(())
+//! ```
+
+mod certificate;
+pub mod explicit;
+mod layers;
+mod plays;
+pub mod projections;
+mod regions;
+mod shield;
+pub mod values;
+
+use meliora_dump::manifest::{self, File, Root, RootKind};
+use meliora_dump::{Diagram, Dump};
+use meliora_engine::symbolic::{Set, SymbolicEngine};
+use meliora_engine::{Algebra, Engine};
+use meliora_model::error::{Error, Result};
+use meliora_model::names;
+use meliora_planning::levels::End;
+use meliora_planning::{Analysis, Kind};
+use meliora_query::describe;
+pub use meliora_query::describe::Inputs;
+pub use shield::{read_shield, write_shield};
+
+/// The content of a dump.
+pub struct Selection<'a> {
+    /// Selects regions by name; `reachable` and `initial` are always in the dump.
+    pub wanted: &'a dyn Fn(&str) -> bool,
+    /// True if the dump gets a certificate; this needs all regions.
+    pub certificate: bool,
+}
+
+/// A set with its name.
+pub(crate) struct Named {
+    pub(crate) name: String,
+    pub(crate) set: Set,
+}
+
+impl Named {
+    fn states(name: impl Into<String>, x: &meliora_engine::symbolic::StateSet) -> Self {
+        Named { name: name.into(), set: Set::States(x.clone()) }
+    }
+
+    fn choices(name: impl Into<String>, c: &meliora_engine::symbolic::ChoiceSet) -> Self {
+        Named { name: name.into(), set: Set::Choices(c.clone()) }
+    }
+}
+
+/// Builds the dump of a finished analysis. Cost: for the certificate, one image per layer of each
+/// region.
+///
+/// # Errors
+/// The selection matches no region; an objective is called `nothing`; a limit is reached.
+pub fn export(
+    analysis: &Analysis<SymbolicEngine>,
+    inputs: &Inputs,
+    selection: &Selection<'_>,
+) -> Result<Dump> {
+    if analysis.preferences().objectives.iter().any(|o| o.name == names::NOTHING) {
+        let message =
+            "in a dump, the objective `nothing` cannot be distinguished from the class `nothing`; rename it";
+        return Err(Error::Usage(message.to_owned()));
+    }
+    let engine = analysis.whole_engine();
+    let mut named = regions::all(analysis)?;
+    let always = |name: &str| matches!(name, names::REACHABLE | names::INITIAL);
+    named.retain(|n| always(&n.name) || (selection.wanted)(&n.name));
+    if !named.iter().any(|n| (selection.wanted)(&n.name)) {
+        return Err(Error::Usage("no region is selected".to_owned()));
+    }
+    if named.iter().any(|n| names::is_strategy(&n.name)) {
+        // A reader can tell what a strategy leaves out only if all enabled choices are in the dump.
+        if !named.iter().any(|n| n.name == names::CHOICES) {
+            named.push(Named::choices(names::CHOICES, &engine.all_choices()));
+        }
+    }
+    let certificate = selection.certificate.then(|| certificate::all(analysis)).transpose()?;
+    let mut sets = named.iter().chain(certificate.iter().flatten());
+    let paired = sets.any(|n| matches!(n.set, Set::Choices(_)));
+    let choices = describe::choices(engine, paired);
+    let (regions, diagram) = file(engine, manifest::REGIONS, &named, &choices.order)?;
+    let certified = certificate.map(|named| file(engine, manifest::CERTIFICATE, &named, &choices.order));
+    let (certificate, layers) = certified.transpose()?.unzip();
+    let options = analysis.options();
+    let cut = |&kind: &Kind| matches!(analysis.levels(kind).end, Some(End::Cut));
+    let subject = describe::Subject {
+        engine,
+        preferences: analysis.preferences(),
+        inputs,
+        safety: options.safety.to_string(),
+        max_level: options.max_level.filter(|_| Kind::ALL.iter().any(cut)),
+    };
+    Ok(Dump {
+        manifest: subject.manifest(choices, regions, certificate),
+        regions: diagram,
+        certificate: layers,
+        values: None,
+    })
+}
+
+/// Builds the diagram of named sets, and its entry in the manifest without the hash.
+fn file(engine: &SymbolicEngine, path: &str, named: &[Named], bits: &[String]) -> Result<(File, Diagram)> {
+    let sets: Vec<Set> = named.iter().map(|n| n.set.clone()).collect();
+    let diagram = engine.diagram(&sets, bits)?;
+    let sizes = diagram.sizes(&diagram.roots);
+    let mut roots = Vec::with_capacity(named.len());
+    for (position, (named, edge)) in named.iter().zip(&diagram.roots).enumerate() {
+        let (kind, count) = match &named.set {
+            Set::States(x) => (RootKind::States, engine.count(x)?),
+            Set::Choices(c) => (RootKind::Choices, engine.count(c)?),
+        };
+        roots.push(Root {
+            name: named.name.clone(),
+            kind,
+            root: position,
+            node: *edge,
+            nodes: sizes[position],
+            count: count.to_string(),
+            dot: None,
+        });
+    }
+    let file = File { path: path.to_owned(), sha256: String::new(), nodes: diagram.nodes.len() + 1, roots };
+    Ok((file, diagram))
+}

@@ -1,0 +1,194 @@
+//! The construction of projections from a finished analysis.
+
+use std::sync::Arc;
+
+use super::{Ladder, Plane, Projections, directions, levels};
+use meliora_engine::symbolic::{ChoiceSet, Set, StateSet, SymbolicEngine};
+use meliora_engine::{Algebra, Dumpable, Engine};
+use meliora_model::diagram::{Diagram, Edge};
+use meliora_model::error::Result;
+use meliora_model::preference::ObjectiveSet;
+use meliora_model::{Program, VarId};
+use meliora_planning::levels::{End, Level};
+use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, strategy};
+use meliora_query::describe;
+
+/// The maximum number of choices for which a page shows the states that permit them.
+const MOST_CHOICES: usize = 256;
+
+/// The sets, in the order in which they become roots.
+struct Sets {
+    scope: StateSet,
+    unsafe_states: Option<StateSet>,
+    ladders: [Rungs; 2],
+    classes: Vec<(ObjectiveSet, StateSet)>,
+    targets: Vec<StateSet>,
+}
+
+/// The sets of a [`Ladder`].
+struct Rungs {
+    levels: Vec<StateSet>,
+    unbounded: Option<StateSet>,
+    open: bool,
+    permitted: Vec<StateSet>,
+}
+
+/// Builds the projections of a finished analysis over a plane, through a state. If the diagram
+/// would have more nodes than `most_nodes`, the permitted choices are left out. If that is not
+/// enough, the sets are projected onto the plane; then the other variables cannot be fixed.
+///
+/// Cost: for SPI strategies one pre-image per level and arena. No state is enumerated, except a few
+/// samples for the directions of choices.
+///
+/// # Errors
+/// [`meliora_model::error::Error::Usage`] if the sets are not diagrams; a limit is reached.
+pub fn build<E: Dumpable>(
+    analysis: &Analysis<E>,
+    plane: Plane,
+    at: &[i64],
+    most_nodes: usize,
+) -> Result<Projections> {
+    let engine = analysis.engine().diagrams()?;
+    let labels = describe::choice_labels(engine);
+    let arrows = if labels.len() > MOST_CHOICES { 0 } else { labels.len() };
+    let mut choices = directions::of(engine, plane, labels)?;
+    let rows_up = directions::rows_up(engine.program(), plane, &choices);
+    choices.truncate(arrows);
+    let mut sets = Sets::of(analysis, engine, arrows)?;
+    let mut diagram = engine.diagram(&sets.all(), &[])?;
+    if diagram.nodes.len() > most_nodes {
+        choices.clear();
+        sets.ladders.iter_mut().for_each(|rungs| rungs.permitted.clear());
+        diagram = engine.diagram(&sets.all(), &[])?;
+    }
+    let projected = diagram.nodes.len() > most_nodes;
+    if projected {
+        sets.project(engine, plane)?;
+        diagram = engine.diagram(&sets.all(), &[])?;
+    }
+    let (roots, mut used) = (std::mem::take(&mut diagram.roots), 0);
+    // There is one root per set.
+    let mut next = || {
+        used += 1;
+        roots[used - 1]
+    };
+    let scope = next();
+    let unsafe_states = sets.unsafe_states.map(|_| next());
+    let [sasi, spi] = sets.ladders.map(|rungs| rungs.ladder(&mut next));
+    Ok(Projections {
+        variables: engine.program().variables.clone(),
+        levels: levels(engine.encoding()),
+        plane,
+        rows_up,
+        at: at.to_vec(),
+        scope,
+        unsafe_states,
+        sasi,
+        spi,
+        classes: sets.classes.into_iter().map(|(class, _)| (class, next())).collect(),
+        targets: sets.targets.iter().map(|_| next()).collect(),
+        choices,
+        projected,
+        diagram: Diagram { roots: Vec::new(), ..diagram },
+    })
+}
+
+impl Sets {
+    fn of<E: Dumpable>(analysis: &Analysis<E>, engine: &SymbolicEngine, choices: usize) -> Result<Self> {
+        let ladder = |kind| Rungs::of(analysis, engine, kind, choices);
+        let ladders = [ladder(Kind::Sasi)?, ladder(Kind::Spi)?];
+        let classes = analysis.classes().into_iter().flat_map(|c| &c.list);
+        let diagram = |x| analysis.engine().states_diagram(x).cloned();
+        let target = |index| match analysis.outcomes().and_then(|outcomes| outcomes.target(index)) {
+            Some(x) => diagram(x),
+            None => Ok(engine.no_states()),
+        };
+        let objectives = analysis.preferences().objectives.len();
+        let unsafe_states = analysis.requirements().map(|r| diagram(&r.unsafe_states)).transpose()?;
+        let is_empty = unsafe_states.as_ref().map_or(Ok(true), |states| engine.is_empty(states))?;
+        Ok(Sets {
+            scope: engine.all_states(),
+            unsafe_states: unsafe_states.filter(|_| !is_empty),
+            ladders,
+            classes: classes
+                .map(|c| Ok((c.most_preferred.clone(), diagram(&c.states)?)))
+                .collect::<Result<_>>()?,
+            targets: (0..objectives).map(target).collect::<Result<_>>()?,
+        })
+    }
+
+    /// Returns all sets; [`build`] takes the roots in this order.
+    fn all(&self) -> Vec<Set> {
+        let mut all = vec![&self.scope];
+        all.extend(&self.unsafe_states);
+        for rungs in &self.ladders {
+            all.extend(rungs.levels.iter().chain(&rungs.unbounded).chain(&rungs.permitted));
+        }
+        all.extend(self.classes.iter().map(|(_, states)| states));
+        all.extend(&self.targets);
+        all.into_iter().cloned().map(Set::States).collect()
+    }
+
+    /// Quantifies the variables outside of the plane.
+    fn project(&mut self, engine: &SymbolicEngine, plane: Plane) -> Result<()> {
+        let onto: Vec<VarId> = plane.row.into_iter().chain([plane.column]).collect();
+        let mut all = vec![&mut self.scope];
+        all.extend(&mut self.unsafe_states);
+        for rungs in &mut self.ladders {
+            all.extend(rungs.levels.iter_mut().chain(&mut rungs.unbounded));
+        }
+        all.extend(self.classes.iter_mut().map(|(_, states)| states));
+        all.extend(&mut self.targets);
+        for set in all {
+            *set = engine.projection(set, &onto)?;
+        }
+        Ok(())
+    }
+}
+
+impl Rungs {
+    fn of<E: Dumpable>(
+        analysis: &Analysis<E>,
+        engine: &SymbolicEngine,
+        kind: Kind,
+        choices: usize,
+    ) -> Result<Self> {
+        let levels = analysis.levels(kind);
+        let permitted = permitted(analysis, engine.program(), kind)?;
+        let diagram = |level: &Level<E>| analysis.engine().states_diagram(&level.states).cloned();
+        Ok(Rungs {
+            levels: levels.found.iter().map(diagram).collect::<Result<_>>()?,
+            unbounded: levels.unbounded().map(diagram).transpose()?,
+            open: matches!(levels.end, None | Some(End::Cut)),
+            permitted: (0..choices).map(|n| engine.numbered(&permitted, n)).collect::<Result<_>>()?,
+        })
+    }
+
+    fn ladder(self, next: &mut impl FnMut() -> Edge) -> Ladder {
+        Ladder {
+            levels: self.levels.iter().map(|_| next()).collect(),
+            unbounded: self.unbounded.map(|_| next()),
+            open: self.open,
+            permitted: self.permitted.iter().map(|_| next()).collect(),
+        }
+    }
+}
+
+/// Returns the permitted choices of start states, each state at the level of its rank.
+fn permitted<E: Dumpable>(analysis: &Analysis<E>, program: &Arc<Program>, kind: Kind) -> Result<ChoiceSet> {
+    let engine = analysis.engine();
+    let mut all = engine.no_choices();
+    let (Some(strategy), Some(classes), Some(improvement)) =
+        (FiniteMemoryStrategy::new(analysis, program, kind), analysis.classes(), analysis.improvement())
+    else {
+        return engine.choices_diagram(&all).cloned();
+    };
+    let levels = analysis.levels(kind);
+    let found = levels.found.iter().enumerate().map(|(k, level)| (Some(k + 1), level));
+    for (rank, level) in found.chain(levels.unbounded().map(|level| (None, level))) {
+        let permitted = strategy::permitted_at_start(engine, kind, classes, improvement, level)?;
+        let here = engine.choices_in(&permitted, &strategy.states_of_rank(rank)?)?;
+        all = engine.union(&all, &here)?;
+    }
+    engine.choices_diagram(&all).cloned()
+}

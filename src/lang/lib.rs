@@ -1,0 +1,52 @@
+//! The languages: PRISM, JANI, archives of the format UMB, tables of states, preferences,
+//! properties and temporal formulas. A text becomes tokens, a syntax tree, and a checked, flat
+//! program.
+//!
+//! - [`load`] and [`Document`]: a model from a text or a file, as [`Checked`].
+//! - [`load_preferences`]: a preference file for a program.
+//! - [`parse_property`], [`parse_expression`], [`parse_state`]: smaller texts.
+//!
+//! ```
+//! use meliora_model::error::SourceFile;
+//!
+//! let model = "mdp module m x : [0..N] init 0; [] x<N -> 1/2: (x'=x+1) + 1/2: true; endmodule const int N;";
+//! let constants = SourceFile::new("--const", "N=4");
+//! let program = meliora_lang::load(&SourceFile::new("m.prism", model), &constants)?.program;
+//! assert_eq!((program.variables[0].low, program.variables[0].high), (0, 4));
+//! # Ok::<(), meliora_model::error::Error>(())
+//! ```
+
+pub mod ast;
+mod automata;
+pub(crate) mod check;
+mod combinations;
+mod document;
+pub mod flat;
+pub(crate) mod jani;
+mod load;
+pub mod ltl;
+mod mistaken;
+pub mod named;
+mod names;
+pub(crate) mod parse;
+pub mod pref;
+mod preferences;
+pub mod property;
+pub mod property_file;
+mod slip;
+mod table;
+pub(crate) mod token;
+pub mod umb;
+pub(crate) mod valuation;
+
+pub use check::{Checked, lower_target};
+pub use document::Document;
+pub use flat::flat;
+pub use load::{load, load_given, load_with_progress};
+pub use parse::{parse_expression, parse_model};
+pub use pref::parse_preferences;
+pub use preferences::{load_preferences, outline_preferences};
+pub use property::parse_property;
+pub use property_file::{open_constants, parse_properties};
+pub use valuation::split_constants;
+pub use valuation::{Given, parse_constants, parse_state};

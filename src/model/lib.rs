@@ -1,0 +1,274 @@
+//! The base of all crates of Meliora: the flat program that both engines read, the preorder of
+//! preferences, decision diagrams as plain data, errors with places, and progress. It uses no other
+//! crate of Meliora.
+//!
+//! - [`Program`]: variables, commands, synchronisations, labels and formulas, independent of
+//!   diagrams and state arrays.
+//! - [`preference::Preferences`]: objectives and the preorder on them.
+//! - [`diagram::Diagram`]: shared, reduced decision diagrams.
+//! - [`error::Error`] and [`error::SourceFile`]: errors with places.
+//!
+//! ```
+//! use meliora_model::error::{Diagnostic, SourceFile};
+//!
+//! let source = SourceFile::new("grid.prism", "x = 3 &\ntrue + 1");
+//! let wrong = Diagnostic::new(&source, 8..12, "`+` adds numbers").label("a Boolean");
+//! assert_eq!(wrong.position(), (2, 1));
+//! ```
+
+pub mod csv;
+pub mod decimal;
+mod diagnostic;
+pub mod diagram;
+pub mod error;
+pub mod escape;
+pub mod exact;
+pub mod expr;
+pub mod fault;
+pub mod files;
+pub mod hasse;
+pub mod members;
+pub mod names;
+mod overlap;
+pub mod preference;
+pub mod progress;
+pub mod property;
+pub mod random;
+pub mod reading;
+pub mod real;
+pub mod rewards;
+pub mod rounding;
+pub mod span;
+pub mod stack;
+pub mod step;
+pub mod temporal;
+pub mod valuation;
+pub mod value;
+mod weight;
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::error::{Diagnostic, SourceFile};
+use crate::span::Span;
+use exact::Exact;
+use expr::{ExprId, ExprPool};
+use rewards::RewardStructure;
+use smallvec::SmallVec;
+use strum::IntoStaticStr;
+use value::Type;
+
+/// A variable of a [`Program`]: its position in [`Program::variables`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct VarId(pub u32);
+
+impl VarId {
+    /// The position in [`Program::variables`] and in a [`State`].
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// A command of a [`Program`]: its position in [`Program::commands`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct CommandId(pub u32);
+
+impl CommandId {
+    /// The position in [`Program::commands`].
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// A state: one value per variable in the order of [`Program::variables`], Booleans as 0 and 1.
+pub type State = Vec<i64>;
+
+/// The meaning of several enabled commands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
+pub enum ModelKind {
+    /// Every enabled combination of commands is a choice of its own.
+    Mdp,
+    /// All enabled combinations form a single choice, which selects one of them uniformly.
+    Dtmc,
+}
+
+/// The extreme of a value over all strategies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Optimum {
+    /// The least value.
+    Min,
+    /// The greatest value.
+    Max,
+}
+
+/// A program of the PRISM language, flattened: no constants, formulas, renamings or compositions.
+#[derive(Debug, Clone)]
+pub struct Program {
+    /// The text that all spans of this program point into.
+    pub source: Arc<SourceFile>,
+    /// `mdp` or `dtmc`.
+    pub kind: ModelKind,
+    /// All constants with their values, in the order of declaration.
+    pub constants: Vec<(String, Exact)>,
+    /// The constants whose values came from `--const`.
+    pub given_constants: Vec<String>,
+    /// The pool of all expressions of the program.
+    pub pool: ExprPool,
+    /// All variables in the order of declaration (globals at their position in the text).
+    pub variables: Vec<Variable>,
+    /// The names of the modules in the order of declaration.
+    pub modules: Vec<String>,
+    /// A predicate that is true exactly in the initial states.
+    pub initial: ExprId,
+    /// The names of the action labels.
+    pub actions: Vec<String>,
+    /// All commands, module by module.
+    pub commands: Vec<Command>,
+    /// The synchronisations, which define the possible steps; see [`Synchronisation`].
+    pub synchronisations: Vec<Synchronisation>,
+    /// The labels by name, without the built-in ones ("init", "deadlock").
+    pub labels: Vec<(String, ExprId)>,
+    /// The formulas by name, for use in targets; only those that have a meaning of their own.
+    pub formulas: Vec<(String, ExprId)>,
+    /// The reward structures, in the order of declaration.
+    pub rewards: Vec<RewardStructure>,
+    /// The first expression for whose exact value a double counts; see [`real`].
+    pub inexact: Option<Diagnostic>,
+    /// The monitors for temporal formulas, which are the last module.
+    pub monitors: Option<temporal::Monitors>,
+}
+
+/// A variable with its range.
+#[derive(Debug, Clone)]
+pub struct Variable {
+    /// Its name.
+    pub name: String,
+    /// `Type::Bool` (range 0 to 1) or `Type::Int`.
+    pub ty: Type,
+    /// The smallest value.
+    pub low: i64,
+    /// The largest value.
+    pub high: i64,
+    /// The module that owns it; `None` for a global.
+    pub module: Option<usize>,
+    /// The value in the initial state; `None` if `init … endinit` defines the initial states.
+    pub initial: Option<i64>,
+    /// The names of its values from `low` on, if values have names, as locations do; else empty.
+    pub values: Vec<String>,
+    /// The position of its declaration.
+    pub span: Range<usize>,
+}
+
+impl Variable {
+    /// Returns the number of bits that store `value - low`; 0 for a range of one value.
+    pub fn bits(&self) -> u32 {
+        let width = self.high.wrapping_sub(self.low) as u64;
+        u64::BITS - width.leading_zeros()
+    }
+}
+
+/// A command: `[action] guard -> branches`.
+#[derive(Debug, Clone)]
+pub struct Command {
+    /// The module it stands in.
+    pub module: usize,
+    /// Its label, a position in [`Program::actions`]; `None` for an unlabelled command.
+    pub action: Option<usize>,
+    /// The number, from 1, of this command among its module's commands with this label (or without
+    /// one).
+    pub number: usize,
+    /// The condition under which it is enabled.
+    pub guard: ExprId,
+    /// The branches, exactly one of which is taken.
+    pub branches: Branches,
+    /// The position of the whole command.
+    pub span: Span,
+}
+
+/// The branches of a command. Programs can have millions of commands, most with one branch and one
+/// or two updates: such commands need no separate allocation.
+pub type Branches = SmallVec<[Branch; 1]>;
+
+/// The new values that a branch assigns; see [`Branch::updates`].
+pub type Updates = SmallVec<[(VarId, ExprId); 2]>;
+
+/// One branch of a command.
+#[derive(Debug, Clone)]
+pub struct Branch {
+    /// The probability, of type `Real`; a branch of probability 0 is ignored.
+    pub probability: ExprId,
+    /// The new values. A variable occurs at most once, and all right sides read the old state. The
+    /// right side has the type of the variable.
+    pub updates: Updates,
+}
+
+/// A set of combinations of commands, one from each factor, that are executed together.
+///
+/// The choices are the members of the Cartesian product whose guards are all true. Factors belong
+/// to different modules and write different variables. The unlabelled commands of a module form one
+/// synchronisation with a single factor.
+#[derive(Debug, Clone)]
+pub struct Synchronisation {
+    /// The label, a position in [`Program::actions`]; `None` if it is unlabelled or hidden.
+    pub action: Option<usize>,
+    /// The alternative commands of each participant.
+    pub factors: Vec<Vec<CommandId>>,
+}
+
+impl Program {
+    /// Returns all variables in the order of declaration.
+    pub fn variable_ids(&self) -> impl Iterator<Item = VarId> + use<> {
+        (0..self.variables.len() as u32).map(VarId)
+    }
+
+    /// Returns the variable called `name`.
+    pub fn variable(&self, name: &str) -> Option<VarId> {
+        let index = self.variables.iter().position(|v| v.name == name)?;
+        u32::try_from(index).ok().map(VarId)
+    }
+
+    /// Returns whether this program is `other` with more expressions: every id of `other` has the
+    /// same meaning here.
+    pub fn extends(&self, other: &Program) -> bool {
+        let ranges = |p: &Program| p.variables.iter().map(|v| (v.low, v.high)).collect::<Vec<_>>();
+        std::ptr::eq(self, other)
+            || (Arc::ptr_eq(&self.source, &other.source)
+                && self.constants == other.constants
+                && ranges(self) == ranges(other)
+                && self.pool.starts_with(&other.pool))
+    }
+
+    /// Formats a state, for example as `x=1,b=false`.
+    pub fn show_state(&self, state: &[i64]) -> String {
+        let mut text = String::new();
+        for (variable, &value) in self.variables.iter().zip(state) {
+            if !text.is_empty() {
+                text.push(',');
+            }
+            text.push_str(&variable.name);
+            text.push('=');
+            text.push_str(&variable.show(value));
+        }
+        text
+    }
+}
+
+impl Variable {
+    /// Formats a value of this variable: its name, or the notation of PRISM.
+    pub fn show(&self, value: i64) -> String {
+        if let Some(name) = self.value_name(value) {
+            return name.to_owned();
+        }
+        match self.ty {
+            Type::Bool => (value != 0).to_string(),
+            _ => value.to_string(),
+        }
+    }
+
+    /// Returns the name of a value, if values have names.
+    pub fn value_name(&self, value: i64) -> Option<&str> {
+        let index = usize::try_from(value.checked_sub(self.low)?).ok()?;
+        self.values.get(index).map(String::as_str)
+    }
+}

@@ -1,0 +1,100 @@
+//! The names of regions, defined once for listing, for dumps and for their checker.
+//!
+//! `kind` is `sasi` or `spi`, `level` a number from 1 or [`UNBOUNDED`], `class` the name of a class.
+
+use std::fmt::Display;
+
+/// All states of the scope.
+pub const REACHABLE: &str = "reachable";
+/// The initial states.
+pub const INITIAL: &str = "initial";
+/// The states without an enabled command.
+pub const DEADLOCK: &str = "deadlock";
+/// All enabled choices.
+pub const CHOICES: &str = "choices";
+/// The states from which the requirements cannot be kept.
+pub const UNSAFE: &str = "unsafe";
+/// The level of the states from which any number of improvements is possible.
+pub const UNBOUNDED: &str = "unbounded";
+/// The class of the states without an almost-sure objective.
+pub const NOTHING: &str = "nothing";
+
+/// Returns `target:A`.
+pub fn target(objective: &str) -> String {
+    format!("target:{objective}")
+}
+
+/// Returns `almost-sure:A`.
+pub fn almost_sure(objective: &str) -> String {
+    format!("almost-sure:{objective}")
+}
+
+/// Returns `secured:A:1`: the region of a disjunct, numbered from 1, of an objective over whole
+/// paths.
+pub fn secured(objective: &str, case: usize) -> String {
+    format!("secured:{objective}:{case}")
+}
+
+/// Returns `secured:A:1:2`: the part of such a region's certificate for its second recurring mark.
+pub fn recurring(secured: &str, mark: usize) -> String {
+    format!("{secured}:{mark}")
+}
+
+/// Returns `positive:A`.
+pub fn positive(objective: &str) -> String {
+    format!("positive:{objective}")
+}
+
+/// Returns `A+B`, or `nothing`: the name of a class by its most preferred objectives, in the order
+/// of declaration.
+pub fn members(objectives: &[&str]) -> String {
+    if objectives.is_empty() { NOTHING.to_owned() } else { objectives.join("+") }
+}
+
+/// Returns `class:A+B`.
+pub fn class(class: &str) -> String {
+    format!("class:{class}")
+}
+
+/// Returns `sasi:1`.
+pub fn level(kind: &str, level: impl Display) -> String {
+    format!("{kind}:{level}")
+}
+
+/// Returns `sasi:1@A+B`: a level with a class as the reference.
+pub fn against(level: &str, class: &str) -> String {
+    format!("{level}@{class}")
+}
+
+/// Returns `strategy:sasi:1`.
+pub fn strategy(region: &str) -> String {
+    format!("strategy:{region}")
+}
+
+/// Returns the name of the fixpoint of a level: `spi:unbounded` for `spi:3`; none if the name is
+/// not one of a numbered level.
+pub fn unbounded_of(name: &str) -> Option<String> {
+    let (of, number) = name.rsplit_once(':')?;
+    let is_level = matches!(of, "sasi" | "spi" | "strategy:sasi" | "strategy:spi");
+    (is_level && number.parse::<u64>().ok()? > 0).then(|| level(of, UNBOUNDED))
+}
+
+/// Returns true if the name is that of a strategy.
+pub fn is_strategy(name: &str) -> bool {
+    name.starts_with("strategy:")
+}
+
+/// Returns `safe:A+B`: the states from which a strategy avoids weakening a class forever.
+pub fn safe(class: &str) -> String {
+    format!("safe:{class}")
+}
+
+/// Returns `layers:sasi:1:0`: the states of a region at this distance from its goal.
+pub fn layer(region: &str, distance: usize) -> String {
+    format!("layers:{region}:{distance}")
+}
+
+/// Returns `refuted:sasi:1:0`: the states outside of a region that this round removes.
+pub fn refuted(region: &str, round: usize) -> String {
+    format!("refuted:{region}:{round}")
+}

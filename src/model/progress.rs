@@ -1,0 +1,83 @@
+//! Cancellation and progress.
+
+use std::time::Duration;
+
+use crate::error::Limit;
+
+/// Cancels long work and receives its progress.
+///
+/// The library reads no clock and installs no signal handler; the caller does this and answers
+/// here.
+pub trait ProgressSink: Send + Sync {
+    /// Returns the limit that ends the work, or none to continue. Called often, from inside loops.
+    fn stop(&self) -> Option<Limit> {
+        None
+    }
+
+    /// Returns the time on the caller's clock, for events with durations; always 0 if the caller
+    /// has no clock.
+    fn clock(&self) -> Duration {
+        Duration::ZERO
+    }
+
+    /// Receives the progress: a phase, and its state in words.
+    fn progress(&self, _phase: &'static str, _detail: &dyn Fn() -> String) {}
+}
+
+/// A sink that never stops the work and ignores its progress.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct NoProgress;
+
+impl ProgressSink for NoProgress {}
+
+/// The number of steps between two queries of a sink; they take some tens of microseconds.
+const STEPS_BETWEEN_QUERIES: u32 = 1 << 10;
+
+/// A poll that queries a sink once in many steps, and keeps the answer.
+pub struct Poll<'o> {
+    sink: &'o dyn ProgressSink,
+    steps: u32,
+    limit: Option<Limit>,
+}
+
+impl<'o> Poll<'o> {
+    /// Creates a poll that has not queried the sink yet.
+    pub fn new(sink: &'o dyn ProgressSink) -> Self {
+        Poll { sink, steps: 0, limit: None }
+    }
+
+    /// Returns the sink.
+    pub fn sink(&self) -> &'o dyn ProgressSink {
+        self.sink
+    }
+
+    /// Ends the work with a limit that another poll has received.
+    pub fn end(&mut self, limit: Limit) {
+        self.limit.get_or_insert(limit);
+    }
+
+    /// Returns true if the work must stop. Called in each of many small steps.
+    pub fn should_stop(&mut self) -> bool {
+        self.steps = self.steps.wrapping_add(1);
+        if self.limit.is_none() && self.steps.is_multiple_of(STEPS_BETWEEN_QUERIES) {
+            self.limit = self.sink.stop();
+        }
+        self.limit.is_some()
+    }
+
+    /// Counts one of many small steps.
+    ///
+    /// # Errors
+    /// The limit that ended the work.
+    pub fn step(&mut self) -> Result<(), Limit> {
+        if self.should_stop() { self.check() } else { Ok(()) }
+    }
+
+    /// Checks that the work may continue, without a query.
+    ///
+    /// # Errors
+    /// The limit that ended the work.
+    pub fn check(&self) -> Result<(), Limit> {
+        self.limit.clone().map_or(Ok(()), Err)
+    }
+}

@@ -1,0 +1,79 @@
+//! Planning: winning regions, improvement MDP, levels and strategies, written once for all engines.
+//!
+//! - [`Analysis`]: runs all phases one after the other and keeps its results when a limit is
+//!   reached.
+//! - [`Levels`]: the states with one, two, … improvements.
+//! - [`FiniteMemoryStrategy`]: what to do in a state, and why ([`Explanation`]).
+//!
+//! | The paper | here |
+//! | --- | --- |
+//! | (beyond the paper) requirements | [`requirements`] |
+//! | outcomes, MP(s) | [`winning_regions`], [`classes`] |
+//! | Definition "Improvement MDP" | [`improvement`] |
+//! | Algorithm "Level set", rank | [`levels`] |
+//! | SPI and SASI strategies | [`strategy`], [`finite_memory`] |
+//!
+//! [`Analysis`] runs them one after the other and keeps its results when a limit is reached.
+//! [`explain`] says why an action is permitted, [`induced_model`] computes the states that a
+//! strategy may visit, [`simulate`] draws random runs, and [`shield`] makes a table of permitted
+//! actions.
+//!
+//! # An example
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use meliora_engine::{Settings, SymbolicEngine};
+//! use meliora_model::error::SourceFile;
+//! use meliora_planning::{Analysis, Kind, Options, Rank};
+//!
+//! let model = "mdp module m x : [0..2] init 0; [] x<2 -> (x'=x+1); [] x=2 -> true; endmodule";
+//! let wishes = "objective Near = F x=1; objective Far = F x=2; prefer Far > Near;";
+//! let none = SourceFile::new("--const", "");
+//! let mut program = meliora_lang::load(&SourceFile::new("m.prism", model), &none)?.program;
+//! let preferences = meliora_lang::load_preferences(&SourceFile::new("m.pref", wishes), &mut program)?;
+//! let engine = SymbolicEngine::new(Arc::new(program), Settings::default())?;
+//! let mut analysis = Analysis::new(&Arc::new(engine), &Arc::new(preferences), Options::default());
+//! analysis.run(&mut |_| ())?;
+//! assert_eq!(analysis.most_preferred(&[0])?, ["Far"]);
+//! assert_eq!(analysis.rank(Kind::Sasi, &[0])?, Rank::Finite(0));
+//! # Ok::<(), meliora_model::error::Error>(())
+//! ```
+
+pub(crate) mod achieve;
+pub(crate) mod analysis;
+pub mod classes;
+pub(crate) mod decision_rule;
+pub mod estimate;
+pub mod explain;
+pub mod finite_memory;
+pub mod improvement;
+pub mod induced_model;
+pub mod joint;
+mod level_search;
+pub mod levels;
+mod phases;
+mod pursue;
+pub mod regions;
+pub mod requirements;
+pub mod result;
+pub mod shield;
+pub mod simulate;
+pub mod strategy;
+pub mod tally;
+pub mod temporal;
+pub mod winning_regions;
+
+pub use analysis::{Analysis, Event, Options, Phase};
+pub use classes::{Class, Classes};
+pub use decision_rule::DecisionRule;
+pub use estimate::Sample;
+pub use explain::Explanation;
+pub use finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
+pub use improvement::{Improvement, Safety};
+pub use induced_model::{InducedModel, Scheduler};
+pub use levels::{Kind, Levels, Rank};
+pub use requirements::Requirements;
+pub use result::AnalysisResult;
+pub use shield::{Shield, ShieldNode, ShieldVariable};
+pub use simulate::{Setup, Simulation};

@@ -1,0 +1,168 @@
+//! The report of `meliora check`.
+
+use std::fmt::Write;
+
+use serde::Serialize;
+
+use super::envelope::{Envelope, Findings};
+use super::number::grouped;
+use super::text::{self, Grid};
+use super::{Style, ranks, unsafe_start};
+use meliora_planning::result::{ClassCount, LevelCounts, Plan, Prospects};
+use meliora_planning::{AnalysisResult, Rank};
+
+/// The results of `check`, in the order of the JSON fields.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct CheckFindings {
+    /// The results of the analysis.
+    #[serde(flatten)]
+    pub result: AnalysisResult,
+    /// The first initial states.
+    pub initial: Vec<Prospects>,
+}
+
+/// The report with times and memory.
+pub type CheckReport = Envelope<CheckFindings>;
+
+impl Findings for CheckFindings {
+    const SCHEMA: &str = "meliora.check/1";
+    const PHASES: &[(&str, &str)] = &[
+        ("parse", "parse"),
+        ("build", "build"),
+        ("outcomes", "outcomes"),
+        ("improvement", "improvement"),
+        ("sasi", "SASI"),
+        ("spi", "SPI"),
+    ];
+
+    fn body(report: &CheckReport, style: Style) -> String {
+        let escape = report.initial.iter().find_map(|initial| initial.escape.as_ref());
+        let mut out = unsafe_start::text(escape, style);
+        out += &report.header.sizes(report.result.counts.as_ref(), style);
+        out += &objectives(report, style);
+        out += &classes(&report.result, style);
+        out += &improvement(&report.result, style);
+        out += &levels(&report.result, style);
+        out + &initial(report, style)
+    }
+}
+
+fn objectives(report: &CheckReport, style: Style) -> String {
+    if report.result.objectives.is_empty() {
+        return String::new();
+    }
+    let (target, heading) = match report.header.history {
+        Some(_) => ("secured", "Objectives, and the number of states from which paths satisfy them"),
+        None => ("target", "Objectives, and the number of states that reach them"),
+    };
+    let mut grid = Grid::new(&["", target, "almost surely", "possibly"], style);
+    for objective in &report.result.objectives {
+        let mut row = vec![objective.name.clone()];
+        row.extend([&objective.target, &objective.almost_sure, &objective.positive].map(grouped));
+        grid.row(row);
+    }
+    grid.titled(heading, style)
+}
+
+fn classes(result: &AnalysisResult, style: Style) -> String {
+    let Some(classes) = &result.classes else { return String::new() };
+    let mut grid = Grid::new(&["", "states"], style);
+    for class in classes {
+        grid.row(vec![text::either(&class.most_preferred), grouped(&class.states)]);
+    }
+    grid.titled("Classes: number of states by most preferred almost-sure objectives", style)
+        + &jointly(classes, style)
+}
+
+/// Lists the objectives that can be achieved together.
+fn jointly(classes: &[ClassCount], style: Style) -> String {
+    if classes.iter().all(|class| class.jointly.is_none() && class.jointly_limit.is_none()) {
+        return String::new();
+    }
+    let mut grid = Grid::new(&["class", "together", "states"], style);
+    let mut some = false;
+    for class in classes {
+        for joint in class.jointly.iter().flatten() {
+            let together = joint.objectives.join(" and ");
+            grid.row(vec![text::either(&class.most_preferred), together, grouped(&joint.states)]);
+            some = true;
+        }
+        if let Some(limit) = class.jointly_limit {
+            let why = format!("not computed: more than {limit} objectives");
+            grid.row(vec![text::either(&class.most_preferred), why, String::new()]);
+            some = true;
+        }
+    }
+    let heading = "Jointly: number of states of a class that achieve several objectives in one path";
+    if some { grid.titled(heading, style) } else { format!("\n{}\n  nowhere\n", style.bold(heading)) }
+}
+
+fn improvement(result: &AnalysisResult, style: Style) -> String {
+    let Some(improvement) = &result.improvement else { return String::new() };
+    let numbers = [
+        ("states", &improvement.states),
+        ("transitions", &improvement.transitions),
+        ("dropped", &improvement.dropped),
+    ];
+    format!("\n{}\n{}", style.bold("Improvement MDP"), text::aligned(&numbers))
+}
+
+/// Shows the SASI and SPI levels side by side, one line per number of improvements.
+fn levels(result: &AnalysisResult, style: Style) -> String {
+    let both = [&result.sasi, &result.spi];
+    if !both.iter().any(|levels| levels.is_begun()) {
+        return String::new();
+    }
+    let mut grid = Grid::new(&["improvements", "SASI, almost surely", "SPI, possibly"], style);
+    for k in 1..=result.sasi.levels.len().max(result.spi.levels.len()) {
+        let mut row = vec![format!("{k} or more")];
+        row.extend(both.map(|levels| levels.size(k).map_or_else(String::new, grouped)));
+        grid.row(row);
+    }
+    let unbounded = |levels: &LevelCounts| match levels.unbounded() {
+        Some(n) => grouped(n),
+        None if levels.is_begun() => "?".to_owned(),
+        None => String::new(),
+    };
+    let mut last = vec!["any number".to_owned()];
+    last.extend(both.map(unbounded));
+    grid.row(last);
+    grid.titled("Levels: number of states that can improve this many times", style)
+}
+
+fn initial(report: &CheckFindings, style: Style) -> String {
+    let mut out = String::new();
+    for initial in &report.initial {
+        let _ = write!(out, "\n{}", text::state_heading("Initial state", &initial.values, style));
+        if initial.escape.is_some() {
+            let _ = writeln!(out, "  {}", style.bad("unsafe: no strategy keeps the requirements"));
+            continue;
+        }
+        let _ = writeln!(out, "  sure: {}", text::either(&initial.most_preferred));
+        let several = initial.jointly.iter().flatten().filter(|set| set.len() > 1);
+        let several: Vec<String> = several.map(|set| set.join(" and ")).collect();
+        if !several.is_empty() {
+            let _ = writeln!(out, "  jointly: {}", several.join("; or "));
+        }
+        out += &prospect("SASI", "guaranteed", initial.sasi.as_ref(), style);
+        out += &prospect("SPI ", "possible", initial.spi.as_ref(), style);
+    }
+    if let Some(counts) = &report.result.counts {
+        let listed = report.initial.len().into();
+        if !report.initial.is_empty() && counts.initial > listed {
+            let _ = writeln!(out, "\n  … and {} more initial states", grouped(&counts.initial - listed));
+        }
+    }
+    out
+}
+
+/// Returns one line: the improvements of a state, and the permitted actions.
+fn prospect(name: &str, how: &str, plan: Option<&Plan>, style: Style) -> String {
+    let Some(Plan { rank, actions }) = plan else { return String::new() };
+    let verdict = ranks::ability(*rank, how);
+    let verdict = if *rank == Rank::Finite(0) { style.dim(&verdict) } else { style.good(&verdict) };
+    match &actions[..] {
+        [] => format!("  {name}  {verdict}\n"),
+        _ => format!("  {name}  {verdict}; permitted: {}\n", style.bold(&actions.join(", "))),
+    }
+}

@@ -1,0 +1,129 @@
+//! The report of `meliora export`.
+
+use serde::Serialize;
+
+use super::envelope::{Envelope, Findings};
+use super::header::Header;
+use super::text::Grid;
+use super::{Number, Style};
+use meliora_dump::Manifest;
+use meliora_model::escape;
+
+/// The dump that `export` wrote.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct ExportFindings {
+    /// The directory.
+    pub directory: String,
+    /// The regions, in the order of the roots; empty until they are written.
+    pub regions: Vec<ExportedRegion>,
+    /// Number of nodes in `regions.dddmp`.
+    pub nodes: Option<usize>,
+    /// Number of nodes in `certificate.dddmp`, if it was written.
+    pub certificate_nodes: Option<usize>,
+    /// The bounds of quantities, if they were written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub values: Option<ExportedValues>,
+}
+
+/// The bounds of quantities in a dump.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ExportedValues {
+    /// Number of rows in `values.csv`, or of states in an archive.
+    pub rows: usize,
+    /// The greatest number of improvements.
+    pub levels: usize,
+    /// The reward structure that is the cost of a step, or `steps`.
+    pub reward: String,
+    /// The greatest width of a bound, absolute for probabilities, relative above 1 for costs; absent
+    /// if it is infinite.
+    pub widest: Option<f64>,
+    /// True if no bound is wider than the precision.
+    pub narrow: bool,
+}
+
+/// The report with times and memory.
+pub type ExportReport = Envelope<ExportFindings>;
+
+/// A region in a dump.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct ExportedRegion {
+    /// Its name.
+    pub name: String,
+    /// `states` or `choices`.
+    pub kind: meliora_dump::manifest::RootKind,
+    /// Number of members.
+    pub count: Number,
+    /// Number of inner nodes.
+    pub nodes: usize,
+}
+
+impl ExportReport {
+    /// Creates a report without results.
+    pub fn to_directory(header: Header, directory: &str) -> Self {
+        Envelope::of(header, ExportFindings { directory: directory.to_owned(), ..Default::default() })
+    }
+
+    /// Adds the regions that were written.
+    pub fn set(&mut self, manifest: &Manifest) {
+        let region = |r: &meliora_dump::manifest::Root| ExportedRegion {
+            name: r.name.clone(),
+            kind: r.kind,
+            count: Number(r.count.parse().unwrap_or_default()),
+            nodes: r.nodes,
+        };
+        self.regions = manifest.regions.roots.iter().map(region).collect();
+        self.nodes = Some(manifest.regions.nodes);
+        self.certificate_nodes = manifest.certificate.as_ref().map(|file| file.nodes);
+    }
+}
+
+impl ExportReport {
+    /// Adds the bounds that were written, with the greatest width of one.
+    pub fn set_values(&mut self, manifest: &Manifest, width: Option<f64>, precision: f64) {
+        let values = manifest.values.as_ref().zip(width);
+        self.values = values.map(|(file, width)| {
+            ExportedValues::new((file.rows, file.levels), &file.reward, width, precision)
+        });
+    }
+}
+
+impl Findings for ExportFindings {
+    const SCHEMA: &str = "meliora.export/1";
+
+    fn body(report: &ExportReport, style: Style) -> String {
+        let mut out = String::new();
+        let mut grid = Grid::new(&["region", "members", "nodes"], style);
+        for region in &report.regions {
+            grid.row(vec![region.name.clone(), region.count.grouped(), region.nodes.to_string()]);
+        }
+        if let Some(nodes) = report.nodes {
+            out += &grid.text(style);
+            out += &format!("\n{nodes} nodes in total, written to {}\n", escape::line(&report.directory));
+        }
+        if let Some(nodes) = report.certificate_nodes {
+            out += &format!("{nodes} nodes in the certificate\n");
+        }
+        if let Some(values) = &report.values {
+            out += &values.text();
+        }
+        out
+    }
+}
+
+impl ExportedValues {
+    pub(super) fn new((rows, levels): (usize, usize), reward: &str, width: f64, precision: f64) -> Self {
+        let (widest, narrow) = (width.is_finite().then_some(width), width <= precision);
+        ExportedValues { rows, levels, reward: reward.to_owned(), widest, narrow }
+    }
+
+    pub(super) fn text(&self) -> String {
+        let width = self.widest.map_or_else(|| "infinite".to_owned(), |width| format!("{width:.1e}"));
+        let rows = Number(self.rows.into()).grouped();
+        let warning = if self.narrow { "" } else { ", more than the precision" };
+        format!(
+            "values of {rows} states, k up to {}, cost {}; widest bounds {width}{warning}\n",
+            self.levels,
+            escape::line(&self.reward)
+        )
+    }
+}

@@ -1,0 +1,221 @@
+//! The fields that most reports begin with: the model, and the settings that decide the results.
+
+use serde::Serialize;
+use serde_json::{Map, Value as Json};
+
+use super::Style;
+use super::text::{aligned, plural, wrapped};
+use meliora_engine::{Scope, Selection};
+use meliora_model::Program;
+use meliora_model::escape;
+use meliora_model::preference::Preferences;
+use meliora_model::valuation::json;
+use meliora_model::value::Type;
+use meliora_planning::result::ModelCounts;
+
+/// The inputs and settings of a report; a report leaves out the fields that are `None`.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Header {
+    /// The model.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub model: Option<ModelSummary>,
+    /// The preference file as the user named it.
+    #[serde(skip)]
+    pub preferences: Option<String>,
+    /// The property file as the user named it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// The name of the engine.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub engine: Option<&'static str>,
+    /// Why `--engine auto` has taken this engine.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub engine_reason: Option<String>,
+    /// The valuations that are states.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scope: Option<Scope>,
+    /// The name of the safety mode.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub safety: Option<&'static str>,
+    /// The value of nothing: the `empty` statement of the preferences; `Some(None)`, which is
+    /// `null` in JSON, until they are read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub empty: Option<Option<&'static str>>,
+    /// The history that objectives judge, if it is the whole path.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub history: Option<&'static str>,
+}
+
+impl Header {
+    /// Creates a header for a model that is not read yet.
+    pub fn of_model(path: &str) -> Self {
+        let model = ModelSummary { path: path.to_owned(), ..ModelSummary::default() };
+        Header { model: Some(model), ..Header::default() }
+    }
+
+    /// Adds the preference file, which is not read yet, and the safety mode.
+    pub fn with_preferences(mut self, path: &str, safety: &'static str) -> Self {
+        (self.preferences, self.safety, self.empty) = (Some(path.to_owned()), Some(safety), Some(None));
+        self
+    }
+
+    /// Adds the name of the engine.
+    pub fn with_engine(mut self, name: &'static str) -> Self {
+        self.engine = Some(name);
+        self
+    }
+
+    /// Adds the engine that is taken, and why.
+    pub fn select(&mut self, selection: &Selection) {
+        self.engine = Some(selection.storage.name());
+        self.engine_reason.clone_from(&selection.reason);
+    }
+
+    /// Adds the contents of the model.
+    pub fn read(&mut self, program: &Program) {
+        if let Some(model) = &mut self.model {
+            model.read(program);
+        }
+    }
+
+    /// Adds the contents of the model and of the preferences.
+    pub fn read_both(&mut self, program: &Program, preferences: &Preferences) {
+        self.read(program);
+        self.empty = self.empty.map(|_| Some(preferences.empty.name()));
+    }
+
+    /// Returns the path of the model.
+    pub(crate) fn path(&self) -> &str {
+        self.model.as_ref().map_or("", |model| &model.path)
+    }
+
+    /// Returns the settings with their names.
+    pub(super) fn settings(&self) -> Vec<(&'static str, String)> {
+        let reason = self.engine_reason.iter().map(|reason| format!(" ({reason})"));
+        let engine = self.engine.map(|name| reason.fold(name.to_owned(), |text, reason| text + &reason));
+        let own = |value: Option<&str>| value.map(str::to_owned);
+        let all = [
+            ("engine", engine),
+            ("scope", own(self.scope.map(Scope::name))),
+            ("safety", own(self.safety)),
+            ("empty", own(self.empty.flatten())),
+            ("history", own(self.history)),
+        ];
+        all.into_iter().filter_map(|(name, value)| Some((name, value?))).collect()
+    }
+
+    /// Renders the inputs, and the settings that decide the results.
+    pub(super) fn title(&self, first: Vec<(&'static str, String)>, style: Style) -> String {
+        let files = [Some(self.path()), self.preferences.as_deref(), self.file.as_deref()];
+        let files = files.into_iter().flatten().collect::<Vec<_>>().join(" with ");
+        let first = first.into_iter().map(|(name, value)| format!("{name} {value}"));
+        let settings = self.settings().into_iter().map(|(name, value)| format!("{name} {value}"));
+        let mut settings: Vec<String> = first.chain(settings).map(|setting| setting + " ·").collect();
+        if let Some(last) = settings.last_mut() {
+            last.truncate(last.len() - " ·".len());
+        }
+        let width = style.width.map_or(usize::MAX, usize::from);
+        let settings = wrapped(&settings, "", width);
+        format!("{}\n{}\n", style.bold(&escape::line(&files)), style.dim(settings.trim_end()))
+    }
+
+    /// Renders type, variables, constants and sizes of the model; empty until it is read.
+    pub(super) fn sizes(&self, counts: Option<&ModelCounts>, style: Style) -> String {
+        let Some((model, kind)) = self.model.as_ref().and_then(|m| Some((m, m.kind?))) else {
+            return String::new();
+        };
+        let bits = model.variables.iter().map(|v| v.bits as usize).sum();
+        let mut text = format!(
+            "\n{}\n  {kind}, {} in {}",
+            style.bold("Model"),
+            plural(model.variables.len(), "variable"),
+            plural(bits, "bit")
+        );
+        if !model.constants.is_empty() {
+            text += &format!(", {}", model.constants());
+        }
+        text.push('\n');
+        if let Some(place) = &model.inexact {
+            text += &format!("  a double counts for an exact value at {}\n", escape::line(place));
+        }
+        if let Some(counts) = counts {
+            let mut numbers = vec![("states", &counts.states)];
+            numbers.extend(counts.model_states.iter().map(|states| ("without monitors", states)));
+            numbers.extend([
+                ("choices", &counts.choices),
+                ("transitions", &counts.transitions),
+                ("deadlocks", &counts.deadlocks),
+                ("initial states", &counts.initial),
+            ]);
+            numbers.extend(counts.unsafe_states.iter().map(|states| ("unsafe", states)));
+            text += &aligned(&numbers);
+        }
+        text
+    }
+}
+
+/// The model of a report.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct ModelSummary {
+    /// The file as the user named it.
+    pub path: String,
+    /// `mdp` or `dtmc`.
+    #[serde(rename = "type")]
+    pub kind: Option<&'static str>,
+    /// The constants given by `--const`.
+    pub constants: Map<String, Json>,
+    /// The first place where a double counts for an exact value.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inexact: Option<String>,
+    /// The variables in the order of declaration.
+    pub variables: Vec<VariableSummary>,
+}
+
+/// A variable of the model.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct VariableSummary {
+    /// Its name.
+    pub name: String,
+    /// `bool` or `int`.
+    #[serde(rename = "type")]
+    pub ty: &'static str,
+    /// The smallest value.
+    pub low: i64,
+    /// The largest value.
+    pub high: i64,
+    /// Number of bits of its encoding.
+    pub bits: u32,
+    /// The names of its values from `low` on, if they have names.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub values: Vec<String>,
+}
+
+impl ModelSummary {
+    fn read(&mut self, program: &Program) {
+        let constant = |name: &String| {
+            let value = &program.constants.iter().find(|(n, _)| n == name)?.1;
+            Some((name.clone(), json(value)))
+        };
+        let variable = |v: &meliora_model::Variable| VariableSummary {
+            name: v.name.clone(),
+            ty: if v.ty == Type::Bool { "bool" } else { "int" },
+            low: v.low,
+            high: v.high,
+            bits: v.bits(),
+            values: v.values.clone(),
+        };
+        self.kind = Some(program.kind.into());
+        self.inexact = program.inexact.as_ref().map(|d| {
+            let (line, column) = d.position();
+            format!("{}:{line}:{column}", d.source.name)
+        });
+        self.constants = program.given_constants.iter().filter_map(constant).collect();
+        self.variables = program.variables.iter().map(variable).collect();
+    }
+
+    /// Formats the constants as `K=4, N=3`.
+    pub(super) fn constants(&self) -> String {
+        let constants = self.constants.iter().map(|(name, value)| format!("{name}={value}"));
+        constants.collect::<Vec<_>>().join(", ")
+    }
+}

@@ -1,0 +1,67 @@
+//! Results as plain data, and their forms: JSON for programs, text for people, pages and pictures.
+//!
+//! - [`Report`]: what all reports have; [`CheckReport`] is that of `meliora check`.
+//! - [`Header`]: the model and the settings of a report.
+//! - [`page::Content`]: an interactive page, or a picture.
+//!
+//! A report is filled in step by step. Unknown values are `None` (JSON `null`), so a run that hits
+//! a limit still reports its partial results. Nothing in this module prints.
+//!
+//! # An example
+//!
+//! ```
+//! use meliora_report::{CheckReport, Header, Report, Style};
+//!
+//! let report = CheckReport::new(Header::of_model("grid.prism"));
+//! assert!(report.text(Style::PLAIN).starts_with("grid.prism"));
+//! assert_eq!(serde_json::to_value(&report).unwrap()["schema"], "meliora.check/1");
+//! ```
+
+pub mod check;
+pub mod choose;
+pub mod compare;
+pub mod envelope;
+pub(crate) mod explicit;
+pub(crate) mod export;
+pub(crate) mod header;
+pub mod info;
+pub(crate) mod number;
+pub mod page;
+pub mod properties;
+pub mod query;
+pub mod reach;
+pub mod reason;
+pub mod report;
+pub mod simulate;
+pub mod state;
+pub(crate) mod strategy;
+pub mod strategy_table;
+pub(crate) mod style;
+pub mod values;
+pub(crate) mod verify;
+
+mod ranks;
+mod simulate_text;
+mod state_text;
+mod text;
+mod unsafe_start;
+mod values_text;
+
+pub use check::CheckReport;
+pub use compare::CompareReport;
+pub use explicit::ExplicitReport;
+pub use export::ExportReport;
+pub use header::Header;
+pub use info::InfoReport;
+pub use number::Number;
+pub use page::PageReport;
+pub use properties::PropertiesReport;
+pub use query::QueryReport;
+pub use reach::ReachReport;
+pub use report::FailureKind;
+pub use report::{Failure, Report};
+pub use simulate::SimulateReport;
+pub use strategy::StrategyReport;
+pub use style::Style;
+pub use values::ValuesReport;
+pub use verify::VerifyReport;

@@ -1,0 +1,210 @@
+//! Layered drawings of acyclic graphs: nodes in rows, each arc from a row to a lower one. An arc
+//! that passes a row runs straight down through its own gap there, so it crosses no other node.
+//!
+//! An arc that passes a row has a bend there, which is a node without width. So every arc goes from
+//! one row to the next, and the rows of the layout are those of the graph. The crate orders the rows
+//! so that few arcs cross, and computes positions; its results depend on its input alone.
+
+use rust_sugiyama::configure::{Config, RankingType};
+use rust_sugiyama::from_vertices_and_edges;
+
+/// The height of a node, and the distance between two rows.
+pub(super) const HEIGHT: f64 = 44.0;
+const BETWEEN_ROWS: f64 = 52.0;
+/// The minimum distance between two items of a row, which are nodes and arcs.
+const BETWEEN_ITEMS: f64 = 18.0;
+/// The margin around the drawing.
+const MARGIN: f64 = 2.0;
+/// Maximum number of nodes and bends; larger drawings are unreadable and slow to compute.
+const MOST_ITEMS: usize = 10_000;
+
+/// A graph to draw.
+pub(super) struct Layered {
+    /// The width of each node.
+    pub(super) widths: Vec<f64>,
+    /// The row of each node, from the top.
+    pub(super) rows: Vec<usize>,
+    /// The arcs, each from a node to one in a lower row.
+    pub(super) arcs: Vec<(usize, usize)>,
+}
+
+/// The positions in a drawing.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Drawing {
+    /// The upper left corner of each node.
+    pub(super) nodes: Vec<(f64, f64)>,
+    /// The corners of each arc, from below its upper node to above its lower one.
+    pub(super) arcs: Vec<Vec<(f64, f64)>>,
+    pub(super) width: f64,
+    pub(super) height: f64,
+}
+
+/// Nodes and bends.
+struct Items {
+    widths: Vec<f64>,
+    rows: Vec<usize>,
+    /// For each arc its upper node, its bends and its lower node.
+    chains: Vec<Vec<usize>>,
+}
+
+impl Layered {
+    /// Draws the graph; returns `None` if it is too large.
+    pub(super) fn draw(&self) -> Option<Drawing> {
+        let bends: usize = self.arcs.iter().map(|&(high, low)| self.rows[low] - self.rows[high] - 1).sum();
+        if self.widths.len() + bends > MOST_ITEMS {
+            return None;
+        }
+        let items = self.items();
+        let (middles, width) = items.middles();
+        let top = |item: usize| MARGIN + items.rows[item] as f64 * (HEIGHT + BETWEEN_ROWS);
+        let corners = |chain: &Vec<usize>| {
+            let ends = |&item: &usize| [(middles[item], top(item)), (middles[item], top(item) + HEIGHT)];
+            let all: Vec<(f64, f64)> = chain.iter().flat_map(ends).collect();
+            // An arc starts below its upper node and ends above its lower one.
+            all[1..all.len() - 1].to_vec()
+        };
+        let rows = self.rows.iter().max().map_or(0, |last| last + 1);
+        Some(Drawing {
+            nodes: (0..self.rows.len()).map(|i| (middles[i] - items.widths[i] / 2.0, top(i))).collect(),
+            arcs: items.chains.iter().map(corners).collect(),
+            width,
+            height: rows as f64 * (HEIGHT + BETWEEN_ROWS) - BETWEEN_ROWS + 2.0 * MARGIN,
+        })
+    }
+
+    fn items(&self) -> Items {
+        let (mut widths, mut rows, mut chains) = (self.widths.clone(), self.rows.clone(), Vec::new());
+        for &(high, low) in &self.arcs {
+            let first = rows.len();
+            rows.extend(self.rows[high] + 1..self.rows[low]);
+            widths.resize(rows.len(), 0.0);
+            chains.push([high].into_iter().chain(first..rows.len()).chain([low]).collect());
+        }
+        Items { widths, rows, chains }
+    }
+}
+
+impl Items {
+    /// Returns the middle of each item, and the width of the drawing. Parts that no arc connects
+    /// stand side by side.
+    fn middles(&self) -> (Vec<f64>, f64) {
+        let vertices: Vec<_> =
+            (0..).zip(&self.widths).map(|(item, &width)| (item, (width, HEIGHT))).collect();
+        let pairs = self.chains.iter().flat_map(|chain| chain.windows(2));
+        let arcs: Vec<_> = pairs.map(|pair| (pair[0] as u32, pair[1] as u32)).collect();
+        let config = Config {
+            vertex_spacing: BETWEEN_ITEMS,
+            dummy_vertices: false,
+            ranking_type: RankingType::Up,
+            ..Config::default()
+        };
+        let (mut middles, mut end) = (vec![0.0; self.widths.len()], MARGIN - BETWEEN_ITEMS);
+        for (part, ..) in from_vertices_and_edges(&vertices, &arcs, &config) {
+            let half = |item: usize| self.widths[item] / 2.0;
+            let left = part.iter().map(|&(item, (x, _))| x - half(item)).fold(f64::INFINITY, f64::min);
+            let start = end + BETWEEN_ITEMS - left;
+            for (item, (x, _)) in part {
+                middles[item] = start + x;
+                end = end.max(start + x + half(item));
+            }
+        }
+        (middles, end + MARGIN)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meliora_model::random::Draw;
+
+    /// Returns whether a straight line passes through the inside of a rectangle (Liang and Barsky).
+    fn passes(line: [(f64, f64); 2], corner: (f64, f64), width: f64) -> bool {
+        let [(x, y), (x2, y2)] = line;
+        let (dx, dy) = (x2 - x, y2 - y);
+        let (mut enter, mut leave) = (0.0f64, 1.0f64);
+        for (step, distance) in [
+            (-dx, x - corner.0),
+            (dx, corner.0 + width - x),
+            (-dy, y - corner.1),
+            (dy, corner.1 + HEIGHT - y),
+        ] {
+            match step {
+                0.0 if distance <= 0.0 => return false,
+                0.0 => {}
+                s if s < 0.0 => enter = enter.max(distance / s),
+                s => leave = leave.min(distance / s),
+            }
+        }
+        enter + 1e-9 < leave
+    }
+
+    /// Checks that nodes keep apart and that no arc passes through a node.
+    fn check(graph: &Layered) {
+        let drawing = graph.draw().expect("it is small");
+        let nodes = || drawing.nodes.iter().zip(&graph.widths).enumerate();
+        for (a, (&(x, y), &width)) in nodes() {
+            assert!(x >= 0.0 && x + width <= drawing.width && y + HEIGHT <= drawing.height);
+            for (b, (&(x2, y2), _)) in nodes() {
+                assert!(a == b || y != y2 || x2 >= x + width + 11.0 || x2 < x, "nodes {a} and {b}");
+            }
+        }
+        for (arc, ends) in drawing.arcs.iter().zip(&graph.arcs) {
+            for line in arc.windows(2) {
+                for (node, (&corner, &width)) in nodes() {
+                    // An arc only touches the edges of its end nodes.
+                    assert!(!passes([line[0], line[1]], corner, width), "{ends:?} passes {node}: {line:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lines_that_touch_an_edge_do_not_pass() {
+        assert!(passes([(0.0, 0.0), (10.0, 100.0)], (0.0, 10.0), 20.0));
+        assert!(!passes([(10.0, 0.0), (10.0, 10.0)], (0.0, 10.0), 20.0));
+        assert!(!passes([(0.0, 0.0), (0.0, 100.0)], (0.0, 10.0), 20.0));
+    }
+
+    #[test]
+    fn an_arc_across_rows_goes_round_what_is_between() {
+        // Best > Good > Fair > Poor, Other > Poor
+        let graph = Layered {
+            widths: vec![60.0; 5],
+            rows: vec![0, 1, 2, 3, 0],
+            arcs: vec![(0, 1), (1, 2), (2, 3), (4, 3)],
+        };
+        check(&graph);
+        assert_eq!(graph.draw().expect("it is small").arcs[3].len(), 6);
+    }
+
+    #[test]
+    fn no_arc_passes_through_a_node() {
+        for seed in 0..300 {
+            let mut draw = Draw::numbered(seed, 1);
+            let count = 1 + draw.below(14);
+            let widths = (0..count).map(|_| 40.0 + draw.below(150) as f64).collect();
+            let share = 1 + draw.below(6);
+            let mut arcs = Vec::new();
+            for high in 0..count {
+                arcs.extend((high + 1..count).filter(|_| draw.below(7) < share).map(|low| (high, low)));
+            }
+            let mut rows = vec![0; count];
+            arcs.iter().for_each(|&(high, low)| rows[low] = rows[low].max(rows[high] + 1));
+            check(&Layered { widths, rows, arcs });
+        }
+    }
+
+    #[test]
+    fn what_is_too_large_is_not_drawn() {
+        let (count, chain) = (200, 100);
+        let mut arcs: Vec<(usize, usize)> = (1..chain).map(|low| (low - 1, low)).collect();
+        arcs.extend((chain..count).map(|high| (high, chain - 1)));
+        let rows = (0..count).map(|node| if node < chain { node } else { 0 }).collect();
+        assert_eq!(
+            Layered { widths: vec![40.0; count], rows, arcs: arcs.clone() }.draw().map(|d| d.arcs.len()),
+            Some(arcs.len())
+        );
+        let rows = (0..count).map(|node| if node < chain { 100 * node } else { 0 }).collect();
+        assert_eq!(Layered { widths: vec![40.0; count], rows, arcs }.draw(), None);
+    }
+}

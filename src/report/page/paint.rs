@@ -1,0 +1,338 @@
+//! The colours and texts of cells, computed once for all maps.
+
+use super::palette::{self, Rgb};
+use super::{Content, Picture};
+use crate::{ranks, text};
+use meliora_export::projections::{Cell, Direction, Inside, Ladder, Projections, View};
+use meliora_model::preference::ObjectiveSet;
+use meliora_planning::Rank;
+
+/// The side of a cell.
+pub(super) const SIDE: usize = 40;
+/// Maximum number of columns for texts of several words or letters of targets next to numbers.
+pub(super) const ROOMY: usize = 12;
+
+/// The text of a cell with unsafe states.
+pub(super) const UNSAFE: &str = "×";
+
+/// The opening view of projections with its colours and texts.
+pub(super) struct Paint<'a> {
+    pub(super) projections: &'a Projections,
+    /// The names of the classes.
+    pub(super) names: Vec<String>,
+    /// The texts of the classes in cells.
+    pub(super) marks: Vec<String>,
+    /// The rank of each class by size, the largest first; `None` for the class `nothing`.
+    places: Vec<Option<usize>>,
+    greatest: [usize; 2],
+    /// The opening view.
+    pub(super) opening: View,
+    /// The cells, row by row from the top.
+    pub(super) cells: Vec<Vec<Found>>,
+}
+
+/// A cell of the opening view.
+pub(super) struct Found {
+    pub(super) row: i64,
+    pub(super) column: i64,
+    /// The results there; `None` if no values of the other variables give a state, and if all states
+    /// are unsafe.
+    cell: Option<Cell>,
+    /// True if all states there are unsafe.
+    pub(super) is_unsafe: bool,
+    /// True if no state has the values of the view there: then the cell shows the best over all
+    /// other values.
+    pub(super) elsewhere: bool,
+    /// The objectives whose targets have states there.
+    pub(super) targets: Vec<usize>,
+    /// Their letters, one per corner.
+    pub(super) letters: Vec<String>,
+}
+
+impl Found {
+    /// Returns whether the cell stands for states of several classes.
+    pub(super) fn is_several(&self) -> bool {
+        self.cell.as_ref().is_some_and(|cell| cell.classes.len() > 1)
+    }
+}
+
+/// The colours and the text of a cell.
+pub(super) struct Look {
+    pub(super) fill: String,
+    pub(super) ink: &'static str,
+    pub(super) text: String,
+}
+
+impl Look {
+    /// Returns the look of a place without states.
+    pub(super) fn wall() -> Self {
+        Look { fill: "url(#wall)".to_owned(), ink: "currentColor", text: String::new() }
+    }
+
+    /// Returns the look of unsafe states.
+    pub(super) fn not_safe() -> Self {
+        Look::colored(palette::UNSAFE, UNSAFE.to_owned())
+    }
+
+    /// Returns a text on a colour.
+    pub(super) fn colored(color: Rgb, text: String) -> Self {
+        Look { fill: palette::css(color), ink: palette::ink(color), text }
+    }
+
+    /// Returns a text on the colour of a share.
+    pub(super) fn scaled(share: f64, text: String) -> Self {
+        let (fill, ink) = palette::scaled(share);
+        Look { fill, ink, text }
+    }
+
+    /// Returns a text on the colour for nothing.
+    pub(super) fn none(text: String) -> Self {
+        Look::colored(palette::NONE, text)
+    }
+}
+
+impl<'a> Paint<'a> {
+    pub(super) fn new(content: &Content<'_>, projections: &'a Projections) -> Self {
+        let name = |class: &_| text::either(&content.preferences.owned_names(class));
+        // The fixpoint has its own colour.
+        let greatest = |l: &Ladder| l.levels.len() - usize::from(l.unbounded.is_some());
+        let opening = projections.opening();
+        Paint {
+            projections,
+            names: projections.classes.iter().map(|(class, _)| name(class)).collect(),
+            marks: marks(content, projections),
+            places: places(content, projections),
+            greatest: [greatest(&projections.sasi), greatest(&projections.spi)],
+            cells: found(content, projections, &opening),
+            opening,
+        }
+    }
+
+    /// Returns the greatest finite rank.
+    pub(super) fn most(&self, picture: Picture) -> usize {
+        self.greatest[usize::from(picture == Picture::Spi)]
+    }
+
+    /// Returns the background and text colour of a class.
+    pub(super) fn class(&self, index: usize) -> (Rgb, &'static str) {
+        let color = palette::class(self.places[index]);
+        (color, palette::ink(color))
+    }
+
+    /// Returns the colours and the text of a cell.
+    pub(super) fn look(&self, picture: Picture, found: &Found) -> Look {
+        let Some(cell) = &found.cell else {
+            return if found.is_unsafe { Look::not_safe() } else { Look::wall() };
+        };
+        let rank = match (picture, &cell.classes[..]) {
+            (Picture::Classes, &[index]) => {
+                return Look::colored(self.class(index).0, self.marks[index].clone());
+            }
+            (Picture::Classes, classes) => {
+                let fill = "var(--several, #d8d4e8)".to_owned();
+                return Look { fill, ink: "currentColor", text: self.several(classes) };
+            }
+            (Picture::Spi, _) => cell.spi,
+            (Picture::Sasi | Picture::Hasse, _) => cell.sasi,
+        };
+        Look::colored(palette::rank(rank, self.most(picture)), ranks::mark(Some(rank)))
+    }
+
+    /// Returns the text for a cell with states of several classes: as many of their marks as fit.
+    fn several(&self, classes: &[usize]) -> String {
+        let marks: Vec<&str> = classes.iter().map(|&class| self.marks[class].as_str()).collect();
+        let text = |n: usize| marks[..n].join("|") + if n < marks.len() { "|…" } else { "" };
+        let fits = |text: &String| text.chars().count() <= longest(self.projections);
+        (1..=marks.len()).rev().map(text).find(fits).unwrap_or_else(|| "…".to_owned())
+    }
+
+    /// Returns the names of the classes of a cell: `A or B; C`.
+    pub(super) fn named(&self, found: &Found) -> String {
+        let Some(cell) = &found.cell else {
+            return if found.is_unsafe { "unsafe" } else { "unreachable" }.to_owned();
+        };
+        cell.classes.iter().map(|&class| self.names[class].as_str()).collect::<Vec<_>>().join("; ")
+    }
+
+    /// Returns the views of the cells of the opening view; `None` where no state is, or only unsafe ones.
+    pub(super) fn views(&self) -> Vec<Option<View>> {
+        let open: View = vec![None; self.projections.variables.len()];
+        let view = |found: &Found| {
+            let others = if found.elsewhere { &open } else { &self.opening };
+            found.cell.as_ref().map(|_| self.projections.view(others, found.row, found.column))
+        };
+        self.cells.iter().flatten().map(view).collect()
+    }
+
+    /// Returns the arrows of the permitted choices in a cell; empty if a variable has any value.
+    pub(super) fn arrows(&self, picture: Picture, found: &Found) -> String {
+        let view = self.projections.view(&self.opening, found.row, found.column);
+        let mut path = String::new();
+        if found.elsewhere || view.iter().any(Option::is_none) {
+            return path;
+        }
+        let ladder = ladder(self.projections, picture);
+        for (choice, &edge) in self.projections.choices.iter().zip(&ladder.permitted) {
+            let arrow = arrow(choice, self.projections.rows_up);
+            if !path.contains(&arrow) && self.projections.holds(edge, &view) {
+                path.push_str(&arrow);
+            }
+        }
+        path
+    }
+
+    /// Returns the meaning of the colour of unsafe states, if there are some.
+    pub(super) fn unsafe_legend(&self) -> Option<(Rgb, String)> {
+        self.projections.unsafe_states.map(|_| (palette::UNSAFE, format!("{UNSAFE} unsafe")))
+    }
+
+    /// Returns the meaning of the colours of ranks or classes.
+    pub(super) fn legend(&self, picture: Picture) -> Vec<(Rgb, String)> {
+        if picture == Picture::Classes {
+            let label = |index: usize| match (&self.marks[index], &self.names[index]) {
+                (mark, name) if mark == name => name.clone(),
+                (mark, name) => format!("{mark} · {name}"),
+            };
+            let one = |index| (self.class(index).0, label(index));
+            return (0..self.names.len()).map(one).collect();
+        }
+        let ladder = ladder(self.projections, picture);
+        let last = ladder.levels.len();
+        let mut ranks: Vec<Rank> = (0..=last).map(Rank::Finite).collect();
+        if ladder.open {
+            ranks[last] = Rank::AtLeast(last);
+        }
+        if ladder.unbounded.is_some() {
+            // The last level is the fixpoint, so no state has its number as its rank.
+            ranks[last] = Rank::Unbounded;
+        }
+        let name = |rank| match rank {
+            Rank::Unbounded => "∞ any number".to_owned(),
+            _ => ranks::mark(Some(rank)),
+        };
+        ranks.into_iter().map(|r| (palette::rank(r, self.most(picture)), name(r))).collect()
+    }
+}
+
+fn ladder(projections: &Projections, picture: Picture) -> &Ladder {
+    if picture == Picture::Spi { &projections.spi } else { &projections.sasi }
+}
+
+/// Returns the cells of a view.
+fn found(content: &Content<'_>, projections: &Projections, view: &View) -> Vec<Vec<Found>> {
+    let open: View = vec![None; projections.variables.len()];
+    let everywhere = everywhere(projections);
+    let letters = letters(content);
+    let one = |row: i64, column: i64| {
+        let any = projections.view(&open, row, column);
+        let targets: Vec<usize> =
+            projections.targets_at(&any).into_iter().filter(|&i| !everywhere[i]).collect();
+        let (inside, exact) = projections.found(view, row, column).unzip();
+        let is_unsafe = inside == Some(Inside::Unsafe);
+        let cell = match inside {
+            Some(Inside::Safe(cell)) => Some(cell),
+            Some(Inside::Unsafe) | None => None,
+        };
+        Found {
+            row,
+            column,
+            cell,
+            is_unsafe,
+            elsewhere: exact == Some(false),
+            letters: corner_letters(&letters, &targets),
+            targets,
+        }
+    };
+    let columns = projections.columns();
+    projections
+        .rows()
+        .into_iter()
+        .map(|row| columns.iter().map(|&column| one(row, column)).collect())
+        .collect()
+}
+
+/// Returns the first letter or the first two letters of each objective; `None` if two objectives share them.
+pub(super) fn letters(content: &Content<'_>) -> Option<Vec<String>> {
+    let objectives = &content.preferences.objectives;
+    let first = |n| objectives.iter().map(|o| o.name.chars().take(n).collect()).collect();
+    let distinct = |letters: &Vec<String>| !(1..letters.len()).any(|i| letters[..i].contains(&letters[i]));
+    (1..=2).map(first).find(distinct)
+}
+
+/// Returns the letters of at most four targets, else one sign for all.
+fn corner_letters(letters: &Option<Vec<String>>, targets: &[usize]) -> Vec<String> {
+    match letters {
+        _ if targets.is_empty() => Vec::new(),
+        Some(letters) if targets.len() <= 4 => targets.iter().map(|&i| letters[i].clone()).collect(),
+        _ => vec!["◆".to_owned()],
+    }
+}
+
+/// Returns the maximum number of characters of a text in a cell.
+pub(super) fn longest(projections: &Projections) -> usize {
+    if projections.columns().len() > ROOMY { 4 } else { 8 }
+}
+
+/// Returns the texts of the classes in cells: their names or, if one is too long, numbers.
+fn marks(content: &Content<'_>, projections: &Projections) -> Vec<String> {
+    let name = |class: &ObjectiveSet| match class.is_empty() {
+        true => "–".to_owned(),
+        false => content.preferences.names(class).join("/"),
+    };
+    let names: Vec<String> = projections.classes.iter().map(|(class, _)| name(class)).collect();
+    if names.iter().all(|name| name.chars().count() <= longest(projections)) {
+        return names;
+    }
+    let number = |(index, name): (usize, &String)| match name.as_str() {
+        "–" => name.clone(),
+        _ => (index + 1).to_string(),
+    };
+    names.iter().enumerate().map(number).collect()
+}
+
+/// Ranks the classes by size, so that the strongest colours go to the largest.
+fn places(content: &Content<'_>, projections: &Projections) -> Vec<Option<usize>> {
+    let sizes = content.check.result.classes.as_deref().unwrap_or_default();
+    let size = |class: usize| sizes.get(class).map(|c| c.states.clone());
+    let mut order: Vec<usize> =
+        (0..projections.classes.len()).filter(|&c| !projections.classes[c].0.is_empty()).collect();
+    order.sort_by_key(|&class| std::cmp::Reverse(size(class)));
+    (0..projections.classes.len()).map(|c| order.iter().position(|&o| o == c)).collect()
+}
+
+/// Returns for each objective whether its target has states in all four corners of the plane: such
+/// a target is not shown.
+fn everywhere(projections: &Projections) -> Vec<bool> {
+    let open: View = vec![None; projections.variables.len()];
+    let (rows, columns) = (projections.rows(), projections.columns());
+    let ends = |values: &[i64]| [values.first().copied().unwrap_or(0), values.last().copied().unwrap_or(0)];
+    let corners = ends(&rows).into_iter().flat_map(|r| ends(&columns).map(|c| (r, c)));
+    let found: Vec<Vec<usize>> =
+        corners.map(|(r, c)| projections.targets_at(&projections.view(&open, r, c))).collect();
+    (0..projections.targets.len()).map(|i| found.iter().all(|here| here.contains(&i))).collect()
+}
+
+/// Returns a triangle at the edge of a cell, on the side to which the choice leads; empty if it
+/// leads nowhere.
+pub(super) fn arrow(choice: &Direction, rows_up: bool) -> String {
+    let (dx, dy) = (f64::from(choice.column), f64::from(choice.row) * if rows_up { -1.0 } else { 1.0 });
+    let length = dx.hypot(dy);
+    if length == 0.0 {
+        return String::new();
+    }
+    let (ux, uy) = (dx / length, dy / length);
+    let half = SIDE as f64 / 2.0;
+    let reach = half - 2.0;
+    let tip = (half + ux * reach * length.min(1.25), half + uy * reach * length.min(1.25));
+    let base = (tip.0 - ux * 7.0, tip.1 - uy * 7.0);
+    let (px, py) = (-uy * 5.5, ux * 5.5);
+    format!(
+        "M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}Z",
+        tip.0,
+        tip.1,
+        base.0 + px,
+        base.1 + py,
+        base.0 - px,
+        base.1 - py
+    )
+}

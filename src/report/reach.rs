@@ -1,0 +1,138 @@
+//! The report of `meliora reach`.
+
+use std::fmt::Write;
+
+use serde::Serialize;
+
+use super::envelope::{Envelope, Findings};
+use super::header::Header;
+use super::properties::{PropertyAnswer, Sizes, shown};
+use super::text::Grid;
+use super::{Number, Style, unsafe_start};
+use meliora_engine::regions::Regions;
+use meliora_planning::result::{Escape, ModelCounts};
+use meliora_quantities::state_values::Bound;
+
+/// The results of `reach`, in the order of the JSON fields.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct ReachFindings {
+    /// Sizes of the model.
+    pub counts: Option<ModelCounts>,
+    /// A path from an unsafe initial state to the violation of a requirement, if there is one.
+    #[serde(rename = "unsafe", skip_serializing_if = "Option::is_none")]
+    pub escape: Option<Escape>,
+    /// The target or the property.
+    #[serde(skip)]
+    pub expression: String,
+    /// Number of target states.
+    pub target: Option<Number>,
+    /// The sizes of the regions.
+    #[serde(flatten)]
+    pub sizes: Sizes,
+    /// The share of initial states in each region.
+    pub initial: Regions<Option<Share>>,
+    /// True if the property of `--property` holds in all initial states.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub holds: Option<bool>,
+    /// The value of the property over the initial states.
+    #[serde(skip)]
+    pub value: Option<Bound>,
+    /// The reason why a quantity that was asked for has no value.
+    #[serde(skip)]
+    pub no_value: Option<&'static str>,
+    /// The property with its answer, as for several properties.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub properties: Vec<PropertyAnswer>,
+}
+
+/// The report with times and memory.
+pub type ReachReport = Envelope<ReachFindings>;
+
+/// A share of the initial states.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, strum::Display)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum Share {
+    /// All initial states.
+    All,
+    /// Some initial states, but not all.
+    Some,
+    /// Not a single initial state.
+    None,
+}
+
+impl ReachReport {
+    /// Creates a report without results.
+    pub fn of_expression(header: Header, expression: &str) -> Self {
+        Envelope::of(header, ReachFindings { expression: expression.to_owned(), ..Default::default() })
+    }
+}
+
+impl Findings for ReachFindings {
+    const SCHEMA: &str = "meliora.reach/1";
+    const PHASES: &[(&str, &str)] = &[
+        ("parse", "parse"),
+        ("build", "build"),
+        ("pmax_positive", "Pmax > 0"),
+        ("pmax_one", "Pmax = 1"),
+        ("pmin_positive", "Pmin > 0"),
+        ("pmin_one", "Pmin = 1"),
+        ("value", "value"),
+    ];
+
+    fn is_no(&self) -> bool {
+        self.holds == Some(false)
+    }
+
+    fn body(report: &ReachReport, style: Style) -> String {
+        let mut out = unsafe_start::text(report.escape.as_ref(), style);
+        out += &report.header.sizes(report.counts.as_ref(), style);
+        if let Some(target) = &report.target {
+            let _ = write!(out, "\n{}\n", style.bold(&format!("Reaching {}", report.expression)));
+            let _ = writeln!(out, "  target states  {}", target.grouped());
+            out += &report.regions(style);
+        } else if report.sizes.pmax_positive.is_some() {
+            let _ = write!(out, "\n{}\n", style.bold(&format!("Satisfying {}", report.expression)));
+            out += &report.regions(style);
+        }
+        if let Some(value) = &report.value {
+            let _ = write!(out, "\nThe value in the initial states: {}\n", style.bold(&shown(value)));
+        }
+        if let Some(reason) = &report.no_value {
+            let _ = write!(out, "\nThe property has no value: {}.\n", style.bad(reason));
+        }
+        if let Some(holds) = report.holds {
+            let verdict = if holds { style.good("holds") } else { style.bad("does not hold") };
+            let _ = write!(out, "\nThe property {verdict} in all initial states.\n");
+        }
+        out
+    }
+}
+
+impl ReachFindings {
+    /// Adds the property with its answer to the list.
+    pub fn list_property(&mut self) {
+        let mut answer = PropertyAnswer::open(None, self.expression.clone(), None);
+        answer.answer(self.holds, self.value.clone(), self.no_value);
+        answer.sizes = self.sizes.clone();
+        self.properties = vec![answer];
+    }
+
+    fn regions(&self, style: Style) -> String {
+        let mut grid = Grid::new(&["", "states", "of the initial states"], style);
+        let (sizes, initial) = (&self.sizes, &self.initial);
+        let rows = [
+            ("some strategy, surely     (Pmax = 1)", &sizes.pmax_one, initial.pmax_one),
+            ("some strategy, possibly   (Pmax > 0)", &sizes.pmax_positive, initial.pmax_positive),
+            ("every strategy, surely    (Pmin = 1)", &sizes.pmin_one, initial.pmin_one),
+            ("every strategy, possibly  (Pmin > 0)", &sizes.pmin_positive, initial.pmin_positive),
+        ];
+        for (name, region, share) in rows {
+            if let Some(region) = region {
+                let share = share.map_or_else(String::new, |share| share.to_string());
+                grid.row(vec![name.to_owned(), region.grouped(), share]);
+            }
+        }
+        grid.text(style)
+    }
+}

@@ -1,0 +1,173 @@
+//! Texts for the reasons why an action is permitted or not.
+
+use super::{ranks, text};
+use meliora_model::Program;
+use meliora_model::preference::{ObjectiveSet, Preferences};
+use meliora_planning::explain::{Action, Explanation, Successor, Verdict};
+use meliora_planning::{Kind, Rank, StrategyKind};
+
+/// The program, the preferences and the kind that a text refers to.
+#[derive(Clone, Copy)]
+pub struct Words<'a> {
+    /// The program, which has the names of variables.
+    pub program: &'a Program,
+    /// The preferences, which have the names of objectives.
+    pub preferences: &'a Preferences,
+    /// The kind of the strategy.
+    pub kind: StrategyKind,
+    /// The kind of improvements that it makes.
+    pub levels: Kind,
+}
+
+impl Words<'_> {
+    /// Returns the names of a set, in the order of declaration.
+    pub fn names(&self, set: &ObjectiveSet) -> Vec<String> {
+        self.preferences.owned_names(set)
+    }
+
+    /// Formats the most preferred objectives of a state, or `unsafe`.
+    pub(super) fn sure(&self, is_unsafe: bool, most_preferred: &ObjectiveSet) -> String {
+        if is_unsafe { "unsafe".to_owned() } else { format!("sure: {}", self.either(most_preferred)) }
+    }
+
+    /// Formats a set as `A, B`, or `nothing`.
+    pub(super) fn list(&self, set: &ObjectiveSet) -> String {
+        text::names(&self.names(set))
+    }
+
+    /// Formats most preferred objectives as `A or B`, or `nothing`.
+    pub(super) fn either(&self, set: &ObjectiveSet) -> String {
+        text::either(&self.names(set))
+    }
+
+    /// Formats the values that differ: `r=3,b=7`, or `no change`.
+    pub(super) fn changed(&self, from: &[i64], to: &[i64]) -> String {
+        let pairs = self.program.variables.iter().zip(from.iter().zip(to));
+        let differs = |(v, (x, y)): (&meliora_model::Variable, (&i64, &i64))| {
+            (x != y).then(|| format!("{}={}", v.name, v.show(*y)))
+        };
+        match pairs.filter_map(differs).collect::<Vec<_>>() {
+            changed if changed.is_empty() => "no change".to_owned(),
+            changed => changed.join(","),
+        }
+    }
+
+    /// Returns the reason why the action is permitted or not.
+    pub fn reason(&self, at: &Explanation, action: &Action) -> String {
+        let place = |s: &Successor| self.changed(&at.state, &s.state);
+        let to = |index: usize| action.successors.get(index);
+        match action.verdict {
+            Verdict::Improves => format!("always improves: {}", self.gains(action)),
+            Verdict::MayImprove => format!("may improve: {}{}", self.gains(action), self.risk(at, action)),
+            Verdict::Approaches => format!("comes closer to an improvement{}", self.risk(at, action)),
+            Verdict::Stays => "stays in the level, but comes no closer to an improvement".to_owned(),
+            Verdict::Weakens(index) => match to(index) {
+                Some(s) => self.weakens(s, action, &place(s)),
+                None => "weakens".to_owned(),
+            },
+            Verdict::Unsafe(index) => {
+                let place = index.and_then(to).map_or_else(|| "this action".to_owned(), place);
+                let kept = self.either(&at.reference);
+                format!("not kept: after {place}, a weakening of {kept} cannot be ruled out")
+            }
+            Verdict::Violates(None) => "no action keeps the requirements here".to_owned(),
+            Verdict::Violates(Some(index)) => {
+                let how = if action.successors.len() == 1 { "leads" } else { "may lead" };
+                let place = to(index).map_or_else(String::new, |s| format!(" to {}", place(s)));
+                format!("{how}{place}, where no strategy keeps the requirements")
+            }
+            Verdict::Strays(index) => match to(index) {
+                Some(s) => self.strays(at, s, action, &place(s)),
+                None => "leaves the states of the level".to_owned(),
+            },
+            Verdict::Hopeless => match at.memory.level {
+                Rank::Finite(1) | Rank::AtLeast(1) => "safe, but no improvement can follow".to_owned(),
+                level => format!("safe, but {} cannot follow", ranks::improvements(level)),
+            },
+            Verdict::NothingAhead => {
+                format!("safe, but no improvement is {} from here", ranks::how(self.levels))
+            }
+            _ => self.achieving(at, action),
+        }
+    }
+
+    /// Returns the name of the pursued objective.
+    pub(super) fn pursued(&self, at: &Explanation) -> Option<&str> {
+        Some(self.preferences.objectives.get(at.pursued()?)?.name.as_str())
+    }
+
+    /// Returns the reason why an action is permitted or not while an objective is pursued.
+    fn achieving(&self, at: &Explanation, action: &Action) -> String {
+        let name = self.pursued(at).unwrap_or("the objective");
+        let reason = match action.verdict {
+            _ if action.permitted && at.is_achieved() => return format!("{name} is achieved"),
+            Verdict::Achieves => format!("achieves {name}"),
+            Verdict::MayAchieve => format!("may achieve {name}, which remains sure"),
+            Verdict::Nears => format!("comes closer to {name}"),
+            Verdict::Forfeits(index) => {
+                let how = if action.successors.len() == 1 { "leads" } else { "may lead" };
+                let place = action.successors.get(index).map(|s| self.changed(&at.state, &s.state));
+                let place = place.unwrap_or_default();
+                let otherwise = if at.keeps() { " without steps that may weaken" } else { "" };
+                return format!("{how} to {place}, where {name} is not sure{otherwise}");
+            }
+            Verdict::Unachievable => {
+                return "no strategy achieves the objective almost surely from here".to_owned();
+            }
+            _ => format!("keeps {name} sure, but comes no closer to it"),
+        };
+        match at.given_up(action) {
+            given_up if given_up.is_empty() => reason,
+            given_up => {
+                let how = if action.successors.len() == 1 { "gives" } else { "may give" };
+                format!("{reason}; {how} up {}", self.list(&given_up))
+            }
+        }
+    }
+
+    /// Formats the gains as `B gained` or `B or C gained`, each gain once.
+    fn gains(&self, action: &Action) -> String {
+        let mut gains: Vec<String> = Vec::new();
+        for successor in action.successors.iter().filter(|s| s.goal) {
+            let gain = self.either(&successor.gained);
+            if !gains.contains(&gain) {
+                gains.push(gain);
+            }
+        }
+        format!("{} gained", gains.join(" or "))
+    }
+
+    fn weakens(&self, to: &Successor, action: &Action, place: &str) -> String {
+        let how = if action.successors.len() == 1 { "weakens" } else { "may weaken" };
+        let instead = match to.most_preferred.is_empty() {
+            true => String::new(),
+            false => format!(" ({} instead)", self.either(&to.most_preferred)),
+        };
+        format!("{how}: {} lost in {place}{instead}", self.list(&to.lost))
+    }
+
+    fn strays(&self, at: &Explanation, to: &Successor, action: &Action, place: &str) -> String {
+        let how = if action.successors.len() == 1 { "leads" } else { "may lead" };
+        let (sure, level) = (ranks::how(self.levels), at.memory.level);
+        if to.improves {
+            return format!(
+                "{how} to {place}, which improves, but the next improvements are not {sure} there"
+            );
+        }
+        let verb = if ranks::is_one(level) { "is" } else { "are" };
+        format!("{how} to {place}, where {} {verb} not {sure}", ranks::improvements(level))
+    }
+
+    /// Formats the risk of a permitted action: under SPI it may leave the level.
+    fn risk(&self, at: &Explanation, action: &Action) -> String {
+        let astray = action.successors.iter().find(|s| !s.dropped && !s.goal && !s.stays);
+        let dropped = action.successors.iter().find(|s| s.dropped);
+        match (astray, dropped) {
+            (Some(s), _) => format!("; may leave the level in {}", self.changed(&at.state, &s.state)),
+            (None, Some(s)) => {
+                format!("; the branch to {} weakens and is dropped", self.changed(&at.state, &s.state))
+            }
+            (None, None) => String::new(),
+        }
+    }
+}

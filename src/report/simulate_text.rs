@@ -1,0 +1,272 @@
+//! The report of `simulate` as text.
+
+use std::fmt::Write;
+
+use super::envelope::Findings;
+use super::number::grouped;
+use super::simulate::{
+    AchievedReport, CommitReport, RunsReport, SimulateFindings, SimulateReport, TurnReport,
+};
+use super::text::{self, Grid, Probability};
+use super::{Style, ranks};
+use meliora_planning::tally::Achievements;
+use meliora_planning::{Kind, Rank, StrategyKind};
+
+/// Maximum number of steps of the trace that are shown.
+const SHOWN: usize = 60;
+
+impl Findings for SimulateFindings {
+    const SCHEMA: &str = "meliora.simulate/1";
+    const PHASES: &[(&str, &str)] = &[
+        ("parse", "parse"),
+        ("build", "build"),
+        ("levels", "levels"),
+        ("values", "values"),
+        ("answer", "runs"),
+    ];
+
+    fn settings(&self) -> Vec<(&'static str, String)> {
+        let strategy = format!("{} {}", self.strategy.name(), self.kind);
+        let mut settings = vec![("strategy", strategy)];
+        settings.extend(self.choosing.settings());
+        settings.push(("seed", self.seed.to_string()));
+        settings
+    }
+
+    fn body(report: &SimulateReport, style: Style) -> String {
+        report.plays.iter().map(|plays| one(report, plays, style)).collect()
+    }
+}
+
+fn one(report: &SimulateReport, plays: &RunsReport, style: Style) -> String {
+    if plays.tally.is_unsafe {
+        let title = style.bold(&format!("No run from {}", plays.state));
+        return format!("\n{title}\n  {}\n", style.bad("Unsafe: no strategy keeps the requirements"));
+    }
+    let runs = grouped(report.runs);
+    let title = format!("{runs} runs from {}", plays.state);
+    let mut out = format!("\n{}\n", style.bold(&title));
+    if report.kind != StrategyKind::Achieve {
+        out.push_str(&promise(report, plays, style));
+    }
+    if let Some(achieved) = &plays.tally.achieved {
+        out.push_str(&pursued(report, achieved, style));
+        out.push_str(&commitments(plays));
+    }
+    if let Some(value) = &plays.value {
+        out.push_str(&value.text(report.choosing.cost()));
+    }
+    out.push_str(&distribution(report, plays, style));
+    out.push_str(&achieved(report, plays, style));
+    out.push_str(&weakening(report, plays, style));
+    if plays.tally.given_up > 0 {
+        let (given_up, steps) = (plural_runs(plays.tally.given_up), grouped(report.steps));
+        let _ = writeln!(out, "  {given_up} stopped after {steps} steps; `--steps` raises this limit.");
+    }
+    out.push_str(&trace(plays, style));
+    out
+}
+
+/// States the rank, and how many runs made that number of improvements.
+fn promise(report: &SimulateReport, plays: &RunsReport, style: Style) -> String {
+    let kind = report.choosing.choose.levels(report.kind);
+    let how = ranks::how(kind);
+    if plays.tally.rank == Rank::Finite(0) {
+        let advice = match (report.kind, kind) {
+            (StrategyKind::Sasi, _) => "; try `--kind spi`",
+            (StrategyKind::Plan, Kind::Sasi) => "; `--choose likely` tries possible ones",
+            _ => "",
+        };
+        return format!("  No improvement is {how} here ({kind}){advice}.\n");
+    }
+    let fewer = plays.tally.fewer_than_rank().unwrap_or(plays.tally.undecided);
+    let (kept, failed) = (report.runs - fewer, fewer - plays.tally.undecided);
+    let mut parts = Vec::new();
+    if plays.tally.fewer_than_rank().is_some() {
+        parts.push(style.good(&format!(
+            "{} reached this number",
+            if fewer == 0 { "Every run".to_owned() } else { plural_runs(kept) }
+        )));
+    }
+    if failed > 0 {
+        let text = format!("{} did not", plural_runs(failed));
+        parts.push(if kind == Kind::Sasi { style.warn(&text) } else { text });
+    }
+    if plays.tally.undecided > 0 {
+        let steps = grouped(report.steps);
+        parts.push(format!("{} did not finish in {steps} steps", plural_runs(plays.tally.undecided)));
+    }
+    let claim = ranks::capitalised(&ranks::claim(Some(plays.tally.rank), how));
+    let parts = if parts.is_empty() { String::new() } else { format!("  {}.\n", parts.join(", ")) };
+    format!("  {claim} ({kind}).\n{parts}")
+}
+
+/// States how many runs achieved, or kept, the objective that they pursued.
+fn pursued(report: &SimulateReport, achieved: &Achievements, style: Style) -> String {
+    let which = match report.kind {
+        StrategyKind::Achieve => "the objective",
+        _ => "a most preferred objective of their last state",
+    };
+    let Achievements { runs, kept, .. } = *achieved;
+    if runs == report.runs {
+        return format!("  {} achieved {which}.\n", style.good("All runs"));
+    }
+    let mut parts = Vec::new();
+    if runs > 0 || kept == 0 {
+        parts.push(format!("{} achieved {which}", plural_runs(runs)));
+    }
+    if kept > 0 {
+        let kept = if kept == report.runs { "All runs".to_owned() } else { plural_runs(kept) };
+        let which = if runs > 0 { "one" } else { which };
+        parts.push(format!("{} kept {which}", style.good(&kept)));
+    }
+    if let Some(open) = report.runs.checked_sub(runs + kept).filter(|&open| open > 0) {
+        parts.push(format!("{} did not", style.warn(&plural_runs(open))));
+    }
+    format!("  {}.\n", parts.join(", "))
+}
+
+/// Lists the objectives to which runs commit, with those that they give up.
+fn commitments(plays: &RunsReport) -> String {
+    let one = |commit: &CommitReport| {
+        let CommitReport { objective, gives_up, runs } = commit;
+        format!("  {}: {}.\n", plural_runs(*runs), commitment(objective, gives_up))
+    };
+    plays.commits.iter().flatten().map(one).collect()
+}
+
+/// Formats a commitment: `commits to C, gives up D`.
+pub(super) fn commitment(objective: &str, gives_up: &[String]) -> String {
+    match gives_up.is_empty() {
+        true => format!("commits to {objective}"),
+        false => format!("commits to {objective}, gives up {}", text::names(gives_up)),
+    }
+}
+
+/// Lists the achieved objectives, with the number of steps until then.
+fn achieved(report: &SimulateReport, plays: &RunsReport, style: Style) -> String {
+    let Some(all) = plays.achieved.as_ref().filter(|all| !all.is_empty()) else { return String::new() };
+    let mut grid = Grid::new(&["achieved", "runs", "share", "min steps", "mean", "max"], style);
+    for AchievedReport { objective, wait } in all {
+        let share = 100.0 * wait.plays as f64 / report.runs as f64;
+        grid.row(vec![
+            objective.clone(),
+            grouped(wait.plays),
+            format!("{share:.1} %"),
+            wait.least.to_string(),
+            format!("{:.2}", wait.mean()),
+            wait.most.to_string(),
+        ]);
+    }
+    format!("{}\n", grid.text(style))
+}
+
+fn distribution(report: &SimulateReport, plays: &RunsReport, style: Style) -> String {
+    let mut grid = Grid::new(&["improvements", "runs", "share"], style);
+    for (times, plays) in &plays.tally.improvements {
+        let share = 100.0 * *plays as f64 / report.runs as f64;
+        grid.row(vec![times.to_string(), grouped(plays), format!("{share:.1} %")]);
+    }
+    let mut out = format!("\n{}", grid.text(style));
+    if !plays.tally.waits.is_empty() {
+        let mut grid = Grid::new(&["steps to improvement", "min", "mean", "max", "runs"], style);
+        for (index, steps) in plays.tally.waits.iter().enumerate() {
+            grid.row(vec![
+                (index + 1).to_string(),
+                steps.least.to_string(),
+                format!("{:.2}", steps.mean()),
+                steps.most.to_string(),
+                grouped(steps.plays),
+            ]);
+        }
+        let _ = write!(out, "\n{}", grid.text(style));
+    }
+    out.push('\n');
+    out
+}
+
+fn weakening(report: &SimulateReport, plays: &RunsReport, style: Style) -> String {
+    let commits = plays.commits.as_ref().is_some_and(|commits| !commits.is_empty());
+    let when = if commits { " (until it committed)" } else { "" };
+    let told = |count: u64, what: &str| match count {
+        0 => format!("  {} {what}{when}.\n", style.good("No run weakened")),
+        n => format!("  {} {what}{when}.\n", style.warn(&format!("{} weakened", plural_runs(n)))),
+    };
+    let mut out = told(plays.tally.weakened_step, "the state of the step before");
+    if report.header.safety == Some("prefix") {
+        out += &told(
+            plays.tally.weakened_reference,
+            "the state after its last improvement (at first its start)",
+        );
+    }
+    out += &told(plays.tally.weakened_start, "its start");
+    if plays.tally.entered_unsafe > 0 {
+        let runs = style.bad(&format!("{} entered", plural_runs(plays.tally.entered_unsafe)));
+        let _ = writeln!(out, "  {runs} a state where no strategy keeps the requirements.");
+    }
+    out
+}
+
+fn plural_runs(count: u64) -> String {
+    text::plural(usize::try_from(count).unwrap_or(usize::MAX), "run")
+}
+
+fn trace(plays: &RunsReport, style: Style) -> String {
+    let trace = &plays.trace;
+    let mut out = format!("\n  {}\n", style.bold(&format!("Run {} in full", trace.play)));
+    if trace.turns.is_empty() {
+        out.push_str("    The run ends in its start.\n");
+        return out;
+    }
+    let mut rows = vec![["step", "action", "to", "chance", "sure", "rank", ""].map(str::to_owned).to_vec()];
+    for (index, turn) in trace.turns.iter().take(SHOWN).enumerate() {
+        rows.push(vec![
+            (index + 1).to_string(),
+            turn.action.clone(),
+            turn.changed.clone(),
+            Probability(turn.probability).to_string(),
+            text::either(&turn.most_preferred),
+            ranks::cell(turn.rank),
+            remark(turn),
+        ]);
+    }
+    out += &text::listed(&rows, style);
+    if let Some(more) = trace.turns.len().checked_sub(SHOWN).filter(|&n| n > 0) {
+        let _ = writeln!(out, "    … and {} more (`--json` lists all)", text::plural(more, "step"));
+    }
+    out
+}
+
+/// Returns the remarks on a step.
+fn remark(turn: &TurnReport) -> String {
+    let mut remarks = Vec::new();
+    if turn.is_unsafe {
+        remarks.push("unsafe".to_owned());
+    }
+    if turn.improves {
+        remarks.push(format!("improves: {} gained", text::either(&turn.gained)));
+    }
+    if !turn.improves && turn.change == "improving" {
+        let gained = text::either(&turn.gained);
+        remarks.push(format!("{gained} gained, but not counted: too few improvements can follow"));
+    }
+    if !turn.achieved.is_empty() {
+        remarks.push(format!("achieves {}", text::names(&turn.achieved)));
+    }
+    remarks.extend(committed(turn));
+    if turn.weakens_step {
+        remarks.push(format!("weakens: {} lost", text::names(&turn.lost)));
+    } else if turn.weakens_start {
+        remarks.push("weakens the start".to_owned());
+    }
+    remarks.join("; ")
+}
+
+/// Returns the remark on a commitment, or on what a step gives up later.
+pub(super) fn committed(turn: &TurnReport) -> Option<String> {
+    match &turn.commits {
+        Some(objective) => Some(commitment(objective, &turn.gives_up)),
+        None if turn.gives_up.is_empty() => None,
+        None => Some(format!("gives up {}", text::names(&turn.gives_up))),
+    }
+}

@@ -1,0 +1,119 @@
+//! The report of `meliora strategy`.
+
+use serde::Serialize;
+use serde_json::value::{RawValue, to_raw_value};
+
+use super::choose::Choosing;
+use super::envelope::{Envelope, Findings};
+use super::header::Header;
+use super::number::Number;
+use super::state::StateReport;
+use super::{Style, ranks, state_text};
+use meliora_planning::StrategyKind;
+
+/// The results of `strategy`, in the order of the JSON fields.
+#[derive(Debug, Clone, Serialize)]
+pub struct StrategyFindings {
+    /// `sasi`, `spi`, `plan` or `achieve`.
+    pub kind: StrategyKind,
+    /// The choice among permitted actions.
+    #[serde(flatten)]
+    pub choosing: Choosing,
+    /// With `--rank` or by default the number of states; those past the limit are not listed.
+    pub asked: Option<Number>,
+    /// The requested states.
+    pub states: Vec<Shown>,
+    /// The DOT graph, which replaces the text report.
+    #[serde(skip)]
+    pub drawing: Option<String>,
+    /// True if CSV rows were already written.
+    #[serde(skip)]
+    pub streamed: bool,
+}
+
+/// The report with times and memory.
+pub type StrategyReport = Envelope<StrategyFindings>;
+
+/// A state in its final form. There may be millions, and this form takes a fraction of the memory
+/// of a [`StateReport`].
+#[derive(Debug, Clone, Serialize)]
+#[serde(untagged)]
+pub enum Shown {
+    /// For the JSON output.
+    Json(Box<RawValue>),
+    /// For the text output.
+    Text(String),
+}
+
+impl StrategyReport {
+    /// Creates a report without results.
+    pub fn of_kind(header: Header, kind: StrategyKind, choosing: Choosing) -> Self {
+        let (asked, states, drawing) = (None, Vec::new(), None);
+        Envelope::of(header, StrategyFindings { kind, choosing, asked, states, drawing, streamed: false })
+    }
+}
+
+impl StrategyFindings {
+    /// Adds a state: as text if there is a style, else as JSON.
+    pub fn push(&mut self, state: &StateReport<'_>, style: Option<Style>) {
+        self.states.push(match style {
+            Some(style) => Shown::Text(state_text::render(state, style)),
+            // The keys are strings and the values plain, so the conversion cannot fail.
+            None => Shown::Json(to_raw_value(&state.json()).unwrap_or_default()),
+        });
+    }
+
+    /// Explains the terms of the report.
+    fn legend(&self, style: Style) -> String {
+        let lines = [
+            "Sure: the objectives that some strategy achieves almost surely, without those",
+            "to which another sure objective is preferred. `A or B`: each of them, but not",
+            "always both. A step improves if an objective that becomes sure is preferred to",
+            "one that was sure before, and weakens in the opposite case. Rank: the number of",
+        ];
+        let how = ranks::how(self.choosing.choose.levels(self.kind));
+        style.dim(&format!("\n{}\n{how} improvements.\n", lines.join("\n")))
+    }
+}
+
+impl Findings for StrategyFindings {
+    const SCHEMA: &str = "meliora.strategy/1";
+    const PHASES: &[(&str, &str)] = &[
+        ("parse", "parse"),
+        ("build", "build"),
+        ("levels", "levels"),
+        ("values", "values"),
+        ("answer", "answer"),
+    ];
+
+    fn settings(&self) -> Vec<(&'static str, String)> {
+        std::iter::once(("strategy", self.kind.to_string())).chain(self.choosing.settings()).collect()
+    }
+
+    fn body(report: &StrategyReport, style: Style) -> String {
+        let legend = if report.states.is_empty() { String::new() } else { report.legend(style) };
+        let texts = report.states.iter().map(|state| match state {
+            Shown::Text(text) => text.as_str(),
+            Shown::Json(_) => "",
+        });
+        let mut out: String = std::iter::once(legend.as_str()).chain(texts).collect();
+        if let Some(asked) = &report.asked {
+            let listed = Number::from(report.states.len() as u64);
+            if *asked == Number::from(0) {
+                out += "\nNo state has this rank.\n";
+            } else if *asked > listed {
+                let asked = asked.grouped();
+                out += &format!("\n{listed} of {asked} states; a larger `--limit` lists more.\n");
+            }
+        }
+        out
+    }
+
+    fn text(report: &StrategyReport, style: Style) -> String {
+        match &report.drawing {
+            Some(drawing) => drawing.clone(),
+            None if report.streamed => String::new(),
+            None => report.full_text(style),
+        }
+    }
+}

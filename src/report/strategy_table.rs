@@ -1,0 +1,111 @@
+//! Strategies as CSV and as DOT.
+
+use std::fmt::Write;
+
+use super::ranks;
+use super::reason::Words;
+use super::state::StateReport;
+use super::text::Probability;
+use meliora_model::Program;
+use meliora_model::csv;
+use meliora_model::valuation::Valuation;
+use meliora_planning::InducedModel;
+use meliora_planning::explain::Action;
+use meliora_planning::induced_model::Node;
+
+/// Returns the heading: the variables, then the columns for each action.
+pub fn csv_heading(program: &Program) -> String {
+    let variables = program.variables.iter().map(|v| v.name.as_str());
+    let columns = [
+        "most_preferred",
+        "sasi_rank",
+        "spi_rank",
+        "action",
+        "kept",
+        "permitted",
+        "progress",
+        "pick",
+        "reason",
+    ];
+    csv::lines([variables.chain(columns)])
+}
+
+/// Returns the lines of a state, one per action.
+pub fn csv_rows(state: &StateReport<'_>) -> String {
+    let (words, at, picked) = (state.words, &state.at, state.picked_action());
+    let row = |action: &Action| {
+        let pick = picked.is_some_and(|picked| picked.name == action.name);
+        let flags = [action.kept, action.permitted, action.progress, pick].map(|f| f.to_string());
+        let values = Valuation::of(words.program, &at.state);
+        let mut cells: Vec<String> = values.values().map(ToString::to_string).collect();
+        cells.push(words.names(&at.most_preferred).join("+"));
+        cells.extend(state.ranks.map(ranks::cell));
+        cells.push(action.name.clone());
+        cells.extend(flags);
+        cells.push(words.reason(at, action));
+        cells
+    };
+    csv::lines(at.actions.iter().map(row))
+}
+
+/// Draws the states that are reachable under a strategy: boxes are states, points are actions.
+///
+/// Double boxes are starts. Actions of the progress strategy are bold, improvements green,
+/// weakenings red, and successors past the limit are `…`.
+pub fn dot(words: Words<'_>, unfolded: &InducedModel, starts: usize) -> String {
+    let mut out = "digraph strategy {\n  node [shape=box, fontname=\"sans-serif\"];\n".to_owned();
+    out.push_str("  edge [fontname=\"sans-serif\"];\n");
+    for (index, node) in unfolded.nodes.iter().enumerate() {
+        let label = format!(
+            "{}\n{}\n{}",
+            words.program.show_state(&node.at.state).replace(',', ", "),
+            words.either(&node.at.most_preferred),
+            match words.pursued(&node.at) {
+                Some(name) => format!("to {name}"),
+                None => format!("{} {}", words.levels, ranks::cell(node.at.memory.level)),
+            }
+        );
+        let double = if index < starts { ", peripheries=2" } else { "" };
+        let _ = writeln!(out, "  s{index} [label={}{double}];", quote(&label));
+        moves(words, index, node, &mut out);
+    }
+    out.push_str("}\n");
+    out
+}
+
+/// Draws the permitted actions of a state, with their branches.
+fn moves(words: Words<'_>, index: usize, node: &Node, out: &mut String) {
+    for (number, (action, next)) in node.at.actions.iter().zip(&node.next).enumerate() {
+        if !action.permitted {
+            continue;
+        }
+        let bold = if node.at.pick == Some(number) { ", style=bold" } else { "" };
+        let _ = writeln!(out, "  a{index}_{number} [shape=point];");
+        let name = quote(&action.name);
+        let _ = writeln!(out, "  s{index} -> a{index}_{number} [label={name}, arrowhead=none{bold}];");
+        for (branch, (successor, to)) in action.successors.iter().zip(next).enumerate() {
+            let mut label = Probability(successor.probability).to_string();
+            let mut color = "";
+            if successor.improves {
+                let _ = write!(label, "\n{} gained", words.either(&successor.gained));
+                color = ", color=darkgreen, fontcolor=darkgreen";
+            } else if !successor.lost.is_empty() {
+                let _ = write!(label, "\n{} lost", words.list(&successor.lost));
+                color = ", color=red, fontcolor=red";
+            }
+            let target = match to {
+                Some(to) => format!("s{to}"),
+                None => {
+                    let _ = writeln!(out, "  m{index}_{number}_{branch} [label=\"…\", shape=none];");
+                    format!("m{index}_{number}_{branch}")
+                }
+            };
+            let _ = writeln!(out, "  a{index}_{number} -> {target} [label={}{color}];", quote(&label));
+        }
+    }
+}
+
+/// Quotes a string for DOT.
+fn quote(text: &str) -> String {
+    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n"))
+}

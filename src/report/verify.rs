@@ -1,0 +1,95 @@
+//! The report of `meliora verify`.
+
+use std::fmt::Write;
+
+use serde::Serialize;
+
+use super::Style;
+use super::envelope::{Envelope, Findings};
+use super::header::Header;
+use meliora_certify::{Checked, Verdict};
+use meliora_model::Program;
+use meliora_model::valuation::Valuation;
+
+/// The results of `verify`.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct VerifyFindings {
+    /// The directory of the dump.
+    pub directory: String,
+    /// True if all conditions hold; `None` if this is not known.
+    pub accepted: Option<bool>,
+    /// The regions that were found correct.
+    pub checked: Vec<Checked>,
+    /// The first violated condition.
+    pub violation: Option<Violated>,
+}
+
+/// The report with times and memory.
+pub type VerifyReport = Envelope<VerifyFindings>;
+
+/// A violated condition.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Violated {
+    /// The condition.
+    pub condition: String,
+    /// A state that violates it.
+    pub state: Option<Valuation>,
+}
+
+impl VerifyReport {
+    /// Creates a report without results.
+    pub fn of_directory(directory: &str) -> Self {
+        let directory = directory.to_owned();
+        Envelope::of(Header::default(), VerifyFindings { directory, ..VerifyFindings::default() })
+    }
+
+    /// Adds the verdict.
+    pub fn set(&mut self, program: &Program, verdict: &Verdict) {
+        self.checked.clone_from(&verdict.checked);
+        self.accepted = Some(verdict.violation.is_none());
+        self.violation = verdict.violation.as_ref().map(|v| Violated {
+            condition: v.condition.clone(),
+            state: v.state.as_ref().map(|s| Valuation::of(program, s)),
+        });
+    }
+}
+
+impl Findings for VerifyFindings {
+    const SCHEMA: &str = "meliora.verify/1";
+
+    fn text(report: &VerifyReport, style: Style) -> String {
+        Self::body(report, style) + &report.incomplete(style)
+    }
+
+    fn body(report: &VerifyReport, style: Style) -> String {
+        let mut out = String::new();
+        for checked in &report.checked {
+            let halves = match (checked.inside, checked.outside) {
+                (true, true) => "no wrong states, no missing states",
+                (true, false) => "no wrong states",
+                (false, true) => "no missing states (wrong ones not checked)",
+                (false, false) => "not checked",
+            };
+            let _ = writeln!(out, "{:<32} {halves}", checked.region);
+        }
+        if let Some(violation) = &report.violation {
+            let _ = writeln!(
+                out,
+                "\n{}: this condition is violated: {}",
+                style.bad("refused"),
+                violation.condition
+            );
+            if let Some(state) = &violation.state {
+                let _ = writeln!(out, "  for example in the state {}", state);
+            }
+        }
+        if report.accepted == Some(true) {
+            let _ = writeln!(out, "\n{}: all conditions hold", style.good("accepted"));
+        }
+        out
+    }
+
+    fn is_no(&self) -> bool {
+        self.accepted == Some(false)
+    }
+}
