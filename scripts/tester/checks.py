@@ -8,6 +8,7 @@ from tester.context import LEVELS, WITHIN
 from tester.program import key
 
 KEPT_VERDICTS = {"weakens", "unsafe", "violates"}
+PRECISION = Fraction(1, 10**6)
 PERMITTED_VERDICTS = {"improves", "may-improve", "approaches", "stays"}
 
 
@@ -157,7 +158,7 @@ def values(context):
 def level_of(context, node, named, level):
     k = level["improvements"]
     (probabilities, actions), (costs, paid) = context.probabilities[k - 1], context.costs[k - 1]
-    precision = math.inf if context.is_rare() else Fraction(1, 10**6)
+    precision = math.inf if context.is_rare() else PRECISION
     context.within(f"P_{k} of {named}", probabilities.get(node, Fraction(0)), level["probability"], precision)
     context.within(f"C_{k} of {named}", costs.get(node), level["cost"], precision)
     possible = {a.name: a for a in actions.get(node, [])} if context.probabilities[0][0].get(node) else {}
@@ -183,6 +184,10 @@ def choices(context):
                 choice_of(context, choose, dict(name), node, entry)
 
 
+def is_near(value, best):
+    return abs(value - best) <= PRECISION * max(1, best)
+
+
 def choice_of(context, choose, named, node, entry):
     tables = context.probabilities if choose == "likely" else context.costs
     able = [k for k, (table, _) in enumerate(tables, 1) if (table.get(node) if choose == "likely" else node in table)]
@@ -199,7 +204,9 @@ def choice_of(context, choose, named, node, entry):
     context.within(f"{choose} P_{k} of {named}", probability, attains["probability"])
     if choose == "cheap":
         context.within(f"C_{k} of {named}", table[node], attains["cost"])
-    best = [a.name for a in actions[node] if a.value(table) == table[node]]
+    # Values that differ by less than the precision are equal to the program.
+    values = {a.name: a.value(table) for a in actions[node]}
+    best = [name for name, v in values.items() if v not in (None, math.inf) and is_near(v, table[node])]
     context.same(f"{choose} action of {named}", True, entry["chosen_action"] in best)
 
 

@@ -204,11 +204,12 @@ impl<E: Engine> Analysis<E> {
             if self.result.objectives.iter().any(|o| o.objective == objective) {
                 continue;
             }
-            let Some(RegionCounts { target, positive, almost_sure }) =
-                outcomes.counts(&*self.engine, objective)?
-            else {
-                continue;
+            // After a limit, nothing more is counted.
+            let counts = match &end {
+                Ok(_) => outcomes.counts(&*self.engine, objective)?,
+                Err(_) => outcomes.counted(objective),
             };
+            let Some(RegionCounts { target, positive, almost_sure }) = counts else { continue };
             let declared = &self.preferences.objectives[objective];
             let (name, observer) = (declared.name.clone(), declared.monitor());
             let counts = ObjectiveCounts { objective, name, target, observer, almost_sure, positive };

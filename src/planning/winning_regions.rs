@@ -171,11 +171,15 @@ impl<E: Engine> WinningRegions<E> {
     /// # Errors
     /// A limit of the engine is reached.
     pub(super) fn counts(&self, engine: &E, objective: usize) -> Result<Option<RegionCounts>> {
-        match self.known.get(objective) {
-            Some(Found { counts: Some(counts), .. }) => Ok(Some(counts.clone())),
-            Some(Found { regions: Some(regions), .. }) => counts_of(engine, regions).map(Some),
-            _ => Ok(None),
+        match (self.counted(objective), self.get(objective)) {
+            (None, Some(regions)) => counts_of(engine, regions).map(Some),
+            (counts, _) => Ok(counts),
         }
+    }
+
+    /// Returns the sizes of the regions of an objective, if they were counted.
+    pub(super) fn counted(&self, objective: usize) -> Option<RegionCounts> {
+        self.known.get(objective)?.counts.clone()
     }
 
     /// Returns the objectives in the order of their computation.

@@ -217,6 +217,7 @@ fn formulas_that_double_are_evaluated_once_by_every_command() {
         }
     }
     for format in ["dddmp", "drn"] {
+        let out = format!("{out}-{format}");
         Finished::of(meliora().args(["export", &model, &prefs, "--format", format, "--out", &out])).expect(0);
     }
 }

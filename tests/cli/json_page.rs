@@ -207,6 +207,7 @@ const COMMANDS: &[(i32, &str)] = &[
     (0, "reach models/pond.prism --target at=5 --require G(at!=4)"),
     (0, "reach OUT/paid.prism --property Pmax=?[F(x=1)]"),
     (0, "info OUT/paid.prism"),
+    (0, "info OUT/rounded.prism"),
     (4, "reach TINY --target oil=1"),
     (0, "info models/toy.prism"),
     (0, "info models/courier.prism --preferences models/courier.pref --engine explicit"),
@@ -249,6 +250,9 @@ const COMMANDS: &[(i32, &str)] = &[
     (3, "reach models/toy.prism --target t"),
 ];
 
+const ROUNDED: &str =
+    "mdp module m x : [0..1]; [] x=0 -> log(2,3)/2 : (x'=1) + 1-log(2,3)/2 : true; endmodule";
+
 const PAID: &str = "mdp module m x : [0..1] init 1; [] true -> true; endmodule\n\
     rewards \"pay\" true : 1; endrewards rewards true : y; endrewards";
 const PROPERTIES: &str = "\"sure\": Pmax>=1 [ F s=3 ];\nP=? [ F s=3 ];\n";
@@ -256,7 +260,8 @@ const PROPERTIES: &str = "\"sure\": Pmax>=1 [ F s=3 ];\nP=? [ F s=3 ];\n";
 #[test]
 fn every_output_fits_its_schema_and_every_field_occurs() {
     let many: String = (0..11).map(|i| format!("objective o{i} = F s>={};", i % 3)).collect();
-    let own = [("some.props", PROPERTIES), ("paid.prism", PAID), ("many.pref", &many)];
+    let own =
+        [("some.props", PROPERTIES), ("paid.prism", PAID), ("rounded.prism", ROUNDED), ("many.pref", &many)];
     let scratch = Scratch::new(&[&own[..], &crate::strategies::CROSS].concat());
     let schemas = schemas();
     let (validators, fields) = (validators(&schemas), described(&schemas));

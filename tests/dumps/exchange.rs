@@ -274,7 +274,7 @@ fn texts_are_read_and_their_errors_have_places() {
     for (from, to, message) in [
         ("MDP", "CTMC", "models of type CTMC are not supported"),
         ("@parameters\n", "@parameters\np", "parameters are not supported"),
-        ("2/3", "1/2", "state 0: choice 0: the probabilities sum to 0.8333333333333333, not to 1"),
+        ("2/3", "1/2", "state 0: choice 0: the probabilities sum to 0.8333333333333334, not to 1"),
         ("1 : 2/3", "7 : 2/3", "state 0: choice 0: the target 7 is not one of the 2 states"),
         ("1 : 2/3", "1 : [0.1, 0.9]", "intervals of probabilities are not supported"),
         ("state 1", "state 2", "state 2 is not in its place, expected state 1"),

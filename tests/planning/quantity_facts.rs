@@ -87,8 +87,7 @@ fn levels_are_facts<E: Engine>(
         // Under `transition`, a step that may weaken may also fail.
         let strict = if safety == Safety::Transition { &action } else { &analysis };
         for state in &states {
-            let node = values.start(state).unwrap();
-            let Some(same) = everywhere.start(state) else {
+            let (Some(node), Some(same)) = (values.start(state), everywhere.start(state)) else {
                 assert!(analysis.is_unsafe(state).unwrap(), "{name}, {safety}: {state:?}");
                 continue;
             };

@@ -63,6 +63,9 @@ impl Line<'_> {
         let (numerator, denominator) = text.split_once('/').unwrap_or((text, "1"));
         let parts = decimal(numerator.trim()).and_then(|n| Ok((n, decimal(denominator.trim())?)));
         let number = parts.and_then(|(n, d)| if d.is_zero() { Err(NoDecimal::Malformed) } else { Ok(n / d) });
-        number.map_err(|reason| self.wrong(format!("`{}` is wrong: {reason}", shortened(text))))
+        number.map_err(|reason| match reason {
+            NoDecimal::Malformed => self.wrong(format!("`{}` is not a number", shortened(text))),
+            NoDecimal::TooLong => self.wrong(format!("`{}`: {reason}", shortened(text))),
+        })
     }
 }
