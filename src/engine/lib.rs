@@ -1,5 +1,4 @@
-//! Sets of states and sets of choices: the interface between the algorithms and the two engines,
-//! symbolic and explicit.
+//! Sets of states and of choices: the interface between the algorithms and the two engines.
 //!
 //! - [`Engine`]: the operations on sets. Its doc comments give their formulas.
 //! - [`SymbolicEngine`]: sets are binary decision diagrams (OxiDD).
@@ -7,24 +6,17 @@
 //! - [`AnyEngine`]: either of them, selected at run time by [`Settings`].
 //!
 //! An engine has two sorts of sets: sets of states and sets of *choices*. A choice set contains
-//! pairs (s, a) of a state s of the scope and an enabled choice a. All algorithms of
-//! planning use only these operations; iteration over states is not part of the
-//! interface.
-//!
-//! # An example
+//! pairs (s, a) of a state s of the scope and an enabled choice a. All algorithms of planning use
+//! only these operations; iteration over states is not part of the interface.
 //!
 //! ```
-//! use std::sync::Arc;
-//!
-//! use meliora_engine::regions::regions;
-//! use meliora_engine::{Algebra, Count, Engine, Settings, SymbolicEngine};
+//! use meliora_engine::{Algebra, Engine, Settings, SymbolicEngine, regions::regions};
 //! use meliora_model::error::SourceFile;
 //!
 //! let model = "mdp module m x : [0..3] init 0; [] x<2 -> (x'=x+1); endmodule";
 //! let none = SourceFile::new("--const", "");
 //! let program = meliora_lang::load(&SourceFile::new("m.prism", model), &none)?.program;
-//! let engine = SymbolicEngine::new(Arc::new(program), Settings::default())?;
-//! assert_eq!(engine.count(&engine.all_states())?, Count::from(3u32));
+//! let engine = SymbolicEngine::new(program.into(), Settings::default())?;
 //! let sure = regions(&engine, &engine.singleton(&[2])?)?.pmin_one;
 //! assert!(engine.is_empty(&engine.difference(&engine.initial_states(), &sure)?)?);
 //! # Ok::<(), meliora_model::error::Error>(())
