@@ -125,6 +125,8 @@ pub(super) trait Number: Clone + Send + Sync {
     fn exact(&self) -> Option<&Ratio>;
     /// Returns the number between two bounds; `None` if numbers of this kind are exact.
     fn rounded(bounds: Interval) -> Option<Self>;
+    /// True if numbers of this kind are exact.
+    const EXACT: bool;
     /// Returns an estimate of the bytes of a number.
     const BYTES: usize;
 }
@@ -151,6 +153,7 @@ fn down(x: f64) -> f64 {
 }
 
 impl Number for Interval {
+    const EXACT: bool = false;
     const BYTES: usize = size_of::<Interval>();
 
     fn zero() -> Self {
@@ -247,6 +250,7 @@ impl Number for Interval {
 }
 
 impl Number for Ratio {
+    const EXACT: bool = true;
     /// Two vectors of digits with their headers; long fractions take more.
     const BYTES: usize = 128;
 

@@ -325,7 +325,7 @@ impl<N: Number> System<'_, N> {
     ) -> Result<()> {
         let groups = Groups::new(self, nodes, position, solution, meter)?;
         meter.take(groups.bytes())?;
-        let end = if N::rounded(Interval::ONE).is_none() {
+        let end = if N::EXACT {
             self.eliminate(&groups, solution, meter).map(drop)
         } else if groups.count() <= self.small {
             self.both(nodes, &groups, [Self::eliminate, Self::iterate], solution, meter)
@@ -394,7 +394,8 @@ impl<N: Number> System<'_, N> {
         let end = component.solve(meter);
         meter.release(bytes);
         let mut optimum = end?;
-        let mut wide = optimum.as_ref().is_none_or(Optimum::is_wide) && component.is_bounded();
+        // Exact numbers outside of the doubles have wide bounds only where these are shown.
+        let mut wide = !N::EXACT && optimum.as_ref().is_none_or(Optimum::is_wide) && component.is_bounded();
         if wide
             && groups.count() <= FEW
             && let Some(exact) = self.exactly(groups, solution, meter)?
@@ -455,7 +456,7 @@ impl<N: Number> System<'_, N> {
     /// Adds to the error of an exact computation where it ended.
     fn explained(&self, error: Error, nodes: usize) -> Error {
         match error {
-            Error::Limit(Limit::Memory { what }) if N::rounded(Interval::ONE).is_none() => {
+            Error::Limit(Limit::Memory { what }) if N::EXACT => {
                 let what = format!(
                     "{what}: exact values of {} in {nodes} states that reach each other; without `--exact`, bounds are found",
                     self.quantity

@@ -166,3 +166,10 @@ fn numbers_are_found_by_the_explicit_engine_if_it_stores_the_states_in_few_bytes
     assert_eq!(several["engine"], "explicit");
     assert_eq!(several["properties"][1]["holds"], true);
 }
+
+#[test]
+fn an_expected_cost_beyond_the_doubles_has_the_greatest_double_as_its_lower_bound() {
+    let model = "mdp module m x : [0..2] init 0; [] x=0 -> 1e-400 : (x'=1) + 1-1e-400 : (x'=2);
+        [] x=2 -> 1/2 : (x'=0) + 1/2 : true; endmodule rewards true : 1; endrewards";
+    assert_eq!(bounds(model, "Rmin=? [ F x=1 ]"), (f64::MAX, f64::INFINITY));
+}
