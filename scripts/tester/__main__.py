@@ -1,6 +1,6 @@
 """Random cases against the reference.
 
-    python3 scripts/tester [--seeds 0:5000] [-j N] [--binary PATH] [--only CHECK,...] [--show SEED]
+    python3 scripts/tester [--seeds 0:5000] [-j N] [--binary PATH] [--only CHECK,...] [--python]
 
 Each seed draws a model, preferences and settings. Everything that the program can say about the case is compared with
 the reference, or with what its definition promises. A difference is made smaller and printed with its files and its
@@ -9,7 +9,9 @@ Exit status: 0 no difference, 1 differences.
 """
 
 import argparse
+import importlib.util
 import itertools
+import os
 import re
 import sys
 import tempfile
@@ -147,9 +149,14 @@ def main():
     parser.add_argument("--ignore", default="", help="regular expression of differences that are known")
     parser.add_argument("--no-shrink", action="store_true", help="print cases as they were drawn")
     parser.add_argument("--pairs", action="store_true", help="only count the pairs of features that are drawn")
+    parser.add_argument("--python", action="store_true", help="also compare the Python package with the command")
     parser.add_argument("--most", type=int, default=20, help="stop after this number of cases with differences")
     args = parser.parse_args()
-    checks = args.only.split(",") if args.only else list(suites.ALL)
+    checks = args.only.split(",") if args.only else [name for name in suites.ALL if name != "python"]
+    if args.python:
+        checks = list(dict.fromkeys([*checks, "python"]))
+    if "python" in checks and importlib.util.find_spec("meliora") is None:
+        parser.error("--python needs the package meliora: install ./python, and use the interpreter that has it")
     first, _, end = args.seeds.partition(":")
     avoided = set(filter(None, args.avoid.split(",")))
     seeds = range(int(first), int(end) if end else int(first) + 1)
@@ -162,17 +169,25 @@ def main():
         pending = pool.map(
             run_case, seeds, *map(itertools.repeat, (binary, checks, args.ignore, not args.no_shrink)), chunksize=4
         )
-        for outcome in pending:
-            outcomes.append(outcome)
-            if outcome.text:
-                print(outcome.text, flush=True)
-                wrong += 1
-            if wrong >= args.most:
-                pool.shutdown(wait=False, cancel_futures=True)
-                break
+        try:
+            for outcome in pending:
+                outcomes.append(outcome)
+                if outcome.text:
+                    print(outcome.text, flush=True)
+                    wrong += 1
+                if wrong >= args.most:
+                    break
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
     print(table(outcomes))
     return int(wrong > 0)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        status = main()
+        sys.stdout.flush()
+    except BrokenPipeError:  # nobody reads on; the interpreter must not write at its end, either
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        status = 1
+    sys.exit(status)

@@ -69,7 +69,7 @@ class Draw:
         kind = "mdp" if self.chance(0.75) else "dtmc"
         commands, objectives, self.better = self.commands(kind), self.objectives(), []
         drawn = len(objectives)
-        for here in range(rng.choice([0, 0, 1, 1, 2]) if self.forward else 0):
+        for here in range(rng.choice([0, 1, 1, 2, 2]) if self.forward else 0):
             self.plant(here, commands, objectives)
         case = Case(
             self.seed, kind, self.size, self.flag, commands, self.starts(), self.rewards(commands), objectives,
@@ -159,7 +159,7 @@ class Draw:
             self.mark("objective reach")
             return f"F ({self.condition()})"
         kinds = ["co-safe", "safe", "recurrence", "persistence", "combination", "bounded"]
-        return self.temporal("general" if self.chance(0.05) else self.rng.choice(kinds))
+        return self.temporal("general" if self.chance(0.1) else self.rng.choice(kinds))
 
     def temporal(self, kind):
         a, b = self.condition(), self.condition()
@@ -215,7 +215,7 @@ class Draw:
         return found
 
     def requirements(self):
-        if not self.chance(0.5):
+        if not self.chance(0.65):
             return []
         found = [self.requirement() for _ in range(self.rng.choice([1, 1, 2]))]
         if len(found) > 1:
@@ -225,7 +225,7 @@ class Draw:
     def requirement(self):
         rng, size = self.rng, self.size
         a, b = (f"x={rng.randint(1, size)}" for _ in "ab")
-        if not self.play or self.chance(0.35):
+        if not self.play or self.chance(0.25):
             self.mark("requirement on states")
             return rng.choice([f"G !({a})", f"G !({a})", f"G (!({a}) | {self.condition()})"])
         self.mark("temporal requirement")

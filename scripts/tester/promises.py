@@ -193,6 +193,7 @@ def induced(context):
     found = read_induced(context, folder / f"{kind}-{variant}")
     if found is None:
         return
+    in_other_formats(context, f"{kind}-{variant}", options)
     if kind in ("sasi", "spi"):
         improvements(context, kind, found)
     elif kind == "achieve":
@@ -205,6 +206,32 @@ def induced(context):
             s for s in found.mdp.initial if ranked.rank(found.of[s]) != 0 or context.analysis.classes[found.of[s]]
         ]
         satisfied(context, found, wanted, range(len(context.names)))
+
+
+def in_other_formats(context, stem, options):
+    """The program reads a strategy's model back from each format, and finds the same regions and values."""
+    program, folder = context.program, context.program.folder / "induced"
+    first, *others = open(folder / f"{stem}.lab", encoding="utf-8").read().splitlines()
+    names = dict(entry.replace('"', "").split("=") for entry in first.split())
+    held = {names[number] for line in others for number in line.partition(":")[2].split()} - {"init", "deadlock"}
+    properties = [f'{p} [ F "{name}" ]' for name in sorted(held)[:6] for p in ("P>=1", "Pmax=?", "Pmin=?")]
+    asked = [word for text in properties for word in ("--property", text)]
+    expected = program.ask("reach", folder / f"{stem}.tra", *asked, allowed=(0, 1))["properties"] if asked else []
+    for written in ("drn", "umb") if asked else ():
+        again = program.folder / f"induced-{written}"
+        where = options.index("--out") + 1
+        more = [*options[:where], again, *options[where + 1 :]]
+        more[more.index("--format") + 1] = written
+        program.about("export", *more)
+        tables = [open(f / f"{stem}.csv", encoding="utf-8").read() for f in (folder, again)]
+        context.same(f"table of actions of {written}", *tables)
+        got = program.ask("reach", again / f"{stem}.{written}", *asked, allowed=(0, 1))["properties"]
+        for text, old, new in zip(properties, expected, got):
+            regions = [{k: v for k, v in entry.items() if k.startswith("p") and k != "property"} for entry in (old, new)]
+            context.same(f"regions of {text} of {written}", *regions)
+            if old.get("value") and not context.is_rare():
+                near = all(abs(old["value"][b] - new["value"][b]) <= 1e-5 for b in ("lower", "upper"))
+                context.same(f"value of {text} of {written}", "" if near else old["value"], "" if near else new["value"])
 
 
 def read_induced(context, stem):

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from reference.preferences import target_of
 from reference.questions import Question, jointly, rewards
+from tester.context import LEVELS
 from tester.program import at, key
 
 
@@ -171,6 +172,43 @@ def exchanged(context):
     for what in ("most_preferred", "sasi_rank", "spi_rank"):
         expected, got = ([str(e[what]) for e in r["initial"]] for r in (context.report, back))
         context.same(f"{what} of {written}", sorted(expected), sorted(got))
+    numbers_again(context, written, folder / f"model.{suffix}", prefs)
+
+
+def numbers_again(context, written, path, prefs):
+    """`values` and `reach` of a file are those of the model, in all initial states together."""
+    if context.is_rare():
+        return
+    program = context.program
+    names = [key(entry["state"]) for entry in context.report["initial"]]
+    before = [entry for entry in context.values["states"] if key(entry["state"]) in names]
+    after = program.ask("values", path, prefs, *program.settings("scope", "safety"), "--levels", LEVELS)["states"]
+    same_numbers(context, f"N of {written}", *([e["number"] for e in side] for side in (before, after)))
+    for k in range(LEVELS):
+        what = ("probability", "cost") if context.case.settings["reward"] == "steps" else ("probability",)
+        for name in what:
+            sides = ([e["levels"][k][name] for e in side if k < len(e["levels"])] for side in (before, after))
+            same_numbers(context, f"{name} of {k + 1} improvements of {written}", *sides)
+    condition = target_of(context.preferences.objectives[0][1])
+    if condition and written != "drn":
+        question = Question(context.source, context.case.settings["scope"], f"F ({condition})", (), 3000)
+        asked = f"Pmax=? [ F ({condition}) ]"
+        report = program.ask("reach", path, "--property", asked, allowed=(0, 1))
+        most = question.most()
+        value = report["properties"][0]["value"]
+        value_of(context, f"{asked} of {written}", [most[s] for s in question.whole.initial], value)
+
+
+def same_numbers(context, what, before, after):
+    """Bounds of equal numbers are near each other; the order of states does not count."""
+
+    def sorted_bounds(side):
+        return sorted(-1 if b is None else math.inf if b["lower"] == "inf" else b["lower"] for b in side)
+
+    before, after = sorted_bounds(before), sorted_bounds(after)
+    close = [math.isclose(a, b, rel_tol=1e-5, abs_tol=1e-5) for a, b in zip(before, after)]
+    near = len(before) == len(after) and all(close)
+    context.same(what, "" if near else before, "" if near else after)
 
 
 def by_labels(context):

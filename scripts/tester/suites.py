@@ -1,5 +1,5 @@
 """All checks by name."""
 
-from tester import checks, promises, regions
+from tester import checks, package, promises, regions
 
-ALL = {**checks.ALL, **promises.ALL, **regions.ALL}
+ALL = {**checks.ALL, **promises.ALL, **regions.ALL, **package.ALL}
