@@ -68,7 +68,8 @@ class Analysis:
     def arenas(self):
         return arenas_of(self.mdp, self.classes, self.preferences, self.safety)
 
-    @functools.lru_cache(maxsize=None)
+    # Bounded: the cache keeps the objects whose methods it remembers.
+    @functools.lru_cache(maxsize=16)
     def levels(self, kind):
         return Levels(self.arenas, self.classes, kind)
 

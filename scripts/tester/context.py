@@ -62,7 +62,8 @@ class Context:
         bounds = ["--levels", LEVELS, "--within", WITHIN]
         return self.program.about("values", "--all", *bounds, *self.program.settings("reward"), *exact)
 
-    @functools.lru_cache(maxsize=None)
+    # Bounded: the cache keeps the objects whose methods it remembers.
+    @functools.lru_cache(maxsize=16)
     def strategy(self, *options):
         """`strategy` in every state, by state."""
         states = [text for entry in self.check_states for text in ("--at", at(entry))]
