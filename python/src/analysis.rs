@@ -102,7 +102,8 @@ impl Analysis {
         let names = &self.handle.space.names;
         let states: Vec<State> = states.iter().map(|state| names.state(state)).collect::<PyResult<_>>()?;
         for state in &states {
-            let all = |a: &meliora::Analysis| a.whole_engine().contains(&a.whole_engine().all_states(), state);
+            let all =
+                |a: &meliora::Analysis| a.whole_engine().contains(&a.whole_engine().all_states(), state);
             if !self.handle.quick(py, all)? {
                 return Err(usage(format!("{} is no state of the scope", names.program.show_state(state))));
             }
