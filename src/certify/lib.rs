@@ -4,22 +4,24 @@
 //! - [`verify`]: checks a dump against a model and its preferences.
 //! - [`Verdict`]: the sets that were checked, and the [`Violation`] if there is one.
 //!
-//! ```no_run
-//! # fn dump() -> meliora_dump::Dump { unimplemented!() }
-//! # fn program() -> std::sync::Arc<meliora_model::Program> { unimplemented!() }
-//! # fn preferences() -> meliora_model::preference::Preferences { unimplemented!() }
-//! use meliora_certify::{Hashes, verify};
-//! use meliora_engine::Settings;
+//! ```
+//! use std::sync::Arc;
 //!
-//! let hashes = Hashes { model: "0123…", preferences: "4567…" };
-//! let verdict = verify(&program(), &preferences(), hashes, &dump(), Settings::default())?;
-//! assert!(verdict.violation.is_none());
-//! # Ok::<(), meliora_model::error::Error>(())
+//! use meliora_certify::{Hashes, verify};
+//! use meliora_dump::Dump;
+//! use meliora_engine::Settings;
+//! use meliora_model::{Program, error::Result, preference::Preferences};
+//!
+//! fn is_right(dump: &Dump, program: &Arc<Program>, preferences: &Preferences) -> Result<bool> {
+//!     let hashes = Hashes { model: "0123…", preferences: "4567…" };
+//!     let verdict = verify(program, preferences, hashes, dump, Settings::default())?;
+//!     Ok(verdict.violation.is_none())
+//! }
 //! ```
 //!
 //! Only the transition relation is rebuilt. Each region is checked against a condition on one step.
 //! Induction over the layers and rounds of the dump then shows that the region is neither too large
-//! nor too small. Nothing of planning is used here.
+//! nor too small.
 //!
 //! After the check of `unsafe`, all conditions are about the model that the requirements leave.
 //!
