@@ -38,6 +38,7 @@ pub mod reading;
 pub mod real;
 pub mod rewards;
 pub mod rounding;
+pub mod short;
 pub mod span;
 pub mod stack;
 pub mod step;

@@ -1,12 +1,12 @@
 //! A register machine for compiled expressions.
 //!
 //! The first registers contain the values of the variables; constants and results follow. Thus `x <
-//! 5` is one instruction. Integers are stored as they are, Booleans as 0 and 1, reals as their
-//! positions in a list of exact numbers.
+//! 5` is one instruction. Integers are stored as they are, Booleans as 0 and 1, reals as the
+//! words of exact numbers.
 
 use super::numbers::Numbers;
 use super::share::Keep;
-use meliora_model::exact::{self, Exact, Real};
+use meliora_model::exact::{self, Exact};
 use meliora_model::expr::{Binary, Unary};
 use meliora_model::value::{EvalError, Type};
 
@@ -263,9 +263,9 @@ impl Machine {
         self.regs[reg as usize]
     }
 
-    /// Returns the real in a register.
-    pub(super) fn real(&self, reg: Reg) -> &Real {
-        self.numbers.at(self.get(reg))
+    /// Returns whether the real in a register is 0.
+    pub(super) fn is_zero(&self, reg: Reg) -> bool {
+        Numbers::is_zero(self.get(reg))
     }
 
     /// Returns the integer or the truth value in a register.

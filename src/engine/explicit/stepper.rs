@@ -291,7 +291,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
         for branch in &prepared.commands[index as usize].branches {
             if let Some(entry) = branch.probability {
                 self.machine.run(&prepared.code, entry.start)?;
-                if self.machine.real(entry.result).is_zero() {
+                if self.machine.is_zero(entry.result) {
                     continue;
                 }
             }

@@ -14,7 +14,7 @@ use super::layout::Layout;
 use super::program::{Chances, Prepared};
 use super::stepper::Stepper;
 use meliora_model::error::{Error, Result};
-use meliora_model::exact::Ratio;
+use meliora_model::exact::{Ratio, Real};
 use meliora_model::progress::ProgressSink;
 use meliora_model::step::{Choice, Combination};
 use meliora_model::{CommandId, ModelKind, Program, State, fault};
@@ -23,7 +23,8 @@ use meliora_model::{CommandId, ModelKind, Program, State, fault};
 #[derive(Debug, Default)]
 pub struct Fractions {
     list: Vec<Ratio>,
-    numbers: AHashMap<Ratio, u32>,
+    /// The numbers by fraction; see the hash of [`Real`].
+    numbers: AHashMap<Real, u32>,
     products: AHashMap<(u32, u32), u32>,
     sums: AHashMap<(u32, u32), u32>,
 }
@@ -37,8 +38,8 @@ impl Fractions {
     /// Returns the number of a fraction; a new one if the fraction is new.
     pub fn number(&mut self, fraction: Ratio) -> u32 {
         let Fractions { list, numbers, .. } = self;
-        *numbers.entry(fraction).or_insert_with_key(|fraction| {
-            list.push(fraction.clone());
+        *numbers.entry(Real::Finite(fraction)).or_insert_with_key(|fraction| {
+            list.extend(fraction.finite().cloned());
             list.len() as u32 - 1
         })
     }
