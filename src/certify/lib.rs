@@ -19,7 +19,8 @@
 //! }
 //! ```
 //!
-//! Only the transition relation is rebuilt. Each region is checked against a condition on one step.
+//! Only the transition relation is rebuilt. A second evaluation, which shares no arithmetic with the
+//! first, confirms constants, and the choices and successors of some states. Each region is checked against a condition on one step.
 //! Induction over the layers and rounds of the dump then shows that the region is neither too large
 //! nor too small.
 //!
@@ -45,12 +46,15 @@ mod arena;
 mod bellman;
 mod checker;
 mod error;
+mod evaluation;
 mod levels;
 mod manifest_check;
 mod outcomes;
 mod safe;
+mod sample;
 mod sets;
 mod temporal;
+mod transitions;
 mod values;
 
 use std::path::Path;
@@ -160,6 +164,7 @@ fn run(
     manifest_check::all(&checker.engine, preferences, hashes, manifest)?;
     checker.scope()?;
     checker.counts()?;
+    transitions::check(&checker)?;
     let result = safe::requirements(&mut checker)
         .and_then(|()| outcomes::check(&mut checker))
         .and_then(|classes| levels::check(&mut checker, classes))

@@ -56,6 +56,8 @@ pub struct ExprPool {
     /// The exact values of the finite real literals. Two literals with the same double may differ
     /// here.
     exact: AHashMap<ExprId, Ratio>,
+    /// The literals that operations on literals were folded to.
+    folds: AHashMap<Node, ExprId>,
 }
 
 /// The type and the constant properties of a node.
@@ -132,6 +134,18 @@ impl ExprPool {
         id
     }
 
+    /// Returns the operations on literals that were folded, each with the literal of its value. All
+    /// other literals stand in the text.
+    pub fn folds(&self) -> impl Iterator<Item = (Node, ExprId)> {
+        self.folds.iter().map(|(node, id)| (*node, *id))
+    }
+
+    fn fold(&mut self, node: Node, value: Exact) -> ExprId {
+        let id = self.exact_value(value);
+        self.folds.insert(node, id);
+        id
+    }
+
     /// Returns the exact value of a real literal; `None` if it is not finite, or not a real.
     pub(super) fn fraction(&self, id: ExprId) -> Option<&Ratio> {
         self.exact.get(&id)
@@ -145,7 +159,7 @@ impl ExprPool {
     /// Returns the node of `op(a)`; the caller has checked the types. Folds literals.
     pub fn unary(&mut self, op: Unary, a: ExprId) -> ExprId {
         if let Some(Ok(v)) = self.exact_literal(a).map(|v| exact::unary(op, v)) {
-            return self.exact_value(v);
+            return self.fold(Node::Unary(op, a), v);
         }
         if let (Unary::Not, Node::Unary(Unary::Not, b)) = (op, self.node(a)) {
             return b;
@@ -169,7 +183,7 @@ impl ExprPool {
             (Binary::Or, ..) if self.never(a) == Some(false) => return a,
             (_, Some(_), Some(_)) => {
                 if let Some(Ok(v)) = self.folded(op, a, b) {
-                    return self.exact_value(v);
+                    return self.fold(Node::Binary(op, a, b), v);
                 }
             }
             _ => {}

@@ -54,6 +54,28 @@ fn states_that_only_the_model_reaches_are_missed() {
     }
 }
 
+/// A branch exists if and only if its exact probability is positive, however near to 0 the double is.
+#[test]
+fn dumps_with_a_branch_of_probability_0_or_without_a_tiny_one_are_refused() {
+    let model = |p: &str| {
+        let steps = format!("[a] s=0 -> {p}:(s'=1) + 1-({p}):(s'=2); [b] s=1 -> true; [b] s=2 -> (s'=0);");
+        format!("mdp module m s:[0..2] init 0; {steps} endmodule")
+    };
+    let preferences = "objective A = F s=1; objective B = G F s=2; prefer A > B;";
+    for (true_p, other_p) in
+        [("(0.1+0.2-0.3)", "1e-400"), ("1e-400", "0"), ("(1-(1-1e-30))", "0"), ("(s+0.1-0.1)", "(s+0.1)")]
+    {
+        for (safety, scope) in SAFETIES.into_iter().flat_map(|s| [(s, Scope::Reachable), (s, Scope::All)]) {
+            let truth = case(&model(true_p), preferences, scope, safety);
+            let other = case(&model(other_p), preferences, scope, safety);
+            assert_eq!(truth.verify(&truth.dump).unwrap().violation, None);
+            let forged = under_the_manifest_of(&truth.dump, &other.dump);
+            let violation = truth.verify(&forged).unwrap().violation;
+            assert!(violation.is_some(), "{true_p} {other_p} {safety:?} {scope:?}");
+        }
+    }
+}
+
 /// Every successor of monitored states is asked for where planning starts everywhere, too.
 #[test]
 fn states_of_monitors_that_are_left_out_are_missed() {
