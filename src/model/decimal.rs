@@ -56,6 +56,12 @@ pub fn shortest(x: f64) -> Option<Ratio> {
     decimal(&format!("{x:e}")).ok()
 }
 
+/// Formats the shortest decimal that rounds to a double, with an exponent where it would otherwise
+/// have many zeros.
+pub fn readable(x: f64) -> String {
+    if x == 0.0 || (1e-5..1e16).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
+}
+
 /// Returns the integer m and the exponent n of a fraction m / 10^n; `None` if it is not a decimal
 /// number.
 pub fn scaled(x: &Ratio) -> Option<(BigInt, u64)> {
@@ -111,6 +117,23 @@ mod tests {
         assert_eq!(decimal("1e-400").map(|x| x.denom().bits()), Ok(1329));
         assert_eq!(shortest(0.1), Some(ratio(1, 10)));
         assert_eq!(shortest(f64::INFINITY), None);
+    }
+
+    #[test]
+    fn doubles_far_from_1_have_an_exponent_and_all_keep_their_value() {
+        for (x, text) in [
+            (0.0, "0"),
+            (-0.25, "-0.25"),
+            (1.0 / 3.0, "0.3333333333333333"),
+            (1e-5, "0.00001"),
+            (9.999999999999999e-301, "9.999999999999999e-301"),
+            (1e15, "1000000000000000"),
+            (-f64::MAX, "-1.7976931348623157e308"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(readable(x), text);
+            assert_eq!(text.parse(), Ok(x));
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::decimal::readable;
 use super::exact::Real;
 use super::expr::ExprId;
 use super::step::{MOST_WAYS, StepError};
@@ -65,7 +66,7 @@ fn shown(number: &Real) -> String {
     match number.to_f64() {
         0.0 if !number.is_zero() => "a number just below 0".to_owned(),
         1.0 if *number != Real::from(1) => "a number just above 1".to_owned(),
-        near => near.to_string(),
+        near => readable(near),
     }
 }
 

@@ -15,7 +15,7 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Pow, Signed, ToPrimitive, Zero};
 
-use super::decimal::shortest;
+use super::decimal::{readable, shortest};
 use super::short::{self, Short};
 use super::value::{Binary, EvalError, Unary};
 
@@ -51,7 +51,7 @@ impl Hash for Real {
 impl fmt::Display for Real {
     /// Writes the nearest double.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.to_f64().fmt(f)
+        f.write_str(&readable(self.to_f64()))
     }
 }
 

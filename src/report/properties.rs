@@ -8,6 +8,7 @@ use super::envelope::{Envelope, Findings};
 use super::text::Grid;
 use super::{Number, Style, unsafe_start};
 use meliora_engine::regions::Regions;
+use meliora_model::decimal::readable;
 use meliora_planning::result::{Escape, ModelCounts};
 use meliora_quantities::state_values::Bound;
 
@@ -94,8 +95,8 @@ impl PropertiesFindings {
 /// Formats the bounds of a value: one number if they are equal, otherwise an interval.
 pub(super) fn shown(value: &Bound) -> String {
     match value.lower == value.upper {
-        true => value.lower.to_string(),
-        false => format!("[{}, {}]", value.lower, value.upper),
+        true => readable(value.lower),
+        false => format!("[{}, {}]", readable(value.lower), readable(value.upper)),
     }
 }
 

@@ -10,6 +10,9 @@ use meliora_planning::Safety;
 use meliora_quantities::Steps;
 use meliora_quantities::state_values::{Bound, LevelValues, StateValues};
 
+/// Maximum number of characters of a fraction that is shown in full outside of tables.
+const LONGEST: usize = 240;
+
 /// Maximum number of columns of a success curve.
 const CURVE: usize = 10;
 
@@ -51,7 +54,7 @@ fn one(state: &StateValues, reward: &str, style: Style) -> String {
         "  Improvements: {} certain, {} possible, {} expected at most",
         ranks::cell(state.sasi_rank),
         ranks::cell(state.spi_rank),
-        state.number.as_ref().map_or_else(|| "?".to_owned(), number)
+        state.number.as_ref().map_or_else(|| "?".to_owned(), precise)
     );
     for level in state.levels.iter().filter(|level| level.probability.upper > 0.0) {
         text.push_str(&table(level, reward, style));
@@ -63,10 +66,10 @@ fn table(level: &LevelValues, reward: &str, style: Style) -> String {
     let mut text = format!(
         "\n  {}: probability {}",
         plural(level.improvements, "improvement"),
-        number(&level.probability)
+        precise(&level.probability)
     );
     if let Some(cost) = &level.cost {
-        let _ = write!(text, ", {} expected", amount(cost, reward));
+        let _ = write!(text, ", {} expected", unit(precise(cost), reward));
     }
     text.push('\n');
     let mut grid = Grid::new(&["action", "probability", reward], style);
@@ -96,6 +99,15 @@ fn success(curve: &[f64]) -> String {
     text
 }
 
+/// Formats a number in full if it is exact and fits some lines; a longer one is in the JSON report.
+fn precise(bound: &Bound) -> String {
+    match &bound.exact {
+        Some(exact) if exact.len() <= LONGEST => exact.clone(),
+        Some(exact) => format!("{} (a fraction of {} characters)", number(bound), exact.len()),
+        None => number(bound),
+    }
+}
+
 /// Formats bounds: a fraction, one number if the bounds agree in six digits, or both bounds.
 pub(super) fn number(bound: &Bound) -> String {
     if let Some(exact) = &bound.exact
@@ -110,7 +122,11 @@ pub(super) fn number(bound: &Bound) -> String {
 
 /// Formats a cost with the name of its structure: `2 steps`, `1 step`.
 pub(super) fn amount(cost: &Bound, name: &str) -> String {
-    match number(cost) {
+    unit(number(cost), name)
+}
+
+fn unit(number: String, name: &str) -> String {
+    match number {
         one if one == "1" && name == Steps::NAME => "1 step".to_owned(),
         text => format!("{text} {name}"),
     }
@@ -152,6 +168,17 @@ mod tests {
         ] {
             assert_eq!(digits(x), text);
         }
+    }
+
+    #[test]
+    fn an_exact_number_is_shown_in_full_unless_it_is_very_long() {
+        let bound = |digits: usize| {
+            let exact = format!("1/{}3", "3".repeat(digits));
+            Bound { lower: 1.0 / 3.0, upper: 1.0 / 3.0, exact: Some(exact) }
+        };
+        assert_eq!(precise(&bound(100)), bound(100).exact.unwrap());
+        assert_eq!(precise(&bound(1000)), "0.333333 (a fraction of 1003 characters)");
+        assert_eq!(number(&bound(100)), "0.333333");
     }
 
     #[test]
