@@ -1,64 +1,16 @@
 //! Explanations why an action is permitted or not permitted in a state.
 
-use strum::IntoStaticStr;
-
 use super::achieve::Manner;
 use super::finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
 use super::improvement::Safety;
-use super::levels::{Kind, Rank};
+use super::levels::Rank;
+use super::verdict::Case;
+pub use super::verdict::Verdict;
 use meliora_engine::{Engine, position};
 use meliora_model::error::Result;
 use meliora_model::preference::{Change, ObjectiveSet, Preferences};
 use meliora_model::step::Step;
 use meliora_model::{State, fault};
-
-/// The reason why an action is permitted or not; successors are given by their positions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
-#[strum(serialize_all = "kebab-case")]
-pub enum Verdict {
-    /// Permitted: every kept successor is reached by a goal edge of the level.
-    Improves,
-    /// Permitted: some successor is reached by a goal edge of the level.
-    MayImprove,
-    /// Permitted: some successor is one layer closer to a goal edge.
-    Approaches,
-    /// Permitted, but makes no progress.
-    Stays,
-    /// Not kept: this successor weakens.
-    Weakens(usize),
-    /// Not kept under `prefix`: after this successor, weakening cannot be avoided forever. `None`
-    /// if this is the case in the state itself.
-    Unsafe(Option<usize>),
-    /// Not possible under the requirements: this successor is unsafe. `None` if the state itself is
-    /// unsafe.
-    Violates(Option<usize>),
-    /// Kept, but this successor leaves the states from which the improvements are certain.
-    Strays(usize),
-    /// Kept, but no goal edge of the level can follow.
-    Hopeless,
-    /// Kept, but the state has rank 0: no improvement is possible.
-    NothingAhead,
-    /// Permitted: every successor achieves the pursued objective.
-    Achieves,
-    /// Permitted: some successor achieves the pursued objective.
-    MayAchieve,
-    /// Permitted: some successor is closer to the pursued objective.
-    Nears,
-    /// Permitted: the pursued objective remains certain, but comes no closer.
-    Keeps,
-    /// Not permitted: after this successor the pursued objective is no longer certain or, before a
-    /// commitment, the kept choices no longer suffice for it.
-    Forfeits(usize),
-    /// Not permitted: no strategy achieves the objective almost surely from here.
-    Unachievable,
-}
-
-impl Verdict {
-    /// Returns the name in reports.
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-}
 
 /// The explanation of a state under a strategy.
 #[derive(Debug, Clone, PartialEq)]
@@ -224,18 +176,23 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             Some(strategy) => Some((has(&strategy.permissive)?, has(&strategy.progress)?)),
             None => None,
         };
-        let (permitted, progress) = level.unwrap_or((false, false));
-        let verdict = match level {
-            Some(_) if memory.pursuit.is_some() => match permitted {
-                true => pursuing(&successors, progress),
-                false => self.forfeiting((state, memory), kept, &successors)?,
-            },
-            None if self.kind == StrategyKind::Achieve && !self.is_unsafe(state)? => Verdict::Unachievable,
-            _ if !kept => self.refused(state, memory, &successors)?,
-            None => Verdict::NothingAhead,
-            Some((true, _)) => allowed(&successors, progress),
-            Some((false, _)) => forbidden(kind, &successors),
+        let outside = match self.arena(memory) {
+            Some(arena) if !kept => {
+                position(&successors, |s| Ok(!engine.contains(&arena.states, &s.state)?))?
+            }
+            _ => None,
         };
+        let case = Case {
+            pursuit: memory.pursuit.map(|pursuit| pursuit.manner),
+            achieves: self.kind == StrategyKind::Achieve,
+            is_unsafe: self.is_unsafe(state)?,
+            kind,
+            kept,
+            level,
+            outside,
+        };
+        let (permitted, progress) = level.unwrap_or((false, false));
+        let verdict = case.verdict(&successors);
         Ok(Action { name, kept, permitted, progress, verdict, successors })
     }
 
@@ -282,79 +239,6 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             improves,
         })
     }
-
-    /// Returns the reason why a choice is not permitted while an objective is pursued. A plan that has
-    /// not committed takes only kept choices, and of these none with a branch that weakens.
-    fn forfeiting(
-        &self,
-        (state, memory): (&[i64], Memory),
-        kept: bool,
-        successors: &[Successor],
-    ) -> Result<Verdict> {
-        let weakens = successors.iter().any(|s| s.change == Change::Weakening);
-        let keeps_all = memory.pursuit.is_some_and(|pursuit| pursuit.manner == Manner::Kept);
-        if keeps_all && (!kept || weakens) {
-            return self.refused(state, memory, successors);
-        }
-        let lost = successors.iter().position(|s| !s.stays);
-        Ok(match (self.is_unsafe(state)?, successors.iter().position(|s| s.is_unsafe), lost) {
-            (true, ..) => Verdict::Violates(None),
-            (_, Some(index), _) => Verdict::Violates(Some(index)),
-            (_, None, Some(index)) => Verdict::Forfeits(index),
-            (_, None, None) => Verdict::Unachievable,
-        })
-    }
-
-    /// Returns the reason why a choice is not kept.
-    fn refused(&self, state: &[i64], memory: Memory, successors: &[Successor]) -> Result<Verdict> {
-        if self.is_unsafe(state)? {
-            return Ok(Verdict::Violates(None));
-        }
-        if let Some(index) = successors.iter().position(|s| s.is_unsafe) {
-            return Ok(Verdict::Violates(Some(index)));
-        }
-        let weakening = successors.iter().position(|s| s.change == Change::Weakening);
-        Ok(match (weakening, self.arena(memory)) {
-            (Some(index), _) => Verdict::Weakens(index),
-            (None, Some(arena)) => Verdict::Unsafe(position(successors, |s| {
-                Ok(!self.engine.contains(&arena.states, &s.state)?)
-            })?),
-            (None, None) => Verdict::Unsafe(None),
-        })
-    }
-}
-
-/// Returns the reason why a choice is permitted while an objective is pursued.
-fn pursuing(successors: &[Successor], progress: bool) -> Verdict {
-    match (successors.iter().filter(|s| s.goal).count(), progress) {
-        (0, true) => Verdict::Nears,
-        (0, false) => Verdict::Keeps,
-        (n, _) if n == successors.len() => Verdict::Achieves,
-        _ => Verdict::MayAchieve,
-    }
-}
-
-/// Returns the reason why a choice is permitted.
-fn allowed(successors: &[Successor], progress: bool) -> Verdict {
-    let mut kept = successors.iter().filter(|s| !s.dropped);
-    if kept.clone().all(|s| s.goal) {
-        Verdict::Improves
-    } else if kept.any(|s| s.goal) {
-        Verdict::MayImprove
-    } else if progress {
-        Verdict::Approaches
-    } else {
-        Verdict::Stays
-    }
-}
-
-/// Returns the reason why a kept choice is not permitted.
-fn forbidden(kind: Kind, successors: &[Successor]) -> Verdict {
-    let strays = |s: &Successor| !s.dropped && !s.goal && !s.stays;
-    match (kind, successors.iter().position(strays)) {
-        (Kind::Sasi, Some(index)) => Verdict::Strays(index),
-        _ => Verdict::Hopeless,
-    }
 }
 
 /// Returns { j ∈ `to` : j is strictly preferred to a member of `from` }. If `from` is empty and any
@@ -381,35 +265,6 @@ pub(super) fn lost(preferences: &Preferences, from: &ObjectiveSet, to: &Objectiv
 mod tests {
     use super::*;
     use meliora_model::preference::{Empty, Preorder, Relation, Statement};
-
-    fn successor(dropped: bool, goal: bool, stays: bool) -> Successor {
-        Successor {
-            state: Vec::new(),
-            probability: 0.25,
-            is_unsafe: false,
-            most_preferred: ObjectiveSet::new(),
-            rank: Rank::Finite(0),
-            change: Change::Lateral,
-            gained: ObjectiveSet::new(),
-            lost: ObjectiveSet::new(),
-            dropped,
-            goal,
-            stays,
-            next: Memory { level: Rank::Finite(0), arena: None, pursuit: None },
-            improves: false,
-        }
-    }
-
-    #[test]
-    fn what_strays_is_there_and_neither_improves_nor_stays() {
-        let fine =
-            [successor(true, false, false), successor(false, true, false), successor(false, false, true)];
-        assert_eq!(forbidden(Kind::Sasi, &fine), Verdict::Hopeless);
-        let [first, second, third] = fine;
-        let all = [first, second, third, successor(false, false, false)];
-        assert_eq!(forbidden(Kind::Sasi, &all), Verdict::Strays(3));
-        assert_eq!(forbidden(Kind::Spi, &all), Verdict::Hopeless);
-    }
 
     #[test]
     fn only_what_is_better_is_gained_and_what_is_worse_lost() {

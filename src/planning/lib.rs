@@ -62,6 +62,7 @@ pub mod simulate;
 pub mod strategy;
 pub mod tally;
 pub mod temporal;
+mod verdict;
 pub mod winning_regions;
 
 pub use analysis::{Analysis, Event, Options, Phase};
