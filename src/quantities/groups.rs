@@ -8,7 +8,7 @@ use super::components::{self, Choices, EndComponents};
 use super::eliminate::Row;
 use super::graph::Edge;
 use super::meter::Meter;
-use super::number::Number;
+use super::number::{Interval, Number};
 use super::solution::Solution;
 use super::solve::{End, Margin, NONE, System};
 use meliora_model::error::Result;
@@ -70,6 +70,95 @@ impl<N: Number> Reader<N> for AsFractions {
 
     fn double(x: f64) -> Ratio {
         Ratio::from_f64(x).unwrap_or_default()
+    }
+}
+
+/// Reads intervals.
+pub(super) struct AsIntervals;
+
+impl<N: Number> Reader<N> for AsIntervals {
+    type Read = Interval;
+
+    fn fraction(system: &System<'_, N>, position: u32) -> Interval {
+        system.fractions[position as usize].bounds()
+    }
+
+    fn low(number: &N) -> Interval {
+        Interval::point(number.bounds().lower)
+    }
+
+    fn high(number: &N) -> Interval {
+        Interval::point(number.bounds().upper)
+    }
+
+    fn double(x: f64) -> Interval {
+        Interval::point(x)
+    }
+}
+
+/// The equation of a choice.
+pub(super) struct Equation<N> {
+    /// The edges to other groups, the probability to leave the component, and the lower bound of the
+    /// constant.
+    pub(super) row: Row<N>,
+    /// The upper bound of the constant.
+    pub(super) high: N,
+    /// True if the row has all edges of the choice: none leads back to its group.
+    pub(super) whole: bool,
+    /// The greatest upper bound at an exit; infinite if more is gained or paid. Only for intervals.
+    pub(super) most: f64,
+    /// The greatest width of the bounds at an exit. Only for intervals.
+    pub(super) width: f64,
+}
+
+impl<N: Number> Equation<N> {
+    fn new(cost: N) -> Self {
+        let row = Row { edges: Vec::new(), escape: N::zero(), constant: N::zero() };
+        let mut equation = Equation { row, high: N::zero(), whole: true, most: 0.0, width: 0.0 };
+        equation.gain(&cost);
+        equation
+    }
+
+    /// Adds a gain or cost.
+    fn gain(&mut self, gain: &N) {
+        if !gain.is_zero() {
+            self.pay(gain, gain);
+            self.most = f64::INFINITY;
+        }
+    }
+
+    /// Adds an exit with the bounds of its value.
+    fn exit(&mut self, p: N, (low, high): (N, N)) {
+        self.pay(&p.times(&low), &p.times(&high));
+        self.row.escape = self.row.escape.plus(&p);
+        if !N::EXACT {
+            let value = N::between(&low, &high).bounds();
+            self.most = self.most.max(value.upper);
+            self.width = self.width.max(value.width());
+        }
+    }
+
+    fn pay(&mut self, low: &N, high: &N) {
+        self.row.constant = self.row.constant.plus(low).low();
+        self.high = self.high.plus(high).high();
+    }
+
+    /// Unites the edges to the same group.
+    fn unite(&mut self) {
+        self.row.edges.sort_by_key(|edge| edge.0);
+        self.row.edges.dedup_by(|next, kept| {
+            let same = next.0 == kept.0;
+            if same {
+                kept.1 = kept.1.plus(&next.1);
+            }
+            same
+        });
+    }
+
+    /// Adds a loss per step.
+    fn lose(&mut self, size: &N) {
+        self.row.escape = self.row.escape.plus(&self.row.leaving().times(size));
+        self.whole = false;
     }
 }
 
@@ -192,7 +281,8 @@ impl<'n> Groups<'n> {
     ) -> Result<Vec<Vec<Action<R::Read>>>> {
         let mut actions: Vec<Vec<Action<R::Read>>> = (0..self.count()).map(|_| Vec::new()).collect();
         self.visit(system, meter, |group, node, choice, _| {
-            let (row, high, whole) = self.row::<N, R>(system, (node, choice), group, solution);
+            let Equation { row, high, whole, .. } =
+                self.equation::<N, R>(system, (group, node, choice), solution);
             let action = Action::new(choice, (row, high), whole);
             if action.leaves() {
                 actions[group as usize].push(action);
@@ -208,54 +298,42 @@ impl<'n> Groups<'n> {
         (position != NONE).then(|| self.found.group[position as usize])
     }
 
-    /// Returns the row of a choice, the upper bound of its constant, and whether the row has all edges
-    /// of the choice.
-    fn row<N: Number, R: Reader<N>>(
+    /// Returns the equation of a choice of a node in the group `own`.
+    pub(super) fn equation<N: Number, R: Reader<N>>(
         &self,
         system: &System<'_, N>,
-        (node, choice): (u32, u32),
-        own: u32,
+        (own, node, choice): (u32, u32, u32),
         solution: &Solution<N>,
-    ) -> (Row<R::Read>, R::Read, bool) {
-        let mut whole = true;
+    ) -> Equation<R::Read> {
         let cost = system.cost(choice).map_or_else(R::Read::zero, |cost| R::fraction(system, cost));
-        let (mut low, mut high) = (cost.low(), cost.high());
-        let (mut edges, mut escape): (Vec<(u32, R::Read)>, R::Read) = (Vec::new(), R::Read::zero());
+        let mut equation = Equation::new(cost);
         for edge in system.graph.edges(choice) {
             let p = R::fraction(system, edge.probability());
-            if system.bonus(edge) {
-                (low, high) = (low.plus(&p).low(), high.plus(&p).high());
-            }
+            let bonus = if system.bonus(edge) { R::Read::one() } else { R::Read::zero() };
             match system.end(edge, solution) {
                 End::Known(value) => {
-                    low = low.plus(&p.times(&R::low(&value))).low();
-                    high = high.plus(&p.times(&R::high(&value))).high();
-                    escape = escape.plus(&p);
+                    equation.exit(p, (R::low(&value).plus(&bonus), R::high(&value).plus(&bonus)));
                 }
-                End::Open(to) => match self.group_of(to) {
-                    Some(to) if to == own => whole = false,
-                    Some(to) => match edges.iter_mut().find(|edge| edge.0 == to) {
-                        Some((_, q)) => *q = q.plus(&p),
-                        None => edges.push((to, p)),
-                    },
-                    None => escape = escape.plus(&p),
-                },
+                End::Open(to) => {
+                    equation.gain(&p.times(&bonus));
+                    match self.group_of(to) {
+                        Some(to) if to == own => equation.whole = false,
+                        Some(to) => equation.row.edges.push((to, p)),
+                        None => equation.row.escape = equation.row.escape.plus(&p),
+                    }
+                }
             }
         }
-        edges.sort_unstable_by_key(|edge| edge.0);
-        let leaving = || edges.iter().fold(escape.clone(), |sum, (_, p)| sum.plus(p));
+        equation.unite();
         match system.margin {
-            Some(Margin::Loss(size)) => {
-                escape = escape.plus(&leaving().times(&R::double(size)));
-                whole = false;
-            }
+            Some(Margin::Loss(size)) => equation.lose(&R::double(size)),
             Some(Margin::Gain(size, bounds)) => {
-                let gain = R::double(size * bounds.stored(node).upper).times(&leaving());
-                (low, high) = (low.plus(&gain).low(), high.plus(&gain).high());
+                let gain = R::double(size * bounds.stored(node).upper);
+                equation.gain(&gain.times(&equation.row.leaving()));
             }
             None => {}
         }
-        (Row { edges, escape, constant: low }, high, whole)
+        equation
     }
 
     /// Stores the values of the groups for their nodes, and the choices that attain them; all

@@ -311,7 +311,7 @@ mod tests {
                 let number = sparse.choices.len() as u32;
                 let (low, width) = (made.constant(), if number == 0 { width } else { 0.0 });
                 let high = low + made.exits.first().map_or(0.0, |exit| exit.1 * width);
-                sparse.push(number, &made.edges, [low, high, made.greatest() + width]);
+                sparse.push(number, made.edges.iter().copied(), [low, high, made.greatest() + width]);
             }
         }
         sparse.begin(groups.len() as u32);

@@ -12,13 +12,13 @@
 use std::ops::Range;
 
 use super::component::Sense;
-use super::groups::Groups;
+use super::groups::{AsIntervals, Equation, Groups};
 use super::meter::Meter;
 use super::narrow::Narrow;
 use super::number::{Interval, Number};
 use super::repeated::Repeated;
 use super::solution::Solution;
-use super::solve::{End, Margin, System};
+use super::solve::System;
 use meliora_model::error::Result;
 
 /// Results below this may have lost digits.
@@ -79,10 +79,10 @@ impl Sparse {
         meter: &mut Meter<'_>,
     ) -> Result<Self> {
         let mut sparse = Sparse::empty(system.sense());
-        let mut edges = Vec::new();
         groups.visit(system, meter, |group, node, choice, _| {
             sparse.begin(group);
-            sparse.add(system, groups, solution, (group, node, choice), &mut edges);
+            let equation = groups.equation::<N, AsIntervals>(system, (group, node, choice), solution);
+            sparse.add(choice, equation);
             Ok(())
         })?;
         sparse.begin(groups.count() as u32);
@@ -97,12 +97,17 @@ impl Sparse {
 
     /// Adds an action to the last group: its choice, its edges, the bounds of its constant and the
     /// greatest upper bound at an exit.
-    pub(super) fn push(&mut self, choice: u32, edges: &[(u32, f64)], constant: [f64; 3]) {
-        for &(to, p) in edges {
+    pub(super) fn push(
+        &mut self,
+        choice: u32,
+        edges: impl ExactSizeIterator<Item = (u32, f64)>,
+        constant: [f64; 3],
+    ) {
+        self.edges.push(edges.len() as u32);
+        for (to, p) in edges {
             self.to.push(to);
             self.probabilities.push([p]);
         }
-        self.edges.push(edges.len() as u32);
         self.constants.push(constant);
         self.choices.push(choice);
     }
@@ -112,55 +117,27 @@ impl Sparse {
         self.constants.distinct().iter().all(|[low, high, _]| low == high)
     }
 
-    fn add<N: Number>(
-        &mut self,
-        system: &System<'_, N>,
-        groups: &Groups<'_>,
-        solution: &Solution<N>,
-        (own, node, choice): (u32, u32, u32),
-        edges: &mut Vec<(u32, f64)>,
-    ) {
-        edges.clear();
-        let cost =
-            system.cost(choice).map_or(Interval::ZERO, |cost| system.fractions[cost as usize].bounds());
-        let mut sum = Sum::new(cost);
-        for edge in system.graph.edges(choice) {
-            let p = system.fractions[edge.probability() as usize].bounds();
-            let gain = if system.bonus(edge) { Interval::ONE } else { Interval::ZERO };
-            match system.end(edge, solution) {
-                End::Known(value) => {
-                    let value = value.bounds();
-                    self.inherited = self.inherited.max(value.width());
-                    sum.exit(&p, &gain.plus(&value));
-                }
-                End::Open(to) => {
-                    sum.gain(&p, &gain);
-                    match groups.group_of(to) {
-                        Some(to) if to == own => {
-                            sum.whole = false;
-                            continue;
-                        }
-                        Some(to) => edges.push((to, p.lower)),
-                        None => {}
-                    }
-                }
-            }
-            self.least = self.least.min(p.lower);
-            sum.leaving = sum.leaving.plus(&p);
-        }
-        if Number::is_zero(&sum.leaving) {
+    /// Adds the equation of a choice to the last group, unless the choice never leaves its group.
+    fn add(&mut self, choice: u32, equation: Equation<Interval>) {
+        let Equation { row, high, whole, most, width } = equation;
+        let leaving = if whole { Interval::ONE } else { row.leaving() };
+        self.inherited = self.inherited.max(width);
+        if leaving.is_zero() {
             return;
         }
-        sum.change(&system.margin, node);
-        let Sum { mut constant, most, leaving, whole } = sum;
-        let mut error = (edges.len() + 8) as f64 * f64::EPSILON;
+        let parts = row.edges.iter().map(|edge| &edge.1).chain([&row.escape]);
+        self.least = parts.filter(|p| !p.is_zero()).fold(self.least, |least, p| least.min(p.lower));
+        let mut constant = Interval { lower: row.constant.lower, upper: high.upper };
+        let mut error = (row.edges.len() + 8) as f64 * f64::EPSILON;
+        let mut divisor = 1.0;
         if !whole {
             constant = constant.over(&leaving);
             // The quotients are within the width of the divisor.
             error += 4.0 * (leaving.upper / leaving.lower - 1.0);
-            edges.iter_mut().for_each(|edge| edge.1 /= leaving.lower);
+            divisor = leaving.lower;
         }
         self.error = self.error.max(error);
+        let edges = row.edges.iter().map(|(to, p)| (*to, p.lower / divisor));
         self.push(choice, edges, [constant.lower, constant.upper, most]);
     }
 
@@ -223,53 +200,6 @@ impl Sparse {
             false if best.0 < TINY => (0.0, best.1),
             false => (best.0 * (1.0 - self.error), best.1),
             true => best,
-        }
-    }
-}
-
-/// The constant part of an action, and the probability to leave its group.
-struct Sum {
-    constant: Interval,
-    /// The greatest upper bound at an exit; infinite if more is gained or paid.
-    most: f64,
-    /// The probability to leave the group.
-    leaving: Interval,
-    /// True if this is 1: no edge leads back to the group, and no margin changes it.
-    whole: bool,
-}
-
-impl Sum {
-    fn new(cost: Interval) -> Self {
-        let mut sum = Sum { constant: Interval::ZERO, most: 0.0, leaving: Interval::ZERO, whole: true };
-        sum.gain(&Interval::ONE, &cost);
-        sum
-    }
-
-    /// Adds a gain or cost that has a probability.
-    fn gain(&mut self, p: &Interval, gain: &Interval) {
-        if !Number::is_zero(gain) {
-            self.constant = self.constant.plus(&p.times(gain));
-            self.most = f64::INFINITY;
-        }
-    }
-
-    /// Adds an exit with its value.
-    fn exit(&mut self, p: &Interval, value: &Interval) {
-        self.constant = self.constant.plus(&p.times(value));
-        self.most = self.most.max(value.upper);
-    }
-
-    fn change(&mut self, margin: &Option<Margin<'_>>, node: u32) {
-        match margin {
-            Some(Margin::Loss(size)) => {
-                self.leaving = self.leaving.times(&Interval::ONE.plus(&Interval::point(*size)));
-                self.whole = false;
-            }
-            Some(Margin::Gain(size, bounds)) => {
-                let leaving = self.leaving;
-                self.gain(&leaving, &Interval::point(size * bounds.stored(node).upper));
-            }
-            None => {}
         }
     }
 }
