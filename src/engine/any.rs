@@ -275,10 +275,10 @@ impl Engine for AnyEngine {
     operations! {
         choices_in(c: AnyChoices, x: AnyStates) -> AnyChoices;
         sources(c: AnyChoices) -> AnyStates;
-        entering(c: AnyChoices, x: AnyStates) -> AnyChoices;
-        some_successor_in(x: AnyStates) -> AnyChoices;
-        every_successor_in(y: AnyStates) -> AnyChoices;
-        successors(c: AnyChoices) -> AnyStates;
+        can_choose(c: AnyChoices) -> AnyStates;
+        pre(c: AnyChoices, x: AnyStates) -> AnyChoices;
+        pre_within(c: AnyChoices, y: AnyStates) -> AnyChoices;
+        post(c: AnyChoices) -> AnyStates;
         count_model_states(x: AnyStates) -> Option<Count>;
         count_transitions(c: AnyChoices, x: AnyStates) -> Count;
     }

@@ -92,7 +92,7 @@ pub fn pairs_into<E: Engine>(
 ) -> Result<E::Choices> {
     let mut union = engine.no_choices();
     for (from, into) in grouped(engine, pairs)? {
-        let entering = engine.entering(&engine.choices_in(choices, &from)?, &into)?;
+        let entering = engine.pre(&engine.choices_in(choices, &from)?, &into)?;
         union = engine.union(&union, &entering)?;
     }
     Ok(union)
@@ -126,7 +126,7 @@ pub fn grouped<E: Engine>(engine: &E, pairs: Edges<E::States>) -> Result<Edges<E
 fn disallow<E: Engine>(engine: &E, choices: &mut E::Choices, gone: &E::Choices) -> Result<E::States> {
     *choices = engine.difference(choices, gone)?;
     let hit = engine.sources(gone)?;
-    let alive = engine.sources(&engine.choices_in(choices, &hit)?)?;
+    let alive = engine.can_choose(&engine.choices_in(choices, &hit)?)?;
     engine.difference(&hit, &alive)
 }
 
@@ -149,11 +149,11 @@ fn withdraw<E: Engine>(
     if is_simpler(&left.states, lost)? {
         let outside = engine.difference(&engine.all_states(), &left.states)?;
         if is_simpler(&outside, lost)? {
-            left.choices = engine.difference(within, &engine.entering(within, &outside)?)?;
-            return engine.difference(&left.states, &engine.sources(&left.choices)?);
+            left.choices = engine.difference(within, &engine.pre(within, &outside)?)?;
+            return engine.difference(&left.states, &engine.can_choose(&left.choices)?);
         }
     }
-    let gone = engine.entering(&left.choices, lost)?;
+    let gone = engine.pre(&left.choices, lost)?;
     disallow(engine, &mut left.choices, &gone)
 }
 
@@ -172,7 +172,7 @@ pub(super) fn almost_surely_win<E: Engine>(
     let within = start.choices.clone();
     let mut left = start;
     loop {
-        let seeds = engine.sources(&engine.intersection(&left.choices, &winning)?)?;
+        let seeds = engine.can_choose(&engine.intersection(&left.choices, &winning)?)?;
         let reaching = engine.can_reach(&seeds, &left.choices, edge_labels)?;
         let lost = engine.difference(&left.states, &reaching)?;
         left.states = engine.intersection(&left.states, &reaching)?;

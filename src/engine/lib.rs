@@ -211,6 +211,14 @@ pub fn position<T>(items: &[T], mut holds: impl FnMut(&T) -> Result<bool>) -> Re
 /// The state sets and choice sets of one model, with the operators on them. The Boolean operations
 /// on each sort are its [`Algebra`].
 ///
+/// The operators of one step are one family. A set of choices C has the states
+/// [`Engine::sources`], where it has a pair, and [`Engine::can_choose`], where the one who chooses can
+/// take one; a set of states X has the choices [`Engine::choices_in`] that start in it. From targets
+/// back to choices leads `pre`, and from choices on to targets leads `post`: [`Engine::pre`] may
+/// enter a set, [`Engine::pre_within`] cannot leave it, [`Engine::post`] is what choices may enter.
+/// Fixpoints are composed of these: `can_choose(pre(C, X))` are the states from which we may enter
+/// X in one step.
+///
 /// An operation that returns a `Result` fails with [`meliora_model::error::Error::Limit`] if a limit of the
 /// engine is reached: memory, time, a fixed size or a cancellation by [`Settings::sink`]. It fails
 /// with [`meliora_model::error::Error::ForeignSet`] if a set belongs to another engine, even to one of the
@@ -304,37 +312,38 @@ pub trait Engine:
     /// # Errors
     /// A limit of the engine is reached.
     fn choices_in(&self, c: &Self::Choices, x: &Self::States) -> Result<Self::Choices>;
-    /// Returns { s : (s,a) ∈ C for some a }.
+    /// Returns { s : (s,a) ∈ C for some a }, whoever chooses in s.
     ///
     /// # Errors
     /// A limit of the engine is reached.
     fn sources(&self, c: &Self::Choices) -> Result<Self::States>;
+    /// Returns the states in which we can choose a pair of C: { s : (s,a) ∈ C for some a }. The only
+    /// operator of one step whose result depends on who chooses in s; here, every state is ours.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
+    fn can_choose(&self, c: &Self::Choices) -> Result<Self::States> {
+        self.sources(c)
+    }
 
     /// Returns { (s,a) ∈ C : succ(s,a) ∩ X ≠ ∅ }.
     ///
     /// # Errors
     /// A limit of the engine is reached.
-    fn entering(&self, c: &Self::Choices, x: &Self::States) -> Result<Self::Choices>;
-    /// Returns { (s,a) enabled : succ(s,a) ∩ X ≠ ∅ }.
+    fn pre(&self, c: &Self::Choices, x: &Self::States) -> Result<Self::Choices>;
+    /// Returns { (s,a) ∈ C : succ(s,a) ⊆ Y }.
     ///
     /// # Errors
     /// A limit of the engine is reached.
-    fn some_successor_in(&self, x: &Self::States) -> Result<Self::Choices> {
-        self.entering(&self.all_choices(), x)
-    }
-    /// Returns { (s,a) enabled : succ(s,a) ⊆ Y }. The result never contains a disabled pair.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
-    fn every_successor_in(&self, y: &Self::States) -> Result<Self::Choices> {
+    fn pre_within(&self, c: &Self::Choices, y: &Self::States) -> Result<Self::Choices> {
         let outside = self.difference(&self.all_states(), y)?;
-        self.difference(&self.all_choices(), &self.some_successor_in(&outside)?)
+        self.difference(c, &self.pre(c, &outside)?)
     }
     /// Returns { s' : s' ∈ succ(s,a) for some (s,a) ∈ C }.
     ///
     /// # Errors
     /// A limit of the engine is reached.
-    fn successors(&self, c: &Self::Choices) -> Result<Self::States>;
+    fn post(&self, c: &Self::Choices) -> Result<Self::States>;
 
     /// Computes μX. T ∪ { s : some (s,a) ∈ C has an edge into X that is not dropped }.
     ///
@@ -389,7 +398,7 @@ pub trait Engine:
     where
         Self: Sized,
     {
-        let states = self.intersection(x, &self.sources(within)?)?;
+        let states = self.intersection(x, &self.can_choose(within)?)?;
         let removed = self.difference(&self.all_states(), &states)?;
         let left = Region { states, choices: within.clone() };
         let Region { states, choices } =
@@ -420,7 +429,7 @@ pub trait Engine:
         Self: Sized,
     {
         let mut left =
-            Region { states: self.union(&self.sources(within)?, target)?, choices: within.clone() };
+            Region { states: self.union(&self.can_choose(within)?, target)?, choices: within.clone() };
         let mut lost = self.difference(&self.all_states(), &left.states)?;
         loop {
             if !self.is_empty(&lost)? {

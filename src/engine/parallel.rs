@@ -260,7 +260,7 @@ mod tests {
             if own.settings().threads == 1 {
                 return Err(error());
             }
-            *found = Some(One(own.successors(&own.choices_in(&own.all_choices(), x)?)?));
+            *found = Some(One(own.post(&own.choices_in(&own.all_choices(), x)?)?));
             Ok(())
         });
         (engine, end, jobs.into_iter().map(|(_, found)| found).collect())

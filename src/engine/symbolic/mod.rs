@@ -328,7 +328,7 @@ impl Engine for SymbolicEngine {
         Ok(StateSet(self.store.any(self.diagrams_of(c)?.iter().cloned())?))
     }
 
-    fn entering(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
+    fn pre(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
         let (store, c, x) = (&self.store, self.groups_of(c)?, self.diagram_of(x)?);
         let large = store.has_nodes(x, store.thresholds().large_set)?;
         let mut found = Vec::with_capacity(c.len());
@@ -345,7 +345,7 @@ impl Engine for SymbolicEngine {
 
     /// Uses the relations alone, without the states of the scope as a bound. Otherwise the check
     /// that a given scope is closed under steps would always succeed.
-    fn successors(&self, c: &ChoiceSet) -> Result<StateSet> {
+    fn post(&self, c: &ChoiceSet) -> Result<StateSet> {
         let c = self.groups_of(c)?;
         let (anywhere, mut images) = (self.store.one(), vec![c[self.groups.len()].clone()]);
         for (list, sources) in self.groups.iter().zip(c) {
