@@ -2,9 +2,12 @@
 
 use std::sync::Arc;
 
+use super::edge_labels::EdgeLabels;
+use super::engine::{Algebra, Engine, Region};
 use super::explicit::{self, ExplicitEngine};
+use super::parallel::Sets;
+use super::settings::{Count, Settings, Storage, Usage};
 use super::symbolic::{self, SymbolicEngine};
-use super::{Algebra, Count, EdgeLabels, Engine, Region, Sets, Settings, Storage, Usage};
 use meliora_model::error::{Error, Result};
 use meliora_model::expr::ExprId;
 use meliora_model::step::Choice;

@@ -1,6 +1,6 @@
 //! Games on edges: goal edges win, dropped edges are not part of the game, all others are plain.
 
-use super::{Engine, Region, position};
+use super::engine::{Engine, Region, position};
 use meliora_model::error::Result;
 
 /// The labels of the edges from a set of states: goal, dropped or plain. A game has one such *part*
@@ -213,9 +213,10 @@ pub(super) fn remove_attractor<E: Engine>(
 mod tests {
     use std::sync::Arc;
 
-    use super::{Engine, grouped};
-    use crate::Settings;
+    use super::grouped;
+    use crate::engine::Engine;
     use crate::explicit::ExplicitEngine;
+    use crate::settings::Settings;
     use meliora_lang as lang;
     use meliora_model::error::SourceFile;
 

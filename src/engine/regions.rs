@@ -3,7 +3,7 @@
 use serde::Serialize;
 use strum::IntoStaticStr;
 
-use super::Engine;
+use super::engine::Engine;
 use meliora_model::error::Result;
 use meliora_model::property::{Bound, Strategies};
 

@@ -1,77 +1,61 @@
 //! The symbolic engine: sets of states and partial relations as binary decision diagrams (OxiDD).
 //!
-//! [`Encoding`] maps the variables of a state to bits. `command` translates each command into a
-//! partial relation. `transitions` groups the choices, so that in each state at most one choice of
-//! a group is enabled. For reachability, `clusters` unites small relations.
+//! Its parts build on each other in this order; each folder imports only those before it:
 //!
-//! `apply` has the Boolean operations, quantification and counting. They are written anew instead
-//! of calling those of OxiDD, so that every recursion counts its steps, can be cancelled, and ends
-//! before the node table is full. `charge` counts the memory outside of OxiDD's tables.
+//! - `store`: OxiDD's manager with limits and garbage collection, and the Boolean operations. They
+//!   are written anew instead of calling those of OxiDD, so that every recursion counts its steps,
+//!   can be cancelled, and ends before the node table is full.
+//! - `relations`: partial relations, lists of them, and one step of a list.
+//! - `order`: the order of the bits, from the program alone.
+//! - `encoding`: states as bits ([`Encoding`]), expressions and commands as diagrams. Choices are
+//!   grouped, so that in each state at most one choice of a group is enabled.
+//! - `fixpoints`: reachability and the removal of losing states, as recursions over sets and lists of
+//!   relations at once.
 //!
-//! The fixpoint operations are recursions over the diagrams of sets and the lists of relations
-//! (`relation_lists`) at once; `recursions` runs them: one step (`walk`) and the reachable states
-//! (`reach`, `saturation`). If each group of choices has a bound of its own (`parts`), `confined`
-//! computes the states that reach a target by allowed choices. The removal of losing states is in
-//! `attractor`.
+//! The files beside them are the engine itself: how it is built and copied, which of the methods for
+//! a fixpoint it tries (`attempts`), and how its sets are listed and written.
 
 mod algebra;
-mod apply;
-mod attractor;
+mod attempts;
 mod build;
-mod charge;
-mod clusters;
-mod command;
-mod confined;
-mod diagram;
 mod draft;
 mod dump;
 mod encoding;
-#[cfg(test)]
-mod exhaustive;
+mod fixpoints;
 pub mod order;
-mod partial_relation;
-mod partition;
-mod parts;
 mod pick;
-mod reach;
-mod recursions;
-mod relation_lists;
-mod saturation;
-mod store;
+mod relations;
+pub(crate) mod store;
 #[cfg(test)]
-mod stress;
-mod support;
-mod symbolic_integer;
-mod tables;
-mod thresholds;
-mod transitions;
-mod translate;
-mod walk;
+mod tests;
 mod workers;
 
 use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 pub use dump::Set;
-pub use encoding::{Bit, Encoding};
-pub use order::Order;
+pub use encoding::Encoding;
+pub use encoding::transitions::Numbered;
+pub use order::{Bit, Order};
 pub use pick::Listing;
-pub use thresholds::{Thresholds, Ways};
-pub use transitions::Numbered;
+pub use store::thresholds::{Thresholds, Ways};
 
-use super::{Algebra, Count, EdgeLabels, Engine, Region, Sets, Settings, Usage, edge_labels};
-use clusters::Clusters;
-use diagram::Bdd;
+use super::edge_labels::{self, EdgeLabels};
+use super::engine::{Algebra, Engine, Region};
+use super::parallel::Sets;
+use super::settings::{Count, Settings, Usage};
+use encoding::transitions::{Piece, Transitions};
+use encoding::translate::Translator;
+use fixpoints::clusters::Clusters;
 use meliora_model::error::Result;
 use meliora_model::expr::ExprId;
 use meliora_model::step::Choice;
 use meliora_model::{ModelKind, Program, State, fault};
-use partial_relation::PartialRelation;
-use relation_lists::RelationList;
+use relations::lists::{Lists, RelationList};
+use relations::partial_relation::PartialRelation;
 use store::Store;
-use transitions::{Piece, Transitions};
-use translate::Translator;
-use walk::Direction;
+use store::diagram::Bdd;
+use store::walk::Direction;
 use workers::Workers;
 
 /// A set of states: a diagram over the present bits.
@@ -89,9 +73,11 @@ pub struct SymbolicEngine {
     settings: Settings,
     encoding: Arc<Encoding>,
     transitions: Arc<Transitions>,
+    /// All lists of relations.
+    lists: Arc<Lists>,
     /// The relations of each group.
     groups: Vec<Arc<RelationList>>,
-    /// The result of [`parts::are_few`] once it has been computed.
+    /// The result of [`attempts::are_few`] once it has been computed.
     few_parts: OnceLock<bool>,
     clusters: Arc<Clusters>,
     domain: Bdd,
@@ -375,7 +361,7 @@ impl Engine for SymbolicEngine {
         if let (true, Some(found)) = (free, self.recall(target)) {
             return Ok(found);
         }
-        let by_parts = if free { None } else { confined::can_reach(self, from, bound, &dropped)? };
+        let by_parts = if free { None } else { attempts::can_reach(self, from, bound, &dropped)? };
         let found = StateSet(match by_parts {
             Some(found) => found,
             None => {
@@ -407,7 +393,7 @@ impl Engine for SymbolicEngine {
             self.groups_of(c)?;
         }
         self.check_owned(edge_labels)?;
-        let found = attractor::remove_attractor(self, &lost, won, &left.choices, edge_labels)?;
+        let found = attempts::remove_attractor(self, &lost, won, &left.choices, edge_labels)?;
         self.store.work.lost[usize::from(found.is_some())].fetch_add(1, Relaxed);
         match found {
             Some((lost, choices)) => Ok(Region { states: self.difference(&left.states, &lost)?, choices }),

@@ -79,20 +79,20 @@ impl Default for Thresholds {
 
 /// Counters of the methods used.
 #[derive(Debug, Default)]
-pub(super) struct Work {
+pub(in crate::symbolic) struct Work {
     /// Steps of all recursions: results that were not in the operation cache, and nodes made for no
     /// such result.
-    pub(super) steps: AtomicU64,
+    pub(in crate::symbolic) steps: AtomicU64,
     /// Collections of garbage.
-    pub(super) collections: AtomicU64,
+    pub(in crate::symbolic) collections: AtomicU64,
     /// Fixpoints by recursion over the relations, and by saturation.
-    pub(super) reached: [AtomicU64; 2],
+    pub(in crate::symbolic) reached: [AtomicU64; 2],
     /// Recursions for reachability by allowed choices: given up, and completed.
-    pub(super) confined: [AtomicU64; 2],
+    pub(in crate::symbolic) confined: [AtomicU64; 2],
     /// Removals of losing states by layers, and by recursion.
-    pub(super) lost: [AtomicU64; 2],
+    pub(in crate::symbolic) lost: [AtomicU64; 2],
     /// Recursions for losing states that were given up.
-    pub(super) given_up: AtomicU64,
+    pub(in crate::symbolic) given_up: AtomicU64,
 }
 
 /// The number of times that the symbolic engine used each of the methods with the same result.
@@ -117,13 +117,13 @@ pub struct Ways {
 
 impl Work {
     /// Adds the methods used by another store.
-    pub(super) fn add(&self, other: &Work) {
+    pub(in crate::symbolic) fn add(&self, other: &Work) {
         let own = self.reached.iter().chain(&self.confined).chain(&self.lost).chain([&self.given_up]);
         let others = other.reached.iter().chain(&other.confined).chain(&other.lost).chain([&other.given_up]);
         own.zip(others).for_each(|(own, other)| _ = own.fetch_add(other.load(Relaxed), Relaxed));
     }
 
-    pub(super) fn ways(&self) -> Ways {
+    pub(in crate::symbolic) fn ways(&self) -> Ways {
         Ways {
             by_recursion: self.reached[0].load(Relaxed),
             by_saturation: self.reached[1].load(Relaxed),
