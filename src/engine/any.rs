@@ -358,6 +358,10 @@ impl Engine for AnyEngine {
         on!(self, e => Ok(region(e.stay_within(x.of(e)?, within.of(e)?)?)))
     }
 
+    fn surely_staying(&self, x: &AnyStates, within: &AnyChoices) -> Result<AnyStates> {
+        on!(self, e => Ok(e.surely_staying(x.of(e)?, within.of(e)?)?.into()))
+    }
+
     fn almost_surely_reach(
         &self,
         target: &AnyStates,

@@ -184,9 +184,7 @@ pub(super) fn almost_surely_win<E: Engine>(
     }
 }
 
-/// Implements [`Engine::remove_attractor`] layer by layer. `is_simpler(x, y)` returns whether
-/// operations on x cost less than operations on y, independent of their numbers of states. An
-/// engine that cannot tell returns `false`.
+/// Implements [`Engine::remove_attractor`] layer by layer.
 pub(super) fn remove_attractor<E: Engine>(
     engine: &E,
     mut left: Region<E::States, E::Choices>,
@@ -194,19 +192,34 @@ pub(super) fn remove_attractor<E: Engine>(
     won: &E::States,
     edge_labels: &[EdgeLabels<E::States>],
     mut lost: E::States,
-    is_simpler: impl Fn(&E::States, &E::States) -> Result<bool>,
 ) -> Result<Region<E::States, E::Choices>> {
     while !engine.is_empty(&lost)? {
-        let stuck = if edge_labels.is_empty() {
-            withdraw(engine, &mut left, within, &lost, &is_simpler)?
-        } else {
-            let gone = plain_edges_into(engine, &left.choices, edge_labels, &lost)?;
-            disallow(engine, &mut left.choices, &gone)?
-        };
-        lost = engine.intersection(&engine.difference(&stuck, won)?, &left.states)?;
-        left.states = engine.difference(&left.states, &lost)?;
+        lost = remove_layer(engine, &mut left, within, won, edge_labels, &lost, |_, _| Ok(false))?;
     }
     Ok(left)
+}
+
+/// Removes the choices that may step into `lost`, and the states that are lost next, which it
+/// returns. `is_simpler(x, y)` returns whether operations on x cost less than operations on y,
+/// independent of their numbers of states. An engine that cannot tell returns `false`.
+pub(super) fn remove_layer<E: Engine>(
+    engine: &E,
+    left: &mut Region<E::States, E::Choices>,
+    within: &E::Choices,
+    won: &E::States,
+    edge_labels: &[EdgeLabels<E::States>],
+    lost: &E::States,
+    is_simpler: impl Fn(&E::States, &E::States) -> Result<bool>,
+) -> Result<E::States> {
+    let stuck = if edge_labels.is_empty() {
+        withdraw(engine, left, within, lost, &is_simpler)?
+    } else {
+        let gone = plain_edges_into(engine, &left.choices, edge_labels, lost)?;
+        disallow(engine, &mut left.choices, &gone)?
+    };
+    let next = engine.intersection(&engine.difference(&stuck, won)?, &left.states)?;
+    left.states = engine.difference(&left.states, &next)?;
+    Ok(next)
 }
 
 #[cfg(test)]

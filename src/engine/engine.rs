@@ -236,7 +236,7 @@ pub trait Engine:
     where
         Self: Sized,
     {
-        edge_labels::remove_attractor(self, left, within, won, edge_labels, lost, |_, _| Ok(false))
+        edge_labels::remove_attractor(self, left, within, won, edge_labels, lost)
     }
 
     /// Computes the greatest Z ⊆ X in which every state has a pair of C with all successors in Z,
@@ -260,6 +260,17 @@ pub trait Engine:
         let Region { states, choices } =
             self.remove_attractor(left, within, &self.no_states(), &[], removed)?;
         Ok(Region { choices: self.choices_in(&choices, &states)?, states })
+    }
+
+    /// Computes the states of [`Engine::stay_within`].
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
+    fn surely_staying(&self, x: &Self::States, within: &Self::Choices) -> Result<Self::States>
+    where
+        Self: Sized,
+    {
+        Ok(self.stay_within(x, within)?.states)
     }
 
     /// Computes νY. μX. T ∪ { s : some (s,a) ∈ C has all successors in Y and one in X }, together

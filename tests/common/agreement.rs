@@ -131,6 +131,7 @@ impl<E: Engine> Both<'_, E> {
             let (states, choices) = brute.stay_within(brute_x, brute_c);
             self.states("stay", &region.states, &states);
             self.choices("stay", &region.choices, &choices);
+            self.states("surely staying", &engine.surely_staying(x, c).unwrap(), &states);
             let region = engine.almost_surely_reach(x, c).unwrap();
             let (states, choices) = brute.almost_surely_reach(brute_x, brute_c);
             self.states("almost surely", &region.states, &states);

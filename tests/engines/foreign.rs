@@ -70,6 +70,8 @@ fn fixpoints<E: Engine>(engine: &E, x: &E::States, c: &E::Choices) {
     let (states, none, choices) = (engine.all_states(), engine.no_states(), engine.all_choices());
     refused("stay_within", engine.stay_within(x, &choices));
     refused("stay_within", engine.stay_within(&states, c));
+    refused("surely_staying", engine.surely_staying(x, &choices));
+    refused("surely_staying", engine.surely_staying(&states, c));
     refused("almost_surely_reach", engine.almost_surely_reach(x, &choices));
     refused("almost_surely_reach", engine.almost_surely_reach(&states, c));
     refused("can_reach", engine.can_reach(x, &choices, &[]));

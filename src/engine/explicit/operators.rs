@@ -180,7 +180,7 @@ impl Engine for ExplicitEngine {
         self.bits(&left.choices).and(self.bits(within))?;
         self.bits(&left.states).and(self.bits(won))?;
         self.check_owned(edge_labels)?;
-        edge_labels::remove_attractor(self, left, within, won, edge_labels, lost, |_, _| Ok(false))
+        edge_labels::remove_attractor(self, left, within, won, edge_labels, lost)
     }
 
     fn stay_within(&self, x: &StateSet, within: &ChoiceSet) -> Result<Region<StateSet, ChoiceSet>> {

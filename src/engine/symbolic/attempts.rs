@@ -1,4 +1,4 @@
-//! The fixpoints of the engine by recursion over parts: which are tried, and how much they may take.
+//! The methods that the engine tries for a fixpoint, in which order, and how much each may take.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
@@ -8,16 +8,99 @@ use super::fixpoints::parts::{self, Budget, Part};
 use super::relations::lists::{RelationList, stay_few};
 use super::store::Store;
 use super::store::diagram::Bdd;
+use super::store::walk::Direction;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::edge_labels::EdgeLabels;
+use crate::edge_labels::{EdgeLabels, remove_layer};
+use crate::engine::{Algebra, Region};
 use meliora_model::error::Result;
+
+impl SymbolicEngine {
+    /// Computes [`Engine::remove_attractor`]. With a set of states, the choices that may step into it
+    /// have still to be removed from the result.
+    ///
+    /// The recursion over parts comes first, where it is expected to pay off. If it gives up, the
+    /// recursion over the lists of all groups and layers take turns; each continues with what is
+    /// left. Edge labels need one bound per group, so that this recursion cannot have them.
+    pub(super) fn lose_states(
+        &self,
+        mut left: Region<StateSet, ChoiceSet>,
+        within: &ChoiceSet,
+        won: &StateSet,
+        edge_labels: &[EdgeLabels<StateSet>],
+        mut lost: StateSet,
+    ) -> Result<(Region<StateSet, ChoiceSet>, Option<StateSet>)> {
+        let work = &self.store.work;
+        if let Some((lost, choices)) = remove_attractor(self, &lost, won, &left.choices, edge_labels)? {
+            work.lost[1].fetch_add(1, Relaxed);
+            return Ok((Region { states: self.difference(&left.states, &lost)?, choices }, None));
+        }
+        let mut steps = self.store.thresholds().lose_steps.max(1);
+        while !self.store.is_zero(&lost.0) {
+            if edge_labels.is_empty()
+                && let Some(all) = self.lose(&left, won, &lost, steps)?
+            {
+                work.lost_by_lists.fetch_add(1, Relaxed);
+                left.states = self.difference(&left.states, &all)?;
+                return Ok((left, Some(all)));
+            }
+            let until = work.steps.load(Relaxed).saturating_add(steps.saturating_mul(4));
+            while !self.store.is_zero(&lost.0) && work.steps.load(Relaxed) < until {
+                let is_simpler = |x: &StateSet, y: &StateSet| self.store.is_smaller(&x.0, &y.0);
+                lost = remove_layer(self, &mut left, within, won, edge_labels, &lost, is_simpler)?;
+            }
+            steps = steps.saturating_mul(16);
+        }
+        work.lost[0].fetch_add(1, Relaxed);
+        Ok((left, None))
+    }
+
+    /// Computes the lost states by recursion over the lists of all groups, with edges that are all
+    /// plain. Returns `None` if it takes more than `steps` steps, or if choices are missing for
+    /// another reason than a step into a lost state.
+    fn lose(
+        &self,
+        left: &Region<StateSet, ChoiceSet>,
+        won: &StateSet,
+        lost: &StateSet,
+        steps: u64,
+    ) -> Result<Option<StateSet>> {
+        let (store, loops) = (&self.store, &left.choices.0[self.groups.len()]);
+        let outside = store.minus(&store.any(self.enabled.iter().cloned())?, &left.states.0)?;
+        let mut candidates = store.minus(&store.minus(&left.states.0, &won.0)?, loops)?;
+        if let Some(reaching) = self.recall(lost) {
+            candidates = store.and(&candidates, &reaching.0)?;
+        }
+        for ((list, own), enabled) in self.groups.iter().zip(&*left.choices.0).zip(&*self.enabled) {
+            if own != enabled {
+                let missing = store.minus(&store.and(&candidates, enabled)?, own)?;
+                if store.step(Direction::Backward, list, &outside, &missing)? != missing {
+                    return Ok(None);
+                }
+            }
+        }
+        let groups = self.tuples.of(store, self.groups.clone())?;
+        let Some(found) = store.lose(&outside, &candidates, &groups, steps)? else { return Ok(None) };
+        Ok(Some(StateSet(store.or(&lost.0, &store.minus(&found, &outside)?)?)))
+    }
+
+    /// Returns the states X of which `choices` has all enabled choices, if it has no others.
+    pub(super) fn states_of_all_choices(&self, choices: &[Bdd]) -> Result<Option<Bdd>> {
+        let states = self.store.any(choices.iter().cloned())?;
+        for (own, enabled) in choices.iter().zip(&*self.enabled) {
+            if *own != self.store.and(enabled, &states)? {
+                return Ok(None);
+            }
+        }
+        Ok(Some(states))
+    }
+}
 
 /// Returns true if a recursion over parts is expected to pay off.
 ///
 /// It does not if the steps that keep the first bits leave many different relations behind, as in
 /// products of modules: there are too many cases to distinguish. The answer depends on the
 /// relations alone, so it is computed once.
-pub(super) fn are_few(engine: &SymbolicEngine) -> Result<bool> {
+fn are_few(engine: &SymbolicEngine) -> Result<bool> {
     if let Some(&few) = engine.few_parts.get() {
         return Ok(few);
     }
@@ -54,7 +137,7 @@ pub(super) fn can_reach(
 /// Computes [`Engine::remove_attractor`](crate::Engine::remove_attractor) with the choices
 /// of each group split by edge labels. Returns `None` if the recursion is not expected to pay off
 /// or gives up.
-pub(super) fn remove_attractor(
+fn remove_attractor(
     engine: &SymbolicEngine,
     lost: &StateSet,
     won: &StateSet,

@@ -9,6 +9,7 @@ use super::encoding::translate::Translator;
 use super::order::Bit;
 use super::relations::lists::Lists;
 use super::relations::partial_relation::PartialRelation;
+use super::relations::tuples::ListTuples;
 use super::store::Store;
 use super::store::diagram::Bdd;
 use super::store::walk::Direction;
@@ -52,6 +53,7 @@ pub(super) fn build(
         settings,
         encoding: Arc::new(encoding),
         transitions: Arc::new(transitions),
+        tuples: ListTuples::new(&store),
         lists,
         groups,
         few_parts: Default::default(),

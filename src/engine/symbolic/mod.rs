@@ -30,7 +30,6 @@ pub(crate) mod store;
 mod tests;
 mod workers;
 
-use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 pub use dump::Set;
@@ -53,6 +52,7 @@ use meliora_model::step::Choice;
 use meliora_model::{ModelKind, Program, State, fault};
 use relations::lists::{Lists, RelationList};
 use relations::partial_relation::PartialRelation;
+use relations::tuples::ListTuples;
 use store::Store;
 use store::diagram::Bdd;
 use store::walk::Direction;
@@ -75,6 +75,8 @@ pub struct SymbolicEngine {
     transitions: Arc<Transitions>,
     /// All lists of relations.
     lists: Arc<Lists>,
+    /// All tuples of them.
+    tuples: Arc<ListTuples>,
     /// The relations of each group.
     groups: Vec<Arc<RelationList>>,
     /// The result of [`attempts::are_few`] once it has been computed.
@@ -361,6 +363,14 @@ impl Engine for SymbolicEngine {
         if let (true, Some(found)) = (free, self.recall(target)) {
             return Ok(found);
         }
+        if !free
+            && dropped.is_empty()
+            && let Some(states) = self.states_of_all_choices(bound)?
+        {
+            let how = (Direction::Backward, "backward reachability");
+            let within = self.store.or(&states, from)?;
+            return Ok(StateSet(self.store.reach(how, self.clusters.list(), from, &within)?));
+        }
         let by_parts = if free { None } else { attempts::can_reach(self, from, bound, &dropped)? };
         let found = StateSet(match by_parts {
             Some(found) => found,
@@ -376,8 +386,6 @@ impl Engine for SymbolicEngine {
         Ok(found)
     }
 
-    /// Uses a recursion over groups of choices where it is expected to pay off. Otherwise, or if the
-    /// recursion gives up, works layer by layer.
     fn remove_attractor(
         &self,
         left: Region<StateSet, ChoiceSet>,
@@ -393,17 +401,17 @@ impl Engine for SymbolicEngine {
             self.groups_of(c)?;
         }
         self.check_owned(edge_labels)?;
-        let found = attempts::remove_attractor(self, &lost, won, &left.choices, edge_labels)?;
-        self.store.work.lost[usize::from(found.is_some())].fetch_add(1, Relaxed);
-        match found {
-            Some((lost, choices)) => Ok(Region { states: self.difference(&left.states, &lost)?, choices }),
-            None => {
-                let is_simpler = |x: &StateSet, y: &StateSet| {
-                    self.store.is_smaller(self.diagram_of(x)?, self.diagram_of(y)?)
-                };
-                edge_labels::remove_attractor(self, left, within, won, edge_labels, lost, is_simpler)
-            }
-        }
+        let (left, lost) = self.lose_states(left, within, won, edge_labels, lost)?;
+        let Some(lost) = lost else { return Ok(left) };
+        let gone = self.pre(&left.choices, &lost)?;
+        Ok(Region { choices: self.difference(&left.choices, &gone)?, ..left })
+    }
+
+    fn surely_staying(&self, x: &StateSet, within: &ChoiceSet) -> Result<StateSet> {
+        let states = self.intersection(x, &self.can_choose(within)?)?;
+        let lost = self.difference(&self.all_states(), &states)?;
+        let left = Region { states, choices: within.clone() };
+        Ok(self.lose_states(left, within, &self.no_states(), &[], lost)?.0.states)
     }
 
     fn count_model_states(&self, x: &StateSet) -> Result<Option<Count>> {

@@ -114,6 +114,11 @@ impl Clusters {
         }
     }
 
+    /// Returns the relations of all clusters.
+    pub(in crate::symbolic) fn list(&self) -> &Arc<RelationList> {
+        &self.list
+    }
+
     /// Returns the number of clusters.
     pub(in crate::symbolic) fn len(&self) -> usize {
         self.clusters.len()

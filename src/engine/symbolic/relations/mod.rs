@@ -4,3 +4,4 @@ pub(in crate::symbolic) mod lists;
 pub(in crate::symbolic) mod partial_relation;
 mod step;
 pub(in crate::symbolic) mod support;
+pub(in crate::symbolic) mod tuples;

@@ -28,6 +28,8 @@ pub(in crate::symbolic) enum Memo {
     Step,
     /// The closure of a set under the steps of a list, within a bound.
     Close,
+    /// The attractor of lost states.
+    Lose,
 }
 
 impl Memo {
@@ -37,6 +39,7 @@ impl Memo {
         match self {
             Memo::Step => BDDOp::And,
             Memo::Close => BDDOp::Or,
+            Memo::Lose => BDDOp::Xor,
         }
     }
 }

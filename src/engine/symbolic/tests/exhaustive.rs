@@ -10,6 +10,7 @@ use crate::symbolic::fixpoints::parts::{Budget, Part};
 use crate::symbolic::relations::lists::Lists;
 use crate::symbolic::relations::partial_relation::PartialRelation;
 use crate::symbolic::relations::support::Support;
+use crate::symbolic::relations::tuples::ListTuples;
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::Bdd;
 use crate::symbolic::store::thresholds::Thresholds;
@@ -185,6 +186,24 @@ fn lost(parts: &[(Edges, Table, Table)], new: Table) -> (Table, Vec<Table>) {
     }
 }
 
+/// Computes the candidates of which every group with an edge has one into a lost state, and so on.
+fn attractor(groups: &[Edges], lost: Table, candidates: Table) -> Table {
+    let mut all = lost;
+    loop {
+        let keeps = |state: usize, edges: &Edges| {
+            let mut own = edges.iter().filter(|(from, _)| *from == state).peekable();
+            own.peek().is_some() && own.all(|(_, to)| all >> to & 1 == 0)
+        };
+        let is_lost = |state: &usize| !groups.iter().any(|edges| keeps(*state, edges));
+        let states = (0..64).filter(|state| candidates >> state & 1 == 1);
+        let more = states.filter(is_lost).fold(all, |all, state| all | 1 << state);
+        if more == all {
+            return all;
+        }
+        all = more;
+    }
+}
+
 /// Computes the states that can reach X by some parts.
 fn reached_by(parts: &[(Edges, Table, Table)], x: Table) -> Table {
     let mut all = x;
@@ -213,6 +232,29 @@ proptest! {
         let store = store(3, if small { least() } else { Thresholds::default() });
         let relations = Vec::from_iter(relations.into_iter().map(|(support, t)| Relation::new(&store.0, 3, support, t)));
         check(&store, 3, &relations, x.into(), bound.into());
+    }
+
+    #[test]
+    fn attractors_of_three_bits(
+        groups in prop::collection::vec(prop::collection::vec(relation(3), 1..3), 0..4),
+        lost: u8,
+        candidates: u8,
+        small: bool,
+    ) {
+        let (store, lists) = store(3, if small { least() } else { Thresholds::default() });
+        let (lost, candidates) = (Table::from(lost), Table::from(candidates & !lost));
+        let (mut given, mut edges) = (Vec::new(), Vec::new());
+        for group in groups {
+            let new = |(support, table)| Relation::new(&store, 3, support, table);
+            let relations = Vec::from_iter(group.into_iter().map(new));
+            given.push(lists.of(&store, relations.iter().map(|r| r.steps.clone()).collect()).unwrap());
+            edges.push(Vec::from_iter(relations.into_iter().flat_map(|r| r.edges)));
+        }
+        let groups = ListTuples::new(&store).of(&store, given).unwrap();
+        let expected = set(&store, 3, attractor(&edges, lost, candidates));
+        let (lost, candidates) = (set(&store, 3, lost), set(&store, 3, candidates));
+        prop_assert!(store.lose(&lost, &candidates, &groups, u64::MAX).unwrap().unwrap() == expected);
+        prop_assert!(store.lose(&lost, &candidates, &groups, 2).unwrap().is_none_or(|found| found == expected));
     }
 
     #[test]
