@@ -1,4 +1,4 @@
-//! The settings of an engine, and what it has used.
+//! Settings of an engine, and its use of resources.
 
 use std::sync::Arc;
 

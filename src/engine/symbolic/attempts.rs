@@ -19,8 +19,8 @@ impl SymbolicEngine {
     /// have still to be removed from the result.
     ///
     /// The recursion over parts comes first, where it is expected to pay off. If it gives up, the
-    /// recursion over the lists of all groups and layers take turns; each continues with what is
-    /// left. Edge labels need one bound per group, so that this recursion cannot have them.
+    /// recursion over the lists of all groups and layers take turns; each continues from the
+    /// remaining states. Edge labels need one bound per group, so this recursion cannot have them.
     pub(super) fn lose_states(
         &self,
         mut left: Region<StateSet, ChoiceSet>,

@@ -12,7 +12,7 @@
 //! - `fixpoints`: reachability and the removal of losing states, as recursions over sets and lists of
 //!   relations at once.
 //!
-//! The files beside them are the engine itself: how it is built and copied, which of the methods for
+//! The other files are the engine itself: how it is built and copied, which of the methods for
 //! a fixpoint it tries (`attempts`), and how its sets are listed and written.
 
 mod algebra;

@@ -1,7 +1,7 @@
 //! Removal of the attractor of lost states where all edges are plain, in one recursion over two sets
 //! and the lists of all groups.
 //!
-//! No operand per group is needed. At the first bit, a group none of whose steps changes the bit
+//! It needs no operand per group. At the first bit, a group none of whose steps changes the bit
 //! goes down into the half with the other groups of its kind. The other groups stay at this bit: a
 //! state in which one of them has a choice that cannot step into a lost state is protected, so it is
 //! not a candidate when the half below is closed. When states are lost, such choices are withdrawn,

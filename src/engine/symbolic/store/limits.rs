@@ -50,7 +50,7 @@ impl Store {
         // OxiDD does not return the memory of freed nodes to the system.
         let is_over = || self.peak.load(Relaxed) > self.most_nodes() + self.overshoot();
         if is_over() {
-            // This keeps what is in use.
+            // Entries in use are kept.
             self.forget();
         }
         if is_over() { Err(self.full()) } else { Ok(()) }

@@ -41,7 +41,7 @@ const MOST_NODES: u64 = 1 << 30;
 
 /// A table of results outside of OxiDD's tables that can be found again.
 pub(in crate::symbolic) trait Forgets: Send + Sync {
-    /// Empties the table, except for what is in use.
+    /// Empties the table, except for entries in use.
     fn forget(&self);
 }
 
@@ -153,7 +153,7 @@ impl Store {
     /// before.
     ///
     /// # Errors
-    /// No number is left. The cache and values in use would confuse two with the same number.
+    /// All numbers are used. The cache and values in use would confuse two with the same number.
     pub(in crate::symbolic) fn new_key(&self) -> Result<u32> {
         let next = |key: u32| key.checked_add(2);
         self.next_key.fetch_update(Relaxed, Relaxed, next).map_err(|_| {
