@@ -38,13 +38,13 @@ fn operations(c: &mut Criterion) {
         group.finish();
         let target = case.preferences.objectives[0].target().unwrap();
         fresh(c, case, "pre-image", states, |engine| {
-            engine.some_successor_in(&engine.states_where(target).unwrap()).unwrap()
+            engine.pre(&engine.all_choices(), &engine.states_where(target).unwrap()).unwrap()
         });
         fresh(c, case, "universal pre-image", states, |engine| {
             let inside = engine.difference(&engine.all_states(), &engine.states_where(target).unwrap());
-            engine.every_successor_in(&inside.unwrap()).unwrap()
+            engine.pre_within(&engine.all_choices(), &inside.unwrap()).unwrap()
         });
-        fresh(c, case, "image", states, |engine| engine.successors(&engine.all_choices()).unwrap());
+        fresh(c, case, "image", states, |engine| engine.post(&engine.all_choices()).unwrap());
         fresh(c, case, "inner fixpoint", states, |engine| {
             let target = engine.states_where(target).unwrap();
             engine.can_reach(&target, &engine.all_choices(), &[]).unwrap()

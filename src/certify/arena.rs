@@ -69,9 +69,9 @@ fn single(checker: &Checker<'_>, sides: Vec<Side>, drops: bool) -> CheckResult<A
     let mut edge_labels = Vec::new();
     for class in sides {
         let refused = if drops {
-            engine.every_successor_in(&class.worse)?
+            engine.pre_within(&engine.all_choices(), &class.worse)?
         } else {
-            engine.some_successor_in(&class.worse)?
+            engine.pre(&engine.all_choices(), &class.worse)?
         };
         kept = engine.difference(&kept, &engine.choices_in(&refused, &class.states)?)?;
         let dropped = if drops { class.worse } else { engine.no_states() };
@@ -131,7 +131,7 @@ impl Arena {
         let engine = &checker.engine;
         let mut all = engine.no_choices();
         for (index, part) in self.edge_labels.iter().enumerate() {
-            let entering = engine.some_successor_in(&target(index, part)?)?;
+            let entering = engine.pre(&engine.all_choices(), &target(index, part)?)?;
             all = engine.union(&all, &engine.choices_in(&entering, &part.from)?)?;
         }
         Ok(all)

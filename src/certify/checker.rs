@@ -160,9 +160,9 @@ impl<'a> Checker<'a> {
         let initial = engine.initial_states();
         if let Some(start) = engine.beginnings()? {
             self.subset(&start, &all, || "each state in which paths start is in `reachable`".to_owned())?;
-            let next = engine.successors(&engine.all_choices())?;
+            let next = engine.post(&engine.all_choices())?;
             self.subset(&next, &all, || "each successor of a state of `reachable` is in it".to_owned())?;
-            let step = |x: &StateSet| Ok(engine.successors(&engine.choices_in(&engine.all_choices(), x)?)?);
+            let step = |x: &StateSet| Ok(engine.post(&engine.choices_in(&engine.all_choices(), x)?)?);
             self.layers(names::REACHABLE, &all, &start, step)?;
         } else {
             let condition = || "`reachable` contains all valuations, as the scope `all` requires".to_owned();

@@ -160,10 +160,10 @@ fn inside(
     };
     let condition = || format!("`strategy:{name}` are the kept choices that keep winning");
     checker.equal_choices(strategy, &expected, condition)?;
-    let start = engine.sources(&engine.intersection(strategy, &goals)?)?;
+    let start = engine.can_choose(&engine.intersection(strategy, &goals)?)?;
     let step = |layer: &StateSet| {
         let entering = moving(checker, arena, layer)?;
-        Ok(engine.sources(&engine.intersection(strategy, &entering)?)?)
+        Ok(engine.can_choose(&engine.intersection(strategy, &entering)?)?)
     };
     checker.layers(name, region, &start, step)
 }
@@ -176,7 +176,7 @@ fn outside(checker: &Checker<'_>, arena: &Arena, level: &Level<'_>, region: &Sta
     let goals = level.goals(checker, arena)?;
     if level.kind == "spi" {
         let ahead = engine.union(&goals, &moving(checker, arena, region)?)?;
-        let entering = engine.sources(&engine.intersection(&arena.kept, &ahead)?)?;
+        let entering = engine.can_choose(&engine.intersection(&arena.kept, &ahead)?)?;
         return checker
             .subset(&entering, region, || format!("each state with a step towards `{name}` is in it"));
     }
@@ -189,7 +189,7 @@ fn outside(checker: &Checker<'_>, arena: &Arena, level: &Level<'_>, region: &Sta
         let safe = engine.choices_in(&arena.kept, lost)?;
         let safe = engine.difference(&safe, &level.straying(checker, arena, &gone)?)?;
         let ahead = engine.union(&goals, &moving(checker, arena, rest)?)?;
-        let saved = engine.sources(&engine.intersection(&safe, &ahead)?)?;
+        let saved = engine.can_choose(&engine.intersection(&safe, &ahead)?)?;
         let condition = || format!("no state lost in round {j} of `{name}` has a safe step out of the round");
         checker.subset(&saved, &engine.no_states(), condition)
     })?;

@@ -43,9 +43,9 @@ fn positive(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> Check
     let engine = &checker.engine;
     let x = checker.regions.states(region)?;
     checker.subset(target, &x, || format!("each state of the target is in `{region}`"))?;
-    let entering = engine.sources(&engine.some_successor_in(&x)?)?;
+    let entering = engine.can_choose(&engine.pre(&engine.all_choices(), &x)?)?;
     checker.subset(&entering, &x, || format!("each state with a step into `{region}` is in it"))?;
-    let step = |layer: &StateSet| Ok(engine.sources(&engine.some_successor_in(layer)?)?);
+    let step = |layer: &StateSet| Ok(engine.can_choose(&engine.pre(&engine.all_choices(), layer)?)?);
     checker.layers(region, &x, target, step)?;
     checker.passed(region);
     Ok(())
@@ -58,17 +58,18 @@ fn almost_sure(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> Ch
     let engine = &checker.engine;
     let x = checker.regions.states(region)?;
     checker.subset(target, &x, || format!("each state of the target is in `{region}`"))?;
-    let staying = engine.choices_in(&engine.every_successor_in(&x)?, &engine.difference(&x, target)?)?;
+    let staying =
+        engine.choices_in(&engine.pre_within(&engine.all_choices(), &x)?, &engine.difference(&x, target)?)?;
     let strategy = names::strategy(region);
     let condition = || format!("`{strategy}` are the choices that stay in `{region}`");
     checker.equal_choices(&checker.regions.choices(&strategy)?, &staying, condition)?;
-    let step = |layer: &StateSet| Ok(engine.sources(&engine.entering(&staying, layer)?)?);
+    let step = |layer: &StateSet| Ok(engine.can_choose(&engine.pre(&staying, layer)?)?);
     checker.layers(region, &x, target, step)?;
     let left = checker.rounds(region, &engine.all_states(), |j, lost, left, rest| {
         let condition = || format!("no state lost in round {j} of `{region}` is in the target");
         checker.subset(&engine.intersection(lost, target)?, &engine.no_states(), condition)?;
-        let safe = engine.choices_in(&engine.every_successor_in(left)?, lost)?;
-        let saved = engine.sources(&engine.entering(&safe, rest)?)?;
+        let safe = engine.choices_in(&engine.pre_within(&engine.all_choices(), left)?, lost)?;
+        let saved = engine.can_choose(&engine.pre(&safe, rest)?)?;
         let condition =
             || format!("no state lost in round {j} of `{region}` has a safe step out of the round");
         checker.subset(&saved, &engine.no_states(), condition)

@@ -32,11 +32,11 @@ impl Avoided<'_> {
     ) -> CheckResult<ChoiceSet> {
         let (engine, name) = (&checker.engine, self.name);
         checker.subset(&engine.intersection(safe, self.bad)?, &engine.no_states(), condition)?;
-        let staying = engine.choices_in(&engine.every_successor_in(safe)?, safe)?;
+        let staying = engine.choices_in(&engine.pre_within(&engine.all_choices(), safe)?, safe)?;
         let condition = || format!("each state of {} has a choice that stays in it", self.safe);
-        checker.subset(safe, &engine.sources(&staying)?, condition)?;
+        checker.subset(safe, &engine.can_choose(&staying)?, condition)?;
         let left = checker.rounds(name, &engine.all_states(), |j, lost, left, _| {
-            let staying = engine.sources(&engine.every_successor_in(left)?)?;
+            let staying = engine.can_choose(&engine.pre_within(&engine.all_choices(), left)?)?;
             let condition = || {
                 let does = self.does;
                 format!("each state lost in round {j} of `{name}` {does}, or must risk an earlier round")

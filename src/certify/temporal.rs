@@ -73,14 +73,15 @@ impl SecuredRegion {
         let condition =
             || format!("each state of `{name}` satisfies the conditions that must always hold there");
         checker.subset(&self.region, &self.allowed, condition)?;
-        let staying = engine.choices_in(&engine.every_successor_in(&self.region)?, &self.region)?;
+        let staying =
+            engine.choices_in(&engine.pre_within(&engine.all_choices(), &self.region)?, &self.region)?;
         let condition = || format!("`{}` are the choices that stay in `{name}`", names::strategy(name));
         checker.equal_choices(&self.strategy, &staying, condition)?;
         let condition = || format!("each state of `{name}` has a choice that stays in it");
-        checker.subset(&self.region, &engine.sources(&staying)?, condition)?;
+        checker.subset(&self.region, &engine.can_choose(&staying)?, condition)?;
         for (index, mark) in self.again.iter().enumerate() {
             let start = engine.intersection(mark, &self.region)?;
-            let step = |layer: &StateSet| Ok(engine.sources(&engine.entering(&staying, layer)?)?);
+            let step = |layer: &StateSet| Ok(engine.can_choose(&engine.pre(&staying, layer)?)?);
             checker.layers(&names::recurring(name, index + 1), &self.region, &start, step)?;
         }
         Ok(())
@@ -90,12 +91,12 @@ impl SecuredRegion {
         let (engine, name) = (&checker.engine, &self.name);
         let left = checker.rounds(name, &engine.all_states(), |j, lost, left, rest| {
             let open = engine.intersection(lost, &self.allowed)?;
-            let safe = engine.choices_in(&engine.every_successor_in(left)?, &open)?;
-            let saved = engine.sources(&engine.entering(&safe, rest)?)?;
+            let safe = engine.choices_in(&engine.pre_within(&engine.all_choices(), left)?, &open)?;
+            let saved = engine.can_choose(&engine.pre(&safe, rest)?)?;
             let condition =
                 || format!("no state lost in round {j} of `{name}` has a safe step out of the round");
             checker.subset(&saved, &engine.no_states(), condition)?;
-            let moving = engine.sources(&safe)?;
+            let moving = engine.can_choose(&safe)?;
             for mark in &self.again {
                 if engine.is_empty(&engine.intersection(mark, &moving)?)? {
                     return Ok(());

@@ -2,9 +2,12 @@
 
 use std::sync::Arc;
 
+use super::edge_labels::EdgeLabels;
+use super::engine::{Algebra, Engine, Region};
 use super::explicit::{self, ExplicitEngine};
+use super::parallel::Sets;
+use super::settings::{Count, Settings, Storage, Usage};
 use super::symbolic::{self, SymbolicEngine};
-use super::{Algebra, Count, EdgeLabels, Engine, Region, Sets, Settings, Storage, Usage};
 use meliora_model::error::{Error, Result};
 use meliora_model::expr::ExprId;
 use meliora_model::step::Choice;
@@ -275,10 +278,10 @@ impl Engine for AnyEngine {
     operations! {
         choices_in(c: AnyChoices, x: AnyStates) -> AnyChoices;
         sources(c: AnyChoices) -> AnyStates;
-        entering(c: AnyChoices, x: AnyStates) -> AnyChoices;
-        some_successor_in(x: AnyStates) -> AnyChoices;
-        every_successor_in(y: AnyStates) -> AnyChoices;
-        successors(c: AnyChoices) -> AnyStates;
+        can_choose(c: AnyChoices) -> AnyStates;
+        pre(c: AnyChoices, x: AnyStates) -> AnyChoices;
+        pre_within(c: AnyChoices, y: AnyStates) -> AnyChoices;
+        post(c: AnyChoices) -> AnyStates;
         count_model_states(x: AnyStates) -> Option<Count>;
         count_transitions(c: AnyChoices, x: AnyStates) -> Count;
     }
@@ -353,6 +356,10 @@ impl Engine for AnyEngine {
 
     fn stay_within(&self, x: &AnyStates, within: &AnyChoices) -> Result<Region<AnyStates, AnyChoices>> {
         on!(self, e => Ok(region(e.stay_within(x.of(e)?, within.of(e)?)?)))
+    }
+
+    fn surely_staying(&self, x: &AnyStates, within: &AnyChoices) -> Result<AnyStates> {
+        on!(self, e => Ok(e.surely_staying(x.of(e)?, within.of(e)?)?.into()))
     }
 
     fn almost_surely_reach(

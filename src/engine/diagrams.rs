@@ -1,8 +1,9 @@
 //! Access to the decision diagrams of an engine that may have them.
 
 use super::any::{AnyChoices, AnyEngine, AnyStates};
+use super::engine::Engine;
+use super::settings::Storage;
 use super::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
-use super::{Engine, Storage};
 use meliora_model::error::{Error, Result};
 
 /// An engine whose sets may be decision diagrams. Code that draws or writes diagrams accepts any

@@ -1,6 +1,6 @@
 //! Games on edges: goal edges win, dropped edges are not part of the game, all others are plain.
 
-use super::{Engine, Region, position};
+use super::engine::{Engine, Region, position};
 use meliora_model::error::Result;
 
 /// The labels of the edges from a set of states: goal, dropped or plain. A game has one such *part*
@@ -92,7 +92,7 @@ pub fn pairs_into<E: Engine>(
 ) -> Result<E::Choices> {
     let mut union = engine.no_choices();
     for (from, into) in grouped(engine, pairs)? {
-        let entering = engine.entering(&engine.choices_in(choices, &from)?, &into)?;
+        let entering = engine.pre(&engine.choices_in(choices, &from)?, &into)?;
         union = engine.union(&union, &entering)?;
     }
     Ok(union)
@@ -126,7 +126,7 @@ pub fn grouped<E: Engine>(engine: &E, pairs: Edges<E::States>) -> Result<Edges<E
 fn disallow<E: Engine>(engine: &E, choices: &mut E::Choices, gone: &E::Choices) -> Result<E::States> {
     *choices = engine.difference(choices, gone)?;
     let hit = engine.sources(gone)?;
-    let alive = engine.sources(&engine.choices_in(choices, &hit)?)?;
+    let alive = engine.can_choose(&engine.choices_in(choices, &hit)?)?;
     engine.difference(&hit, &alive)
 }
 
@@ -149,11 +149,11 @@ fn withdraw<E: Engine>(
     if is_simpler(&left.states, lost)? {
         let outside = engine.difference(&engine.all_states(), &left.states)?;
         if is_simpler(&outside, lost)? {
-            left.choices = engine.difference(within, &engine.entering(within, &outside)?)?;
-            return engine.difference(&left.states, &engine.sources(&left.choices)?);
+            left.choices = engine.difference(within, &engine.pre(within, &outside)?)?;
+            return engine.difference(&left.states, &engine.can_choose(&left.choices)?);
         }
     }
-    let gone = engine.entering(&left.choices, lost)?;
+    let gone = engine.pre(&left.choices, lost)?;
     disallow(engine, &mut left.choices, &gone)
 }
 
@@ -172,7 +172,7 @@ pub(super) fn almost_surely_win<E: Engine>(
     let within = start.choices.clone();
     let mut left = start;
     loop {
-        let seeds = engine.sources(&engine.intersection(&left.choices, &winning)?)?;
+        let seeds = engine.can_choose(&engine.intersection(&left.choices, &winning)?)?;
         let reaching = engine.can_reach(&seeds, &left.choices, edge_labels)?;
         let lost = engine.difference(&left.states, &reaching)?;
         left.states = engine.intersection(&left.states, &reaching)?;
@@ -184,9 +184,7 @@ pub(super) fn almost_surely_win<E: Engine>(
     }
 }
 
-/// Implements [`Engine::remove_attractor`] layer by layer. `is_simpler(x, y)` returns whether
-/// operations on x cost less than operations on y, independent of their numbers of states. An
-/// engine that cannot tell returns `false`.
+/// Implements [`Engine::remove_attractor`] layer by layer.
 pub(super) fn remove_attractor<E: Engine>(
     engine: &E,
     mut left: Region<E::States, E::Choices>,
@@ -194,28 +192,44 @@ pub(super) fn remove_attractor<E: Engine>(
     won: &E::States,
     edge_labels: &[EdgeLabels<E::States>],
     mut lost: E::States,
-    is_simpler: impl Fn(&E::States, &E::States) -> Result<bool>,
 ) -> Result<Region<E::States, E::Choices>> {
     while !engine.is_empty(&lost)? {
-        let stuck = if edge_labels.is_empty() {
-            withdraw(engine, &mut left, within, &lost, &is_simpler)?
-        } else {
-            let gone = plain_edges_into(engine, &left.choices, edge_labels, &lost)?;
-            disallow(engine, &mut left.choices, &gone)?
-        };
-        lost = engine.intersection(&engine.difference(&stuck, won)?, &left.states)?;
-        left.states = engine.difference(&left.states, &lost)?;
+        lost = remove_layer(engine, &mut left, within, won, edge_labels, &lost, |_, _| Ok(false))?;
     }
     Ok(left)
+}
+
+/// Removes the choices that may step into `lost`, and the states that are lost next, which it
+/// returns. `is_simpler(x, y)` returns whether operations on x cost less than operations on y,
+/// independent of their numbers of states. An engine that cannot tell returns `false`.
+pub(super) fn remove_layer<E: Engine>(
+    engine: &E,
+    left: &mut Region<E::States, E::Choices>,
+    within: &E::Choices,
+    won: &E::States,
+    edge_labels: &[EdgeLabels<E::States>],
+    lost: &E::States,
+    is_simpler: impl Fn(&E::States, &E::States) -> Result<bool>,
+) -> Result<E::States> {
+    let stuck = if edge_labels.is_empty() {
+        withdraw(engine, left, within, lost, &is_simpler)?
+    } else {
+        let gone = plain_edges_into(engine, &left.choices, edge_labels, lost)?;
+        disallow(engine, &mut left.choices, &gone)?
+    };
+    let next = engine.intersection(&engine.difference(&stuck, won)?, &left.states)?;
+    left.states = engine.difference(&left.states, &next)?;
+    Ok(next)
 }
 
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
 
-    use super::{Engine, grouped};
-    use crate::Settings;
+    use super::grouped;
+    use crate::engine::Engine;
     use crate::explicit::ExplicitEngine;
+    use crate::settings::Settings;
     use meliora_lang as lang;
     use meliora_model::error::SourceFile;
 

@@ -8,7 +8,8 @@ use std::panic::resume_unwind;
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
-use super::{EdgeLabels, Engine, Region};
+use super::edge_labels::EdgeLabels;
+use super::engine::{Engine, Region};
 use meliora_model::error::{Error, Limit, Result};
 
 /// State sets and choice sets of one engine.
@@ -223,9 +224,11 @@ mod tests {
     use std::sync::Arc;
     use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-    use super::{Engine, Port, Portable, run};
+    use super::{Port, Portable, run};
+    use crate::engine::Engine;
+    use crate::settings::Settings;
+    use crate::symbolic::SymbolicEngine;
     use crate::symbolic::{StateSet, Thresholds};
-    use crate::{Settings, SymbolicEngine};
     use meliora_lang as lang;
     use meliora_model::error::{Error, Limit, Result, SourceFile};
 
@@ -260,7 +263,7 @@ mod tests {
             if own.settings().threads == 1 {
                 return Err(error());
             }
-            *found = Some(One(own.successors(&own.choices_in(&own.all_choices(), x)?)?));
+            *found = Some(One(own.post(&own.choices_in(&own.all_choices(), x)?)?));
             Ok(())
         });
         (engine, end, jobs.into_iter().map(|(_, found)| found).collect())

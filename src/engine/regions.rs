@@ -3,7 +3,7 @@
 use serde::Serialize;
 use strum::IntoStaticStr;
 
-use super::Engine;
+use super::engine::Engine;
 use meliora_model::error::Result;
 use meliora_model::property::{Bound, Strategies};
 
@@ -67,8 +67,8 @@ pub fn pmax_one<E: Engine>(engine: &E, target: &E::States) -> Result<E::States> 
 /// A limit of the engine is reached.
 pub fn pmin_positive<E: Engine>(engine: &E, target: &E::States) -> Result<E::States> {
     let outside = engine.difference(&engine.all_states(), target)?;
-    let avoiding = engine.stay_within(&outside, &engine.all_choices())?;
-    engine.difference(&engine.all_states(), &avoiding.states)
+    let avoiding = engine.surely_staying(&outside, &engine.all_choices())?;
+    engine.difference(&engine.all_states(), &avoiding)
 }
 
 /// Computes { s : Pmin(◇T) = 1 }: the states from which no strategy can reach, without visiting T,

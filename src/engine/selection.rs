@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{Algebra, AnyEngine, Engine, ExplicitEngine, Settings, Storage};
+use super::any::AnyEngine;
+use super::engine::{Algebra, Engine};
+use super::explicit::ExplicitEngine;
+use super::settings::{Settings, Storage};
 use meliora_model::Program;
 use meliora_model::error::Result;
 

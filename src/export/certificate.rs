@@ -54,7 +54,7 @@ fn outcome_layers(
 ) -> Result<()> {
     let positive = backward(engine, &outcome.target, &engine.all_choices())?;
     layers(named, &names::positive(name), &positive);
-    let staying = engine.every_successor_in(&outcome.almost_sure)?;
+    let staying = engine.pre_within(&engine.all_choices(), &outcome.almost_sure)?;
     let staying = engine.choices_in(&staying, &outcome.almost_sure)?;
     let almost_sure = backward(engine, &outcome.target, &staying)?;
     let region = names::almost_sure(name);
@@ -74,7 +74,7 @@ fn lost_rounds(engine: &SymbolicEngine, target: &StateSet) -> Result<Vec<StateSe
         if engine.is_empty(&lost)? {
             return Ok(rounds);
         }
-        choices = engine.difference(&choices, &engine.entering(&choices, &lost)?)?;
+        choices = engine.difference(&choices, &engine.pre(&choices, &lost)?)?;
         left = engine.difference(&left, &lost)?;
         rounds.push(lost);
     }
@@ -102,8 +102,8 @@ fn risk_rounds(engine: &SymbolicEngine, bad: StateSet) -> Result<(StateSet, Vec<
         if engine.is_empty(last)? {
             break;
         }
-        choices = engine.difference(&choices, &engine.entering(&choices, last)?)?;
-        let next = engine.difference(&left, &engine.sources(&choices)?)?;
+        choices = engine.difference(&choices, &engine.pre(&choices, last)?)?;
+        let next = engine.difference(&left, &engine.can_choose(&choices)?)?;
         left = engine.difference(&left, &next)?;
         lost.push(next);
     }
@@ -159,7 +159,7 @@ fn last_level(
         }
         Kind::Spi => {
             let winning = winning(engine, &engine.all_choices(), &edge_labels)?;
-            let seeds = engine.sources(&engine.intersection(&arena.choices, &winning)?)?;
+            let seeds = engine.can_choose(&engine.intersection(&arena.choices, &winning)?)?;
             engine.can_reach(&seeds, &arena.choices, &edge_labels)?
         }
     };
@@ -198,7 +198,7 @@ fn level_rounds(
     loop {
         choices = engine.difference(&choices, &plain_edges_into(engine, &choices, edge_labels, &lost)?)?;
         choices = engine.choices_in(&choices, &left)?;
-        let seeds = engine.sources(&engine.intersection(&choices, &winning)?)?;
+        let seeds = engine.can_choose(&engine.intersection(&choices, &winning)?)?;
         let reaching = engine.can_reach(&seeds, &choices, edge_labels)?;
         lost = engine.difference(&left, &reaching)?;
         if engine.is_empty(&lost)? {

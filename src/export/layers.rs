@@ -17,7 +17,7 @@ pub(super) fn rounds(named: &mut Vec<Named>, region: &str, sets: &[StateSet]) {
 /// Computes the states of the scope by their distance from the start states of paths.
 pub(super) fn forward(engine: &SymbolicEngine, start: StateSet) -> Result<Vec<StateSet>> {
     let all = engine.all_choices();
-    by_distance(engine, start, |layer| engine.successors(&engine.choices_in(&all, layer)?))
+    by_distance(engine, start, |layer| engine.post(&engine.choices_in(&all, layer)?))
 }
 
 /// Computes the states that reach a target with the given choices, by their distance from it.
@@ -26,7 +26,7 @@ pub(super) fn backward(
     target: &StateSet,
     within: &ChoiceSet,
 ) -> Result<Vec<StateSet>> {
-    by_distance(engine, target.clone(), |layer| engine.sources(&engine.entering(within, layer)?))
+    by_distance(engine, target.clone(), |layer| engine.can_choose(&engine.pre(within, layer)?))
 }
 
 fn by_distance(

@@ -64,7 +64,7 @@ fn lost_rounds(engine: &SymbolicEngine, disjunct: &Disjunct) -> Result<Vec<State
     for mark in marks.iter().cycle() {
         if !engine.is_empty(&lost)? {
             unchanged = 0;
-            choices = engine.difference(&choices, &engine.entering(&choices, &lost)?)?;
+            choices = engine.difference(&choices, &engine.pre(&choices, &lost)?)?;
             left = engine.difference(&left, &lost)?;
             choices = engine.choices_in(&choices, &left)?;
             rounds.push(lost);
@@ -72,7 +72,7 @@ fn lost_rounds(engine: &SymbolicEngine, disjunct: &Disjunct) -> Result<Vec<State
             break;
         }
         unchanged += 1;
-        let moving = engine.intersection(mark, &engine.sources(&choices)?)?;
+        let moving = engine.intersection(mark, &engine.can_choose(&choices)?)?;
         lost = engine.difference(&left, &engine.can_reach(&moving, &choices, &[])?)?;
     }
     Ok(rounds)

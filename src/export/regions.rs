@@ -27,7 +27,7 @@ pub(super) fn all(analysis: &Of<'_>) -> Result<Vec<Named>> {
             let Some(outcome) = outcomes.get(index) else { continue };
             let name = &objective.name;
             let outside = engine.difference(&outcome.almost_sure, &outcome.target)?;
-            let staying = engine.every_successor_in(&outcome.almost_sure)?;
+            let staying = engine.pre_within(&engine.all_choices(), &outcome.almost_sure)?;
             named.extend(plays::regions(analysis, index));
             named.push(Named::states(names::target(name), &outcome.target));
             let sure = names::almost_sure(name);

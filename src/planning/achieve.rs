@@ -271,7 +271,7 @@ impl<E: Engine> Stages<E> {
         within: &E::Choices,
         accepting: &[AcceptingRegion<E>],
     ) -> Result<Self> {
-        let staying = engine.intersection(within, &engine.every_successor_in(sure)?)?;
+        let staying = engine.pre_within(within, sure)?;
         let region = Region { choices: engine.choices_in(&staying, sure)?, states: sure.clone() };
         let mut all = vec![Stage { region, goal: target.clone(), recurs: false }];
         let mut disjuncts = Vec::new();

@@ -156,7 +156,7 @@ impl<E: Engine> Improvement<E> {
 }
 
 /// Computes the arena under [`Safety::Action`]: all enabled choices minus ⋃ over c of [c] ∩
-/// some_successor_in(Worse(c)).
+/// pre(Worse(c)).
 fn action<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
     let weakening = pairs_into(engine, &engine.all_choices(), by_worse(classes))?;
     Ok(Arena {
@@ -168,11 +168,11 @@ fn action<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
 }
 
 /// Computes the arena under [`Safety::Transition`]: all enabled choices minus ⋃ over c of [c] ∩
-/// every_successor_in(Worse(c)), without the edges from [c] into Worse(c).
+/// pre_within(Worse(c)), without the edges from [c] into Worse(c).
 fn transition<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
     let mut choices = engine.all_choices();
     for (from, worse) in &grouped(engine, by_worse(classes))? {
-        let emptied = engine.choices_in(&engine.every_successor_in(worse)?, from)?;
+        let emptied = engine.choices_in(&engine.pre_within(&engine.all_choices(), worse)?, from)?;
         choices = engine.difference(&choices, &emptied)?;
     }
     let edge_labels = edge_labels(engine, classes, |c| c.worse.clone())?;

@@ -86,7 +86,7 @@ impl<E: Engine> Requirements<E> {
             if engine.contains(last, start)? || engine.is_empty(last)? {
                 break;
             }
-            let next = engine.intersection(&engine.sources(&engine.entering(&within, last)?)?, &open)?;
+            let next = engine.intersection(&engine.sources(&engine.pre(&within, last)?)?, &open)?;
             open = engine.difference(&open, &next)?;
             layers.push(next);
         }

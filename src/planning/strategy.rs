@@ -59,7 +59,7 @@ pub(crate) fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> R
 pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game<E>) -> Result<Strategy<E>> {
     let (all, permissive) = (engine.all_choices(), permissive(engine, kind, game)?);
     let first = engine.intersection(&permissive, &winning(engine, &all, &game.edge_labels)?)?;
-    let goal = engine.sources(&first)?;
+    let goal = engine.can_choose(&first)?;
     let (layers, progress) = layered(engine, &game.states, goal, first, |layer| {
         engine.intersection(&permissive, &keeping(engine, &all, &game.edge_labels, layer)?)
     })?;
@@ -80,7 +80,7 @@ pub(super) fn approach<E: Engine>(
 ) -> Result<Strategy<E>> {
     let goal = engine.intersection(goal, &region.states)?;
     let (layers, progress) =
-        layered(engine, &region.states, goal, first, |layer| engine.entering(&region.choices, layer))?;
+        layered(engine, &region.states, goal, first, |layer| engine.pre(&region.choices, layer))?;
     let (states, permissive) = (region.states.clone(), region.choices.clone());
     Ok(Strategy { reference: None, states, permissive, layers, progress })
 }
@@ -103,7 +103,7 @@ fn layered<E: Engine>(
         let closer = engine.choices_in(&closer(&layer)?, &open)?;
         progress = engine.union(&progress, &closer)?;
         layers.push(layer);
-        layer = engine.sources(&closer)?;
+        layer = engine.can_choose(&closer)?;
         open = engine.difference(&open, &layer)?;
     }
     Ok((layers, progress))

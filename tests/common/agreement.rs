@@ -62,7 +62,8 @@ impl<E: Engine> Both<'_, E> {
         }
         assert_eq!(engine.count(c).unwrap(), expected.len().into(), "choices: {what}");
         self.states(what, &engine.sources(c).unwrap(), &brute.sources(expected));
-        self.states(what, &engine.successors(c).unwrap(), &brute.successors(expected));
+        self.states(what, &engine.can_choose(c).unwrap(), &brute.sources(expected));
+        self.states(what, &engine.post(c).unwrap(), &brute.post(expected));
         let all = (engine.all_states(), brute.all_states());
         let count = engine.count_transitions(c, &all.0).unwrap();
         assert_eq!(count, brute.count_transitions(expected, &all.1).into(), "transitions: {what}");
@@ -70,10 +71,10 @@ impl<E: Engine> Both<'_, E> {
 
     fn images(&self, x: &E::States, brute_x: &Set) {
         let (engine, brute) = (self.engine, self.brute);
-        let some = engine.some_successor_in(x).unwrap();
-        self.choices("some successor", &some, &brute.some_successor_in(brute_x));
-        let every = engine.every_successor_in(x).unwrap();
-        self.choices("every successor", &every, &brute.every_successor_in(brute_x));
+        let some = engine.pre(&engine.all_choices(), x).unwrap();
+        self.choices("pre", &some, &brute.pre(&brute.all_choices(), brute_x));
+        let every = engine.pre_within(&engine.all_choices(), x).unwrap();
+        self.choices("pre_within", &every, &brute.pre_within(&brute.all_choices(), brute_x));
         let within = engine.choices_in(&engine.all_choices(), x).unwrap();
         self.choices("in", &within, &brute.choices_in(&brute.all_choices(), brute_x));
     }
@@ -85,9 +86,9 @@ impl<E: Engine> Both<'_, E> {
         self.states("difference", &engine.difference(x, y).unwrap(), &(brute_x - brute_y));
         assert_eq!(engine.same(x, y).unwrap(), brute_x == brute_y);
         // Two sets of choices of some variety.
-        let c = engine.some_successor_in(x).unwrap();
+        let c = engine.pre(&engine.all_choices(), x).unwrap();
         let d = engine.choices_in(&engine.all_choices(), y).unwrap();
-        let brute_c = brute.some_successor_in(brute_x);
+        let brute_c = brute.pre(&brute.all_choices(), brute_x);
         let brute_d = brute.choices_in(&brute.all_choices(), brute_y);
         let within = engine.union(&c, &d).unwrap();
         let brute_within = &brute_c | &brute_d;
@@ -95,8 +96,9 @@ impl<E: Engine> Both<'_, E> {
         self.choices("common", &engine.intersection(&c, &d).unwrap(), &(&brute_c & &brute_d));
         self.choices("without", &engine.difference(&c, &d).unwrap(), &(&brute_c - &brute_d));
         for (pairs, brute_pairs) in [(&within, &brute_within), (&d, &brute_d)] {
-            let entering = engine.entering(pairs, x).unwrap();
-            self.choices("entering", &entering, &(&brute.some_successor_in(brute_x) & brute_pairs));
+            self.choices("pre", &engine.pre(pairs, x).unwrap(), &brute.pre(brute_pairs, brute_x));
+            let staying = engine.pre_within(pairs, x).unwrap();
+            self.choices("pre_within", &staying, &brute.pre_within(brute_pairs, brute_x));
         }
         let count = engine.count_transitions(&within, x).unwrap();
         assert_eq!(count, brute.count_transitions(&brute_within, brute_x).into(), "transitions into x");
@@ -129,6 +131,7 @@ impl<E: Engine> Both<'_, E> {
             let (states, choices) = brute.stay_within(brute_x, brute_c);
             self.states("stay", &region.states, &states);
             self.choices("stay", &region.choices, &choices);
+            self.states("surely staying", &engine.surely_staying(x, c).unwrap(), &states);
             let region = engine.almost_surely_reach(x, c).unwrap();
             let (states, choices) = brute.almost_surely_reach(brute_x, brute_c);
             self.states("almost surely", &region.states, &states);

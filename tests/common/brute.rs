@@ -103,15 +103,15 @@ impl Brute {
         c.iter().map(|&p| self.pairs[p].state).collect()
     }
 
-    pub fn some_successor_in(&self, x: &Set) -> Set {
-        self.pairs_where(&self.all_choices(), |p| !p.successors.is_disjoint(x))
+    pub fn pre(&self, c: &Set, x: &Set) -> Set {
+        self.pairs_where(c, |p| !p.successors.is_disjoint(x))
     }
 
-    pub fn every_successor_in(&self, y: &Set) -> Set {
-        self.pairs_where(&self.all_choices(), |p| p.successors.is_subset(y))
+    pub fn pre_within(&self, c: &Set, y: &Set) -> Set {
+        self.pairs_where(c, |p| p.successors.is_subset(y))
     }
 
-    pub fn successors(&self, c: &Set) -> Set {
+    pub fn post(&self, c: &Set) -> Set {
         c.iter().flat_map(|&p| self.pairs[p].successors.iter().copied()).collect()
     }
 
@@ -142,7 +142,7 @@ impl Brute {
 
     /// νZ. X ∩ { s : some (s,a) ∈ C has all successors in Z }, with those pairs.
     pub fn stay_within(&self, x: &Set, within: &Set) -> (Set, Set) {
-        let good = |z: &Set| self.choices_in(&(within & &self.every_successor_in(z)), z);
+        let good = |z: &Set| self.choices_in(&self.pre_within(within, z), z);
         let states = Self::fixpoint(x.clone(), |z| &self.sources(&good(z)) & x);
         let choices = good(&states);
         (states, choices)
@@ -152,11 +152,11 @@ impl Brute {
     /// outside T that stay inside.
     pub fn almost_surely_reach(&self, target: &Set, within: &Set) -> (Set, Set) {
         let step = |y: &Set, x: &Set| {
-            let good = &(&self.every_successor_in(y) & &self.some_successor_in(x)) & within;
+            let good = self.pre(&self.pre_within(within, y), x);
             &self.sources(&good) | target
         };
         let states = Self::fixpoint(self.all_states(), |y| Self::fixpoint(Set::new(), |x| step(y, x)));
-        let staying = within & &self.every_successor_in(&states);
+        let staying = self.pre_within(within, &states);
         let choices = self.choices_in(&staying, &(&states - target));
         (states, choices)
     }

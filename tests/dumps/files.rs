@@ -254,8 +254,8 @@ fn choice_sets_with_fewer_numbers_than_groups_are_refused() {
     let diagram = Diagram { variables, ..Diagram::default() };
     let few = engine.load_choices(&diagram, Edge::TRUE, 1).unwrap().unwrap();
     let refused = [
-        engine.entering(&few, &states).map(drop),
-        engine.successors(&few).map(drop),
+        engine.pre(&few, &states).map(drop),
+        engine.post(&few).map(drop),
         engine.count_transitions(&few, &states).map(drop),
         engine.can_reach(&states, &few, &[]).map(drop),
         engine.stay_within(&states, &few).map(drop),

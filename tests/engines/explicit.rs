@@ -153,7 +153,7 @@ fn answers<E: Engine>(engine: &E, predicates: &[ExprId]) -> Vec<Vec<Vec<i64>>> {
     for y in &sets {
         let c = engine.choices_in(&engine.all_choices(), y).unwrap();
         for x in &sets {
-            found.push(engine.sources(&engine.entering(&c, x).unwrap()).unwrap());
+            found.push(engine.sources(&engine.pre(&c, x).unwrap()).unwrap());
         }
     }
     for x in &sets {

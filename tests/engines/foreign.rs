@@ -47,11 +47,12 @@ fn images<E: Engine>(engine: &E, x: &E::States, c: &E::Choices) {
     refused("choices_in", engine.choices_in(c, &states));
     refused("choices_in", engine.choices_in(&choices, x));
     refused("sources", engine.sources(c));
-    refused("entering", engine.entering(c, &states));
-    refused("entering", engine.entering(&choices, x));
-    refused("some_successor_in", engine.some_successor_in(x));
-    refused("every_successor_in", engine.every_successor_in(x));
-    refused("successors", engine.successors(c));
+    refused("pre", engine.pre(c, &states));
+    refused("pre", engine.pre(&choices, x));
+    refused("can_choose", engine.can_choose(c));
+    refused("pre_within", engine.pre_within(c, &states));
+    refused("pre_within", engine.pre_within(&choices, x));
+    refused("post", engine.post(c));
     refused("count_model_states", engine.count_model_states(x));
     refused("count_transitions", engine.count_transitions(c, &states));
     refused("count_transitions", engine.count_transitions(&choices, x));
@@ -69,6 +70,8 @@ fn fixpoints<E: Engine>(engine: &E, x: &E::States, c: &E::Choices) {
     let (states, none, choices) = (engine.all_states(), engine.no_states(), engine.all_choices());
     refused("stay_within", engine.stay_within(x, &choices));
     refused("stay_within", engine.stay_within(&states, c));
+    refused("surely_staying", engine.surely_staying(x, &choices));
+    refused("surely_staying", engine.surely_staying(&states, c));
     refused("almost_surely_reach", engine.almost_surely_reach(x, &choices));
     refused("almost_surely_reach", engine.almost_surely_reach(&states, c));
     refused("can_reach", engine.can_reach(x, &choices, &[]));
@@ -100,7 +103,7 @@ fn check<E: Engine>(engine: &E, other: &E) {
     let some = other.initial_states();
     for x in [&all, &other.no_states(), &some, &other.deadlock_states()] {
         algebra("states", engine, &engine.initial_states(), x);
-        for c in [&choices, &other.no_choices(), &other.some_successor_in(&some).unwrap()] {
+        for c in [&choices, &other.no_choices(), &other.pre(&other.all_choices(), &some).unwrap()] {
             algebra("choices", engine, &engine.all_choices(), c);
             images(engine, x, c);
             fixpoints(engine, x, c);

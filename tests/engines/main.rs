@@ -1,5 +1,6 @@
 //! The engines compared with a reference implementation, their variable orders, and cancellation.
 
+mod attractors;
 #[path = "../common/engines.rs"]
 mod common;
 mod depth;

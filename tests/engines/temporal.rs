@@ -52,11 +52,11 @@ fn holds(condition: &Condition, marked: &dyn Fn(meliora::model::expr::ExprId) ->
 
 /// Returns true if paths can stay in a set and visit all of it infinitely often, almost surely.
 fn is_end_component(brute: &Brute, set: &Set) -> bool {
-    let staying = brute.choices_in(&brute.every_successor_in(set), set);
+    let staying = brute.choices_in(&brute.pre_within(&brute.all_choices(), set), set);
     set.iter().all(|&state| {
         let mut met = Set::from([state]);
         loop {
-            let next = &met | &brute.successors(&brute.choices_in(&staying, &met));
+            let next = &met | &brute.post(&brute.choices_in(&staying, &met));
             if next == met {
                 return met == *set && !brute.choices_in(&staying, &Set::from([state])).is_empty();
             }

@@ -60,6 +60,7 @@ fn thresholds() -> [Thresholds; 4] {
         forward_trial_steps: 80,
         first_steps: 20,
         free_cases: 3,
+        lose_steps: 1,
         nodes_per_case: 300,
         large_set: 0,
         ..usual
@@ -110,12 +111,13 @@ fn every_way_leads_to_what_the_explicit_engine_finds() {
         confined_by_recursion: sum(|w| w.confined_by_recursion),
         confined_given_up: sum(|w| w.confined_given_up),
         lost_by_recursion: sum(|w| w.lost_by_recursion),
+        lost_by_lists: sum(|w| w.lost_by_lists),
         lost_by_layers: sum(|w| w.lost_by_layers),
         given_up: sum(|w| w.given_up),
     };
     println!("{total:?}");
     let reached =
         [total.by_recursion, total.by_saturation, total.confined_by_recursion, total.confined_given_up];
-    let lost = [total.lost_by_recursion, total.lost_by_layers - total.given_up, total.given_up];
+    let lost = [total.lost_by_recursion, total.lost_by_lists, total.lost_by_layers, total.given_up];
     assert!(reached.iter().chain(&lost).all(|&n| n > 20), "{total:?}");
 }

@@ -157,13 +157,13 @@ impl Engine for Tiny {
         Ok(c.iter().map(|row| row.contains(&true)).collect())
     }
 
-    fn entering(&self, c: &Pairs, x: &Bits) -> Result<Pairs> {
+    fn pre(&self, c: &Pairs, x: &Bits) -> Result<Pairs> {
         Ok(self.choices_where(|s, a| c[s][a] && self.successors_of(s, a).iter().any(|&t| x[t])))
     }
-    fn every_successor_in(&self, y: &Bits) -> Result<Pairs> {
-        Ok(self.choices_where(|s, a| self.choices[s][a] && self.successors_of(s, a).iter().all(|&t| y[t])))
+    fn pre_within(&self, c: &Pairs, y: &Bits) -> Result<Pairs> {
+        Ok(self.choices_where(|s, a| c[s][a] && self.successors_of(s, a).iter().all(|&t| y[t])))
     }
-    fn successors(&self, c: &Pairs) -> Result<Bits> {
+    fn post(&self, c: &Pairs) -> Result<Bits> {
         let mut entered = self.no_states();
         for (s, row) in c.iter().enumerate() {
             for a in (0..row.len()).filter(|&a| row[a]) {

@@ -12,7 +12,8 @@ use super::index::NOBODY;
 use super::meter::Array;
 use super::set::{BitSet, clear, test};
 use super::{ExplicitEngine, StateSet};
-use crate::{EdgeLabels, Region};
+use crate::edge_labels::EdgeLabels;
+use crate::engine::Region;
 use meliora_model::error::Result;
 
 /// The edge labels of a game, by source and target state.

@@ -12,7 +12,7 @@ use super::meter::Meter;
 use super::program::Prepared;
 use super::set::{self, BitSet};
 use super::stepper::{Broken, Stepper, sum};
-use crate::{Scope, Settings};
+use crate::settings::{Scope, Settings};
 use meliora_model::error::{Error, Limit, Result};
 use meliora_model::temporal::Begin;
 use meliora_model::{Program, State, fault};

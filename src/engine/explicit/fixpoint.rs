@@ -7,7 +7,7 @@ use super::almost_sure::Rules;
 use super::graph::Predecessors;
 use super::meter::Array;
 use super::set::{BitSet, clear, set, test};
-use crate::Region;
+use crate::engine::Region;
 use meliora_model::error::Result;
 
 /// Number of states taken from a work list between two checks of the progress sink.

@@ -29,7 +29,7 @@ pub mod weighted;
 use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 
-use super::{Settings, Storage};
+use super::settings::{Settings, Storage};
 use explore::{Explored, Space, Task};
 use graph::Graph;
 use layout::Layout;

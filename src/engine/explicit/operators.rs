@@ -8,7 +8,10 @@ use super::machine::Machine;
 use super::set::{BitSet, set, test};
 use super::stepper::{Broken, Stepper};
 use super::{ChoiceSet, ExplicitEngine, Space, StateSet};
-use crate::{Algebra, Count, EdgeLabels, Engine, Region, Sets, Settings, Usage, edge_labels};
+use crate::edge_labels::{self, EdgeLabels};
+use crate::engine::{Algebra, Engine, Region};
+use crate::parallel::Sets;
+use crate::settings::{Count, Settings, Usage};
 use meliora_model::error::{Error, Result};
 use meliora_model::expr::ExprId;
 use meliora_model::progress::Poll;
@@ -134,12 +137,12 @@ impl Engine for ExplicitEngine {
         Ok(StateSet(found))
     }
 
-    fn entering(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
+    fn pre(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
         let into = self.choices_into(self.bits(x)?)?;
         Ok(ChoiceSet(into.zip(self.bits(c)?, |into, c| into & c)?))
     }
 
-    fn successors(&self, c: &ChoiceSet) -> Result<StateSet> {
+    fn post(&self, c: &ChoiceSet) -> Result<StateSet> {
         let mut found = BitSet::empty(&self.meter, self.graph.states());
         let words = found.words_mut();
         for choice in self.bits(c)?.iter() {
@@ -177,7 +180,7 @@ impl Engine for ExplicitEngine {
         self.bits(&left.choices).and(self.bits(within))?;
         self.bits(&left.states).and(self.bits(won))?;
         self.check_owned(edge_labels)?;
-        edge_labels::remove_attractor(self, left, within, won, edge_labels, lost, |_, _| Ok(false))
+        edge_labels::remove_attractor(self, left, within, won, edge_labels, lost)
     }
 
     fn stay_within(&self, x: &StateSet, within: &ChoiceSet) -> Result<Region<StateSet, ChoiceSet>> {
@@ -195,10 +198,11 @@ impl Engine for ExplicitEngine {
         let choices = self.choices_of_states(self.bits(within)?, &outside)?;
         // States without a pair are lost. One pass over the rows removes the choices that may step
         // into them.
-        let alive = self.union(&self.sources(within)?, target)?;
-        let choices = match self.same(&alive, &self.all_states())? {
-            true => choices,
-            false => choices.zip(&self.every_successor_in(&alive)?.0, |own, stays| own & stays)?,
+        let alive = self.union(&self.can_choose(within)?, target)?;
+        let choices = if self.same(&alive, &self.all_states())? {
+            choices
+        } else {
+            self.pre_within(&ChoiceSet(choices), &alive)?.0
         };
         let Region { states, choices } = self.pursue(&outside, choices, &Entering(goal))?;
         let states = states.zip(goal, |x, t| x | t)?;

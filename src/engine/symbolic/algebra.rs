@@ -3,10 +3,12 @@
 
 use std::sync::Arc;
 
-use super::diagram::Bdd;
 use super::store::Store;
+use super::store::diagram::Bdd;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::{Algebra, Count, EdgeLabels};
+use crate::edge_labels::EdgeLabels;
+use crate::engine::Algebra;
+use crate::settings::Count;
 use meliora_model::error::{Error, Result, ensure};
 
 impl SymbolicEngine {

@@ -2,16 +2,19 @@
 
 use std::sync::Arc;
 
-use super::diagram::Bdd;
 use super::draft::{Draft, Translated};
-use super::encoding::{Bit, Encoding};
-use super::partial_relation::PartialRelation;
+use super::encoding::Encoding;
+use super::encoding::transitions::{Piece, Transitions};
+use super::encoding::translate::Translator;
+use super::order::Bit;
+use super::relations::lists::Lists;
+use super::relations::partial_relation::PartialRelation;
+use super::relations::tuples::ListTuples;
 use super::store::Store;
-use super::transitions::{Piece, Transitions};
-use super::translate::Translator;
-use super::walk::Direction;
+use super::store::diagram::Bdd;
+use super::store::walk::Direction;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::Settings;
+use crate::settings::Settings;
 use meliora_model::error::{Limit, Result};
 use meliora_model::{ModelKind, Program};
 
@@ -36,20 +39,22 @@ pub(super) fn build(
     };
     let rounded = draft.checked(&states)?;
     draft.size_to(&mut states)?;
-    let Draft { program, settings, encoding, store, domain, translated, clusters } = draft;
+    let Draft { program, settings, encoding, store, lists, domain, translated, clusters } = draft;
     let Translated { mut transitions, initial, .. } = translated;
     let (enabled, looping) = enabled(&store, &transitions, &states)?;
     let deadlocks = deadlocks(&program, &encoding, &store, &states)?.unwrap_or(looping);
     if program.kind == ModelKind::Dtmc {
-        transitions.pieces = disjoint(&store, std::mem::take(&mut transitions.pieces), &states)?;
+        transitions.pieces = disjoint(&store, &lists, std::mem::take(&mut transitions.pieces), &states)?;
     }
-    let groups = transitions.lists(&store)?;
+    let groups = transitions.lists(&store, &lists)?;
     let enabled = Arc::new(enabled);
     Ok(SymbolicEngine {
         program,
         settings,
         encoding: Arc::new(encoding),
         transitions: Arc::new(transitions),
+        tuples: ListTuples::new(&store),
+        lists,
         groups,
         few_parts: Default::default(),
         clusters: Arc::new(clusters),
@@ -95,10 +100,10 @@ fn deadlocks(program: &Program, encoding: &Encoding, store: &Store, states: &Bdd
 }
 
 /// Unites pieces that have a source in common, so that no transition is counted twice.
-fn disjoint(store: &Store, pieces: Vec<Piece>, states: &Bdd) -> Result<Vec<Piece>> {
+fn disjoint(store: &Store, lists: &Arc<Lists>, pieces: Vec<Piece>, states: &Bdd) -> Result<Vec<Piece>> {
     let mut done: Vec<(Bdd, Piece)> = Vec::new();
     for mut piece in pieces {
-        let list = store.lists.of(store, vec![piece.steps.clone()])?;
+        let list = lists.of(store, vec![piece.steps.clone()])?;
         let mut sources = store.step(Direction::Backward, &list, &store.one(), states)?;
         let (mut apart, mut together) = (Vec::new(), Vec::new());
         for (theirs, other) in done {

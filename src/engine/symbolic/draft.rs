@@ -2,16 +2,18 @@
 
 use std::sync::Arc;
 
-use super::clusters::Clusters;
-use super::command::CommandBuilder;
-use super::diagram::Bdd;
-use super::encoding::{Bit, Encoding};
+use super::encoding::Encoding;
+use super::encoding::command::CommandBuilder;
+use super::encoding::transitions::{Builder, Transitions};
+use super::encoding::translate::Translator;
+use super::fixpoints::clusters::Clusters;
+use super::order::Bit;
 use super::pick;
+use super::relations::lists::Lists;
 use super::store::Store;
-use super::tables::cache_for_nodes;
-use super::transitions::{Builder, Transitions};
-use super::translate::Translator;
-use crate::{Scope, Settings};
+use super::store::diagram::Bdd;
+use super::store::tables::cache_for_nodes;
+use crate::settings::{Scope, Settings};
 use meliora_model::error::Result;
 use meliora_model::temporal::Begin;
 use meliora_model::{Program, State, fault};
@@ -23,6 +25,7 @@ pub(super) struct Draft {
     pub(super) encoding: Encoding,
     /// Small at first; see [`Draft::size_to`].
     pub(super) store: Store,
+    pub(super) lists: Arc<Lists>,
     pub(super) domain: Bdd,
     pub(super) translated: Translated,
     pub(super) clusters: Clusters,
@@ -32,10 +35,11 @@ impl Draft {
     pub(super) fn new(program: Arc<Program>, order: Vec<Bit>, settings: Settings) -> Result<Self> {
         let encoding = Encoding::new(&program, order);
         let store = Store::new(encoding.width(), &settings)?;
+        let lists = Lists::new(&store);
         let domain = encoding.domain(&store)?;
         let translated = translate(&program, &encoding, &store, &domain)?;
-        let clusters = Clusters::new(&store, &translated.transitions.pieces)?;
-        Ok(Draft { program, settings, encoding, store, domain, translated, clusters })
+        let clusters = Clusters::new(&store, &lists, &translated.transitions.pieces)?;
+        Ok(Draft { program, settings, encoding, store, lists, domain, translated, clusters })
     }
 
     /// Computes the states of the scope. If this takes more than a few steps, it starts again in a
@@ -101,8 +105,9 @@ impl Draft {
         let single = [&mut self.domain, initial, initial_fails, rounded].into_iter().chain(states);
         let all = single.chain(transitions.diagrams()).chain(self.clusters.diagrams());
         larger.adopt_all(&self.store, all)?;
-        self.clusters.relist(&larger)?;
-        self.store = larger;
+        let lists = Lists::new(&larger);
+        self.clusters.relist(&larger, &lists)?;
+        (self.store, self.lists) = (larger, lists);
         Ok(())
     }
 }

@@ -4,14 +4,16 @@ use ahash::{AHashMap, AHashSet};
 use oxidd::{Function, HasLevel, InnerNode, Manager, Node};
 use std::sync::Arc;
 
-use super::diagram::{self, Bdd, ManagerOf};
 use super::encoding::Encoding;
+use super::encoding::transitions::Numbered;
 use super::store::Store;
-use super::transitions::Numbered;
+use super::store::diagram::{self, Bdd, ManagerOf};
 use super::{Bit, ChoiceSet, StateSet, SymbolicEngine, build, draft};
-use crate::{Engine, ProgressSink, Settings};
+use crate::engine::Engine;
+use crate::settings::Settings;
 use meliora_model::diagram::{Diagram, Edge};
 use meliora_model::error::{Error, Result};
+use meliora_model::progress::ProgressSink;
 use meliora_model::{ModelKind, Program, VarId};
 
 /// A set to be dumped.

@@ -1,77 +1,61 @@
 //! The symbolic engine: sets of states and partial relations as binary decision diagrams (OxiDD).
 //!
-//! [`Encoding`] maps the variables of a state to bits. `command` translates each command into a
-//! partial relation. `transitions` groups the choices, so that in each state at most one choice of
-//! a group is enabled. For reachability, `clusters` unites small relations.
+//! Its parts build on each other in this order; each folder imports only those before it:
 //!
-//! `apply` has the Boolean operations, quantification and counting. They are written anew instead
-//! of calling those of OxiDD, so that every recursion counts its steps, can be cancelled, and ends
-//! before the node table is full. `charge` counts the memory outside of OxiDD's tables.
+//! - `store`: OxiDD's manager with limits and garbage collection, and the Boolean operations. They
+//!   are written anew instead of calling those of OxiDD, so that every recursion counts its steps,
+//!   can be cancelled, and ends before the node table is full.
+//! - `relations`: partial relations, lists of them, and one step of a list.
+//! - `order`: the order of the bits, from the program alone.
+//! - `encoding`: states as bits ([`Encoding`]), expressions and commands as diagrams. Choices are
+//!   grouped, so that in each state at most one choice of a group is enabled.
+//! - `fixpoints`: reachability and the removal of losing states, as recursions over sets and lists of
+//!   relations at once.
 //!
-//! The fixpoint operations are recursions over the diagrams of sets and the lists of relations
-//! (`relation_lists`) at once; `recursions` runs them: one step (`walk`) and the reachable states
-//! (`reach`, `saturation`). If each group of choices has a bound of its own (`parts`), `confined`
-//! computes the states that reach a target by allowed choices. The removal of losing states is in
-//! `attractor`.
+//! The other files are the engine itself: how it is built and copied, which of the methods for
+//! a fixpoint it tries (`attempts`), and how its sets are listed and written.
 
 mod algebra;
-mod apply;
-mod attractor;
+mod attempts;
 mod build;
-mod charge;
-mod clusters;
-mod command;
-mod confined;
-mod diagram;
 mod draft;
 mod dump;
 mod encoding;
-#[cfg(test)]
-mod exhaustive;
+mod fixpoints;
 pub mod order;
-mod partial_relation;
-mod partition;
-mod parts;
 mod pick;
-mod reach;
-mod recursions;
-mod relation_lists;
-mod saturation;
-mod store;
+mod relations;
+pub(crate) mod store;
 #[cfg(test)]
-mod stress;
-mod support;
-mod symbolic_integer;
-mod tables;
-mod thresholds;
-mod transitions;
-mod translate;
-mod walk;
+mod tests;
 mod workers;
 
-use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 pub use dump::Set;
-pub use encoding::{Bit, Encoding};
-pub use order::Order;
+pub use encoding::Encoding;
+pub use encoding::transitions::Numbered;
+pub use order::{Bit, Order};
 pub use pick::Listing;
-pub use thresholds::{Thresholds, Ways};
-pub use transitions::Numbered;
+pub use store::thresholds::{Thresholds, Ways};
 
-use super::{Algebra, Count, EdgeLabels, Engine, Region, Sets, Settings, Usage, edge_labels};
-use clusters::Clusters;
-use diagram::Bdd;
+use super::edge_labels::{self, EdgeLabels};
+use super::engine::{Algebra, Engine, Region};
+use super::parallel::Sets;
+use super::settings::{Count, Settings, Usage};
+use encoding::transitions::{Piece, Transitions};
+use encoding::translate::Translator;
+use fixpoints::clusters::Clusters;
 use meliora_model::error::Result;
 use meliora_model::expr::ExprId;
 use meliora_model::step::Choice;
 use meliora_model::{ModelKind, Program, State, fault};
-use partial_relation::PartialRelation;
-use relation_lists::RelationList;
+use relations::lists::{Lists, RelationList};
+use relations::partial_relation::PartialRelation;
+use relations::tuples::ListTuples;
 use store::Store;
-use transitions::{Piece, Transitions};
-use translate::Translator;
-use walk::Direction;
+use store::diagram::Bdd;
+use store::walk::Direction;
 use workers::Workers;
 
 /// A set of states: a diagram over the present bits.
@@ -89,9 +73,13 @@ pub struct SymbolicEngine {
     settings: Settings,
     encoding: Arc<Encoding>,
     transitions: Arc<Transitions>,
+    /// All lists of relations.
+    lists: Arc<Lists>,
+    /// All tuples of them.
+    tuples: Arc<ListTuples>,
     /// The relations of each group.
     groups: Vec<Arc<RelationList>>,
-    /// The result of [`parts::are_few`] once it has been computed.
+    /// The result of [`attempts::are_few`] once it has been computed.
     few_parts: OnceLock<bool>,
     clusters: Arc<Clusters>,
     domain: Bdd,
@@ -328,7 +316,7 @@ impl Engine for SymbolicEngine {
         Ok(StateSet(self.store.any(self.diagrams_of(c)?.iter().cloned())?))
     }
 
-    fn entering(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
+    fn pre(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
         let (store, c, x) = (&self.store, self.groups_of(c)?, self.diagram_of(x)?);
         let large = store.has_nodes(x, store.thresholds().large_set)?;
         let mut found = Vec::with_capacity(c.len());
@@ -345,7 +333,7 @@ impl Engine for SymbolicEngine {
 
     /// Uses the relations alone, without the states of the scope as a bound. Otherwise the check
     /// that a given scope is closed under steps would always succeed.
-    fn successors(&self, c: &ChoiceSet) -> Result<StateSet> {
+    fn post(&self, c: &ChoiceSet) -> Result<StateSet> {
         let c = self.groups_of(c)?;
         let (anywhere, mut images) = (self.store.one(), vec![c[self.groups.len()].clone()]);
         for (list, sources) in self.groups.iter().zip(c) {
@@ -375,7 +363,15 @@ impl Engine for SymbolicEngine {
         if let (true, Some(found)) = (free, self.recall(target)) {
             return Ok(found);
         }
-        let by_parts = if free { None } else { confined::can_reach(self, from, bound, &dropped)? };
+        if !free
+            && dropped.is_empty()
+            && let Some(states) = self.states_of_all_choices(bound)?
+        {
+            let how = (Direction::Backward, "backward reachability");
+            let within = self.store.or(&states, from)?;
+            return Ok(StateSet(self.store.reach(how, self.clusters.list(), from, &within)?));
+        }
+        let by_parts = if free { None } else { attempts::can_reach(self, from, bound, &dropped)? };
         let found = StateSet(match by_parts {
             Some(found) => found,
             None => {
@@ -390,8 +386,6 @@ impl Engine for SymbolicEngine {
         Ok(found)
     }
 
-    /// Uses a recursion over groups of choices where it is expected to pay off. Otherwise, or if the
-    /// recursion gives up, works layer by layer.
     fn remove_attractor(
         &self,
         left: Region<StateSet, ChoiceSet>,
@@ -407,17 +401,17 @@ impl Engine for SymbolicEngine {
             self.groups_of(c)?;
         }
         self.check_owned(edge_labels)?;
-        let found = attractor::remove_attractor(self, &lost, won, &left.choices, edge_labels)?;
-        self.store.work.lost[usize::from(found.is_some())].fetch_add(1, Relaxed);
-        match found {
-            Some((lost, choices)) => Ok(Region { states: self.difference(&left.states, &lost)?, choices }),
-            None => {
-                let is_simpler = |x: &StateSet, y: &StateSet| {
-                    self.store.is_smaller(self.diagram_of(x)?, self.diagram_of(y)?)
-                };
-                edge_labels::remove_attractor(self, left, within, won, edge_labels, lost, is_simpler)
-            }
-        }
+        let (left, lost) = self.lose_states(left, within, won, edge_labels, lost)?;
+        let Some(lost) = lost else { return Ok(left) };
+        let gone = self.pre(&left.choices, &lost)?;
+        Ok(Region { choices: self.difference(&left.choices, &gone)?, ..left })
+    }
+
+    fn surely_staying(&self, x: &StateSet, within: &ChoiceSet) -> Result<StateSet> {
+        let states = self.intersection(x, &self.can_choose(within)?)?;
+        let lost = self.difference(&self.all_states(), &states)?;
+        let left = Region { states, choices: within.clone() };
+        Ok(self.lose_states(left, within, &self.no_states(), &[], lost)?.0.states)
     }
 
     fn count_model_states(&self, x: &StateSet) -> Result<Option<Count>> {

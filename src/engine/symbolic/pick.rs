@@ -1,10 +1,10 @@
 //! Enumeration of the states of a set.
 
-use super::diagram::Bdd;
 use super::encoding::Encoding;
 use super::store::Store;
+use super::store::diagram::Bdd;
 use super::{StateSet, SymbolicEngine};
-use crate::Count;
+use crate::settings::Count;
 use meliora_model::error::{Error, Result};
 use meliora_model::{State, VarId};
 

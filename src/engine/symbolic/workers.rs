@@ -3,9 +3,12 @@
 use std::iter;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use super::diagram::Bdd;
+use super::relations::lists::Lists;
+use super::relations::tuples::ListTuples;
+use super::store::diagram::Bdd;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::{Sets, Settings};
+use crate::parallel::Sets;
+use crate::settings::Settings;
 use meliora_model::error::Result;
 
 /// The workers of an engine; clones of the engine share them.
@@ -87,13 +90,16 @@ impl SymbolicEngine {
         let mut sets = [&self.domain, &self.states.0, &self.initial.0, &self.deadlocks.0].map(Bdd::clone);
         let own = sets.iter_mut().chain(&mut enabled).chain(&mut choices);
         store.adopt_all(&self.store, own.chain(transitions.diagrams()).chain(clusters.diagrams()))?;
-        clusters.relist(&store)?;
+        let lists = Lists::new(&store);
+        clusters.relist(&store, &lists)?;
         let [domain, states, initial, deadlocks] = sets;
         Ok(SymbolicEngine {
             program: self.program.clone(),
             settings,
             encoding: self.encoding.clone(),
-            groups: transitions.lists(&store)?,
+            groups: transitions.lists(&store, &lists)?,
+            tuples: ListTuples::new(&store),
+            lists,
             transitions: Arc::new(transitions),
             few_parts: self.few_parts.clone(),
             clusters: Arc::new(clusters),

@@ -46,7 +46,7 @@ fn leaving(engine: &SymbolicEngine, variable: VarId, side: usize) -> Result<Vec<
     for value in spread(engine, variable, side) {
         let here = engine.slice(&[(variable, value)])?;
         let elsewhere = engine.difference(&engine.all_states(), &here)?;
-        let choices = engine.entering(&engine.choices_in(&engine.all_choices(), &here)?, &elsewhere)?;
+        let choices = engine.pre(&engine.choices_in(&engine.all_choices(), &here)?, &elsewhere)?;
         all.push(Leaving { here, choices });
     }
     Ok(all)

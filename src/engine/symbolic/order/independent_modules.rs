@@ -12,7 +12,7 @@ use std::fmt::Write;
 
 use ahash::{AHashMap, AHashSet};
 
-use super::super::encoding::Bit;
+use super::Bit;
 use super::counters::{counters, is_stage, operands, support, thresholds};
 use super::{Ordered, by_variables};
 use meliora_model::expr::{ExprId, Node};

@@ -15,10 +15,18 @@ mod text;
 
 use std::sync::Arc;
 
-use super::encoding::Bit;
 use meliora_model::error::{Error, Result, SourceFile};
 use meliora_model::{Program, VarId};
 pub use text::parse;
+
+/// One bit of a variable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Bit {
+    /// The variable.
+    pub variable: VarId,
+    /// The index of the bit in `value - low`; 0 is the least significant.
+    pub index: u32,
+}
 
 /// Returns the bits of all variables in the order of declaration, each variable from its most
 /// significant bit down.

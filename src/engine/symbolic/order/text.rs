@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ahash::AHashSet;
 
-use super::super::encoding::Bit;
+use super::Bit;
 use super::{beside_monitors, by_variables, declared};
 use meliora_model::Program;
 use meliora_model::error::{Diagnostic, Error, Result, SourceFile};

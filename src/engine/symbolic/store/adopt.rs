@@ -4,11 +4,11 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use oxidd::{Function, HasLevel, InnerNode, Manager, Node};
 
-use super::super::diagram::{Bdd, Diagram, Edge, Held, ManagerOf};
-use super::super::tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits};
-use super::super::walk::{ByNode, PATIENCE};
 use super::Store;
-use crate::Settings;
+use super::diagram::{Bdd, Diagram, Edge, Held, ManagerOf};
+use super::tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits};
+use super::walk::{ByNode, PATIENCE};
+use crate::settings::Settings;
 use meliora_model::error::Result;
 
 impl Store {

@@ -5,9 +5,9 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use oxidd::Manager;
 
-use super::super::diagram::ManagerOf;
-use super::super::tables::{BYTES_PER_NODE, SPARE_NODES};
 use super::Store;
+use super::diagram::ManagerOf;
+use super::tables::{BYTES_PER_NODE, SPARE_NODES};
 use meliora_model::error::{Error, Limit, Result};
 
 /// A collection is futile if more than half of the nodes that the memory allows are in use after
@@ -43,15 +43,15 @@ impl Store {
     ///
     /// # Errors
     /// The memory.
-    pub(super) fn check_memory(&self, m: &ManagerOf<'_>) -> Result<()> {
+    pub(in crate::symbolic) fn check_memory(&self, m: &ManagerOf<'_>) -> Result<()> {
         if self.has_reached(m, self.trigger()) {
             self.collect(m)?;
         }
         // OxiDD does not return the memory of freed nodes to the system.
         let is_over = || self.peak.load(Relaxed) > self.most_nodes() + self.overshoot();
         if is_over() {
-            // The names of lists keep only lists that are not in use.
-            self.lists.forget();
+            // Entries in use are kept.
+            self.forget();
         }
         if is_over() { Err(self.full()) } else { Ok(()) }
     }
@@ -64,7 +64,7 @@ impl Store {
             return Ok(());
         }
         if before >= most {
-            self.lists.forget();
+            self.forget();
         }
         self.note_peak(before);
         m.gc();
@@ -108,7 +108,7 @@ impl Store {
         nodes >= many
     }
 
-    pub(super) fn note_peak(&self, nodes: usize) {
+    pub(in crate::symbolic) fn note_peak(&self, nodes: usize) {
         let before = self.peak.fetch_max(nodes, Relaxed);
         if nodes > before {
             self.charges.add_nodes(nodes - before);

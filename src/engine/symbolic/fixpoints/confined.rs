@@ -4,16 +4,11 @@
 //! states may not count. Neither requires new relations.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering::Relaxed;
 
-use oxidd::Function;
-
-use super::SymbolicEngine;
-use super::diagram::Bdd;
-use super::parts::{self, Budget, Known, Part};
-use super::relation_lists::RelationList;
-use super::walk::{Halt, Walk};
-use meliora_model::error::Result;
+use super::parts::{self, Known, Part};
+use crate::symbolic::relations::lists::RelationList;
+use crate::symbolic::store::diagram::Bdd;
+use crate::symbolic::store::walk::{Halt, Walk};
 
 /// The states with one value of a bit: their choices, and the states reached among them.
 struct Half {
@@ -27,7 +22,12 @@ struct Half {
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
     /// Computes μY. X ∪ { s : some part allows s and has a step from s into Y that counts }.
-    pub(super) fn reach_by(&self, x: &Bdd, parts: &[Part], known: &mut Known<Bdd>) -> Result<Bdd, Halt> {
+    pub(in crate::symbolic) fn reach_by(
+        &self,
+        x: &Bdd,
+        parts: &[Part],
+        known: &mut Known<Bdd>,
+    ) -> Result<Bdd, Halt> {
         let parts = Vec::from_iter(parts.iter().filter(|p| p.changes_state(self.store)).cloned());
         if self.store.is_zero(x) || parts.is_empty() {
             return Ok(x.clone());
@@ -76,41 +76,16 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
     /// Adds to the other half the states with a step into the new states of half `at`.
     fn cross(&self, halves: &mut [Half; 2], at: usize, arcs: &[Arc<RelationList>]) -> Result<(), Halt> {
         let to = 1 - at;
-        let new = self.own(|w| w.minus(halves[at].reached.as_edge(w.m), halves[at].crossed.as_edge(w.m)))?;
+        let new = self.both(Walk::minus, &halves[at].reached, &halves[at].crossed)?;
         halves[at].crossed = halves[at].reached.clone();
         let mut reached = halves[to].reached.clone();
         for (index, cofactor) in arcs.iter().enumerate().filter(|(_, cofactor)| !cofactor.is_empty()) {
             let (except, allowed) = (&halves[at].parts[index].except, &halves[to].parts[index].allowed);
             let entered = self.enter(&new, except, allowed, cofactor)?;
-            reached = self.own(|w| w.or(reached.as_edge(w.m), entered.as_edge(w.m)))?;
+            reached = self.both(Walk::or, &reached, &entered)?;
         }
         halves[to].open |= reached != halves[to].reached;
         halves[to].reached = reached;
         Ok(())
     }
-}
-
-/// Returns the states that can reach a target by allowed choices and edges that are not dropped.
-/// Returns `None` if the recursion is not expected to pay off or gives up.
-///
-/// `allowed` has a bound for each group.
-pub(super) fn can_reach(
-    engine: &SymbolicEngine,
-    target: &Bdd,
-    allowed: &[Bdd],
-    dropped: &[(Bdd, Bdd)],
-) -> Result<Option<Bdd>> {
-    if !parts::are_few(engine)? {
-        return Ok(None);
-    }
-    let mut parts = Vec::new();
-    for (list, allowed) in engine.groups.iter().zip(allowed) {
-        for (allowed, except) in parts::by_exception(&engine.store, allowed, dropped)? {
-            parts.push(Part { allowed, except, list: list.clone() });
-        }
-    }
-    let most = Budget::of(&engine.store, &parts)?;
-    let found = engine.store.reach_by(target, &parts, most)?;
-    engine.store.work.confined[usize::from(found.is_some())].fetch_add(1, Relaxed);
-    Ok(found)
 }

@@ -9,14 +9,14 @@
 //! checking with constrained saturation, ATVA 2009). Restricting the relations to the reachable
 //! states instead would make each of them depend on every bit.
 
-use super::diagram::{Diagram, Edge, Held};
-use super::relation_lists::Layers;
-use super::walk::{Halt, Walk};
+use crate::symbolic::relations::lists::Layers;
+use crate::symbolic::store::diagram::{Diagram, Edge, Held};
+use crate::symbolic::store::walk::{Halt, Walk};
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
     /// Computes [`Walk::close`] for relations that read or write the first bit: applies each to the
     /// states that are new to it, and closes the lower parts in between.
-    pub(super) fn fire(
+    pub(in crate::symbolic) fn fire(
         &self,
         x: Edge<'_, 'id>,
         b: Edge<'_, 'id>,

@@ -8,27 +8,21 @@
 
 use std::mem;
 use std::sync::Arc;
-use std::sync::atomic::Ordering::Relaxed;
 
-use oxidd::Function;
-
-use super::diagram::Bdd;
-use super::parts::{self, Budget, Known, Part};
-use super::relation_lists::RelationList;
-use super::store::Store;
-use super::walk::{Halt, Walk};
-use super::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::EdgeLabels;
-use meliora_model::error::Result;
+use super::parts::{self, Known, Part};
+use crate::symbolic::relations::lists::RelationList;
+use crate::symbolic::store::Store;
+use crate::symbolic::store::diagram::Bdd;
+use crate::symbolic::store::walk::{Halt, Walk};
 
 /// The result of a recursion.
 #[derive(Clone)]
-pub(super) struct Removed {
+pub(in crate::symbolic) struct Removed {
     /// All lost states.
-    pub(super) lost: Bdd,
+    pub(in crate::symbolic) lost: Bdd,
     /// For each part the states in which its choices are still allowed; no lost state is among
     /// them.
-    pub(super) allowed: Arc<[Bdd]>,
+    pub(in crate::symbolic) allowed: Arc<[Bdd]>,
 }
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
@@ -37,7 +31,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
     /// has a step into L that counts.
     ///
     /// The parts must not allow any state of `new`. Parts without such a step stay as they are.
-    pub(super) fn remove_attractor(
+    pub(in crate::symbolic) fn remove_attractor(
         &self,
         new: &Bdd,
         parts: &[Part],
@@ -95,7 +89,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         }
         let new = mem::replace(&mut half.new, self.store.zero());
         let Removed { lost, allowed } = self.remove_attractor(&new, &half.parts, known)?;
-        half.lost = self.own(|w| w.or(half.lost.as_edge(w.m), lost.as_edge(w.m)))?;
+        half.lost = self.both(Walk::or, &half.lost, &lost)?;
         half.parts.iter_mut().zip(allowed.iter()).for_each(|(part, left)| part.allowed = left.clone());
         Ok(())
     }
@@ -104,7 +98,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
     /// states of the other half that this leaves without a choice are new there.
     fn withdraw(&self, arcs: &[Arc<RelationList>], halves: &mut [Half; 2], at: usize) -> Result<(), Halt> {
         let to = 1 - at;
-        let more = self.own(|w| w.minus(halves[at].lost.as_edge(w.m), halves[at].crossed.as_edge(w.m)))?;
+        let more = self.both(Walk::minus, &halves[at].lost, &halves[at].crossed)?;
         if self.store.is_zero(&more) {
             return Ok(());
         }
@@ -114,15 +108,15 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
             let (except, allowed) = (&halves[at].parts[index].except, &halves[to].parts[index].allowed);
             let gone = self.enter(&more, except, allowed, cofactor)?;
             if !self.store.is_zero(&gone) {
-                let left = self.own(|w| w.minus(allowed.as_edge(w.m), gone.as_edge(w.m)))?;
+                let left = self.both(Walk::minus, allowed, &gone)?;
                 halves[to].parts[index].allowed = left;
-                stuck = self.own(|w| w.or(stuck.as_edge(w.m), gone.as_edge(w.m)))?;
+                stuck = self.both(Walk::or, &stuck, &gone)?;
             }
         }
         for part in &halves[to].parts {
-            stuck = self.own(|w| w.minus(stuck.as_edge(w.m), part.allowed.as_edge(w.m)))?;
+            stuck = self.both(Walk::minus, &stuck, &part.allowed)?;
         }
-        halves[to].new = self.own(|w| w.or(halves[to].new.as_edge(w.m), stuck.as_edge(w.m)))?;
+        halves[to].new = self.both(Walk::or, &halves[to].new, &stuck)?;
         Ok(())
     }
 }
@@ -141,88 +135,5 @@ struct Half {
 impl Half {
     fn is_open(&self, store: &Store) -> bool {
         !store.is_zero(&self.new) || self.lost != self.crossed
-    }
-}
-
-/// Computes [`Engine::remove_attractor`](crate::Engine::remove_attractor) with the choices
-/// of each group split by edge labels. Returns `None` if the recursion is not expected to pay off
-/// or gives up.
-pub(super) fn remove_attractor(
-    engine: &SymbolicEngine,
-    lost: &StateSet,
-    won: &StateSet,
-    within: &ChoiceSet,
-    edge_labels: &[EdgeLabels<StateSet>],
-) -> Result<Option<(StateSet, ChoiceSet)>> {
-    let store = &engine.store;
-    if !parts::are_few(engine)? {
-        return Ok(None);
-    }
-    let game = Game::new(engine, lost, won, within, edge_labels)?;
-    let most = Budget::of(store, &game.parts)?;
-    let Some(loss) = store.remove_attractor(&lost.0, &game.parts, most)? else {
-        store.work.given_up.fetch_add(1, Relaxed);
-        return Ok(None);
-    };
-    let choices = game.left(store, lost, within, &loss)?;
-    Ok(Some((StateSet(loss.lost), choices)))
-}
-
-/// The choices that are left, split by edge labels.
-struct Game {
-    parts: Vec<Part>,
-    /// The group of each part; one past the last group for the states that have won.
-    groups: Vec<usize>,
-}
-
-impl Game {
-    fn new(
-        engine: &SymbolicEngine,
-        lost: &StateSet,
-        won: &StateSet,
-        within: &ChoiceSet,
-        edge_labels: &[EdgeLabels<StateSet>],
-    ) -> Result<Self> {
-        let store = &engine.store;
-        let nothing = store.lists.of(store, Vec::new())?;
-        let safe = edge_labels.iter().map(|m| Ok((m.from.0.clone(), store.or(&m.goal.0, &m.dropped.0)?)));
-        let safe = safe.collect::<Result<Vec<_>>>()?;
-        let mut game = Game { parts: Vec::new(), groups: Vec::new() };
-        // The self-loops of deadlocks do not leave their state.
-        for (group, list) in engine.groups.iter().chain([&nothing]).enumerate() {
-            let left = store.minus(&within.0[group], &lost.0)?;
-            game.add(group, parts::by_exception(store, &left, &safe)?, list);
-        }
-        // States that have won stay, as if they had a choice without successors.
-        let won = store.minus(&won.0, &lost.0)?;
-        game.add(within.0.len(), parts::by_exception(store, &won, &[])?, &nothing);
-        Ok(game)
-    }
-
-    fn add(&mut self, group: usize, choices: Vec<(Bdd, Bdd)>, list: &Arc<RelationList>) {
-        for (allowed, except) in choices {
-            self.parts.push(Part { allowed, except, list: list.clone() });
-            self.groups.push(group);
-        }
-    }
-
-    /// Returns the choices of `within` that remain after a loss.
-    ///
-    /// The choices of states that were lost before are kept, since they cannot lead to a win. A
-    /// group without losses then keeps its diagram, and cached results of it stay usable.
-    fn left(&self, store: &Store, lost: &StateSet, within: &ChoiceSet, loss: &Removed) -> Result<ChoiceSet> {
-        let mut choices = Vec::with_capacity(within.0.len());
-        for (group, before) in within.0.iter().enumerate() {
-            let own = |index: &usize| self.groups[*index] == group;
-            let parts = Vec::from_iter((0..self.parts.len()).filter(own));
-            let same = parts.iter().all(|&p| self.parts[p].allowed == loss.allowed[p]);
-            choices.push(if same {
-                before.clone()
-            } else {
-                let left = store.any(parts.into_iter().map(|p| loss.allowed[p].clone()))?;
-                store.or(&left, &store.and(before, &lost.0)?)?
-            });
-        }
-        Ok(ChoiceSet(Arc::new(choices)))
     }
 }

@@ -4,31 +4,34 @@
 //! progress sink for cancellation, collects garbage if enough has gathered, and ends if the memory
 //! does not suffice (`limits`).
 //!
-//! The store owns the lists of relations, because their numbers are keys of its operation cache.
-//! Lists consist of partial relations, whose diagrams the store makes. Therefore `store`,
-//! `relation_lists` and `partial_relation` import each other.
+//! `walk` is a recursion over diagrams, `apply` has the Boolean operations as recursions, and
+//! `operations` runs them. `diagram` is the one place that reads OxiDD's nodes for recursions.
 
 mod adopt;
+mod apply;
+pub(in crate::symbolic) mod charge;
+pub(in crate::symbolic) mod diagram;
 mod limits;
+mod operations;
+pub(in crate::symbolic) mod tables;
+pub(crate) mod thresholds;
+pub(in crate::symbolic) mod walk;
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
-use std::sync::{Arc, Mutex};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering::Relaxed};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ahash::AHashSet;
-use num_bigint::BigUint;
 use oxidd::bdd::BDDManagerRef;
-use oxidd::util::num::Natural;
 use oxidd::{BooleanFunction, Function, HasLevel, InnerNode, LevelNo, Manager, ManagerRef, Node};
 
-use super::charge::{Charge, Charges};
-use super::diagram::{Bdd, Diagram, ManagerOf};
-use super::relation_lists::Lists;
-use super::tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits, manager};
-use super::thresholds::{Thresholds, Work};
-use super::walk::Direction;
-use crate::{Count, ProgressSink, Settings, Usage};
+use crate::settings::{Settings, Usage};
+use charge::{Charge, Charges};
+use diagram::{Bdd, Diagram, ManagerOf};
 use meliora_model::error::{Limit, Result};
 use meliora_model::progress::Poll;
+use meliora_model::progress::ProgressSink;
+use tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits, manager};
+use thresholds::{Thresholds, Work};
 
 /// Bytes of stack per bit of a state that a recursion needs, with the recursions of OxiDD inside
 /// it.
@@ -36,8 +39,14 @@ const STACK_PER_BIT: usize = 4 << 10;
 /// Maximum number of nodes, well below the 2^31 at which OxiDD aborts the process.
 const MOST_NODES: u64 = 1 << 30;
 
+/// A table of results outside of OxiDD's tables that can be found again.
+pub(in crate::symbolic) trait Forgets: Send + Sync {
+    /// Empties the table, except for entries in use.
+    fn forget(&self);
+}
+
 /// The manager of all diagrams of one engine.
-pub(super) struct Store {
+pub(in crate::symbolic) struct Store {
     manager: BDDManagerRef,
     sink: Arc<dyn ProgressSink>,
     /// The bytes for nodes and charges.
@@ -52,14 +61,16 @@ pub(super) struct Store {
     /// The largest number of nodes in the stores that this one replaced.
     replaced_peak: usize,
     /// The memory of this store and, if it has workers or is one, of the others.
-    pub(super) charges: Arc<Charges>,
+    pub(in crate::symbolic) charges: Arc<Charges>,
     /// The operation cache, if this is the store of a worker.
     cache: Option<Charge>,
-    /// All lists of relations.
-    pub(super) lists: Lists,
-    pub(super) work: Work,
+    /// The next key of a table's entry in the operation cache.
+    pub(in crate::symbolic) next_key: AtomicU32,
+    /// The tables that are emptied when memory is short.
+    tables: Mutex<Vec<Arc<dyn Forgets>>>,
+    pub(in crate::symbolic) work: Work,
     /// Flags for the forward and the backward direction: fixpoints try saturation first.
-    pub(super) saturates: [AtomicBool; 2],
+    pub(in crate::symbolic) saturates: [AtomicBool; 2],
     thresholds: Thresholds,
     /// The bytes of stack that a recursion needs.
     stack: usize,
@@ -73,7 +84,7 @@ impl Store {
     /// # Errors
     /// The memory of the settings is too small for an empty table, or the system does not grant the
     /// memory or the threads.
-    pub(super) fn new(width: usize, settings: &Settings) -> Result<Self> {
+    pub(in crate::symbolic) fn new(width: usize, settings: &Settings) -> Result<Self> {
         let entries = settings.thresholds.first_cache.min(cache_for_bits(width));
         Store::sized(width, settings, entries)
     }
@@ -109,7 +120,8 @@ impl Store {
             replaced_peak: 0,
             charges: Arc::default(),
             cache: None,
-            lists: Lists::new(u32::MAX),
+            next_key: AtomicU32::new(0),
+            tables: Mutex::default(),
             thresholds,
             stack: (width + 64) * STACK_PER_BIT,
             zero,
@@ -123,90 +135,55 @@ impl Store {
     }
 
     /// Returns false.
-    pub(super) fn zero(&self) -> Bdd {
+    pub(in crate::symbolic) fn zero(&self) -> Bdd {
         self.zero.clone()
     }
 
     /// Returns true.
-    pub(super) fn one(&self) -> Bdd {
+    pub(in crate::symbolic) fn one(&self) -> Bdd {
         self.one.clone()
     }
 
-    /// Returns the literal of the variable on `level`, positive or negative.
-    pub(super) fn literal(&self, level: u32, positive: bool) -> Result<Bdd> {
-        self.make(|w| {
-            w.tick()?;
-            w.node_on(level, w.m.constant(positive), w.m.constant(!positive))
+    /// Keeps a table until this store is dropped, and empties it when memory is short.
+    pub(in crate::symbolic) fn keep(&self, table: Arc<dyn Forgets>) {
+        self.tables().push(table);
+    }
+
+    /// Returns an even number by which results are stored in the operation cache, different from all
+    /// before.
+    ///
+    /// # Errors
+    /// All numbers are used. The cache and values in use would confuse two with the same number.
+    pub(in crate::symbolic) fn new_key(&self) -> Result<u32> {
+        let next = |key: u32| key.checked_add(2);
+        self.next_key.fetch_update(Relaxed, Relaxed, next).map_err(|_| {
+            let what = format!("the work needs more than {} relation lists", u32::MAX / 2);
+            Limit::Size { what }.into()
         })
     }
 
-    /// Computes f ∧ g.
-    pub(super) fn and(&self, f: &Bdd, g: &Bdd) -> Result<Bdd> {
-        self.make(|w| w.and(f.as_edge(w.m), g.as_edge(w.m)))
+    fn tables(&self) -> MutexGuard<'_, Vec<Arc<dyn Forgets>>> {
+        self.tables.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Computes f ∨ g.
-    pub(super) fn or(&self, f: &Bdd, g: &Bdd) -> Result<Bdd> {
-        self.make(|w| w.or(f.as_edge(w.m), g.as_edge(w.m)))
-    }
-
-    /// Computes ¬f.
-    pub(super) fn not(&self, f: &Bdd) -> Result<Bdd> {
-        self.make(|w| w.not(f.as_edge(w.m)))
-    }
-
-    /// Computes f ⊕ g.
-    pub(super) fn xor(&self, f: &Bdd, g: &Bdd) -> Result<Bdd> {
-        self.make(|w| w.xor(f.as_edge(w.m), g.as_edge(w.m)))
-    }
-
-    /// Computes f ↔ g.
-    pub(super) fn iff(&self, f: &Bdd, g: &Bdd) -> Result<Bdd> {
-        self.make(|w| w.iff(f.as_edge(w.m), g.as_edge(w.m)))
-    }
-
-    /// Computes f ∧ ¬g.
-    pub(super) fn minus(&self, f: &Bdd, g: &Bdd) -> Result<Bdd> {
-        self.make(|w| w.minus(f.as_edge(w.m), g.as_edge(w.m)))
-    }
-
-    /// Computes: if c then f else g.
-    pub(super) fn ite(&self, c: &Bdd, f: &Bdd, g: &Bdd) -> Result<Bdd> {
-        self.make(|w| w.ite(c.as_edge(w.m), f.as_edge(w.m), g.as_edge(w.m)))
-    }
-
-    /// Computes the disjunction of many functions in pairs, so that intermediate results stay
-    /// small.
-    pub(super) fn any(&self, functions: impl IntoIterator<Item = Bdd>) -> Result<Bdd> {
-        let mut round: Vec<Bdd> = functions.into_iter().collect();
-        while round.len() > 1 {
-            let mut next = Vec::with_capacity(round.len().div_ceil(2));
-            for pair in round.chunks(2) {
-                next.push(if let [f, g] = pair { self.or(f, g)? } else { pair[0].clone() });
-            }
-            round = next;
-        }
-        Ok(round.pop().unwrap_or_else(|| self.zero()))
-    }
-
-    /// Computes ∃ V . f, where `variables` is the conjunction of the variables V.
-    pub(super) fn exists(&self, f: &Bdd, variables: &Bdd) -> Result<Bdd> {
-        self.make(|w| w.exists(f.as_edge(w.m), variables.as_edge(w.m)))
+    /// Empties the tables.
+    fn forget(&self) {
+        self.tables().iter().for_each(|table| table.forget());
     }
 
     /// Runs `work` on the manager itself.
-    pub(super) fn shared<T>(&self, work: impl for<'id> FnOnce(&ManagerOf<'id>) -> T) -> T {
+    pub(in crate::symbolic) fn shared<T>(&self, work: impl for<'id> FnOnce(&ManagerOf<'id>) -> T) -> T {
         self.manager.with_manager_shared(work)
     }
 
     /// Runs a recursion whose depth is the number of bits of a state, with enough stack for it. A
     /// nested call costs nothing, so loops over many operations run inside one call.
-    pub(super) fn deep<T>(&self, recursion: impl FnOnce() -> T) -> T {
+    pub(in crate::symbolic) fn deep<T>(&self, recursion: impl FnOnce() -> T) -> T {
         stacker::maybe_grow(self.stack, 2 * self.stack, recursion)
     }
 
     /// Returns the thresholds by which the engine chooses between methods.
-    pub(super) fn thresholds(&self) -> &Thresholds {
+    pub(in crate::symbolic) fn thresholds(&self) -> &Thresholds {
         &self.thresholds
     }
 
@@ -215,7 +192,7 @@ impl Store {
     ///
     /// # Errors
     /// A limit.
-    pub(super) fn has_nodes(&self, f: &Bdd, many: usize) -> Result<bool> {
+    pub(in crate::symbolic) fn has_nodes(&self, f: &Bdd, many: usize) -> Result<bool> {
         Ok(self.visit(f, many)? >= many)
     }
 
@@ -223,12 +200,12 @@ impl Store {
     ///
     /// # Errors
     /// A limit.
-    pub(super) fn is_smaller(&self, f: &Bdd, g: &Bdd) -> Result<bool> {
+    pub(in crate::symbolic) fn is_smaller(&self, f: &Bdd, g: &Bdd) -> Result<bool> {
         Ok(!self.has_nodes(f, self.visit(g, usize::MAX)?)?)
     }
 
     /// Returns the value of f for the bits of a state by level. Cost: the length of one path.
-    pub(super) fn holds(&self, f: &Bdd, bit: impl Fn(LevelNo) -> bool) -> bool {
+    pub(in crate::symbolic) fn holds(&self, f: &Bdd, bit: impl Fn(LevelNo) -> bool) -> bool {
         self.shared(|m| {
             let mut e = f.as_edge(m);
             while let Node::Inner(n) = m.get_node(e) {
@@ -243,7 +220,12 @@ impl Store {
     ///
     /// # Errors
     /// The work is cancelled.
-    pub(super) fn each_assignment(&self, f: &Bdd, bits: usize, mut each: impl FnMut(&[bool])) -> Result<()> {
+    pub(in crate::symbolic) fn each_assignment(
+        &self,
+        f: &Bdd,
+        bits: usize,
+        mut each: impl FnMut(&[bool]),
+    ) -> Result<()> {
         self.shared(|m| {
             let mut poll = Poll::new(&*self.sink);
             let mut values = vec![false; bits];
@@ -288,40 +270,26 @@ impl Store {
     }
 
     /// Returns true if f is a diagram of this store.
-    pub(super) fn owns(&self, f: &Bdd) -> bool {
+    pub(in crate::symbolic) fn owns(&self, f: &Bdd) -> bool {
         f.manager_ref() == self.manager
     }
 
     /// Returns true if f is the constant false.
-    pub(super) fn is_zero(&self, f: &Bdd) -> bool {
+    pub(in crate::symbolic) fn is_zero(&self, f: &Bdd) -> bool {
         *f == self.zero
-    }
-
-    /// Returns the number of satisfying assignments to the variables, without `unused` of them on
-    /// which f does not depend.
-    pub(super) fn count(&self, f: &Bdd, unused: u32) -> Result<Count> {
-        self.count_common(f, &self.one, unused)
-    }
-
-    /// Returns the number of satisfying assignments of f ∧ g to the variables, without `unused` of
-    /// them on which neither depends.
-    pub(super) fn count_common(&self, f: &Bdd, g: &Bdd, unused: u32) -> Result<Count> {
-        let how = (Direction::Forward, None);
-        let all = self.walk_to_the_end(how, |w| w.count_common(f.as_edge(w.m), g.as_edge(w.m)))?;
-        Ok(to_biguint(&all) >> unused)
     }
 
     /// Returns the number of nodes of f, constants not included.
     ///
     /// # Errors
     /// A limit.
-    pub(super) fn size(&self, f: &Bdd) -> Result<usize> {
+    pub(in crate::symbolic) fn size(&self, f: &Bdd) -> Result<usize> {
         let constants = if *f == self.zero || *f == self.one { 1 } else { 2 };
         Ok(self.visit(f, usize::MAX)? - constants)
     }
 
     /// Returns the resources used so far.
-    pub(super) fn usage(&self) -> Usage {
+    pub(in crate::symbolic) fn usage(&self) -> Usage {
         self.note_peak(self.nodes());
         let peak = self.charges.peak_nodes().max(self.replaced_peak as u64);
         // The largest numbers of nodes and of charged bytes may be of different times.
@@ -330,12 +298,12 @@ impl Store {
     }
 
     /// Returns a charge for memory outside of OxiDD's tables.
-    pub(super) fn charge(&self) -> Charge {
+    pub(in crate::symbolic) fn charge(&self) -> Charge {
         Charge::new(&self.charges)
     }
 
     /// Reports the current phase to the progress sink.
-    pub(super) fn progress(&self, phase: &'static str) {
+    pub(in crate::symbolic) fn progress(&self, phase: &'static str) {
         self.sink.progress(phase, &|| format!("{} nodes in the table", self.nodes()));
     }
 
@@ -345,16 +313,9 @@ impl Store {
 }
 
 impl Drop for Store {
+    /// Entries of a table may refer to the table, so it is emptied.
     fn drop(&mut self) {
+        self.forget();
         self.charges.release_nodes(self.peak.load(Relaxed));
     }
-}
-
-/// Computes `mantissa · 2^exp`.
-fn to_biguint(n: &Natural) -> BigUint {
-    let mut digits = Vec::new();
-    for &d in n.mantissa() {
-        digits.extend([d as u32, (d >> 32) as u32]);
-    }
-    BigUint::new(digits) << n.exp()
 }

@@ -1,21 +1,23 @@
 //! The encoding of states as bits: an integer is its distance from the smallest value, with the
 //! most significant bit nearest to the root if the order is as declared.
+//!
+//! Commands are translated to partial relations: `translate` evaluates expressions on all states at
+//! once, `command` builds the relation of a command, and `transitions` combines commands to groups
+//! of choices.
 
-use super::diagram::Bdd;
-use super::store::Store;
-use super::support::Support;
+pub(in crate::symbolic) mod command;
+mod partition;
+mod symbolic_integer;
+pub(in crate::symbolic) mod transitions;
+pub(in crate::symbolic) mod translate;
+
+use crate::symbolic::order::Bit;
+use crate::symbolic::relations::support::Support;
+use crate::symbolic::store::Store;
+use crate::symbolic::store::diagram::Bdd;
 use meliora_model::error::Result;
 use meliora_model::value::Type;
 use meliora_model::{Program, State, VarId, Variable};
-
-/// One bit of a variable.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Bit {
-    /// The variable.
-    pub variable: VarId,
-    /// The index of the bit in `value - low`; 0 is the least significant.
-    pub index: u32,
-}
 
 /// The position of every bit in the order of the diagram.
 #[derive(Debug, Clone)]
@@ -68,12 +70,12 @@ impl Encoding {
     }
 
     /// Returns the positions of the bits of a variable, least significant first.
-    pub(super) fn positions(&self, variable: VarId) -> &[u32] {
+    pub(in crate::symbolic) fn positions(&self, variable: VarId) -> &[u32] {
         &self.positions[variable.index()]
     }
 
     /// Returns the conjunction of the bits of some variables, for quantification.
-    pub(super) fn bits_of(&self, store: &Store, variables: &[VarId]) -> Result<Bdd> {
+    pub(in crate::symbolic) fn bits_of(&self, store: &Store, variables: &[VarId]) -> Result<Bdd> {
         let mut bits = store.one();
         // From the last level up, so that each conjunction only adds nodes on top.
         for &position in self.support_of(variables).bits().iter().rev() {
@@ -83,13 +85,13 @@ impl Encoding {
     }
 
     /// Returns the set of the bits of some variables.
-    pub(super) fn support_of(&self, variables: &[VarId]) -> Support {
+    pub(in crate::symbolic) fn support_of(&self, variables: &[VarId]) -> Support {
         let bits = variables.iter().flat_map(|v| self.positions[v.index()].iter().copied());
         Support::new(bits)
     }
 
     /// Returns the bit patterns that are values: every variable is within its range.
-    pub(super) fn domain(&self, store: &Store) -> Result<Bdd> {
+    pub(in crate::symbolic) fn domain(&self, store: &Store) -> Result<Bdd> {
         let mut variables: Vec<VarId> = (0..self.variables.len() as u32).map(VarId).collect();
         // From the last level up, so that each conjunction only adds nodes on top.
         variables.sort_by_key(|v| std::cmp::Reverse(self.positions(*v).first().copied()));
@@ -97,7 +99,7 @@ impl Encoding {
     }
 
     /// Returns the bit patterns in which one variable is within its range.
-    pub(super) fn values_of(&self, store: &Store, variable: VarId) -> Result<Bdd> {
+    pub(in crate::symbolic) fn values_of(&self, store: &Store, variable: VarId) -> Result<Bdd> {
         let Variable { low, high, .. } = self.variables[variable.index()];
         self.at_most(store, variable.index(), high.wrapping_sub(low) as u64)
     }
@@ -117,7 +119,7 @@ impl Encoding {
     }
 
     /// Returns the set of one state.
-    pub(super) fn state(&self, store: &Store, state: &[i64]) -> Result<Bdd> {
+    pub(in crate::symbolic) fn state(&self, store: &Store, state: &[i64]) -> Result<Bdd> {
         let mut cube = store.one();
         for (position, bit) in self.order.iter().enumerate().rev() {
             let variable = bit.variable.index();
@@ -129,13 +131,13 @@ impl Encoding {
     }
 
     /// Returns true if every value of `state` lies in the range of its variable.
-    pub(super) fn is_valid(&self, state: &[i64]) -> bool {
+    pub(in crate::symbolic) fn is_valid(&self, state: &[i64]) -> bool {
         state.len() == self.variables.len()
             && self.variables.iter().zip(state).all(|(v, x)| (v.low..=v.high).contains(x))
     }
 
     /// Returns the value of the bit at `position` in `state`.
-    pub(super) fn bit_of(&self, state: &[i64], position: usize) -> bool {
+    pub(in crate::symbolic) fn bit_of(&self, state: &[i64], position: usize) -> bool {
         let bit = self.order[position];
         let variable = bit.variable.index();
         let offset = state[variable].wrapping_sub(self.variables[variable].low) as u64;

@@ -4,12 +4,12 @@ use std::cell::RefCell;
 
 use ahash::AHashMap;
 
-use super::charge::{BYTES_OF_TABLE, Charge};
-use super::diagram::Bdd;
-use super::encoding::Encoding;
+use super::Encoding;
 use super::partition::Partition;
-use super::store::Store;
 use super::symbolic_integer::SymbolicInteger;
+use crate::symbolic::store::Store;
+use crate::symbolic::store::charge::{BYTES_OF_TABLE, Charge};
+use crate::symbolic::store::diagram::Bdd;
 use meliora_model::Program;
 use meliora_model::error::Result;
 use meliora_model::exact::{self, Exact};
@@ -18,7 +18,7 @@ use meliora_model::value::{self, Type};
 
 /// The value of an expression in every state.
 #[derive(Clone)]
-pub(super) enum Meaning {
+pub(in crate::symbolic) enum Meaning {
     /// The states in which a Boolean expression is true.
     Bool(Bdd),
     /// An integer.
@@ -29,14 +29,14 @@ pub(super) enum Meaning {
 
 /// A value together with the states in which evaluation fails.
 #[derive(Clone)]
-pub(super) struct Symbolic {
+pub(in crate::symbolic) struct Symbolic {
     /// The value; arbitrary in the states in which evaluation fails.
-    pub(super) meaning: Meaning,
+    pub(in crate::symbolic) meaning: Meaning,
     /// The states in which an evaluated operation has no value.
-    pub(super) fails: Bdd,
+    pub(in crate::symbolic) fails: Bdd,
     /// The bit patterns that are values of the variables that occur. Other variables are not
     /// restricted, so that the diagram depends on as few bits as the expression.
-    pub(super) within: Bdd,
+    pub(in crate::symbolic) within: Bdd,
 }
 
 impl Symbolic {
@@ -52,7 +52,7 @@ impl Symbolic {
 }
 
 /// Translates the expressions of one program and remembers every node.
-pub(super) struct Translator<'a> {
+pub(in crate::symbolic) struct Translator<'a> {
     program: &'a Program,
     encoding: &'a Encoding,
     store: &'a Store,
@@ -62,27 +62,27 @@ pub(super) struct Translator<'a> {
 
 impl<'a> Translator<'a> {
     /// Creates a translator without results.
-    pub(super) fn new(program: &'a Program, encoding: &'a Encoding, store: &'a Store) -> Self {
+    pub(in crate::symbolic) fn new(program: &'a Program, encoding: &'a Encoding, store: &'a Store) -> Self {
         let charge = store.charge().into();
         Translator { program, encoding, store, known: RefCell::default(), charge }
     }
 
     /// Returns the states in which a Boolean expression is true, and those in which it has no
     /// value.
-    pub(super) fn condition(&self, e: ExprId) -> Result<(Bdd, Bdd)> {
+    pub(in crate::symbolic) fn condition(&self, e: ExprId) -> Result<(Bdd, Bdd)> {
         let symbolic = self.translate(e)?;
         Ok((self.truth(&symbolic.meaning)?, symbolic.fails))
     }
 
     /// Returns the values of a numeric expression, and the states in which it has none.
-    pub(super) fn values(&self, e: ExprId) -> Result<(Partition, Bdd)> {
+    pub(in crate::symbolic) fn values(&self, e: ExprId) -> Result<(Partition, Bdd)> {
         let symbolic = self.translate(e)?;
         Ok((self.partition(&symbolic)?, symbolic.fails))
     }
 
     /// Returns an integer expression (or a Boolean one, as 0 and 1), and the states in which it has
     /// no value.
-    pub(super) fn integer(&self, e: ExprId) -> Result<(SymbolicInteger, Bdd)> {
+    pub(in crate::symbolic) fn integer(&self, e: ExprId) -> Result<(SymbolicInteger, Bdd)> {
         let symbolic = self.translate(e)?;
         let bits = match symbolic.meaning {
             Meaning::Int(bits) => bits,
@@ -127,7 +127,7 @@ impl<'a> Translator<'a> {
     }
 
     /// Returns the bit patterns that are values of the variables of an expression.
-    pub(super) fn within(&self, e: ExprId) -> Result<Bdd> {
+    pub(in crate::symbolic) fn within(&self, e: ExprId) -> Result<Bdd> {
         Ok(self.translate(e)?.within)
     }
 

@@ -5,20 +5,21 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use oxidd::{Function, Manager};
 
-use super::diagram::Bdd;
 use super::exhaustive::function;
-use super::partial_relation::PartialRelation;
-use super::parts::{Budget, Part};
-use super::relation_lists::Lists;
-use super::store::Store;
-use super::support::Support;
-use super::thresholds::Thresholds;
-use super::translate::Translator;
-use super::walk::PATIENCE;
+use crate::settings::Settings;
+use crate::symbolic::encoding::translate::Translator;
+use crate::symbolic::fixpoints::parts::{Budget, Part};
+use crate::symbolic::relations::lists::Lists;
+use crate::symbolic::relations::partial_relation::PartialRelation;
+use crate::symbolic::relations::support::Support;
+use crate::symbolic::store::Store;
+use crate::symbolic::store::diagram::Bdd;
+use crate::symbolic::store::thresholds::Thresholds;
+use crate::symbolic::store::walk::PATIENCE;
 use crate::symbolic::{Encoding, Order};
-use crate::{ProgressSink, Settings};
 use meliora_lang as lang;
 use meliora_model::error::{Error, Limit, Result, SourceFile};
+use meliora_model::progress::ProgressSink;
 
 /// Stops the work once it has been asked as often as allowed.
 struct Patience {
@@ -71,18 +72,20 @@ fn out_of_memory<T>(result: Result<T>) {
 
 #[test]
 fn list_numbers_do_not_wrap_while_lists_are_in_use() {
-    let mut store = small_store();
-    store.lists = Lists::new(6);
+    let store = small_store();
+    let first = u32::MAX - 7;
+    store.next_key.store(first, Relaxed);
+    let known = Lists::new(&store);
     let entry = |bit: u32| PartialRelation {
         relation: store.literal(2 * bit, true).unwrap(),
         support: Support::new([bit]),
     };
-    let lists: Vec<_> = (0..3).map(|bit| store.lists.of(&store, vec![entry(bit)]).unwrap()).collect();
-    assert_eq!(lists.iter().map(|l| l.number).collect::<Vec<_>>(), [0, 2, 4]);
-    let more = store.lists.of(&store, vec![entry(3)]);
+    let lists: Vec<_> = (0..3).map(|bit| known.of(&store, vec![entry(bit)]).unwrap()).collect();
+    assert_eq!(lists.iter().map(|l| l.number).collect::<Vec<_>>(), [first, first + 2, first + 4]);
+    let more = known.of(&store, vec![entry(3)]);
     assert!(matches!(more, Err(Error::Limit(Limit::Size { .. }))));
     // Known lists are still found.
-    assert_eq!(store.lists.of(&store, vec![entry(1)]).unwrap().number, 2);
+    assert_eq!(known.of(&store, vec![entry(1)]).unwrap().number, first + 2);
 }
 
 #[test]
@@ -162,6 +165,7 @@ fn a_single_operation_ends_at_most_1024_steps_after_a_cancellation() {
 #[test]
 fn relation_lists_count_as_memory_until_they_are_dropped() {
     let store = small_store();
+    let lists = Lists::new(&store);
     let literal = |bit: u32| PartialRelation {
         relation: store.literal(2 * bit, true).unwrap(),
         support: Support::new([bit]),
@@ -170,7 +174,7 @@ fn relation_lists_count_as_memory_until_they_are_dropped() {
     let mut kept = Vec::new();
     let full = (0..1u32 << 16).try_for_each(|chosen| {
         let chosen = (0..16).filter(|&bit| chosen >> bit & 1 == 1).map(|bit| literals[bit].clone());
-        kept.push(store.lists.of(&store, chosen.collect())?);
+        kept.push(lists.of(&store, chosen.collect())?);
         store.and(&store.one(), &store.one()).map(|_| ())
     });
     out_of_memory(full);
@@ -184,15 +188,16 @@ fn relation_lists_count_as_memory_until_they_are_dropped() {
 #[test]
 fn the_tables_of_recursions_count_as_memory() {
     let store = small_store();
+    let lists = Lists::new(&store);
     let same = store.iff(&store.literal(4, true).unwrap(), &store.literal(7, true).unwrap()).unwrap();
     let relation = PartialRelation { relation: same, support: Support::new([3]) };
-    let list = store.lists.of(&store, vec![relation]).unwrap();
+    let list = lists.of(&store, vec![relation]).unwrap();
     let part = Part { allowed: store.one(), except: store.zero(), list };
     let (before, state) = (store.charges.now(), cube(&store, 77).unwrap());
     store.reach_by(&state, &[part], Budget::ENDLESS).unwrap().unwrap();
-    let lists = store.charges.now();
-    let tables = store.charges.peak() - lists;
-    assert!(tables >= 8 * size_of::<(Bdd, Bdd)>() as u64, "{before} {lists} {tables}");
+    let after = store.charges.now();
+    let tables = store.charges.peak() - after;
+    assert!(tables >= 8 * size_of::<(Bdd, Bdd)>() as u64, "{before} {after} {tables}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::sync::Arc;
 /// their present and next copies; other bits it may only read. Bits above the current level are
 /// skipped.
 #[derive(Debug, Clone)]
-pub(super) struct Support {
+pub(in crate::symbolic) struct Support {
     bits: Arc<[u32]>,
     /// The number of leading bits that are skipped.
     passed: usize,
@@ -15,7 +15,7 @@ pub(super) struct Support {
 
 impl Support {
     /// Creates the set of the given bits.
-    pub(super) fn new(bits: impl IntoIterator<Item = u32>) -> Self {
+    pub(in crate::symbolic) fn new(bits: impl IntoIterator<Item = u32>) -> Self {
         let mut bits: Vec<u32> = bits.into_iter().collect();
         bits.sort_unstable();
         bits.dedup();
@@ -23,39 +23,39 @@ impl Support {
     }
 
     /// Returns the support bits in the order of their levels.
-    pub(super) fn bits(&self) -> &[u32] {
+    pub(in crate::symbolic) fn bits(&self) -> &[u32] {
         &self.bits[self.passed..]
     }
 
     /// Returns the first support bit; `u32::MAX` if there is none.
-    pub(super) fn top(&self) -> u32 {
+    pub(in crate::symbolic) fn top(&self) -> u32 {
         self.bits().first().copied().unwrap_or(u32::MAX)
     }
 
     /// Returns the support bits after `bit`; there must be none before it.
-    pub(super) fn below(&self, bit: u32) -> Self {
+    pub(in crate::symbolic) fn below(&self, bit: u32) -> Self {
         let passed = self.passed + usize::from(self.top() == bit);
         Support { bits: self.bits.clone(), passed }
     }
 
     /// Returns the support bits from `bit` on.
-    pub(super) fn from(&self, bit: u32) -> Self {
+    pub(in crate::symbolic) fn from(&self, bit: u32) -> Self {
         let passed = self.passed + self.bits().partition_point(|&b| b < bit);
         Support { bits: self.bits.clone(), passed }
     }
 
     /// Returns the union of two supports.
-    pub(super) fn union(&self, other: &Self) -> Self {
+    pub(in crate::symbolic) fn union(&self, other: &Self) -> Self {
         Support::new(self.bits().iter().chain(other.bits()).copied())
     }
 
     /// Returns true if there are no support bits.
-    pub(super) fn is_empty(&self) -> bool {
+    pub(in crate::symbolic) fn is_empty(&self) -> bool {
         self.bits().is_empty()
     }
 
     /// Returns the number of support bits.
-    pub(super) fn len(&self) -> usize {
+    pub(in crate::symbolic) fn len(&self) -> usize {
         self.bits().len()
     }
 }

@@ -3,8 +3,8 @@
 //! Every integer has bounds that are valid in every state. The widths follow from the bounds, so
 //! that no operation overflows.
 
-use super::diagram::Bdd;
-use super::store::Store;
+use crate::symbolic::store::Store;
+use crate::symbolic::store::diagram::Bdd;
 use meliora_model::error::Result;
 
 /// Largest absolute value of a bound. Beyond it, [`super::partition`] computes value by value and
@@ -13,24 +13,29 @@ const LARGEST: i128 = 1 << 62;
 
 /// An integer that depends on the state.
 #[derive(Clone)]
-pub(super) struct SymbolicInteger {
+pub(in crate::symbolic) struct SymbolicInteger {
     /// The bits, least significant first; the last one is the sign.
     bits: Vec<Bdd>,
     /// A lower bound of the values.
-    pub(super) low: i64,
+    pub(in crate::symbolic) low: i64,
     /// An upper bound of the values.
-    pub(super) high: i64,
+    pub(in crate::symbolic) high: i64,
 }
 
 impl SymbolicInteger {
     /// Creates a constant.
-    pub(super) fn constant(store: &Store, value: i64) -> Self {
+    pub(in crate::symbolic) fn constant(store: &Store, value: i64) -> Self {
         let bit = |k: u32| if value >> k.min(63) & 1 == 1 { store.one() } else { store.zero() };
         SymbolicInteger { bits: (0..width(value, value)).map(bit).collect(), low: value, high: value }
     }
 
     /// Returns `low` plus the unsigned number of the given bits, least significant first.
-    pub(super) fn offset(store: &Store, mut bits: Vec<Bdd>, low: i64, high: i64) -> Result<Self> {
+    pub(in crate::symbolic) fn offset(
+        store: &Store,
+        mut bits: Vec<Bdd>,
+        low: i64,
+        high: i64,
+    ) -> Result<Self> {
         bits.push(store.zero());
         let span = (i128::from(high) - i128::from(low)) as i64;
         let unsigned = SymbolicInteger { bits, low: 0, high: span };
@@ -39,22 +44,22 @@ impl SymbolicInteger {
     }
 
     /// Returns bit k; the sign for k past the end.
-    pub(super) fn bit(&self, k: usize) -> &Bdd {
+    pub(in crate::symbolic) fn bit(&self, k: usize) -> &Bdd {
         &self.bits[k.min(self.bits.len() - 1)]
     }
 
     /// Returns the number of bits, with the sign.
-    pub(super) fn len(&self) -> usize {
+    pub(in crate::symbolic) fn len(&self) -> usize {
         self.bits.len()
     }
 
     /// Creates an integer from bits whose value is known to be within the bounds.
-    pub(super) fn from_bits(bits: Vec<Bdd>, low: i64, high: i64) -> Self {
+    pub(in crate::symbolic) fn from_bits(bits: Vec<Bdd>, low: i64, high: i64) -> Self {
         SymbolicInteger { bits, low, high }.narrowed()
     }
 
     /// Narrows the bounds to tighter ones that the caller knows.
-    pub(super) fn bounded(self, low: i64, high: i64) -> Self {
+    pub(in crate::symbolic) fn bounded(self, low: i64, high: i64) -> Self {
         SymbolicInteger { low: self.low.max(low), high: self.high.min(high), ..self }.narrowed()
     }
 
@@ -64,7 +69,11 @@ impl SymbolicInteger {
     }
 
     /// Computes a + b; `None` if the bounds exceed 2^62.
-    pub(super) fn add(&self, store: &Store, other: &SymbolicInteger) -> Result<Option<SymbolicInteger>> {
+    pub(in crate::symbolic) fn add(
+        &self,
+        store: &Store,
+        other: &SymbolicInteger,
+    ) -> Result<Option<SymbolicInteger>> {
         let low = i128::from(self.low) + i128::from(other.low);
         let high = i128::from(self.high) + i128::from(other.high);
         let Some((low, high)) = within(low, high) else { return Ok(None) };
@@ -90,7 +99,7 @@ impl SymbolicInteger {
     }
 
     /// Computes -a; `None` if the bounds exceed 2^62.
-    pub(super) fn neg(&self, store: &Store) -> Result<Option<SymbolicInteger>> {
+    pub(in crate::symbolic) fn neg(&self, store: &Store) -> Result<Option<SymbolicInteger>> {
         let Some((low, high)) = within(-i128::from(self.high), -i128::from(self.low)) else {
             return Ok(None);
         };
@@ -104,7 +113,11 @@ impl SymbolicInteger {
     }
 
     /// Computes a · b by shifted sums; `None` if the bounds exceed 2^62.
-    pub(super) fn mul(&self, store: &Store, other: &SymbolicInteger) -> Result<Option<SymbolicInteger>> {
+    pub(in crate::symbolic) fn mul(
+        &self,
+        store: &Store,
+        other: &SymbolicInteger,
+    ) -> Result<Option<SymbolicInteger>> {
         let corner = |x: i64, y: i64| i128::from(x) * i128::from(y);
         let corners = [
             corner(self.low, other.low),
@@ -136,7 +149,7 @@ impl SymbolicInteger {
 
     /// Computes a mod n for a constant n > 0; the result is never negative. `None` if intermediate
     /// bounds exceed 2^62.
-    pub(super) fn modulo(&self, store: &Store, n: i64) -> Result<Option<SymbolicInteger>> {
+    pub(in crate::symbolic) fn modulo(&self, store: &Store, n: i64) -> Result<Option<SymbolicInteger>> {
         // Shift into the non-negative numbers by a multiple of n.
         let lift = if self.low < 0 {
             (-i128::from(self.low) + i128::from(n) - 1) / i128::from(n) * i128::from(n)
@@ -165,7 +178,12 @@ impl SymbolicInteger {
     }
 
     /// Computes: if c then a else b.
-    pub(super) fn select(&self, store: &Store, c: &Bdd, other: &SymbolicInteger) -> Result<SymbolicInteger> {
+    pub(in crate::symbolic) fn select(
+        &self,
+        store: &Store,
+        c: &Bdd,
+        other: &SymbolicInteger,
+    ) -> Result<SymbolicInteger> {
         let (low, high) = (self.low.min(other.low), self.high.max(other.high));
         let bit = |k| store.ite(c, self.bit(k), other.bit(k));
         let bits = (0..width(low, high) as usize).map(bit).collect::<Result<_>>()?;
@@ -173,7 +191,7 @@ impl SymbolicInteger {
     }
 
     /// Computes a = b.
-    pub(super) fn eq(&self, store: &Store, other: &SymbolicInteger) -> Result<Bdd> {
+    pub(in crate::symbolic) fn eq(&self, store: &Store, other: &SymbolicInteger) -> Result<Bdd> {
         if self.high < other.low || other.high < self.low {
             return Ok(store.zero());
         }
@@ -185,12 +203,12 @@ impl SymbolicInteger {
     }
 
     /// Computes a ≤ b.
-    pub(super) fn le(&self, store: &Store, other: &SymbolicInteger) -> Result<Bdd> {
+    pub(in crate::symbolic) fn le(&self, store: &Store, other: &SymbolicInteger) -> Result<Bdd> {
         self.ordered(store, other, store.one())
     }
 
     /// Computes a < b.
-    pub(super) fn lt(&self, store: &Store, other: &SymbolicInteger) -> Result<Bdd> {
+    pub(in crate::symbolic) fn lt(&self, store: &Store, other: &SymbolicInteger) -> Result<Bdd> {
         self.ordered(store, other, store.zero())
     }
 

@@ -13,21 +13,23 @@ use oxidd_core::{ApplyCache, DiagramRules, HasApplyCache};
 use oxidd_rules_bdd::simple::{BDDOp, BDDTerminal};
 
 /// A Boolean function of the bits of the present and the next state.
-pub(super) type Bdd = BDDFunction;
-pub(super) type ManagerOf<'id> = <Bdd as Function>::Manager<'id>;
+pub(in crate::symbolic) type Bdd = BDDFunction;
+pub(in crate::symbolic) type ManagerOf<'id> = <Bdd as Function>::Manager<'id>;
 /// A borrowed diagram.
-pub(super) type Edge<'e, 'id> = Ref<'e, EdgeOfFunc<'id, Bdd>>;
+pub(in crate::symbolic) type Edge<'e, 'id> = Ref<'e, EdgeOfFunc<'id, Bdd>>;
 /// An owned reference to a diagram, released when dropped.
-pub(super) type Held<'m, 'id> = EdgeDropGuard<'m, ManagerOf<'id>>;
+pub(in crate::symbolic) type Held<'m, 'id> = EdgeDropGuard<'m, ManagerOf<'id>>;
 
 /// The operation of an entry in the operation cache. OxiDD's own entries have no numbers among
 /// their operands. The entries here have one, so that the two kinds are never confused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Memo {
+pub(in crate::symbolic) enum Memo {
     /// One step of a list from a set, within a bound.
     Step,
     /// The closure of a set under the steps of a list, within a bound.
     Close,
+    /// The attractor of lost states.
+    Lose,
 }
 
 impl Memo {
@@ -37,12 +39,15 @@ impl Memo {
         match self {
             Memo::Step => BDDOp::And,
             Memo::Close => BDDOp::Or,
+            Memo::Lose => BDDOp::Xor,
         }
     }
 }
 
 /// The operations that a recursion over diagrams needs.
-pub(super) trait Diagram<'id> {
+pub(in crate::symbolic) trait Diagram<'id> {
+    /// Returns a diagram as an operand.
+    fn edge<'e>(&self, f: &'e Bdd) -> Edge<'e, 'id>;
     /// Returns the level of the root; the largest number for a constant.
     fn level_of(&self, e: Edge<'_, 'id>) -> LevelNo;
     /// Returns the children (set, clear) if the root is on `level`, else the diagram twice.
@@ -63,6 +68,11 @@ pub(super) trait Diagram<'id> {
 }
 
 impl<'id> Diagram<'id> for ManagerOf<'id> {
+    #[inline]
+    fn edge<'e>(&self, f: &'e Bdd) -> Edge<'e, 'id> {
+        f.as_edge(self)
+    }
+
     #[inline]
     fn level_of(&self, e: Edge<'_, 'id>) -> LevelNo {
         match self.get_node(e) {

@@ -10,34 +10,36 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use ahash::AHashSet;
 
-use super::charge::Charge;
-use super::diagram::Bdd;
 use super::partial_relation::PartialRelation;
-use super::store::Store;
-use meliora_model::error::{Error, Limit, Result};
+use crate::symbolic::store::charge::Charge;
+use crate::symbolic::store::diagram::Bdd;
+use crate::symbolic::store::{Forgets, Store};
+use meliora_model::error::{Error, Result};
 
 /// Bytes of a list without its entries: the list, its reference counts, its name and the overhead
 /// of the allocations.
 const BYTES_PER_LIST: usize = size_of::<RelationList>() + 64;
 
 /// A union of relations: each step is a step of one of them.
-pub(super) struct RelationList {
+pub(in crate::symbolic) struct RelationList {
     /// The key of this list in the operation cache. Numbers are even; the odd number after it is
     /// the key of the same list in the other direction.
-    pub(super) number: u32,
+    pub(in crate::symbolic) number: u32,
     /// The first bit that an entry reads or writes; `u32::MAX` if there is none.
-    pub(super) top: u32,
-    pub(super) kind: ListKind,
+    pub(in crate::symbolic) top: u32,
+    pub(in crate::symbolic) kind: ListKind,
     cofactors: OnceLock<Cofactors>,
     // Boxed, because few lists need it, and smaller lists lie closer together in memory.
     layers: OnceLock<Box<Layers>>,
     entries: Vec<PartialRelation>,
+    /// The table of all lists of the store.
+    lists: Arc<Lists>,
     _charge: Charge,
 }
 
 /// The possible effects of the steps of a list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum ListKind {
+pub(in crate::symbolic) enum ListKind {
     /// There are no steps.
     Empty,
     /// All steps keep the state; one relation allows them.
@@ -61,10 +63,10 @@ impl ListKind {
 
 /// The cofactors of a list by its first bit, indexed by the value of the bit before and after a
 /// step.
-pub(super) struct Cofactors([[Arc<RelationList>; 2]; 2]);
+pub(in crate::symbolic) struct Cofactors([[Arc<RelationList>; 2]; 2]);
 
 impl RelationList {
-    fn new(store: &Store, number: u32, entries: Vec<PartialRelation>) -> Self {
+    fn new(store: &Store, lists: &Arc<Lists>, number: u32, entries: Vec<PartialRelation>) -> Self {
         let top = store.shared(|m| entries.iter().map(|e| e.top(m)).min());
         let bytes = BYTES_PER_LIST + size_of_val(entries.as_slice());
         let mut charge = store.charge();
@@ -76,18 +78,67 @@ impl RelationList {
             cofactors: OnceLock::new(),
             layers: OnceLock::new(),
             entries,
+            lists: Arc::clone(lists),
             _charge: charge,
         }
     }
 
     /// Returns true if the list has no steps.
-    pub(super) fn is_empty(&self) -> bool {
+    pub(in crate::symbolic) fn is_empty(&self) -> bool {
         self.kind == ListKind::Empty
     }
 
     /// Returns true if a step may change the state.
-    pub(super) fn changes_state(&self) -> bool {
+    pub(in crate::symbolic) fn changes_state(&self) -> bool {
         self.kind == ListKind::Changing
+    }
+
+    /// Returns the cofactors of this list by its first bit.
+    pub(in crate::symbolic) fn cofactors(&self, store: &Store) -> Result<&Cofactors> {
+        if let Some(found) = self.cofactors.get() {
+            return Ok(found);
+        }
+        let cofactor = |from, to| {
+            let below = |e: &PartialRelation| store.shared(|m| e.below(m, self.top, from, to));
+            self.lists.of(store, self.entries.iter().filter_map(below).collect())
+        };
+        let clear = [cofactor(false, false)?, cofactor(false, true)?];
+        let set = [cofactor(true, false)?, cofactor(true, true)?];
+        Ok(self.cofactors.get_or_init(|| Cofactors([clear, set])))
+    }
+
+    /// Returns the steps of this list on which `bit` has the value `from` before and `to` after. The
+    /// list depends on no earlier bit.
+    pub(in crate::symbolic) fn cofactor(
+        self: &Arc<Self>,
+        store: &Store,
+        bit: u32,
+        from: bool,
+        to: bool,
+    ) -> Result<Arc<RelationList>> {
+        match (self.top == bit, from == to) {
+            (true, _) => Ok(self.cofactors(store)?.step(from, to).clone()),
+            (false, true) => Ok(self.clone()),
+            (false, false) => self.lists.of(store, Vec::new()),
+        }
+    }
+
+    /// Returns the relations of this list, split by their dependence on its first bit.
+    pub(in crate::symbolic) fn layers(&self, store: &Store) -> Result<&Layers> {
+        if let Some(found) = self.layers.get() {
+            return Ok(found);
+        }
+        let is_here = |e: &&PartialRelation| store.shared(|m| e.top(m)) == self.top;
+        let (here, below): (Vec<&PartialRelation>, Vec<&PartialRelation>) =
+            self.entries.iter().partition(is_here);
+        let below = self.lists.of(store, below.into_iter().cloned().collect())?;
+        let here = here.into_iter().map(|e| self.lists.of(store, vec![e.clone()])).collect::<Result<_>>()?;
+        Ok(self.layers.get_or_init(|| Box::new(Layers { below, here })))
+    }
+
+    /// Returns the table of all lists.
+    pub(in crate::symbolic) fn all(&self) -> &Arc<Lists> {
+        &self.lists
     }
 
     /// Moves the lists that this one keeps alive to `lists`.
@@ -101,7 +152,7 @@ impl RelationList {
 
     /// Returns the states that allow a step, if the list has one relation and all steps keep the
     /// state.
-    pub(super) fn kept(&self) -> Option<&Bdd> {
+    pub(in crate::symbolic) fn kept(&self) -> Option<&Bdd> {
         self.entries.first().filter(|_| self.kind == ListKind::Keeps).map(|e| &e.relation)
     }
 }
@@ -144,144 +195,86 @@ impl Hash for Named {
 
 impl Cofactors {
     /// Returns the steps from one value of the bit to another.
-    pub(super) fn step(&self, from: bool, to: bool) -> &Arc<RelationList> {
+    pub(in crate::symbolic) fn step(&self, from: bool, to: bool) -> &Arc<RelationList> {
         &self.0[usize::from(from)][usize::from(to)]
     }
 }
 
 /// The relations of a list, split by their dependence on the first bit of the list.
-pub(super) struct Layers {
+pub(in crate::symbolic) struct Layers {
     /// The relations that depend on later bits only.
-    pub(super) below: Arc<RelationList>,
+    pub(in crate::symbolic) below: Arc<RelationList>,
     /// The relations that read or write the first bit, as one list each.
-    pub(super) here: Vec<Arc<RelationList>>,
+    pub(in crate::symbolic) here: Vec<Arc<RelationList>>,
 }
 
-/// The lists of one store.
-pub(super) struct Lists {
-    names: Mutex<Names>,
-    /// The largest number that a list may have.
-    last: u32,
-}
-
-/// The lists by their entries.
+/// The lists of one store, by their entries.
 #[derive(Default)]
-struct Names {
-    known: AHashSet<Named>,
-    /// The number of the next list.
-    next: u32,
+pub(in crate::symbolic) struct Lists {
+    known: Mutex<AHashSet<Named>>,
 }
 
 impl Lists {
-    /// Creates an empty table of lists with numbers up to `last`.
-    pub(super) fn new(last: u32) -> Self {
-        Lists { names: Mutex::default(), last }
+    /// Creates the empty table of lists of a store.
+    pub(in crate::symbolic) fn new(store: &Store) -> Arc<Self> {
+        let lists = Arc::new(Lists::default());
+        store.keep(lists.clone());
+        lists
     }
 
     /// Returns the list of some relations.
     ///
     /// # Errors
-    /// A limit: the memory, or the numbers of lists. A number is never given twice, since the
-    /// operation cache and lists in use would confuse the two lists.
-    pub(super) fn of(&self, store: &Store, entries: Vec<PartialRelation>) -> Result<Arc<RelationList>> {
+    /// A limit: the memory, or the numbers of lists.
+    pub(in crate::symbolic) fn of(
+        self: &Arc<Self>,
+        store: &Store,
+        entries: Vec<PartialRelation>,
+    ) -> Result<Arc<RelationList>> {
         let entries = united(store, entries)?;
-        let mut names = self.names();
-        if let Some(Named(list)) = names.known.get(entries.as_slice()) {
+        let mut known = self.known();
+        if let Some(Named(list)) = known.get(entries.as_slice()) {
             return Ok(list.clone());
         }
-        if names.known.len() >= store.thresholds().most_lists {
-            names.known.clear();
+        if known.len() >= store.thresholds().most_lists {
+            known.clear();
         }
-        let number = names.next;
-        names.next = number.checked_add(2).filter(|_| number < self.last).ok_or_else(|| self.exhausted())?;
-        let list = Arc::new(RelationList::new(store, number, entries));
-        names.known.insert(Named(list.clone()));
+        let list = Arc::new(RelationList::new(store, self, store.new_key()?, entries));
+        known.insert(Named(list.clone()));
         Ok(list)
     }
 
+    fn known(&self) -> MutexGuard<'_, AHashSet<Named>> {
+        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Forgets for Lists {
     /// Forgets the names of all lists. This frees the lists that are not in use.
-    pub(super) fn forget(&self) {
-        self.names().known.clear();
+    fn forget(&self) {
+        self.known().clear();
     }
+}
 
-    fn names(&self) -> MutexGuard<'_, Names> {
-        self.names.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn exhausted(&self) -> Error {
-        let most = self.last / 2;
-        Limit::Size { what: format!("the work needs more than {most} relation lists") }.into()
-    }
-
-    /// Returns the cofactors of a list by its first bit.
-    pub(super) fn cofactors<'l>(&self, store: &Store, list: &'l RelationList) -> Result<&'l Cofactors> {
-        if let Some(found) = list.cofactors.get() {
-            return Ok(found);
+/// Returns true if at most `most` different combinations of the lists remain when they are
+/// split by bits that keep their values.
+pub(in crate::symbolic) fn stay_few(store: &Store, lists: &[Arc<RelationList>], most: usize) -> Result<bool> {
+    let mut seen = AHashSet::new();
+    let mut stack = vec![lists.to_vec()];
+    while let Some(lists) = stack.pop() {
+        let numbers: Vec<u32> = lists.iter().map(|l| l.number).collect();
+        let Some(bit) = lists.iter().filter(|l| l.changes_state()).map(|l| l.top).min() else { continue };
+        if !seen.insert(numbers) {
+            continue;
         }
-        let cofactor = |from, to| {
-            let below = |e: &PartialRelation| store.shared(|m| e.below(m, list.top, from, to));
-            self.of(store, list.entries.iter().filter_map(below).collect())
-        };
-        let clear = [cofactor(false, false)?, cofactor(false, true)?];
-        let set = [cofactor(true, false)?, cofactor(true, true)?];
-        Ok(list.cofactors.get_or_init(|| Cofactors([clear, set])))
-    }
-
-    /// Returns true if at most `most` different combinations of the lists remain when they are
-    /// split by bits that keep their values.
-    pub(super) fn stay_few(&self, store: &Store, lists: &[Arc<RelationList>], most: usize) -> Result<bool> {
-        let mut seen = AHashSet::new();
-        let mut stack = vec![lists.to_vec()];
-        while let Some(lists) = stack.pop() {
-            let numbers: Vec<u32> = lists.iter().map(|l| l.number).collect();
-            let Some(bit) = lists.iter().filter(|l| l.changes_state()).map(|l| l.top).min() else { continue };
-            if !seen.insert(numbers) {
-                continue;
-            }
-            if seen.len() > most {
-                return Ok(false);
-            }
-            for value in [false, true] {
-                stack.push(
-                    lists
-                        .iter()
-                        .map(|l| self.cofactor(store, l, bit, value, value))
-                        .collect::<Result<_>>()?,
-                );
-            }
+        if seen.len() > most {
+            return Ok(false);
         }
-        Ok(true)
-    }
-
-    /// Returns the steps of a list on which `bit` has the value `from` before and `to` after. The
-    /// list depends on no earlier bit.
-    pub(super) fn cofactor(
-        &self,
-        store: &Store,
-        list: &Arc<RelationList>,
-        bit: u32,
-        from: bool,
-        to: bool,
-    ) -> Result<Arc<RelationList>> {
-        match (list.top == bit, from == to) {
-            (true, _) => Ok(self.cofactors(store, list)?.step(from, to).clone()),
-            (false, true) => Ok(list.clone()),
-            (false, false) => self.of(store, Vec::new()),
+        for value in [false, true] {
+            stack.push(lists.iter().map(|l| l.cofactor(store, bit, value, value)).collect::<Result<_>>()?);
         }
     }
-
-    /// Returns the relations of a list, split by their dependence on its first bit.
-    pub(super) fn layers<'l>(&self, store: &Store, list: &'l RelationList) -> Result<&'l Layers> {
-        if let Some(found) = list.layers.get() {
-            return Ok(found);
-        }
-        let is_here = |e: &&PartialRelation| store.shared(|m| e.top(m)) == list.top;
-        let (here, below): (Vec<&PartialRelation>, Vec<&PartialRelation>) =
-            list.entries.iter().partition(is_here);
-        let below = self.of(store, below.into_iter().cloned().collect())?;
-        let here = here.into_iter().map(|e| self.of(store, vec![e.clone()])).collect::<Result<_>>()?;
-        Ok(list.layers.get_or_init(|| Box::new(Layers { below, here })))
-    }
+    Ok(true)
 }
 
 /// Returns the non-empty relations, sorted; small relations with the same support are united.

@@ -5,16 +5,16 @@ use oxidd::bdd::BDDManagerRef;
 use meliora_model::error::{Limit, Result};
 
 /// Bytes per node, in the table and in its index.
-pub(super) const BYTES_PER_NODE: u64 = 32;
+pub(in crate::symbolic) const BYTES_PER_NODE: u64 = 32;
 /// Bytes per entry of the operation cache.
-pub(super) const BYTES_PER_ENTRY: u64 = 20;
+pub(in crate::symbolic) const BYTES_PER_ENTRY: u64 = 20;
 
 /// OxiDD gives nodes to the threads that use it in blocks of this size, and no other thread can use
 /// the nodes of a block. Its number of nodes lags behind by at most a block per thread.
 const BLOCK: u64 = 1 << 16;
 /// The nodes that the table of OxiDD must have in addition to those allowed. Each thread may keep
 /// two blocks to itself: that of the caller, that of the collector, and one more.
-pub(super) const SPARE_NODES: u64 = 3 * 2 * BLOCK;
+pub(in crate::symbolic) const SPARE_NODES: u64 = 3 * 2 * BLOCK;
 
 /// Limits the operation cache to 2^(bits of a state + this number) entries: for a narrow model,
 /// clearing a large cache costs more than it saves.
@@ -34,7 +34,7 @@ const LARGEST_CACHE: u64 = 1 << 23;
 ///
 /// # Errors
 /// A limit of the system: the memory or the thread.
-pub(super) fn manager(nodes: u64, cache_entries: u64) -> Result<BDDManagerRef> {
+pub(in crate::symbolic) fn manager(nodes: u64, cache_entries: u64) -> Result<BDDManagerRef> {
     let capacity = table_size(nodes);
     let bytes = capacity * BYTES_PER_NODE + cache_entries * BYTES_PER_ENTRY;
     if Vec::<u8>::new().try_reserve_exact(usize::try_from(bytes).unwrap_or(usize::MAX)).is_err() {
@@ -57,7 +57,7 @@ fn table_size(nodes: u64) -> u64 {
 }
 
 /// Returns the number of entries of the operation cache that suffices for states of `width` bits.
-pub(super) fn cache_for_bits(width: usize) -> u64 {
+pub(in crate::symbolic) fn cache_for_bits(width: usize) -> u64 {
     1u64.checked_shl(width as u32 + CACHE_BITS_MORE).unwrap_or(u64::MAX)
 }
 
@@ -67,7 +67,7 @@ pub(super) fn cache_for_bits(width: usize) -> u64 {
 ///
 /// # Errors
 /// The first error of the sizes of the relations.
-pub(super) fn cache_for_nodes(
+pub(in crate::symbolic) fn cache_for_nodes(
     states: usize,
     relations: impl Iterator<Item = Result<usize>>,
     usual: u64,
@@ -85,7 +85,7 @@ pub(super) fn cache_for_nodes(
 
 /// Returns the largest power of two that is at most `wanted` and fits into an eighth of the memory;
 /// at least 2^10.
-pub(super) fn cache_entries(memory: u64, wanted: u64) -> u64 {
+pub(in crate::symbolic) fn cache_entries(memory: u64, wanted: u64) -> u64 {
     let most = (memory / 8 / BYTES_PER_ENTRY).max(1);
     (1u64 << most.min(wanted.max(1)).ilog2()).max(1 << 10)
 }

@@ -1,22 +1,20 @@
 //! Partial relations: only the bits that may change have a next copy.
 
-use oxidd::Function;
-
-use super::diagram::{Bdd, Diagram, ManagerOf};
-use super::store::Store;
 use super::support::Support;
+use crate::symbolic::store::Store;
+use crate::symbolic::store::diagram::{Bdd, Diagram, ManagerOf};
 use meliora_model::error::Result;
 
 /// A partial relation: the bits outside its support keep their value and have no next copy in it.
 #[derive(Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(super) struct PartialRelation {
-    pub(super) support: Support,
-    pub(super) relation: Bdd,
+pub(in crate::symbolic) struct PartialRelation {
+    pub(in crate::symbolic) support: Support,
+    pub(in crate::symbolic) relation: Bdd,
 }
 
 impl PartialRelation {
     /// Extends the relation to a larger support: the added bits keep their value.
-    pub(super) fn over(&self, store: &Store, support: &Support) -> Result<PartialRelation> {
+    pub(in crate::symbolic) fn over(&self, store: &Store, support: &Support) -> Result<PartialRelation> {
         let new = support.bits().iter().filter(|b| self.support.bits().binary_search(b).is_err());
         let mut same = store.one();
         // From the last level up, so that each conjunction only adds nodes on top.
@@ -28,27 +26,37 @@ impl PartialRelation {
     }
 
     /// Returns the union of the steps of some relations.
-    pub(super) fn union(store: &Store, all: &[&PartialRelation]) -> Result<PartialRelation> {
+    pub(in crate::symbolic) fn union(store: &Store, all: &[&PartialRelation]) -> Result<PartialRelation> {
         let support = all.iter().fold(Support::new([]), |support, one| support.union(&one.support));
         let over = all.iter().map(|one| Ok(one.over(store, &support)?.relation));
         Ok(PartialRelation { relation: store.any(over.collect::<Result<Vec<_>>>()?)?, support })
     }
 
     /// Returns the simultaneous steps of two relations, each of which changes only its own bits.
-    pub(super) fn beside(&self, store: &Store, other: &PartialRelation) -> Result<PartialRelation> {
+    pub(in crate::symbolic) fn beside(
+        &self,
+        store: &Store,
+        other: &PartialRelation,
+    ) -> Result<PartialRelation> {
         let relation = store.and(&self.relation, &other.relation)?;
         Ok(PartialRelation { relation, support: self.support.union(&other.support) })
     }
 
     /// Returns the first bit that the relation reads or writes; `u32::MAX` if there is none.
-    pub(super) fn top(&self, m: &ManagerOf<'_>) -> u32 {
-        (m.level_of(self.relation.as_edge(m)) / 2).min(self.support.top())
+    pub(in crate::symbolic) fn top(&self, m: &ManagerOf<'_>) -> u32 {
+        (m.level_of(m.edge(&self.relation)) / 2).min(self.support.top())
     }
 
     /// Returns the cofactor of the relation by a bit that is `from` before and `to` after a step;
     /// `None` if the values differ and the relation does not write the bit. The relation may not
     /// depend on an earlier bit.
-    pub(super) fn below(&self, m: &ManagerOf<'_>, bit: u32, from: bool, to: bool) -> Option<PartialRelation> {
+    pub(in crate::symbolic) fn below(
+        &self,
+        m: &ManagerOf<'_>,
+        bit: u32,
+        from: bool,
+        to: bool,
+    ) -> Option<PartialRelation> {
         let touches = self.support.top() == bit;
         if !touches && from != to {
             return None;
@@ -57,7 +65,7 @@ impl PartialRelation {
             let (set, clear) = m.children(f, level);
             if value { set } else { clear }
         };
-        let mut relation = side(self.relation.as_edge(m), 2 * bit, from);
+        let mut relation = side(m.edge(&self.relation), 2 * bit, from);
         if touches {
             relation = side(relation, 2 * bit + 1, to);
         }

@@ -6,14 +6,14 @@
 //! decision diagram operation for reachability, FM 2023; here over lists of partial relations, in
 //! either direction, and within a bound).
 
-use super::diagram::{Diagram, Edge, Held, Memo};
-use super::relation_lists::RelationList;
-use super::walk::{Halt, Walk};
+use crate::symbolic::relations::lists::RelationList;
+use crate::symbolic::store::diagram::{Diagram, Edge, Held, Memo};
+use crate::symbolic::store::walk::{Halt, Walk};
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
     /// Computes μY. X ∪ { s ∈ B : one step of the list joins s and Y } for X ⊆ B, by saturation or
     /// by this recursion.
-    pub(super) fn close(
+    pub(in crate::symbolic) fn close(
         &self,
         by_saturation: bool,
         x: Edge<'_, 'id>,
@@ -35,7 +35,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
                 (self.close(by_saturation, x1, b1, list)?, self.close(by_saturation, x0, b0, list)?);
             self.node_among(2 * bit, set, clear, [(x, (x1, x0)), (b, (b1, b0))])?
         } else if by_saturation {
-            self.fire(x, b, self.store.lists.layers(self.store, list)?)?
+            self.fire(x, b, list.layers(self.store)?)?
         } else {
             self.reach_across(bit, x, b, list)?
         };

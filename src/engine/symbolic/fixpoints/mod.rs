@@ -1,31 +1,30 @@
-//! The recursions over diagrams and relations, run on a store.
+//! Fixpoints: recursions over the diagrams of sets and the lists of relations at once, run on a
+//! store.
+//!
+//! `reach` and `saturation` compute the states that are reachable within a bound. `parts` are groups
+//! of choices, each with a bound of its own; `confined` and `attractor` are recursions over them. `lose` removes
+//! losing states without a bound per group.
+//! `clusters` are the relations united for reachability.
+
+pub(in crate::symbolic) mod attractor;
+pub(in crate::symbolic) mod clusters;
+pub(in crate::symbolic) mod confined;
+mod lose;
+pub(in crate::symbolic) mod parts;
+mod reach;
+mod saturation;
 
 use std::sync::atomic::Ordering::Relaxed;
 
-use oxidd::Function;
-
-use super::attractor::Removed;
-use super::diagram::{Bdd, Held};
-use super::parts::{Budget, Known, Part};
-use super::relation_lists::RelationList;
-use super::store::Store;
-use super::support::Support;
-use super::walk::{Direction, Halt, Walk};
+use crate::symbolic::relations::lists::RelationList;
+use crate::symbolic::store::Store;
+use crate::symbolic::store::diagram::Bdd;
+use crate::symbolic::store::walk::Direction;
+use attractor::Removed;
 use meliora_model::error::Result;
+use parts::{Budget, Known, Part};
 
 impl Store {
-    /// Computes { s ∈ B : one step of the list, in a direction, joins s and X }.
-    pub(super) fn step(
-        &self,
-        direction: Direction,
-        list: &RelationList,
-        x: &Bdd,
-        bound: &Bdd,
-    ) -> Result<Bdd> {
-        let how = (direction, None);
-        self.walk_to_the_end(how, |walk| walk.own(|w| w.step(x.as_edge(w.m), bound.as_edge(w.m), list)))
-    }
-
     /// Computes μY. X ∪ { s ∈ B : one step of the list, in a direction, joins s and Y } for X ⊆ B.
     ///
     /// There are two methods. The recursion over all relations is usually faster. Saturation is
@@ -35,7 +34,7 @@ impl Store {
     /// about ten times faster; the recursion two or three times. Both repeat with 16 times more
     /// steps until one finishes. Intermediate results are reused as long as the operation cache
     /// still has them.
-    pub(super) fn reach(
+    pub(in crate::symbolic) fn reach(
         &self,
         (direction, phase): (Direction, &'static str),
         list: &RelationList,
@@ -63,7 +62,7 @@ impl Store {
     }
 
     /// Computes [`Store::reach`] by one method; `None` if it takes more than `steps` steps.
-    pub(super) fn fixpoint(
+    pub(in crate::symbolic) fn fixpoint(
         &self,
         by_saturation: bool,
         how: (Direction, Option<&'static str>),
@@ -71,15 +70,14 @@ impl Store {
         list: &RelationList,
         (x, bound): (&Bdd, &Bdd),
     ) -> Result<Option<Bdd>> {
-        let found = self.walk(how, steps, |walk| {
-            walk.own(|w| w.close(by_saturation, x.as_edge(w.m), bound.as_edge(w.m), list))
-        })?;
+        let found = self
+            .walk(how, steps, |walk| walk.own(|w| w.close(by_saturation, w.edge(x), w.edge(bound), list)))?;
         self.work.reached[usize::from(by_saturation)].fetch_add(u64::from(found.is_some()), Relaxed);
         Ok(found)
     }
 
     /// Computes [`Walk::remove_attractor`]; `None` if that exceeds the limits `most`.
-    pub(super) fn remove_attractor(
+    pub(in crate::symbolic) fn remove_attractor(
         &self,
         new: &Bdd,
         parts: &[Part],
@@ -92,53 +90,8 @@ impl Store {
     }
 
     /// Computes [`Walk::reach_by`]; `None` if that exceeds the limits `most`.
-    pub(super) fn reach_by(&self, x: &Bdd, parts: &[Part], most: Budget) -> Result<Option<Bdd>> {
+    pub(in crate::symbolic) fn reach_by(&self, x: &Bdd, parts: &[Part], most: Budget) -> Result<Option<Bdd>> {
         let how = (Direction::Backward, Some("backward reachability"));
         self.walk(how, most.steps, |walk| walk.reach_by(x, parts, &mut Known::new(self, most.cases)))
-    }
-
-    /// Returns X over the next state: the support bits are replaced by their next copies.
-    pub(super) fn primed(&self, support: &Support, x: &Bdd) -> Result<Bdd> {
-        let how = (Direction::Forward, None);
-        self.walk_to_the_end(how, |walk| walk.own(|w| w.primed(x.as_edge(w.m), support)))
-    }
-
-    /// Runs one operation.
-    pub(super) fn make(
-        &self,
-        operation: impl for<'m, 'id> FnOnce(&Walk<'m, 'id>) -> Result<Held<'m, 'id>, Halt>,
-    ) -> Result<Bdd> {
-        self.walk_to_the_end((Direction::Forward, None), |walk| walk.own(operation))
-    }
-
-    /// Runs a recursion over diagrams; `None` if it takes more than `steps` steps.
-    fn walk<T>(
-        &self,
-        how: (Direction, Option<&'static str>),
-        steps: u64,
-        recursion: impl for<'m, 'id> FnOnce(&Walk<'m, 'id>) -> Result<T, Halt>,
-    ) -> Result<Option<T>> {
-        let (result, steps) = self.shared(|m| {
-            let checked = |walk: &Walk<'_, '_>| {
-                self.check_limits(m)?;
-                recursion(walk)
-            };
-            self.deep(|| Walk::run((self, m), how, steps, checked))
-        });
-        self.work.steps.fetch_add(steps, Relaxed);
-        match result {
-            Ok(found) => Ok(Some(found)),
-            Err(Halt::Failed(error)) => Err(*error),
-            Err(Halt::Spent) => Ok(None),
-        }
-    }
-
-    /// Runs a recursion over diagrams without a step limit.
-    pub(super) fn walk_to_the_end<T>(
-        &self,
-        how: (Direction, Option<&'static str>),
-        recursion: impl for<'m, 'id> FnOnce(&Walk<'m, 'id>) -> Result<T, Halt>,
-    ) -> Result<T> {
-        self.walk(how, u64::MAX, recursion)?.ok_or_else(|| self.full())
     }
 }

@@ -6,26 +6,23 @@
 
 use std::sync::Arc;
 
+use crate::symbolic::relations::lists::RelationList;
+use crate::symbolic::store::Store;
+use crate::symbolic::store::charge::{BYTES_OF_TABLE, Charge};
+use crate::symbolic::store::diagram::{Bdd, Diagram};
+use crate::symbolic::store::walk::{Halt, Walk};
 use ahash::AHashMap;
-use oxidd::Function;
-
-use super::SymbolicEngine;
-use super::charge::{BYTES_OF_TABLE, Charge};
-use super::diagram::{Bdd, Diagram};
-use super::relation_lists::RelationList;
-use super::store::Store;
-use super::walk::{Halt, Walk};
 use meliora_model::error::Result;
 
 /// Some choices of one group.
 #[derive(Clone)]
-pub(super) struct Part {
+pub(in crate::symbolic) struct Part {
     /// The states in which the choices are allowed.
-    pub(super) allowed: Bdd,
+    pub(in crate::symbolic) allowed: Bdd,
     /// The states into which steps do not count.
-    pub(super) except: Bdd,
+    pub(in crate::symbolic) except: Bdd,
     /// The steps.
-    pub(super) list: Arc<RelationList>,
+    pub(in crate::symbolic) list: Arc<RelationList>,
 }
 
 /// The operands of a recursion over parts, except for its set: for each part its two bounds and the
@@ -33,7 +30,7 @@ pub(super) struct Part {
 type Operands = Vec<(Bdd, Bdd, u32)>;
 
 /// The results that a recursion over parts has found so far, by set and operands.
-pub(super) struct Known<T> {
+pub(in crate::symbolic) struct Known<T> {
     found: AHashMap<(Bdd, Operands), T>,
     most: usize,
     charge: Charge,
@@ -41,30 +38,30 @@ pub(super) struct Known<T> {
 
 impl<T: Clone> Known<T> {
     /// Creates an empty table; the recursion gives up when the table has `most` results.
-    pub(super) fn new(store: &Store, most: usize) -> Self {
+    pub(in crate::symbolic) fn new(store: &Store, most: usize) -> Self {
         Known { found: AHashMap::new(), most, charge: store.charge() }
     }
 
     /// Returns the result for a set and operands.
-    pub(super) fn get(&self, key: &(Bdd, Operands)) -> Option<T> {
+    pub(in crate::symbolic) fn get(&self, key: &(Bdd, Operands)) -> Option<T> {
         self.found.get(key).cloned()
     }
 
     /// Adds a result. For each part it has at most one more diagram than the operands.
-    pub(super) fn insert(&mut self, key: (Bdd, Operands), result: T) {
+    pub(in crate::symbolic) fn insert(&mut self, key: (Bdd, Operands), result: T) {
         let parts = key.1.len() * (size_of::<(Bdd, Bdd, u32)>() + size_of::<Bdd>());
         self.charge.add(BYTES_OF_TABLE * size_of::<((Bdd, Operands), T)>() + parts);
         self.found.insert(key, result);
     }
 
     /// Fails if the table is full.
-    pub(super) fn check(&self) -> Result<(), Halt> {
+    pub(in crate::symbolic) fn check(&self) -> Result<(), Halt> {
         if self.found.len() >= self.most { Err(Halt::Spent) } else { Ok(()) }
     }
 }
 
 /// Returns the operands of some parts.
-pub(super) fn operands(parts: &[Part]) -> Operands {
+pub(in crate::symbolic) fn operands(parts: &[Part]) -> Operands {
     parts.iter().map(|p| (p.allowed.clone(), p.except.clone(), p.list.number)).collect()
 }
 
@@ -72,7 +69,7 @@ pub(super) fn operands(parts: &[Part]) -> Operands {
 /// `from`, `except`) for each, and last the rest with ∅.
 ///
 /// The exceptions are the states into which steps do not count. Empty sets are left out.
-pub(super) fn by_exception(
+pub(in crate::symbolic) fn by_exception(
     store: &Store,
     states: &Bdd,
     exceptions: &[(Bdd, Bdd)],
@@ -87,39 +84,25 @@ pub(super) fn by_exception(
     Ok(sets)
 }
 
-/// Returns true if a recursion over parts is expected to pay off.
-///
-/// It does not if the steps that keep the first bits leave many different relations behind, as in
-/// products of modules: there are too many cases to distinguish. The answer depends on the
-/// relations alone, so it is computed once.
-pub(super) fn are_few(engine: &SymbolicEngine) -> Result<bool> {
-    if let Some(&few) = engine.few_parts.get() {
-        return Ok(few);
-    }
-    let most = engine.store.thresholds().relations_per_bit * engine.encoding.width();
-    let few = engine.store.lists.stay_few(&engine.store, &engine.groups, most)?;
-    Ok(*engine.few_parts.get_or_init(|| few))
-}
-
 /// The limits of a recursion over parts, which gives up at either.
-pub(super) struct Budget {
+pub(in crate::symbolic) struct Budget {
     /// Maximum number of intermediate results of its own.
-    pub(super) cases: usize,
+    pub(in crate::symbolic) cases: usize,
     /// Maximum number of steps in all, steps across a bit included.
-    pub(super) steps: u64,
+    pub(in crate::symbolic) steps: u64,
 }
 
 impl Budget {
     #[cfg(test)]
-    pub(super) const ENDLESS: Budget = Budget { cases: usize::MAX, steps: u64::MAX };
+    pub(in crate::symbolic) const ENDLESS: Budget = Budget { cases: usize::MAX, steps: u64::MAX };
     #[cfg(test)]
-    pub(super) const NONE: Budget = Budget { cases: 0, steps: u64::MAX };
+    pub(in crate::symbolic) const NONE: Budget = Budget { cases: 0, steps: u64::MAX };
 
     /// Computes the limits from the size of the operands.
     ///
     /// # Errors
     /// A limit.
-    pub(super) fn of(store: &Store, parts: &[Part]) -> Result<Self> {
+    pub(in crate::symbolic) fn of(store: &Store, parts: &[Part]) -> Result<Self> {
         let nodes: usize = parts.iter().map(|p| store.size(&p.allowed)).sum::<Result<_>>()?;
         let thresholds = store.thresholds();
         Ok(Budget {
@@ -131,21 +114,21 @@ impl Budget {
 
 impl Part {
     /// Returns true if a step may change the state.
-    pub(super) fn changes_state(&self, store: &Store) -> bool {
+    pub(in crate::symbolic) fn changes_state(&self, store: &Store) -> bool {
         self.list.changes_state() && !store.is_zero(&self.allowed)
     }
 }
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
     /// Returns the first bit that a set or some parts depend on.
-    pub(super) fn first_bit(&self, x: &Bdd, parts: &[Part]) -> u32 {
+    pub(in crate::symbolic) fn first_bit(&self, x: &Bdd, parts: &[Part]) -> u32 {
         let tops = parts.iter().map(|p| self.bit(&p.allowed).min(self.bit(&p.except)).min(p.list.top));
         tops.min().unwrap_or(u32::MAX).min(self.bit(x))
     }
 
     /// Returns the cofactors of some parts for steps on which `bit` has and keeps the value
     /// `value`. The parts depend on no earlier bit.
-    pub(super) fn half(&self, bit: u32, value: bool, parts: &[Part]) -> Result<Vec<Part>, Halt> {
+    pub(in crate::symbolic) fn half(&self, bit: u32, value: bool, parts: &[Part]) -> Result<Vec<Part>, Halt> {
         let side = |part: &Part, list: Arc<RelationList>| Part {
             allowed: self.side(&part.allowed, bit, value),
             except: self.side(&part.except, bit, value),
@@ -157,14 +140,14 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
 
     /// Returns for each part its steps on which `bit` changes from the value `from` to the value
     /// `to`.
-    pub(super) fn arcs(
+    pub(in crate::symbolic) fn arcs(
         &self,
         bit: u32,
         parts: &[Part],
         from: bool,
         to: bool,
     ) -> Result<Vec<Arc<RelationList>>, Halt> {
-        let cofactor = |part: &Part| Ok(self.store.lists.cofactor(self.store, &part.list, bit, from, to)?);
+        let cofactor = |part: &Part| Ok(part.list.cofactor(self.store, bit, from, to)?);
         parts.iter().map(cofactor).collect()
     }
 
@@ -172,30 +155,30 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
     ///
     /// `new` and `except` are sets on one side of a bit, `allowed` is a set on the other side;
     /// `cofactor` contains the steps across the bit.
-    pub(super) fn enter(
+    pub(in crate::symbolic) fn enter(
         &self,
         new: &Bdd,
         except: &Bdd,
         allowed: &Bdd,
         cofactor: &RelationList,
     ) -> Result<Bdd, Halt> {
-        let new = self.own(|w| w.minus(new.as_edge(w.m), except.as_edge(w.m)))?;
-        self.own(|w| w.step(new.as_edge(w.m), allowed.as_edge(w.m), cofactor))
+        let new = self.both(Walk::minus, new, except)?;
+        self.own(|w| w.step(w.edge(&new), w.edge(allowed), cofactor))
     }
 
     /// Computes: if `bit` then `set` else `clear`.
-    pub(super) fn joined(&self, bit: u32, set: &Bdd, clear: &Bdd) -> Result<Bdd, Halt> {
+    pub(in crate::symbolic) fn joined(&self, bit: u32, set: &Bdd, clear: &Bdd) -> Result<Bdd, Halt> {
         self.tick()?;
-        self.own(|w| w.node(bit, w.m.held(set.as_edge(w.m)), w.m.held(clear.as_edge(w.m))))
+        self.own(|w| w.node(bit, w.m.held(w.edge(set)), w.m.held(w.edge(clear))))
     }
 
     /// Returns the first bit that a diagram depends on.
     fn bit(&self, f: &Bdd) -> u32 {
-        self.top(f.as_edge(self.m))
+        self.top(self.edge(f))
     }
 
     /// Returns the cofactor of a diagram by a bit. The diagram depends on no earlier bit.
-    pub(super) fn side(&self, f: &Bdd, bit: u32, value: bool) -> Bdd {
-        self.m.handle(self.split(f.as_edge(self.m), bit)[usize::from(value)])
+    pub(in crate::symbolic) fn side(&self, f: &Bdd, bit: u32, value: bool) -> Bdd {
+        self.m.handle(self.split(self.edge(f), bit)[usize::from(value)])
     }
 }

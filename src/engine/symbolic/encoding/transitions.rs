@@ -10,11 +10,11 @@ use std::sync::Arc;
 use ahash::AHashMap;
 
 use super::command::{CommandBuilder, CommandRelation};
-use super::diagram::Bdd;
-use super::partial_relation::PartialRelation;
-use super::relation_lists::RelationList;
-use super::store::Store;
-use super::support::Support;
+use crate::symbolic::relations::lists::{Lists, RelationList};
+use crate::symbolic::relations::partial_relation::PartialRelation;
+use crate::symbolic::relations::support::Support;
+use crate::symbolic::store::Store;
+use crate::symbolic::store::diagram::Bdd;
 use meliora_model::error::{Error, Limit, Result};
 use meliora_model::step::Choice;
 use meliora_model::{CommandId, ModelKind, Program};
@@ -25,21 +25,21 @@ const MOST_GROUPS: usize = 1 << 14;
 
 /// A partial relation of one group.
 #[derive(Clone)]
-pub(super) struct Piece {
+pub(in crate::symbolic) struct Piece {
     /// The group of the choices.
-    pub(super) group: usize,
-    pub(super) steps: PartialRelation,
+    pub(in crate::symbolic) group: usize,
+    pub(in crate::symbolic) steps: PartialRelation,
 }
 
 /// All relations of a program, before its states are known.
 #[derive(Clone)]
-pub(super) struct Transitions {
+pub(in crate::symbolic) struct Transitions {
     /// The states in which a choice of each group is enabled.
-    pub(super) guards: Vec<Bdd>,
+    pub(in crate::symbolic) guards: Vec<Bdd>,
     /// The pieces of all groups, sorted by group.
-    pub(super) pieces: Vec<Piece>,
+    pub(in crate::symbolic) pieces: Vec<Piece>,
     /// The states in which some command has no meaning.
-    pub(super) bad: Bdd,
+    pub(in crate::symbolic) bad: Bdd,
     /// For each synchronisation the index of its first group and, for each factor, the colour of
     /// each command.
     colours: Vec<(usize, Vec<Colouring>)>,
@@ -75,7 +75,7 @@ struct Alternative {
     members: Vec<CommandId>,
 }
 
-pub(super) struct Builder<'a> {
+pub(in crate::symbolic) struct Builder<'a> {
     store: &'a Store,
     commands: Vec<CommandRelation>,
     /// The command of the monitors, which takes part in every synchronisation.
@@ -84,7 +84,7 @@ pub(super) struct Builder<'a> {
 
 impl<'a> Builder<'a> {
     /// Translates all commands and combines them into groups.
-    pub(super) fn build(
+    pub(in crate::symbolic) fn build(
         program: &'a Program,
         store: &'a Store,
         commands: &CommandBuilder<'_>,
@@ -251,7 +251,7 @@ fn too_many() -> Error {
 
 impl Transitions {
     /// Returns all diagrams.
-    pub(super) fn diagrams(&mut self) -> impl Iterator<Item = &mut Bdd> {
+    pub(in crate::symbolic) fn diagrams(&mut self) -> impl Iterator<Item = &mut Bdd> {
         self.guards
             .iter_mut()
             .chain(self.pieces.iter_mut().map(|p| &mut p.steps.relation))
@@ -259,14 +259,18 @@ impl Transitions {
     }
 
     /// Returns the list of the pieces of each group.
-    pub(super) fn lists(&self, store: &Store) -> Result<Vec<Arc<RelationList>>> {
+    pub(in crate::symbolic) fn lists(
+        &self,
+        store: &Store,
+        lists: &Arc<Lists>,
+    ) -> Result<Vec<Arc<RelationList>>> {
         let mut entries = vec![Vec::new(); self.guards.len()];
         self.pieces.iter().for_each(|p| entries[p.group].push(p.steps.clone()));
-        entries.into_iter().map(|e| store.lists.of(store, e)).collect()
+        entries.into_iter().map(|e| lists.of(store, e)).collect()
     }
 
     /// Returns the combinations of commands that make up each group; not for a `dtmc`.
-    pub(super) fn combinations(&self, program: &Program) -> Vec<Numbered> {
+    pub(in crate::symbolic) fn combinations(&self, program: &Program) -> Vec<Numbered> {
         let mut all = Vec::new();
         for (synchronisation, (_, colourings)) in self.colours.iter().enumerate() {
             let factors = &program.synchronisations[synchronisation].factors;
@@ -286,7 +290,7 @@ impl Transitions {
     }
 
     /// Returns the group of a choice.
-    pub(super) fn group_of(&self, choice: &Choice) -> Option<usize> {
+    pub(in crate::symbolic) fn group_of(&self, choice: &Choice) -> Option<usize> {
         match choice {
             Choice::Uniform => self.uniform.then_some(0),
             Choice::Deadlock => Some(self.guards.len()),

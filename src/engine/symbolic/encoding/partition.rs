@@ -6,9 +6,9 @@
 
 use ahash::AHashMap;
 
-use super::diagram::Bdd;
-use super::store::Store;
 use super::symbolic_integer::SymbolicInteger;
+use crate::symbolic::store::Store;
+use crate::symbolic::store::diagram::Bdd;
 use meliora_model::error::{Limit, Result};
 use meliora_model::exact::Exact;
 use meliora_model::value::EvalError;
@@ -18,23 +18,23 @@ const MOST_VALUES: usize = 1 << 16;
 
 /// Disjoint sets of states, one per value. States in none of them have no value.
 #[derive(Clone)]
-pub(super) struct Partition {
+pub(in crate::symbolic) struct Partition {
     parts: Vec<(Exact, Bdd)>,
 }
 
 impl Partition {
     /// Returns the number of values.
-    pub(super) fn len(&self) -> usize {
+    pub(in crate::symbolic) fn len(&self) -> usize {
         self.parts.len()
     }
 
     /// Creates the partition with one value in all states.
-    pub(super) fn constant(store: &Store, value: Exact) -> Self {
+    pub(in crate::symbolic) fn constant(store: &Store, value: Exact) -> Self {
         Partition { parts: vec![(value, store.one())] }
     }
 
     /// Computes the values of an integer in the states `within`, by splitting on its bits.
-    pub(super) fn of_bits(store: &Store, bits: &SymbolicInteger, within: &Bdd) -> Result<Self> {
+    pub(in crate::symbolic) fn of_bits(store: &Store, bits: &SymbolicInteger, within: &Bdd) -> Result<Self> {
         let mut parts = vec![(0i64, within.clone())];
         for k in (0..bits.len()).rev() {
             let mut next = Vec::with_capacity(2 * parts.len());
@@ -53,13 +53,13 @@ impl Partition {
     }
 
     /// Returns the truth values of a Boolean.
-    pub(super) fn of_bool(store: &Store, f: &Bdd) -> Result<Self> {
+    pub(in crate::symbolic) fn of_bool(store: &Store, f: &Bdd) -> Result<Self> {
         let parts = vec![(Exact::Bool(true), f.clone()), (Exact::Bool(false), store.not(f)?)];
         Ok(Partition { parts: parts.into_iter().filter(|(_, s)| !store.is_zero(s)).collect() })
     }
 
     /// Applies `op` to every value. The second result is the states in which it fails.
-    pub(super) fn map(
+    pub(in crate::symbolic) fn map(
         &self,
         store: &Store,
         op: impl Fn(&Exact) -> Result<Exact, EvalError>,
@@ -70,7 +70,7 @@ impl Partition {
 
     /// Applies `op` to every pair of values that some state has. The second result is the states in
     /// which it fails.
-    pub(super) fn combine(
+    pub(in crate::symbolic) fn combine(
         &self,
         store: &Store,
         other: &Partition,
@@ -90,7 +90,7 @@ impl Partition {
     }
 
     /// Computes: if c then self else other.
-    pub(super) fn select(&self, store: &Store, c: &Bdd, other: &Partition) -> Result<Self> {
+    pub(in crate::symbolic) fn select(&self, store: &Store, c: &Bdd, other: &Partition) -> Result<Self> {
         let mut results = Vec::new();
         for (value, states) in &self.parts {
             results.push((Ok(value.clone()), store.and(states, c)?));
@@ -102,7 +102,7 @@ impl Partition {
     }
 
     /// Returns the values within a set of states.
-    pub(super) fn within(&self, store: &Store, states: &Bdd) -> Result<Self> {
+    pub(in crate::symbolic) fn within(&self, store: &Store, states: &Bdd) -> Result<Self> {
         let mut parts = Vec::new();
         for (value, s) in &self.parts {
             let both = store.and(s, states)?;
@@ -114,12 +114,16 @@ impl Partition {
     }
 
     /// Returns the states whose value satisfies a condition.
-    pub(super) fn states_where(&self, store: &Store, holds: impl Fn(&Exact) -> bool) -> Result<Bdd> {
+    pub(in crate::symbolic) fn states_where(
+        &self,
+        store: &Store,
+        holds: impl Fn(&Exact) -> bool,
+    ) -> Result<Bdd> {
         store.any(self.parts.iter().filter(|(v, _)| holds(v)).map(|(_, s)| s.clone()))
     }
 
     /// Converts to a symbolic integer; every value must be an integer.
-    pub(super) fn to_bits(&self, store: &Store) -> Result<SymbolicInteger> {
+    pub(in crate::symbolic) fn to_bits(&self, store: &Store) -> Result<SymbolicInteger> {
         let values: Vec<(i64, &Bdd)> = self.parts.iter().map(|(v, s)| (int(v), s)).collect();
         let low = values.iter().map(|(v, _)| *v).min().unwrap_or(0);
         let high = values.iter().map(|(v, _)| *v).max().unwrap_or(0);

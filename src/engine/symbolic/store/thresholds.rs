@@ -39,6 +39,10 @@ pub struct Thresholds {
     pub steps_per_node: u64,
     /// … with this many additional steps.
     pub free_steps: u64,
+    /// Maximum number of steps of the recursion over the lists of all groups for losing states before
+    /// layers are tried, which may take four times as many. Both continue in turns with 16 times
+    /// more steps.
+    pub lose_steps: u64,
     /// Initial number of entries of the operation cache, if the memory suffices. Translating a
     /// model takes many small operations, whose lookups are faster in a small cache.
     pub first_cache: u64,
@@ -68,6 +72,7 @@ impl Default for Thresholds {
             free_cases: 300,
             steps_per_node: 200,
             free_steps: 40_000,
+            lose_steps: 32_000_000,
             first_cache: 1 << 17,
             first_steps: 1 << 19,
             main_cache: 1 << 20,
@@ -79,20 +84,22 @@ impl Default for Thresholds {
 
 /// Counters of the methods used.
 #[derive(Debug, Default)]
-pub(super) struct Work {
+pub(in crate::symbolic) struct Work {
     /// Steps of all recursions: results that were not in the operation cache, and nodes made for no
     /// such result.
-    pub(super) steps: AtomicU64,
+    pub(in crate::symbolic) steps: AtomicU64,
     /// Collections of garbage.
-    pub(super) collections: AtomicU64,
+    pub(in crate::symbolic) collections: AtomicU64,
     /// Fixpoints by recursion over the relations, and by saturation.
-    pub(super) reached: [AtomicU64; 2],
+    pub(in crate::symbolic) reached: [AtomicU64; 2],
     /// Recursions for reachability by allowed choices: given up, and completed.
-    pub(super) confined: [AtomicU64; 2],
+    pub(in crate::symbolic) confined: [AtomicU64; 2],
     /// Removals of losing states by layers, and by recursion.
-    pub(super) lost: [AtomicU64; 2],
+    pub(in crate::symbolic) lost: [AtomicU64; 2],
+    /// Removals of losing states by recursion over the lists of all groups.
+    pub(in crate::symbolic) lost_by_lists: AtomicU64,
     /// Recursions for losing states that were given up.
-    pub(super) given_up: AtomicU64,
+    pub(in crate::symbolic) given_up: AtomicU64,
 }
 
 /// The number of times that the symbolic engine used each of the methods with the same result.
@@ -107,29 +114,38 @@ pub struct Ways {
     /// Recursions for reachability by allowed choices that were given up. One of the first two
     /// methods completed these fixpoints.
     pub confined_given_up: u64,
-    /// Removals of losing states by recursion.
+    /// Removals of losing states by recursion over the groups of choices with their bounds.
     pub lost_by_recursion: u64,
+    /// Removals of losing states by recursion over the lists of all groups.
+    pub lost_by_lists: u64,
     /// Removals of losing states layer by layer.
     pub lost_by_layers: u64,
-    /// Removals layer by layer that followed a recursion that was given up.
+    /// Recursions with bounds that were given up. One of the two methods above and below completed
+    /// these removals.
     pub given_up: u64,
 }
 
 impl Work {
     /// Adds the methods used by another store.
-    pub(super) fn add(&self, other: &Work) {
-        let own = self.reached.iter().chain(&self.confined).chain(&self.lost).chain([&self.given_up]);
-        let others = other.reached.iter().chain(&other.confined).chain(&other.lost).chain([&other.given_up]);
-        own.zip(others).for_each(|(own, other)| _ = own.fetch_add(other.load(Relaxed), Relaxed));
+    pub(in crate::symbolic) fn add(&self, other: &Work) {
+        for (own, other) in self.methods().zip(other.methods()) {
+            own.fetch_add(other.load(Relaxed), Relaxed);
+        }
     }
 
-    pub(super) fn ways(&self) -> Ways {
+    fn methods(&self) -> impl Iterator<Item = &AtomicU64> {
+        let several = self.reached.iter().chain(&self.confined).chain(&self.lost);
+        several.chain([&self.lost_by_lists, &self.given_up])
+    }
+
+    pub(in crate::symbolic) fn ways(&self) -> Ways {
         Ways {
             by_recursion: self.reached[0].load(Relaxed),
             by_saturation: self.reached[1].load(Relaxed),
             confined_by_recursion: self.confined[1].load(Relaxed),
             confined_given_up: self.confined[0].load(Relaxed),
             lost_by_recursion: self.lost[1].load(Relaxed),
+            lost_by_lists: self.lost_by_lists.load(Relaxed),
             lost_by_layers: self.lost[0].load(Relaxed),
             given_up: self.given_up.load(Relaxed),
         }

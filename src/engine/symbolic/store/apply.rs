@@ -70,47 +70,56 @@ type Made<'m, 'id> = Result<Held<'m, 'id>, Halt>;
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
     /// Computes f ∧ g.
-    pub(super) fn and(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
+    pub(in crate::symbolic) fn and(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
         self.apply::<And>(f, g)
     }
 
     /// Computes f ∨ g.
-    pub(super) fn or(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
+    pub(in crate::symbolic) fn or(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
         self.apply::<Or>(f, g)
     }
 
     /// Computes f ⊕ g.
-    pub(super) fn xor(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
+    pub(in crate::symbolic) fn xor(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
         self.apply::<Xor>(f, g)
     }
 
     /// Computes f ↔ g.
-    pub(super) fn iff(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
+    pub(in crate::symbolic) fn iff(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
         self.apply::<Equiv>(f, g)
     }
 
     /// Computes f ∧ ¬g.
-    pub(super) fn minus(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
+    pub(in crate::symbolic) fn minus(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
         self.apply::<ImpStrict>(g, f)
     }
 
     /// Computes ¬f.
-    pub(super) fn not(&self, f: Edge<'_, 'id>) -> Made<'m, 'id> {
+    pub(in crate::symbolic) fn not(&self, f: Edge<'_, 'id>) -> Made<'m, 'id> {
         self.negate(f)
     }
 
     /// Computes: if c then f else g.
-    pub(super) fn ite(&self, c: Edge<'_, 'id>, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Made<'m, 'id> {
+    pub(in crate::symbolic) fn ite(
+        &self,
+        c: Edge<'_, 'id>,
+        f: Edge<'_, 'id>,
+        g: Edge<'_, 'id>,
+    ) -> Made<'m, 'id> {
         self.choose(c, f, g)
     }
 
     /// Computes ∃ V . f, where `variables` is the conjunction of the variables V.
-    pub(super) fn exists(&self, f: Edge<'_, 'id>, variables: Edge<'_, 'id>) -> Made<'m, 'id> {
+    pub(in crate::symbolic) fn exists(&self, f: Edge<'_, 'id>, variables: Edge<'_, 'id>) -> Made<'m, 'id> {
         self.quantify(f, variables)
     }
 
     /// Returns the number of assignments to all variables that satisfy f ∧ g. Makes no node.
-    pub(super) fn count_common(&self, f: Edge<'_, 'id>, g: Edge<'_, 'id>) -> Result<Natural, Halt> {
+    pub(in crate::symbolic) fn count_common(
+        &self,
+        f: Edge<'_, 'id>,
+        g: Edge<'_, 'id>,
+    ) -> Result<Natural, Halt> {
         let all = Natural::from(1u32) << self.m.num_levels();
         self.count_below(f, g, &all, &mut Counts { found: AHashMap::new(), charge: self.store.charge() })
     }

@@ -5,13 +5,13 @@
 
 use std::sync::Arc;
 
-use super::diagram::Bdd;
-use super::partial_relation::PartialRelation;
-use super::relation_lists::RelationList;
-use super::store::Store;
-use super::support::Support;
-use super::transitions::Piece;
-use super::walk::Direction;
+use crate::symbolic::encoding::transitions::Piece;
+use crate::symbolic::relations::lists::{Lists, RelationList};
+use crate::symbolic::relations::partial_relation::PartialRelation;
+use crate::symbolic::relations::support::Support;
+use crate::symbolic::store::Store;
+use crate::symbolic::store::diagram::Bdd;
+use crate::symbolic::store::walk::Direction;
 use meliora_model::error::Result;
 
 /// Some pieces as one relation.
@@ -27,7 +27,7 @@ struct Cluster {
 
 /// All clusters.
 #[derive(Clone)]
-pub(super) struct Clusters {
+pub(in crate::symbolic) struct Clusters {
     clusters: Vec<Cluster>,
     /// The relations of all clusters as one list.
     list: Arc<RelationList>,
@@ -35,7 +35,7 @@ pub(super) struct Clusters {
 
 impl Clusters {
     /// Unites the pieces.
-    pub(super) fn new(store: &Store, pieces: &[Piece]) -> Result<Self> {
+    pub(in crate::symbolic) fn new(store: &Store, lists: &Arc<Lists>, pieces: &[Piece]) -> Result<Self> {
         let mut clusters: Vec<Cluster> = Vec::new();
         for piece in pieces {
             let top = store.shared(|m| piece.steps.top(m));
@@ -50,13 +50,13 @@ impl Clusters {
                 clusters.push(Cluster { pieces: vec![piece.clone()], steps: piece.steps.clone(), top });
             }
         }
-        let mut all = Clusters { clusters, list: store.lists.of(store, Vec::new())? };
-        all.relist(store)?;
+        let mut all = Clusters { clusters, list: lists.of(store, Vec::new())? };
+        all.relist(store, lists)?;
         Ok(all)
     }
 
     /// Returns all diagrams. After they are replaced, [`Clusters::relist`] must be called.
-    pub(super) fn diagrams<'a>(&'a mut self) -> impl Iterator<Item = &'a mut Bdd> {
+    pub(in crate::symbolic) fn diagrams<'a>(&'a mut self) -> impl Iterator<Item = &'a mut Bdd> {
         let of = |c: &'a mut Cluster| {
             c.pieces.iter_mut().map(|p| &mut p.steps.relation).chain([&mut c.steps.relation])
         };
@@ -64,14 +64,14 @@ impl Clusters {
     }
 
     /// Builds the list of all clusters.
-    pub(super) fn relist(&mut self, store: &Store) -> Result<()> {
-        self.list = store.lists.of(store, self.clusters.iter().map(|c| c.steps.clone()).collect())?;
+    pub(in crate::symbolic) fn relist(&mut self, store: &Store, lists: &Arc<Lists>) -> Result<()> {
+        self.list = lists.of(store, self.clusters.iter().map(|c| c.steps.clone()).collect())?;
         Ok(())
     }
 
     /// Returns the relations with the steps of each group restricted to its allowed states (`None`
     /// allows all) and without the dropped edges.
-    pub(super) fn confined(
+    pub(in crate::symbolic) fn confined(
         &self,
         store: &Store,
         allowed: &[Option<Bdd>],
@@ -95,12 +95,12 @@ impl Clusters {
             };
             entries.push(PartialRelation { relation: without(store, relation, &support, dropped)?, support });
         }
-        store.lists.of(store, entries)
+        self.list.all().of(store, entries)
     }
 
     /// Computes μX. start ∪ { s' ∈ bound : s → s' for some s ∈ X }; `None` if a recursion takes
     /// more than `steps` steps.
-    pub(super) fn forward(
+    pub(in crate::symbolic) fn forward(
         &self,
         store: &Store,
         start: &Bdd,
@@ -114,8 +114,13 @@ impl Clusters {
         }
     }
 
+    /// Returns the relations of all clusters.
+    pub(in crate::symbolic) fn list(&self) -> &Arc<RelationList> {
+        &self.list
+    }
+
     /// Returns the number of clusters.
-    pub(super) fn len(&self) -> usize {
+    pub(in crate::symbolic) fn len(&self) -> usize {
         self.clusters.len()
     }
 }

@@ -2,13 +2,13 @@
 
 use std::cell::RefCell;
 
-use super::diagram::Bdd;
-use super::encoding::Encoding;
-use super::partial_relation::PartialRelation;
+use super::Encoding;
 use super::partition::Partition;
-use super::store::Store;
 use super::symbolic_integer::SymbolicInteger;
 use super::translate::Translator;
+use crate::symbolic::relations::partial_relation::PartialRelation;
+use crate::symbolic::store::Store;
+use crate::symbolic::store::diagram::Bdd;
 use meliora_model::error::Result;
 use meliora_model::exact::{self, Exact, Real};
 use meliora_model::rounding::Sum;
@@ -16,29 +16,29 @@ use meliora_model::value::Binary;
 use meliora_model::{Branch, Command, VarId};
 
 /// A command over the bits.
-pub(super) struct CommandRelation {
+pub(in crate::symbolic) struct CommandRelation {
     /// The states in which the command is enabled.
-    pub(super) guard: Bdd,
+    pub(in crate::symbolic) guard: Bdd,
     /// guard ∧ the union of the effects of all branches of positive probability. Its support is the
     /// variables that some branch writes.
-    pub(super) steps: PartialRelation,
+    pub(in crate::symbolic) steps: PartialRelation,
     /// The states of the guard in which an update leaves its range or has no value.
-    pub(super) bad_update: Bdd,
+    pub(in crate::symbolic) bad_update: Bdd,
 }
 
 /// Builds the relations of commands.
-pub(super) struct CommandBuilder<'a> {
-    pub(super) store: &'a Store,
-    pub(super) encoding: &'a Encoding,
-    pub(super) translator: &'a Translator<'a>,
+pub(in crate::symbolic) struct CommandBuilder<'a> {
+    pub(in crate::symbolic) store: &'a Store,
+    pub(in crate::symbolic) encoding: &'a Encoding,
+    pub(in crate::symbolic) translator: &'a Translator<'a>,
     /// The states in which the commands built so far have probabilities that were rounded.
-    pub(super) rounded: RefCell<Bdd>,
+    pub(in crate::symbolic) rounded: RefCell<Bdd>,
 }
 
 impl CommandBuilder<'_> {
     /// Returns the relation of a command, and the states in which the guard has no value or the
     /// probabilities are not a distribution.
-    pub(super) fn build(&self, command: &Command) -> Result<(CommandRelation, Bdd)> {
+    pub(in crate::symbolic) fn build(&self, command: &Command) -> Result<(CommandRelation, Bdd)> {
         let (guard, fails) = self.translator.condition(command.guard)?;
         let guard = self.store.and(&guard, &self.within(command)?)?;
         let mut writes: Vec<VarId> =

@@ -1,23 +1,30 @@
 //! Tests of the recursions against tables of states. Exhaustive: all functions of few bits as
 //! relation, set and bound, all supports, both directions. Random: relations of more bits.
 
+use std::sync::Arc;
+
 use proptest::prelude::*;
 
-use super::diagram::Bdd;
-use super::partial_relation::PartialRelation;
-use super::parts::{Budget, Part};
-use super::store::Store;
-use super::support::Support;
-use super::thresholds::Thresholds;
-use super::walk::Direction;
-use crate::Settings;
+use crate::settings::Settings;
+use crate::symbolic::fixpoints::parts::{Budget, Part};
+use crate::symbolic::relations::lists::Lists;
+use crate::symbolic::relations::partial_relation::PartialRelation;
+use crate::symbolic::relations::support::Support;
+use crate::symbolic::relations::tuples::ListTuples;
+use crate::symbolic::store::Store;
+use crate::symbolic::store::diagram::Bdd;
+use crate::symbolic::store::thresholds::Thresholds;
+use crate::symbolic::store::walk::Direction;
 
 /// A set of states, or of pairs of a state and the next values of the support bits: bit k is set if
 /// element k is in the set.
 type Table = u64;
 
-fn store(width: usize, thresholds: Thresholds) -> Store {
-    Store::new(width, &Settings { memory: 64 << 20, thresholds, ..Settings::default() }).unwrap()
+fn store(width: usize, thresholds: Thresholds) -> (Store, Arc<Lists>) {
+    let settings = Settings { memory: 64 << 20, thresholds, ..Settings::default() };
+    let store = Store::new(width, &settings).unwrap();
+    let lists = Lists::new(&store);
+    (store, lists)
 }
 
 /// Returns thresholds with which work of any size uses every method.
@@ -38,7 +45,7 @@ fn bit_of(state: usize, bit: usize, width: usize) -> bool {
 }
 
 /// Returns the function of the levels whose value at the k-th assignment is bit k of the table.
-pub(super) fn function(store: &Store, levels: &[u32], table: Table) -> Bdd {
+pub(in crate::symbolic) fn function(store: &Store, levels: &[u32], table: Table) -> Bdd {
     let Some((&level, rest)) = levels.split_first() else {
         return if table & 1 == 1 { store.one() } else { store.zero() };
     };
@@ -105,9 +112,9 @@ fn reached(edges: &[(usize, usize)], direction: Direction, x: Table, bound: Tabl
     }
 }
 
-fn check(store: &Store, width: usize, relations: &[Relation], x: Table, bound: Table) {
+fn check((store, lists): &(Store, Arc<Lists>), width: usize, relations: &[Relation], x: Table, bound: Table) {
     let edges = Vec::from_iter(relations.iter().flat_map(|r| r.edges.iter().copied()));
-    let list = store.lists.of(store, relations.iter().map(|r| r.steps.clone()).collect()).unwrap();
+    let list = lists.of(store, relations.iter().map(|r| r.steps.clone()).collect()).unwrap();
     let (from, within) = (set(store, width, x), set(store, width, bound));
     let start = store.and(&from, &within).unwrap();
     for direction in [Direction::Forward, Direction::Backward] {
@@ -130,7 +137,7 @@ fn all_relations_of_two_bits_that_touch_one_or_none() {
         let store = store(2, Thresholds::default());
         let tables: Table = if support == 0 { 1 << 4 } else { 1 << 8 };
         for table in 0..tables {
-            let relation = [Relation::new(&store, 2, support, table)];
+            let relation = [Relation::new(&store.0, 2, support, table)];
             for (x, bound) in (0..16).flat_map(|x| (0..16).map(move |b| (x, b))) {
                 check(&store, 2, &relation, x, bound);
             }
@@ -142,7 +149,7 @@ fn all_relations_of_two_bits_that_touch_one_or_none() {
 fn all_relations_of_two_bits_that_touch_both() {
     let store = store(2, Thresholds::default());
     for table in 0..1 << 16 {
-        let relation = [Relation::new(&store, 2, 3, table)];
+        let relation = [Relation::new(&store.0, 2, 3, table)];
         // All pairs of a set and a bound occur, each with 256 relations.
         let (x, bound) = (table & 15, (table >> 4 ^ table >> 12) & 15);
         check(&store, 2, &relation, x, bound);
@@ -151,7 +158,7 @@ fn all_relations_of_two_bits_that_touch_both() {
 
 #[test]
 fn all_sets_of_three_bits_are_primed() {
-    let store = store(3, Thresholds::default());
+    let (store, _) = store(3, Thresholds::default());
     for (support, table) in (0..8).flat_map(|t| (0..256).map(move |x| (t, x))) {
         let bits = Support::new((0..3).filter(|b| support >> b & 1 == 1));
         let levels = Vec::from_iter((0..3).map(|b| 2 * b + (support >> b & 1)));
@@ -176,6 +183,24 @@ fn lost(parts: &[(Edges, Table, Table)], new: Table) -> (Table, Vec<Table>) {
             return (lost, allowed);
         }
         lost |= stuck;
+    }
+}
+
+/// Computes the candidates of which every group with an edge has one into a lost state, and so on.
+fn attractor(groups: &[Edges], lost: Table, candidates: Table) -> Table {
+    let mut all = lost;
+    loop {
+        let keeps = |state: usize, edges: &Edges| {
+            let mut own = edges.iter().filter(|(from, _)| *from == state).peekable();
+            own.peek().is_some() && own.all(|(_, to)| all >> to & 1 == 0)
+        };
+        let is_lost = |state: &usize| !groups.iter().any(|edges| keeps(*state, edges));
+        let states = (0..64).filter(|state| candidates >> state & 1 == 1);
+        let more = states.filter(is_lost).fold(all, |all, state| all | 1 << state);
+        if more == all {
+            return all;
+        }
+        all = more;
     }
 }
 
@@ -205,8 +230,31 @@ proptest! {
     #[test]
     fn lists_of_three_bits(relations in prop::collection::vec(relation(3), 0..4), x: u8, bound: u8, small: bool) {
         let store = store(3, if small { least() } else { Thresholds::default() });
-        let relations = Vec::from_iter(relations.into_iter().map(|(support, t)| Relation::new(&store, 3, support, t)));
+        let relations = Vec::from_iter(relations.into_iter().map(|(support, t)| Relation::new(&store.0, 3, support, t)));
         check(&store, 3, &relations, x.into(), bound.into());
+    }
+
+    #[test]
+    fn attractors_of_three_bits(
+        groups in prop::collection::vec(prop::collection::vec(relation(3), 1..3), 0..4),
+        lost: u8,
+        candidates: u8,
+        small: bool,
+    ) {
+        let (store, lists) = store(3, if small { least() } else { Thresholds::default() });
+        let (lost, candidates) = (Table::from(lost), Table::from(candidates & !lost));
+        let (mut given, mut edges) = (Vec::new(), Vec::new());
+        for group in groups {
+            let new = |(support, table)| Relation::new(&store, 3, support, table);
+            let relations = Vec::from_iter(group.into_iter().map(new));
+            given.push(lists.of(&store, relations.iter().map(|r| r.steps.clone()).collect()).unwrap());
+            edges.push(Vec::from_iter(relations.into_iter().flat_map(|r| r.edges)));
+        }
+        let groups = ListTuples::new(&store).of(&store, given).unwrap();
+        let expected = set(&store, 3, attractor(&edges, lost, candidates));
+        let (lost, candidates) = (set(&store, 3, lost), set(&store, 3, candidates));
+        prop_assert!(store.lose(&lost, &candidates, &groups, u64::MAX).unwrap().unwrap() == expected);
+        prop_assert!(store.lose(&lost, &candidates, &groups, 2).unwrap().is_none_or(|found| found == expected));
     }
 
     #[test]
@@ -215,21 +263,21 @@ proptest! {
         won: u8,
         new: u8,
     ) {
-        let store = store(3, Thresholds::default());
+        let (store, lists) = store(3, Thresholds::default());
         let new = Table::from(new);
         let mut expected = Vec::new();
         let mut given = Vec::new();
         for ((support, table), allowed, safe) in parts {
             let relation = Relation::new(&store, 3, support, table);
             let (allowed, safe) = (Table::from(allowed) & !new, Table::from(safe));
-            let list = store.lists.of(&store, vec![relation.steps]).unwrap();
+            let list = lists.of(&store, vec![relation.steps]).unwrap();
             given.push(Part { allowed: set(&store, 3, allowed), except: set(&store, 3, safe), list });
             expected.push((relation.edges, allowed, safe));
         }
         let reached = set(&store, 3, reached_by(&expected, new));
         prop_assert!(store.reach_by(&set(&store, 3, new), &given, Budget::ENDLESS).unwrap().unwrap() == reached);
         prop_assert!(store.reach_by(&set(&store, 3, new), &given, Budget::NONE).unwrap().is_none_or(|r| r == reached));
-        let list = store.lists.of(&store, Vec::new()).unwrap();
+        let list = lists.of(&store, Vec::new()).unwrap();
         let won = Table::from(won) & !new;
         given.push(Part { allowed: set(&store, 3, won), except: store.zero(), list });
         expected.push((Vec::new(), won, 0));

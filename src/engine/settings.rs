@@ -1,0 +1,113 @@
+//! Settings of an engine, and its use of resources.
+
+use std::sync::Arc;
+
+use num_bigint::BigUint;
+use serde::Serialize;
+use strum::{EnumMessage, EnumString, IntoStaticStr, VariantArray};
+
+use super::symbolic::order::Order;
+use super::symbolic::store::thresholds::Thresholds;
+use meliora_model::progress::{NoProgress, ProgressSink};
+
+/// An exact number of states, choices or transitions.
+pub type Count = BigUint;
+
+/// The valuations that count as states.
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Default,
+    Serialize,
+    EnumMessage,
+    EnumString,
+    IntoStaticStr,
+    VariantArray,
+)]
+#[strum(serialize_all = "lowercase")]
+#[serde(rename_all = "lowercase")]
+pub enum Scope {
+    /// The valuations that are reachable from the initial states.
+    #[default]
+    Reachable,
+    /// Every valuation of the declared variables.
+    All,
+}
+
+impl Scope {
+    /// Both values.
+    pub const ALL: &[Scope] = Scope::VARIANTS;
+
+    /// Returns the name in reports and options.
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
+}
+
+/// The way an engine stores states.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, EnumString, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
+pub enum Storage {
+    /// Sets of states are binary decision diagrams.
+    #[default]
+    Symbolic,
+    /// States are stored one by one; for small models and cross-checks.
+    Explicit,
+}
+
+impl Storage {
+    /// Both values.
+    pub const ALL: &[Storage] = Storage::VARIANTS;
+
+    /// Returns the name in reports and options.
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
+}
+
+/// The settings of an engine. Only the scope has an influence on results.
+#[derive(Clone)]
+pub struct Settings {
+    /// The valuations that count as states.
+    pub scope: Scope,
+    /// The kind of engine that [`AnyEngine::new`] creates.
+    pub storage: Storage,
+    /// The memory limit in bytes: for the node table, the operation cache, relation lists and
+    /// intermediate results of the symbolic engine, or for the arrays of the explicit engine.
+    pub memory: u64,
+    /// The order of the bits in decision diagrams.
+    pub order: Order,
+    /// Maximum number of threads for winning regions and levels that are independent of each other,
+    /// at least 1; see [`Engine::workers`].
+    pub threads: u32,
+    /// The thresholds at which the symbolic engine switches between methods with the same result.
+    pub thresholds: Thresholds,
+    /// The progress sink, which also cancels work.
+    pub sink: Arc<dyn ProgressSink>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            scope: Scope::Reachable,
+            storage: Storage::Symbolic,
+            memory: 2 << 30,
+            order: Order::Auto,
+            threads: 1,
+            thresholds: Thresholds::default(),
+            sink: Arc::new(NoProgress),
+        }
+    }
+}
+
+/// The resources that an engine has used.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Usage {
+    /// The largest number of diagram nodes alive at once; 0 without diagrams.
+    pub peak_nodes: u64,
+    /// The bytes of the engine's own tables.
+    pub bytes: u64,
+}

@@ -1,0 +1,218 @@
+//! The methods that the engine tries for a fixpoint, in which order, and how much each may take.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering::Relaxed;
+
+use super::fixpoints::attractor::Removed;
+use super::fixpoints::parts::{self, Budget, Part};
+use super::relations::lists::{RelationList, stay_few};
+use super::store::Store;
+use super::store::diagram::Bdd;
+use super::store::walk::Direction;
+use super::{ChoiceSet, StateSet, SymbolicEngine};
+use crate::edge_labels::{EdgeLabels, remove_layer};
+use crate::engine::{Algebra, Region};
+use meliora_model::error::Result;
+
+impl SymbolicEngine {
+    /// Computes [`Engine::remove_attractor`]. With a set of states, the choices that may step into it
+    /// have still to be removed from the result.
+    ///
+    /// The recursion over parts comes first, where it is expected to pay off. If it gives up, the
+    /// recursion over the lists of all groups and layers take turns; each continues from the
+    /// remaining states. Edge labels need one bound per group, so this recursion cannot have them.
+    pub(super) fn lose_states(
+        &self,
+        mut left: Region<StateSet, ChoiceSet>,
+        within: &ChoiceSet,
+        won: &StateSet,
+        edge_labels: &[EdgeLabels<StateSet>],
+        mut lost: StateSet,
+    ) -> Result<(Region<StateSet, ChoiceSet>, Option<StateSet>)> {
+        let work = &self.store.work;
+        if let Some((lost, choices)) = remove_attractor(self, &lost, won, &left.choices, edge_labels)? {
+            work.lost[1].fetch_add(1, Relaxed);
+            return Ok((Region { states: self.difference(&left.states, &lost)?, choices }, None));
+        }
+        let mut steps = self.store.thresholds().lose_steps.max(1);
+        while !self.store.is_zero(&lost.0) {
+            if edge_labels.is_empty()
+                && let Some(all) = self.lose(&left, won, &lost, steps)?
+            {
+                work.lost_by_lists.fetch_add(1, Relaxed);
+                left.states = self.difference(&left.states, &all)?;
+                return Ok((left, Some(all)));
+            }
+            let until = work.steps.load(Relaxed).saturating_add(steps.saturating_mul(4));
+            while !self.store.is_zero(&lost.0) && work.steps.load(Relaxed) < until {
+                let is_simpler = |x: &StateSet, y: &StateSet| self.store.is_smaller(&x.0, &y.0);
+                lost = remove_layer(self, &mut left, within, won, edge_labels, &lost, is_simpler)?;
+            }
+            steps = steps.saturating_mul(16);
+        }
+        work.lost[0].fetch_add(1, Relaxed);
+        Ok((left, None))
+    }
+
+    /// Computes the lost states by recursion over the lists of all groups, with edges that are all
+    /// plain. Returns `None` if it takes more than `steps` steps, or if choices are missing for
+    /// another reason than a step into a lost state.
+    fn lose(
+        &self,
+        left: &Region<StateSet, ChoiceSet>,
+        won: &StateSet,
+        lost: &StateSet,
+        steps: u64,
+    ) -> Result<Option<StateSet>> {
+        let (store, loops) = (&self.store, &left.choices.0[self.groups.len()]);
+        let outside = store.minus(&store.any(self.enabled.iter().cloned())?, &left.states.0)?;
+        let mut candidates = store.minus(&store.minus(&left.states.0, &won.0)?, loops)?;
+        if let Some(reaching) = self.recall(lost) {
+            candidates = store.and(&candidates, &reaching.0)?;
+        }
+        for ((list, own), enabled) in self.groups.iter().zip(&*left.choices.0).zip(&*self.enabled) {
+            if own != enabled {
+                let missing = store.minus(&store.and(&candidates, enabled)?, own)?;
+                if store.step(Direction::Backward, list, &outside, &missing)? != missing {
+                    return Ok(None);
+                }
+            }
+        }
+        let groups = self.tuples.of(store, self.groups.clone())?;
+        let Some(found) = store.lose(&outside, &candidates, &groups, steps)? else { return Ok(None) };
+        Ok(Some(StateSet(store.or(&lost.0, &store.minus(&found, &outside)?)?)))
+    }
+
+    /// Returns the states X of which `choices` has all enabled choices, if it has no others.
+    pub(super) fn states_of_all_choices(&self, choices: &[Bdd]) -> Result<Option<Bdd>> {
+        let states = self.store.any(choices.iter().cloned())?;
+        for (own, enabled) in choices.iter().zip(&*self.enabled) {
+            if *own != self.store.and(enabled, &states)? {
+                return Ok(None);
+            }
+        }
+        Ok(Some(states))
+    }
+}
+
+/// Returns true if a recursion over parts is expected to pay off.
+///
+/// It does not if the steps that keep the first bits leave many different relations behind, as in
+/// products of modules: there are too many cases to distinguish. The answer depends on the
+/// relations alone, so it is computed once.
+fn are_few(engine: &SymbolicEngine) -> Result<bool> {
+    if let Some(&few) = engine.few_parts.get() {
+        return Ok(few);
+    }
+    let most = engine.store.thresholds().relations_per_bit * engine.encoding.width();
+    let few = stay_few(&engine.store, &engine.groups, most)?;
+    Ok(*engine.few_parts.get_or_init(|| few))
+}
+
+/// Returns the states that can reach a target by allowed choices and edges that are not dropped.
+/// Returns `None` if the recursion is not expected to pay off or gives up.
+///
+/// `allowed` has a bound for each group.
+pub(super) fn can_reach(
+    engine: &SymbolicEngine,
+    target: &Bdd,
+    allowed: &[Bdd],
+    dropped: &[(Bdd, Bdd)],
+) -> Result<Option<Bdd>> {
+    if !are_few(engine)? {
+        return Ok(None);
+    }
+    let mut parts = Vec::new();
+    for (list, allowed) in engine.groups.iter().zip(allowed) {
+        for (allowed, except) in parts::by_exception(&engine.store, allowed, dropped)? {
+            parts.push(Part { allowed, except, list: list.clone() });
+        }
+    }
+    let most = Budget::of(&engine.store, &parts)?;
+    let found = engine.store.reach_by(target, &parts, most)?;
+    engine.store.work.confined[usize::from(found.is_some())].fetch_add(1, Relaxed);
+    Ok(found)
+}
+
+/// Computes [`Engine::remove_attractor`](crate::Engine::remove_attractor) with the choices
+/// of each group split by edge labels. Returns `None` if the recursion is not expected to pay off
+/// or gives up.
+fn remove_attractor(
+    engine: &SymbolicEngine,
+    lost: &StateSet,
+    won: &StateSet,
+    within: &ChoiceSet,
+    edge_labels: &[EdgeLabels<StateSet>],
+) -> Result<Option<(StateSet, ChoiceSet)>> {
+    let store = &engine.store;
+    if !are_few(engine)? {
+        return Ok(None);
+    }
+    let game = Game::new(engine, lost, won, within, edge_labels)?;
+    let most = Budget::of(store, &game.parts)?;
+    let Some(loss) = store.remove_attractor(&lost.0, &game.parts, most)? else {
+        store.work.given_up.fetch_add(1, Relaxed);
+        return Ok(None);
+    };
+    let choices = game.left(store, lost, within, &loss)?;
+    Ok(Some((StateSet(loss.lost), choices)))
+}
+
+/// The choices that are left, split by edge labels.
+struct Game {
+    parts: Vec<Part>,
+    /// The group of each part; one past the last group for the states that have won.
+    groups: Vec<usize>,
+}
+
+impl Game {
+    fn new(
+        engine: &SymbolicEngine,
+        lost: &StateSet,
+        won: &StateSet,
+        within: &ChoiceSet,
+        edge_labels: &[EdgeLabels<StateSet>],
+    ) -> Result<Self> {
+        let store = &engine.store;
+        let nothing = engine.lists.of(store, Vec::new())?;
+        let safe = edge_labels.iter().map(|m| Ok((m.from.0.clone(), store.or(&m.goal.0, &m.dropped.0)?)));
+        let safe = safe.collect::<Result<Vec<_>>>()?;
+        let mut game = Game { parts: Vec::new(), groups: Vec::new() };
+        // The self-loops of deadlocks do not leave their state.
+        for (group, list) in engine.groups.iter().chain([&nothing]).enumerate() {
+            let left = store.minus(&within.0[group], &lost.0)?;
+            game.add(group, parts::by_exception(store, &left, &safe)?, list);
+        }
+        // States that have won stay, as if they had a choice without successors.
+        let won = store.minus(&won.0, &lost.0)?;
+        game.add(within.0.len(), parts::by_exception(store, &won, &[])?, &nothing);
+        Ok(game)
+    }
+
+    fn add(&mut self, group: usize, choices: Vec<(Bdd, Bdd)>, list: &Arc<RelationList>) {
+        for (allowed, except) in choices {
+            self.parts.push(Part { allowed, except, list: list.clone() });
+            self.groups.push(group);
+        }
+    }
+
+    /// Returns the choices of `within` that remain after a loss.
+    ///
+    /// The choices of states that were lost before are kept, since they cannot lead to a win. A
+    /// group without losses then keeps its diagram, and cached results of it stay usable.
+    fn left(&self, store: &Store, lost: &StateSet, within: &ChoiceSet, loss: &Removed) -> Result<ChoiceSet> {
+        let mut choices = Vec::with_capacity(within.0.len());
+        for (group, before) in within.0.iter().enumerate() {
+            let own = |index: &usize| self.groups[*index] == group;
+            let parts = Vec::from_iter((0..self.parts.len()).filter(own));
+            let same = parts.iter().all(|&p| self.parts[p].allowed == loss.allowed[p]);
+            choices.push(if same {
+                before.clone()
+            } else {
+                let left = store.any(parts.into_iter().map(|p| loss.allowed[p].clone()))?;
+                store.or(&left, &store.and(before, &lost.0)?)?
+            });
+        }
+        Ok(ChoiceSet(Arc::new(choices)))
+    }
+}

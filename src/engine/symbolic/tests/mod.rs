@@ -1,0 +1,4 @@
+//! Tests of the parts of the engine that it does not show.
+
+mod exhaustive;
+mod stress;
