@@ -116,7 +116,7 @@ def follow(context, shields, strategy, start, draw, steps=12):
         now, where = tuple(play.state.values())[:width], f"{strategy.kind} after {number} steps in {play.state}"
         if play.over:
             return
-        permitted = play.actions()
+        permitted = told_by_label(strategy, play)
         for shield in shields:
             context.same(f"ahead of {where}", play.ahead, shield.ahead(now))
             context.same(f"allowed of {where}", labels(permitted), labels(shield.allowed(now)))
@@ -127,6 +127,13 @@ def follow(context, shields, strategy, start, draw, steps=12):
         play.step(after)
         for shield in shields:
             shield.step(tuple(after.values())[:width])
+
+
+def told_by_label(strategy, play):
+    """The permitted actions, without those whose label also names an action that is not permitted."""
+    permitted = play.actions()
+    others = {action.name for action in strategy.explain(play.state).actions} - set(permitted)
+    return [action for action in permitted if label(action) not in labels(others)]
 
 
 def label(action):

@@ -56,13 +56,19 @@ def value_of(context, what, values, bounds):
     precision = math.inf if context.is_rare() else None
     for value, name in ((min(values), "lower"), (max(values), "upper")):
         got = math.inf if bounds[name] == "inf" else bounds[name]
-        near = value == got or value != math.inf and got != math.inf and abs(got - value) <= 1.1e-6 * max(1, value)
-        outside = got <= value if name == "lower" else got >= value
+        near, outside = is_near(value, got), got <= value if name == "lower" else got >= value
         context.same(
             f"{name} of {what}",
             "" if (near or precision) and outside else str(value),
             "" if (near or precision) and outside else got,
         )
+
+
+def is_near(value, got):
+    """A bound is near the value. Both may be infinite, and the value may be above the doubles."""
+    if math.inf in (value, got):
+        return value == got
+    return abs(Fraction(got) - value) <= Fraction(11, 10**7) * max(1, value)
 
 
 def together(context):

@@ -65,7 +65,7 @@ pub(super) fn step(engine: &SymbolicEngine, program: &Program, state: &State) ->
         else {
             return wrong("each state has the choices that a second evaluation finds");
         };
-        let next = engine.successors(&engine.intersection(&here, &engine.only(number))?)?;
+        let next = engine.post(&engine.intersection(&here, &engine.only(number))?)?;
         let next = engine.list_states(&next, successors.len() + 1)?;
         if next.into_iter().collect::<BTreeSet<State>>() != successors {
             return wrong(

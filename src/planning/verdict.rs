@@ -55,7 +55,7 @@ impl Verdict {
     }
 }
 
-/// What decides the verdict on an action, besides its successors.
+/// The facts that decide the verdict on an action, besides its successors.
 pub(super) struct Case {
     /// The manner in which the strategy pursues an objective.
     pub(super) pursuit: Option<Manner>,
@@ -67,8 +67,8 @@ pub(super) struct Case {
     pub(super) kind: Kind,
     /// True if the improvement MDP keeps the action.
     pub(super) kept: bool,
-    /// Whether the strategy of the level or stage permits the action, and whether it makes progress;
-    /// `None` where there is no strategy.
+    /// Two truth values: the strategy of the level or stage permits the action, and the action makes
+    /// progress. `None` without a strategy.
     pub(super) level: Option<(bool, bool)>,
     /// For an action that is not kept: the first successor outside of the states that paths may visit.
     pub(super) outside: Option<usize>,

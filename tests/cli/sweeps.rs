@@ -149,6 +149,21 @@ fn mistakes_are_told_before_anything_runs() {
 }
 
 #[test]
+fn a_file_with_two_rows_for_one_instance_is_not_resumed() {
+    let scratch = scratch();
+    let csv = scratch.show("rows.csv");
+    sweep(&scratch, &["-c", "N=1:2,K=1", "--csv", &csv]).expect(0);
+    let complete = std::fs::read_to_string(scratch.path("rows.csv")).unwrap();
+    let first = complete.lines().nth(1).unwrap();
+    let twice = format!("{complete}{first}\n");
+    std::fs::write(scratch.path("rows.csv"), &twice).unwrap();
+    let refused = sweep(&scratch, &["-c", "N=1:3,K=1", "--csv", &csv, "--resume"]).expect(3);
+    assert!(refused.stderr.contains("this row has the constants of an earlier row"), "{}", refused.stderr);
+    assert!(refused.stderr.contains("rows.csv:4:1"), "{}", refused.stderr);
+    assert_eq!(std::fs::read_to_string(scratch.path("rows.csv")).unwrap(), twice);
+}
+
+#[test]
 fn reach_and_compare_sweep_too() {
     let scratch = scratch();
     let (model, prefs, csv) = (scratch.show("m.prism"), scratch.show("m.pref"), scratch.show("r.csv"));

@@ -42,7 +42,7 @@ impl CsvFile {
     /// positions of the instances by the values of their constants.
     ///
     /// # Errors
-    /// The file belongs to another sweep.
+    /// The file belongs to another sweep, or has two rows for one instance.
     pub(crate) fn resume(&mut self, instances: &HashMap<&[String], usize>) -> Result<(), Error> {
         if !self.target.is_taken() {
             return Ok(());
@@ -53,7 +53,7 @@ impl CsvFile {
         let mut reader =
             ReaderBuilder::new().has_headers(false).flexible(true).from_reader(complete.as_bytes());
         let mut row = StringRecord::new();
-        let mut start = 0;
+        let (mut start, mut places) = (0, HashMap::new());
         let failed = |e: csv::Error| Error::reading(self.target.path(), &e.into());
         while reader.read_record(&mut row).map_err(failed)? {
             let span = start..start + complete[start..].lines().next().map_or(0, str::len);
@@ -67,7 +67,15 @@ impl CsvFile {
             let values: Vec<String> = row.iter().take(constants).map(str::to_owned).collect();
             match instances.get(values.as_slice()).filter(|_| row.len() == self.header.len()) {
                 _ if is_header => {}
-                Some(&position) => drop(self.rows.insert(position, row.clone())),
+                Some(&position) => {
+                    if let Some(first) = places.insert(position, span.clone()) {
+                        let message = "this row has the constants of an earlier row";
+                        let diagnostic = Diagnostic::new(&source, span, message).label("the same again");
+                        let help = "remove one of the two, or both to compute the instance again";
+                        return Err(diagnostic.related(first, "the earlier row").help(help).into());
+                    }
+                    self.rows.insert(position, row.clone());
+                }
                 None => {
                     let message = "this row does not belong to this sweep";
                     return Err(Diagnostic::new(&source, span, message).into());
