@@ -3,6 +3,7 @@
 import itertools
 import math
 from dataclasses import replace
+from fractions import Fraction
 
 from reference.preferences import target_of
 from reference.questions import Question, jointly, rewards
