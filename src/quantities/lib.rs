@@ -52,7 +52,9 @@
 //! sweeps. On random walks in the plane it takes thousands. Elimination fills in rows there (its time grows with
 //! n^1.5), but was faster up to some ten thousand states: 4 s against 9 s for 10,000 states and two
 //! actions. So the first sweeps predict how many are needed, and the component is left to
-//! elimination if these are too many.
+//! elimination if these are too many. `docs/benchmarks.md` has figures for each method alone: a grid
+//! of 64 x 64 takes more than 70 s by elimination and 6 s by iteration, and `coin4` of the PRISM
+//! benchmark suite 0.6 s by elimination, while iteration is stopped after 30 s.
 //!
 //! The levels give qualitative facts for free: P_k > 0 on level k of SPI, and P_k = 1 on level k of
 //! SASI (under `transition`: of SASI under `action`). Only states between the two have equations.
