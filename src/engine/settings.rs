@@ -73,7 +73,7 @@ impl Storage {
 pub struct Settings {
     /// The valuations that count as states.
     pub scope: Scope,
-    /// The kind of engine that [`AnyEngine::new`] creates.
+    /// The kind of engine that [`AnyEngine::new`](crate::AnyEngine::new) creates.
     pub storage: Storage,
     /// The memory limit in bytes: for the node table, the operation cache, relation lists and
     /// intermediate results of the symbolic engine, or for the arrays of the explicit engine.
@@ -81,7 +81,7 @@ pub struct Settings {
     /// The order of the bits in decision diagrams.
     pub order: Order,
     /// Maximum number of threads for winning regions and levels that are independent of each other,
-    /// at least 1; see [`Engine::workers`].
+    /// at least 1; see [`Engine::workers`](crate::Engine::workers).
     pub threads: u32,
     /// The thresholds at which the symbolic engine switches between methods with the same result.
     pub thresholds: Thresholds,
