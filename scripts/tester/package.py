@@ -51,9 +51,9 @@ def plain(value):
 
 
 def rounded(value):
-    """Numbers with nine digits: the order of the states may move the last bit of a sum."""
+    """Numbers with nine digits, 0 below 1e-300: the order of the states may move the last bit of a sum."""
     if isinstance(value, float):
-        return float(f"{value:.9g}")
+        return 0.0 if abs(value) < 1e-300 else float(f"{value:.9g}")
     if isinstance(value, dict):
         return {name: rounded(part) for name, part in value.items()}
     return [rounded(part) for part in value] if isinstance(value, list) else value
