@@ -129,7 +129,8 @@ def follow(context, shields, strategy, start, draw, steps=12):
         for shield in shields:
             context.same(f"ahead of {where}", play.ahead, shield.ahead(now))
             by_label(context, where, permitted, strategy.explain(play.state), shield.allowed(now))
-        permitted = [action for action in permitted if label(action) in shields[0].allowed(now)]
+        allowed = shields[0].allowed(now)
+        permitted = [action for action in permitted if label(action) in allowed]
         action = draw.choice(permitted)
         for shield in shields:
             context.same(f"correct of {where}", label(action), label(shield.correct(now, label(action))))
@@ -140,9 +141,14 @@ def follow(context, shields, strategy, start, draw, steps=12):
 
 
 def by_label(context, where, permitted, explained, allowed):
-    """A label is allowed if all its choices are permitted, and only if some choice is; some label is allowed."""
+    """A label is allowed if all its choices are permitted, and no other one if one of these makes progress.
+
+    In any case some choice of an allowed label is permitted, and some label is allowed.
+    """
     others = labels({action.name for action in explained.actions} - set(permitted))
     sure = [name for name in labels(permitted) if name not in others]
+    if set(sure) & set(labels(a.name for a in explained.actions if a.progress)):
+        context.same(f"allowed of {where}", sure, labels(allowed))
     context.same(f"allowed at least of {where}", [], sorted(set(sure) - set(labels(allowed))))
     context.same(f"allowed at most of {where}", [], sorted(set(labels(allowed)) - set(labels(permitted))))
     context.same(f"something allowed of {where}", bool(permitted), bool(allowed))
