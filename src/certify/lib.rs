@@ -20,9 +20,9 @@
 //! ```
 //!
 //! Only the transition relation is rebuilt. A second evaluation, which shares no arithmetic with the
-//! first, confirms constants, and the choices and successors of some states. Each region is checked against a condition on one step.
-//! Induction over the layers and rounds of the dump then shows that the region is neither too large
-//! nor too small.
+//! first, confirms constants, and the choices and successors of some states. Each region is checked
+//! against a condition on one step. Induction over the layers and rounds of the dump then shows that
+//! the region is neither too large nor too small.
 //!
 //! After the check of `unsafe`, all conditions are about the model that the requirements leave.
 //!

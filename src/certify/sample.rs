@@ -93,15 +93,13 @@ fn valuations(program: &Program, variables: &[VarId]) -> Option<Vec<State>> {
         if count > MOST_VALUATIONS {
             return None;
         }
-        let with = |state: &State| {
-            let state = state.clone();
-            (declared.low..=declared.high).map(move |value| {
-                let mut state = state.clone();
-                state[variable.index()] = value;
-                state
-            })
+        let with = |(state, value): (&State, i64)| {
+            let mut state = state.clone();
+            state[variable.index()] = value;
+            state
         };
-        all = all.iter().flat_map(with).collect();
+        let values = || declared.low..=declared.high;
+        all = all.iter().flat_map(|state| values().map(move |value| (state, value))).map(with).collect();
     }
     Some(all)
 }

@@ -32,11 +32,12 @@ pub(super) fn check(checker: &Checker<'_>) -> CheckResult {
     let program = checker.engine.program();
     constants(program)?;
     let sets = checker.regions.all_states().chain(checker.proof.all_states()).map(|(_, x)| x);
+    let numbered = checker.engine.numbered_choices();
     for state in sample::states(&checker.engine, sets)? {
         if let Some(limit) = checker.engine.settings().sink.stop() {
             return Err(CheckError::Error(limit.into()));
         }
-        step(&checker.engine, program, &state)?;
+        step(&checker.engine, &numbered, program, &state)?;
     }
     Ok(())
 }
@@ -50,19 +51,18 @@ fn constants(program: &Program) -> CheckResult {
 }
 
 /// Checks the choices of a state and their successors, unless the second evaluation has no value for
-/// some expression.
-pub(super) fn step(engine: &SymbolicEngine, program: &Program, state: &State) -> CheckResult {
+/// some expression. `numbered` are the numbered choices of the engine.
+fn step(engine: &SymbolicEngine, numbered: &[Numbered], program: &Program, state: &State) -> CheckResult {
     let Some(expected) = Stepper::new(program, state).choices()? else { return Ok(()) };
     let wrong = |condition: &str| Err(CheckError::violated(condition, Some(state.clone())));
     let here = engine.choices_in(&engine.all_choices(), &engine.singleton(state)?)?;
     if engine.count(&here)? != Count::from(expected.len()) {
         return wrong("each state has the choices that a second evaluation finds");
     }
-    let numbered = engine.numbered_choices();
     for (choice, successors) in expected {
+        let enabled = engine.contains_choice(&here, state, &choice)?;
         let number = numbered.iter().position(|numbered| stands_for(numbered, &choice));
-        let Some(number) = number.filter(|_| engine.contains_choice(&here, state, &choice).unwrap_or(false))
-        else {
+        let Some(number) = number.filter(|_| enabled) else {
             return wrong("each state has the choices that a second evaluation finds");
         };
         let next = engine.post(&engine.intersection(&here, &engine.only(number))?)?;
@@ -79,10 +79,10 @@ pub(super) fn step(engine: &SymbolicEngine, program: &Program, state: &State) ->
 fn stands_for(numbered: &Numbered, choice: &Choice) -> bool {
     match (numbered, choice) {
         (Numbered::Uniform, Choice::Uniform) | (Numbered::Deadlock, Choice::Deadlock) => true,
-        (Numbered::Combinations { synchronisation, commands }, Choice::Combination { .. }) => {
-            let Choice::Combination { synchronisation: own, commands: taken } = choice else { return false };
-            own == synchronisation && commands.iter().zip(taken).all(|(factor, id)| factor.contains(id))
-        }
+        (
+            Numbered::Combinations { synchronisation, commands },
+            Choice::Combination { synchronisation: own, commands: taken },
+        ) => own == synchronisation && commands.iter().zip(taken).all(|(factor, id)| factor.contains(id)),
         _ => false,
     }
 }
@@ -214,9 +214,10 @@ mod tests {
     fn violated(truth: &str, other: &str) -> Option<String> {
         let (truth, other) = (program(truth), Arc::new(program(other)));
         let engine = SymbolicEngine::new(other, Settings::default()).unwrap();
+        let numbered = engine.numbered_choices();
         let states = sample::states(&engine, [].into_iter()).unwrap_or_default();
         assert!(!states.is_empty());
-        states.iter().find_map(|state| match step(&engine, &truth, state) {
+        states.iter().find_map(|state| match step(&engine, &numbered, &truth, state) {
             Err(CheckError::Violation(violation)) => Some(violation.condition),
             Err(CheckError::Error(error)) => panic!("{error}"),
             Ok(()) => None,
