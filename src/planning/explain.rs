@@ -135,7 +135,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         let is_unsafe = self.is_unsafe(state)?;
         let mut actions = Vec::with_capacity(steps.len());
         for step in steps {
-            actions.push(self.action(state, memory, &reference, step)?);
+            actions.push(self.action((state, is_unsafe), memory, &reference, step)?);
         }
         let mut at = Explanation {
             is_unsafe,
@@ -155,9 +155,10 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         Ok(at)
     }
 
+    /// Explains a choice of a state, which is given with whether it is unsafe.
     fn action(
         &mut self,
-        state: &[i64],
+        (state, is_unsafe): (&[i64], bool),
         memory: Memory,
         reference: &ObjectiveSet,
         step: Step,
@@ -168,7 +169,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         let kept = self.arena(memory).map_or(Ok(false), |arena| has(&arena.choices))?;
         let counts = if memory.pursuit.is_some() { has(&engine.all_choices())? } else { kept };
         let one = |(to, p)| {
-            let found = self.successor(state, memory, reference, to, p)?;
+            let found = self.successor((state, is_unsafe), memory, reference, (to, p))?;
             Ok(Successor { goal: found.goal && counts, ..found })
         };
         let successors: Vec<Successor> = successors.into_iter().map(one).collect::<Result<_>>()?;
@@ -185,7 +186,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         let case = Case {
             pursuit: memory.pursuit.map(|pursuit| pursuit.manner),
             achieves: self.kind == StrategyKind::Achieve,
-            is_unsafe: self.is_unsafe(state)?,
+            is_unsafe,
             kind,
             kept,
             level,
@@ -198,17 +199,16 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
 
     fn successor(
         &self,
-        from: &[i64],
+        (from, from_unsafe): (&[i64], bool),
         memory: Memory,
         reference: &ObjectiveSet,
-        to: State,
-        p: f64,
+        (to, p): (State, f64),
     ) -> Result<Successor> {
         let class = self.classes.of(&*self.engine, &to)?.map(|class| &self.classes.list[class]);
         let is_unsafe = class.is_none();
         let most_preferred = class.map_or_else(ObjectiveSet::new, |class| class.most_preferred.clone());
         // Unsafe states belong to no class, so they are compared with nothing.
-        let compared = !is_unsafe && !self.is_unsafe(from)?;
+        let compared = !is_unsafe && !from_unsafe;
         let if_compared = |set: ObjectiveSet| if compared { set } else { ObjectiveSet::new() };
         let change = self.change(memory, from, &to)?;
         let (next, improves) = self.after(memory, from, &to)?;

@@ -71,11 +71,13 @@ impl Numbers {
 
     /// Returns the number in a word.
     pub(super) fn at(&self, word: i64) -> Real {
-        match (short(word), usize::try_from(word)) {
-            (Some(x), _) => Real::Finite(x.into()),
-            (None, Ok(place)) => self.list.get(place).cloned().unwrap_or(Real::Undefined),
-            (None, Err(_)) => Real::Undefined,
-        }
+        short(word).map_or_else(|| self.stored(word).clone(), |x| Real::Finite(x.into()))
+    }
+
+    /// Returns the number at a position.
+    fn stored(&self, place: i64) -> &Real {
+        const NONE: &Real = &Real::Undefined;
+        usize::try_from(place).ok().and_then(|place| self.list.get(place)).unwrap_or(NONE)
     }
 
     /// Returns whether the word contains 0.
@@ -84,7 +86,7 @@ impl Numbers {
     }
 
     fn is_probability(&self, word: i64) -> bool {
-        short(word).map_or_else(|| self.at(word).is_probability(), Short::is_probability)
+        short(word).map_or_else(|| self.stored(word).is_probability(), Short::is_probability)
     }
 
     /// Forgets all results if they are many. Registers must not contain positions of results then.
