@@ -184,6 +184,21 @@ pub(super) fn almost_surely_win<E: Engine>(
     }
 }
 
+/// The remaining game, and the states that are lost.
+type LeftAndLost<E> = (Region<<E as Engine>::States, <E as Engine>::Choices>, <E as Engine>::States);
+
+/// Returns the start of a search for the states that can stay in X by choices of C: the states of X
+/// with such a choice, and all others, which are lost.
+pub(super) fn confined_to<E: Engine>(
+    engine: &E,
+    x: &E::States,
+    within: &E::Choices,
+) -> Result<LeftAndLost<E>> {
+    let states = engine.intersection(x, &engine.can_choose(within)?)?;
+    let lost = engine.difference(&engine.all_states(), &states)?;
+    Ok((Region { states, choices: within.clone() }, lost))
+}
+
 /// Implements [`Engine::remove_attractor`] layer by layer.
 pub(super) fn remove_attractor<E: Engine>(
     engine: &E,

@@ -254,11 +254,8 @@ pub trait Engine:
     where
         Self: Sized,
     {
-        let states = self.intersection(x, &self.can_choose(within)?)?;
-        let removed = self.difference(&self.all_states(), &states)?;
-        let left = Region { states, choices: within.clone() };
-        let Region { states, choices } =
-            self.remove_attractor(left, within, &self.no_states(), &[], removed)?;
+        let (left, lost) = edge_labels::confined_to(self, x, within)?;
+        let Region { states, choices } = self.remove_attractor(left, within, &self.no_states(), &[], lost)?;
         Ok(Region { choices: self.choices_in(&choices, &states)?, states })
     }
 

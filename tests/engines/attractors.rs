@@ -14,10 +14,7 @@ use proptest::prelude::*;
 use crate::common::agreement;
 use crate::common::brute::Brute;
 use crate::common::random_program::{random_predicate, random_program};
-
-fn numbers(most: usize) -> impl Strategy<Value = Vec<u16>> {
-    proptest::collection::vec(0u16..1000, 0..most)
-}
+use crate::explicit::numbers;
 
 /// The recursion over the lists of all groups alone, turns with layers after a single step, and the
 /// usual order of attempts.

@@ -15,7 +15,8 @@ use crate::common::agreement;
 use crate::common::brute::Brute;
 use crate::common::random_program::{random_predicate, random_program};
 
-fn numbers(most: usize) -> impl Strategy<Value = Vec<u16>> {
+/// The numbers from which a random program is made.
+pub(crate) fn numbers(most: usize) -> impl Strategy<Value = Vec<u16>> {
     proptest::collection::vec(0u16..1000, 0..most)
 }
 

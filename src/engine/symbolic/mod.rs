@@ -363,11 +363,11 @@ impl Engine for SymbolicEngine {
         if let (true, Some(found)) = (free, self.recall(target)) {
             return Ok(found);
         }
+        let how = (Direction::Backward, "backward reachability");
         if !free
             && dropped.is_empty()
             && let Some(states) = self.states_of_all_choices(bound)?
         {
-            let how = (Direction::Backward, "backward reachability");
             let within = self.store.or(&states, from)?;
             return Ok(StateSet(self.store.reach(how, self.clusters.list(), from, &within)?));
         }
@@ -376,7 +376,6 @@ impl Engine for SymbolicEngine {
             Some(found) => found,
             None => {
                 let list = self.clusters.confined(&self.store, &confinement, &dropped)?;
-                let how = (Direction::Backward, "backward reachability");
                 self.store.reach(how, &list, from, &self.states.0)?
             }
         });
@@ -408,9 +407,7 @@ impl Engine for SymbolicEngine {
     }
 
     fn surely_staying(&self, x: &StateSet, within: &ChoiceSet) -> Result<StateSet> {
-        let states = self.intersection(x, &self.can_choose(within)?)?;
-        let lost = self.difference(&self.all_states(), &states)?;
-        let left = Region { states, choices: within.clone() };
+        let (left, lost) = edge_labels::confined_to(self, x, within)?;
         Ok(self.lose_states(left, within, &self.no_states(), &[], lost)?.0.states)
     }
 
