@@ -1,5 +1,7 @@
 //! Tolerance for rounded probabilities, such as three times 0.333333.
 
+use std::cmp::Ordering;
+
 use num_traits::{One, Signed};
 
 use super::exact::{Exact, Ratio, Real};
@@ -41,6 +43,12 @@ impl Sum {
     }
 }
 
+/// Returns true for a number that may stand at a branch: at least 0, and at most 1 up to the deviation
+/// that is tolerated for sums, as branches with the same target are written as one.
+pub fn is_weight(p: &Real) -> bool {
+    p.is_probability() || p.compare(&Real::from(1)) == Some(Ordering::Greater) && Sum::of(p) != Sum::Wrong
+}
+
 /// Adds the probabilities of a distribution and judges their sum, which is the second result. If one
 /// of them is not a probability, it is the second result.
 ///
@@ -52,7 +60,7 @@ pub fn judged(
     let mut sum = Real::from(0);
     for p in probabilities {
         let p = p?;
-        if !p.is_probability() {
+        if !is_weight(&p) {
             return Ok((Sum::Wrong, p));
         }
         sum = Real::combine(Binary::Add, &sum, &p)?;

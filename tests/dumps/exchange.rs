@@ -151,6 +151,26 @@ proptest! {
     }
 }
 
+#[test]
+fn branches_that_become_one_with_a_sum_just_above_1_are_read_again() {
+    let text = "mdp module m x:[0..1] init 0; [a] x=0 -> 0.5:(x'=1) + 0.5000000005:(x'=1); endmodule";
+    let source = SourceFile::new("m.prism", format!("{text} label \"end\" = x=1;"));
+    let program = Arc::new(lang::load(&source, &SourceFile::new("c", "")).unwrap().program);
+    let target = label(&program, "end");
+    let engine = ExplicitEngine::new(Arc::clone(&program), Settings::default()).unwrap();
+    let analysis = analysed(engine, [target, target]);
+    let graph = explored(&analysis, &program, 1 << 12).unwrap();
+    let archive = umb(&graph, &analysis, &program, None).unwrap();
+    assert_eq!(read(&archive).unwrap().program.exact_steps(&[0]).unwrap().len(), 1);
+    let tra = prism(&graph).tra;
+    assert!(tra.contains("1.0000000005"), "{tra}");
+    for (probability, accepted) in [("1.0000000005", true), ("1.1", false)] {
+        let source = SourceFile::new("m.tra", tra.replace("1.0000000005", probability));
+        let loaded = lang::load(&source, &SourceFile::new("c", ""));
+        assert_eq!(loaded.is_ok(), accepted, "{probability}");
+    }
+}
+
 /// An archive without compression.
 pub(crate) fn tar(files: &[(&str, &[u8])]) -> Vec<u8> {
     let mut builder = tar::Builder::new(Vec::new());

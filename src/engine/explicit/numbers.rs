@@ -9,7 +9,7 @@ use ahash::AHashMap;
 
 use meliora_model::exact::{self, Exact, Real};
 use meliora_model::expr::{Binary, Unary};
-use meliora_model::rounding::Sum;
+use meliora_model::rounding::{Sum, is_weight};
 use meliora_model::short::Short;
 use meliora_model::value::EvalError;
 
@@ -85,8 +85,9 @@ impl Numbers {
         short(word) == Some(Short::ZERO)
     }
 
-    fn is_probability(&self, word: i64) -> bool {
-        short(word).map_or_else(|| self.stored(word).is_probability(), Short::is_probability)
+    /// Returns whether the number may stand at a branch; see [`is_weight`].
+    fn is_weight(&self, word: i64) -> bool {
+        short(word).is_some_and(Short::is_probability) || is_weight(&self.at(word))
     }
 
     /// Forgets all results if they are many. Registers must not contain positions of results then.
@@ -139,7 +140,7 @@ impl Numbers {
     pub(super) fn judge(&mut self, probabilities: impl IntoIterator<Item = i64>) -> Result<Sum, EvalError> {
         let mut sum = self.integer(0);
         for p in probabilities {
-            if !self.is_probability(p) {
+            if !self.is_weight(p) {
                 return Ok(Sum::Wrong);
             }
             sum = self.binary(Binary::Add, sum, p)?;
@@ -221,7 +222,7 @@ mod tests {
             assert_eq!(quotient, numbers.place(number.clone()), "{n}/{d}");
             assert_eq!(numbers.at(quotient), number);
             assert_eq!(Numbers::is_zero(quotient), number.is_zero());
-            assert_eq!(numbers.is_probability(quotient), number.is_probability());
+            assert_eq!(numbers.is_weight(quotient), is_weight(&number));
             for other in [numbers.integer(0), numbers.integer(i64::MAX), a, b, quotient] {
                 for op in
                     [Binary::Eq, Binary::Lt, Binary::Le, Binary::Min, Binary::Max, Binary::Add, Binary::Sub]

@@ -17,7 +17,7 @@ use meliora_model::error::Result;
 use meliora_model::exact::{Exact, Ratio, Real};
 use meliora_model::expr::{ExprId, ExprPool};
 use meliora_model::progress::Poll;
-use meliora_model::rounding::{Sum, judged};
+use meliora_model::rounding::{Sum, is_weight, judged};
 use meliora_model::value::Type;
 
 pub(super) use drn::{is_drn, load as load_drn};
@@ -146,7 +146,7 @@ impl Table {
             return Some(format!("the target {far} is not one of the {} states", self.states()));
         }
         let weights = self.probabilities[branches].iter().map(|p| self.value(*p));
-        if let Some(wrong) = weights.clone().find(|p| !p.is_probability()) {
+        if let Some(wrong) = weights.clone().find(|p| !is_weight(p)) {
             return Some(format!("{wrong} is not a probability"));
         }
         match judged(weights.map(Ok)) {

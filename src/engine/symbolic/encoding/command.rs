@@ -11,7 +11,7 @@ use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::Bdd;
 use meliora_model::error::Result;
 use meliora_model::exact::{self, Exact, Real};
-use meliora_model::rounding::Sum;
+use meliora_model::rounding::{Sum, is_weight};
 use meliora_model::value::Binary;
 use meliora_model::{Branch, Command, VarId};
 
@@ -85,7 +85,7 @@ impl CommandBuilder<'_> {
             let (p, fails) = self.translator.values(branch.probability)?;
             let p = p.within(store, guard)?;
             wrong.push(store.and(&fails, guard)?);
-            wrong.push(p.states_where(store, |v| !real(v).is_probability())?);
+            wrong.push(p.states_where(store, |v| !is_weight(&real(v)))?);
             taken.push(p.states_where(store, |v| !real(v).is_zero())?);
             let (next, fails) = sum.combine(store, &p, |x, y| exact::binary(Binary::Add, x, y))?;
             wrong.push(fails);
