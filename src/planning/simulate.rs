@@ -134,8 +134,9 @@ impl<'b, E: Engine> Simulation<'b, E> {
         Ok(tally)
     }
 
-    /// Returns the first run from one state that weakens nothing and makes as many improvements as
-    /// the state's rank says; if there is none, returns the run that comes closest.
+    /// Returns the first run from one state that makes as many improvements as the state's rank says
+    /// and weakens nothing. If there is none, the run with most improvements is returned, and among
+    /// these one that weakens nothing.
     ///
     /// # Errors
     /// The errors of [`Simulation::run`].
@@ -155,7 +156,7 @@ impl<'b, E: Engine> Simulation<'b, E> {
                 false if settled => RunEnd::Failed,
                 false => RunEnd::CutOff,
             };
-            let merit = |t: &Trace| (!t.weakens(), t.improvements());
+            let merit = |t: &Trace| (t.improvements().min(wanted), !t.weakens());
             if play == 1 || merit(&trace) > merit(&best.0) {
                 best = (trace, end);
             }

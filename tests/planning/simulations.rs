@@ -67,8 +67,8 @@ fn successors_come_as_often_as_their_probabilities_say() {
     }
 }
 
-/// The run that is shown: the best one among the first n, for the least n where the best one
-/// weakens nothing and has the wanted number of improvements. At an unbounded rank (none) it must
+/// The run that is shown: the best one among the first n, for the least n where the best one has
+/// the wanted number of improvements and weakens nothing. At an unbounded rank (none) it must
 /// have been cut off instead.
 fn shown(traces: &[Trace], wanted: Option<usize>, settled: fn(i64) -> bool) -> (Trace, RunEnd) {
     let weakens = |t: &Trace| t.turns.iter().any(|turn| turn.weakens_step || turn.weakens_start);
@@ -78,7 +78,8 @@ fn shown(traces: &[Trace], wanted: Option<usize>, settled: fn(i64) -> bool) -> (
         _ => RunEnd::CutOff,
     };
     let fine = if wanted.is_some() { RunEnd::Kept } else { RunEnd::CutOff };
-    let best = |n: usize| traces[..n].iter().rev().max_by_key(|t| (!weakens(t), t.improvements())).unwrap();
+    let counted = |t: &Trace| t.improvements().min(wanted.unwrap_or(usize::MAX));
+    let best = |n: usize| traces[..n].iter().rev().max_by_key(|t| (counted(t), !weakens(t))).unwrap();
     let mut each = (1..=traces.len()).map(best);
     let chosen = each.find(|t| !weakens(t) && end(t) == fine).unwrap_or_else(|| best(traces.len()));
     (chosen.clone(), end(chosen))
