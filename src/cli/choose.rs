@@ -12,6 +12,7 @@ use meliora_planning::{Analysis, FiniteMemoryStrategy, Scheduler, StrategyKind};
 use meliora_quantities::cost::Costs;
 use meliora_quantities::{Choose, Chooser, Steps};
 use meliora_report::choose::Choosing;
+use meliora_report::envelope::Times;
 
 use super::by_name::by_name;
 use super::plan;
@@ -45,6 +46,13 @@ pub(super) struct ChooseArgs {
 }
 
 impl ChooseArgs {
+    /// Adds the time for values, if the choice needs any.
+    pub(super) fn count(&self, times: &mut Times, seconds: f64) {
+        if self.choose != Choose::First {
+            times.add("values", seconds);
+        }
+    }
+
     /// Refuses options that do not fit together.
     ///
     /// # Errors

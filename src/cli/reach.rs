@@ -131,7 +131,11 @@ fn answer<E: Engine>(
         }
     };
     let answered = || under.answer(asking, &asked.program, &found, precision);
-    let answer = job.timed("value", answered, |r, s| r.time.add("value", s))?;
+    let answer = job.timed("value", answered, |r, s| {
+        if asking.property.is_some() {
+            r.time.add("value", s);
+        }
+    })?;
     job.update(|r| {
         (r.holds, r.value, r.no_value) = (answer.holds, answer.value, answer.no_value);
         if asking.property.is_some() {

@@ -119,7 +119,7 @@ fn play<E: Engine>(
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
     let mut strategy = args.choose.strategy(&analysis, &question.program, kind)?;
     let attach = || args.choose.attach((&analysis, costs), &question.program, &starts, &mut strategy);
-    let chooser = job.timed("values", attach, |r, s| r.time.add("values", s))?;
+    let chooser = job.timed("values", attach, |r, s| args.choose.count(&mut r.time, s))?;
     let mut simulation = Simulation::new(&mut strategy, args.setup());
     let all = || {
         for start in &starts {

@@ -143,7 +143,7 @@ impl<'a, E: Engine> Run<'a, E> {
         let attach = || {
             choose.attach((self.analysis, self.costs), &self.question.program, &states, &mut self.strategy)
         };
-        self.chooser = self.job.timed("values", attach, |r, s| r.time.add("values", s))?;
+        self.chooser = self.job.timed("values", attach, |r, s| choose.count(&mut r.time, s))?;
         if self.args.dot {
             return self.draw(&states);
         }
