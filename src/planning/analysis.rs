@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::achieve::Achieving;
 use super::classes::Classes;
 use super::finite_memory::{FiniteMemoryStrategy, StrategyKind};
-use super::improvement::{Improvement, Safety};
+use super::improvement::Improvement;
 use super::joint::{Joint, MOST};
 use super::level_search;
 use super::levels::{End, Kind, Levels, Rank};
@@ -15,6 +15,7 @@ use super::requirements::Requirements;
 use super::result::{
     AnalysisResult, ClassCount, Escape, JointCount, LevelsEnd, ModelCounts, ObjectiveCounts, Plan, Prospects,
 };
+use super::safety::Safety;
 use super::temporal::AcceptingRegion;
 use super::winning_regions::{RegionCounts, WinningRegions};
 use super::{strategy, temporal};
