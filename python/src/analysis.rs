@@ -9,7 +9,7 @@ use meliora::output::page::Picture;
 use meliora::output::{CheckReport, Header, Report, Style};
 use meliora::planning::{Class, Phase};
 use meliora::supervise::memory;
-use meliora::{Choose, Drawing, Kind, Scope, Wanted, lang};
+use meliora::{Choose, Drawing, Kind, Safety, Scope, Wanted, lang};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use serde_json::to_string;
@@ -48,7 +48,7 @@ pub(crate) struct Origin {
     pub(crate) preferences: Py<Preferences>,
     pub(crate) engine: &'static str,
     pub(crate) scope: Scope,
-    pub(crate) safety: &'static str,
+    pub(crate) safety: Safety,
 }
 
 impl Analysis {
@@ -77,7 +77,7 @@ impl Analysis {
         let Origin { program, engine, scope, safety, .. } = &*self.origin;
         let (path, source) = (program.source.name.as_str(), &self.origin.preferences.get().source);
         let header = Header { scope: Some(*scope), ..Header::of_model(path) }.with_engine(engine);
-        let mut report = CheckReport::new(header.with_preferences(&source.name, safety));
+        let mut report = CheckReport::new(header.with_preferences(&source.name, *safety));
         let mut product = Program::clone(program);
         let read = lang::load_preferences(source, &mut product);
         let read = read.map_err(|error| Failure::of(error).raise(py))?;
@@ -151,7 +151,7 @@ impl Analysis {
     /// `"action"`, `"transition"` or `"prefix"`.
     #[getter]
     fn safety(&self) -> &'static str {
-        self.origin.safety
+        self.origin.safety.name()
     }
 
     /// The exploration that is analysed. With `history = play` its states have the variables of the

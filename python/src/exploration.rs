@@ -81,7 +81,7 @@ impl Exploration {
             preferences,
             engine: self.engine(),
             scope: self.inner.engine().settings().scope,
-            safety: options.safety.name(),
+            safety: options.safety,
         };
         Analysis::run(py, Handle::new(analysis, space), Arc::new(origin), call)
     }

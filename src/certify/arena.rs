@@ -1,9 +1,10 @@
 //! The arenas of the checker: kept choices, goal edges, dropped edges.
 
 use super::checker::Checker;
-use super::error::{CheckError, CheckResult};
+use super::error::CheckResult;
 use super::outcomes::Class;
 use super::safe::Avoided;
+use super::safety;
 use super::sets::Sets;
 use meliora_engine::symbolic::{ChoiceSet, StateSet};
 use meliora_engine::{Algebra, EdgeLabels, Engine};
@@ -35,12 +36,11 @@ struct Side {
 /// Builds the arenas for the safety mode of the dump.
 pub(super) fn arenas(checker: &mut Checker<'_>, classes: Vec<Class>) -> CheckResult<Vec<Arena>> {
     let sides = sides(checker, classes)?;
-    match checker.manifest.safety.as_str() {
-        "action" => Ok(vec![single(checker, sides, false)?]),
-        "transition" => Ok(vec![single(checker, sides, true)?]),
-        "prefix" => prefix(checker, sides),
-        other => Err(CheckError::violated(format!("`{}` is a safety mode", other.escape_debug()), None)),
+    let mode = checker.manifest.safety;
+    if safety::has_reference(mode) {
+        return prefix(checker, sides);
     }
+    Ok(vec![single(checker, sides, safety::drops_edges(mode))?])
 }
 
 fn sides(checker: &Checker<'_>, classes: Vec<Class>) -> CheckResult<Vec<Side>> {

@@ -51,6 +51,7 @@ mod levels;
 mod manifest_check;
 mod outcomes;
 mod safe;
+mod safety;
 mod sample;
 mod sets;
 mod temporal;

@@ -46,7 +46,7 @@ pub(super) fn all(
         engine,
         preferences,
         inputs: &inputs,
-        safety: manifest.safety.clone(),
+        safety: manifest.safety,
         max_level: manifest.max_level,
     };
     let mut expected = subject.manifest(describe::choices(engine, true), File::default(), None);

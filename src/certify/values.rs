@@ -11,6 +11,7 @@ use super::arena::Arena;
 use super::bellman::{self, Costs};
 use super::checker::Checker;
 use super::error::{CheckError, CheckResult};
+use super::safety;
 use meliora_dump::values::{Bounds, Number, Row};
 use meliora_engine::symbolic::StateSet;
 use meliora_engine::{Algebra, Engine};
@@ -22,9 +23,9 @@ const STEPS: &str = "steps";
 /// The rows of a dump, with what the levels say about them.
 pub(super) struct Table<'a> {
     pub(super) arenas: &'a [Arena],
-    /// True under `prefix`: an improving step may be counted or not.
+    /// True if there are reference classes: an improving step may be counted or not.
     pub(super) may_skip: bool,
-    /// True under `transition`: the levels do not show where a probability is 1.
+    /// True if edges are dropped: the levels do not show where a probability is 1.
     pub(super) shows_ones: bool,
     pub(super) levels: usize,
     pub(super) entries: Vec<Entry<'a>>,
@@ -77,15 +78,14 @@ pub(super) fn check(checker: &mut Checker<'_>, arenas: &[Arena]) -> CheckResult 
 
 impl<'a> Table<'a> {
     fn new(checker: &Checker<'_>, arenas: &'a [Arena], levels: usize, rows: &'a [Row]) -> CheckResult<Self> {
-        let safety = checker.manifest.safety.as_str();
-        let shows_ones = safety == "transition";
+        let shows_ones = safety::drops_edges(checker.manifest.safety);
         let sets = |kind: &str, arena: &Arena| -> CheckResult<Vec<StateSet>> {
             (1..=levels).map(|k| level(checker, arena, kind, k)).collect()
         };
         let positive: Vec<_> = arenas.iter().map(|arena| sets("spi", arena)).collect::<CheckResult<_>>()?;
         let sure: Vec<_> = arenas.iter().map(|arena| sets("sasi", arena)).collect::<CheckResult<_>>()?;
         let possible = positive.iter().map(|sets| sets[0].clone()).collect();
-        let may_skip = safety == "prefix";
+        let may_skip = safety::has_reference(checker.manifest.safety);
         let (entries, index) = (Vec::with_capacity(rows.len()), AHashMap::with_capacity(rows.len()));
         let mut table = Table { arenas, may_skip, shows_ones, levels, entries, index, possible };
         let named = |arena: &Arena| arena.reference.clone().unwrap_or_default();

@@ -152,7 +152,7 @@ pub(super) fn run(args: ExportArgs) -> Result<Status, Error> {
         );
     }
     let globs = globs(&args.region)?;
-    let header = Header { safety: Some(args.preferences.safety.name()), ..args.model.header() };
+    let header = Header { safety: Some(args.preferences.safety), ..args.model.header() };
     let report = ExportReport::to_directory(header, &args.out.display().to_string());
     let (limits, shown) = (args.model.limits(), args.shown.clone());
     supervise(report, limits, &shown, move |job| work(job, &args, &globs))

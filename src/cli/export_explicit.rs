@@ -102,7 +102,7 @@ impl ValuesArgs {
 /// # Errors
 /// The input is wrong, a limit is hit, or the directory cannot be written.
 pub(super) fn run(wanted: Wanted, shown: &ShownArgs) -> Result<Status, Error> {
-    let header = Header { safety: Some(wanted.preferences.safety.name()), ..wanted.model.header() };
+    let header = Header { safety: Some(wanted.preferences.safety), ..wanted.model.header() };
     let directory = wanted.out.display().to_string();
     let report = ExplicitReport::to_directory(header, &directory, wanted.strategy.map(StrategyArg::name));
     supervise(report, wanted.model.limits(), shown, move |job| work(job, &wanted))

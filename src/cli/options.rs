@@ -202,7 +202,7 @@ pub(super) struct PreferenceArgs {
 impl PreferenceArgs {
     /// Returns the header of a report about a model and these preferences.
     pub(super) fn header(&self, model: &ModelArgs) -> Header {
-        model.header().with_preferences(&self.path(), self.safety.name())
+        model.header().with_preferences(&self.path(), self.safety)
     }
 
     /// Returns the options of the analysis.

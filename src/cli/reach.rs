@@ -199,10 +199,9 @@ impl<E: Engine> Search<'_, E> {
     fn share(&self, states: &E::States) -> Result<Share, Error> {
         let initial = self.engine.initial_states();
         let inside = self.engine.intersection(&initial, states)?;
-        Ok(match () {
-            () if self.engine.same(&inside, &initial)? => Share::All,
-            () if self.engine.is_empty(&inside)? => Share::None,
-            () => Share::Some,
-        })
+        if self.engine.same(&inside, &initial)? {
+            return Ok(Share::All);
+        }
+        Ok(if self.engine.is_empty(&inside)? { Share::None } else { Share::Some })
     }
 }

@@ -26,8 +26,6 @@ pub const CERTIFICATE: &str = "certificate.dddmp";
 pub const VALUES: &str = "values.csv";
 /// The name of the program that writes dumps.
 pub const TOOL: &str = "meliora";
-/// The safety mode in which improvements are measured against a class.
-const PREFIX: &str = "prefix";
 /// The maximum size of a manifest, in bytes.
 const LARGEST: u64 = 256 << 20;
 /// The maximum number of levels with values.
@@ -68,8 +66,8 @@ pub struct Manifest {
     pub requirements: Vec<String>,
     /// `reachable` or `all`.
     pub scope: String,
-    /// `action`, `transition` or `prefix`.
-    pub safety: String,
+    /// The safety mode that decided the kept choices.
+    pub safety: SafetyMode,
     /// The greatest computed level, if `--max-level` cut the search.
     pub max_level: Option<usize>,
     /// The encoding of states as bits.
@@ -83,6 +81,28 @@ pub struct Manifest {
     /// `values.csv`, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub values: Option<ValuesFile>,
+}
+
+/// The safety modes by their names in manifests; other names are refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SafetyMode {
+    /// `action`
+    Action,
+    /// `transition`
+    Transition,
+    /// `prefix`
+    Prefix,
+}
+
+impl SafetyMode {
+    /// Returns whether the rows of `values.csv` name the arenas that they belong to.
+    fn has_arenas(self) -> bool {
+        match self {
+            SafetyMode::Prefix => true,
+            SafetyMode::Action | SafetyMode::Transition => false,
+        }
+    }
 }
 
 /// The program that wrote a dump.
@@ -374,7 +394,7 @@ impl Manifest {
     pub(crate) fn values_layout(&self) -> Option<Layout> {
         let variables = self.encoding.variables.iter().map(|v| v.name.clone()).collect();
         let levels = self.values.as_ref()?.levels;
-        Some(Layout { arenas: self.safety == PREFIX, variables, levels })
+        Some(Layout { arenas: self.safety.has_arenas(), variables, levels })
     }
 
     /// Returns the given constants in the syntax of `--const`.

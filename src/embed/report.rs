@@ -39,7 +39,7 @@ impl Analysis {
     pub fn report(&self, source: &str) -> Result<CheckReport> {
         let (engine, program) = (self.engine(), self.program());
         let (storage, scope) = (engine.storage().name(), engine.settings().scope);
-        let safety = self.options().safety.name();
+        let safety = self.options().safety;
         let model = program.source.name.as_str();
         let header = Header { scope: Some(scope), ..Header::of_model(model) };
         let header = header.with_engine(storage).with_preferences(source, safety);

@@ -14,7 +14,7 @@ use meliora_model::names;
 use meliora_planning::improvement::Arena;
 use meliora_planning::levels::{End, entering};
 use meliora_planning::winning_regions::ObjectiveRegions;
-use meliora_planning::{Analysis, Kind, Safety, strategy};
+use meliora_planning::{Analysis, Kind, strategy};
 
 type Of<'a> = Analysis<SymbolicEngine>;
 
@@ -37,7 +37,7 @@ pub(super) fn all(analysis: &Of<'_>) -> Result<Vec<Named>> {
             outcome_layers(engine, &objective.name, outcome, &mut named)?;
         }
     }
-    if analysis.improvement().is_some_and(|i| i.safety == Safety::Prefix) {
+    if analysis.improvement().is_some_and(|i| i.safety.has_reference()) {
         safe_regions(engine, analysis, &mut named)?;
     }
     for &kind in Kind::ALL {

@@ -48,14 +48,14 @@ mod regions;
 mod shield;
 pub mod values;
 
-use meliora_dump::manifest::{self, File, Root, RootKind};
+use meliora_dump::manifest::{self, File, Root, RootKind, SafetyMode};
 use meliora_dump::{Diagram, Dump};
 use meliora_engine::symbolic::{Set, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};
 use meliora_model::error::{Error, Result};
 use meliora_model::names;
 use meliora_planning::levels::End;
-use meliora_planning::{Analysis, Kind};
+use meliora_planning::{Analysis, Kind, Safety};
 use meliora_query::describe;
 pub use meliora_query::describe::Inputs;
 pub use shield::{read_shield, write_shield};
@@ -125,7 +125,7 @@ pub fn export(
         engine,
         preferences: analysis.preferences(),
         inputs,
-        safety: options.safety.to_string(),
+        safety: mode(options.safety),
         max_level: options.max_level.filter(|_| Kind::ALL.iter().any(cut)),
     };
     Ok(Dump {
@@ -134,6 +134,15 @@ pub fn export(
         certificate: layers,
         values: None,
     })
+}
+
+/// Returns the mode of a manifest.
+fn mode(safety: Safety) -> SafetyMode {
+    match safety {
+        Safety::Action => SafetyMode::Action,
+        Safety::Transition => SafetyMode::Transition,
+        Safety::Prefix => SafetyMode::Prefix,
+    }
 }
 
 /// Builds the diagram of named sets, and its entry in the manifest without the hash.

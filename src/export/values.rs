@@ -6,7 +6,7 @@ use meliora_engine::symbolic::SymbolicEngine;
 use meliora_engine::{Count, Engine};
 use meliora_model::Program;
 use meliora_model::error::{Error, Limit, Result};
-use meliora_planning::{Analysis, Safety};
+use meliora_planning::Analysis;
 use meliora_quantities::confirmed::widest;
 use meliora_quantities::{Cost, Setup, Values};
 
@@ -59,7 +59,7 @@ pub fn compute<E: Engine>(analysis: &Analysis<E>, program: &Program, wanted: &Wa
 pub fn add(dump: &mut Dump, analysis: &Analysis<SymbolicEngine>, wanted: &Wanted<'_>) -> Result<f64> {
     let engine = analysis.engine();
     let values = compute(analysis, engine.program(), wanted)?;
-    let shows_ones = analysis.options().safety == Safety::Transition;
+    let shows_ones = analysis.options().safety.drops_successors();
     // The bounds of both sides and of all levels add up.
     let near = wanted.precision / (4.0 * wanted.levels as f64);
     let confirmed = values.confirmed(engine, near, shows_ones)?;

@@ -381,17 +381,14 @@ fn patrol(line: &Line, world: &World) -> Result<Patrol, Wrong> {
     };
     let (from, to) = (Place { row: *r1, col: *c1 }, Place { row: *r2, col: *c2 });
     let patrol = Patrol { from: from.min(to), to: from.max(to) };
-    let message = match () {
-        () if patrol.to.row >= world.rows || from.col.max(to.col) >= world.cols => {
-            "this is outside of the map"
-        }
-        () if (from.row == to.row) == (from.col == to.col) => {
-            "a track must be straight and have at least two cells"
-        }
-        () if world.places().any(|place| patrol.covers(place) && world.cell(place).wall) => {
-            "a wall is on the track"
-        }
-        () => return Ok(patrol),
+    let message = if patrol.to.row >= world.rows || from.col.max(to.col) >= world.cols {
+        "this is outside of the map"
+    } else if (from.row == to.row) == (from.col == to.col) {
+        "a track must be straight and have at least two cells"
+    } else if world.places().any(|place| patrol.covers(place) && world.cell(place).wall) {
+        "a wall is on the track"
+    } else {
+        return Ok(patrol);
     };
     wrong(whole(line), message, help)
 }

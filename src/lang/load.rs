@@ -39,11 +39,14 @@ pub fn load_with_progress(
 /// See [`load_with_progress`].
 pub fn load_given(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
     let frame = Frame { source, given, sink };
-    match () {
-        () if table::is_drn(source) => return table::load_drn(&frame),
-        () if table::is_tra(source) => return table::load_tra(&frame, None, None),
-        () if jani::is_jani(source) => return jani::load(source, given, sink),
-        () => {}
+    if table::is_drn(source) {
+        return table::load_drn(&frame);
+    }
+    if table::is_tra(source) {
+        return table::load_tra(&frame, None, None);
+    }
+    if jani::is_jani(source) {
+        return jani::load(source, given, sink);
     }
     let model = outline(source, sink);
     let bindings = parse_constants(&given.constants)?;

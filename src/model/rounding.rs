@@ -35,10 +35,12 @@ impl Sum {
         }
         let off = (sum - Ratio::one()).abs();
         let within = |billionths: i64| off <= Ratio::new(billionths.into(), 1_000_000_000.into());
-        match () {
-            () if within(SILENT) => Sum::One,
-            () if within(TOLERATED) => Sum::Rounded,
-            () => Sum::Wrong,
+        if within(SILENT) {
+            Sum::One
+        } else if within(TOLERATED) {
+            Sum::Rounded
+        } else {
+            Sum::Wrong
         }
     }
 }

@@ -6,15 +6,16 @@ use std::sync::Arc;
 use super::achieve::Achieving;
 use super::classes::Classes;
 use super::finite_memory::{FiniteMemoryStrategy, StrategyKind};
-use super::improvement::{Improvement, Safety};
+use super::improvement::Improvement;
 use super::joint::{Joint, MOST};
-use super::level_search;
+use super::level_search::{self, LevelSearch};
 use super::levels::{End, Kind, Levels, Rank};
 pub use super::phases::{Event, Phase};
 use super::requirements::Requirements;
 use super::result::{
     AnalysisResult, ClassCount, Escape, JointCount, LevelsEnd, ModelCounts, ObjectiveCounts, Plan, Prospects,
 };
+use super::safety::Safety;
 use super::temporal::AcceptingRegion;
 use super::winning_regions::{RegionCounts, WinningRegions};
 use super::{strategy, temporal};
@@ -49,8 +50,8 @@ pub struct Analysis<E: Engine = AnyEngine> {
     classes: Option<Arc<Classes<E>>>,
     improvement: Option<Arc<Improvement<E>>>,
     joint: Option<Joint<E>>,
-    sasi: Arc<Levels<E>>,
-    spi: Arc<Levels<E>>,
+    sasi: LevelSearch<E>,
+    spi: LevelSearch<E>,
     /// The sizes of levels, SASI and SPI, that were computed next to each other.
     counted: [Vec<Count>; 2],
     result: AnalysisResult,
@@ -70,8 +71,8 @@ impl<E: Engine> Analysis<E> {
             classes: None,
             improvement: None,
             joint: None,
-            sasi: Arc::new(Levels::new(Kind::Sasi)),
-            spi: Arc::new(Levels::new(Kind::Spi)),
+            sasi: LevelSearch::new(Kind::Sasi),
+            spi: LevelSearch::new(Kind::Spi),
             counted: Default::default(),
             result: AnalysisResult::default(),
         }
@@ -238,26 +239,26 @@ impl<E: Engine> Analysis<E> {
         };
         let (engine, max) = (&*self.engine, self.options.max_level);
         let mut end = Ok(());
-        if let (true, Some(sasi), Some(spi)) =
-            (both, Arc::get_mut(&mut self.sasi), Arc::get_mut(&mut self.spi))
-            && sasi.end.is_none()
-            && spi.end.is_none()
-        {
+        if both && let (Some(sasi), Some(spi)) = (self.sasi.open(), self.spi.open()) {
             (self.counted, end) = level_search::search(engine, classes, improvement, max, [sasi, spi]);
+            self.sasi.close();
+            self.spi.close();
         }
-        let (levels, counts, [counted, _]) = match kind {
+        let (search, counts, [counted, _]) = match kind {
             Kind::Sasi => (&mut self.sasi, &mut self.result.sasi, self.counted.each_ref()),
             Kind::Spi => {
                 let [sasi, spi] = self.counted.each_ref();
                 (&mut self.spi, &mut self.result.spi, [spi, sasi])
             }
         };
-        // Levels that strategies share are complete, but not always counted.
-        if let (Ok(()), Some(levels)) = (&end, Arc::get_mut(levels)) {
+        if let (Ok(()), Some(levels)) = (&end, search.open()) {
             while levels.advance(engine, classes, improvement, max)? {
                 level_search::count_levels(engine, levels, counted, counts, listener)?;
             }
+            search.close();
         }
+        // A limit may have left some of the levels uncounted.
+        let levels = search.levels();
         level_search::count_levels(engine, levels, counted, counts, listener)?;
         end?;
         counts.end = match &levels.end {
@@ -350,8 +351,8 @@ impl<E: Engine> Analysis<E> {
                 Some(joint) => joint.of_state(self, state)?.map(|sets| sets.iter().map(names).collect()),
                 None => None,
             },
-            sasi: self.plan(&self.sasi, state, &choices)?,
-            spi: self.plan(&self.spi, state, &choices)?,
+            sasi: self.plan(self.sasi.levels(), state, &choices)?,
+            spi: self.plan(self.spi.levels(), state, &choices)?,
         })
     }
 
@@ -465,10 +466,10 @@ impl<E: Engine> Analysis<E> {
 
     /// Returns the levels of one kind found so far.
     pub fn levels(&self, kind: Kind) -> &Levels<E> {
-        self.shared_levels(kind)
+        self.search(kind).levels()
     }
 
-    fn shared_levels(&self, kind: Kind) -> &Arc<Levels<E>> {
+    fn search(&self, kind: Kind) -> &LevelSearch<E> {
         match kind {
             Kind::Sasi => &self.sasi,
             Kind::Spi => &self.spi,
@@ -480,8 +481,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     /// Creates the finite-memory strategy of an analysis; `None` before the search for levels of
     /// this kind has ended.
     pub fn new(analysis: &Analysis<E>, program: &Arc<Program>, kind: Kind) -> Option<Self> {
-        let levels = analysis.shared_levels(kind);
-        levels.end.as_ref()?;
+        let LevelSearch::Ended(levels) = analysis.search(kind) else { return None };
         Some(FiniteMemoryStrategy {
             whole: analysis.whole.clone(),
             engine: analysis.engine.clone(),

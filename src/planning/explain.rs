@@ -2,7 +2,6 @@
 
 use super::achieve::Manner;
 use super::finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
-use super::improvement::Safety;
 use super::levels::Rank;
 use super::verdict::Case;
 pub use super::verdict::Verdict;
@@ -229,7 +228,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             gained: if_compared(gained(&self.preferences, reference, &most_preferred)),
             lost: if_compared(lost(&self.preferences, reference, &most_preferred)),
             is_unsafe,
-            dropped: self.improvement.safety == Safety::Transition && change == Change::Weakening,
+            dropped: self.improvement.safety.drops_successors() && change == Change::Weakening,
             most_preferred,
             state: to,
             change,

@@ -4,53 +4,15 @@
 //! the same choices, so everything is computed over S with improving steps as goal *edges*; only
 //! [`Sizes`] refers to V.
 
-use strum::{Display, EnumMessage, EnumString, IntoStaticStr, VariantArray};
-
 use serde::Serialize;
 
 use super::classes::{Class, Classes};
+use super::safety::Safety;
 use meliora_engine::edge_labels::{dropped, grouped, pairs_into};
 use meliora_engine::parallel::{self, Port, Portable};
 use meliora_engine::{Count, EdgeLabels, Engine, Region, position};
 use meliora_model::error::Result;
 use meliora_model::valuation::decimal;
-
-/// The safety mode, which selects the kept choices: `--safety`.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Hash,
-    Default,
-    Display,
-    EnumMessage,
-    EnumString,
-    IntoStaticStr,
-    VariantArray,
-)]
-#[strum(serialize_all = "lowercase")]
-pub enum Safety {
-    /// Drop every action with a successor that weakens the state: no step of a path weakens.
-    #[default]
-    Action,
-    /// Drop weakening successors and keep the others, as in the paper: such an action may still
-    /// weaken.
-    Transition,
-    /// Never weaken the state where planning started; after an improvement, the improved state.
-    Prefix,
-}
-
-impl Safety {
-    /// All values, the default first.
-    pub const ALL: &[Safety] = Safety::VARIANTS;
-
-    /// Returns the name in reports and options.
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-}
 
 /// An arena: the kept choices and the edges of one class (under `prefix`) or of all states.
 pub struct Arena<E: Engine> {
@@ -112,12 +74,7 @@ impl<E: Engine> Improvement<E> {
     /// # Errors
     /// A limit of the engine is reached.
     pub fn new(engine: &E, classes: &Classes<E>, safety: Safety) -> Result<Self> {
-        let arenas = match safety {
-            Safety::Action => vec![action(engine, classes)?],
-            Safety::Transition => vec![transition(engine, classes)?],
-            Safety::Prefix => prefix(engine, classes)?,
-        };
-        Ok(Improvement { safety, arenas })
+        Ok(Improvement { safety, arenas: safety.arenas(engine, classes)? })
     }
 
     /// Returns the position of the arena in which planning starts in a state of a class. `None` if no
@@ -134,7 +91,7 @@ impl<E: Engine> Improvement<E> {
     /// # Errors
     /// A limit of the engine is reached.
     pub(super) fn sizes(&self, engine: &E, transitions: Option<&Count>) -> Result<Option<Sizes>> {
-        let (Some(arena), false) = (self.arenas.first(), self.safety == Safety::Prefix) else {
+        let (Some(arena), false) = (self.arenas.first(), self.safety.has_reference()) else {
             return Ok(None);
         };
         let all = engine.all_states();
@@ -157,7 +114,7 @@ impl<E: Engine> Improvement<E> {
 
 /// Computes the arena under [`Safety::Action`]: all enabled choices minus ⋃ over c of [c] ∩
 /// pre(Worse(c)).
-fn action<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
+pub(super) fn action<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
     let weakening = pairs_into(engine, &engine.all_choices(), by_worse(classes))?;
     Ok(Arena {
         reference: None,
@@ -169,7 +126,7 @@ fn action<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
 
 /// Computes the arena under [`Safety::Transition`]: all enabled choices minus ⋃ over c of [c] ∩
 /// pre_within(Worse(c)), without the edges from [c] into Worse(c).
-fn transition<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
+pub(super) fn transition<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
     let mut choices = engine.all_choices();
     for (from, worse) in &grouped(engine, by_worse(classes))? {
         let emptied = engine.choices_in(&engine.pre_within(&engine.all_choices(), worse)?, from)?;
@@ -190,7 +147,7 @@ impl<E: Engine> Portable<E> for Allowed<E> {
 
 /// Computes the arenas under [`Safety::Prefix`]: for each class c, Safe_c = νZ. S \ Worse(c) ∩ { s
 /// : some choice has all successors in Z }. The classes are independent.
-fn prefix<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Vec<Arena<E>>> {
+pub(super) fn prefix<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Vec<Arena<E>>> {
     let mut jobs = Vec::with_capacity(classes.list.len());
     for class in &classes.list {
         jobs.push((Allowed(engine.difference(&engine.all_states(), &class.worse)?), None));

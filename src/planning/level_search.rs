@@ -4,12 +4,52 @@ use std::sync::Arc;
 
 use super::classes::Classes;
 use super::improvement::Improvement;
-use super::levels::{End, Level, Levels};
+use super::levels::{End, Kind, Level, Levels};
 use super::phases::Event;
 use super::result::LevelCounts;
 use meliora_engine::parallel::{self, Port, Portable};
 use meliora_engine::{Count, Engine};
 use meliora_model::error::Result;
+
+/// The search for the levels of one kind.
+pub(super) enum LevelSearch<E: Engine> {
+    /// There may be more levels than these.
+    Open(Levels<E>),
+    /// All levels are known. Strategies share them.
+    Ended(Arc<Levels<E>>),
+}
+
+impl<E: Engine> LevelSearch<E> {
+    pub(super) fn new(kind: Kind) -> Self {
+        LevelSearch::Open(Levels::new(kind))
+    }
+
+    /// Returns the levels found so far.
+    pub(super) fn levels(&self) -> &Levels<E> {
+        match self {
+            LevelSearch::Open(levels) => levels,
+            LevelSearch::Ended(levels) => levels,
+        }
+    }
+
+    /// Returns the levels to which the search may add more.
+    pub(super) fn open(&mut self) -> Option<&mut Levels<E>> {
+        match self {
+            LevelSearch::Open(levels) => Some(levels),
+            LevelSearch::Ended(_) => None,
+        }
+    }
+
+    /// Ends the search if the levels are complete.
+    pub(super) fn close(&mut self) {
+        if let LevelSearch::Open(levels) = self
+            && levels.end.is_some()
+        {
+            let levels = std::mem::replace(levels, Levels::new(levels.kind));
+            *self = LevelSearch::Ended(Arc::new(levels));
+        }
+    }
+}
 
 /// The classes and the improvement MDP.
 struct Given<E: Engine> {

@@ -11,7 +11,7 @@ use serde::{Serialize, Serializer};
 use strum::{EnumString, IntoStaticStr, VariantArray};
 
 use super::classes::Classes;
-use super::improvement::{Arena, Improvement, Safety};
+use super::improvement::{Arena, Improvement};
 use meliora_engine::edge_labels::{pairs_into, winning};
 use meliora_engine::parallel::{self, Port, Portable};
 use meliora_engine::{EdgeLabels, Engine, Region, position};
@@ -252,7 +252,7 @@ pub(crate) fn next_level<E: Engine>(
     let mut states = engine.no_states();
     let games = Vec::from_iter(turns.into_iter().filter_map(|(_, game)| game));
     for (arena, game) in improvement.arenas.iter().zip(&games) {
-        let won = match arena.reference.filter(|_| improvement.safety == Safety::Prefix) {
+        let won = match arena.reference {
             // Each state is its own reference when planning starts or after an improvement.
             Some(class) => match classes.list.get(class) {
                 Some(class) => engine.intersection(&game.states, &class.states)?,

@@ -20,6 +20,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use super::explain::{Action, Explanation};
 use super::finite_memory::{FiniteMemoryStrategy, Memory};
 use super::levels::Rank;
+use super::safety::Safety;
 use meliora_engine::Engine;
 use meliora_model::error::{Error, Limit, Result};
 use meliora_model::preference::{Change, ObjectiveSet};
@@ -204,18 +205,27 @@ impl Shield {
 
 impl<E: Engine> FiniteMemoryStrategy<E> {
     fn fits_shields(&self) -> Result<()> {
-        use super::{Safety, StrategyKind};
-        let wrong = match (self.kind, self.improvement.safety, &self.rule) {
-            (StrategyKind::Plan | StrategyKind::Achieve, ..) => "shields are for the kinds `sasi` and `spi`",
-            (_, Safety::Transition, _) => {
-                "under safety `transition`, permitted actions may weaken, so there is no shield; \
-                 choose `action` or `prefix`"
-            }
-            (.., Some(_)) => "a shield permits all actions of the strategy; it does not choose by value",
-            _ => return Ok(()),
+        let safety = self.improvement.safety;
+        let wrong = if self.kind.achieves() {
+            "shields are for the kinds `sasi` and `spi`".to_owned()
+        } else if !safety.never_weakens() {
+            let others = fault::either(&safe_modes());
+            format!(
+                "under safety `{safety}`, permitted actions may weaken, so there is no shield; choose {others}"
+            )
+        } else if self.rule.is_some() {
+            "a shield permits all actions of the strategy; it does not choose by value".to_owned()
+        } else {
+            return Ok(());
         };
-        Err(Error::Usage(wrong.to_owned()))
+        Err(Error::Usage(wrong))
     }
+}
+
+/// Returns the names of the safety modes that shields are for.
+fn safe_modes() -> Vec<&'static str> {
+    let safe = Safety::ALL.iter().filter(|mode| mode.never_weakens());
+    safe.map(|mode| mode.name()).collect()
 }
 
 impl<E: Engine> Builder<'_, E> {

@@ -56,6 +56,14 @@ impl<E: Engine> Portable<E> for Search<E> {
     }
 }
 
+/// What is left to do for a target.
+enum Task<E: Engine> {
+    /// An equal target has these regions.
+    Known(ObjectiveRegions<E>),
+    /// The regions are to be searched for.
+    Open(Search<E>),
+}
+
 /// The results for one objective so far.
 struct Found<E: Engine> {
     regions: Option<ObjectiveRegions<E>>,
@@ -109,12 +117,12 @@ impl<E: Engine> WinningRegions<E> {
         };
         let (mut objectives, mut searches) = (Vec::new(), Vec::new());
         for objective in self.independent(engine, first)? {
-            match self.search(engine, &self.targets[objective])? {
-                Ok(search) => {
+            match self.task(engine, &self.targets[objective])? {
+                Task::Open(search) => {
                     objectives.push(objective);
                     searches.push((search, Found { regions: None, counts: None }));
                 }
-                Err(same) => self.known[objective] = Found { counts: None, regions: Some(same) },
+                Task::Known(same) => self.known[objective] = Found { counts: None, regions: Some(same) },
             }
         }
         let end = parallel::run(engine, &mut searches, find);
@@ -144,16 +152,12 @@ impl<E: Engine> WinningRegions<E> {
         Ok(independent)
     }
 
-    /// Returns the search for the regions of a target, or its regions if they are known.
-    fn search(
-        &self,
-        engine: &E,
-        target: &E::States,
-    ) -> Result<std::result::Result<Search<E>, ObjectiveRegions<E>>> {
+    /// Returns what is left to do for a target. Cost: no image.
+    fn task(&self, engine: &E, target: &E::States) -> Result<Task<E>> {
         let mut bound: Option<E::States> = None;
         for larger in self.known.iter().filter_map(|found| found.regions.as_ref()) {
             if engine.same(target, &larger.target)? {
-                return Ok(Err(larger.clone()));
+                return Ok(Task::Known(larger.clone()));
             }
             if engine.is_empty(&engine.difference(target, &larger.target)?)? {
                 bound = Some(match bound {
@@ -162,7 +166,7 @@ impl<E: Engine> WinningRegions<E> {
                 });
             }
         }
-        Ok(Ok(Search { target: target.clone(), bound }))
+        Ok(Task::Open(Search { target: target.clone(), bound }))
     }
 
     /// Returns the sizes of the known regions of an objective; `None` if they are not known. Counts

@@ -128,11 +128,10 @@ fn bound(Interval { lower, upper }: Interval) -> Bound {
 /// Returns whether all values satisfy a comparison; `None` if the bounds do not decide it.
 fn truth(values: &[Value], (comparison, bound): &(Inequality, Ratio)) -> Option<bool> {
     let each: Vec<Option<bool>> = values.iter().map(|value| satisfies(value, *comparison, bound)).collect();
-    match () {
-        () if each.contains(&Some(false)) => Some(false),
-        () if each.contains(&None) => None,
-        () => Some(true),
+    if each.contains(&Some(false)) {
+        return Some(false);
     }
+    if each.contains(&None) { None } else { Some(true) }
 }
 
 fn satisfies(value: &Value, comparison: Inequality, bound: &Ratio) -> Option<bool> {

@@ -65,14 +65,13 @@ impl<'a, E: Engine> Facts<'a, E> {
             return Err(missing());
         }
         let engine = analysis.engine();
-        let sasi = match improvement.safety {
-            Safety::Transition => {
-                let strict = Improvement::new(engine, classes, Safety::Action)?;
-                let mut sure = Levels::new(Kind::Sasi);
-                while sure.advance(engine, classes, &strict, Some(levels))? {}
-                Own::Owned(sure)
-            }
-            Safety::Action | Safety::Prefix => Own::Borrowed(sasi),
+        let sasi = if improvement.safety.never_weakens() {
+            Own::Borrowed(sasi)
+        } else {
+            let strict = Improvement::new(engine, classes, Safety::Action)?;
+            let mut sure = Levels::new(Kind::Sasi);
+            while sure.advance(engine, classes, &strict, Some(levels))? {}
+            Own::Owned(sure)
         };
         let changes = changes(analysis.preferences(), classes);
         let restricted = |arena: &Arena<E>| analysis.partly_in(&arena.choices);
@@ -357,7 +356,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
 
     fn edges(&mut self, arena: Option<u32>, reference: Option<u32>, step: Weighted) -> Result<Vec<Edge>> {
         let mut edges = Vec::with_capacity(step.successors.len());
-        let prefix = self.facts.improvement.safety == Safety::Prefix;
+        let keeps_reference = self.facts.improvement.safety.has_reference();
         for (code, probability) in step.successors {
             let known = self.places.find_code(Place::of(arena), &code);
             let class = match known {
@@ -368,10 +367,10 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
             let improves = change == Change::Improving;
             let to = match (change, known) {
                 (Change::Weakening, _) => LOST,
-                (_, Some(node)) if !(prefix && improves) => node,
-                _ => self.node(Place { arena, junction: prefix && improves }, &code, class)?,
+                (_, Some(node)) if !(keeps_reference && improves) => node,
+                _ => self.node(Place { arena, junction: keeps_reference && improves }, &code, class)?,
             };
-            edges.push(Edge::new(to, probability, improves && !prefix));
+            edges.push(Edge::new(to, probability, improves && !keeps_reference));
         }
         Ok(edges)
     }

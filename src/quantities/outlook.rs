@@ -11,7 +11,7 @@ use meliora_engine::Engine;
 use meliora_model::error::Result;
 use meliora_model::preference::ObjectiveSet;
 use meliora_model::{Program, State};
-use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, Memory, Rank, Safety};
+use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, Memory, Rank};
 
 /// Maximum number of nodes that are searched for the objectives that improvements lead to.
 const MOST_NODES: usize = 4096;
@@ -68,7 +68,7 @@ impl Outlook {
             promises.push(match &all {
                 Some(all) => Promise::valued(analysis, program, all, &state)?,
                 // The levels of `transition` count improvements that the model may not make.
-                None if analysis.options().safety == Safety::Transition => None,
+                None if analysis.options().safety.drops_successors() => None,
                 None => Promise::ranked(analysis, program, &state)?,
             });
         }

@@ -192,15 +192,15 @@ impl<E: Engine> Search<'_, E> {
         if let Some(&known) = found.index.get(&code) {
             return Ok(known);
         }
-        let node = match () {
-            () if self.engine.contains(&self.end, state)? => END,
-            () if !self.engine.contains(&self.inside, state)? => LOST,
-            () => {
-                let sure = if self.cost.is_some() { EVERY } else { 0 };
-                let node = graph.add_node(Rank { positive: EVERY, sure }, false, meter)?;
-                found.queue.push_back((node, code.clone()));
-                node
-            }
+        let node = if self.engine.contains(&self.end, state)? {
+            END
+        } else if !self.engine.contains(&self.inside, state)? {
+            LOST
+        } else {
+            let sure = if self.cost.is_some() { EVERY } else { 0 };
+            let node = graph.add_node(Rank { positive: EVERY, sure }, false, meter)?;
+            found.queue.push_back((node, code.clone()));
+            node
         };
         meter.take(2 * size_of::<(Code, u32)>() + 16 * code.len())?;
         found.index.insert(code, node);

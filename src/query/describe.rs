@@ -4,7 +4,9 @@
 use ahash::AHashMap;
 
 use meliora_dump::Manifest;
-use meliora_dump::manifest::{self, ChoiceNumber, Choices, Encoding, File, Source, Tool, Variable};
+use meliora_dump::manifest::{
+    self, ChoiceNumber, Choices, Encoding, File, SafetyMode, Source, Tool, Variable,
+};
 use meliora_engine::Engine;
 use meliora_engine::symbolic::{Numbered, SymbolicEngine};
 use meliora_model::preference::Preferences;
@@ -90,8 +92,8 @@ pub struct Subject<'a> {
     pub preferences: &'a Preferences,
     /// Paths and hashes of both texts.
     pub inputs: &'a Inputs,
-    /// `action`, `transition` or `prefix`.
-    pub safety: String,
+    /// The safety mode.
+    pub safety: SafetyMode,
     /// The level after which the search was cut.
     pub max_level: Option<usize>,
 }
@@ -119,7 +121,7 @@ impl Subject<'_> {
             history: self.preferences.whole_plays().map(str::to_owned),
             requirements: self.preferences.requirements.iter().map(|r| r.text.clone()).collect(),
             scope: self.engine.settings().scope.name().to_owned(),
-            safety: self.safety.clone(),
+            safety: self.safety,
             max_level: self.max_level,
             encoding: encoding(self.engine),
             choices,

@@ -11,6 +11,7 @@ use meliora_model::escape;
 use meliora_model::preference::Preferences;
 use meliora_model::valuation::json;
 use meliora_model::value::Type;
+use meliora_planning::Safety;
 use meliora_planning::result::ModelCounts;
 
 /// The inputs and settings of a report; a report leaves out the fields that are `None`.
@@ -34,9 +35,9 @@ pub struct Header {
     /// The valuations that are states.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scope: Option<Scope>,
-    /// The name of the safety mode.
+    /// The safety mode.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub safety: Option<&'static str>,
+    pub safety: Option<Safety>,
     /// The value of nothing: the `empty` statement of the preferences; `Some(None)`, which is
     /// `null` in JSON, until they are read.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -54,7 +55,7 @@ impl Header {
     }
 
     /// Adds the preference file, which is not read yet, and the safety mode.
-    pub fn with_preferences(mut self, path: &str, safety: &'static str) -> Self {
+    pub fn with_preferences(mut self, path: &str, safety: Safety) -> Self {
         (self.preferences, self.safety, self.empty) = (Some(path.to_owned()), Some(safety), Some(None));
         self
     }
@@ -97,7 +98,7 @@ impl Header {
         let all = [
             ("engine", engine),
             ("scope", own(self.scope.map(Scope::name))),
-            ("safety", own(self.safety)),
+            ("safety", own(self.safety.map(Safety::name))),
             ("empty", own(self.empty.flatten())),
             ("history", own(self.history)),
         ];

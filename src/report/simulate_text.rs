@@ -10,7 +10,7 @@ use super::simulate::{
 use super::text::{self, Grid, Probability};
 use super::{Style, ranks};
 use meliora_planning::tally::Achievements;
-use meliora_planning::{Kind, Rank, StrategyKind};
+use meliora_planning::{Kind, Rank, Safety, StrategyKind};
 
 /// Maximum number of steps of the trace that are shown.
 const SHOWN: usize = 60;
@@ -193,7 +193,7 @@ fn weakening(report: &SimulateReport, plays: &RunsReport, style: Style) -> Strin
         n => format!("  {} {what}{when}.\n", style.warn(&format!("{} weakened", plural_runs(n)))),
     };
     let mut out = told(plays.tally.weakened_step, "the state of the step before");
-    if report.header.safety == Some("prefix") {
+    if report.header.safety.is_some_and(Safety::has_reference) {
         out += &told(
             plays.tally.weakened_reference,
             "the state after its last improvement (at first its start)",

@@ -31,7 +31,7 @@ impl Findings for ValuesFindings {
 
     fn body(report: &ValuesReport, style: Style) -> String {
         let mut text = report.header.sizes(report.counts.as_ref(), style);
-        if report.header.safety == Some(Safety::Transition.name()) && !report.states.is_empty() {
+        if report.header.safety.is_some_and(Safety::drops_successors) && !report.states.is_empty() {
             text.push_str("\nProbabilities are those of improving before any step weakens.\n");
         }
         text.extend(report.states.iter().map(|state| one(state, &report.reward, style)));

@@ -219,6 +219,10 @@ fn manifests_that_do_not_fit_are_errors() {
         (r#"{"schema":"meliora.dump/1","note":"checked"}"#, "unknown field"),
         (r#"{"schema":"meliora.dump/1","schema":"meliora.dump/1"}"#, "duplicate field"),
         ("{\"schema\":\"\\u001b[2J\"}", "`\\u{1b}[2J`"),
+        (
+            r#"{"schema":"meliora.dump/1","safety":"none"}"#,
+            "expected one of `action`, `transition`, `prefix`",
+        ),
         (r#"{"schema":"meliora.dump/1","constants":{"K":1,"K":2}}"#, "`K` occurs twice"),
     ] {
         let error = meliora::dump::Manifest::parse("m.json", text).unwrap_err();

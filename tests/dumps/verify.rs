@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use meliora::certify::{Hashes, Verdict, verify};
-use meliora::dump::manifest::Root;
+use meliora::dump::manifest::{Root, SafetyMode};
 use meliora::dump::{Dump, read_directory, write_directory};
 use meliora::engine::SymbolicEngine;
 use meliora::engine::{Scope, Settings};
@@ -184,8 +184,7 @@ fn a_changed_manifest_is_refused() {
     assert!(refused(|d| d.manifest.objectives.swap(0, 1)).contains("objectives"));
     assert!(refused(|d| d.manifest.encoding.variables[0].low = -1).contains("variables"));
     assert!(refused(|d| d.manifest.regions.roots[3].count = "1".into()).contains("members"));
-    assert!(!refused(|d| d.manifest.safety = "action".into()).is_empty());
-    assert!(refused(|d| d.manifest.safety = "none".into()).contains("safety"));
+    assert!(!refused(|d| d.manifest.safety = SafetyMode::Action).is_empty());
     assert!(refused(|d| d.manifest.encoding.order.swap(0, 5)).contains("reachable"));
     assert!(refused(|d| d.manifest.regions.roots.retain(|r| r.name != "class:A")).contains("class"));
     assert!(refused(|d| d.manifest.regions.roots.retain(|r| r.name != "sasi:2")).contains("sasi"));

@@ -241,12 +241,18 @@ fn value(text: &str) -> Json {
 /// it decides the status.
 fn status(ends: &[(Ended, Option<String>)]) -> Status {
     let ended = |wanted: Ended| ends.iter().any(|(e, _)| *e == wanted);
-    match () {
-        () if ended(Ended::No) => Status::No,
-        () if ended(Ended::Done) || ends.is_empty() => Status::Done,
-        () if ended(Ended::Limit) => Status::Limit,
-        () if ends.iter().any(|(_, kind)| kind.as_deref() == Some("usage")) => Status::Usage,
-        () if ends.iter().any(|(_, kind)| kind.as_deref() == Some("input")) => Status::Input,
-        () => Status::Internal,
+    let failed = |wanted: &str| ends.iter().any(|(_, kind)| kind.as_deref() == Some(wanted));
+    if ended(Ended::No) {
+        Status::No
+    } else if ended(Ended::Done) || ends.is_empty() {
+        Status::Done
+    } else if ended(Ended::Limit) {
+        Status::Limit
+    } else if failed("usage") {
+        Status::Usage
+    } else if failed("input") {
+        Status::Input
+    } else {
+        Status::Internal
     }
 }

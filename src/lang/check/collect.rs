@@ -113,11 +113,13 @@ impl<'a> Parts<'a> {
     fn fits(&self, instance: &Instance<'a>, lowerer: &mut Lowerer<'a>) -> bool {
         let commands = self.commands + instance.module.commands.len();
         let variables = self.variables.len() + instance.module.variables.len();
-        let (what, most) = match () {
-            () if self.modules.len() >= MOST_MODULES => ("modules", MOST_MODULES),
-            () if variables > MOST_VARIABLES => ("variables", MOST_VARIABLES),
-            () if commands > MOST_COMMANDS => ("commands", MOST_COMMANDS),
-            () => return true,
+        let sizes = [
+            ("modules", self.modules.len() + 1, MOST_MODULES),
+            ("variables", variables, MOST_VARIABLES),
+            ("commands", commands, MOST_COMMANDS),
+        ];
+        let Some((what, _, most)) = sizes.into_iter().find(|(_, size, most)| size > most) else {
+            return true;
         };
         lowerer.too_large(what, most, instance.name.span);
         false

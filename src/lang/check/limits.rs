@@ -24,13 +24,15 @@ impl Lowerer<'_> {
         if self.poll.should_stop() {
             return None;
         }
-        let (what, most) = match () {
-            () if self.work > MOST_WORK => ("operators and operands", MOST_WORK),
-            () if self.pool.len() > MOST_NODES => ("different expressions", MOST_NODES),
-            () => return Some(()),
-        };
-        self.too_large(what, most, span);
-        None
+        if self.work > MOST_WORK {
+            self.too_large("operators and operands", MOST_WORK, span);
+            return None;
+        }
+        if self.pool.len() > MOST_NODES {
+            self.too_large("different expressions", MOST_NODES, span);
+            return None;
+        }
+        Some(())
     }
 
     /// Reports a model above a limit, once: every expression that follows fails as well.

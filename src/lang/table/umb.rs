@@ -80,15 +80,18 @@ impl Reader<'_> {
     fn kind(&self) -> Result<ModelKind> {
         let system = self.system();
         let is_interval = system.branch_probability_type.is_some_and(Type::is_interval);
-        let what = match () {
-            () if system.time != "discrete" => format!("models with time \"{}\"", system.time),
-            () if system.players > 1 => format!("games of {} players", system.players),
-            () if system.observations > 0 => "models with partial observability".to_owned(),
-            () if is_interval => "intervals of probabilities".to_owned(),
-            () if system.branch_probability_type.is_none() && system.branches != system.choices => {
-                "choices with several branches and no probabilities".to_owned()
-            }
-            () => return Ok(if system.players == 0 { ModelKind::Dtmc } else { ModelKind::Mdp }),
+        let what = if system.time != "discrete" {
+            format!("models with time \"{}\"", system.time)
+        } else if system.players > 1 {
+            format!("games of {} players", system.players)
+        } else if system.observations > 0 {
+            "models with partial observability".to_owned()
+        } else if is_interval {
+            "intervals of probabilities".to_owned()
+        } else if system.branch_probability_type.is_none() && system.branches != system.choices {
+            "choices with several branches and no probabilities".to_owned()
+        } else {
+            return Ok(if system.players == 0 { ModelKind::Dtmc } else { ModelKind::Mdp });
         };
         Err(self.files.wrong(INDEX, &format!("{what} are not supported")))
     }

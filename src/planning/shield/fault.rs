@@ -9,7 +9,7 @@ use std::hash::Hash;
 
 use ahash::{AHashMap, AHashSet};
 
-use super::{Shield, ShieldAction, ShieldNode, ShieldVariable};
+use super::{Shield, ShieldAction, ShieldNode, ShieldVariable, safe_modes};
 use crate::levels::Kind;
 use crate::{Safety, StrategyKind};
 use meliora_model::error::ensure;
@@ -72,7 +72,7 @@ impl Shield {
     fn check_modes(&self) -> Check {
         let kinds = Kind::ALL.iter().map(|&kind| StrategyKind::from(kind).name());
         one_of("kind", &self.kind, &kinds.collect::<Vec<_>>())?;
-        one_of("safety mode", &self.safety, &[Safety::Action, Safety::Prefix].map(Safety::name))
+        one_of("safety mode", &self.safety, &safe_modes())
     }
 
     fn check_names(&self) -> Check {
@@ -166,8 +166,9 @@ impl Shield {
             // An unsafe state belongs to no class; nothing is guaranteed there.
             None => self.classes[node.reference].is_empty(),
         };
-        let (node, prefix) = (&self.nodes[v], self.safety == Safety::Prefix.name());
-        ensure(own(node) || prefix && v >= self.starts, || {
+        let node = &self.nodes[v];
+        let has_reference = self.safety.parse().is_ok_and(Safety::has_reference);
+        ensure(own(node) || has_reference && v >= self.starts, || {
             "the reference is not the class of the state".to_owned()
         })?;
         let next = || node.actions.iter().flat_map(|action| &action.next);
@@ -249,8 +250,12 @@ impl ShieldVariable {
 }
 
 fn one_of(what: &str, found: &str, all: &[&str]) -> Check {
-    let expected = || all.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" or ");
-    ensure(all.contains(&found), || format!("the {what} is `{}`, expected {}", plain(found), expected()))
+    ensure(all.contains(&found), || format!("the {what} is `{}`, expected {}", plain(found), either(all)))
+}
+
+/// Formats names as "`a` or `b`".
+pub(super) fn either(names: &[&str]) -> String {
+    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" or ")
 }
 
 fn in_range(what: &str, number: usize, count: usize) -> Check {

@@ -1,6 +1,6 @@
 //! The edits of the mutation tests.
 
-use meliora::dump::manifest::{ChoiceNumber, File, Root, RootKind};
+use meliora::dump::manifest::{ChoiceNumber, File, Root, RootKind, SafetyMode};
 use meliora::dump::{Diagram, Dump, Edge, Manifest, Node, directory};
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
@@ -91,7 +91,8 @@ pub(super) const EDITS: &[(&str, Edit)] = &[
         true
     }),
     ("the safety is another one", |d, r| {
-        d.manifest.safety = (*["action", "transition", "prefix", "none", ""].choose(r).unwrap()).to_owned();
+        d.manifest.safety =
+            *[SafetyMode::Action, SafetyMode::Transition, SafetyMode::Prefix].choose(r).unwrap();
         true
     }),
     ("the scope is another one", |d, r| {

@@ -13,6 +13,7 @@ use std::path::Path;
 
 use meliora::dump::manifest::{CERTIFICATE, FILE, File, REGIONS};
 use meliora::dump::{Dump, Manifest};
+use meliora::planning::Safety;
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 
@@ -113,9 +114,9 @@ fn nothing_false_gets_past_verify() {
     let mut table = Table(BTreeMap::new());
     let mut shop = Shop::new(MODEL, PREFERENCES);
     for scope in ["reachable", "all"] {
-        for safety in ["action", "transition", "prefix"] {
+        for &safety in Safety::ALL {
             for max_level in [None, Some(1)] {
-                let named = (scope.to_owned(), safety.to_owned(), max_level, CONSTANTS.to_owned());
+                let named = (scope.to_owned(), safety, max_level, CONSTANTS.to_owned());
                 let dump = shop.honest(named).unwrap().clone();
                 forge(&mut shop, &dump, &mut table, &mut random, 4);
             }
@@ -123,8 +124,8 @@ fn nothing_false_gets_past_verify() {
     }
     let read = |path: &str| fs::read_to_string(path).unwrap();
     let mut shop = Shop::new(&read("models/lateral_prefix.prism"), &read("models/lateral_prefix.pref"));
-    for safety in ["action", "prefix"] {
-        let dump = shop.honest(("all".to_owned(), safety.to_owned(), None, String::new())).unwrap().clone();
+    for safety in [Safety::Action, Safety::Prefix] {
+        let dump = shop.honest(("all".to_owned(), safety, None, String::new())).unwrap().clone();
         forge(&mut shop, &dump, &mut table, &mut random, 4);
     }
     table.close();
@@ -135,7 +136,7 @@ fn nothing_false_gets_past_verify() {
 fn of_others(
     [model, preferences, constants]: [&str; 3],
     changes: &[(&str, &str)],
-    safeties: &[&str],
+    safeties: &[Safety],
 ) -> (usize, usize) {
     let scratch = tempfile::tempdir().unwrap();
     let (mut refused, mut all) = (0, 0);
@@ -144,7 +145,7 @@ fn of_others(
         let mut other = Shop::new(&model.replace(from, to), &preferences.replace(from, to));
         for scope in ["reachable", "all"] {
             for &safety in safeties {
-                let named = (scope.to_owned(), safety.to_owned(), None, constants.to_owned());
+                let named = (scope.to_owned(), safety, None, constants.to_owned());
                 let honest = truth.honest(named.clone()).unwrap().manifest.clone();
                 let mut dump = other.honest(named).unwrap().clone();
                 let (regions, certificate) = (dump.manifest.regions, dump.manifest.certificate);
@@ -182,8 +183,7 @@ const OTHERS: &[(&str, &str)] = &[
 /// All sets fit each other, since they were computed: of another model, or by other preferences.
 #[test]
 fn a_dump_of_something_else_is_refused() {
-    let (refused, all) =
-        of_others([MODEL, PREFERENCES, CONSTANTS], OTHERS, &["action", "transition", "prefix"]);
+    let (refused, all) = of_others([MODEL, PREFERENCES, CONSTANTS], OTHERS, Safety::ALL);
     println!("{refused} of {all} refused, the others say the same");
     assert!(refused > OTHERS.len() * 4);
 }
@@ -205,7 +205,7 @@ const RING_PREFERENCES: &str =
 fn a_choice_left_out_everywhere_is_missed() {
     const AGAINST: &str = "spi:unbounded@A+A1+Z";
     let mut shop = Shop::new(RING, RING_PREFERENCES);
-    let named = ("all".to_owned(), "prefix".to_owned(), None, String::new());
+    let named = ("all".to_owned(), Safety::Prefix, None, String::new());
     let mut dump = shop.honest(named).unwrap().clone();
     let detour = dump.manifest.choices.numbers.iter().find(|n| n.name == "detour").unwrap().number;
     let order = dump.manifest.choices.order.clone();

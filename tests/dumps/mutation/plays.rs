@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use meliora::planning::Safety;
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 
@@ -25,8 +26,8 @@ fn nothing_false_of_whole_plays_gets_past_verify() {
     let mut table = Table(BTreeMap::new());
     let mut shop = Shop::new(MODEL, PREFERENCES);
     for scope in ["reachable", "all"] {
-        for safety in ["action", "transition", "prefix"] {
-            let named = (scope.to_owned(), safety.to_owned(), None, CONSTANTS.to_owned());
+        for &safety in Safety::ALL {
+            let named = (scope.to_owned(), safety, None, CONSTANTS.to_owned());
             let dump = shop.honest(named).unwrap().clone();
             forge(&mut shop, &dump, &mut table, &mut random, 4);
         }
@@ -40,8 +41,10 @@ fn nothing_false_under_requirements_gets_past_verify() {
     let mut table = Table(BTreeMap::new());
     for requirements in ["require G x!=1;", "require G (x=0 => X x!=3); require G (x=2 => X x!=0);"] {
         let mut shop = Shop::new(MODEL, &format!("{PREFERENCES}{requirements}"));
-        for (scope, safety) in [("reachable", "action"), ("all", "transition"), ("all", "prefix")] {
-            let named = (scope.to_owned(), safety.to_owned(), None, CONSTANTS.to_owned());
+        for (scope, safety) in
+            [("reachable", Safety::Action), ("all", Safety::Transition), ("all", Safety::Prefix)]
+        {
+            let named = (scope.to_owned(), safety, None, CONSTANTS.to_owned());
             let dump = shop.honest(named).unwrap().clone();
             forge(&mut shop, &dump, &mut table, &mut random, 3);
         }
@@ -73,7 +76,8 @@ const OTHERS: &[(&str, &str)] = &[
 /// All sets fit each other, since they were computed: of another model, or by other formulas.
 #[test]
 fn a_dump_of_other_plays_is_refused() {
-    let (refused, all) = of_others([MODEL, PREFERENCES, CONSTANTS], OTHERS, &["action", "prefix"]);
+    let (refused, all) =
+        of_others([MODEL, PREFERENCES, CONSTANTS], OTHERS, &[Safety::Action, Safety::Prefix]);
     println!("{refused} of {all} refused, the others say the same");
     assert!(refused > 3 * OTHERS.len());
 }

@@ -1,12 +1,12 @@
 //! Unedited dumps, and the verdicts on edited ones.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::sync::Arc;
 
 use meliora::advanced::symbolic::Encoding;
 use meliora::certify::{self, Hashes};
-use meliora::dump::manifest::{File, RootKind};
+use meliora::dump::manifest::{File, RootKind, SafetyMode};
 use meliora::dump::{Diagram, Dump, Edge, dddmp, read_directory};
 use meliora::engine::{NoProgress, Scope, Settings};
 use meliora::engine::{Order, SymbolicEngine};
@@ -20,13 +20,13 @@ use meliora::planning::{Analysis, Options, Safety};
 const HASHES: Hashes<'static> = Hashes { model: "the model's", preferences: "the preferences'" };
 
 /// The options that a manifest can name.
-pub(super) type Named = (String, String, Option<usize>, String);
+pub(super) type Named = (String, Safety, Option<usize>, String);
 
 /// A model with its preferences and its unedited dumps.
 pub(super) struct Shop {
     model: Arc<SourceFile>,
     preferences: Arc<SourceFile>,
-    honest: BTreeMap<Named, Option<Dump>>,
+    honest: HashMap<Named, Option<Dump>>,
 }
 
 impl Shop {
@@ -35,7 +35,7 @@ impl Shop {
         Shop {
             model: source("m.prism", model),
             preferences: source("p.pref", preferences),
-            honest: BTreeMap::new(),
+            honest: HashMap::new(),
         }
     }
 
@@ -58,7 +58,7 @@ impl Shop {
         };
         let settings = Settings { memory: 4 << 20, scope: scope_named(scope)?, order, ..Settings::default() };
         let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings).ok()?);
-        let options = Options { safety: safety_named(safety)?, max_level: *max_level };
+        let options = Options { safety: *safety, max_level: *max_level };
         let mut analysis = Analysis::new(&engine, &preferences, options);
         analysis.run(&mut |_| ()).unwrap();
         let named = |text: &str| (text.to_owned(), text.to_owned());
@@ -89,7 +89,7 @@ impl Shop {
     /// Returns true if an accepted dump is the one that `export` writes for the options that it names.
     pub(super) fn is_harmless(&mut self, forged: &Dump) -> bool {
         let said = &forged.manifest;
-        let named = (said.scope.clone(), said.safety.clone(), said.max_level, said.given_constants());
+        let named = (said.scope.clone(), safety_of(said.safety), said.max_level, said.given_constants());
         let Some(mut honest) = self.honest(named.clone()).cloned() else { return false };
         if said.encoding.order != honest.manifest.encoding.order {
             let Some(other) = self.export(&named, Some(&said.encoding.order)) else { return false };
@@ -134,8 +134,12 @@ fn scope_named(name: &str) -> Option<Scope> {
         .map(|(_, s)| s)
 }
 
-fn safety_named(name: &str) -> Option<Safety> {
-    [Safety::Action, Safety::Transition, Safety::Prefix].into_iter().find(|s| s.to_string() == name)
+fn safety_of(mode: SafetyMode) -> Safety {
+    match mode {
+        SafetyMode::Action => Safety::Action,
+        SafetyMode::Transition => Safety::Transition,
+        SafetyMode::Prefix => Safety::Prefix,
+    }
 }
 
 type Part = for<'d> fn(&'d Dump) -> (&'d File, &'d Diagram);
