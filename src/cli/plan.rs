@@ -1,11 +1,10 @@
-//! Shared by the commands about strategies: the engine, the requested states, and the levels.
+//! Shared by the commands about strategies: the engine and the levels.
 
 use std::sync::Arc;
 
-use meliora_engine::{AnyEngine, Engine, Scope};
-use meliora_lang as lang;
-use meliora_model::error::{Diagnostic, Error, SourceFile};
-use meliora_model::{Program, State, VarId};
+use meliora_engine::{AnyEngine, Engine};
+use meliora_model::Program;
+use meliora_model::error::Error;
 use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, Phase, StrategyKind};
 use meliora_report::envelope::{Envelope, Findings};
 
@@ -39,57 +38,6 @@ pub(super) fn prepared<F: Findings, T>(
     let build = || load::engine(&question.program, model, selected.storage, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     Ok((question, engine, more))
-}
-
-/// Reads `--at`.
-///
-/// # Errors
-/// A state is wrong. All errors of all states are reported together.
-pub(super) fn states(program: &Program, texts: &[String]) -> Result<Vec<State>, Error> {
-    let (mut states, mut wrong) = (Vec::new(), Vec::new());
-    for text in texts {
-        match lang::parse_state(&SourceFile::new("--at", text.as_str()), program) {
-            Ok(state) => states.push(state),
-            Err(Error::Input(diagnostics)) => wrong.extend(diagnostics),
-            Err(error) => return Err(error),
-        }
-    }
-    if wrong.is_empty() { Ok(states) } else { Err(Error::Input(wrong)) }
-}
-
-/// Refuses states outside of the scope.
-///
-/// # Errors
-/// A state is not in the scope.
-pub(super) fn in_scope<E: Engine>(
-    engine: &E,
-    program: &Program,
-    args: &ModelArgs,
-    texts: &[String],
-    states: &[State],
-) -> Result<(), Error> {
-    let all = engine.all_states();
-    let mut wrong = Vec::new();
-    for (text, state) in texts.iter().zip(states) {
-        if engine.contains(&all, state)? {
-            continue;
-        }
-        let source = SourceFile::new("--at", text.as_str());
-        let diagnostic = Diagnostic::new(&source, 0..text.len(), "no path reaches this state");
-        wrong.push(match (&program.monitors, args.scope) {
-            (Some(monitors), _) => diagnostic.help(at_the_start(program, &monitors.variables)),
-            (None, Scope::Reachable) => diagnostic.help("`--scope all` accepts every valuation as a state"),
-            (None, Scope::All) => diagnostic,
-        });
-    }
-    if wrong.is_empty() { Ok(()) } else { Err(Error::Input(wrong)) }
-}
-
-/// Returns the advice for a state that no path reaches with these values of the monitors.
-fn at_the_start(program: &Program, monitors: &[VarId]) -> String {
-    let names =
-        monitors.iter().map(|at| format!("`{}`", program.variables[at.index()].name)).collect::<Vec<_>>();
-    format!("leave out {}: their values are then those at the start of a path", names.join(", "))
 }
 
 /// Runs the analysis with these phases for the levels.

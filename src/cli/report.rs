@@ -18,6 +18,7 @@ use meliora_report::simulate::TraceReport;
 use meliora_report::{CheckReport, PageReport};
 use strum::{Display, IntoStaticStr};
 
+use super::at::At;
 use super::by_name::by_name;
 use super::check::{self, Checked};
 use super::choose::validate_scheduler;
@@ -165,31 +166,23 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
         return Err(Error::Usage(message.to_owned()));
     }
     let read = || {
-        let question = load::question(&args.model, &args.preferences, &job.sink)?;
+        let mut question = load::question(&args.model, &args.preferences, &job.sink)?;
         let plane = match &args.grid {
             Some(names) => Some(Plane::named(&question.program, names)?),
             None => Plane::guess(&question.program),
         };
         let at: Vec<String> = args.at.iter().cloned().collect();
-        let start = plan::states(&question.program, &at)?.pop();
-        Ok((question, plane, start))
+        let at = At::read(&mut question.program, &at)?;
+        Ok((question, plane, at))
     };
-    let (question, plane, start) = job.timed("parse", read, |r, s| r.check.time.add("parse", s))?;
+    let (question, plane, at) = job.timed("parse", read, |r, s| r.check.time.add("parse", s))?;
     job.update(|r| {
         r.check.header.read_both(&question.program, &question.preferences);
         r.check.header.history = question.preferences.whole_plays();
     });
     let build = || load::symbolic(&question.program, &args.model, &job.sink);
     let engine = job.timed("build", build, |r, s| r.check.time.add("build", s))?;
-    if let (Some(text), Some(start)) = (&args.at, &start) {
-        plan::in_scope(
-            &*engine,
-            &question.program,
-            &args.model,
-            std::slice::from_ref(text),
-            std::slice::from_ref(start),
-        )?;
-    }
+    let start = at.states(&*engine, &question.program, (args.model.scope, 1), &job.sink)?.pop();
     let analysis = check::analyse(job, &engine, &question, &args.preferences)?;
     let start = match start {
         Some(start) => Some(start),

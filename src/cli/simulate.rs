@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use clap::Args;
 use meliora_engine::Engine;
-use meliora_model::State;
 use meliora_model::error::Error;
 use meliora_planning::{Phase, Scheduler, Setup, Simulation, StrategyKind};
 use meliora_quantities::Choose;
@@ -12,6 +11,7 @@ use meliora_quantities::cost::Costs;
 use meliora_report::SimulateReport;
 use meliora_report::simulate::RunsReport;
 
+use super::at::{self, At};
 use super::by_name::by_name;
 use super::choose::{ChooseArgs, validate_scheduler};
 use super::exit::Status;
@@ -19,9 +19,6 @@ use super::load::Question;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan;
 use super::supervise::{Job, supervise};
-
-/// Maximum number of initial states in which runs start.
-const STARTS: usize = 16;
 
 /// Simulate random runs under a strategy and count improvements, achievements and weakenings
 ///
@@ -54,10 +51,14 @@ pub(super) struct SimulateArgs {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 
-    /// State where runs start, such as r=2,c=2; variables left out have their initial value
-    /// (repeatable) [default: the initial states]
+    /// State where runs start, such as r=2,c=2 or r=2,c=*; variables left out have their initial
+    /// value, `*` is any value (repeatable) [default: the initial states]
     #[arg(long, value_name = "STATE", allow_hyphen_values = true)]
     at: Vec<String>,
+
+    /// Maximum number of initial states, and of states for an `--at` with `*`, where runs start
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..))]
+    limit: u32,
 
     #[command(flatten)]
     engine: EngineArgs,
@@ -91,12 +92,12 @@ pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
 
 fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> Result<(), Error> {
     let given = (&args.model, &args.preferences, &args.engine);
-    let (question, engine, (states, costs)) = plan::prepared(job, given, |question| {
-        let states = plan::states(&question.program, &args.at)?;
+    let (question, engine, (at, costs)) = plan::prepared(job, given, |question| {
+        let at = At::read(&mut question.program, &args.at)?;
         args.choose.objective(kind, &question.preferences)?;
-        Ok((states, args.choose.costs(&mut question.program, &job.sink)?))
+        Ok((at, args.choose.costs(&mut question.program, &job.sink)?))
     })?;
-    play(job, &engine, (&question, kind, costs), args, states)
+    play(job, &engine, (&question, kind, costs), args, &at)
 }
 
 fn play<E: Engine>(
@@ -104,12 +105,13 @@ fn play<E: Engine>(
     engine: &Arc<E>,
     (question, kind, costs): (&Question, StrategyKind, Costs),
     args: &SimulateArgs,
-    given: Vec<State>,
+    at: &At,
 ) -> Result<(), Error> {
-    plan::in_scope(&**engine, &question.program, &args.model, &args.at, &given)?;
-    let starts = match given.is_empty() {
-        true => engine.list_states(&engine.initial_states(), STARTS)?,
-        false => given,
+    let limit = args.limit as usize;
+    let starts = if at.is_empty() {
+        at::listed(&**engine, &engine.initial_states(), limit, &job.sink)?.0
+    } else {
+        at.states(&**engine, &question.program, (args.model.scope, limit), &job.sink)?
     };
     let asked: &[Phase] = match args.choose.choose {
         Choose::First => &[Phase::levels(args.choose.choose.levels(kind))],

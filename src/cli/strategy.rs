@@ -14,8 +14,9 @@ use meliora_quantities::cost::Costs;
 use meliora_report::choose::Attains;
 use meliora_report::reason::Words;
 use meliora_report::state::StateReport;
-use meliora_report::{Number, StrategyReport, strategy_table};
+use meliora_report::{StrategyReport, strategy_table};
 
+use super::at::{self, At};
 use super::choose::ChooseArgs;
 use super::exit::Status;
 use super::load::Question;
@@ -41,8 +42,8 @@ pub(super) struct StrategyArgs {
     #[command(flatten)]
     choose: ChooseArgs,
 
-    /// State to explain, such as r=2,c=2; variables left out have their initial value (repeatable)
-    /// [default: the initial states]
+    /// State to explain, such as r=2,c=2 or r=2,c=*; variables left out have their initial value, `*` is
+    /// any value (repeatable) [default: the initial states]
     #[arg(long, value_name = "STATE", conflicts_with = "rank", allow_hyphen_values = true)]
     at: Vec<String>,
 
@@ -98,12 +99,12 @@ pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
 
 fn work(job: &Job<StrategyReport>, args: &StrategyArgs, kind: StrategyKind) -> Result<(), Error> {
     let given = (&args.model, &args.preferences, &args.engine);
-    let (question, engine, (states, costs)) = plan::prepared(job, given, |question| {
-        let states = plan::states(&question.program, &args.at)?;
+    let (question, engine, (at, costs)) = plan::prepared(job, given, |question| {
+        let at = At::read(&mut question.program, &args.at)?;
         args.choose.objective(kind, &question.preferences)?;
-        Ok((states, args.choose.costs(&mut question.program, &job.sink)?))
+        Ok((at, args.choose.costs(&mut question.program, &job.sink)?))
     })?;
-    answer(job, &engine, (&question, kind, costs), args, states)
+    answer(job, &engine, (&question, kind, costs), args, &at)
 }
 
 fn answer<E: Engine>(
@@ -111,9 +112,10 @@ fn answer<E: Engine>(
     engine: &Arc<E>,
     (question, kind, costs): (&Question, StrategyKind, Costs),
     args: &StrategyArgs,
-    states: Vec<State>,
+    at: &At,
 ) -> Result<(), Error> {
-    plan::in_scope(&**engine, &question.program, &args.model, &args.at, &states)?;
+    let most = (args.model.scope, args.limit as usize);
+    let states = at.states(&**engine, &question.program, most, &job.sink)?;
     let both = [Phase::Sasi, Phase::Spi];
     let levels = || plan::analysis(engine, question, &args.preferences, &both, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
@@ -172,12 +174,7 @@ impl<'a, E: Engine> Run<'a, E> {
             Some(Asked::Unbounded) => self.strategy.states_of_rank(None)?,
             Some(Asked::Exactly(k)) => self.strategy.states_of_rank(Some(k))?,
         };
-        let count = engine.count(&set)?;
-        let states = engine.list_states(&set, self.args.limit as usize)?;
-        if count > meliora_engine::Count::from(states.len()) {
-            let (listed, all) = (states.len(), Number(count.clone()).grouped());
-            self.job.sink.note(&format!("{listed} of {all} states; a larger `--limit` lists more"));
-        }
+        let (states, count) = at::listed(engine, &set, self.args.limit as usize, &self.job.sink)?;
         self.job.update(|r| r.asked = Some(count.into()));
         Ok(states)
     }

@@ -14,8 +14,9 @@ use meliora_quantities::cost::Costs;
 use meliora_quantities::state_values::{StateValues, Width};
 use meliora_quantities::{Setup, Steps, Values};
 use meliora_report::values::{heading, rows};
-use meliora_report::{Number, ValuesReport};
+use meliora_report::ValuesReport;
 
+use super::at::{self, At};
 use super::choose::costs;
 use super::exit::Status;
 use super::files::Target;
@@ -41,8 +42,8 @@ pub(super) struct ValuesArgs {
     #[command(flatten)]
     preferences: PreferenceArgs,
 
-    /// State to evaluate, such as r=2,c=2; variables left out have their initial value (repeatable)
-    /// [default: the initial states]
+    /// State to evaluate, such as r=2,c=2 or r=2,c=*; variables left out have their initial value, `*` is
+    /// any value (repeatable) [default: the initial states]
     #[arg(long, value_name = "STATE", conflicts_with = "all", allow_hyphen_values = true)]
     at: Vec<String>,
 
@@ -102,11 +103,11 @@ pub(super) fn run(args: ValuesArgs) -> Result<Status> {
 fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Result<()> {
     let read = || {
         let mut question = load::question(&args.model, &args.preferences, &job.sink)?;
-        let states = plan::states(&question.program, &args.at)?;
+        let at = At::read(&mut question.program, &args.at)?;
         let costs = costs(&mut question.program, &args.reward, &job.sink)?;
-        Ok((question, states, costs))
+        Ok((question, at, costs))
     };
-    let (question, given, costs) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
+    let (question, at, costs) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
     let selected = args.engine.select([&*question.program], &args.model);
     job.update(|r| {
         r.header.read_both(&question.program, &question.preferences);
@@ -115,12 +116,13 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
     });
     let build = || load::engine(&question.program, &args.model, selected.storage, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
-    plan::in_scope(&*engine, &question.program, &args.model, &args.at, &given)?;
+    let most = (args.model.scope, args.limit as usize);
+    let given = at.states(&*engine, &question.program, most, &job.sink)?;
     let phases = [Phase::Counts, Phase::Sasi, Phase::Spi];
     let levels = || plan::analysis(&engine, &question, &args.preferences, &phases, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
     job.update(|r| r.counts = analysis.result().counts.clone());
-    let states = if args.at.is_empty() { listed(job, args, &engine)? } else { given };
+    let states = if at.is_empty() { listed(job, args, &engine)? } else { given };
     let everywhere = args.all && engine.count(&engine.all_states())? == Count::from(states.len());
     let mut lines = csv.map(|_| Lines::default());
     let end = evaluate(job, args, (&question, &analysis, costs), (&states, everywhere), lines.as_mut());
@@ -135,13 +137,7 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
 /// Returns the initial states or all states, up to the limit.
 fn listed(job: &Job<ValuesReport>, args: &ValuesArgs, engine: &Arc<AnyEngine>) -> Result<Vec<State>> {
     let set = if args.all { engine.all_states() } else { engine.initial_states() };
-    let count = engine.count(&set)?;
-    let states = engine.list_states(&set, args.limit as usize)?;
-    if count > Count::from(states.len()) {
-        let (listed, all) = (states.len(), Number(count).grouped());
-        job.sink.note(&format!("{listed} of {all} states; a larger `--limit` lists more"));
-    }
-    Ok(states)
+    Ok(at::listed(&**engine, &set, args.limit as usize, &job.sink)?.0)
 }
 
 /// Computes the values and adds them to the report, also those known when a limit is hit.

@@ -49,4 +49,4 @@ pub use preferences::{load_preferences, outline_preferences};
 pub use property::parse_property;
 pub use property_file::{open_constants, parse_properties};
 pub use valuation::split_constants;
-pub use valuation::{Given, parse_constants, parse_state};
+pub use valuation::{Given, Place, parse_constants, parse_state, parse_states};

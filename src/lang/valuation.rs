@@ -39,7 +39,7 @@ type Variables<'n> = dyn Fn(&str) -> Option<&'n Variable> + 'n;
 /// A syntax error, or a name that occurs twice.
 pub fn parse_constants(source: &Arc<SourceFile>) -> Result<Vec<Binding>> {
     let mut parser = Parser::new(source);
-    let parsed = parser.bindings(&|_| None);
+    let parsed = parser.bindings(&|_| None, false).map(|(bindings, _)| bindings);
     parser.finish_parsed(parsed)
 }
 
@@ -55,58 +55,91 @@ pub fn split_constants(source: &Arc<SourceFile>, theirs: &[String]) -> Result<[A
     Ok([these, others].map(|all| SourceFile::new(source.name.clone(), joined(&all))))
 }
 
+/// What a text such as `r=2,c=*,d=false` says of one variable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// This value is given.
+    Given(i64),
+    /// The variable is left out and gets its initial value.
+    Default(i64),
+    /// `*`: any value.
+    Any,
+}
+
 /// Parses a state, such as `r=2,c=2,d=false`. Variables left out get their initial value.
 ///
 /// # Errors
 /// A syntax error, an unknown or repeated variable, a value of the wrong type or out of range, or a
 /// variable left out that has no single initial value.
 pub fn parse_state(source: &Arc<SourceFile>, program: &Program) -> Result<State> {
+    let value = |place| match place {
+        Place::Given(value) | Place::Default(value) => Some(value),
+        Place::Any => None,
+    };
+    Ok(places(source, program, false)?.into_iter().filter_map(value).collect())
+}
+
+/// Parses a state in which variables may have any value, such as `r=2,c=*`; returns what it says of
+/// each variable of the program.
+///
+/// # Errors
+/// Those of [`parse_state`].
+pub fn parse_states(source: &Arc<SourceFile>, program: &Program) -> Result<Vec<Place>> {
+    places(source, program, true)
+}
+
+fn places(source: &Arc<SourceFile>, program: &Program, any: bool) -> Result<Vec<Place>> {
     let mut parser = Parser::new(source);
     let variables = |name: &str| program.variables.iter().find(|v| v.name == name);
-    let bindings = match parser.bindings(&variables) {
+    let (bindings, free) = match parser.bindings(&variables, any) {
         Ok(bindings) => bindings,
-        parsed @ Err(_) => return parser.finish_parsed(parsed).map(|_| State::new()),
+        parsed @ Err(_) => return parser.finish_parsed(parsed).map(|_| Vec::new()),
     };
-    let mut values: Vec<Option<i64>> = program.variables.iter().map(|v| v.initial).collect();
+    let mut places: Vec<Option<Place>> =
+        program.variables.iter().map(|v| v.initial.map(Place::Default)).collect();
     for binding in bindings {
         if let Some((index, value)) = parser.variable_value(&binding, program) {
-            values[index] = Some(value);
+            places[index] = Some(Place::Given(value));
         }
     }
-    let mut state = State::new();
-    for (variable, value) in program.variables.iter().zip(values) {
-        match value {
-            Some(value) => state.push(value),
-            None => {
-                let message = format!("no value for `{}`, and it has no single initial value", variable.name);
-                let end = Span::new(source.text.len(), source.text.len());
-                parser.report(parser.wrong(end, message));
-            }
+    for name in free {
+        if let Some(index) = parser.variable(&name, program) {
+            places[index] = Some(Place::Any);
         }
     }
-    parser.finish(state)
+    for (variable, _) in program.variables.iter().zip(&places).filter(|(_, place)| place.is_none()) {
+        let message = format!("no value for `{}`, and it has no single initial value", variable.name);
+        let end = Span::new(source.text.len(), source.text.len());
+        parser.report(parser.wrong(end, message));
+    }
+    parser.finish(places.into_iter().flatten().collect())
 }
 
 impl Parser<'_> {
-    /// Parses `name=value,…`; the variables give the names that values have.
-    fn bindings(&mut self, variables: &Variables<'_>) -> Parsed<Vec<Binding>> {
-        let mut bindings: Vec<Binding> = Vec::new();
+    /// Parses `name=value,…`, and returns the names with `*` for a value apart, if they are allowed;
+    /// the variables give the names that values have.
+    fn bindings(&mut self, variables: &Variables<'_>, any: bool) -> Parsed<(Vec<Binding>, Vec<Ident>)> {
+        let (mut bindings, mut free): (Vec<Binding>, Vec<Ident>) = (Vec::new(), Vec::new());
         while self.peek() != Token::End {
-            if !bindings.is_empty() {
+            if !bindings.is_empty() || !free.is_empty() {
                 self.expect(Token::Comma)?;
             }
             let name = self.ident("a name")?;
             self.expect(Token::Eq)?;
-            let binding = self.binding(name, variables)?;
-            if let Some(first) = bindings.iter().find(|b| b.name == binding.name) {
-                let diagnostic =
-                    self.wrong(binding.name.span, format!("`{}` is given twice", first.name.name));
-                let first = first.name.span.range();
+            if let Some(first) =
+                bindings.iter().map(|b| &b.name).chain(&free).find(|other| other.name == name.name)
+            {
+                let diagnostic = self.wrong(name.span, format!("`{}` is given twice", first.name));
+                let first = first.span.range();
                 self.report(diagnostic.related(first, "given here first"));
             }
-            bindings.push(binding);
+            if any && self.eat(Token::Star) {
+                free.push(name);
+            } else {
+                bindings.push(self.binding(name, variables)?);
+            }
         }
-        Ok(bindings)
+        Ok((bindings, free))
     }
 
     fn binding(&mut self, name: Ident, variables: &Variables<'_>) -> Parsed<Binding> {
@@ -166,15 +199,22 @@ impl Parser<'_> {
         Failed
     }
 
+    /// Returns the index of a variable; reports a name that is none.
+    fn variable(&mut self, ident: &Ident, program: &Program) -> Option<usize> {
+        let name = &ident.name;
+        let found = program.variables.iter().position(|v| v.name == *name);
+        if found.is_none() {
+            let known = program.variables.iter().map(|v| v.name.as_str()).collect::<Vec<_>>().join(", ");
+            let diagnostic = self.wrong(ident.span, format!("the model has no variable `{name}`"));
+            self.report(diagnostic.help(format!("its variables are {known}")));
+        }
+        found
+    }
+
     /// Returns the index and the value of the variable of a binding; reports one that does not fit.
     fn variable_value(&mut self, binding: &Binding, program: &Program) -> Option<(usize, i64)> {
+        let index = self.variable(&binding.name, program)?;
         let name = &binding.name.name;
-        let Some(index) = program.variables.iter().position(|v| v.name == *name) else {
-            let known = program.variables.iter().map(|v| v.name.as_str()).collect::<Vec<_>>().join(", ");
-            let diagnostic = self.wrong(binding.name.span, format!("the model has no variable `{name}`"));
-            self.report(diagnostic.help(format!("its variables are {known}")));
-            return None;
-        };
         let variable = &program.variables[index];
         let value = match (variable.ty, &binding.value) {
             (Type::Bool, Exact::Bool(b)) => i64::from(*b),

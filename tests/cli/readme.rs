@@ -60,7 +60,8 @@ fn shows(expected: &[String], found: &[String]) -> bool {
 fn stable(text: &str) -> Vec<String> {
     let is_number = |c: char| c.is_ascii_digit();
     let is_footer = |line: &str| {
-        line.starts_with(is_number) && [" in all", " of memory at most"].iter().any(|part| line.contains(part))
+        line.starts_with(is_number)
+            && [" in all", " of memory at most"].iter().any(|part| line.contains(part))
     };
     let varies = |line: &&str| {
         let parts = [" ms", " s ", " µs", "Prefer ", " tables "];
@@ -244,7 +245,8 @@ fn links_lead_to_files_and_headings() {
 
 #[test]
 fn footers_keep_their_phases() {
-    let footer = "1 min 2 ms in all: parse 465 µs, build 0 ns\n1,135 nodes at most, 10.4 MiB of memory at most";
+    let footer =
+        "1 min 2 ms in all: parse 465 µs, build 0 ns\n1,135 nodes at most, 10.4 MiB of memory at most";
     assert_eq!(stable(footer), ["# # in all: parse #, build #", "# nodes at most, # of memory at most"]);
 }
 
