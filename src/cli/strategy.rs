@@ -20,7 +20,7 @@ use super::choose::ChooseArgs;
 use super::exit::Status;
 use super::load::Question;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
-use super::plan;
+use super::plan::{self, Subject};
 use super::supervise::{Job, supervise};
 use super::terminal;
 
@@ -97,8 +97,8 @@ pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
 }
 
 fn work(job: &Job<StrategyReport>, args: &StrategyArgs, kind: StrategyKind) -> Result<(), Error> {
-    let given = (&args.model, &args.preferences, &args.engine);
-    let (question, engine, (states, costs)) = plan::prepared(job, given, |question| {
+    let subject = Subject { model: &args.model, preferences: &args.preferences, engine: &args.engine };
+    let (question, engine, (states, costs)) = plan::prepared(job, subject, |question| {
         let states = plan::states(&question.program, &args.at)?;
         args.choose.objective(kind, &question.preferences)?;
         Ok((states, args.choose.costs(&mut question.program, &job.sink)?))
