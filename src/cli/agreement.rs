@@ -136,9 +136,9 @@ fn actions<E: Engine, F: Engine>(
     let achieve = objectives.map(|objective| (StrategyKind::Achieve, Some(objective)));
     let others = [StrategyKind::Sasi, StrategyKind::Spi, StrategyKind::Plan].map(|kind| (kind, None));
     for (kind, objective) in others.into_iter().chain(achieve) {
-        let levels = (kind, kind.levels());
-        let mut mine = plan::finite_memory(left, program, levels, objective)?;
-        let mut theirs = plan::finite_memory(right, program, levels, objective)?;
+        let levels = kind.levels();
+        let mut mine = plan::finite_memory(left, program, kind, levels, objective)?;
+        let mut theirs = plan::finite_memory(right, program, kind, levels, objective)?;
         for state in &states {
             let (mine, theirs) = (explained(&mut mine, state)?, explained(&mut theirs, state)?);
             if mine != theirs {

@@ -11,7 +11,7 @@ use meliora_report::CheckReport;
 use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
-use super::plan;
+use super::plan::{self, Subject};
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
 
@@ -74,8 +74,8 @@ impl Checked for CheckReport {
 }
 
 fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
-    let given = (&args.model, &args.preferences, &args.engine);
-    let (question, engine, ()) = plan::prepared(job, given, |question| {
+    let subject = Subject { model: &args.model, preferences: &args.preferences, engine: &args.engine };
+    let (question, engine, ()) = plan::prepared(job, subject, |question| {
         job.update(|r| r.header.history = question.preferences.whole_plays());
         Ok(())
     })?;

@@ -116,7 +116,7 @@ impl ChooseArgs {
         kind: StrategyKind,
     ) -> Result<FiniteMemoryStrategy<E>> {
         let objective = self.objective(kind, analysis.preferences())?;
-        plan::finite_memory(analysis, program, (kind, self.choose.levels(kind)), objective)
+        plan::finite_memory(analysis, program, kind, self.choose.levels(kind), objective)
     }
 
     /// Returns the options as reports show them.

@@ -149,7 +149,7 @@ fn listed<E: Engine>(
 ) -> Result<Graph, Error> {
     let Some(asked) = wanted.strategy else { return explored(analysis, program, wanted.limit) };
     let objective = asked.kind.objective(analysis.preferences(), wanted.objective.as_deref())?;
-    let mut strategy = plan::finite_memory(analysis, program, (asked.kind, asked.kind.levels()), objective)?;
+    let mut strategy = plan::finite_memory(analysis, program, asked.kind, asked.kind.levels(), objective)?;
     induced(analysis, program, &mut strategy, asked.scheduler, wanted.limit)
 }
 

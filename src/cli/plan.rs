@@ -14,6 +14,14 @@ use super::phases;
 use super::progress::TerminalSink;
 use super::supervise::Job;
 
+/// The arguments that say what is analysed, and by which engine.
+#[derive(Clone, Copy)]
+pub(super) struct Subject<'a> {
+    pub(super) model: &'a ModelArgs,
+    pub(super) preferences: &'a PreferenceArgs,
+    pub(super) engine: &'a EngineArgs,
+}
+
 /// Reads the model and the preferences, then `more` of the arguments, and explores the model with
 /// the engine that the arguments select.
 ///
@@ -21,7 +29,7 @@ use super::supervise::Job;
 /// The input is wrong, or a limit is hit.
 pub(super) fn prepared<F: Findings, T>(
     job: &Job<Envelope<F>>,
-    (model, preferences, engine): (&ModelArgs, &PreferenceArgs, &EngineArgs),
+    Subject { model, preferences, engine }: Subject<'_>,
     more: impl FnOnce(&mut Question) -> Result<T, Error>,
 ) -> Result<(Question, Arc<AnyEngine>, T), Error> {
     let read = || {
@@ -64,7 +72,8 @@ pub(super) fn analysis<E: Engine>(
 pub(super) fn finite_memory<E: Engine>(
     analysis: &Analysis<E>,
     program: &Arc<Program>,
-    (kind, levels): (StrategyKind, Kind),
+    kind: StrategyKind,
+    levels: Kind,
     objective: Option<usize>,
 ) -> Result<FiniteMemoryStrategy<E>, Error> {
     let missing = || Error::Usage(format!("the levels of {levels} are not known"));

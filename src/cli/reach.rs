@@ -1,10 +1,11 @@
 //! `meliora reach`: the four qualitative regions of a target, or of a temporal formula.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use clap::Args;
 use meliora::reach::Target;
-use meliora_engine::regions::{self, Which};
+use meliora_engine::regions::{self, Step, Which};
 use meliora_engine::{Count, Engine};
 use meliora_model::error::Error;
 use meliora_model::expr::ExprId;
@@ -120,14 +121,14 @@ fn answer<E: Engine>(
     job.update(|r| (r.counts, r.escape) = (Some(counts), under.escape.clone()));
     let engine = under.engine();
     let judged = asking.goal.judged(engine)?;
-    let search = Search { job, engine, judged };
+    let mut search = Search { job, engine, judged, start: Instant::now() };
     let found = match &asking.goal.target {
         Target::States(target) => {
             let states = search.target(*target)?;
-            regions::regions_by(engine, &states, |which, find| search.region(which, find))?
+            regions::regions_by_step(engine, &states, &mut |step| search.hear(step))?
         }
         Target::Formula(condition) => {
-            temporal::regions_by(engine, condition, |which, find| search.region(which, find))?
+            temporal::regions_by_step(engine, condition, &mut |step| search.hear(step))?
         }
     };
     let answered = || under.answer(asking, &asked.program, &found, precision);
@@ -160,6 +161,8 @@ struct Search<'a, E: Engine> {
     engine: &'a E,
     /// The states whose paths are judged: with monitors, the states where these are fresh.
     judged: E::States,
+    /// The time at which the search for the present region began.
+    start: Instant,
 }
 
 impl<E: Engine> Search<'_, E> {
@@ -174,17 +177,17 @@ impl<E: Engine> Search<'_, E> {
         Ok(states)
     }
 
-    /// Computes a region and adds its judged states to the report.
-    fn region(
-        &self,
-        which: Which,
-        find: &mut dyn FnMut() -> Result<E::States, Error>,
-    ) -> Result<E::States, Error> {
-        let work = || {
-            let states = find()?;
-            Ok((self.engine.intersection(&states, &self.judged)?, states))
+    /// Adds the judged states of each region to the report.
+    fn hear(&mut self, step: Step<'_, E::States>) -> Result<(), Error> {
+        let (which, states) = match step {
+            Step::Begun(which) => {
+                self.start = self.job.begin(phase(which));
+                return Ok(());
+            }
+            Step::Found(which, states) => (which, states),
         };
-        let (judged, states) = self.job.timed(phase(which), work, |r, s| r.time.add(which.name(), s))?;
+        let judged = self.engine.intersection(states, &self.judged)?;
+        self.job.end(phase(which), self.start, |r, s| r.time.add(which.name(), s));
         let size = self.engine.count(&judged)?;
         let share = self.share(&judged)?;
         self.job.update(|r| {
@@ -192,7 +195,7 @@ impl<E: Engine> Search<'_, E> {
             *r.initial.get_mut(which) = Some(share);
             r.memory.peak_nodes = self.engine.usage().peak_nodes;
         });
-        Ok(states)
+        Ok(())
     }
 
     /// Returns how many of the initial states are in the set: all, some or none.

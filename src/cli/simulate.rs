@@ -17,7 +17,7 @@ use super::choose::{ChooseArgs, validate_scheduler};
 use super::exit::Status;
 use super::load::Question;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
-use super::plan;
+use super::plan::{self, Subject};
 use super::supervise::{Job, supervise};
 
 /// Simulate random runs under a strategy and count improvements, achievements and weakenings
@@ -91,8 +91,8 @@ pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
 }
 
 fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> Result<(), Error> {
-    let given = (&args.model, &args.preferences, &args.engine);
-    let (question, engine, (at, costs)) = plan::prepared(job, given, |question| {
+    let subject = Subject { model: &args.model, preferences: &args.preferences, engine: &args.engine };
+    let (question, engine, (at, costs)) = plan::prepared(job, subject, |question| {
         let at = At::read(&mut question.program, &args.at)?;
         args.choose.objective(kind, &question.preferences)?;
         Ok((at, args.choose.costs(&mut question.program, &job.sink)?))

@@ -52,13 +52,23 @@ impl<R> Job<R> {
         work: impl FnOnce() -> Result<T, Error>,
         note: impl FnOnce(&mut R, f64),
     ) -> Result<T, Error> {
-        self.sink.report(name, String::new());
-        let start = Instant::now();
+        let start = self.begin(name);
         let result = work()?;
+        self.end(name, start, note);
+        Ok(result)
+    }
+
+    /// Reports that a piece of work begins. Returns the time.
+    pub(super) fn begin(&self, name: &'static str) -> Instant {
+        self.sink.report(name, String::new());
+        Instant::now()
+    }
+
+    /// Reports that a piece of work has ended, and records its seconds in the report.
+    pub(super) fn end(&self, name: &'static str, start: Instant, note: impl FnOnce(&mut R, f64)) {
         let seconds = start.elapsed().as_secs_f64();
         self.update(|r| note(r, seconds));
         self.sink.finished(name, seconds);
-        Ok(result)
     }
 }
 

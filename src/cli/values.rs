@@ -13,14 +13,14 @@ use meliora_quantities::choose::LEVELS;
 use meliora_quantities::cost::Costs;
 use meliora_quantities::state_values::{StateValues, Width};
 use meliora_quantities::{Setup, Steps, Values};
-use meliora_report::values::{heading, rows};
 use meliora_report::ValuesReport;
+use meliora_report::values::{heading, rows};
 
 use super::at::{self, At};
 use super::choose::costs;
 use super::exit::Status;
 use super::files::Target;
-use super::load::{self, Question};
+use super::load;
 use super::options::{self, EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan;
 use super::supervise::{Job, supervise};
@@ -125,7 +125,9 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
     let states = if at.is_empty() { listed(job, args, &engine)? } else { given };
     let everywhere = args.all && engine.count(&engine.all_states())? == Count::from(states.len());
     let mut lines = csv.map(|_| Lines::default());
-    let end = evaluate(job, args, (&question, &analysis, costs), (&states, everywhere), lines.as_mut());
+    let program = &*question.program;
+    let evaluation = Evaluation { job, args, program, analysis: &analysis, states: &states, everywhere };
+    let end = evaluation.run(costs, lines.as_mut());
     job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
     end?;
     match csv.zip(lines) {
@@ -140,59 +142,59 @@ fn listed(job: &Job<ValuesReport>, args: &ValuesArgs, engine: &Arc<AnyEngine>) -
     Ok(at::listed(&**engine, &set, args.limit as usize, &job.sink)?.0)
 }
 
-/// Computes the values and adds them to the report, also those known when a limit is hit.
-/// `everywhere` says that the states are all states of the scope. All values are also added to
-/// `lines`.
-fn evaluate(
-    job: &Job<ValuesReport>,
-    args: &ValuesArgs,
-    (question, analysis, costs): (&Question, &Analysis<AnyEngine>, Costs),
-    (states, everywhere): (&[State], bool),
-    lines: Option<&mut Lines>,
-) -> Result<()> {
-    let program = &*question.program;
-    let levels = args.levels.map_or_else(|| Values::levels_found(analysis, LEVELS), |k| k as usize);
-    let within = args.within.map(|n| n as usize);
-    let mut values = Values::new(Setup { levels, exact: args.exact, within });
-    let costs = costs.check(analysis.engine(), program)?;
-    let explore = || match everywhere {
-        true => values.explore_everywhere(analysis, program, &*costs),
-        false => values.explore(analysis, program, states, &*costs),
-    };
-    let explored = job.timed("explore", explore, |r, s| r.time.add("explore", s));
-    // The worker may be left behind while it solves, so what follows from the levels is added first,
-    // unless that takes long.
-    let listing = Listing { job, analysis, program };
-    listing.fill(&values, &states[..states.len().min(SOON)], usize::MAX, None)?;
-    explored?;
-    let solved = job.timed("solve", || values.solve(analysis.engine()), |r, s| r.time.add("solve", s));
-    let shown = if lines.is_some() && !args.shown.json { SHOWN } else { usize::MAX };
-    let widest = listing.fill(&values, states, shown, lines)?;
-    solved?;
-    let (width, quantity) = (widest.width, widest.quantity());
-    if width > args.precision {
+/// The evaluation of states.
+struct Evaluation<'a> {
+    job: &'a Job<ValuesReport>,
+    args: &'a ValuesArgs,
+    program: &'a Program,
+    analysis: &'a Analysis<AnyEngine>,
+    states: &'a [State],
+    /// True if these are all states of the scope.
+    everywhere: bool,
+}
+
+impl Evaluation<'_> {
+    /// Computes the values and adds them to the report, also those known when a limit is hit. All
+    /// values are also added to `lines`.
+    fn run(&self, costs: Costs, lines: Option<&mut Lines>) -> Result<()> {
+        let Evaluation { job, args, program, analysis, states, everywhere } = *self;
+        let levels = args.levels.map_or_else(|| Values::levels_found(analysis, LEVELS), |k| k as usize);
+        let within = args.within.map(|n| n as usize);
+        let mut values = Values::new(Setup { levels, exact: args.exact, within });
+        let costs = costs.check(analysis.engine(), program)?;
+        let explore = || match everywhere {
+            true => values.explore_everywhere(analysis, program, &*costs),
+            false => values.explore(analysis, program, states, &*costs),
+        };
+        let explored = job.timed("explore", explore, |r, s| r.time.add("explore", s));
+        // The worker may be left behind while it solves, so what follows from the levels is added
+        // first, unless that takes long.
+        self.fill(&values, &states[..states.len().min(SOON)], usize::MAX, None)?;
+        explored?;
+        let solved = job.timed("solve", || values.solve(analysis.engine()), |r, s| r.time.add("solve", s));
+        let shown = if lines.is_some() && !args.shown.json { SHOWN } else { usize::MAX };
+        let widest = self.fill(&values, states, shown, lines)?;
+        solved?;
+        self.judge(&widest)
+    }
+
+    /// Refuses bounds that are wider than the precision.
+    fn judge(&self, widest: &Width) -> Result<()> {
+        let (width, quantity, precision) = (widest.width, widest.quantity(), self.args.precision);
+        let is_wide = width > precision;
+        if !is_wide {
+            return Ok(());
+        }
         let what = match width.is_finite() {
-            true => format!(
-                "bounds of {quantity} are {width:e} apart, more than the precision {:e}",
-                args.precision
-            ),
+            true => {
+                format!("bounds of {quantity} are {width:e} apart, more than the precision {precision:e}")
+            }
             false => format!("no upper bound of {quantity} was found"),
         };
-        return Err(
-            Limit::Size { what: format!("{what}; `--exact` finds the values of small models") }.into()
-        );
+        let what = format!("{what}; `--exact` finds the values of small models");
+        Err(Limit::Size { what }.into())
     }
-    Ok(())
-}
 
-/// The results of which the report lists states.
-struct Listing<'a> {
-    job: &'a Job<ValuesReport>,
-    analysis: &'a Analysis<AnyEngine>,
-    program: &'a Program,
-}
-
-impl Listing<'_> {
     /// Lists values as far as they are known: those of the first states in the report, all in
     /// `lines`. Returns the widest bound of all.
     fn fill(

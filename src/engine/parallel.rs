@@ -20,88 +20,85 @@ pub struct Sets<S, C> {
     pub choices: Vec<C>,
 }
 
-/// Replaces the sets of a value, one after the other.
-pub trait Port<E: Engine> {
-    /// Returns the set that replaces X.
-    fn states(&mut self, x: &E::States) -> E::States;
-    /// Returns the set that replaces C.
-    fn choices(&mut self, c: &E::Choices) -> E::Choices;
+/// Visits the sets of a value one after the other: gathers them, or replaces them by others.
+pub struct Port<E: Engine> {
+    gathered: Sets<E::States, E::Choices>,
+    states: std::vec::IntoIter<E::States>,
+    choices: std::vec::IntoIter<E::Choices>,
+}
+
+impl<E: Engine> Port<E> {
+    /// Replaces sets by these in their order; gathers the sets for which none is left.
+    fn new(by: Sets<E::States, E::Choices>) -> Self {
+        let gathered = Sets { states: Vec::new(), choices: Vec::new() };
+        Port { gathered, states: by.states.into_iter(), choices: by.choices.into_iter() }
+    }
+
+    /// Gathers all sets.
+    fn gather() -> Self {
+        Port::new(Sets { states: Vec::new(), choices: Vec::new() })
+    }
+
+    /// Returns the set that replaces X, or X.
+    pub fn states(&mut self, x: &E::States) -> E::States {
+        // If a set is missing, X remains foreign to the engine, which refuses it.
+        self.states.next().unwrap_or_else(|| {
+            self.gathered.states.push(x.clone());
+            x.clone()
+        })
+    }
+
+    /// Returns the set that replaces C, or C.
+    pub fn choices(&mut self, c: &E::Choices) -> E::Choices {
+        self.choices.next().unwrap_or_else(|| {
+            self.gathered.choices.push(c.clone());
+            c.clone()
+        })
+    }
 }
 
 /// A value that contains sets of an engine.
 pub trait Portable<E: Engine>: Sized {
-    /// Returns the same value with each set replaced, in a fixed order.
-    fn ported(&self, port: &mut dyn Port<E>) -> Self;
+    /// Returns the same value with each set as the port returns it, in a fixed order.
+    fn ported(&self, port: &mut Port<E>) -> Self;
 }
 
 impl<E: Engine, T: Portable<E>> Portable<E> for Option<T> {
-    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+    fn ported(&self, port: &mut Port<E>) -> Self {
         self.as_ref().map(|value| value.ported(port))
     }
 }
 
 impl<E: Engine, T: Portable<E>> Portable<E> for Vec<T> {
-    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+    fn ported(&self, port: &mut Port<E>) -> Self {
         self.iter().map(|value| value.ported(port)).collect()
     }
 }
 
 impl<E: Engine> Portable<E> for EdgeLabels<E::States> {
-    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+    fn ported(&self, port: &mut Port<E>) -> Self {
         let EdgeLabels { from, goal, dropped } = self;
         EdgeLabels { from: port.states(from), goal: port.states(goal), dropped: port.states(dropped) }
     }
 }
 
 impl<E: Engine> Portable<E> for Region<E::States, E::Choices> {
-    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+    fn ported(&self, port: &mut Port<E>) -> Self {
         Region { states: port.states(&self.states), choices: port.choices(&self.choices) }
-    }
-}
-
-/// Replaces each set by itself and gathers all sets.
-struct Gather<E: Engine>(Sets<E::States, E::Choices>);
-
-impl<E: Engine> Port<E> for Gather<E> {
-    fn states(&mut self, x: &E::States) -> E::States {
-        self.0.states.push(x.clone());
-        x.clone()
-    }
-
-    fn choices(&mut self, c: &E::Choices) -> E::Choices {
-        self.0.choices.push(c.clone());
-        c.clone()
-    }
-}
-
-/// Replaces the sets by given ones, in the order of [`Gather`].
-struct Replace<E: Engine> {
-    states: std::vec::IntoIter<E::States>,
-    choices: std::vec::IntoIter<E::Choices>,
-}
-
-impl<E: Engine> Port<E> for Replace<E> {
-    fn states(&mut self, x: &E::States) -> E::States {
-        // A set that is missing would remain foreign to the engine, which refuses it.
-        self.states.next().unwrap_or_else(|| x.clone())
-    }
-
-    fn choices(&mut self, c: &E::Choices) -> E::Choices {
-        self.choices.next().unwrap_or_else(|| c.clone())
     }
 }
 
 /// Copies a value of one engine to another engine of the same model.
 fn copied<E: Engine, T: Portable<E>>(from: &E, to: &E, value: &T) -> Result<T> {
-    let mut gather = Gather::<E>(Sets { states: Vec::new(), choices: Vec::new() });
-    value.ported(&mut gather);
-    let Sets { states, choices } = to.adopt(from, gather.0)?;
-    Ok(value.ported(&mut Replace { states: states.into_iter(), choices: choices.into_iter() }))
+    let mut port = Port::gather();
+    value.ported(&mut port);
+    let sets = to.adopt(from, port.gathered)?;
+    Ok(value.ported(&mut Port::new(sets)))
 }
 
 /// Returns a copy of a value, with the same sets.
 pub fn same<E: Engine, T: Portable<E>>(value: &T) -> T {
-    value.ported(&mut Gather::<E>(Sets { states: Vec::new(), choices: Vec::new() }))
+    value.ported(&mut Port::gather())
 }
 
 /// A piece of work that a thread has begun: its number, its result and how it ended.
@@ -235,7 +232,7 @@ mod tests {
     struct One(StateSet);
 
     impl Portable<SymbolicEngine> for One {
-        fn ported(&self, port: &mut dyn Port<SymbolicEngine>) -> Self {
+        fn ported(&self, port: &mut Port<SymbolicEngine>) -> Self {
             One(port.states(&self.0))
         }
     }

@@ -106,47 +106,71 @@ impl Which {
     }
 }
 
+/// A step of the search for four regions, for a listener.
+#[derive(Debug, Clone, Copy)]
+pub enum Step<'a, S> {
+    /// The search for a region begins.
+    Begun(Which),
+    /// The region is known.
+    Found(Which, &'a S),
+}
+
 /// Computes all four regions. Cost: that of [`pmin_positive`], [`pmax_one`], [`pmax_positive`] and
 /// [`pmin_one`].
 ///
 /// # Errors
 /// A limit of the engine is reached.
 pub fn regions<E: Engine>(engine: &E, target: &E::States) -> Result<Regions<E::States>> {
-    regions_by(engine, target, |_, find| find())
+    regions_by_step(engine, target, &mut |_| Ok(()))
 }
 
-/// Computes all four regions; `by` calls the function that finds each region. The region Pmin > 0
-/// is computed once and used twice. In a Markov chain, Pmin = Pmax, so two regions are computed.
+/// Computes all four regions, and tells the listener each step. The region Pmin > 0 is computed once
+/// and used twice. In a Markov chain, Pmin = Pmax, so two regions are computed.
 ///
 /// # Errors
-/// The errors of [`regions`] and of `by`.
-pub fn regions_by<E: Engine>(
+/// The errors of [`regions`] and of the listener.
+pub fn regions_by_step<E: Engine>(
     engine: &E,
     target: &E::States,
-    mut by: impl FnMut(Which, &mut dyn FnMut() -> Result<E::States>) -> Result<E::States>,
+    listener: &mut dyn FnMut(Step<'_, E::States>) -> Result<()>,
 ) -> Result<Regions<E::States>> {
-    let pmax_positive = by(Which::PmaxPositive, &mut || pmax_positive(engine, target))?;
-    let pmax_one = by(Which::PmaxOne, &mut || pmax_one(engine, target))?;
+    listener(Step::Begun(Which::PmaxPositive))?;
+    let pmax_positive = pmax_positive(engine, target)?;
+    listener(Step::Found(Which::PmaxPositive, &pmax_positive))?;
+    listener(Step::Begun(Which::PmaxOne))?;
+    let pmax_one = pmax_one(engine, target)?;
+    listener(Step::Found(Which::PmaxOne, &pmax_one))?;
     if engine.is_markov_chain() {
-        return of_markov_chain(pmax_positive, pmax_one, by);
+        return of_markov_chain(pmax_positive, pmax_one, listener);
     }
-    let pmin_positive = by(Which::PminPositive, &mut || pmin_positive(engine, target))?;
-    let pmin_one = by(Which::PminOne, &mut || pmin_one(engine, target, &pmin_positive))?;
+    listener(Step::Begun(Which::PminPositive))?;
+    let pmin_positive = pmin_positive(engine, target)?;
+    listener(Step::Found(Which::PminPositive, &pmin_positive))?;
+    listener(Step::Begun(Which::PminOne))?;
+    let pmin_one = pmin_one(engine, target, &pmin_positive)?;
+    listener(Step::Found(Which::PminOne, &pmin_one))?;
     Ok(Regions { pmax_one, pmax_positive, pmin_one, pmin_positive })
 }
 
 /// Returns the four regions of a Markov chain: those of Pmin are those of Pmax. Cost: no image.
 ///
 /// # Errors
-/// The errors of `by`.
+/// The errors of the listener.
 pub fn of_markov_chain<S: Clone>(
     positive: S,
     one: S,
-    mut by: impl FnMut(Which, &mut dyn FnMut() -> Result<S>) -> Result<S>,
+    listener: &mut dyn FnMut(Step<'_, S>) -> Result<()>,
 ) -> Result<Regions<S>> {
-    let pmin_positive = by(Which::PminPositive, &mut || Ok(positive.clone()))?;
-    let pmin_one = by(Which::PminOne, &mut || Ok(one.clone()))?;
-    Ok(Regions { pmax_one: one, pmax_positive: positive, pmin_one, pmin_positive })
+    for (which, region) in [(Which::PminPositive, &positive), (Which::PminOne, &one)] {
+        listener(Step::Begun(which))?;
+        listener(Step::Found(which, region))?;
+    }
+    Ok(Regions {
+        pmax_one: one.clone(),
+        pmax_positive: positive.clone(),
+        pmin_one: one,
+        pmin_positive: positive,
+    })
 }
 
 /// Returns whether a property with these regions is true in all initial states.

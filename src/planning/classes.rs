@@ -18,7 +18,7 @@ pub struct Class<E: Engine> {
 }
 
 impl<E: Engine> Portable<E> for Class<E> {
-    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+    fn ported(&self, port: &mut Port<E>) -> Self {
         Class {
             most_preferred: self.most_preferred.clone(),
             states: port.states(&self.states),
@@ -35,7 +35,7 @@ pub struct Classes<E: Engine> {
 }
 
 impl<E: Engine> Portable<E> for Classes<E> {
-    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+    fn ported(&self, port: &mut Port<E>) -> Self {
         Classes { list: self.list.ported(port) }
     }
 }

@@ -29,7 +29,7 @@ pub struct Arena<E: Engine> {
 }
 
 impl<E: Engine> Portable<E> for Arena<E> {
-    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+    fn ported(&self, port: &mut Port<E>) -> Self {
         Arena {
             reference: self.reference,
             states: port.states(&self.states),
@@ -62,7 +62,7 @@ pub struct Improvement<E: Engine> {
 }
 
 impl<E: Engine> Portable<E> for Improvement<E> {
-    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+    fn ported(&self, port: &mut Port<E>) -> Self {
         Improvement { safety: self.safety, arenas: self.arenas.ported(port) }
     }
 }
@@ -140,7 +140,7 @@ pub(super) fn transition<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<
 struct Allowed<E: Engine>(E::States);
 
 impl<E: Engine> Portable<E> for Allowed<E> {
-    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+    fn ported(&self, port: &mut Port<E>) -> Self {
         Allowed(port.states(&self.0))
     }
 }

@@ -58,7 +58,7 @@ struct Given<E: Engine> {
 }
 
 impl<E: Engine> Portable<E> for Given<E> {
-    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+    fn ported(&self, port: &mut Port<E>) -> Self {
         Given {
             classes: Arc::new(self.classes.ported(port)),
             improvement: Arc::new(self.improvement.ported(port)),
@@ -74,7 +74,7 @@ struct Counted<E: Engine> {
 }
 
 impl<E: Engine> Portable<E> for Counted<E> {
-    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+    fn ported(&self, port: &mut Port<E>) -> Self {
         Counted { levels: self.levels.ported(port), counts: self.counts.clone() }
     }
 }

@@ -90,7 +90,7 @@ impl<E: Engine> Clone for Game<E> {
 }
 
 impl<E: Engine> Portable<E> for Game<E> {
-    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+    fn ported(&self, port: &mut Port<E>) -> Self {
         let edge_labels = self.edge_labels.ported(port);
         Game { edge_labels, states: port.states(&self.states), choices: port.choices(&self.choices) }
     }
@@ -105,7 +105,7 @@ pub struct Level<E: Engine> {
 }
 
 impl<E: Engine> Portable<E> for Level<E> {
-    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+    fn ported(&self, port: &mut Port<E>) -> Self {
         Level { states: port.states(&self.states), games: self.games.ported(port) }
     }
 }
@@ -122,7 +122,7 @@ pub enum End<E: Engine> {
 }
 
 impl<E: Engine> Portable<E> for End<E> {
-    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+    fn ported(&self, port: &mut Port<E>) -> Self {
         match self {
             End::Empty => End::Empty,
             End::Unbounded(level) => End::Unbounded(level.ported(port)),
@@ -142,7 +142,7 @@ pub struct Levels<E: Engine> {
 }
 
 impl<E: Engine> Portable<E> for Levels<E> {
-    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+    fn ported(&self, port: &mut Port<E>) -> Self {
         Levels { kind: self.kind, found: self.found.ported(port), end: self.end.ported(port) }
     }
 }
@@ -274,7 +274,7 @@ struct Turn<E: Engine> {
 }
 
 impl<E: Engine> Portable<E> for Turn<E> {
-    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+    fn ported(&self, port: &mut Port<E>) -> Self {
         Turn { arena: self.arena.ported(port), before: self.before.ported(port) }
     }
 }

@@ -26,7 +26,7 @@ impl<E: Engine> Clone for ObjectiveRegions<E> {
 }
 
 impl<E: Engine> Portable<E> for ObjectiveRegions<E> {
-    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+    fn ported(&self, port: &mut Port<E>) -> Self {
         ObjectiveRegions {
             target: port.states(&self.target),
             positive: port.states(&self.positive),
@@ -50,7 +50,7 @@ struct Search<E: Engine> {
 }
 
 impl<E: Engine> Portable<E> for Search<E> {
-    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+    fn ported(&self, port: &mut Port<E>) -> Self {
         let bound = self.bound.as_ref().map(|bound| port.states(bound));
         Search { target: port.states(&self.target), bound }
     }
@@ -71,7 +71,7 @@ struct Found<E: Engine> {
 }
 
 impl<E: Engine> Portable<E> for Found<E> {
-    fn ported(&self, port: &mut dyn Port<E>) -> Self {
+    fn ported(&self, port: &mut Port<E>) -> Self {
         Found { regions: self.regions.ported(port), counts: self.counts.clone() }
     }
 }
