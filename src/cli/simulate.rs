@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use clap::Args;
 use meliora_engine::Engine;
+use meliora_model::State;
 use meliora_model::error::Error;
-use meliora_planning::{Phase, Scheduler, Setup, Simulation, StrategyKind};
+use meliora_planning::{Analysis, Phase, Rank, Scheduler, Setup, Simulation, StrategyKind, improvable};
 use meliora_quantities::Choose;
 use meliora_quantities::cost::Costs;
 use meliora_report::SimulateReport;
@@ -123,11 +124,15 @@ fn play<E: Engine>(
     let attach = || args.choose.attach((&analysis, costs), &question.program, &starts, &mut strategy);
     let chooser = job.timed("values", attach, |r, s| args.choose.count(&mut r.time, s))?;
     let mut simulation = Simulation::new(&mut strategy, args.setup());
+    let mut improvable = None;
     let all = || {
         for start in &starts {
             let tally = simulation.run(start)?;
+            let is_hopeless =
+                tally.rank == Rank::Finite(0) && !is_improvable(&analysis, &mut improvable, start)?;
             let report = RunsReport::new(&question.program, &question.preferences, kind, tally)
-                .compared(chooser.as_ref().and_then(|rule| rule.attained(start)));
+                .compared(chooser.as_ref().and_then(|rule| rule.attained(start)))
+                .hopeless(is_hopeless);
             job.update(|r| r.plays.push(report));
         }
         Ok(())
@@ -135,4 +140,16 @@ fn play<E: Engine>(
     job.timed("answer", all, |r, s| r.time.add("answer", s))?;
     job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
     Ok(())
+}
+
+/// Returns whether an improvement is possible from a state; `known` keeps the set of these states.
+fn is_improvable<E: Engine>(
+    analysis: &Analysis<E>,
+    known: &mut Option<E::States>,
+    state: &State,
+) -> Result<bool, Error> {
+    if known.is_none() {
+        *known = improvable(analysis)?;
+    }
+    known.as_ref().map_or(Ok(false), |states| analysis.engine().contains(states, state))
 }

@@ -10,6 +10,7 @@ use std::fmt;
 use serde::{Serialize, Serializer};
 use strum::{EnumString, IntoStaticStr, VariantArray};
 
+use super::analysis::Analysis;
 use super::classes::Classes;
 use super::improvement::{Arena, Improvement};
 use meliora_engine::edge_labels::{pairs_into, winning};
@@ -219,6 +220,19 @@ impl<E: Engine> Levels<E> {
             _ => None,
         }
     }
+}
+
+/// Computes W_1 of SPI, the states from which an improvement is possible; `None` before the improvement
+/// MDP is known. Cost: one `can_reach` per arena.
+///
+/// # Errors
+/// A limit of the engine is reached.
+pub fn improvable<E: Engine>(analysis: &Analysis<E>) -> Result<Option<E::States>> {
+    let Some((classes, improvement)) = analysis.classes().zip(analysis.improvement()) else {
+        return Ok(None);
+    };
+    let first = next_level(analysis.engine(), classes, improvement, Kind::Spi, None)?;
+    Ok(Some(first.states))
 }
 
 /// Computes W_{k+1} from W_k (`last`; `None` for k = 0, where W_0 = S).

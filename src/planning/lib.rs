@@ -74,7 +74,7 @@ pub use explain::Explanation;
 pub use finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
 pub use improvement::Improvement;
 pub use induced_model::{InducedModel, Scheduler};
-pub use levels::{Kind, Levels, Rank};
+pub use levels::{Kind, Levels, Rank, improvable};
 pub use requirements::Requirements;
 pub use result::AnalysisResult;
 pub use safety::Safety;

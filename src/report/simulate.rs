@@ -54,6 +54,8 @@ pub struct RunsReport {
     pub commits: Option<Vec<CommitReport>>,
     /// The first run that weakened, or else the first run.
     pub trace: TraceReport,
+    /// True if no improvement is possible from this state.
+    pub is_hopeless: bool,
 }
 
 /// An objective that runs achieved.
@@ -148,7 +150,13 @@ impl RunsReport {
         };
         let plans = kind == StrategyKind::Plan;
         let commits = plans.then(|| tally.commitments.iter().map(commit).collect());
-        RunsReport { state, tally, value: None, achieved, commits, trace }
+        RunsReport { state, tally, value: None, achieved, commits, trace, is_hopeless: false }
+    }
+
+    /// Adds whether no improvement is possible from the state.
+    #[must_use]
+    pub fn hopeless(self, is_hopeless: bool) -> Self {
+        RunsReport { is_hopeless, ..self }
     }
 
     /// Adds the value that the strategy attains, if it is known.

@@ -73,6 +73,7 @@ fn promise(report: &SimulateReport, plays: &RunsReport, style: Style) -> String 
     let how = ranks::how(kind);
     if plays.tally.rank == Rank::Finite(0) {
         let advice = match (report.kind, kind) {
+            _ if plays.is_hopeless => ", and none is possible",
             (StrategyKind::Sasi, _) => "; try `--kind spi`",
             (StrategyKind::Plan, Kind::Sasi) => "; `--choose likely` tries possible ones",
             _ => "",

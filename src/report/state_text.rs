@@ -9,9 +9,9 @@ use super::text::{self, Probability, columns};
 use super::{Style, ranks};
 use meliora_model::preference::Change;
 use meliora_model::valuation::Valuation;
-use meliora_planning::InducedModel;
 use meliora_planning::explain::{Action, Successor, Verdict};
 use meliora_planning::induced_model::Node;
+use meliora_planning::{InducedModel, Rank, StrategyKind};
 use meliora_quantities::Choose;
 
 /// Renders a state.
@@ -24,6 +24,9 @@ pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
     } else {
         let _ = writeln!(out, "  Sure: {}", words.either(&at.most_preferred));
         let _ = writeln!(out, "  {}", ranks::both(sasi, spi));
+        if let Some(advice) = advice(state) {
+            let _ = writeln!(out, "  {advice}");
+        }
         if let Some(name) = words.pursued(at) {
             let text = if at.is_achieved() { "Achieved" } else { "Achieves almost surely" };
             let _ = writeln!(out, "  {text}: {name}");
@@ -43,6 +46,20 @@ pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
         out += &paths_text((words, state.choosing.choose), unfolded, style);
     }
     out
+}
+
+/// Says what can be asked where a strategy does nothing.
+fn advice(state: &StateReport<'_>) -> Option<String> {
+    let (words, at, [_, spi]) = (state.words, &state.at, state.ranks);
+    match words.kind {
+        StrategyKind::Achieve if words.pursued(at).is_none() => {
+            Some("No strategy achieves the objective almost surely from here.".to_owned())
+        }
+        StrategyKind::Sasi | StrategyKind::Spi if spi == Rank::Finite(0) && !at.most_preferred.is_empty() => {
+            Some(format!("`--kind plan` shows how to achieve {}.", words.either(&at.most_preferred)))
+        }
+        _ => None,
+    }
 }
 
 fn action_text(state: &StateReport<'_>, action: &Action, style: Style) -> String {
