@@ -245,7 +245,7 @@ pub(crate) fn next_level<E: Engine>(
     }
     parallel::run(engine, &mut turns, |engine, turn, game| {
         if game.is_none() {
-            *game = Some(play(engine, turn, kind)?);
+            *game = Some(win(engine, turn, kind)?);
         }
         Ok(())
     })?;
@@ -299,7 +299,7 @@ impl<E: Engine> Turn<E> {
     }
 }
 
-fn play<E: Engine>(engine: &E, Turn { arena, before }: &Turn<E>, kind: Kind) -> Result<Game<E>> {
+fn win<E: Engine>(engine: &E, Turn { arena, before }: &Turn<E>, kind: Kind) -> Result<Game<E>> {
     let (edge_labels, before) = (arena.edge_labels.clone(), before.as_ref());
     match kind {
         Kind::Sasi => almost_surely(engine, arena, edge_labels, before),
