@@ -316,8 +316,9 @@ pub fn entering<E: Engine>(
     arena: &Arena<E>,
     x: &E::States,
 ) -> Result<Vec<EdgeLabels<E::States>>> {
-    let within =
-        |m: &EdgeLabels<E::States>| Ok(EdgeLabels { goal: engine.intersection(&m.goal, x)?, ..m.clone() });
+    let within = |labels: &EdgeLabels<E::States>| {
+        Ok(EdgeLabels { goal: engine.intersection(&labels.goal, x)?, ..labels.clone() })
+    };
     arena.edge_labels.iter().map(within).collect()
 }
 
