@@ -172,9 +172,9 @@
 //!
 //! // Random runs under the strategy satisfy its guarantee. The same seed gives the same runs.
 //! let setup = Setup { scheduler: Scheduler::Permissive, runs: 100, steps: 50, seed: 1 };
-//! let plays = Simulation::new(&mut strategy, setup).run(&start)?;
-//! assert_eq!(plays.fewer_than(1), 0);
-//! assert_eq!(plays.weakened_step, 0);
+//! let tally = Simulation::new(&mut strategy, setup).run(&start)?;
+//! assert_eq!(tally.fewer_than(1), 0);
+//! assert_eq!(tally.weakened_step, 0);
 //! # Ok(())
 //! # }
 //! ```

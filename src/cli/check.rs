@@ -76,7 +76,7 @@ impl Checked for CheckReport {
 fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
     let subject = Subject { model: &args.model, preferences: &args.preferences, engine: &args.engine };
     let (question, engine, ()) = plan::prepared(job, subject, |question| {
-        job.update(|r| r.header.history = question.preferences.whole_plays());
+        job.update(|r| r.header.history = question.preferences.whole_paths());
         Ok(())
     })?;
     let mut analysis = analyse(job, &engine, &question, &args.preferences)?;
@@ -175,7 +175,7 @@ impl<E: Engine, R: Checked> Run<'_, E, R> {
         for found in &self.analysis.result().objectives {
             if found.target == meliora_engine::Count::ZERO {
                 let name = &found.name;
-                let what = match self.question.preferences.whole_plays() {
+                let what = match self.question.preferences.whole_paths() {
                     Some(_) => "no strategy can guarantee the objective",
                     None => "no state satisfies the target of objective",
                 };

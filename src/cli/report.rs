@@ -12,7 +12,7 @@ use meliora_planning::{Analysis, Kind, Rank, Scheduler, Setup, Simulation, Strat
 use meliora_quantities::Choose;
 use meliora_quantities::all_states::MOST_STATES;
 use meliora_quantities::outlook::Outlook;
-use meliora_report::page::{Content, Picture, Play, Written};
+use meliora_report::page::{Content, Picture, ShownRun, Written};
 use meliora_report::report::Report;
 use meliora_report::simulate::TraceReport;
 use meliora_report::{CheckReport, PageReport};
@@ -33,7 +33,7 @@ use super::supervise::{Job, supervise};
 const STEPS: u64 = 500;
 
 /// Number of runs that are tried until one has all guaranteed or possible improvements.
-const PLAYS: u64 = 100;
+const RUNS: u64 = 100;
 
 /// Write an interactive page: verdict, maps, preference order, levels, and a run step by step
 ///
@@ -178,7 +178,7 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
     let (question, plane, at) = job.timed("parse", read, |r, s| r.check.time.add("parse", s))?;
     job.update(|r| {
         r.check.header.read_both(&question.program, &question.preferences);
-        r.check.header.history = question.preferences.whole_plays();
+        r.check.header.history = question.preferences.whole_paths();
     });
     let build = || load::symbolic(&question.program, &args.model, &job.sink);
     let engine = job.timed("build", build, |r, s| r.check.time.add("build", s))?;
@@ -211,12 +211,12 @@ impl Run<'_> {
             });
             Ok((
                 projections.transpose()?,
-                start.as_ref().map(|start| self.play(start, outlook.as_ref())).transpose()?.flatten(),
+                start.as_ref().map(|start| self.best_run(start, outlook.as_ref())).transpose()?.flatten(),
                 outlook,
             ))
         };
-        let (projections, play, outlook) = self.job.timed("draw", draw, |_, _| ())?;
-        let text = self.text(projections.as_ref(), play.as_ref(), outlook.as_ref())?;
+        let (projections, run, outlook) = self.job.timed("draw", draw, |_, _| ())?;
+        let text = self.text(projections.as_ref(), run.as_ref(), outlook.as_ref())?;
         let Some(target) = self.target.as_ref().filter(|t| !t.is_stdout()) else {
             self.job.update(|r| r.drawing = Some(text));
             return Ok(());
@@ -239,7 +239,7 @@ impl Run<'_> {
     fn text(
         &self,
         projections: Option<&Projections>,
-        play: Option<&Play>,
+        run: Option<&ShownRun>,
         outlook: Option<&Outlook>,
     ) -> Result<String, Error> {
         let mut report = None;
@@ -247,7 +247,7 @@ impl Run<'_> {
         let Some(mut check) = report else { return Ok(String::new()) };
         check.finish(self.job.sink.supervisor.elapsed().as_secs_f64(), memory::peak_rss());
         let preferences = &self.question.preferences;
-        let content = Content { check: &check, preferences, projections, play, outlook };
+        let content = Content { check: &check, preferences, projections, run, outlook };
         match self.args.format {
             Format::Html => Ok(content.html()),
             Format::Dot => Ok(content.dot()),
@@ -288,7 +288,7 @@ impl Run<'_> {
     }
 
     /// Simulates a run from a state; returns `None` if the strategy does nothing there.
-    fn play(&self, start: &State, outlook: Option<&Outlook>) -> Result<Option<Play>, Error> {
+    fn best_run(&self, start: &State, outlook: Option<&Outlook>) -> Result<Option<ShownRun>, Error> {
         let (kind, levels) = self.kind(start)?;
         let program = &self.question.program;
         if !outlook.is_some_and(Outlook::has_values)
@@ -311,11 +311,11 @@ impl Run<'_> {
             None => Choose::First,
         };
         let (scheduler, seed) = (self.args.strategy, self.args.seed);
-        let setup = Setup { scheduler, runs: PLAYS, steps: STEPS, seed };
+        let setup = Setup { scheduler, runs: RUNS, steps: STEPS, seed };
         let (told, end) = Simulation::new(&mut strategy, setup).telling(start)?;
         let trace = TraceReport::new(program, &self.question.preferences, start, &told);
         let visited = told.turns.iter().map(|turn| turn.state.clone());
         let states = std::iter::once(start.clone()).chain(visited).collect();
-        Ok(Some(Play { kind, scheduler, choose, seed, trace, states, end }))
+        Ok(Some(ShownRun { kind, scheduler, choose, seed, trace, states, end }))
     }
 }

@@ -98,10 +98,10 @@ fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> R
         args.choose.objective(kind, &question.preferences)?;
         Ok((at, args.choose.costs(&mut question.program, &job.sink)?))
     })?;
-    play(job, &engine, (&question, kind, costs), args, &at)
+    simulate(job, &engine, (&question, kind, costs), args, &at)
 }
 
-fn play<E: Engine>(
+fn simulate<E: Engine>(
     job: &Job<SimulateReport>,
     engine: &Arc<E>,
     (question, kind, costs): (&Question, StrategyKind, Costs),
@@ -133,7 +133,7 @@ fn play<E: Engine>(
             let report = RunsReport::new(&question.program, &question.preferences, kind, tally)
                 .compared(chooser.as_ref().and_then(|rule| rule.attained(start)))
                 .hopeless(is_hopeless);
-            job.update(|r| r.plays.push(report));
+            job.update(|r| r.starts.push(report));
         }
         Ok(())
     };

@@ -112,7 +112,7 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
     job.update(|r| {
         r.header.read_both(&question.program, &question.preferences);
         r.header.select(&selected);
-        r.header.history = question.preferences.whole_plays();
+        r.header.history = question.preferences.whole_paths();
     });
     let build = || load::engine(&question.program, &args.model, selected.storage, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;

@@ -78,7 +78,7 @@ impl Analysis {
             check: &check,
             preferences,
             projections: projections.as_ref(),
-            play: None,
+            run: None,
             outlook: outlook.as_ref(),
         };
         match drawing {

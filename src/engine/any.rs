@@ -219,7 +219,9 @@ where
     let of = |set: &AnyStates| set.of(engine).cloned();
     edge_labels
         .iter()
-        .map(|m| Ok(EdgeLabels { from: of(&m.from)?, goal: of(&m.goal)?, dropped: of(&m.dropped)? }))
+        .map(|labels| {
+            Ok(EdgeLabels { from: of(&labels.from)?, goal: of(&labels.goal)?, dropped: of(&labels.dropped)? })
+        })
         .collect()
 }
 

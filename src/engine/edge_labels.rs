@@ -28,7 +28,7 @@ pub fn winning<E: Engine>(
     choices: &E::Choices,
     edge_labels: &[EdgeLabels<E::States>],
 ) -> Result<E::Choices> {
-    edges_into(engine, choices, edge_labels, |m| Ok(m.goal.clone()))
+    edges_into(engine, choices, edge_labels, |labels| Ok(labels.goal.clone()))
 }
 
 /// Returns { (s,a) ∈ C : some edge that is not dropped enters X }. Cost: one pre-image per distinct
@@ -42,7 +42,7 @@ pub fn keeping<E: Engine>(
     edge_labels: &[EdgeLabels<E::States>],
     x: &E::States,
 ) -> Result<E::Choices> {
-    edges_into(engine, choices, edge_labels, |m| engine.difference(x, &m.dropped))
+    edges_into(engine, choices, edge_labels, |labels| engine.difference(x, &labels.dropped))
 }
 
 /// Returns { (s,a) ∈ C : some plain edge enters X }. Cost: one pre-image per distinct X \ (goal ∪
@@ -56,8 +56,8 @@ pub fn plain_edges_into<E: Engine>(
     edge_labels: &[EdgeLabels<E::States>],
     x: &E::States,
 ) -> Result<E::Choices> {
-    edges_into(engine, choices, edge_labels, |m| {
-        engine.difference(&engine.difference(x, &m.goal)?, &m.dropped)
+    edges_into(engine, choices, edge_labels, |labels| {
+        engine.difference(&engine.difference(x, &labels.goal)?, &labels.dropped)
     })
 }
 
@@ -68,7 +68,7 @@ fn edges_into<E: Engine>(
     edge_labels: &[EdgeLabels<E::States>],
     into: impl Fn(&EdgeLabels<E::States>) -> Result<E::States>,
 ) -> Result<E::Choices> {
-    let edges = edge_labels.iter().map(|m| Ok((m.from.clone(), into(m)?)));
+    let edges = edge_labels.iter().map(|labels| Ok((labels.from.clone(), into(labels)?)));
     pairs_into(engine, choices, edges.collect::<Result<_>>()?)
 }
 
@@ -77,7 +77,7 @@ fn edges_into<E: Engine>(
 /// # Errors
 /// A limit of the engine is reached.
 pub fn dropped<E: Engine>(engine: &E, edge_labels: &[EdgeLabels<E::States>]) -> Result<Edges<E::States>> {
-    grouped(engine, edge_labels.iter().map(|m| (m.from.clone(), m.dropped.clone())).collect())
+    grouped(engine, edge_labels.iter().map(|labels| (labels.from.clone(), labels.dropped.clone())).collect())
 }
 
 /// Returns ⋃ over (X, Y) of { (s,a) ∈ C : s ∈ X, succ(s,a) ∩ Y ≠ ∅ }. Cost: one pre-image per

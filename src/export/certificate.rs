@@ -5,7 +5,7 @@
 
 use super::layers::{backward, forward, layers, rounds};
 use super::regions::{class_name, numbered};
-use super::{Named, plays};
+use super::{Named, whole_paths};
 use meliora_engine::edge_labels::{plain_edges_into, winning};
 use meliora_engine::symbolic::{StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, EdgeLabels, Engine};
@@ -30,7 +30,7 @@ pub(super) fn all(analysis: &Of<'_>) -> Result<Vec<Named>> {
         rounds(&mut named, names::UNSAFE, &risk_rounds(whole, violating)?.1);
     }
     for objective in 0..analysis.preferences().objectives.len() {
-        plays::witnesses(engine, analysis, objective, &mut named)?;
+        whole_paths::witnesses(engine, analysis, objective, &mut named)?;
     }
     for (index, objective) in analysis.preferences().objectives.iter().enumerate() {
         if let Some(outcome) = analysis.outcomes().and_then(|o| o.get(index)) {

@@ -42,11 +42,11 @@
 mod certificate;
 pub mod explicit;
 mod layers;
-mod plays;
 pub mod projections;
 mod regions;
 mod shield;
 pub mod values;
+mod whole_paths;
 
 use meliora_dump::manifest::{self, File, Root, RootKind, SafetyMode};
 use meliora_dump::{Diagram, Dump};

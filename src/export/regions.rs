@@ -1,6 +1,6 @@
 //! The regions of a finished analysis, with the names that `meliora query` knows.
 
-use super::{Named, plays};
+use super::{Named, whole_paths};
 use meliora_engine::symbolic::SymbolicEngine;
 use meliora_engine::{Algebra, Engine};
 use meliora_model::error::Result;
@@ -28,7 +28,7 @@ pub(super) fn all(analysis: &Of<'_>) -> Result<Vec<Named>> {
             let name = &objective.name;
             let outside = engine.difference(&outcome.almost_sure, &outcome.target)?;
             let staying = engine.pre_within(&engine.all_choices(), &outcome.almost_sure)?;
-            named.extend(plays::regions(analysis, index));
+            named.extend(whole_paths::regions(analysis, index));
             named.push(Named::states(names::target(name), &outcome.target));
             let sure = names::almost_sure(name);
             named.push(Named::states(&sure, &outcome.almost_sure));

@@ -126,7 +126,7 @@ impl Objective {
 
 impl Preferences {
     /// Returns the name `play` if the whole path counts, else `None`: `state` is not reported.
-    pub fn whole_plays(&self) -> Option<&'static str> {
+    pub fn whole_paths(&self) -> Option<&'static str> {
         (self.history == History::Play).then_some(self.history.name())
     }
 }

@@ -12,19 +12,15 @@ use super::level_search::{self, LevelSearch};
 use super::levels::{End, Kind, Levels, Rank};
 pub use super::phases::{Event, Phase};
 use super::requirements::Requirements;
-use super::result::{
-    AnalysisResult, ClassCount, Escape, JointCount, LevelsEnd, ModelCounts, ObjectiveCounts, Plan, Prospects,
-};
+use super::result::{AnalysisResult, ClassCount, JointCount, LevelsEnd, ModelCounts, ObjectiveCounts};
 use super::safety::Safety;
+use super::temporal;
 use super::temporal::AcceptingRegion;
 use super::winning_regions::{RegionCounts, WinningRegions};
-use super::{strategy, temporal};
 use meliora_engine::{AnyEngine, Count, Engine};
+use meliora_model::Program;
 use meliora_model::error::{Error, Result};
 use meliora_model::preference::{Goal, Objective, ObjectiveSet, Preferences};
-use meliora_model::step::Choice;
-use meliora_model::valuation::Valuation;
-use meliora_model::{Program, State, fault};
 
 /// The options of an analysis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -331,72 +327,6 @@ impl<E: Engine> Analysis<E> {
         Ok(self.preferences.names(&classes.most_preferred(&*self.engine, state)?))
     }
 
-    /// Returns the prospects of a state of the scope, as far as they are known.
-    ///
-    /// At states of unknown rank, the actions are those of the greatest level found. Cost: that of
-    /// [`strategy::permitted_at_start`] for the state's level.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached, or a command has no meaning in the state.
-    pub fn prospects(&self, program: &Program, state: &[i64]) -> Result<Prospects> {
-        let choices = program.choices(state).map_err(|fault| fault::error(program, &fault, state))?;
-        let most_preferred = self.most_preferred(state)?;
-        let names = |set: &_| self.preferences.owned_names(set);
-        Ok(Prospects {
-            state: state.to_vec(),
-            values: Valuation::of(program, state),
-            escape: self.escape(program, state)?,
-            most_preferred: most_preferred.into_iter().map(str::to_owned).collect(),
-            jointly: match &self.joint {
-                Some(joint) => joint.of_state(self, state)?.map(|sets| sets.iter().map(names).collect()),
-                None => None,
-            },
-            sasi: self.plan(self.sasi.levels(), state, &choices)?,
-            spi: self.plan(self.spi.levels(), state, &choices)?,
-        })
-    }
-
-    /// Returns a shortest path from an unsafe state to the violation of a requirement; `None` for
-    /// other states, and before the requirements are known. Cost: see `Requirements::escape`.
-    ///
-    /// # Errors
-    /// The errors of `Requirements::escape`.
-    pub fn escape(&self, program: &Program, state: &[i64]) -> Result<Option<Escape>> {
-        let Some(requirements) = &self.requirements else { return Ok(None) };
-        requirements.escape(&*self.whole, program, &self.preferences.requirements, state)
-    }
-
-    /// Returns the prospects of the first `limit` initial states. Cost: that of
-    /// [`Analysis::prospects`] per state.
-    ///
-    /// # Errors
-    /// The errors of [`Analysis::prospects`].
-    pub fn initial_prospects(&self, program: &Program, limit: usize) -> Result<Vec<Prospects>> {
-        let states: Vec<State> = self.engine.list_states(&self.engine.initial_states(), limit)?;
-        states.iter().map(|state| self.prospects(program, state)).collect()
-    }
-
-    fn plan(&self, levels: &Levels<E>, state: &[i64], choices: &[(Choice, String)]) -> Result<Option<Plan>> {
-        let (Some(classes), Some(improvement)) = (&self.classes, &self.improvement) else {
-            return Ok(None);
-        };
-        if levels.found.is_empty() && levels.end.is_none() {
-            return Ok(None);
-        }
-        let rank: Rank = levels.rank(&*self.engine, state)?;
-        let mut actions = Vec::new();
-        if let Some(level) = levels.level(rank) {
-            let permitted =
-                strategy::permitted_at_start(&*self.engine, levels.kind, classes, improvement, level)?;
-            for (choice, name) in choices {
-                if self.engine.contains_choice(&permitted, state, choice)? {
-                    actions.push(name.clone());
-                }
-            }
-        }
-        Ok(Some(Plan { rank, actions }))
-    }
-
     /// Returns the counts of all results so far.
     pub fn result(&self) -> &AnalysisResult {
         &self.result
@@ -436,6 +366,11 @@ impl<E: Engine> Analysis<E> {
     /// Returns the preferences.
     pub fn preferences(&self) -> &Preferences {
         &self.preferences
+    }
+
+    /// Returns the sets that tell what is achieved together, once they were asked for.
+    pub(super) fn joint(&self) -> Option<&Joint<E>> {
+        self.joint.as_ref()
     }
 
     /// Returns the options.

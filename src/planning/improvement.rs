@@ -184,8 +184,8 @@ fn edge_labels<E: Engine>(
     let mut edge_labels: Vec<EdgeLabels<E::States>> = Vec::new();
     for class in &classes.list {
         let lost = dropped(class);
-        let same = |m: &EdgeLabels<E::States>| {
-            Ok(engine.same(&m.goal, &class.better)? && engine.same(&m.dropped, &lost)?)
+        let same = |labels: &EdgeLabels<E::States>| {
+            Ok(engine.same(&labels.goal, &class.better)? && engine.same(&labels.dropped, &lost)?)
         };
         match position(&edge_labels, same)? {
             Some(at) => edge_labels[at].from = engine.union(&edge_labels[at].from, &class.states)?,

@@ -35,7 +35,7 @@ impl Scheduler {
     }
 
     /// Returns whether this scheduler may take the action at this position.
-    pub(crate) fn plays(self, at: &Explanation, action: usize) -> bool {
+    pub(crate) fn takes(self, at: &Explanation, action: usize) -> bool {
         match self {
             Scheduler::Permissive => {
                 !at.is_achieved() && at.actions.get(action).is_some_and(|a: &Action| a.permitted)
@@ -88,14 +88,14 @@ impl InducedModel {
             let at = strategy.explain(&state, memory)?;
             let mut next = Vec::with_capacity(at.actions.len());
             for (position, action) in at.actions.iter().enumerate() {
-                let played = scheduler.plays(&at, position);
+                let taken = scheduler.takes(&at, position);
                 let mut follow = |key: (State, Memory)| {
                     let found = enter(&mut index, &mut queue, limit, key);
                     unfolded.complete &= found.is_some();
                     found
                 };
                 let to = action.successors.iter();
-                next.push(to.map(|s| played.then(|| follow((s.state.clone(), s.next))).flatten()).collect());
+                next.push(to.map(|s| taken.then(|| follow((s.state.clone(), s.next))).flatten()).collect());
             }
             unfolded.nodes.push(Node { at, next });
         }

@@ -82,7 +82,7 @@ impl<E: Engine> Portable<E> for Counted<E> {
 /// Completes the levels of several kinds, next to each other if the engine has workers. Returns the
 /// sizes of the levels that are known, last that of the fixpoint, and how the search ended.
 ///
-/// The arenas of an improvement MDP with several of them are played next to each other instead: see
+/// The arenas of an improvement MDP with several of them are solved next to each other instead: see
 /// [`super::levels::next_level`]. Nothing is done then, or without workers.
 pub(super) fn search<E: Engine, const N: usize>(
     engine: &E,

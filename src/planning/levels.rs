@@ -259,7 +259,7 @@ pub(crate) fn next_level<E: Engine>(
     }
     parallel::run(engine, &mut turns, |engine, turn, game| {
         if game.is_none() {
-            *game = Some(play(engine, turn, kind)?);
+            *game = Some(win(engine, turn, kind)?);
         }
         Ok(())
     })?;
@@ -313,7 +313,7 @@ impl<E: Engine> Turn<E> {
     }
 }
 
-fn play<E: Engine>(engine: &E, Turn { arena, before }: &Turn<E>, kind: Kind) -> Result<Game<E>> {
+fn win<E: Engine>(engine: &E, Turn { arena, before }: &Turn<E>, kind: Kind) -> Result<Game<E>> {
     let (edge_labels, before) = (arena.edge_labels.clone(), before.as_ref());
     match kind {
         Kind::Sasi => almost_surely(engine, arena, edge_labels, before),
@@ -330,8 +330,9 @@ pub fn entering<E: Engine>(
     arena: &Arena<E>,
     x: &E::States,
 ) -> Result<Vec<EdgeLabels<E::States>>> {
-    let within =
-        |m: &EdgeLabels<E::States>| Ok(EdgeLabels { goal: engine.intersection(&m.goal, x)?, ..m.clone() });
+    let within = |labels: &EdgeLabels<E::States>| {
+        Ok(EdgeLabels { goal: engine.intersection(&labels.goal, x)?, ..labels.clone() })
+    };
     arena.edge_labels.iter().map(within).collect()
 }
 

@@ -53,6 +53,7 @@ pub mod joint;
 mod level_search;
 pub mod levels;
 mod phases;
+mod prospects;
 mod pursue;
 pub mod regions;
 pub mod requirements;

@@ -118,9 +118,9 @@ impl<'b, E: Engine> Simulation<'b, E> {
         };
         let sink = Arc::clone(&self.strategy.engine.settings().sink);
         let runs = self.setup.runs;
-        for play in 1..=runs {
-            sink.progress("runs", &|| format!("run {play} of {runs}"));
-            let Run { trace, last, settled, end } = self.play(start, play)?;
+        for run in 1..=runs {
+            sink.progress("runs", &|| format!("run {run} of {runs}"));
+            let Run { trace, last, settled, end } = self.simulate(start, run)?;
             each(&trace);
             if let Some(sample) = &mut sample {
                 match trace.cost_until(sample.improvements) {
@@ -148,16 +148,16 @@ impl<'b, E: Engine> Simulation<'b, E> {
         let mut best = (Trace::default(), RunEnd::Failed);
         let sink = Arc::clone(&self.strategy.engine.settings().sink);
         let runs = self.setup.runs;
-        for play in 1..=runs {
-            sink.progress("runs", &|| format!("run {play} of {runs}"));
-            let Run { trace, settled, .. } = self.play(start, play)?;
+        for run in 1..=runs {
+            sink.progress("runs", &|| format!("run {run} of {runs}"));
+            let Run { trace, settled, .. } = self.simulate(start, run)?;
             let end = match trace.improvements() >= wanted {
                 true => RunEnd::Kept,
                 false if settled => RunEnd::Failed,
                 false => RunEnd::CutOff,
             };
             let merit = |t: &Trace| (t.improvements().min(wanted), !t.weakens());
-            if play == 1 || merit(&trace) > merit(&best.0) {
+            if run == 1 || merit(&trace) > merit(&best.0) {
                 best = (trace, end);
             }
             // For an unbounded rank, a run that is cut off is sufficient.
@@ -170,13 +170,13 @@ impl<'b, E: Engine> Simulation<'b, E> {
     }
 
     /// Simulates one run.
-    fn play(&mut self, start: &[i64], number: u64) -> Result<Run> {
+    fn simulate(&mut self, start: &[i64], number: u64) -> Result<Run> {
         let draw = &mut Draw::numbered(self.setup.seed, number);
         let mut course = Course::from(self.strategy.most_preferred(start)?);
         let (mut state, mut memory) = (start.to_vec(), self.strategy.start(start)?);
         let mut at = self.explained(&state, memory)?;
         let mut achieved = at.achieved.clone();
-        let mut trace = Trace { play: number, achieved: achieved.clone(), turns: Vec::new() };
+        let mut trace = Trace { run: number, achieved: achieved.clone(), turns: Vec::new() };
         let most = usize::try_from(self.setup.steps).unwrap_or(usize::MAX);
         while trace.turns.len() < most && !self.stays(&at) {
             let Some((mut turn, next)) = self.turn(&at, &mut course, draw) else { break };
@@ -197,7 +197,7 @@ impl<'b, E: Engine> Simulation<'b, E> {
 
     /// Returns the positions of the actions that the scheduler may take.
     fn played(&self, at: &Explanation) -> Vec<usize> {
-        (0..at.actions.len()).filter(|&action| self.setup.scheduler.plays(at, action)).collect()
+        (0..at.actions.len()).filter(|&action| self.setup.scheduler.takes(at, action)).collect()
     }
 
     /// Returns whether a run that pursues an objective stays in the state forever, with the same

@@ -154,7 +154,8 @@ pub fn permitted_at_start<E: Engine>(
 /// # Errors
 /// The game belongs to another engine.
 pub fn is_goal<E: Engine>(engine: &E, game: &Game<E>, from: &[i64], to: &[i64]) -> Result<bool> {
-    let holds =
-        |m: &EdgeLabels<E::States>| Ok(engine.contains(&m.from, from)? && engine.contains(&m.goal, to)?);
+    let holds = |labels: &EdgeLabels<E::States>| {
+        Ok(engine.contains(&labels.from, from)? && engine.contains(&labels.goal, to)?)
+    };
     Ok(position(&game.edge_labels, holds)?.is_some())
 }

@@ -21,7 +21,7 @@ pub struct Tally {
     /// (SPI).
     pub rank: Rank,
     /// The number of runs.
-    pub plays: u64,
+    pub runs: u64,
     /// The number of runs by number of improvements.
     pub improvements: BTreeMap<usize, u64>,
     /// For each improvement (first, second, …), its number of steps since the start.
@@ -94,7 +94,7 @@ impl Achievements {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Wait {
     /// The number of runs with this event.
-    pub plays: u64,
+    pub runs: u64,
     /// The smallest number of steps.
     pub least: u64,
     /// The largest number of steps.
@@ -105,13 +105,13 @@ pub struct Wait {
 
 impl Default for Wait {
     fn default() -> Self {
-        Wait { plays: 0, least: u64::MAX, most: 0, total: 0 }
+        Wait { runs: 0, least: u64::MAX, most: 0, total: 0 }
     }
 }
 
 impl Wait {
     fn add(&mut self, steps: u64) {
-        self.plays += 1;
+        self.runs += 1;
         self.least = self.least.min(steps);
         self.most = self.most.max(steps);
         self.total += steps;
@@ -119,14 +119,14 @@ impl Wait {
 
     /// Returns the mean number of steps.
     pub fn mean(&self) -> f64 {
-        self.total as f64 / self.plays as f64
+        self.total as f64 / self.runs as f64
     }
 }
 
 impl Serialize for Wait {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut fields = serializer.serialize_struct("Wait", 4)?;
-        fields.serialize_field("plays", &self.plays)?;
+        fields.serialize_field("plays", &self.runs)?;
         fields.serialize_field("least", &self.least)?;
         fields.serialize_field("mean", &self.mean())?;
         fields.serialize_field("most", &self.most)?;
@@ -138,7 +138,7 @@ impl Serialize for Wait {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Trace {
     /// The number of the run, from 1.
-    pub play: u64,
+    pub run: u64,
     /// The objectives that are achieved in its start state.
     pub achieved: ObjectiveSet,
     /// The steps.
@@ -250,7 +250,7 @@ impl Tally {
             start: start.to_vec(),
             is_unsafe: false,
             rank,
-            plays: 0,
+            runs: 0,
             improvements: BTreeMap::new(),
             waits: Vec::new(),
             settled: 0,
@@ -269,7 +269,7 @@ impl Tally {
 
     /// Returns the number of runs with fewer than `times` improvements.
     pub fn fewer_than(&self, times: usize) -> u64 {
-        self.improvements.range(..times).map(|(_, plays)| plays).sum()
+        self.improvements.range(..times).map(|(_, runs)| runs).sum()
     }
 
     /// Returns the number of runs with fewer improvements than the rank says; `None` if the rank is
@@ -283,7 +283,7 @@ impl Tally {
 
     /// Adds a run: true if it ended before the limit, and the state of its pursuit.
     pub(super) fn add(&mut self, trace: Trace, settled: bool, end: Ending) {
-        self.plays += 1;
+        self.runs += 1;
         if let Some(achieved) = &mut self.achieved {
             achieved.add(&trace, end);
         }
@@ -317,7 +317,7 @@ impl Tally {
         self.weakened_reference += u64::from(reference);
         self.weakened_start += u64::from(start);
         self.entered_unsafe += u64::from(trace.turns.iter().any(|t| t.is_unsafe));
-        if first_to_weaken || self.plays == 1 {
+        if first_to_weaken || self.runs == 1 {
             self.trace = trace;
         }
     }
@@ -331,11 +331,11 @@ mod tests {
     fn a_wait_has_its_extremes_and_its_average() {
         let mut wait = Wait::default();
         [4, 2, 9].into_iter().for_each(|steps| wait.add(steps));
-        assert_eq!(wait, Wait { plays: 3, least: 2, most: 9, total: 15 });
+        assert_eq!(wait, Wait { runs: 3, least: 2, most: 9, total: 15 });
         assert_eq!(wait.mean(), 5.0);
     }
 
-    fn trace(play: u64, weakens_step: bool, weakens_start: bool) -> Trace {
+    fn trace(run: u64, weakens_step: bool, weakens_start: bool) -> Trace {
         let turn = Turn {
             action: String::new(),
             state: Vec::new(),
@@ -355,22 +355,22 @@ mod tests {
             achieved: ObjectiveSet::new(),
             cost: 0.0,
         };
-        Trace { play, achieved: ObjectiveSet::new(), turns: vec![turn] }
+        Trace { run, achieved: ObjectiveSet::new(), turns: vec![turn] }
     }
 
     #[test]
-    fn a_tally_shows_the_first_play_that_weakens() {
+    fn a_tally_shows_the_first_run_that_weakens() {
         let mut tally = Tally::new(&[], Rank::Finite(0));
         tally.add(trace(1, false, false), true, Ending::Open);
-        assert_eq!(tally.trace.play, 1);
+        assert_eq!(tally.trace.run, 1);
         tally.add(trace(2, true, false), false, Ending::Open);
         tally.add(trace(3, false, true), false, Ending::Open);
         let mut last = trace(4, true, true);
         last.turns[0].change = Change::Weakening;
         last.turns[0].is_unsafe = true;
         tally.add(last, true, Ending::Open);
-        assert_eq!(tally.trace.play, 2);
-        assert_eq!((tally.plays, tally.settled, tally.given_up), (4, 2, 2));
+        assert_eq!(tally.trace.run, 2);
+        assert_eq!((tally.runs, tally.settled, tally.given_up), (4, 2, 2));
         assert_eq!((tally.weakened_step, tally.weakened_start, tally.weakened_reference), (2, 2, 1));
         assert_eq!(tally.entered_unsafe, 1);
     }

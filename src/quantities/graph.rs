@@ -10,7 +10,7 @@ use meliora_engine::explicit::weighted::Fractions;
 use meliora_model::error::Result;
 use meliora_model::exact::Ratio;
 
-/// The target of an edge that is lost: it weakens, so the play has failed.
+/// The target of an edge that is lost: it weakens, so the path has failed.
 pub(super) const LOST: u32 = u32::MAX;
 /// The rank of a node that is in every level.
 pub(super) const EVERY: u32 = u32::MAX;

@@ -118,7 +118,7 @@ impl Subject<'_> {
             preferences: source(&self.inputs.preferences),
             objectives: self.preferences.objectives.iter().map(|o| o.name.clone()).collect(),
             empty: self.preferences.empty.to_string(),
-            history: self.preferences.whole_plays().map(str::to_owned),
+            history: self.preferences.whole_paths().map(str::to_owned),
             requirements: self.preferences.requirements.iter().map(|r| r.text.clone()).collect(),
             scope: self.engine.settings().scope.name().to_owned(),
             safety: self.safety,

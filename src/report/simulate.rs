@@ -32,7 +32,8 @@ pub struct SimulateFindings {
     /// The seed.
     pub seed: u64,
     /// One entry per start.
-    pub plays: Vec<RunsReport>,
+    #[serde(rename = "plays")]
+    pub starts: Vec<RunsReport>,
 }
 
 /// The report with times and memory.
@@ -83,7 +84,8 @@ pub struct CommitReport {
 #[derive(Debug, Clone, Serialize)]
 pub struct TraceReport {
     /// The number of the run, from 1.
-    pub play: u64,
+    #[serde(rename = "play")]
+    pub run: u64,
     /// The objectives that are achieved in its start state.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub achieved: Vec<String>,
@@ -171,7 +173,7 @@ impl RunsReport {
 impl Serialize for RunsReport {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let tally = &self.tally;
-        let often = |(times, plays): (&usize, &u64)| json!({"times": times, "plays": plays});
+        let often = |(times, runs): (&usize, &u64)| json!({"times": times, "plays": runs});
         let mut fields = serializer.serialize_struct("RunsReport", 18)?;
         fields.serialize_field("state", &self.state)?;
         match tally.is_unsafe {
@@ -220,7 +222,7 @@ impl TraceReport {
             turns.push(turn(words, before, t));
             before = &t.state;
         }
-        TraceReport { play: trace.play, achieved: words.names(&trace.achieved), turns }
+        TraceReport { run: trace.run, achieved: words.names(&trace.achieved), turns }
     }
 }
 
@@ -251,7 +253,7 @@ impl SimulateReport {
         let Setup { scheduler: strategy, runs, steps, seed } = setup;
         Envelope::of(
             header,
-            SimulateFindings { kind, choosing, strategy, runs, steps, seed, plays: Vec::new() },
+            SimulateFindings { kind, choosing, strategy, runs, steps, seed, starts: Vec::new() },
         )
     }
 }

@@ -34,56 +34,56 @@ impl Findings for SimulateFindings {
     }
 
     fn body(report: &SimulateReport, style: Style) -> String {
-        report.plays.iter().map(|plays| one(report, plays, style)).collect()
+        report.starts.iter().map(|found| one(report, found, style)).collect()
     }
 }
 
-fn one(report: &SimulateReport, plays: &RunsReport, style: Style) -> String {
-    if plays.tally.is_unsafe {
-        let title = style.bold(&format!("No run from {}", plays.state));
+fn one(report: &SimulateReport, found: &RunsReport, style: Style) -> String {
+    if found.tally.is_unsafe {
+        let title = style.bold(&format!("No run from {}", found.state));
         return format!("\n{title}\n  {}\n", style.bad("Unsafe: no strategy keeps the requirements"));
     }
     let runs = grouped(report.runs);
-    let title = format!("{runs} runs from {}", plays.state);
+    let title = format!("{runs} runs from {}", found.state);
     let mut out = format!("\n{}\n", style.bold(&title));
     if report.kind != StrategyKind::Achieve {
-        out.push_str(&promise(report, plays, style));
+        out.push_str(&promise(report, found, style));
     }
-    if let Some(achieved) = &plays.tally.achieved {
+    if let Some(achieved) = &found.tally.achieved {
         out.push_str(&pursued(report, achieved, style));
-        out.push_str(&commitments(plays));
+        out.push_str(&commitments(found));
     }
-    if let Some(value) = &plays.value {
+    if let Some(value) = &found.value {
         out.push_str(&value.text(report.choosing.cost()));
     }
-    out.push_str(&distribution(report, plays, style));
-    out.push_str(&achieved(report, plays, style));
-    out.push_str(&weakening(report, plays, style));
-    if plays.tally.given_up > 0 {
-        let (given_up, steps) = (plural_runs(plays.tally.given_up), grouped(report.steps));
+    out.push_str(&distribution(report, found, style));
+    out.push_str(&achieved(report, found, style));
+    out.push_str(&weakening(report, found, style));
+    if found.tally.given_up > 0 {
+        let (given_up, steps) = (plural_runs(found.tally.given_up), grouped(report.steps));
         let _ = writeln!(out, "  {given_up} stopped after {steps} steps; `--steps` raises this limit.");
     }
-    out.push_str(&trace(plays, style));
+    out.push_str(&trace(found, style));
     out
 }
 
 /// States the rank, and how many runs made that number of improvements.
-fn promise(report: &SimulateReport, plays: &RunsReport, style: Style) -> String {
+fn promise(report: &SimulateReport, found: &RunsReport, style: Style) -> String {
     let kind = report.choosing.choose.levels(report.kind);
     let how = ranks::how(kind);
-    if plays.tally.rank == Rank::Finite(0) {
+    if found.tally.rank == Rank::Finite(0) {
         let advice = match (report.kind, kind) {
-            _ if plays.is_hopeless => ", and none is possible",
+            _ if found.is_hopeless => ", and none is possible",
             (StrategyKind::Sasi, _) => "; try `--kind spi`",
             (StrategyKind::Plan, Kind::Sasi) => "; `--choose likely` tries possible ones",
             _ => "",
         };
         return format!("  No improvement is {how} here ({kind}){advice}.\n");
     }
-    let fewer = plays.tally.fewer_than_rank().unwrap_or(plays.tally.undecided);
-    let (kept, failed) = (report.runs - fewer, fewer - plays.tally.undecided);
+    let fewer = found.tally.fewer_than_rank().unwrap_or(found.tally.undecided);
+    let (kept, failed) = (report.runs - fewer, fewer - found.tally.undecided);
     let mut parts = Vec::new();
-    if plays.tally.fewer_than_rank().is_some() {
+    if found.tally.fewer_than_rank().is_some() {
         parts.push(style.good(&format!(
             "{} reached this number",
             if fewer == 0 { "Every run".to_owned() } else { plural_runs(kept) }
@@ -93,11 +93,11 @@ fn promise(report: &SimulateReport, plays: &RunsReport, style: Style) -> String 
         let text = format!("{} did not", plural_runs(failed));
         parts.push(if kind == Kind::Sasi { style.warn(&text) } else { text });
     }
-    if plays.tally.undecided > 0 {
+    if found.tally.undecided > 0 {
         let steps = grouped(report.steps);
-        parts.push(format!("{} did not finish in {steps} steps", plural_runs(plays.tally.undecided)));
+        parts.push(format!("{} did not finish in {steps} steps", plural_runs(found.tally.undecided)));
     }
-    let claim = ranks::capitalised(&ranks::claim(Some(plays.tally.rank), how));
+    let claim = ranks::capitalised(&ranks::claim(Some(found.tally.rank), how));
     let parts = if parts.is_empty() { String::new() } else { format!("  {}.\n", parts.join(", ")) };
     format!("  {claim} ({kind}).\n{parts}")
 }
@@ -128,12 +128,12 @@ fn pursued(report: &SimulateReport, achieved: &Achievements, style: Style) -> St
 }
 
 /// Lists the objectives to which runs commit, with those that they give up.
-fn commitments(plays: &RunsReport) -> String {
+fn commitments(found: &RunsReport) -> String {
     let one = |commit: &CommitReport| {
         let CommitReport { objective, gives_up, runs } = commit;
         format!("  {}: {}.\n", plural_runs(*runs), commitment(objective, gives_up))
     };
-    plays.commits.iter().flatten().map(one).collect()
+    found.commits.iter().flatten().map(one).collect()
 }
 
 /// Formats a commitment: `commits to C, gives up D`.
@@ -145,14 +145,14 @@ pub(super) fn commitment(objective: &str, gives_up: &[String]) -> String {
 }
 
 /// Lists the achieved objectives, with the number of steps until then.
-fn achieved(report: &SimulateReport, plays: &RunsReport, style: Style) -> String {
-    let Some(all) = plays.achieved.as_ref().filter(|all| !all.is_empty()) else { return String::new() };
+fn achieved(report: &SimulateReport, found: &RunsReport, style: Style) -> String {
+    let Some(all) = found.achieved.as_ref().filter(|all| !all.is_empty()) else { return String::new() };
     let mut grid = Grid::new(&["achieved", "runs", "share", "min steps", "mean", "max"], style);
     for AchievedReport { objective, wait } in all {
-        let share = 100.0 * wait.plays as f64 / report.runs as f64;
+        let share = 100.0 * wait.runs as f64 / report.runs as f64;
         grid.row(vec![
             objective.clone(),
-            grouped(wait.plays),
+            grouped(wait.runs),
             format!("{share:.1} %"),
             wait.least.to_string(),
             format!("{:.2}", wait.mean()),
@@ -162,22 +162,22 @@ fn achieved(report: &SimulateReport, plays: &RunsReport, style: Style) -> String
     format!("{}\n", grid.text(style))
 }
 
-fn distribution(report: &SimulateReport, plays: &RunsReport, style: Style) -> String {
+fn distribution(report: &SimulateReport, found: &RunsReport, style: Style) -> String {
     let mut grid = Grid::new(&["improvements", "runs", "share"], style);
-    for (times, plays) in &plays.tally.improvements {
-        let share = 100.0 * *plays as f64 / report.runs as f64;
-        grid.row(vec![times.to_string(), grouped(plays), format!("{share:.1} %")]);
+    for (times, runs) in &found.tally.improvements {
+        let share = 100.0 * *runs as f64 / report.runs as f64;
+        grid.row(vec![times.to_string(), grouped(runs), format!("{share:.1} %")]);
     }
     let mut out = format!("\n{}", grid.text(style));
-    if !plays.tally.waits.is_empty() {
+    if !found.tally.waits.is_empty() {
         let mut grid = Grid::new(&["steps to improvement", "min", "mean", "max", "runs"], style);
-        for (index, steps) in plays.tally.waits.iter().enumerate() {
+        for (index, steps) in found.tally.waits.iter().enumerate() {
             grid.row(vec![
                 (index + 1).to_string(),
                 steps.least.to_string(),
                 format!("{:.2}", steps.mean()),
                 steps.most.to_string(),
-                grouped(steps.plays),
+                grouped(steps.runs),
             ]);
         }
         let _ = write!(out, "\n{}", grid.text(style));
@@ -186,23 +186,23 @@ fn distribution(report: &SimulateReport, plays: &RunsReport, style: Style) -> St
     out
 }
 
-fn weakening(report: &SimulateReport, plays: &RunsReport, style: Style) -> String {
-    let commits = plays.commits.as_ref().is_some_and(|commits| !commits.is_empty());
+fn weakening(report: &SimulateReport, found: &RunsReport, style: Style) -> String {
+    let commits = found.commits.as_ref().is_some_and(|commits| !commits.is_empty());
     let when = if commits { " (until it committed)" } else { "" };
     let told = |count: u64, what: &str| match count {
         0 => format!("  {} {what}{when}.\n", style.good("No run weakened")),
         n => format!("  {} {what}{when}.\n", style.warn(&format!("{} weakened", plural_runs(n)))),
     };
-    let mut out = told(plays.tally.weakened_step, "the state of the step before");
+    let mut out = told(found.tally.weakened_step, "the state of the step before");
     if report.header.safety.is_some_and(Safety::has_reference) {
         out += &told(
-            plays.tally.weakened_reference,
+            found.tally.weakened_reference,
             "the state after its last improvement (at first its start)",
         );
     }
-    out += &told(plays.tally.weakened_start, "its start");
-    if plays.tally.entered_unsafe > 0 {
-        let runs = style.bad(&format!("{} entered", plural_runs(plays.tally.entered_unsafe)));
+    out += &told(found.tally.weakened_start, "its start");
+    if found.tally.entered_unsafe > 0 {
+        let runs = style.bad(&format!("{} entered", plural_runs(found.tally.entered_unsafe)));
         let _ = writeln!(out, "  {runs} a state where no strategy keeps the requirements.");
     }
     out
@@ -212,9 +212,9 @@ fn plural_runs(count: u64) -> String {
     text::plural(usize::try_from(count).unwrap_or(usize::MAX), "run")
 }
 
-fn trace(plays: &RunsReport, style: Style) -> String {
-    let trace = &plays.trace;
-    let mut out = format!("\n  {}\n", style.bold(&format!("Run {} in full", trace.play)));
+fn trace(found: &RunsReport, style: Style) -> String {
+    let trace = &found.trace;
+    let mut out = format!("\n  {}\n", style.bold(&format!("Run {} in full", trace.run)));
     if trace.turns.is_empty() {
         out.push_str("    The run ends in its start.\n");
         return out;

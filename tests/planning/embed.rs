@@ -85,7 +85,7 @@ fn a_strategy_outlives_what_it_was_made_of() {
         assert_eq!(strategy.permitted(&start).unwrap(), ["b", "c"]);
         let setup = Setup { scheduler: Scheduler::Permissive, runs: 20, steps: 50, seed: 1 };
         let tally = Simulation::new(&mut strategy, setup).run(&start).unwrap();
-        assert_eq!((tally.plays, tally.fewer_than(1)), (20, 0));
+        assert_eq!((tally.runs, tally.fewer_than(1)), (20, 0));
     }
 }
 
@@ -260,10 +260,10 @@ fn every_play_can_be_seen() {
     let setup = Setup { scheduler: Scheduler::Permissive, runs: 20, steps: 50, seed: 1 };
     let mut seen = Vec::new();
     let tally =
-        Simulation::new(&mut strategy, setup).run_each(&[0, 0], &mut |play| seen.push(play.clone())).unwrap();
+        Simulation::new(&mut strategy, setup).run_each(&[0, 0], &mut |run| seen.push(run.clone())).unwrap();
     assert_eq!(tally, Simulation::new(&mut strategy, setup).run(&[0, 0]).unwrap());
-    assert_eq!((seen.len(), seen[0].play, &seen[0]), (20, 1, &tally.trace));
-    assert!(seen.iter().all(|play| play.turns.iter().filter(|turn| turn.improves).count() == 1));
+    assert_eq!((seen.len(), seen[0].run, &seen[0]), (20, 1, &tally.trace));
+    assert!(seen.iter().all(|run| run.turns.iter().filter(|turn| turn.improves).count() == 1));
 }
 
 #[test]

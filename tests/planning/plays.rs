@@ -132,7 +132,7 @@ fn check_plays(
 ) {
     let steps = bound.map_or(60, |b| b as u64);
     let tally = Simulation::new(strategy, Setup { scheduler, runs: 10, steps, seed: 3 }).run(start).unwrap();
-    assert_eq!(tally.plays, 10);
+    assert_eq!(tally.runs, 10);
     match safety {
         Safety::Action => assert_eq!(tally.weakened_step, 0),
         Safety::Prefix => assert_eq!(tally.weakened_reference, 0),

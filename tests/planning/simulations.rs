@@ -22,7 +22,7 @@ fn a_tally_adds_up_its_runs() {
     let mut traces = Vec::new();
     let mut simulation = Simulation::new(&mut strategy, setup);
     let tally = simulation.run_each(&[0], &mut |trace| traces.push(trace.clone())).unwrap();
-    assert_eq!((tally.rank, tally.plays, traces.len()), (Rank::AtLeast(1), 200, 200));
+    assert_eq!((tally.rank, tally.runs, traces.len()), (Rank::AtLeast(1), 200, 200));
 
     let counted = |test: fn(i64) -> bool| traces.iter().filter(|t| test(last(t))).count() as u64;
     let expected = BTreeMap::from([
@@ -44,7 +44,7 @@ fn a_tally_adds_up_its_runs() {
         let step = |trace: &Trace| trace.turns.iter().position(|turn| turn.state[0] > beyond);
         let steps: Vec<u64> = traces.iter().filter_map(step).map(|at| at as u64 + 1).collect();
         let (least, most) = (*steps.iter().min().unwrap(), *steps.iter().max().unwrap());
-        Wait { plays: steps.len() as u64, least, most, total: steps.iter().sum() }
+        Wait { runs: steps.len() as u64, least, most, total: steps.iter().sum() }
     };
     assert_eq!(tally.waits, [wait(0), wait(2)]);
 }

@@ -52,11 +52,12 @@ impl<'a> Table<'a> {
     /// The memory limit is reached, or a set belongs to another engine.
     pub(super) fn new(engine: &ExplicitEngine, edge_labels: &'a [EdgeLabels<StateSet>]) -> Result<Self> {
         let mut entry = Array::filled(&engine.meter, engine.graph.states(), NOBODY)?;
-        for (number, m) in edge_labels.iter().enumerate() {
-            engine.bits(&m.from)?.iter().for_each(|s| entry[s] = number as u32);
+        for (number, labels) in edge_labels.iter().enumerate() {
+            engine.bits(&labels.from)?.iter().for_each(|s| entry[s] = number as u32);
         }
         let words = |x: &'a StateSet| engine.bits(x).map(BitSet::words);
-        let edge_labels = edge_labels.iter().map(|m| Ok((words(&m.goal)?, words(&m.dropped)?)));
+        let edge_labels =
+            edge_labels.iter().map(|labels| Ok((words(&labels.goal)?, words(&labels.dropped)?)));
         Ok(Table { entry, edge_labels: edge_labels.collect::<Result<_>>()? })
     }
 }

@@ -162,7 +162,7 @@ impl Engine for ExplicitEngine {
     ) -> Result<StateSet> {
         let (target, within) = (self.bits(target)?, self.bits(within)?);
         self.check_owned(edge_labels)?;
-        let found = match edge_labels.iter().all(|m| m.dropped.0.is_empty()) {
+        let found = match edge_labels.iter().all(|labels| labels.dropped.0.is_empty()) {
             true => self.attract(target, within, &Entering(target))?,
             false => self.attract(target, within, &Table::new(self, edge_labels)?)?,
         };
@@ -314,7 +314,7 @@ impl ExplicitEngine {
     /// # Errors
     /// A set belongs to another engine.
     fn check_owned(&self, edge_labels: &[EdgeLabels<StateSet>]) -> Result<()> {
-        let mut sets = edge_labels.iter().flat_map(|m| [&m.from, &m.goal, &m.dropped]);
+        let mut sets = edge_labels.iter().flat_map(|labels| [&labels.from, &labels.goal, &labels.dropped]);
         sets.try_for_each(|x| self.bits(x).map(drop))
     }
 

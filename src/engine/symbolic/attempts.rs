@@ -175,7 +175,9 @@ impl Game {
     ) -> Result<Self> {
         let store = &engine.store;
         let nothing = engine.lists.of(store, Vec::new())?;
-        let safe = edge_labels.iter().map(|m| Ok((m.from.0.clone(), store.or(&m.goal.0, &m.dropped.0)?)));
+        let safe = edge_labels
+            .iter()
+            .map(|labels| Ok((labels.from.0.clone(), store.or(&labels.goal.0, &labels.dropped.0)?)));
         let safe = safe.collect::<Result<Vec<_>>>()?;
         let mut game = Game { parts: Vec::new(), groups: Vec::new() };
         // The self-loops of deadlocks do not leave their state.

@@ -17,7 +17,7 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         projections.classes.iter().enumerate().map(|(i, c)| class(paint, i, c.1)).collect();
     let edges = |edges: &[Edge]| edges.iter().map(|e| e.number()).collect::<Vec<_>>();
     let choice = |c: &meliora_export::projections::Direction| json!({"name": c.name, "arrow": arrow(c, projections.rows_up)});
-    let play: Vec<&Vec<i64>> = content.play.iter().flat_map(|p| &p.states).collect();
+    let run: Vec<&Vec<i64>> = content.run.iter().flat_map(|p| &p.states).collect();
     let data = json!({
         "variables": variables(projections),
         "row": projections.plane.row.map(|v| v.index()),
@@ -40,7 +40,7 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         "objectives": content.preferences.objectives.iter().map(|o| o.name.as_str()).collect::<Vec<_>>(),
         "targets": edges(&projections.targets),
         "choices": projections.choices.iter().map(choice).collect::<Vec<_>>(),
-        "play": play,
+        "play": run,
         "heat": content.heat().as_ref().map(Heat::data),
     });
     // A `<` in a text must not end the script element.

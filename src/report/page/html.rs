@@ -8,7 +8,7 @@ use super::super::simulate_text::committed;
 use super::super::{ranks, text};
 use super::paint::Paint;
 use super::sentence::sentence;
-use super::{Content, Picture, Play, bars, data, hasse, map, paint, words};
+use super::{Content, Picture, ShownRun, bars, data, hasse, map, paint, words};
 use meliora_model::Variable;
 use meliora_model::preference::Empty;
 use meliora_model::value::Type;
@@ -44,7 +44,7 @@ pub(super) fn page(content: &Content<'_>) -> String {
                 main {
                     (verdict(content))
                     @if let Some(paint) = &paint { (maps(content, paint)) } @else { (no_maps()) }
-                    @if let Some(play) = content.play { (played(play)) }
+                    @if let Some(run) = content.run { (shown_run(run)) }
                     (preferences(content))
                     (tables(content))
                 }
@@ -158,7 +158,7 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
         section #maps {
             div.tools {
                 h2 { "Maps" }
-                @if content.play.is_some() { (stepper()) }
+                @if content.run.is_some() { (stepper()) }
                 @if controlled {
                     button #to-start type="button" { "start values" }
                     button #to-any type="button" { "any values" }
@@ -271,21 +271,21 @@ fn stepper() -> Markup {
 }
 
 /// Renders a run, step by step.
-fn played(play: &Play) -> Markup {
-    let turns = &play.trace.turns;
+fn shown_run(run: &ShownRun) -> Markup {
+    let turns = &run.trace.turns;
     html! {
         section #play {
             h2 { "A run" }
             p.hint {
-                "Run " (play.trace.play) " with seed " (play.seed) " under the " (play.scheduler.name()) " "
-                (strategy_name(play.kind)) ", which selects "
-                @match (play.scheduler, play.choose) {
+                "Run " (run.trace.run) " with seed " (run.seed) " under the " (run.scheduler.name()) " "
+                (strategy_name(run.kind)) ", which selects "
+                @match (run.scheduler, run.choose) {
                     (Scheduler::Permissive, _) => "each permitted action with the same probability. ",
                     (_, Choose::First) => "the first permitted action that comes closer to its goal. ",
                     (_, Choose::Likely) => "the permitted action with the greatest probability of success. ",
                     (_, Choose::Cheap) => "the permitted action with the fewest expected steps. ",
                 }
-                b { (words::outcome(play)) }
+                b { (words::outcome(run)) }
             }
             details open[turns.len() <= LONG] { summary.hint { "All steps" } div.scroll { table.turns {
                 thead { tr {

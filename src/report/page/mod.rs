@@ -42,14 +42,14 @@ pub struct Content<'a> {
     /// The regions over a plane, if one was selected or guessed.
     pub projections: Option<&'a Projections>,
     /// A run; `None` if nothing can be improved or achieved.
-    pub play: Option<&'a Play>,
+    pub run: Option<&'a ShownRun>,
     /// The values of all states, and the outlook of the initial ones; `None` if some levels are unknown.
     pub outlook: Option<&'a Outlook>,
 }
 
 /// A simulated run.
 #[derive(Debug, Clone)]
-pub struct Play {
+pub struct ShownRun {
     /// The kind of the strategy.
     pub kind: StrategyKind,
     /// The strategy of that kind.

@@ -2,7 +2,7 @@
 
 use super::super::ranks;
 use super::super::text::{self, grouped};
-use super::Play;
+use super::ShownRun;
 use super::heat::digits;
 use meliora_engine::Count;
 use meliora_planning::StrategyKind;
@@ -94,12 +94,12 @@ pub(super) fn verdict(initial: &Prospects) -> String {
 }
 
 /// Describes the end of a run.
-pub(super) fn outcome(play: &Play) -> String {
-    let improved = play.trace.turns.iter().filter(|turn| turn.improves).count();
+pub(super) fn outcome(run: &ShownRun) -> String {
+    let improved = run.trace.turns.iter().filter(|turn| turn.improves).count();
     let often = text::plural(improved, "improvement");
-    let steps = text::plural(play.trace.turns.len(), "step");
-    let last = play.trace.turns.last().map_or(play.trace.achieved.as_slice(), |turn| &turn.achieved);
-    match (play.end, play.kind) {
+    let steps = text::plural(run.trace.turns.len(), "step");
+    let last = run.trace.turns.last().map_or(run.trace.achieved.as_slice(), |turn| &turn.achieved);
+    match (run.end, run.kind) {
         (RunEnd::CutOff, _) => format!("The run is cut off after {steps}, with {often} so far."),
         (RunEnd::Kept, StrategyKind::Plan | StrategyKind::Achieve) if !last.is_empty() => {
             format!("The run makes {often}, and achieves {} after {steps}.", all_of(last))
