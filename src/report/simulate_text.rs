@@ -73,7 +73,7 @@ fn promise(report: &SimulateReport, found: &RunsReport, style: Style) -> String 
     let how = ranks::how(kind);
     if found.tally.rank == Rank::Finite(0) {
         let advice = match (report.kind, kind) {
-            _ if found.is_hopeless => ", and none is possible",
+            (_, Kind::Sasi) if found.is_hopeless => ", and none is possible",
             (StrategyKind::Sasi, _) => "; try `--kind spi`",
             (StrategyKind::Plan, Kind::Sasi) => "; `--choose likely` tries possible ones",
             _ => "",

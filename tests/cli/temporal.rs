@@ -256,7 +256,7 @@ fn a_state_that_no_path_reaches_is_refused_with_advice_on_monitors() {
         let arguments =
             ["strategy", "models/courier.prism", "models/courier.pref", "--scope", scope, "--at", at];
         let error = Finished::of(meliora().args(arguments)).expect(3).stderr;
-        assert!(error.contains("no path reaches this state"), "{error}");
+        assert!(error.contains("no path reaches the state place=2,sky=0,"), "{error}");
         assert!(error.contains("leave out `Deliver`, `Clean`"), "{error}");
         assert!(!error.contains("--scope all"), "{error}");
     }
