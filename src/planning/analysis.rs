@@ -208,8 +208,10 @@ impl<E: Engine> Analysis<E> {
             };
             let Some(RegionCounts { target, positive, almost_sure }) = counts else { continue };
             let declared = &self.preferences.objectives[objective];
-            let (name, observer) = (declared.name.clone(), declared.monitor());
-            let counts = ObjectiveCounts { objective, name, target, observer, almost_sure, positive };
+            let (name, monitor) = (declared.name.clone(), declared.monitor());
+            let observer = monitor;
+            let counts =
+                ObjectiveCounts { objective, name, target, monitor, observer, almost_sure, positive };
             listener(Event::Objective(&counts));
             self.result.add(Event::Objective(&counts));
         }

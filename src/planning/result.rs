@@ -100,7 +100,10 @@ pub struct ObjectiveCounts {
     /// warning.
     #[serde(serialize_with = "decimal")]
     pub target: Count,
-    /// The number of states of its monitor, if it has one.
+    /// The number of states of its monitor; absent without a monitor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub monitor: Option<u64>,
+    /// The same number under its former name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub observer: Option<u64>,
     /// |ASWin(F)|
