@@ -211,10 +211,12 @@ pub mod planning {
 
 /// Probabilities, costs and numbers of improvements, from [`meliora_quantities`].
 pub mod quantities {
+    #[doc(hidden)]
+    pub use meliora_quantities::ValueOptions as Setup;
     #[doc(inline)]
     pub use meliora_quantities::{
-        Aim, Bounds, ChoiceValues, Choose, Chooser, Cost, Earned, Interval, Node, Setup, Steps, Values,
-        all_states, answer, choose, confirmed, cost, outlook, reach, state_values, values,
+        Aim, Bounds, ChoiceValues, Choose, Chooser, Cost, Earned, Interval, Node, Steps, ValueOptions,
+        Values, all_states, answer, choose, confirmed, cost, outlook, reach, state_values, values,
     };
 }
 

@@ -17,7 +17,7 @@ use meliora::model::exact::Ratio;
 use meliora::model::preference::Preferences;
 use meliora::model::{Program, State};
 use meliora::planning::{Analysis, Options, Safety};
-use meliora::quantities::{Cost, Earned, Setup, Steps, Values};
+use meliora::quantities::{Cost, Earned, Steps, ValueOptions, Values};
 use num_traits::ToPrimitive;
 use rand::rngs::ChaCha8Rng;
 use rand::seq::IndexedRandom;
@@ -132,7 +132,7 @@ impl Case {
 
 /// Computes the exact values of some rows.
 fn truth(analysis: &Analysis<SymbolicEngine>, program: &Program, rows: &[Row], costs: &dyn Cost) -> Truth {
-    let mut values = Values::new(Setup { levels: LEVELS, exact: true, within: None });
+    let mut values = Values::new(ValueOptions { levels: LEVELS, exact: true, within: None });
     let states: Vec<State> = rows.iter().map(|row| row.state.clone()).collect();
     values.explore(analysis, program, &states, costs).unwrap();
     values.solve(analysis.engine()).unwrap();
