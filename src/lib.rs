@@ -159,8 +159,10 @@ pub mod engine {
 
 /// From an analysis to files, from [`meliora_export`].
 pub mod export {
+    #[doc(hidden)]
+    pub use meliora_export::DumpContent as Selection;
     #[doc(inline)]
-    pub use meliora_export::{Inputs, Selection, explicit, export, read_shield, values, write_shield};
+    pub use meliora_export::{DumpContent, Inputs, explicit, export, read_shield, values, write_shield};
 }
 
 /// Grid worlds, from [`meliora_generate`].

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use globset::{Glob, GlobSet, GlobSetBuilder};
 use meliora_dump::directory::{check_directory, sha256, write_directory};
 use meliora_export::values::Wanted;
-use meliora_export::{Inputs, Selection, export};
+use meliora_export::{DumpContent, Inputs, export};
 use meliora_model::error::Error;
 use meliora_planning::{Analysis, Phase};
 use meliora_quantities::choose::LEVELS;
@@ -197,8 +197,8 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
     };
     let all = args.region.is_empty();
     let wanted = |name: &str| all || globs.is_match(name);
-    let selection = Selection { wanted: &wanted, certificate: all && !args.no_certificate };
-    let dump = || export(&analysis, &inputs, &selection).map_err(unmatched);
+    let content = DumpContent { wanted: &wanted, certificate: all && !args.no_certificate };
+    let dump = || export(&analysis, &inputs, &content).map_err(unmatched);
     let mut dump = job.timed("dump", dump, |_, _| ())?;
     let mut width = None;
     if args.values {

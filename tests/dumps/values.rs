@@ -11,7 +11,7 @@ use meliora::dump::{Dump, read_directory, write_directory};
 use meliora::engine::{NoProgress, Scope, Settings, SymbolicEngine};
 use meliora::error::{Error, SourceFile};
 use meliora::export::values::{Wanted, add};
-use meliora::export::{Inputs, Selection, export};
+use meliora::export::{DumpContent, Inputs, export};
 use meliora::lang;
 use meliora::model::exact::Ratio;
 use meliora::model::preference::Preferences;
@@ -76,7 +76,7 @@ impl Case {
         let named = |text: &str| (text.to_owned(), text.to_owned());
         let inputs = Inputs { model: named(HASHES.model), preferences: named(HASHES.preferences) };
         let mut dump =
-            export(&analysis, &inputs, &Selection { wanted: &|_| true, certificate: true }).unwrap();
+            export(&analysis, &inputs, &DumpContent { wanted: &|_| true, certificate: true }).unwrap();
         let costs: Box<dyn Cost + '_> = match program.reward_structure(Some(reward)) {
             Some(at) => Box::new(Earned { program: &program, structure: &program.rewards[at] }),
             None => Box::new(Steps),
