@@ -16,7 +16,7 @@ use std::sync::{Arc, OnceLock};
 use super::analysis::Analysis;
 use super::finite_memory::FiniteMemoryStrategy;
 use super::improvement::Improvement;
-use super::strategy::{Strategy, approach};
+use super::strategy::{ArenaStrategy, approach};
 use super::temporal::{self, AcceptingRegion};
 use meliora_engine::edge_labels::{dropped, pairs_into};
 use meliora_engine::{Engine, Region, position};
@@ -74,7 +74,7 @@ pub(super) struct Achieving<E: Engine> {
     free: Vec<Stages<E>>,
     /// For each arena, and then for no arena, the stages of each objective with kept choices.
     kept: Vec<Vec<OnceLock<Stages<E>>>>,
-    strategies: BTreeMap<(Pursuit, Option<usize>), Strategy<E>>,
+    strategies: BTreeMap<(Pursuit, Option<usize>), ArenaStrategy<E>>,
 }
 
 impl<E: Engine> Achieving<E> {
@@ -242,7 +242,7 @@ impl<E: Engine> Achieving<E> {
         &mut self,
         pursuit: Pursuit,
         arena: Option<usize>,
-    ) -> Result<Option<&Strategy<E>>> {
+    ) -> Result<Option<&ArenaStrategy<E>>> {
         let key = key(pursuit, arena);
         if !self.strategies.contains_key(&key) {
             let engine = &*self.engine;

@@ -44,7 +44,7 @@ use super::classes::Classes;
 use super::decision_rule::DecisionRule;
 use super::improvement::{Arena, Improvement};
 use super::levels::{Game, Kind, Level, Levels, Rank};
-use super::strategy::{self, Strategy};
+use super::strategy::{self, ArenaStrategy};
 use meliora_engine::{AnyEngine, Engine, position};
 use meliora_model::Program;
 use meliora_model::error::{Error, Result};
@@ -155,7 +155,7 @@ pub struct FiniteMemoryStrategy<E: Engine = AnyEngine> {
     pub(super) improvement: Arc<Improvement<E>>,
     pub(super) levels: Arc<Levels<E>>,
     /// The strategies by level (see [`key`]) and arena.
-    pub(super) strategies: BTreeMap<(usize, usize), Strategy<E>>,
+    pub(super) strategies: BTreeMap<(usize, usize), ArenaStrategy<E>>,
     /// The rule that takes the choices; without one, the first that makes progress is taken.
     pub(super) rule: Option<Arc<dyn DecisionRule>>,
     pub(super) kind: StrategyKind,
@@ -409,7 +409,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     ///
     /// # Errors
     /// A limit of the engine is reached.
-    pub fn strategy(&mut self, memory: Memory) -> Result<Option<&Strategy<E>>> {
+    pub fn strategy(&mut self, memory: Memory) -> Result<Option<&ArenaStrategy<E>>> {
         if let Some(pursuit) = memory.pursuit {
             return match &mut self.achieving {
                 Some(achieving) => achieving.strategy(pursuit, memory.arena),

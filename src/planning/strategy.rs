@@ -13,7 +13,7 @@ use meliora_engine::{EdgeLabels, Engine, Region, position};
 use meliora_model::error::Result;
 
 /// The two strategies of one level in one arena.
-pub struct Strategy<E: Engine> {
+pub struct ArenaStrategy<E: Engine> {
     /// The class that steps are compared with; `None` if each step is compared with the state it
     /// leaves.
     pub reference: Option<usize>,
@@ -56,7 +56,12 @@ pub(crate) fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> R
 ///
 /// # Errors
 /// A limit of the engine is reached.
-pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game<E>) -> Result<Strategy<E>> {
+pub fn strategy<E: Engine>(
+    engine: &E,
+    kind: Kind,
+    arena: &Arena<E>,
+    game: &Game<E>,
+) -> Result<ArenaStrategy<E>> {
     let (all, permissive) = (engine.all_choices(), permissive(engine, kind, game)?);
     let first = engine.intersection(&permissive, &winning(engine, &all, &game.edge_labels)?)?;
     let goal = engine.can_choose(&first)?;
@@ -64,7 +69,7 @@ pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game
         engine.intersection(&permissive, &keeping(engine, &all, &game.edge_labels, layer)?)
     })?;
     let states = game.states.clone();
-    Ok(Strategy { reference: arena.reference, states, permissive, layers, progress })
+    Ok(ArenaStrategy { reference: arena.reference, states, permissive, layers, progress })
 }
 
 /// Computes the strategy that approaches a goal within a region whose choices stay in it. `first` are
@@ -77,12 +82,12 @@ pub(super) fn approach<E: Engine>(
     region: &Region<E::States, E::Choices>,
     goal: &E::States,
     first: E::Choices,
-) -> Result<Strategy<E>> {
+) -> Result<ArenaStrategy<E>> {
     let goal = engine.intersection(goal, &region.states)?;
     let (layers, progress) =
         layered(engine, &region.states, goal, first, |layer| engine.pre(&region.choices, layer))?;
     let (states, permissive) = (region.states.clone(), region.choices.clone());
-    Ok(Strategy { reference: None, states, permissive, layers, progress })
+    Ok(ArenaStrategy { reference: None, states, permissive, layers, progress })
 }
 
 /// Returns the states by their distance from `layer`, and `progress` with the choices that come one
@@ -119,7 +124,7 @@ pub fn strategies<E: Engine>(
     kind: Kind,
     improvement: &Improvement<E>,
     level: &Level<E>,
-) -> Result<Vec<Strategy<E>>> {
+) -> Result<Vec<ArenaStrategy<E>>> {
     let pairs = improvement.arenas.iter().zip(&level.games);
     pairs.map(|(arena, game)| strategy(engine, kind, arena, game)).collect()
 }
