@@ -141,10 +141,12 @@ pub mod certify {
 
 /// The format of dumps, from [`meliora_dump`].
 pub mod dump {
+    #[doc(hidden)]
+    pub use meliora_dump::bounds as values;
     #[doc(inline)]
     pub use meliora_dump::{
-        Diagram, Dump, Edge, Manifest, Members, Node, dddmp, directory, dot, manifest, read_directory,
-        values, write_directory,
+        Diagram, Dump, Edge, Manifest, Members, Node, bounds, dddmp, directory, dot, manifest,
+        read_directory, write_directory,
     };
 }
 
@@ -159,10 +161,10 @@ pub mod engine {
 
 /// From an analysis to files, from [`meliora_export`].
 pub mod export {
-    #[doc(hidden)]
-    pub use meliora_export::DumpContent as Selection;
     #[doc(inline)]
-    pub use meliora_export::{DumpContent, Inputs, explicit, export, read_shield, values, write_shield};
+    pub use meliora_export::{DumpContent, Inputs, bounds, explicit, export, read_shield, write_shield};
+    #[doc(hidden)]
+    pub use meliora_export::{DumpContent as Selection, bounds as values};
 }
 
 /// Grid worlds, from [`meliora_generate`].
@@ -213,13 +215,13 @@ pub mod planning {
 
 /// Probabilities, costs and numbers of improvements, from [`meliora_quantities`].
 pub mod quantities {
-    #[doc(hidden)]
-    pub use meliora_quantities::ValueOptions as Setup;
     #[doc(inline)]
     pub use meliora_quantities::{
         Aim, Bounds, ChoiceValues, Choose, Chooser, Cost, Earned, Interval, Node, Steps, ValueOptions,
-        Values, all_states, answer, choose, confirmed, cost, outlook, reach, state_values, values,
+        Values, all_states, answer, choose, confirmed, cost, outlook, path_values, state_values, values,
     };
+    #[doc(hidden)]
+    pub use meliora_quantities::{ValueOptions as Setup, path_values as reach};
 }
 
 /// Questions to a dump, from [`meliora_query`].

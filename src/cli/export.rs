@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use globset::{Glob, GlobSet, GlobSetBuilder};
 use meliora_dump::directory::{check_directory, sha256, write_directory};
-use meliora_export::values::Wanted;
+use meliora_export::bounds::Wanted;
 use meliora_export::{DumpContent, Inputs, export};
 use meliora_model::error::Error;
 use meliora_planning::{Analysis, Phase};
@@ -206,7 +206,7 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
         let levels = args.levels.map_or_else(|| Values::levels_found(&analysis, LEVELS), |k| k as usize);
         let (limit, precision) = (args.limit as usize, args.precision);
         let wanted = Wanted { levels, reward: args.reward(), costs: &*costs, limit, precision };
-        let add = || meliora_export::values::add(&mut dump, &analysis, &wanted);
+        let add = || meliora_export::bounds::add(&mut dump, &analysis, &wanted);
         width = Some(job.timed("values", add, |_, _| ())?);
     }
     let dot = args.format == Format::Dot;

@@ -39,13 +39,13 @@
 //! # Ok::<(), meliora_model::error::Error>(())
 //! ```
 
+pub mod bounds;
 mod certificate;
 pub mod explicit;
 mod layers;
 pub mod projections;
 mod regions;
 mod shield;
-pub mod values;
 mod whole_paths;
 
 use meliora_dump::manifest::{self, File, Root, RootKind, SafetyMode};

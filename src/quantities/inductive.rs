@@ -29,7 +29,7 @@ use super::meter::Meter;
 use super::number::Interval;
 use super::solution::Solution;
 use super::solve::{FEW, Margin, NONE, Quantity, SMALL, System};
-use meliora_dump::values::{MOST_BITS, Number};
+use meliora_dump::bounds::{MOST_BITS, Number};
 use meliora_model::error::Result;
 use meliora_model::exact::Ratio;
 

@@ -31,7 +31,7 @@
 //! | [`values`] | the results: [`Values`] |
 //! | [`choose`] | strategies that attain the values |
 //! | [`confirmed`], `inductive` | bounds that one step confirms, for certificates |
-//! | [`reach`] | probabilities of formulas and rewards until a target, without preferences |
+//! | [`path_values`] | probabilities of formulas and rewards until a target, without preferences |
 //!
 //! # Methods
 //!
@@ -109,8 +109,8 @@ mod meter;
 mod narrow;
 mod number;
 pub mod outlook;
+pub mod path_values;
 mod places;
-pub mod reach;
 mod repeated;
 mod solution;
 mod solve;

@@ -5,12 +5,12 @@ use std::fs;
 use std::sync::Arc;
 
 use meliora::certify::{Hashes, verify};
+use meliora::dump::bounds::{Bounds, Number, Row};
 use meliora::dump::manifest::ValuesFile;
-use meliora::dump::values::{Bounds, Number, Row};
 use meliora::dump::{Dump, read_directory, write_directory};
 use meliora::engine::{NoProgress, Scope, Settings, SymbolicEngine};
 use meliora::error::{Error, SourceFile};
-use meliora::export::values::{Wanted, add};
+use meliora::export::bounds::{Wanted, add};
 use meliora::export::{DumpContent, Inputs, export};
 use meliora::lang;
 use meliora::model::exact::Ratio;

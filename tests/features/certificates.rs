@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use meliora::certify::{Hashes, verify};
 use meliora::engine::SymbolicEngine;
-use meliora::export::values::{Wanted, add};
+use meliora::export::bounds::{Wanted, add};
 use meliora::export::{DumpContent, Inputs, export};
 use meliora::planning::{Analysis, Kind, Options};
 use meliora::quantities::Earned;
