@@ -31,13 +31,10 @@
 //! regions over two variables, and [`generate`] writes models of any size. Each of these
 //! modules shows a crate, and imports between crates form no cycle.
 //!
-//! Other programs and languages start with the types below: a [`Model`] is read from a text and
-//! explored; an [`Exploration`] answers with sets of states ([`States`]) and prepares an
-//! [`Analysis`], which returns [`Strategy`]s. None of them borrows, and clones share their results.
-//!
-//! Most programs need the types on this page only: a [`Model`] is explored, an [`Exploration`] is
-//! asked for sets of [`States`], and an [`Analysis`] has the results under preferences. [`advanced`]
-//! has the sets of each engine, variable orders and thresholds.
+//! Most programs need the types on this page only: a [`Model`] is read from a text and explored; an
+//! [`Exploration`] answers with sets of states ([`States`]) and prepares an [`Analysis`], which has
+//! the results under preferences and returns [`Strategy`]s. None of them borrows, and clones share
+//! their results. [`advanced`] has the sets of each engine, variable orders and thresholds.
 //!
 //! The library never prints, reads the clock or the environment, or ends the process; only the
 //! command does (feature `cli`). A computation that runs out of memory or time returns
