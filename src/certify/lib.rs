@@ -132,9 +132,6 @@ pub fn verify(
 }
 
 /// Checks that the DOT files named by a manifest are the pictures of its regions.
-///
-/// # Errors
-/// A limit is reached.
 pub fn pictures(directory: &Path, dump: &Dump, sink: &dyn ProgressSink) -> Result<Option<Violation>> {
     let file = &dump.manifest.regions;
     let found = dot::false_picture(file, &dump.regions, directory, sink);

@@ -351,9 +351,6 @@ impl<E: Engine> Analysis<E> {
     ///
     /// Programs list the choices of the model as it is written, so this is about that model, whatever
     /// the requirements leave of it. Cost: no image.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub fn partly_in(&self, choices: &E::Choices) -> Result<E::States> {
         let listed = self.whole.all_choices();
         self.whole.sources(&self.whole.difference(&listed, choices)?)
@@ -439,9 +436,6 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     /// that it achieves: needed for [`StrategyKind::Achieve`], optional for [`StrategyKind::Plan`].
     /// Returns `None` before the results that it needs are known. Cost: one pre-image per
     /// objective if the kind achieves one.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub fn of_kind(
         analysis: &Analysis<E>,
         program: &Arc<Program>,

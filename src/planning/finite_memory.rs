@@ -230,9 +230,6 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     }
 
     /// Returns { s : rank(s) = k }, where `None` stands for the unbounded rank. Cost: no image.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub fn states_of_rank(&self, rank: Option<usize>) -> Result<E::States> {
         let none = self.engine.no_states();
         let fixpoint = self.levels.unbounded().map_or(&none, |level| &level.states);
@@ -406,9 +403,6 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
 
     /// Returns the strategies of a memory; `None` if nothing can be improved and no objective is
     /// pursued. Cost: that of `strategy::strategy`, once per level and arena or per stage.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub fn strategy(&mut self, memory: Memory) -> Result<Option<&ArenaStrategy<E>>> {
         if let Some(pursuit) = memory.pursuit {
             return match &mut self.achieving {

@@ -36,9 +36,6 @@ pub struct ArenaStrategy<E: Engine> {
 /// For SASI, these are the kept choices of the winning states whose kept edges all are goal edges
 /// or stay in the winning states. For SPI, these are the kept choices with a goal edge or a kept
 /// edge into the winning states. Cost: none for SASI; two pre-images per part for SPI.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub(crate) fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E::Choices> {
     match kind {
         Kind::Sasi => Ok(game.choices.clone()),
@@ -53,9 +50,6 @@ pub(crate) fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> R
 
 /// Computes both strategies of a level in one arena, layer by layer. Cost: one pre-image per layer
 /// and part.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub fn strategy<E: Engine>(
     engine: &E,
     kind: Kind,
@@ -74,9 +68,6 @@ pub fn strategy<E: Engine>(
 
 /// Computes the strategy that approaches a goal within a region whose choices stay in it. `first` are
 /// the progress choices of the goal itself. Cost: one pre-image per layer.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub(super) fn approach<E: Engine>(
     engine: &E,
     region: &Region<E::States, E::Choices>,
@@ -116,9 +107,6 @@ fn layered<E: Engine>(
 
 /// Computes the strategies of all arenas of a level, in the order of [`Improvement::arenas`]. Cost:
 /// that of `strategy` per arena.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub fn strategies<E: Engine>(
     engine: &E,
     kind: Kind,
@@ -131,9 +119,6 @@ pub fn strategies<E: Engine>(
 
 /// Computes the permitted choices of all states of a level when planning starts there. Cost: that
 /// of `permissive` per arena.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub fn permitted_at_start<E: Engine>(
     engine: &E,
     kind: Kind,

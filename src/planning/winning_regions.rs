@@ -171,9 +171,6 @@ impl<E: Engine> WinningRegions<E> {
 
     /// Returns the sizes of the known regions of an objective; `None` if they are not known. Counts
     /// them if a limit left them uncounted.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub(super) fn counts(&self, engine: &E, objective: usize) -> Result<Option<RegionCounts>> {
         match (self.counted(objective), self.get(objective)) {
             (None, Some(regions)) => counts_of(engine, regions).map(Some),
@@ -240,9 +237,6 @@ fn counts_of<E: Engine>(engine: &E, regions: &ObjectiveRegions<E>) -> Result<Reg
 /// The search starts with the choices of the bound. States outside of a superset of the result are
 /// lost, so the result is the same and one backward fixpoint is saved. Cost: one
 /// `almost_surely_reach`.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub(super) fn almost_sure_within<E: Engine>(
     engine: &E,
     target: &E::States,

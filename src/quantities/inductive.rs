@@ -83,9 +83,6 @@ enum Attempt {
 impl Wanted<'_> {
     /// Computes the bounds. Cost: that of the solver for components of more than one state, and one
     /// exact step per choice.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub(super) fn find(&self, meter: &mut Meter<'_>) -> Result<Inductive> {
         let system = self.system(None);
         let rounded = system.start(meter)?;

@@ -183,9 +183,6 @@ impl Values {
     }
 
     /// Computes all quantities. What is computed before an error is kept.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub fn solve<E: Engine>(&mut self, engine: &E) -> Result<()> {
         let mut meter = Meter::new(engine);
         meter.take(self.graph.bytes() + self.places.bytes())?;

@@ -34,9 +34,6 @@ struct ValueRange {
 }
 
 /// Sorts the states by their values. Returns `None` if two states have the same values.
-///
-/// # Errors
-/// A limit.
 pub(super) fn sorted(columns: &[Column], states: usize, poll: &mut Poll<'_>) -> Result<Option<Vec<usize>>> {
     let values = |state: usize| columns.iter().map(move |c| c.values[state]);
     let mut sorted: Vec<usize> = (0..states).collect();
