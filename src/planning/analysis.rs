@@ -367,7 +367,7 @@ impl<E: Engine> Analysis<E> {
         &self.preferences
     }
 
-    /// Returns the sets that tell what is achieved together, once they were asked for.
+    /// Returns the regions in which objectives are jointly achievable, once they were asked for.
     pub(super) fn joint(&self) -> Option<&Joint<E>> {
         self.joint.as_ref()
     }

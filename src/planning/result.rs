@@ -97,7 +97,7 @@ pub struct ObjectiveCounts {
     /// The number of states of its monitor; absent without a monitor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub monitor: Option<u64>,
-    /// The same number under its former name.
+    /// Equal to `monitor`, under its former name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub observer: Option<u64>,
     /// |ASWin(F)|

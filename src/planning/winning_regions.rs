@@ -56,7 +56,7 @@ impl<E: Engine> Portable<E> for Search<E> {
     }
 }
 
-/// What is left to do for a target.
+/// The work that is left for a target.
 enum Task<E: Engine> {
     /// An equal target has these regions.
     Known(ObjectiveRegions<E>),
@@ -152,7 +152,7 @@ impl<E: Engine> WinningRegions<E> {
         Ok(independent)
     }
 
-    /// Returns what is left to do for a target. Cost: no image.
+    /// Returns the work that is left for a target. Cost: no image.
     fn task(&self, engine: &E, target: &E::States) -> Result<Task<E>> {
         let mut bound: Option<E::States> = None;
         for larger in self.known.iter().filter_map(|found| found.regions.as_ref()) {
