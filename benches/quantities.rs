@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use meliora::engine::Engine;
-use meliora::quantities::{Setup, Steps, Values};
+use meliora::quantities::{Steps, ValueOptions, Values};
 
 /// P_1, P_2, C_1, C_2 and N.
-const SETUP: Setup = Setup { levels: 2, exact: false, within: None };
+const OPTIONS: ValueOptions = ValueOptions { levels: 2, exact: false, within: None };
 
 fn quantities(c: &mut Criterion) {
     for case in common::cases() {
@@ -24,7 +24,7 @@ fn quantities(c: &mut Criterion) {
         let all = engine.list_states(&engine.all_states(), usize::MAX).unwrap();
         let timed = |times: u64, phase: usize| -> Duration {
             let once = |_| {
-                let mut values = Values::new(SETUP);
+                let mut values = Values::new(OPTIONS);
                 let start = Instant::now();
                 values.explore(&analysis, &case.program, &all, &Steps).unwrap();
                 let explored = start.elapsed();

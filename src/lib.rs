@@ -31,13 +31,10 @@
 //! regions over two variables, and [`generate`] writes models of any size. Each of these
 //! modules shows a crate, and imports between crates form no cycle.
 //!
-//! Other programs and languages start with the types below: a [`Model`] is read from a text and
-//! explored; an [`Exploration`] answers with sets of states ([`States`]) and prepares an
-//! [`Analysis`], which returns [`Strategy`]s. None of them borrows, and clones share their results.
-//!
-//! Most programs need the types on this page only: a [`Model`] is explored, an [`Exploration`] is
-//! asked for sets of [`States`], and an [`Analysis`] has the results under preferences. [`advanced`]
-//! has the sets of each engine, variable orders and thresholds.
+//! Most programs need the types on this page only: a [`Model`] is read from a text and explored; an
+//! [`Exploration`] answers with sets of states ([`States`]) and prepares an [`Analysis`], which has
+//! the results under preferences and returns [`Strategy`]s. None of them borrows, and clones share
+//! their results. [`advanced`] has the sets of each engine, variable orders and thresholds.
 //!
 //! The library never prints, reads the clock or the environment, or ends the process; only the
 //! command does (feature `cli`). A computation that runs out of memory or time returns
@@ -141,10 +138,12 @@ pub mod certify {
 
 /// The format of dumps, from [`meliora_dump`].
 pub mod dump {
+    #[doc(hidden)]
+    pub use meliora_dump::bounds as values;
     #[doc(inline)]
     pub use meliora_dump::{
-        Diagram, Dump, Edge, Manifest, Members, Node, dddmp, directory, dot, manifest, read_directory,
-        values, write_directory,
+        Diagram, Dump, Edge, Manifest, Members, Node, bounds, dddmp, directory, dot, manifest,
+        read_directory, write_directory,
     };
 }
 
@@ -160,7 +159,9 @@ pub mod engine {
 /// From an analysis to files, from [`meliora_export`].
 pub mod export {
     #[doc(inline)]
-    pub use meliora_export::{Inputs, Selection, explicit, export, read_shield, values, write_shield};
+    pub use meliora_export::{DumpContent, Inputs, bounds, explicit, export, read_shield, write_shield};
+    #[doc(hidden)]
+    pub use meliora_export::{DumpContent as Selection, bounds as values};
 }
 
 /// Grid worlds, from [`meliora_generate`].
@@ -213,9 +214,11 @@ pub mod planning {
 pub mod quantities {
     #[doc(inline)]
     pub use meliora_quantities::{
-        Aim, Bounds, ChoiceValues, Choose, Chooser, Cost, Earned, Interval, Node, Setup, Steps, Values,
-        all_states, answer, choose, confirmed, cost, outlook, reach, state_values, values,
+        Aim, Bounds, ChoiceValues, Choose, Chooser, Cost, Earned, Interval, Node, Steps, ValueOptions,
+        Values, all_states, answer, choose, confirmed, cost, outlook, path_values, state_values, values,
     };
+    #[doc(hidden)]
+    pub use meliora_quantities::{ValueOptions as Setup, path_values as reach};
 }
 
 /// Questions to a dump, from [`meliora_query`].

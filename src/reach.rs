@@ -132,9 +132,6 @@ impl Goal {
     }
 
     /// Returns the states whose paths are judged: with monitors, the states where these are fresh.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub fn judged<E: Engine>(&self, engine: &E) -> Result<E::States> {
         match &self.watched {
             None => Ok(engine.all_states()),
@@ -156,9 +153,6 @@ impl Goal {
     }
 
     /// Returns the regions within the states whose paths are judged.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub fn restricted<E: Engine>(
         &self,
         engine: &E,

@@ -273,7 +273,7 @@
 //! # use meliora::{lang, tutorial};
 //! # use meliora::planning::{Analysis, Options};
 //! use meliora::dump::directory::{sha256, write_directory};
-//! use meliora::export::{Inputs, Selection, export};
+//! use meliora::export::{Inputs, DumpContent, export};
 //! use meliora::query::Archive;
 //!
 //! # fn main() -> Result<(), Error> {
@@ -290,7 +290,7 @@
 //!     model: ("toy.prism".into(), sha256(tutorial::MODEL.as_bytes())),
 //!     preferences: ("toy.pref".into(), sha256(tutorial::WISHES.as_bytes())),
 //! };
-//! let all = Selection { wanted: &|_| true, certificate: true };
+//! let all = DumpContent { wanted: &|_| true, certificate: true };
 //! write_directory(export(&analysis, &inputs, &all)?, &folder, false, &NoProgress)?;
 //!
 //! let archive = Archive::open(&folder, Some("s <= 1"), Settings::default())?;

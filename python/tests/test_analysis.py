@@ -147,13 +147,15 @@ def test_safety_and_levels_can_be_chosen(robot: meliora.Model, engine: Engine) -
             explored.check(path, **wrong)
 
 
-def test_whole_plays_have_observers(toy: meliora.Model, engine: Engine) -> None:
+def test_objectives_over_whole_paths_have_monitors(toy: meliora.Model, engine: Engine) -> None:
     wishes = meliora.Preferences({"Both": "F (s=5 & F s=1)", "Third": "F s=3"}, ["Third > Both"])
     assert wishes.history == "play"
     found = toy.check(wishes, engine=engine)
     state = found.exploration.initial.states()[0]
     assert len(state) > len(toy.variables) and state["s"] == 0
     assert found.counts is not None and found.counts["model_states"] == 6
+    both = found.to_dict()["objectives"][0]
+    assert both["monitor"] == both["observer"] > 1
     # Some path goes through 5 to 1, but no strategy achieves this almost surely.
     assert found.positive["Both"].count() > found.almost_sure["Both"].count()
     assert found.strategy("spi").explain(state).actions

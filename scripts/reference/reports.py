@@ -75,7 +75,7 @@ def objective(analysis, number):
     found.update({name: str(len(analysis.distinct(region[number]))) for name, region in regions.items()})
     if analysis.play:
         leaves = {leaf for case in cases(conditions(analysis.formulas[number])) for _, leaf in case}
-        found["observer"] = math.prod(len(set(Monitor(leaf).residuals().values())) for leaf in leaves)
+        found["monitor"] = found["observer"] = math.prod(len(set(Monitor(leaf).residuals().values())) for leaf in leaves)
     return found
 
 

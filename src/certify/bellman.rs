@@ -16,10 +16,10 @@
 use num_traits::{One, Zero};
 
 use super::arena::Arena;
+use super::bounds::{Entry, Table};
 use super::checker::Checker;
 use super::error::{CheckError, CheckResult};
-use super::values::{Entry, Table};
-use meliora_dump::values::{Bounds, Number};
+use meliora_dump::bounds::{Bounds, Number};
 use meliora_engine::Engine;
 use meliora_model::exact::Ratio;
 use meliora_model::rewards::RewardStructure;

@@ -44,6 +44,7 @@
 
 mod arena;
 mod bellman;
+mod bounds;
 mod checker;
 mod error;
 mod evaluation;
@@ -56,7 +57,6 @@ mod sample;
 mod sets;
 mod temporal;
 mod transitions;
-mod values;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -132,9 +132,6 @@ pub fn verify(
 }
 
 /// Checks that the DOT files named by a manifest are the pictures of its regions.
-///
-/// # Errors
-/// A limit is reached.
 pub fn pictures(directory: &Path, dump: &Dump, sink: &dyn ProgressSink) -> Result<Option<Violation>> {
     let file = &dump.manifest.regions;
     let found = dot::false_picture(file, &dump.regions, directory, sink);
@@ -169,7 +166,7 @@ fn run(
     let result = safe::requirements(&mut checker)
         .and_then(|()| outcomes::check(&mut checker))
         .and_then(|classes| levels::check(&mut checker, classes))
-        .and_then(|arenas| values::check(&mut checker, &arenas))
+        .and_then(|arenas| bounds::check(&mut checker, &arenas))
         .and_then(|()| checker.nothing_else());
     checked.append(&mut checker.checked);
     result

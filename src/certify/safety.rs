@@ -1,4 +1,4 @@
-//! What the safety modes mean for the check of a dump. The answers of planning are not used.
+//! The meaning of the safety modes for the check of a dump. The answers of planning are not used.
 
 use meliora_dump::manifest::SafetyMode;
 

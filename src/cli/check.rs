@@ -102,34 +102,34 @@ pub(super) fn analyse<E: Engine, R: Checked>(
     args: &PreferenceArgs,
 ) -> Result<Analysis<E>, Error> {
     let mut analysis = Analysis::new(engine, &question.preferences, args.options());
-    let mut run = Run { job, question, analysis: &mut analysis };
-    run.phase(Phase::Counts)?;
-    run.warn_of_states()?;
-    run.phase(Phase::Outcomes)?;
-    run.warn_of_empty_targets();
-    run.initial()?;
-    run.phase(Phase::Improvement)?;
+    let mut checking = Checking { job, question, analysis: &mut analysis };
+    checking.phase(Phase::Counts)?;
+    checking.warn_of_states()?;
+    checking.phase(Phase::Outcomes)?;
+    checking.warn_of_empty_targets();
+    checking.initial()?;
+    checking.phase(Phase::Improvement)?;
     // With workers, the levels of both kinds are computed next to each other.
     let one_by_one: &[&[Phase]] = &[&[Phase::Sasi], &[Phase::Spi]];
     let together: &[&[Phase]] = &[&[Phase::Sasi, Phase::Spi]];
-    let alone = run.analysis.engine().workers() == 0;
+    let alone = checking.analysis.engine().workers() == 0;
     for phases in if alone { one_by_one } else { together } {
-        let end = run.phases(phases);
+        let end = checking.phases(phases);
         // What is known at a limit is shown, if it can be computed.
-        let shown = run.initial();
+        let shown = checking.initial();
         end.and(shown)?;
     }
     Ok(analysis)
 }
 
 /// An analysis with the report that receives its results.
-struct Run<'a, E: Engine, R: Checked> {
+struct Checking<'a, E: Engine, R: Checked> {
     job: &'a Job<R>,
     question: &'a Question,
     analysis: &'a mut Analysis<E>,
 }
 
-impl<E: Engine, R: Checked> Run<'_, E, R> {
+impl<E: Engine, R: Checked> Checking<'_, E, R> {
     fn phase(&mut self, phase: Phase) -> Result<(), Error> {
         self.phases(&[phase])
     }

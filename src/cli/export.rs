@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use globset::{Glob, GlobSet, GlobSetBuilder};
 use meliora_dump::directory::{check_directory, sha256, write_directory};
-use meliora_export::values::Wanted;
-use meliora_export::{Inputs, Selection, export};
+use meliora_export::bounds::Wanted;
+use meliora_export::{DumpContent, Inputs, export};
 use meliora_model::error::Error;
 use meliora_planning::{Analysis, Phase};
 use meliora_quantities::choose::LEVELS;
@@ -197,8 +197,8 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
     };
     let all = args.region.is_empty();
     let wanted = |name: &str| all || globs.is_match(name);
-    let selection = Selection { wanted: &wanted, certificate: all && !args.no_certificate };
-    let dump = || export(&analysis, &inputs, &selection).map_err(unmatched);
+    let content = DumpContent { wanted: &wanted, certificate: all && !args.no_certificate };
+    let dump = || export(&analysis, &inputs, &content).map_err(unmatched);
     let mut dump = job.timed("dump", dump, |_, _| ())?;
     let mut width = None;
     if args.values {
@@ -206,7 +206,7 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
         let levels = args.levels.map_or_else(|| Values::levels_found(&analysis, LEVELS), |k| k as usize);
         let (limit, precision) = (args.limit as usize, args.precision);
         let wanted = Wanted { levels, reward: args.reward(), costs: &*costs, limit, precision };
-        let add = || meliora_export::values::add(&mut dump, &analysis, &wanted);
+        let add = || meliora_export::bounds::add(&mut dump, &analysis, &wanted);
         width = Some(job.timed("values", add, |_, _| ())?);
     }
     let dot = args.format == Format::Dot;

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::path::Path;
 
 use meliora_engine::Engine;
+use meliora_export::bounds;
 use meliora_export::explicit::{Graph, Quantities, action_table, drn, explored, induced, prism, umb};
-use meliora_export::values;
 use meliora_model::Program;
 use meliora_model::error::Error;
 use meliora_planning::induced_model::Scheduler;
@@ -92,8 +92,8 @@ impl ValuesArgs {
         let costs = costs.check(analysis.engine(), program)?;
         let levels = self.levels.map_or_else(|| Values::levels_found(analysis, LEVELS), |k| k as usize);
         let (reward, precision) = (self.reward.as_str(), self.precision);
-        let wanted = values::Wanted { levels, reward, costs: &*costs, limit, precision };
-        Ok(Quantities::of(graph, &values::compute(analysis, program, &wanted)?, &wanted))
+        let wanted = bounds::Wanted { levels, reward, costs: &*costs, limit, precision };
+        Ok(Quantities::of(graph, &bounds::compute(analysis, program, &wanted)?, &wanted))
     }
 }
 

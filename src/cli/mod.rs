@@ -1,5 +1,5 @@
-//! The command line, one file per subcommand. Only this module reads the clock, the environment and
-//! files, prints, and exits; the library does none of this.
+//! The command line, one file per subcommand. Only the command prints, reads the environment and ends
+//! the process. It reads the clock, too, as `supervise` does; the rest of the library does not.
 
 mod advice;
 mod agreement;

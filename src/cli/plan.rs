@@ -14,7 +14,7 @@ use super::phases;
 use super::progress::TerminalSink;
 use super::supervise::Job;
 
-/// The arguments that say what is analysed, and by which engine.
+/// The arguments for model, preferences and engine.
 #[derive(Clone, Copy)]
 pub(super) struct Subject<'a> {
     pub(super) model: &'a ModelArgs,

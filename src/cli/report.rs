@@ -188,11 +188,11 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
         Some(start) => Some(start),
         None => engine.list_states(&engine.initial_states(), 1)?.pop(),
     };
-    Run { job, question: &question, args, target, analysis: &analysis }.write(plane, start)
+    PageWriter { job, question: &question, args, target, analysis: &analysis }.write(plane, start)
 }
 
 /// A finished analysis with the report that receives its results.
-struct Run<'a> {
+struct PageWriter<'a> {
     job: &'a Job<PageReport>,
     question: &'a Question,
     args: &'a ReportArgs,
@@ -200,7 +200,7 @@ struct Run<'a> {
     analysis: &'a Analysis<SymbolicEngine>,
 }
 
-impl Run<'_> {
+impl PageWriter<'_> {
     /// Draws the maps and the run, and writes the file.
     fn write(&self, plane: Option<Plane>, start: Option<State>) -> Result<(), Error> {
         let draw = || {

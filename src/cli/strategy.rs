@@ -120,14 +120,15 @@ fn answer<E: Engine>(
     let levels = || plan::analysis(engine, question, &args.preferences, &both, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
     let strategy = args.choose.strategy(&analysis, &question.program, kind)?;
-    let mut run = Run { job, question, args, analysis: &analysis, strategy, costs, chooser: None };
-    job.timed("answer", || run.answer(states), |r, s| r.time.add("answer", s))?;
+    let mut answering =
+        Answering { job, question, args, analysis: &analysis, strategy, costs, chooser: None };
+    job.timed("answer", || answering.answer(states), |r, s| r.time.add("answer", s))?;
     job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
     Ok(())
 }
 
 /// An analysis with the report that receives its results.
-struct Run<'a, E: Engine> {
+struct Answering<'a, E: Engine> {
     job: &'a Job<StrategyReport>,
     question: &'a Question,
     args: &'a StrategyArgs,
@@ -138,7 +139,7 @@ struct Run<'a, E: Engine> {
     chooser: Option<Arc<Chooser>>,
 }
 
-impl<'a, E: Engine> Run<'a, E> {
+impl<'a, E: Engine> Answering<'a, E> {
     fn answer(&mut self, given: Vec<State>) -> Result<(), Error> {
         let states = if self.args.at.is_empty() { self.found()? } else { given };
         let choose = &self.args.choose;

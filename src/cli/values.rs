@@ -12,7 +12,7 @@ use meliora_planning::{Analysis, Phase};
 use meliora_quantities::choose::LEVELS;
 use meliora_quantities::cost::Costs;
 use meliora_quantities::state_values::{StateValues, Width};
-use meliora_quantities::{Setup, Steps, Values};
+use meliora_quantities::{Steps, ValueOptions, Values};
 use meliora_report::ValuesReport;
 use meliora_report::values::{heading, rows};
 
@@ -160,7 +160,7 @@ impl Evaluation<'_> {
         let Evaluation { job, args, program, analysis, states, everywhere } = *self;
         let levels = args.levels.map_or_else(|| Values::levels_found(analysis, LEVELS), |k| k as usize);
         let within = args.within.map(|n| n as usize);
-        let mut values = Values::new(Setup { levels, exact: args.exact, within });
+        let mut values = Values::new(ValueOptions { levels, exact: args.exact, within });
         let costs = costs.check(analysis.engine(), program)?;
         let explore = || match everywhere {
             true => values.explore_everywhere(analysis, program, &*costs),

@@ -6,10 +6,10 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
+use super::bounds::{self, Row};
 use super::manifest::{self, Manifest};
 use super::place::{Place, Sort};
 use super::streams::{Hashing, Watched};
-use super::values::{self, Row};
 use super::{Diagram, dddmp, dot};
 use meliora_model::error::{Error, Result, ensure};
 use meliora_model::files::NewDirectory;
@@ -67,7 +67,7 @@ pub fn write_directory(
         fill(file, diagram, &new, sink).map_err(failed)?;
     }
     if let (Some(layout), Some(rows)) = (manifest.values_layout(), &dump.values) {
-        let write = |out: &mut dyn Write| values::write(&layout, rows, &mut &mut *out);
+        let write = |out: &mut dyn Write| bounds::write(&layout, rows, &mut &mut *out);
         let sha256 = hashed(&new, manifest::VALUES, sink, write).map_err(failed)?;
         if let Some(file) = &mut manifest.values {
             (file.sha256, file.rows) = (sha256, rows.len());
@@ -179,7 +179,7 @@ fn read_values(
     let path = directory.join(manifest::VALUES);
     let name = path.display().to_string();
     let layout = manifest.values_layout().unwrap_or_default();
-    let rows = read_hashed(&path, &file.sha256, sink, |input| values::read(&name, &layout, input))?;
+    let rows = read_hashed(&path, &file.sha256, sink, |input| bounds::read(&name, &layout, input))?;
     ensure(rows.len() == file.rows, || {
         let message = format!("the file has {} rows, the manifest says {}", rows.len(), file.rows);
         Error::Dump { file: name.clone(), line: 0, message }

@@ -7,7 +7,7 @@
 //!
 //! A dump is a directory. `regions.dddmp` contains every region as a root of one shared diagram, in
 //! DDDMP 2.0 text. `certificate.dddmp` contains the sets that a check without fixpoints needs.
-//! `values.csv`, if there is one, contains bounds of quantities ([`values`]).
+//! `values.csv`, if there is one, contains bounds of quantities ([`bounds`]).
 //! `manifest.json` describes the roots and the encoding of states as bits ([`Manifest`]).
 //!
 //! [`Diagram`] is the representation in memory: nodes as plain data with complemented else arcs, as
@@ -28,13 +28,13 @@
 //! # Ok::<(), meliora_model::error::Error>(())
 //! ```
 
+pub mod bounds;
 pub mod dddmp;
 pub mod directory;
 pub mod dot;
 pub mod manifest;
 pub mod place;
 mod streams;
-pub mod values;
 
 pub use directory::{Dump, read_directory, write_directory};
 pub use manifest::Manifest;

@@ -8,7 +8,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 
-use super::values::Layout;
+use super::bounds::Layout;
 use super::{Diagram, Edge};
 use meliora_model::error::{Error, Result, ensure};
 use meliora_model::escape::is_shown;
@@ -204,7 +204,7 @@ pub struct File {
     pub roots: Vec<Root>,
 }
 
-/// The file with bounds of quantities; see [`super::values`].
+/// The file with bounds of quantities; see [`super::bounds`].
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ValuesFile {

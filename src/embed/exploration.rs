@@ -51,9 +51,6 @@ impl Exploration {
     }
 
     /// Counts the states, choices, transitions and so on. Cost: no image.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub fn counts(&self) -> Result<ModelCounts> {
         ModelCounts::of(&self.engine)
     }

@@ -8,25 +8,25 @@
 //! Clones are cheap: they share results.
 //!
 //! Each file imports only files before it: `states`, `members`, `analysis`, `exploration`,
-//! `projection`, `model`, `results`, `values`, `report`.
+//! `projection`, `model`, `results`, `quantities`, `report`.
 
 mod analysis;
 mod exploration;
 mod members;
 mod model;
 mod projection;
+mod quantities;
 #[cfg(feature = "output")]
 mod report;
 mod results;
 mod states;
-mod values;
 
 pub use analysis::Analysis;
 pub use exploration::{Exploration, Reached};
 pub use members::Listing;
 pub use model::Model;
 pub use projection::Projection;
+pub use quantities::Wanted;
 #[cfg(feature = "output")]
 pub use report::Drawing;
 pub use states::States;
-pub use values::Wanted;

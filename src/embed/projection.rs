@@ -25,9 +25,6 @@ pub struct Projection {
 impl Exploration {
     /// Returns the states in which some variables have the given values. Cost: symbolically one
     /// conjunction per bit, explicitly one test per state.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub fn slice(&self, fixed: &[(VarId, i64)]) -> Result<States> {
         self.states().slice(fixed)
     }

@@ -33,9 +33,6 @@ impl Analysis {
     /// preference file.
     /// [`meliora_report::Report::text`] formats it as text; it can also be written as JSON. Cost:
     /// see [`meliora_planning::Analysis::prospects`].
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub fn report(&self, source: &str) -> Result<CheckReport> {
         let (engine, program) = (self.engine(), self.program());
         let (storage, scope) = (engine.storage().name(), engine.settings().scope);

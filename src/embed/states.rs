@@ -37,33 +37,21 @@ impl States {
     }
 
     /// Returns |X|.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub fn count(&self) -> Result<Count> {
         self.engine.count(&self.set)
     }
 
     /// Returns true if X = ∅.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub fn is_empty(&self) -> Result<bool> {
         self.engine.is_empty(&self.set)
     }
 
     /// Returns true if s ∈ X.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub fn contains(&self, state: &[i64]) -> Result<bool> {
         Ok(state.len() == self.engine.program().variables.len() && self.engine.contains(&self.set, state)?)
     }
 
     /// Lists up to `limit` states in the order of their values, first variable first.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub fn list(&self, limit: usize) -> Result<Vec<State>> {
         self.engine.list_states(&self.set, limit)
     }
@@ -113,9 +101,6 @@ impl States {
     }
 
     /// Returns S \ X.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub fn complement(&self) -> Result<States> {
         let all = self.engine.all_states();
         Ok(States::of(&self.engine, self.engine.difference(&all, &self.set)?))

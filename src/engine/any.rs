@@ -78,7 +78,7 @@ sets_of!(AnyStates, Explicit, ExplicitEngine, explicit::StateSet);
 sets_of!(AnyChoices, Symbolic, SymbolicEngine, symbolic::ChoiceSet);
 sets_of!(AnyChoices, Explicit, ExplicitEngine, explicit::ChoiceSet);
 
-/// Evaluates the same expression with either engine; the only match on the kind of engine.
+/// Evaluates the same expression with the engine of either kind.
 macro_rules! on {
     ($any:expr, $engine:ident => $work:expr) => {
         match &$any.inner {

@@ -20,9 +20,6 @@ pub struct EdgeLabels<S> {
 type Edges<S> = Vec<(S, S)>;
 
 /// Returns { (s,a) ∈ C : some edge is a goal edge }. Cost: one pre-image per distinct goal set.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub fn winning<E: Engine>(
     engine: &E,
     choices: &E::Choices,
@@ -33,9 +30,6 @@ pub fn winning<E: Engine>(
 
 /// Returns { (s,a) ∈ C : some edge that is not dropped enters X }. Cost: one pre-image per distinct
 /// X \ dropped.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub fn keeping<E: Engine>(
     engine: &E,
     choices: &E::Choices,
@@ -47,9 +41,6 @@ pub fn keeping<E: Engine>(
 
 /// Returns { (s,a) ∈ C : some plain edge enters X }. Cost: one pre-image per distinct X \ (goal ∪
 /// dropped).
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub fn plain_edges_into<E: Engine>(
     engine: &E,
     choices: &E::Choices,
@@ -73,18 +64,12 @@ fn edges_into<E: Engine>(
 }
 
 /// Returns the dropped edges, grouped by their target set. Cost: no image.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub fn dropped<E: Engine>(engine: &E, edge_labels: &[EdgeLabels<E::States>]) -> Result<Edges<E::States>> {
     grouped(engine, edge_labels.iter().map(|labels| (labels.from.clone(), labels.dropped.clone())).collect())
 }
 
 /// Returns ⋃ over (X, Y) of { (s,a) ∈ C : s ∈ X, succ(s,a) ∩ Y ≠ ∅ }. Cost: one pre-image per
 /// distinct non-empty Y with a non-empty X.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub fn pairs_into<E: Engine>(
     engine: &E,
     choices: &E::Choices,
@@ -100,9 +85,6 @@ pub fn pairs_into<E: Engine>(
 
 /// Returns the pairs (from, into) without empty sides, where pairs with the same `into` are merged.
 /// Cost: no image.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub fn grouped<E: Engine>(engine: &E, pairs: Edges<E::States>) -> Result<Edges<E::States>> {
     let mut groups: Edges<E::States> = Vec::new();
     for (from, into) in pairs {
@@ -120,9 +102,6 @@ pub fn grouped<E: Engine>(engine: &E, pairs: Edges<E::States>) -> Result<Edges<E
 /// Removes `gone` from `choices` and returns the states that lost their last pair.
 ///
 /// Examines only the states of the removed pairs, however large `choices` is. Cost: no image.
-///
-/// # Errors
-/// A limit of the engine is reached.
 fn disallow<E: Engine>(engine: &E, choices: &mut E::Choices, gone: &E::Choices) -> Result<E::States> {
     *choices = engine.difference(choices, gone)?;
     let hit = engine.sources(gone)?;
@@ -136,9 +115,6 @@ fn disallow<E: Engine>(engine: &E, choices: &mut E::Choices, gone: &E::Choices) 
 /// C contains the pairs of `within` that do not enter a state lost earlier. In systems of many
 /// independent parts, the set of all lost states can be a much smaller diagram than the states lost
 /// in one round. In that case C is computed from `within` again. Cost: one pre-image.
-///
-/// # Errors
-/// A limit of the engine is reached.
 fn withdraw<E: Engine>(
     engine: &E,
     left: &mut Region<E::States, E::Choices>,

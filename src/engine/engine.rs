@@ -20,19 +20,10 @@ pub struct Region<S, C> {
 /// The Boolean algebra of one sort of sets.
 pub trait Algebra<X> {
     /// Returns X ∪ Y.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn union(&self, x: &X, y: &X) -> Result<X>;
     /// Returns X ∩ Y.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn intersection(&self, x: &X, y: &X) -> Result<X>;
     /// Returns X \ Y.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn difference(&self, x: &X, y: &X) -> Result<X>;
     /// Returns whether X = ∅.
     ///
@@ -45,9 +36,6 @@ pub trait Algebra<X> {
     /// A set belongs to another engine.
     fn same(&self, x: &X, y: &X) -> Result<bool>;
     /// Returns |X|.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn count(&self, x: &X) -> Result<Count>;
 }
 
@@ -164,47 +152,26 @@ pub trait Engine:
     }
 
     /// Returns { (s,a) ∈ C : s ∈ X }.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn choices_in(&self, c: &Self::Choices, x: &Self::States) -> Result<Self::Choices>;
     /// Returns { s : (s,a) ∈ C for some a }, whoever chooses in s.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn sources(&self, c: &Self::Choices) -> Result<Self::States>;
     /// Returns the states in which we can choose a pair of C: { s : (s,a) ∈ C for some a }. The only
     /// operator of one step whose result depends on who chooses in s; here, every state is ours.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn can_choose(&self, c: &Self::Choices) -> Result<Self::States> {
         self.sources(c)
     }
 
     /// Returns { (s,a) ∈ C : succ(s,a) ∩ X ≠ ∅ }.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn pre(&self, c: &Self::Choices, x: &Self::States) -> Result<Self::Choices>;
     /// Returns { (s,a) ∈ C : succ(s,a) ⊆ Y }.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn pre_within(&self, c: &Self::Choices, y: &Self::States) -> Result<Self::Choices> {
         let outside = self.difference(&self.all_states(), y)?;
         self.difference(c, &self.pre(c, &outside)?)
     }
     /// Returns { s' : s' ∈ succ(s,a) for some (s,a) ∈ C }.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn post(&self, c: &Self::Choices) -> Result<Self::States>;
 
     /// Computes μX. T ∪ { s : some (s,a) ∈ C has an edge into X that is not dropped }.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn can_reach(
         &self,
         target: &Self::States,
@@ -222,9 +189,6 @@ pub trait Engine:
     /// of `edge_labels`, or `edge_labels` is empty and no edge is safe.
     ///
     /// Cost: one pre-image per part and layer of lost states.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn remove_attractor(
         &self,
         left: Region<Self::States, Self::Choices>,
@@ -243,9 +207,6 @@ pub trait Engine:
     /// together with these pairs.
     ///
     /// Cost: one pre-image of the removed states per round.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn stay_within(
         &self,
         x: &Self::States,
@@ -260,9 +221,6 @@ pub trait Engine:
     }
 
     /// Computes the states of [`Engine::stay_within`].
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn surely_staying(&self, x: &Self::States, within: &Self::Choices) -> Result<Self::States>
     where
         Self: Sized,
@@ -281,9 +239,6 @@ pub trait Engine:
     /// valid.
     ///
     /// Cost: per round one `can_reach`, and before it one pre-image per layer of lost states.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn almost_surely_reach(
         &self,
         target: &Self::States,
@@ -317,9 +272,6 @@ pub trait Engine:
     /// into S.
     ///
     /// Cost: per round one `can_reach`, and one pre-image per part and layer of losing states.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn almost_surely_win(
         &self,
         start: Region<Self::States, Self::Choices>,
@@ -333,26 +285,14 @@ pub trait Engine:
 
     /// Returns the number of model states in X, ignoring the states of monitors; `None` without
     /// monitors.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn count_model_states(&self, x: &Self::States) -> Result<Option<Count>>;
     /// Returns the number of triples (s, a, s') with (s,a) ∈ C and s' ∈ succ(s,a) ∩ X.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn count_transitions(&self, c: &Self::Choices, x: &Self::States) -> Result<Count>;
 
     /// Returns the first `limit` states of X (all if X has fewer), ordered by their values, first
     /// variable first.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn list_states(&self, x: &Self::States, limit: usize) -> Result<Vec<State>>;
     /// Returns the set that contains only `state`, or the empty set if `state` is not in the scope.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     fn singleton(&self, state: &[i64]) -> Result<Self::States>;
     /// Returns whether s ∈ X.
     ///

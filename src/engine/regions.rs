@@ -44,27 +44,18 @@ impl<S> Regions<S> {
 
 /// Computes { s : Pmax(◇T) > 0 } = μX. T ∪ { s : some a has succ(s,a) ∩ X ≠ ∅ }. Cost: one backward
 /// fixpoint.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub fn pmax_positive<E: Engine>(engine: &E, target: &E::States) -> Result<E::States> {
     engine.can_reach(target, &engine.all_choices(), &[])
 }
 
 /// Computes { s : Pmax(◇T) = 1 } = νY. μX. T ∪ { s : some a has succ(s,a) ⊆ Y and succ(s,a) ∩ X ≠ ∅
 /// }. Cost: one backward fixpoint per round, usually two rounds.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub fn pmax_one<E: Engine>(engine: &E, target: &E::States) -> Result<E::States> {
     Ok(engine.almost_surely_reach(target, &engine.all_choices())?.states)
 }
 
 /// Computes { s : Pmin(◇T) > 0 } = S \ νZ. { s ∉ T : some a has succ(s,a) ⊆ Z }, the states from
 /// which no strategy surely stays outside T. Cost: one fixpoint of pre-images.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub fn pmin_positive<E: Engine>(engine: &E, target: &E::States) -> Result<E::States> {
     let outside = engine.difference(&engine.all_states(), target)?;
     let avoiding = engine.surely_staying(&outside, &engine.all_choices())?;
@@ -74,9 +65,6 @@ pub fn pmin_positive<E: Engine>(engine: &E, target: &E::States) -> Result<E::Sta
 /// Computes { s : Pmin(◇T) = 1 }: the states from which no strategy can reach, without visiting T,
 /// a state where T can surely be avoided. `positive` must be the result of [`pmin_positive`] (Baier
 /// and Katoen, section 10.6.2). Cost: one backward fixpoint.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub fn pmin_one<E: Engine>(engine: &E, target: &E::States, positive: &E::States) -> Result<E::States> {
     let avoiding = engine.difference(&engine.all_states(), positive)?;
     let outside = engine.difference(&engine.all_states(), target)?;
@@ -117,9 +105,6 @@ pub enum Step<'a, S> {
 
 /// Computes all four regions. Cost: that of [`pmin_positive`], [`pmax_one`], [`pmax_positive`] and
 /// [`pmin_one`].
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub fn regions<E: Engine>(engine: &E, target: &E::States) -> Result<Regions<E::States>> {
     regions_by_step(engine, target, &mut |_| Ok(()))
 }
@@ -174,9 +159,6 @@ pub fn of_markov_chain<S: Clone>(
 }
 
 /// Returns whether a property with these regions is true in all initial states.
-///
-/// # Errors
-/// A limit is reached.
 pub fn holds<E: Engine>(
     engine: &E,
     (strategies, bound): (Strategies, Bound),

@@ -1,7 +1,7 @@
 //! From an analysis to files: dumps with certificates, values, shields, and models state by state;
 //! and projections of regions to two variables, for maps.
 //!
-//! - [`export()`] builds a [`Dump`] of the regions that a [`Selection`] names.
+//! - [`export()`] builds a [`Dump`] of the regions that its [`DumpContent`] names.
 //! - [`explicit::Graph`]: states and choices one by one, in several formats.
 //! - [`projections::Projections`]: regions over two variables.
 //!
@@ -20,7 +20,7 @@
 //! use std::sync::Arc;
 //!
 //! use meliora_engine::{Settings, SymbolicEngine};
-//! use meliora_export::{Inputs, Selection, export};
+//! use meliora_export::{Inputs, DumpContent, export};
 //! use meliora_model::error::SourceFile;
 //! use meliora_planning::{Analysis, Options};
 //!
@@ -33,19 +33,19 @@
 //! let mut analysis = Analysis::new(&Arc::new(engine), &Arc::new(preferences), Options::default());
 //! analysis.run(&mut |_| ())?;
 //! let inputs = Inputs { model: ("m.prism".into(), "…".into()), preferences: ("m.pref".into(), "…".into()) };
-//! let all = Selection { wanted: &|_| true, certificate: true };
+//! let all = DumpContent { wanted: &|_| true, certificate: true };
 //! let dump = export(&analysis, &inputs, &all)?;
 //! assert_eq!(dump.manifest.regions.root("reachable").unwrap().count, "3");
 //! # Ok::<(), meliora_model::error::Error>(())
 //! ```
 
+pub mod bounds;
 mod certificate;
 pub mod explicit;
 mod layers;
 pub mod projections;
 mod regions;
 mod shield;
-pub mod values;
 mod whole_paths;
 
 use meliora_dump::manifest::{self, File, Root, RootKind, SafetyMode};
@@ -61,7 +61,7 @@ pub use meliora_query::describe::Inputs;
 pub use shield::{read_shield, write_shield};
 
 /// The content of a dump.
-pub struct Selection<'a> {
+pub struct DumpContent<'a> {
     /// Selects regions by name; `reachable` and `initial` are always in the dump.
     pub wanted: &'a dyn Fn(&str) -> bool,
     /// True if the dump gets a certificate; this needs all regions.
@@ -88,11 +88,11 @@ impl Named {
 /// region.
 ///
 /// # Errors
-/// The selection matches no region; an objective is called `nothing`; a limit is reached.
+/// The content matches no region; an objective is called `nothing`; a limit is reached.
 pub fn export(
     analysis: &Analysis<SymbolicEngine>,
     inputs: &Inputs,
-    selection: &Selection<'_>,
+    content: &DumpContent<'_>,
 ) -> Result<Dump> {
     if analysis.preferences().objectives.iter().any(|o| o.name == names::NOTHING) {
         let message =
@@ -102,8 +102,8 @@ pub fn export(
     let engine = analysis.whole_engine();
     let mut named = regions::all(analysis)?;
     let always = |name: &str| matches!(name, names::REACHABLE | names::INITIAL);
-    named.retain(|n| always(&n.name) || (selection.wanted)(&n.name));
-    if !named.iter().any(|n| (selection.wanted)(&n.name)) {
+    named.retain(|n| always(&n.name) || (content.wanted)(&n.name));
+    if !named.iter().any(|n| (content.wanted)(&n.name)) {
         return Err(Error::Usage("no region is selected".to_owned()));
     }
     if named.iter().any(|n| names::is_strategy(&n.name)) {
@@ -112,7 +112,7 @@ pub fn export(
             named.push(Named::choices(names::CHOICES, &engine.all_choices()));
         }
     }
-    let certificate = selection.certificate.then(|| certificate::all(analysis)).transpose()?;
+    let certificate = content.certificate.then(|| certificate::all(analysis)).transpose()?;
     let mut sets = named.iter().chain(certificate.iter().flatten());
     let paired = sets.any(|n| matches!(n.set, Set::Choices(_)));
     let choices = describe::choices(engine, paired);

@@ -8,7 +8,7 @@ use super::world::CellSet;
 const WIDTH: usize = 100;
 
 /// A maximal range of numbers, including both ends.
-type Run = (usize, usize);
+type Range = (usize, usize);
 
 /// Returns the set as a disjunction over bands of equal rows, or of equal columns if that is
 /// shorter: `r=4`, `(r=1 | r=3) & (c<=2 | c=5)`. Returns one disjunct per line, and no line for the
@@ -16,8 +16,8 @@ type Run = (usize, usize);
 pub(super) fn condition(set: &CellSet, row: &str, col: &str) -> Vec<String> {
     let mut rest = Rest::new(set);
     let (full_rows, full_cols) = rest.take_full();
-    let mut whole: Vec<String> = full_rows.iter().map(|&run| range(row, run, rest.rows)).collect();
-    whole.extend(full_cols.iter().map(|&run| range(col, run, rest.cols)));
+    let mut whole: Vec<String> = full_rows.iter().map(|&own| range(row, own, rest.rows)).collect();
+    whole.extend(full_cols.iter().map(|&own| range(col, own, rest.cols)));
     let by_row = bands(&rest.lines(false), [(row, rest.rows), (col, rest.cols)]);
     let by_col = bands(&rest.lines(true), [(col, rest.cols), (row, rest.rows)]);
     let length = |lines: &[String]| lines.iter().map(|line| line.len() + 5).sum::<usize>();
@@ -54,7 +54,7 @@ impl Rest {
 
     /// Removes the rows that are completely in the set, then the columns whose cells outside of
     /// these rows are all in the set: `r=4 | c=0` describes both.
-    fn take_full(&mut self) -> (Vec<Run>, Vec<Run>) {
+    fn take_full(&mut self) -> (Vec<Range>, Vec<Range>) {
         let full_rows: Vec<bool> = self.lines(false).iter().map(|line| !line.contains(&false)).collect();
         let some_left = full_rows.contains(&false);
         let is_full =
@@ -63,51 +63,51 @@ impl Rest {
         for (at, member) in self.members.iter_mut().enumerate() {
             *member &= !full_rows[at / self.cols] && !full_cols[at % self.cols];
         }
-        (runs(&full_rows), runs(&full_cols))
+        (maximal_ranges(&full_rows), maximal_ranges(&full_cols))
     }
 }
 
 /// Returns the maximal ranges of members.
-fn runs(line: &[bool]) -> Vec<Run> {
-    let mut runs: Vec<Run> = Vec::new();
+fn maximal_ranges(line: &[bool]) -> Vec<Range> {
+    let mut ranges: Vec<Range> = Vec::new();
     for (at, _) in line.iter().enumerate().filter(|(_, member)| **member) {
-        match runs.last_mut() {
+        match ranges.last_mut() {
             Some((_, end)) if *end + 1 == at => *end = at,
-            _ => runs.push((at, at)),
+            _ => ranges.push((at, at)),
         }
     }
-    runs
+    ranges
 }
 
 /// Returns one condition for each kind of line that occurs, sorted by the ranges along the lines.
 fn bands(lines: &[Vec<bool>], names: [(&str, usize); 2]) -> Vec<String> {
-    let mut kinds: BTreeMap<Vec<Run>, Vec<bool>> = BTreeMap::new();
+    let mut kinds: BTreeMap<Vec<Range>, Vec<bool>> = BTreeMap::new();
     for (number, line) in lines.iter().enumerate() {
-        let across = runs(line);
+        let across = maximal_ranges(line);
         if !across.is_empty() {
             kinds.entry(across).or_insert_with(|| vec![false; lines.len()])[number] = true;
         }
     }
-    let mut bands: Vec<(Vec<Run>, Vec<Run>)> =
-        kinds.into_iter().map(|(a, along)| (runs(&along), a)).collect();
+    let mut bands: Vec<(Vec<Range>, Vec<Range>)> =
+        kinds.into_iter().map(|(a, along)| (maximal_ranges(&along), a)).collect();
     bands.sort();
     let [(along, end), (across, across_end)] = names;
-    let text = |(a, b): &(Vec<Run>, Vec<Run>)| {
+    let text = |(a, b): &(Vec<Range>, Vec<Range>)| {
         format!("{} & {}", ranges(along, a, end), ranges(across, b, across_end))
     };
     bands.iter().map(text).collect()
 }
 
 /// Returns `c<=2`, or `(c<=2 | c=5)` with brackets, as an adjacent `&` binds tighter.
-fn ranges(name: &str, runs: &[Run], count: usize) -> String {
-    let parts: Vec<String> = runs.iter().map(|&run| range(name, run, count)).collect();
+fn ranges(name: &str, ranges: &[Range], count: usize) -> String {
+    let parts: Vec<String> = ranges.iter().map(|&own| range(name, own, count)).collect();
     match &parts[..] {
         [one] => one.clone(),
         _ => format!("({})", parts.join(" | ")),
     }
 }
 
-fn range(name: &str, (first, last): Run, count: usize) -> String {
+fn range(name: &str, (first, last): Range, count: usize) -> String {
     match (first, last) {
         _ if first == last => format!("{name}={first}"),
         _ if last + 1 == count && first == 0 => "true".to_owned(),

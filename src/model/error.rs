@@ -6,7 +6,9 @@ use std::{fmt, io};
 
 pub use crate::diagnostic::{Diagnostic, Severity, SourceFile, render};
 
-/// The result of every fallible operation of the library.
+/// The result of every fallible operation of the library. A function whose documentation lists no
+/// errors fails only with [`Error::Limit`], if a limit is reached: memory, time or a size, or the
+/// caller has cancelled the work.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// The reason why a computation ended early.

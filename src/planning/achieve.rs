@@ -16,7 +16,7 @@ use std::sync::{Arc, OnceLock};
 use super::analysis::Analysis;
 use super::finite_memory::FiniteMemoryStrategy;
 use super::improvement::Improvement;
-use super::strategy::{Strategy, approach};
+use super::strategy::{ArenaStrategy, approach};
 use super::temporal::{self, AcceptingRegion};
 use meliora_engine::edge_labels::{dropped, pairs_into};
 use meliora_engine::{Engine, Region, position};
@@ -74,7 +74,7 @@ pub(super) struct Achieving<E: Engine> {
     free: Vec<Stages<E>>,
     /// For each arena, and then for no arena, the stages of each objective with kept choices.
     kept: Vec<Vec<OnceLock<Stages<E>>>>,
-    strategies: BTreeMap<(Pursuit, Option<usize>), Strategy<E>>,
+    strategies: BTreeMap<(Pursuit, Option<usize>), ArenaStrategy<E>>,
 }
 
 impl<E: Engine> Achieving<E> {
@@ -148,9 +148,6 @@ impl<E: Engine> Achieving<E> {
 
     /// Returns the pursuit of an objective from a state; `None` if the choices do not suffice to
     /// achieve it almost surely. Cost: see `Achieving::stages`.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub(super) fn enter(
         &self,
         objective: usize,
@@ -168,9 +165,6 @@ impl<E: Engine> Achieving<E> {
 
     /// Returns the pursuit of the first candidate that kept choices of the arena achieve almost
     /// surely. If there is none, commits to the first candidate. Cost: see `Achieving::stages`.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub(super) fn begin(
         &self,
         candidates: &[usize],
@@ -221,9 +215,6 @@ impl<E: Engine> Achieving<E> {
     }
 
     /// Returns whether a pursuit can go on in a state: its choices suffice there.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub(super) fn is_sure(&self, pursuit: Pursuit, arena: Option<usize>, state: &[i64]) -> Result<bool> {
         let stages = self.stages(pursuit.objective, pursuit.manner, arena)?;
         self.engine.contains(&stages.all[pursuit.stage].region.states, state)
@@ -235,14 +226,11 @@ impl<E: Engine> Achieving<E> {
     }
 
     /// Returns the strategy of a stage. Cost: one pre-image per layer, once per stage.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub(super) fn strategy(
         &mut self,
         pursuit: Pursuit,
         arena: Option<usize>,
-    ) -> Result<Option<&Strategy<E>>> {
+    ) -> Result<Option<&ArenaStrategy<E>>> {
         let key = key(pursuit, arena);
         if !self.strategies.contains_key(&key) {
             let engine = &*self.engine;

@@ -208,8 +208,10 @@ impl<E: Engine> Analysis<E> {
             };
             let Some(RegionCounts { target, positive, almost_sure }) = counts else { continue };
             let declared = &self.preferences.objectives[objective];
-            let (name, observer) = (declared.name.clone(), declared.monitor());
-            let counts = ObjectiveCounts { objective, name, target, observer, almost_sure, positive };
+            let (name, monitor) = (declared.name.clone(), declared.monitor());
+            let observer = monitor;
+            let counts =
+                ObjectiveCounts { objective, name, target, monitor, observer, almost_sure, positive };
             listener(Event::Objective(&counts));
             self.result.add(Event::Objective(&counts));
         }
@@ -349,9 +351,6 @@ impl<E: Engine> Analysis<E> {
     ///
     /// Programs list the choices of the model as it is written, so this is about that model, whatever
     /// the requirements leave of it. Cost: no image.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub fn partly_in(&self, choices: &E::Choices) -> Result<E::States> {
         let listed = self.whole.all_choices();
         self.whole.sources(&self.whole.difference(&listed, choices)?)
@@ -368,7 +367,7 @@ impl<E: Engine> Analysis<E> {
         &self.preferences
     }
 
-    /// Returns the sets that tell what is achieved together, once they were asked for.
+    /// Returns the regions in which objectives are jointly achievable, once they were asked for.
     pub(super) fn joint(&self) -> Option<&Joint<E>> {
         self.joint.as_ref()
     }
@@ -437,9 +436,6 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     /// that it achieves: needed for [`StrategyKind::Achieve`], optional for [`StrategyKind::Plan`].
     /// Returns `None` before the results that it needs are known. Cost: one pre-image per
     /// objective if the kind achieves one.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub fn of_kind(
         analysis: &Analysis<E>,
         program: &Arc<Program>,

@@ -46,9 +46,6 @@ impl<E: Engine> Classes<E> {
     /// M_i = AS_i \ ⋃ { AS_j : j strictly preferred to i } contains the states that have i in MP.
     /// The classes are the non-empty intersections of these sets and their complements. Cost: no
     /// image; two Boolean operations per class and objective.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub(crate) fn new(engine: &E, preferences: &Preferences, almost_sure: &[&E::States]) -> Result<Self> {
         let all = engine.all_states();
         let mut split = match engine.is_empty(&all)? {

@@ -44,7 +44,7 @@ use super::classes::Classes;
 use super::decision_rule::DecisionRule;
 use super::improvement::{Arena, Improvement};
 use super::levels::{Game, Kind, Level, Levels, Rank};
-use super::strategy::{self, Strategy};
+use super::strategy::{self, ArenaStrategy};
 use meliora_engine::{AnyEngine, Engine, position};
 use meliora_model::Program;
 use meliora_model::error::{Error, Result};
@@ -155,7 +155,7 @@ pub struct FiniteMemoryStrategy<E: Engine = AnyEngine> {
     pub(super) improvement: Arc<Improvement<E>>,
     pub(super) levels: Arc<Levels<E>>,
     /// The strategies by level (see [`key`]) and arena.
-    pub(super) strategies: BTreeMap<(usize, usize), Strategy<E>>,
+    pub(super) strategies: BTreeMap<(usize, usize), ArenaStrategy<E>>,
     /// The rule that takes the choices; without one, the first that makes progress is taken.
     pub(super) rule: Option<Arc<dyn DecisionRule>>,
     pub(super) kind: StrategyKind,
@@ -230,9 +230,6 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     }
 
     /// Returns { s : rank(s) = k }, where `None` stands for the unbounded rank. Cost: no image.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub fn states_of_rank(&self, rank: Option<usize>) -> Result<E::States> {
         let none = self.engine.no_states();
         let fixpoint = self.levels.unbounded().map_or(&none, |level| &level.states);
@@ -406,10 +403,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
 
     /// Returns the strategies of a memory; `None` if nothing can be improved and no objective is
     /// pursued. Cost: that of `strategy::strategy`, once per level and arena or per stage.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
-    pub fn strategy(&mut self, memory: Memory) -> Result<Option<&Strategy<E>>> {
+    pub fn strategy(&mut self, memory: Memory) -> Result<Option<&ArenaStrategy<E>>> {
         if let Some(pursuit) = memory.pursuit {
             return match &mut self.achieving {
                 Some(achieving) => achieving.strategy(pursuit, memory.arena),

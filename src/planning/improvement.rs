@@ -70,9 +70,6 @@ impl<E: Engine> Portable<E> for Improvement<E> {
 impl<E: Engine> Improvement<E> {
     /// Computes the arenas of the improvement MDP under `safety`. Cost: one pre-image per class
     /// with distinct Worse(c); under `prefix` one `stay_within` per class.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub fn new(engine: &E, classes: &Classes<E>, safety: Safety) -> Result<Self> {
         Ok(Improvement { safety, arenas: safety.arenas(engine, classes)? })
     }
@@ -87,9 +84,6 @@ impl<E: Engine> Improvement<E> {
 
     /// Computes the size of the improvement MDP, given the number of all transitions if it is known;
     /// `None` under `prefix`, which has one arena per class. Cost: counting, no image.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub(super) fn sizes(&self, engine: &E, transitions: Option<&Count>) -> Result<Option<Sizes>> {
         let (Some(arena), false) = (self.arenas.first(), self.safety.has_reference()) else {
             return Ok(None);

@@ -103,9 +103,6 @@ impl<E: Engine> Joint<E> {
 
     /// Returns the sets of at least two members of a class that are jointly achievable in some of its
     /// states, each with these states; larger sets first. `None` if the class is too large.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub fn of_class(&self, engine: &E, class: &Class<E>) -> Result<Option<Sets<E::States>>> {
         if is_too_large(&class.most_preferred) {
             return Ok(None);

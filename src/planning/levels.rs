@@ -241,9 +241,6 @@ pub fn improvable<E: Engine>(analysis: &Analysis<E>) -> Result<Option<E::States>
 /// starts from the states and choices left by the game of the last level. Cost per arena: one
 /// pre-image per part for the goal edges, and one `can_reach` (SPI) or one `almost_surely_win`
 /// (SASI).
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub(crate) fn next_level<E: Engine>(
     engine: &E,
     classes: &Classes<E>,
@@ -322,9 +319,6 @@ fn win<E: Engine>(engine: &E, Turn { arena, before }: &Turn<E>, kind: Kind) -> R
 }
 
 /// Returns the edge labels of an arena, restricted to goal edges that enter X. Cost: no image.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub fn entering<E: Engine>(
     engine: &E,
     arena: &Arena<E>,

@@ -48,37 +48,51 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     }
 
     /// Returns the memory after a step while an objective is pursued, and whether the step was an
-    /// improvement. A plan goes over to an objective that is preferred to the present one, once the
-    /// present one is no longer most preferred.
+    /// improvement: it is one only if the entered state becomes the reference.
     pub(super) fn after_pursuing(
         &self,
         (memory, pursuit): (Memory, Pursuit),
         (from, to): (&[i64], &[i64]),
         improves: bool,
     ) -> Result<(Memory, bool)> {
-        let Some(achieving) = &self.achieving else { return Ok((memory, improves)) };
-        let (fresh, kept) = (self.at_rest(to)?, pursuit.manner == Manner::Kept);
-        let moved = if kept && !improves { memory } else { fresh };
-        if self.kind == StrategyKind::Plan && !self.most_preferred(to)?.contains(pursuit.objective) {
+        let fresh = self.at_rest(to)?;
+        let next = self.pursuing_on((memory, pursuit), fresh, (from, to), improves)?;
+        Ok((next, improves && next.arena == fresh.arena))
+    }
+
+    /// Returns the memory after a step while an objective is pursued; `fresh` has the entered state as
+    /// the reference.
+    ///
+    /// A plan goes over to an objective that is preferred to the present one, once the present one is
+    /// no longer most preferred. Else an improved state becomes the reference if its kept choices
+    /// achieve the present objective. Else the pursuit continues.
+    fn pursuing_on(
+        &self,
+        (memory, pursuit): (Memory, Pursuit),
+        fresh: Memory,
+        (from, to): (&[i64], &[i64]),
+        improves: bool,
+    ) -> Result<Memory> {
+        let Some(achieving) = &self.achieving else { return Ok(memory) };
+        let (is_plan, kept) = (self.kind == StrategyKind::Plan, pursuit.manner == Manner::Kept);
+        if is_plan && !self.most_preferred(to)?.contains(pursuit.objective) {
             let better = |other| self.preferences.order.strictly(other, pursuit.objective);
+            let moved = if kept && !improves { memory } else { fresh };
             if let Some(pursuit) = self.planned(moved.arena, to, better)? {
-                return Ok((self.with_pursuit(moved, Some(pursuit), to)?, improves));
+                return self.with_pursuit(moved, Some(pursuit), to);
             }
         }
-        if kept && improves && fresh.arena != memory.arena {
-            // The entered state becomes the reference only if its kept choices suffice. Otherwise
-            // the step is not counted.
-            let renewed = achieving.enter(pursuit.objective, (Manner::Kept, fresh.arena), to)?;
-            if renewed.is_some() {
-                return Ok((Memory { pursuit: renewed, ..fresh }, true));
-            }
+        if kept
+            && improves
+            && fresh.arena != memory.arena
+            && let Some(renewed) = achieving.enter(pursuit.objective, (Manner::Kept, fresh.arena), to)?
+        {
+            return Ok(Memory { pursuit: Some(renewed), ..fresh });
         }
-        let next = achieving.after(pursuit, memory.arena, (from, to))?;
-        let own = if kept { memory } else { fresh };
-        match next {
+        match achieving.after(pursuit, memory.arena, (from, to))? {
             // The step left the states of the pursuit, so it was not one of the plan.
-            None if self.kind == StrategyKind::Plan => Ok((self.pursuing(fresh, to)?, improves)),
-            _ => Ok((Memory { pursuit: next, ..own }, improves && own.arena == fresh.arena)),
+            None if is_plan => self.pursuing(fresh, to),
+            next => Ok(Memory { pursuit: next, ..if kept { memory } else { fresh } }),
         }
     }
 

@@ -58,9 +58,6 @@ pub struct ModelCounts {
 
 impl ModelCounts {
     /// Counts the model of an engine. Cost: no image.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub fn of<E: Engine>(engine: &E) -> Result<Self> {
         let states = engine.all_states();
         Ok(ModelCounts {
@@ -71,9 +68,6 @@ impl ModelCounts {
 
     /// Counts some states with their choices and transitions, and all initial states. Cost: no
     /// image.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub fn within<E: Engine>(engine: &E, states: &E::States) -> Result<Self> {
         let choices = engine.choices_in(&engine.all_choices(), states)?;
         Ok(ModelCounts {
@@ -100,7 +94,10 @@ pub struct ObjectiveCounts {
     /// warning.
     #[serde(serialize_with = "decimal")]
     pub target: Count,
-    /// The number of states of its monitor, if it has one.
+    /// The number of states of its monitor; absent without a monitor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub monitor: Option<u64>,
+    /// Equal to `monitor`, under its former name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub observer: Option<u64>,
     /// |ASWin(F)|

@@ -1,4 +1,4 @@
-//! The safety mode, and what it means: each question about a mode is answered here, once.
+//! The safety mode. Each question about a mode is answered here, once.
 
 use serde::Serialize;
 use strum::{Display, EnumMessage, EnumString, IntoStaticStr, VariantArray};
@@ -65,7 +65,7 @@ impl Safety {
         }
     }
 
-    /// Returns whether no permitted step weakens what it is compared with.
+    /// Returns whether no permitted step weakens the class that it is compared with.
     pub fn never_weakens(self) -> bool {
         match self {
             Safety::Action | Safety::Prefix => true,

@@ -349,31 +349,32 @@ impl Labelled {
         self.progress |= permits && action.progress;
         self.keeps &= action.successors.iter().all(|s| !s.is_unsafe);
     }
+
+    /// Returns the rank of the label: 0 if all choices are permitted or, where no such label makes
+    /// progress (`stuck`), a permitted one does; 1 if some choice is permitted; 2 if none is. A label
+    /// that violates the requirements comes last, unless all its choices are permitted.
+    fn rank(&self, stuck: bool) -> usize {
+        let usual = self.all || stuck && self.progress && self.keeps;
+        let ways = [usual, self.some && self.keeps, self.keeps, self.some];
+        ways.iter().position(|applies| *applies).unwrap_or(ways.len())
+    }
 }
 
-/// Permits labels: those of which all choices are permitted, and where none of these makes progress,
-/// those of which some choice does. Where this permits none, those of which some choice is permitted;
-/// before that, a label keeps the requirements. Returns the actions, and the position of one to pick:
-/// it makes progress if any does.
+/// Permits the labels of the least rank; none if no choice is permitted, and [`Shield::secure`]
+/// decides. Returns the actions, and the position of one to pick: it makes progress if any does.
 fn together(labels: Vec<Labelled>) -> (Vec<ShieldAction>, usize) {
     let stuck = !labels.iter().any(|label| label.all && label.progress);
-    let usual = |label: &Labelled| label.all || stuck && label.progress && label.keeps;
-    let ways: [&dyn Fn(&Labelled) -> bool; 4] =
-        [&usual, &|label| label.some && label.keeps, &|label| label.keeps, &|label| label.some];
-    // Where no choice is permitted, `Shield::secure` decides.
-    let way = ways.into_iter().find(|way| labels.iter().any(way)).filter(|_| labels.iter().any(|l| l.some));
-    let permitted: Vec<bool> = labels.iter().map(|label| way.is_some_and(|way| way(label))).collect();
-    let first = |which: &dyn Fn(&Labelled) -> bool| {
-        labels.iter().zip(&permitted).position(|(label, permitted)| *permitted && which(label))
-    };
-    let pick = first(&|label| label.progress).or_else(|| first(&|_| true)).unwrap_or_default();
-    let actions = labels.into_iter().zip(permitted);
-    let action = |(label, permitted): (Labelled, bool)| ShieldAction {
+    let ranks = Vec::from_iter(labels.iter().map(|label| label.rank(stuck)));
+    let least = ranks.iter().copied().min().filter(|_| labels.iter().any(|label| label.some));
+    let permitted = |at: &usize| Some(ranks[*at]) == least;
+    let pick = (0..labels.len()).filter(permitted).min_by_key(|&at| !labels[at].progress);
+    let action = |(at, label): (usize, Labelled)| ShieldAction {
         action: label.action,
-        permitted,
+        permitted: permitted(&at),
         next: label.next,
     };
-    (actions.map(action).collect(), pick)
+    let pick = pick.unwrap_or_default();
+    (labels.into_iter().enumerate().map(action).collect(), pick)
 }
 
 /// Permits the wanted actions; all, if none is wanted.

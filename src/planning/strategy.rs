@@ -13,7 +13,7 @@ use meliora_engine::{EdgeLabels, Engine, Region, position};
 use meliora_model::error::Result;
 
 /// The two strategies of one level in one arena.
-pub struct Strategy<E: Engine> {
+pub struct ArenaStrategy<E: Engine> {
     /// The class that steps are compared with; `None` if each step is compared with the state it
     /// leaves.
     pub reference: Option<usize>,
@@ -36,9 +36,6 @@ pub struct Strategy<E: Engine> {
 /// For SASI, these are the kept choices of the winning states whose kept edges all are goal edges
 /// or stay in the winning states. For SPI, these are the kept choices with a goal edge or a kept
 /// edge into the winning states. Cost: none for SASI; two pre-images per part for SPI.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub(crate) fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E::Choices> {
     match kind {
         Kind::Sasi => Ok(game.choices.clone()),
@@ -53,10 +50,12 @@ pub(crate) fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> R
 
 /// Computes both strategies of a level in one arena, layer by layer. Cost: one pre-image per layer
 /// and part.
-///
-/// # Errors
-/// A limit of the engine is reached.
-pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game<E>) -> Result<Strategy<E>> {
+pub fn strategy<E: Engine>(
+    engine: &E,
+    kind: Kind,
+    arena: &Arena<E>,
+    game: &Game<E>,
+) -> Result<ArenaStrategy<E>> {
     let (all, permissive) = (engine.all_choices(), permissive(engine, kind, game)?);
     let first = engine.intersection(&permissive, &winning(engine, &all, &game.edge_labels)?)?;
     let goal = engine.can_choose(&first)?;
@@ -64,25 +63,22 @@ pub fn strategy<E: Engine>(engine: &E, kind: Kind, arena: &Arena<E>, game: &Game
         engine.intersection(&permissive, &keeping(engine, &all, &game.edge_labels, layer)?)
     })?;
     let states = game.states.clone();
-    Ok(Strategy { reference: arena.reference, states, permissive, layers, progress })
+    Ok(ArenaStrategy { reference: arena.reference, states, permissive, layers, progress })
 }
 
 /// Computes the strategy that approaches a goal within a region whose choices stay in it. `first` are
 /// the progress choices of the goal itself. Cost: one pre-image per layer.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub(super) fn approach<E: Engine>(
     engine: &E,
     region: &Region<E::States, E::Choices>,
     goal: &E::States,
     first: E::Choices,
-) -> Result<Strategy<E>> {
+) -> Result<ArenaStrategy<E>> {
     let goal = engine.intersection(goal, &region.states)?;
     let (layers, progress) =
         layered(engine, &region.states, goal, first, |layer| engine.pre(&region.choices, layer))?;
     let (states, permissive) = (region.states.clone(), region.choices.clone());
-    Ok(Strategy { reference: None, states, permissive, layers, progress })
+    Ok(ArenaStrategy { reference: None, states, permissive, layers, progress })
 }
 
 /// Returns the states by their distance from `layer`, and `progress` with the choices that come one
@@ -111,24 +107,18 @@ fn layered<E: Engine>(
 
 /// Computes the strategies of all arenas of a level, in the order of [`Improvement::arenas`]. Cost:
 /// that of `strategy` per arena.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub fn strategies<E: Engine>(
     engine: &E,
     kind: Kind,
     improvement: &Improvement<E>,
     level: &Level<E>,
-) -> Result<Vec<Strategy<E>>> {
+) -> Result<Vec<ArenaStrategy<E>>> {
     let pairs = improvement.arenas.iter().zip(&level.games);
     pairs.map(|(arena, game)| strategy(engine, kind, arena, game)).collect()
 }
 
 /// Computes the permitted choices of all states of a level when planning starts there. Cost: that
 /// of `permissive` per arena.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub fn permitted_at_start<E: Engine>(
     engine: &E,
     kind: Kind,

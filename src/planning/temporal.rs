@@ -95,9 +95,6 @@ pub fn accepting_regions<E: Engine>(
 /// Computes ⋃_d U_d, the states from which some disjunct can be kept. Reaching this set almost
 /// surely (or with positive probability) is equivalent to satisfying the condition almost surely
 /// (or with positive probability). Cost: no image.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub fn secured<E: Engine>(engine: &E, all: &[AcceptingRegion<E>]) -> Result<E::States> {
     all.iter().try_fold(engine.no_states(), |union, region| engine.union(&union, &region.states))
 }
@@ -146,9 +143,6 @@ pub fn regions_by_step<E: Engine>(
 
 /// Restricts regions to the states with fresh monitors: formulas are judged from these states on.
 /// Cost: no image.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub fn judged<E: Engine>(
     engine: &E,
     fresh: ExprId,

@@ -56,7 +56,7 @@ impl<E: Engine> Portable<E> for Search<E> {
     }
 }
 
-/// What is left to do for a target.
+/// The work that is left for a target.
 enum Task<E: Engine> {
     /// An equal target has these regions.
     Known(ObjectiveRegions<E>),
@@ -152,7 +152,7 @@ impl<E: Engine> WinningRegions<E> {
         Ok(independent)
     }
 
-    /// Returns what is left to do for a target. Cost: no image.
+    /// Returns the work that is left for a target. Cost: no image.
     fn task(&self, engine: &E, target: &E::States) -> Result<Task<E>> {
         let mut bound: Option<E::States> = None;
         for larger in self.known.iter().filter_map(|found| found.regions.as_ref()) {
@@ -171,9 +171,6 @@ impl<E: Engine> WinningRegions<E> {
 
     /// Returns the sizes of the known regions of an objective; `None` if they are not known. Counts
     /// them if a limit left them uncounted.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub(super) fn counts(&self, engine: &E, objective: usize) -> Result<Option<RegionCounts>> {
         match (self.counted(objective), self.get(objective)) {
             (None, Some(regions)) => counts_of(engine, regions).map(Some),
@@ -240,9 +237,6 @@ fn counts_of<E: Engine>(engine: &E, regions: &ObjectiveRegions<E>) -> Result<Reg
 /// The search starts with the choices of the bound. States outside of a superset of the result are
 /// lost, so the result is the same and one backward fixpoint is saved. Cost: one
 /// `almost_surely_reach`.
-///
-/// # Errors
-/// A limit of the engine is reached.
 pub(super) fn almost_sure_within<E: Engine>(
     engine: &E,
     target: &E::States,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::choose::LEVELS;
-use super::{Setup, Steps, Values};
+use super::{Steps, ValueOptions, Values};
 use meliora_engine::Engine;
 use meliora_model::error::Result;
 use meliora_model::{Program, State};
@@ -38,8 +38,8 @@ impl AllStates {
             return Ok(None);
         }
         let levels = Values::levels_found(analysis, LEVELS);
-        let setup = Setup { levels, exact: false, within: None };
-        let values = Values::compute(setup, analysis, program, &states, &Steps)?;
+        let options = ValueOptions { levels, exact: false, within: None };
+        let values = Values::compute(options, analysis, program, &states, &Steps)?;
         let (mut probabilities, mut costs) = (Vec::new(), Vec::new());
         for state in &states {
             let node = values.start(state);

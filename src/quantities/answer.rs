@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use super::cost::check_rewards;
-use super::reach::{self, Value, Wanted};
+use super::path_values::{self, Value, Wanted};
 use super::state_values::Bound;
 use super::{Earned, Interval};
 use meliora_engine::Engine;
@@ -87,7 +87,7 @@ pub fn answer<E: Engine>(
     }
     let optimum = quantity.strategies(program).unwrap_or(Optimum::Max);
     let wanted = wanted(program, quantity, &target)?;
-    let values = |exact| reach::values(engine, program, (&wanted, optimum), regions, &states, exact);
+    let values = |exact| path_values::values(engine, program, (&wanted, optimum), regions, &states, exact);
     let mut found = values(false)?;
     // The values of several states may be far apart; each has narrow bounds of its own.
     let is_narrow = |found: &[Value]| found.iter().all(|value| bound(value.interval()).width() <= precision);

@@ -8,7 +8,7 @@ use strum::{EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 use super::cost::Cost;
 use super::number::Bounds;
-use super::values::{Aim, Node, Setup, Values};
+use super::values::{Aim, Node, ValueOptions, Values};
 use meliora_engine::Engine;
 use meliora_model::error::Result;
 use meliora_model::{Program, State};
@@ -103,7 +103,7 @@ pub struct Attained {
 ///
 /// For [`Aim::Likely`], k is the greatest number with P_k > 0, for [`Aim::Cheap`] the greatest with
 /// P_k = 1: the SASI rank, or under `transition` that of `action`. Both are at most
-/// [`Setup::levels`](super::Setup::levels). If a step leaves the states with this number, the rule
+/// [`ValueOptions::levels`](super::ValueOptions::levels). If a step leaves the states with this number, the rule
 /// goes on with the greatest number that is left.
 #[derive(Debug)]
 pub struct Chooser {
@@ -135,8 +135,8 @@ impl Chooser {
             Aim::Cheap => analysis.levels(Kind::Sasi).found.len(),
         };
         let levels = levels.unwrap_or_else(found);
-        let setup = Setup { levels, exact: false, within: None };
-        let values = Values::compute(setup, analysis, program, states, costs)?;
+        let options = ValueOptions { levels, exact: false, within: None };
+        let values = Values::compute(options, analysis, program, states, costs)?;
         Ok(Chooser::new(Arc::new(values), aim))
     }
 

@@ -104,9 +104,6 @@ impl<N: Number> Component<N> {
     }
 
     /// Solves the component; `None` if some group cannot leave it.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub(super) fn solve(&self, meter: &mut Meter<'_>) -> Result<Option<Optimum<N>>> {
         let Some(mut policy) = self.leaving_policy() else { return Ok(None) };
         if self.sense == Sense::Max {

@@ -7,7 +7,7 @@ use super::solution::Solution;
 use super::solve::Quantity;
 use super::solved::Solved;
 use super::values::{Numbers, Values};
-use meliora_dump::values::{Bounds, Number, Row};
+use meliora_dump::bounds::{Bounds, Number, Row};
 use meliora_engine::Engine;
 use meliora_model::error::{Error, Limit, Result};
 

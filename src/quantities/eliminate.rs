@@ -30,9 +30,6 @@ impl<N: Number> Row<N> {
 
 /// Solves the equations; `None` if some node cannot leave the chain. Memory and time depend on the
 /// entries that fill in; nodes with few neighbours are eliminated first.
-///
-/// # Errors
-/// A limit is reached.
 pub(super) fn solve<N: Number>(rows: Vec<Row<N>>, meter: &mut Meter<'_>) -> Result<Option<Vec<N>>> {
     let mut work = Elimination::new(rows);
     let taken = work.run(meter);

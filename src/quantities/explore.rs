@@ -210,9 +210,6 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
 
     /// Adds the node of a state in its own arena; `None` for states without a class: unsafe states
     /// have no values.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub(super) fn start(&mut self, state: &State) -> Result<Option<u32>> {
         let class = self.facts.class(state, None)?;
         if class.is_none() {
@@ -225,9 +222,6 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
     /// Does the same as [`Explorer::start`] for all states with a class, which are listed class by
     /// class and level by level, so that no state is tested for membership. Returns the number of
     /// nodes.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub(super) fn start_everywhere(&mut self) -> Result<u32> {
         let facts = self.facts;
         for (class, states) in (0..).zip(&facts.classes.list).map(|(number, class)| (number, &class.states)) {

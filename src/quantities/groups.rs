@@ -176,9 +176,6 @@ pub(super) struct Groups<'n> {
 
 impl<'n> Groups<'n> {
     /// Finds the groups of a component. Cost: linear for each round of the search for end components.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub(super) fn new<N: Number>(
         system: &System<'_, N>,
         nodes: &'n [u32],
@@ -270,9 +267,6 @@ impl<'n> Groups<'n> {
     }
 
     /// Returns the actions of each group.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub(super) fn actions<N: Number, R: Reader<N>>(
         &self,
         system: &System<'_, N>,

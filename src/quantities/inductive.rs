@@ -29,7 +29,7 @@ use super::meter::Meter;
 use super::number::Interval;
 use super::solution::Solution;
 use super::solve::{FEW, Margin, NONE, Quantity, SMALL, System};
-use meliora_dump::values::{MOST_BITS, Number};
+use meliora_dump::bounds::{MOST_BITS, Number};
 use meliora_model::error::Result;
 use meliora_model::exact::Ratio;
 
@@ -83,9 +83,6 @@ enum Attempt {
 impl Wanted<'_> {
     /// Computes the bounds. Cost: that of the solver for components of more than one state, and one
     /// exact step per choice.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub(super) fn find(&self, meter: &mut Meter<'_>) -> Result<Inductive> {
         let system = self.system(None);
         let rounded = system.start(meter)?;

@@ -31,7 +31,7 @@
 //! | [`values`] | the results: [`Values`] |
 //! | [`choose`] | strategies that attain the values |
 //! | [`confirmed`], `inductive` | bounds that one step confirms, for certificates |
-//! | [`reach`] | probabilities of formulas and rewards until a target, without preferences |
+//! | [`path_values`] | probabilities of formulas and rewards until a target, without preferences |
 //!
 //! # Methods
 //!
@@ -73,7 +73,7 @@
 //! use meliora_engine::{ExplicitEngine, Settings};
 //! use meliora_model::error::SourceFile;
 //! use meliora_planning::{Analysis, Options};
-//! use meliora_quantities::{Setup, Steps, Values};
+//! use meliora_quantities::{ValueOptions, Steps, Values};
 //!
 //! let model = "mdp module m x : [0..2] init 0; [] x=0 -> 1/4: (x'=1) + 3/4: (x'=2); [] x>0 -> true; endmodule";
 //! let wishes = "objective Lucky = F x=1;";
@@ -84,8 +84,8 @@
 //! let engine = ExplicitEngine::new(Arc::clone(&program), Settings::default())?;
 //! let mut analysis = Analysis::new(&Arc::new(engine), &Arc::new(preferences), Options::default());
 //! analysis.run(&mut |_| ())?;
-//! let setup = Setup { levels: 1, exact: false, within: None };
-//! let values = Values::compute(setup, &analysis, &program, &[vec![0]], &Steps)?;
+//! let options = ValueOptions { levels: 1, exact: false, within: None };
+//! let values = Values::compute(options, &analysis, &program, &[vec![0]], &Steps)?;
 //! let start = values.start(&[0]).unwrap();
 //! assert_eq!(values.probability(start, 1).interval.lower, 0.25);
 //! # Ok::<(), meliora_model::error::Error>(())
@@ -109,8 +109,8 @@ mod meter;
 mod narrow;
 mod number;
 pub mod outlook;
+pub mod path_values;
 mod places;
-pub mod reach;
 mod repeated;
 mod solution;
 mod solve;
@@ -124,4 +124,4 @@ pub mod values;
 pub use choose::{Choose, Chooser};
 pub use cost::{Cost, Earned, Steps};
 pub use number::{Bounds, Interval};
-pub use values::{Aim, ChoiceValues, Node, Setup, Values};
+pub use values::{Aim, ChoiceValues, Node, ValueOptions, Values};

@@ -108,7 +108,7 @@ impl Promise {
         let mut promise = Promise::certain(analysis, program, state, certain, Some(rule))?;
         promise.steps = values.cost(node, certain).map(|cost| cost.middle());
         let next = certain + 1;
-        if next <= values.setup().levels && values.probability(node, next).middle() > 0.0 {
+        if next <= values.options().levels && values.probability(node, next).middle() > 0.0 {
             // The strategy that makes `next` improvements with the greatest probability, and aims at no more.
             let aim = (Aim::Likely, Some(next));
             let rule = Chooser::compute(analysis, program, std::slice::from_ref(state), aim, &Steps)?;

@@ -313,9 +313,6 @@ impl<N: Number> System<'_, N> {
     }
 
     /// Solves the equations of a component.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub(super) fn component(
         &self,
         nodes: &[u32],
@@ -422,9 +419,6 @@ impl<N: Number> System<'_, N> {
 
     /// Returns the exact solution of a component, where the bounds of its exits are fractions; `None`
     /// if one of these is infinite, or some group cannot leave the component.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub(super) fn fractions_of(
         &self,
         groups: &Groups<'_>,

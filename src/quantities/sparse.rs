@@ -69,9 +69,6 @@ impl Sparse {
     }
 
     /// Copies the rows of a component, divided by the probabilities to leave the groups.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub(super) fn new<N: Number>(
         system: &System<'_, N>,
         groups: &Groups<'_>,

@@ -180,10 +180,10 @@ impl StateValues {
         state: &State,
         names: &[String],
     ) -> Result<Self> {
-        let setup = values.setup();
+        let options = values.options();
         Ok(StateValues {
-            levels: (1..=setup.levels).map(|k| level(values, node, k, names)).collect(),
-            number: Some(Bound::new(&values.number(node), setup.exact)),
+            levels: (1..=options.levels).map(|k| level(values, node, k, names)).collect(),
+            number: Some(Bound::new(&values.number(node), options.exact)),
             within: values.within(node, 1).map(<[f64]>::to_vec),
             ..StateValues::without(analysis, program, state)?
         })
@@ -206,7 +206,7 @@ impl StateValues {
 }
 
 fn level(values: &Values, node: Node, k: usize, names: &[String]) -> LevelValues {
-    let exact = values.setup().exact;
+    let exact = values.options().exact;
     let bound = |b: &Bounds| Bound::new(b, exact);
     let action = |choice: &ChoiceValues| ActionValues {
         action: names.get(choice.position).cloned().unwrap_or_default(),

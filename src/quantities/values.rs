@@ -18,7 +18,7 @@ use meliora_planning::{Analysis, Kind};
 
 /// The options of [`Values`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Setup {
+pub struct ValueOptions {
     /// The greatest k for which P_k and C_k are computed.
     pub levels: usize,
     /// Computes with fractions instead of intervals. Fractions can become very long: this is for
@@ -70,7 +70,7 @@ macro_rules! on {
 /// The quantities of the states that some states reach.
 #[derive(Debug)]
 pub struct Values {
-    setup: Setup,
+    options: ValueOptions,
     pub(super) graph: Graph,
     pub(super) places: Places,
     /// The nodes of the states asked for.
@@ -81,13 +81,13 @@ pub struct Values {
 
 impl Values {
     /// Creates quantities without results.
-    pub fn new(setup: Setup) -> Self {
-        let numbers = match setup.exact {
+    pub fn new(options: ValueOptions) -> Self {
+        let numbers = match options.exact {
             true => Numbers::Exact(Solved::new()),
             false => Numbers::Rounded(Solved::new()),
         };
         let (graph, places) = (Graph::default(), Places::default());
-        Values { setup, graph, places, starts: Vec::new(), numbers, horizon: None }
+        Values { options, graph, places, starts: Vec::new(), numbers, horizon: None }
     }
 
     /// Computes the quantities of some states of the scope. Cost: see [`Values::explore`] and
@@ -96,21 +96,21 @@ impl Values {
     /// # Errors
     /// The errors of both.
     pub fn compute<E: Engine>(
-        setup: Setup,
+        options: ValueOptions,
         analysis: &Analysis<E>,
         program: &Program,
         states: &[State],
         costs: &dyn Cost,
     ) -> Result<Self> {
-        let mut values = Values::new(setup);
+        let mut values = Values::new(options);
         values.explore(analysis, program, states, costs)?;
         values.solve(analysis.engine())?;
         Ok(values)
     }
 
     /// Returns the options.
-    pub fn setup(&self) -> Setup {
-        self.setup
+    pub fn options(&self) -> ValueOptions {
+        self.options
     }
 
     /// Returns the number of levels for which an analysis suffices: at most `limit` and at most the
@@ -169,12 +169,12 @@ impl Values {
         costs: &dyn Cost,
         start: impl FnOnce(&mut Explorer<'_, '_, E>) -> Result<Vec<u32>>,
     ) -> Result<()> {
-        if let Some(known) = cut(analysis).filter(|&known| known < self.setup.levels) {
+        if let Some(known) = cut(analysis).filter(|&known| known < self.options.levels) {
             let message =
-                format!("the analysis ended at level {known}; quantities need {}", self.setup.levels);
+                format!("the analysis ended at level {known}; quantities need {}", self.options.levels);
             return Err(Error::Usage(message));
         }
-        let facts = Facts::new(analysis, program, self.setup.levels)?;
+        let facts = Facts::new(analysis, program, self.options.levels)?;
         let mut meter = Meter::new(analysis.engine());
         let (graph, places) = (&mut self.graph, &mut self.places);
         let mut explorer = Explorer::new(&facts, costs, graph, places, &mut meter)?;
@@ -183,15 +183,12 @@ impl Values {
     }
 
     /// Computes all quantities. What is computed before an error is kept.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub fn solve<E: Engine>(&mut self, engine: &E) -> Result<()> {
         let mut meter = Meter::new(engine);
         meter.take(self.graph.bytes() + self.places.bytes())?;
-        let (graph, levels) = (&self.graph, self.setup.levels);
+        let (graph, levels) = (&self.graph, self.options.levels);
         on!(&mut self.numbers, solved => solved.run(graph, levels, &mut meter))?;
-        if let Some(steps) = self.setup.within {
+        if let Some(steps) = self.options.within {
             let horizon = self.horizon.insert(Horizon::default());
             horizon.run(graph, (levels, steps), &self.starts, &mut meter)?;
         }
@@ -248,7 +245,7 @@ impl Values {
 
     /// Returns N, the largest expected number of improvements.
     pub fn number(&self, node: Node) -> Bounds {
-        if self.graph.rank(node.0).positive <= 1 && self.setup.levels > 0 {
+        if self.graph.rank(node.0).positive <= 1 && self.options.levels > 0 {
             return self.probability(node, 1);
         }
         let known = on!(&self.numbers, solved => solved.number(node.0));
@@ -312,14 +309,14 @@ impl Values {
     }
 
     /// Returns the number of improvements that a strategy aims at from a node: the greatest k, at most
-    /// that of [`Setup::levels`], with P_k > 0 (for [`Aim::Cheap`]: with P_k = 1).
+    /// that of [`ValueOptions::levels`], with P_k > 0 (for [`Aim::Cheap`]: with P_k = 1).
     pub fn aimed(&self, node: Node, aim: Aim) -> usize {
         let rank = self.graph.rank(node.0);
         let k = match aim {
             Aim::Likely => rank.positive,
             Aim::Cheap => rank.sure,
         };
-        self.setup.levels.min(k as usize)
+        self.options.levels.min(k as usize)
     }
 
     /// Returns the cost of the [`Values::best_choice`].

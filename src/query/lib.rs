@@ -198,9 +198,6 @@ impl Archive {
     }
 
     /// Returns the number of states, or of pairs of states and choices.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub fn count(&self, selected: &Selected) -> Result<Count> {
         match selected {
             Selected::States(x) => self.engine.count(x),
@@ -217,9 +214,6 @@ impl Archive {
     }
 
     /// Returns the state as a member of the selection; none if it is not in it.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub fn member(&self, selected: &Selected, state: &[i64]) -> Result<Option<Member>> {
         let choices = match selected {
             Selected::States(x) => return Ok(self.engine.contains(x, state)?.then(|| self.plain(state))),
@@ -239,9 +233,6 @@ impl Archive {
     }
 
     /// Lists up to `limit` states in the order of their values.
-    ///
-    /// # Errors
-    /// A limit is reached.
     pub fn list(&self, selected: &Selected, limit: usize) -> Result<Vec<Member>> {
         let states = match selected {
             Selected::States(x) => x.clone(),

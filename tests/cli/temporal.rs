@@ -140,7 +140,8 @@ fn history_play_is_memory_written_by_hand() {
             let (hand, play) = (check("memory.prism", "hand.pref"), check("plain.prism", "play.pref"));
             assert_eq!(play["history"], json!("play"));
             assert_eq!(play["counts"]["model_states"], json!("6"));
-            assert_eq!(play["objectives"][0]["observer"], json!(2));
+            let both = &play["objectives"][0];
+            assert_eq!((&both["monitor"], &both["observer"]), (&json!(2), &json!(2)));
             assert_eq!(hand["initial"][0]["sasi_rank"], play["initial"][0]["sasi_rank"], "{safety} {engine}");
             assert_eq!(hand["initial"][0]["spi_rank"], play["initial"][0]["spi_rank"], "{safety} {engine}");
             assert_eq!(
@@ -169,7 +170,7 @@ fn both_engines_agree_on_the_temporal_models() {
 }
 
 #[test]
-fn states_of_observers_are_named_in_words() {
+fn states_of_monitors_are_named_in_words() {
     let shown =
         Finished::of(meliora().args(["check", "models/courier.prism", "models/courier.pref"])).expect(0);
     assert!(shown.stdout.contains("Deliver=waiting for key"), "{}", shown.stdout);
@@ -182,7 +183,7 @@ fn states_of_observers_are_named_in_words() {
 }
 
 #[test]
-fn many_leaves_are_many_small_observers() {
+fn many_leaves_are_many_small_monitors() {
     let model = "mdp module m x:[0..25] init 0; [up] x<25 -> (x'=x+1); [down] x>0 -> (x'=x-1); endmodule";
     let scratch = Scratch::new(&[("m.prism", model)]);
     let leaves = |form: &str| (1..=25).map(|k| form.replace('k', &k.to_string())).collect::<Vec<_>>();
@@ -199,7 +200,7 @@ fn many_leaves_are_many_small_observers() {
 }
 
 #[test]
-fn info_shows_observers() {
+fn info_shows_monitors() {
     let arguments = ["info", "models/courier.prism", "--preferences", "models/courier.pref"];
     let shown = Finished::of(meliora().args(arguments)).expect(0).stdout;
     assert!(shown.contains("{waiting for key, waiting for door, done}"), "{shown}");

@@ -19,7 +19,7 @@ use meliora::engine::ExplicitEngine;
 use meliora::engine::SymbolicEngine;
 use meliora::engine::{Engine, ProgressSink, Scope, Settings};
 use meliora::error::{Error, Limit, SourceFile, render};
-use meliora::export::{Inputs, Selection, export, read_shield, write_shield};
+use meliora::export::{DumpContent, Inputs, export, read_shield, write_shield};
 use meliora::lang;
 use meliora::model::step::Step;
 use meliora::model::temporal::Begin;
@@ -369,7 +369,7 @@ pub fn exported() -> directory::Dump {
     analysis.run(&mut |_| ()).unwrap();
     let named = |name: &str| (name.to_owned(), String::new());
     let inputs = Inputs { model: named("m.prism"), preferences: named("m.pref") };
-    export(&analysis, &inputs, &Selection { wanted: &|_| true, certificate: false }).unwrap()
+    export(&analysis, &inputs, &DumpContent { wanted: &|_| true, certificate: false }).unwrap()
 }
 
 fn archive() -> Archive {

@@ -9,7 +9,7 @@ use meliora::advanced::symbolic::Thresholds;
 use meliora::dump::directory::write_directory;
 use meliora::engine::{NoProgress, Settings, SymbolicEngine};
 use meliora::error::{Error, Limit, Result, SourceFile};
-use meliora::export::{Inputs, Selection, export};
+use meliora::export::{DumpContent, Inputs, export};
 use meliora::generate::{Choices, Parameters, gridworld};
 use meliora::lang;
 use meliora::planning::{Analysis, Options, Safety};
@@ -36,7 +36,7 @@ fn dumped(texts: (&str, &str), safety: Safety, (threads, memory): (u32, u64)) ->
     analysis.run(&mut |_| ())?;
     let named = |name: &str| (name.to_owned(), String::new());
     let inputs = Inputs { model: named("m.prism"), preferences: named("p.pref") };
-    let dump = export(&analysis, &inputs, &Selection { wanted: &|_| true, certificate: true })?;
+    let dump = export(&analysis, &inputs, &DumpContent { wanted: &|_| true, certificate: true })?;
     let scratch = tempfile::tempdir().unwrap();
     let target = scratch.path().join("dump");
     write_directory(dump, &target, false, &NoProgress)?;

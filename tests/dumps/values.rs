@@ -5,19 +5,19 @@ use std::fs;
 use std::sync::Arc;
 
 use meliora::certify::{Hashes, verify};
+use meliora::dump::bounds::{Bounds, Number, Row};
 use meliora::dump::manifest::ValuesFile;
-use meliora::dump::values::{Bounds, Number, Row};
 use meliora::dump::{Dump, read_directory, write_directory};
 use meliora::engine::{NoProgress, Scope, Settings, SymbolicEngine};
 use meliora::error::{Error, SourceFile};
-use meliora::export::values::{Wanted, add};
-use meliora::export::{Inputs, Selection, export};
+use meliora::export::bounds::{Wanted, add};
+use meliora::export::{DumpContent, Inputs, export};
 use meliora::lang;
 use meliora::model::exact::Ratio;
 use meliora::model::preference::Preferences;
 use meliora::model::{Program, State};
 use meliora::planning::{Analysis, Options, Safety};
-use meliora::quantities::{Cost, Earned, Setup, Steps, Values};
+use meliora::quantities::{Cost, Earned, Steps, ValueOptions, Values};
 use num_traits::ToPrimitive;
 use rand::rngs::ChaCha8Rng;
 use rand::seq::IndexedRandom;
@@ -76,7 +76,7 @@ impl Case {
         let named = |text: &str| (text.to_owned(), text.to_owned());
         let inputs = Inputs { model: named(HASHES.model), preferences: named(HASHES.preferences) };
         let mut dump =
-            export(&analysis, &inputs, &Selection { wanted: &|_| true, certificate: true }).unwrap();
+            export(&analysis, &inputs, &DumpContent { wanted: &|_| true, certificate: true }).unwrap();
         let costs: Box<dyn Cost + '_> = match program.reward_structure(Some(reward)) {
             Some(at) => Box::new(Earned { program: &program, structure: &program.rewards[at] }),
             None => Box::new(Steps),
@@ -132,7 +132,7 @@ impl Case {
 
 /// Computes the exact values of some rows.
 fn truth(analysis: &Analysis<SymbolicEngine>, program: &Program, rows: &[Row], costs: &dyn Cost) -> Truth {
-    let mut values = Values::new(Setup { levels: LEVELS, exact: true, within: None });
+    let mut values = Values::new(ValueOptions { levels: LEVELS, exact: true, within: None });
     let states: Vec<State> = rows.iter().map(|row| row.state.clone()).collect();
     values.explore(analysis, program, &states, costs).unwrap();
     values.solve(analysis.engine()).unwrap();

@@ -10,7 +10,7 @@ use meliora::dump::{Dump, read_directory, write_directory};
 use meliora::engine::SymbolicEngine;
 use meliora::engine::{Scope, Settings};
 use meliora::error::{Result, SourceFile};
-use meliora::export::{Inputs, Selection, export};
+use meliora::export::{DumpContent, Inputs, export};
 use meliora::lang;
 use meliora::model::Program;
 use meliora::model::preference::Preferences;
@@ -60,8 +60,8 @@ impl Case {
             model: ("m.prism".to_owned(), HASHES.model.to_owned()),
             preferences: ("p.pref".to_owned(), HASHES.preferences.to_owned()),
         };
-        let selection = Selection { wanted: &|_| true, certificate: true };
-        let dump = export(&analysis, &inputs, &selection).unwrap();
+        let content = DumpContent { wanted: &|_| true, certificate: true };
+        let dump = export(&analysis, &inputs, &content).unwrap();
         drop(analysis);
         drop(engine);
         Case { program, preferences, dump }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use meliora::certify::{Hashes, verify};
 use meliora::engine::SymbolicEngine;
-use meliora::export::values::{Wanted, add};
-use meliora::export::{Inputs, Selection, export};
+use meliora::export::bounds::{Wanted, add};
+use meliora::export::{DumpContent, Inputs, export};
 use meliora::planning::{Analysis, Kind, Options};
 use meliora::quantities::Earned;
 use proptest::prelude::*;
@@ -25,7 +25,7 @@ fn check(case: &RandomCase) -> bool {
     analysis.run(&mut |_| ()).unwrap();
     let named = |hash: &str| ("file".to_owned(), hash.to_owned());
     let inputs = Inputs { model: named(HASHES.model), preferences: named(HASHES.preferences) };
-    let mut dump = export(&analysis, &inputs, &Selection { wanted: &|_| true, certificate: true }).unwrap();
+    let mut dump = export(&analysis, &inputs, &DumpContent { wanted: &|_| true, certificate: true }).unwrap();
     let has_values = !analysis.levels(Kind::Spi).found.is_empty();
     if has_values {
         let structure = &program.rewards[program.reward_structure(Some(REWARDS)).unwrap()];

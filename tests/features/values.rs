@@ -2,7 +2,7 @@
 
 use meliora::model::State;
 use meliora::planning::{Kind, Rank, Safety, StrategyKind};
-use meliora::quantities::{Aim, Bounds, Earned, Setup, Values};
+use meliora::quantities::{Aim, Bounds, Earned, ValueOptions, Values};
 use proptest::prelude::*;
 
 use crate::random_case::{REWARDS, RandomCase, random_case};
@@ -12,7 +12,7 @@ use crate::{Analysed, config, settings};
 const LEVELS: usize = 2;
 
 fn solved(of: &Analysed) -> Values {
-    let mut values = Values::new(Setup { levels: LEVELS, exact: false, within: None });
+    let mut values = Values::new(ValueOptions { levels: LEVELS, exact: false, within: None });
     let structure = &of.program.rewards[of.program.reward_structure(Some(REWARDS)).unwrap()];
     let costs = Earned { program: &of.program, structure };
     values.explore(&of.analysis, &of.program, &of.safe_states(), &costs).unwrap();

@@ -9,7 +9,7 @@ use meliora::model::State;
 use meliora::model::exact::Ratio;
 use meliora::model::preference::Empty;
 use meliora::planning::{Analysis, FiniteMemoryStrategy, Memory, Options, Safety};
-use meliora::quantities::{Aim, Choose, Chooser, Setup, Steps, Values};
+use meliora::quantities::{Aim, Choose, Chooser, Steps, ValueOptions, Values};
 use num_traits::{One, Zero};
 use proptest::prelude::*;
 
@@ -57,7 +57,7 @@ fn evaluate<E: Engine>(strategy: &mut FiniteMemoryStrategy<E>, start: &State, k:
 fn attained<E: Engine>(analysis: &Analysis<E>, world: &World, label: &str) {
     let engine = analysis.engine();
     let states = engine.list_states(&engine.all_states(), usize::MAX).unwrap();
-    let mut values = Values::new(Setup { levels: LEVELS, exact: true, within: None });
+    let mut values = Values::new(ValueOptions { levels: LEVELS, exact: true, within: None });
     values.explore(analysis, &world.program, &states, &Steps).unwrap();
     values.solve(engine).unwrap();
     let values = Arc::new(values);
@@ -117,7 +117,7 @@ fn a_state_without_values_is_an_error() {
         "objective A = F x=2; empty = gain;",
     );
     let analysis = loaded.analyse(Safety::Action, None);
-    let mut values = Values::new(Setup { levels: 1, exact: false, within: None });
+    let mut values = Values::new(ValueOptions { levels: 1, exact: false, within: None });
     values.explore(&analysis, &loaded.program, &[vec![1]], &Steps).unwrap();
     values.solve(&*loaded.engine).unwrap();
     let kind = Choose::Likely.kind().unwrap();

@@ -4,7 +4,7 @@
 use meliora::engine::Engine;
 use meliora::model::exact::Ratio;
 use meliora::planning::Safety;
-use meliora::quantities::{Aim, Cost, Earned, Interval, Node, Setup, Steps, Values};
+use meliora::quantities::{Aim, Cost, Earned, Interval, Node, Steps, ValueOptions, Values};
 
 use crate::loaded::Loaded;
 use crate::quantities::exact;
@@ -16,7 +16,7 @@ fn values(loaded: &Loaded, safety: Safety, levels: usize, exact: bool) -> (Value
 fn paid(loaded: &Loaded, safety: Safety, levels: usize, exact: bool, costs: &dyn Cost) -> (Values, Node) {
     let analysis = loaded.analyse(safety, None);
     let starts = loaded.engine.list_states(&loaded.engine.initial_states(), 1).unwrap();
-    let mut values = Values::new(Setup { levels, exact, within: None });
+    let mut values = Values::new(ValueOptions { levels, exact, within: None });
     values.explore(&analysis, &loaded.program, &starts, costs).unwrap();
     values.solve(&*loaded.engine).unwrap();
     let start = values.start(&starts[0]).unwrap();

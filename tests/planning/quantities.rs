@@ -12,7 +12,7 @@ use meliora::model::exact::Ratio;
 use meliora::model::preference::{Change, Empty, Goal, Objective, ObjectiveSet, Preferences, Preorder};
 use meliora::model::step::Step;
 use meliora::planning::{Analysis, Kind, Options, Rank, Safety};
-use meliora::quantities::{Aim, Interval, Node, Setup, Steps, Values};
+use meliora::quantities::{Aim, Interval, Node, Steps, ValueOptions, Values};
 use num_rational::BigRational;
 use num_traits::{FromPrimitive, One, Signed, Zero};
 use proptest::prelude::*;
@@ -39,7 +39,7 @@ impl<'a, E: Engine> Check<'a, E> {
     fn new(world: &'a World, analysis: &'a Analysis<E>, exact: bool) -> Self {
         let engine = analysis.engine();
         let states = engine.list_states(&engine.all_states(), usize::MAX).unwrap();
-        let mut values = Values::new(Setup { levels: LEVELS, exact, within: Some(4) });
+        let mut values = Values::new(ValueOptions { levels: LEVELS, exact, within: Some(4) });
         values.explore(analysis, &world.program, &states, &Steps).unwrap();
         values.solve(engine).unwrap();
         Check { world, analysis, values, states }

@@ -12,7 +12,7 @@ use meliora::model::preference::{Change, Preferences};
 use meliora::model::step::Step;
 use meliora::model::{Program, State};
 use meliora::planning::{Analysis, Kind, Options, Rank, Safety};
-use meliora::quantities::{Node, Setup, Steps, Values};
+use meliora::quantities::{Node, Steps, ValueOptions, Values};
 use num_traits::{One, Zero};
 use proptest::prelude::*;
 
@@ -40,14 +40,14 @@ fn analysed<E: Engine>(engine: &Arc<E>, preferences: &Arc<Preferences>, safety: 
 }
 
 fn solved<E: Engine>(analysis: &Analysis<E>, program: &Program, states: &[State], exact: bool) -> Values {
-    let mut values = Values::new(Setup { levels: LEVELS, exact, within: None });
+    let mut values = Values::new(ValueOptions { levels: LEVELS, exact, within: None });
     values.explore(analysis, program, states, &Steps).unwrap();
     values.solve(analysis.engine()).unwrap();
     values
 }
 
 fn solved_everywhere<E: Engine>(analysis: &Analysis<E>, program: &Program) -> Values {
-    let mut values = Values::new(Setup { levels: LEVELS, exact: false, within: None });
+    let mut values = Values::new(ValueOptions { levels: LEVELS, exact: false, within: None });
     values.explore_everywhere(analysis, program, &Steps).unwrap();
     values.solve(analysis.engine()).unwrap();
     values

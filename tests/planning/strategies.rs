@@ -4,7 +4,7 @@ use meliora::engine::Engine;
 use meliora::model::preference::Empty;
 use meliora::planning::improvement::Arena;
 use meliora::planning::levels::{Game, Level};
-use meliora::planning::strategy::{Strategy, is_goal, permitted_at_start, strategies};
+use meliora::planning::strategy::{ArenaStrategy, is_goal, permitted_at_start, strategies};
 use meliora::planning::{Analysis, Kind, Safety};
 use proptest::prelude::*;
 
@@ -78,7 +78,7 @@ fn set(x: &[bool]) -> Set {
     (0..x.len()).filter(|&s| x[s]).collect()
 }
 
-fn check_strategy(kind: Kind, play: &Play<'_>, strategy: &Strategy<Tiny>) {
+fn check_strategy(kind: Kind, play: &Play<'_>, strategy: &ArenaStrategy<Tiny>) {
     let won = set(&strategy.states);
     let chosen = |pairs: &Vec<Vec<bool>>| -> Vec<Vec<usize>> {
         pairs.iter().map(|row| (0..row.len()).filter(|&a| row[a]).collect()).collect()

@@ -92,34 +92,35 @@ impl Task<'_> {
     }
 
     fn explore<const W: usize>(&self) -> Result<Explored> {
-        let mut run = self.start::<W>()?;
+        let mut exploring = self.start::<W>()?;
         // A state takes longer if more guards are evaluated, so the interval depends on the
         // commands.
         let interval = (PATIENCE / self.program.commands.len().max(1)).max(1);
         let mut state = 0;
-        while state < run.space.len() {
+        while state < exploring.space.len() {
             // A state with many successors takes as long as many states.
-            if state % interval == 0 || run.stepper.steps.len() >= PATIENCE {
+            if state % interval == 0 || exploring.stepper.steps.len() >= PATIENCE {
                 // In the scope `all` every valuation is a state, so the explored states are
                 // reported.
-                let reached = if matches!(run.space, Space::Every(_)) { state } else { run.space.len() };
+                let reached =
+                    if matches!(exploring.space, Space::Every(_)) { state } else { exploring.space.len() };
                 self.report(state, reached)?;
             }
-            let code = run.space.code::<W>(state);
-            self.look(&mut run, state, &code)?;
-            run.add(state, &code)?;
+            let code = exploring.space.code::<W>(state);
+            self.look(&mut exploring, state, &code)?;
+            exploring.add(state, &code)?;
             state += 1;
         }
-        Ok(self.finish(run))
+        Ok(self.finish(exploring))
     }
 
-    fn start<const W: usize>(&self) -> Result<Run<'_, W>> {
+    fn start<const W: usize>(&self) -> Result<Exploring<'_, W>> {
         let space = match self.layout.valuations() {
             Some(n) => Space::Every(n as usize),
             None => Space::Indexed(self.initial_states::<W>()?),
         };
         let begin = self.program.monitors.as_ref().map(|o| o.begin);
-        Ok(Run {
+        Ok(Exploring {
             restarts: begin == Some(Begin::Everywhere) && matches!(space, Space::Indexed(_)),
             started: space.len(),
             space,
@@ -133,24 +134,29 @@ impl Task<'_> {
 
     /// Computes the steps from a state and tests whether it is an initial state.
     #[inline]
-    fn look<const W: usize>(&self, run: &mut Run<'_, W>, state: usize, code: &[u64; W]) -> Result<()> {
-        run.stepper.enter(self.layout, code);
-        let tests = self.settings.scope == Scope::All && state < run.started;
+    fn look<const W: usize>(
+        &self,
+        exploring: &mut Exploring<'_, W>,
+        state: usize,
+        code: &[u64; W],
+    ) -> Result<()> {
+        exploring.stepper.enter(self.layout, code);
+        let tests = self.settings.scope == Scope::All && state < exploring.started;
         if tests || self.prepared.initial_is_partial {
-            let holds = run.stepper.is_initial().map_err(|_| self.fault(code))?;
+            let holds = exploring.stepper.is_initial().map_err(|_| self.fault(code))?;
             if holds && tests {
-                run.initial.push(state);
+                exploring.initial.push(state);
             }
         }
-        run.stepper.expand().map_err(|broken| self.broken(broken, code))?;
-        if run.stepper.rounded {
-            run.rounded.get_or_insert_with(|| self.values(code));
+        exploring.stepper.expand().map_err(|broken| self.broken(broken, code))?;
+        if exploring.stepper.rounded {
+            exploring.rounded.get_or_insert_with(|| self.values(code));
         }
         Ok(())
     }
 
-    fn finish<const W: usize>(&self, run: Run<'_, W>) -> Explored {
-        let Run { mut space, mut graph, mut initial, deadlocks, rounded, started, .. } = run;
+    fn finish<const W: usize>(&self, exploring: Exploring<'_, W>) -> Explored {
+        let Exploring { mut space, mut graph, mut initial, deadlocks, rounded, started, .. } = exploring;
         if let Space::Indexed(index) = &mut space {
             index.shrink();
             if self.settings.scope == Scope::Reachable {
@@ -209,7 +215,7 @@ impl Task<'_> {
 }
 
 /// The state of an exploration.
-struct Run<'a, const W: usize> {
+struct Exploring<'a, const W: usize> {
     space: Space,
     /// Number of states before the first step.
     started: usize,
@@ -222,7 +228,7 @@ struct Run<'a, const W: usize> {
     rounded: Option<State>,
 }
 
-impl<const W: usize> Run<'_, W> {
+impl<const W: usize> Exploring<'_, W> {
     /// Adds the steps from a state, with their successors, to the graph.
     #[inline]
     fn add(&mut self, state: usize, code: &[u64; W]) -> Result<()> {

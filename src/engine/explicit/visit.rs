@@ -25,9 +25,6 @@ impl StateSet {
 impl ExplicitEngine {
     /// Starts an iteration over the states of X; `ExplicitEngine::next_listed` returns them.
     /// Cost: the states of X are sorted.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub fn listing(&self, x: &StateSet) -> Result<Listing> {
         let count = usize::try_from(self.bits(x)?.count()).unwrap_or(usize::MAX);
         let charge = self.meter.charge(count.saturating_mul(size_of::<usize>()))?;
@@ -46,9 +43,6 @@ impl ExplicitEngine {
     }
 
     /// Calls `each` with every state of X, in no particular order.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub fn visit(&self, x: &StateSet, each: &mut dyn FnMut(&[i64])) -> Result<()> {
         let mut values = vec![0; self.program.variables.len()];
         for state in self.bits(x)?.iter() {
@@ -60,9 +54,6 @@ impl ExplicitEngine {
     }
 
     /// Returns { s ∈ X : `wanted(s)` }.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub fn filter(&self, x: &StateSet, wanted: &mut dyn FnMut(&[i64]) -> bool) -> Result<StateSet> {
         let mut found = BitSet::empty(&self.meter, self.graph.states());
         let words = found.words_mut();
@@ -79,9 +70,6 @@ impl ExplicitEngine {
 
     /// Returns the states of X at the given positions, counted from 0 in an order that is always
     /// the same. Cost: one pass over X.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached.
     pub fn members_at(&self, x: &StateSet, positions: &[u64]) -> Result<Vec<State>> {
         let mut sorted: Vec<(u64, usize)> = positions.iter().copied().zip(0..).collect();
         sorted.sort_unstable();

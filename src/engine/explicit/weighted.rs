@@ -165,13 +165,13 @@ impl<'p> Walker<'p> {
     pub fn walk(&mut self) -> Box<dyn Walk + '_> {
         let Walker { program, codec, prepared, constant } = self;
         match codec.layout.words() {
-            1 => Run::<1>::boxed(program, codec, prepared, constant),
-            2 => Run::<2>::boxed(program, codec, prepared, constant),
-            3 => Run::<3>::boxed(program, codec, prepared, constant),
-            4 => Run::<4>::boxed(program, codec, prepared, constant),
-            5..=8 => Run::<8>::boxed(program, codec, prepared, constant),
-            9..=16 => Run::<16>::boxed(program, codec, prepared, constant),
-            _ => Run::<32>::boxed(program, codec, prepared, constant),
+            1 => PackedWalk::<1>::boxed(program, codec, prepared, constant),
+            2 => PackedWalk::<2>::boxed(program, codec, prepared, constant),
+            3 => PackedWalk::<3>::boxed(program, codec, prepared, constant),
+            4 => PackedWalk::<4>::boxed(program, codec, prepared, constant),
+            5..=8 => PackedWalk::<8>::boxed(program, codec, prepared, constant),
+            9..=16 => PackedWalk::<16>::boxed(program, codec, prepared, constant),
+            _ => PackedWalk::<32>::boxed(program, codec, prepared, constant),
         }
     }
 }
@@ -191,7 +191,7 @@ pub trait Walk {
     fn names(&mut self, state: &[u64]) -> Result<Vec<String>>;
 }
 
-struct Run<'w, const W: usize> {
+struct PackedWalk<'w, const W: usize> {
     program: &'w Program,
     codec: &'w Codec,
     stepper: Stepper<'w, W>,
@@ -199,7 +199,7 @@ struct Run<'w, const W: usize> {
     constant: &'w mut [Option<Weights>],
 }
 
-impl<const W: usize> Walk for Run<'_, W> {
+impl<const W: usize> Walk for PackedWalk<'_, W> {
     fn choices(&mut self, state: &[u64], fractions: &mut Fractions) -> Result<Vec<Weighted>> {
         self.expand(state)?;
         if self.stepper.ends.is_empty() {
@@ -248,14 +248,14 @@ impl<const W: usize> Walk for Run<'_, W> {
     }
 }
 
-impl<'w, const W: usize> Run<'w, W> {
+impl<'w, const W: usize> PackedWalk<'w, W> {
     fn boxed(
         program: &'w Program,
         codec: &'w Codec,
         prepared: &'w Prepared,
         constant: &'w mut [Option<Weights>],
     ) -> Box<dyn Walk + 'w> {
-        Box::new(Run::<W> { program, codec, stepper: Stepper::new(prepared), prepared, constant })
+        Box::new(PackedWalk::<W> { program, codec, stepper: Stepper::new(prepared), prepared, constant })
     }
 
     /// Lists the commands that are enabled in a state, and their effects.

@@ -57,9 +57,6 @@ impl SymbolicEngine {
     /// monitors. Returns `None` if the scope is the set of all valuations.
     ///
     /// Cost: no image.
-    ///
-    /// # Errors
-    /// A limit.
     pub fn beginnings(&self) -> Result<Option<StateSet>> {
         let sets = (&self.initial.0, &self.domain);
         let found = draft::beginnings(&self.program, &self.encoding, &self.store, self.settings.scope, sets)?;
@@ -172,9 +169,6 @@ impl SymbolicEngine {
     /// Returns the states of the scope in which some variables have the given values.
     ///
     /// Cost: one conjunction per bit.
-    ///
-    /// # Errors
-    /// A limit.
     pub fn slice(&self, fixed: &[(VarId, i64)]) -> Result<StateSet> {
         let mut slice = self.states.0.clone();
         for &(variable, value) in fixed {

@@ -141,9 +141,6 @@ impl SymbolicEngine {
     }
 
     /// Returns the sizes of the diagrams.
-    ///
-    /// # Errors
-    /// A limit.
     pub fn sizes(&self) -> Result<DiagramSizes> {
         let relations = self.transitions.pieces.iter().map(|p| self.store.size(&p.steps.relation));
         Ok(DiagramSizes {

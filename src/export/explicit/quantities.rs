@@ -1,7 +1,7 @@
 //! The bounds of quantities in the states of a graph.
 
 use super::graph::Graph;
-use crate::values::Wanted;
+use crate::bounds::Wanted;
 use meliora_quantities::{Bounds, Values};
 
 /// A quantity with its bounds in each state.

@@ -27,16 +27,13 @@ pub(super) struct Trees<'t> {
 pub(super) type Leaf = (usize, ExprId);
 
 /// Values of a variable with equal conditions on the variables after it.
-struct Run {
+struct ValueRange {
     low: i64,
     high: i64,
     rest: ExprId,
 }
 
 /// Sorts the states by their values. Returns `None` if two states have the same values.
-///
-/// # Errors
-/// A limit.
 pub(super) fn sorted(columns: &[Column], states: usize, poll: &mut Poll<'_>) -> Result<Option<Vec<usize>>> {
     let values = |state: usize| columns.iter().map(move |c| c.values[state]);
     let mut sorted: Vec<usize> = (0..states).collect();
@@ -136,28 +133,28 @@ impl<'t> Trees<'t> {
         };
         too_high(column)?;
         let (low, high) = (*low, *high);
-        let mut runs: Vec<Run> = Vec::new();
+        let mut ranges: Vec<ValueRange> = Vec::new();
         let mut left = positions;
         while let Some(&first) = left.first() {
             let value = self.at(column, first);
             let (equal, others) = left.split_at(left.partition_point(|&p| self.at(column, p) == value));
             left = others;
             let rest = self.member_from(equal, column + 1, poll)?;
-            match runs.last_mut() {
-                Some(run) if run.rest == rest && run.high + 1 == value => run.high = value,
-                _ => runs.push(Run { low: value, high: value, rest }),
+            match ranges.last_mut() {
+                Some(range) if range.rest == rest && range.high + 1 == value => range.high = value,
+                _ => ranges.push(ValueRange { low: value, high: value, rest }),
             }
         }
-        Ok(self.pick(column, &runs, (low, high)))
+        Ok(self.pick(column, &ranges, (low, high)))
     }
 
-    /// Returns the condition of one of the runs; the variable is known to be in a range.
-    fn pick(&mut self, column: usize, runs: &[Run], (low, high): (i64, i64)) -> ExprId {
-        if let [run] = runs {
-            let within = self.range(column, (run.low, run.high), (low, high));
-            return self.pool.binary(Binary::And, within, run.rest);
+    /// Returns the condition of one of the ranges; the variable is known to be in a range.
+    fn pick(&mut self, column: usize, ranges: &[ValueRange], (low, high): (i64, i64)) -> ExprId {
+        if let [range] = ranges {
+            let within = self.range(column, (range.low, range.high), (low, high));
+            return self.pool.binary(Binary::And, within, range.rest);
         }
-        let (before, after) = runs.split_at(runs.len() / 2);
+        let (before, after) = ranges.split_at(ranges.len() / 2);
         let bound = after[0].low - 1;
         let below = self.pick(column, before, (low, bound));
         let above = self.pick(column, after, (bound + 1, high));

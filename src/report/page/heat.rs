@@ -115,7 +115,7 @@ impl<'a> Heat<'a> {
 
 /// Returns the measures that say more than the ranks: probabilities other than 0 and 1, and steps.
 fn telling(all: &AllStates) -> Vec<Measure> {
-    let levels = all.values.setup().levels;
+    let levels = all.values.options().levels;
     let open = |k: &usize| all.probabilities.iter().any(|p| p[k - 1] > 0.0 && p[k - 1] < 1.0);
     let certain = |k: &usize| all.costs.iter().any(|c| c[k - 1].is_some());
     let probabilities = (1..=levels).filter(open).take(MOST_MAPS).map(Measure::Probability);

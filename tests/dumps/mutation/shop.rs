@@ -11,7 +11,7 @@ use meliora::dump::{Diagram, Dump, Edge, dddmp, read_directory};
 use meliora::engine::{NoProgress, Scope, Settings};
 use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::{Result, SourceFile};
-use meliora::export::{Inputs, Selection, export};
+use meliora::export::{DumpContent, Inputs, export};
 use meliora::lang;
 use meliora::model::Program;
 use meliora::model::preference::Preferences;
@@ -63,8 +63,8 @@ impl Shop {
         analysis.run(&mut |_| ()).unwrap();
         let named = |text: &str| (text.to_owned(), text.to_owned());
         let inputs = Inputs { model: named(HASHES.model), preferences: named(HASHES.preferences) };
-        let selection = Selection { wanted: &|_| true, certificate: true };
-        let dump = export(&analysis, &inputs, &selection).unwrap();
+        let content = DumpContent { wanted: &|_| true, certificate: true };
+        let dump = export(&analysis, &inputs, &content).unwrap();
         Some(sealed(dump))
     }
 

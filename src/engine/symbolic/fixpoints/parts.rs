@@ -99,9 +99,6 @@ impl Budget {
     pub(in crate::symbolic) const NONE: Budget = Budget { cases: 0, steps: u64::MAX };
 
     /// Computes the limits from the size of the operands.
-    ///
-    /// # Errors
-    /// A limit.
     pub(in crate::symbolic) fn of(store: &Store, parts: &[Part]) -> Result<Self> {
         let nodes: usize = parts.iter().map(|p| store.size(&p.allowed)).sum::<Result<_>>()?;
         let thresholds = store.thresholds();

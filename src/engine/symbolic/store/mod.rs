@@ -189,17 +189,11 @@ impl Store {
 
     /// Returns true if f has at least `many` nodes, constants included. Visits at most `many`
     /// nodes.
-    ///
-    /// # Errors
-    /// A limit.
     pub(in crate::symbolic) fn has_nodes(&self, f: &Bdd, many: usize) -> Result<bool> {
         Ok(self.visit(f, many)? >= many)
     }
 
     /// Returns true if f has fewer nodes than g.
-    ///
-    /// # Errors
-    /// A limit.
     pub(in crate::symbolic) fn is_smaller(&self, f: &Bdd, g: &Bdd) -> Result<bool> {
         Ok(!self.has_nodes(f, self.visit(g, usize::MAX)?)?)
     }
@@ -280,9 +274,6 @@ impl Store {
     }
 
     /// Returns the number of nodes of f, constants not included.
-    ///
-    /// # Errors
-    /// A limit.
     pub(in crate::symbolic) fn size(&self, f: &Bdd) -> Result<usize> {
         let constants = if *f == self.zero || *f == self.one { 1 } else { 2 };
         Ok(self.visit(f, usize::MAX)? - constants)

@@ -8,7 +8,7 @@ use meliora_model::Program;
 use meliora_model::error::{Error, Limit, Result};
 use meliora_planning::Analysis;
 use meliora_quantities::confirmed::widest;
-use meliora_quantities::{Cost, Setup, Values};
+use meliora_quantities::{Cost, ValueOptions, Values};
 
 use super::regions::class_name;
 
@@ -47,8 +47,8 @@ pub fn compute<E: Engine>(analysis: &Analysis<E>, program: &Program, wanted: &Wa
         return Err(Limit::Size { what }.into());
     }
     let starts = engine.list_states(&possible, wanted.limit)?;
-    let setup = Setup { levels: wanted.levels, exact: false, within: None };
-    Values::compute(setup, analysis, program, &starts, wanted.costs)
+    let options = ValueOptions { levels: wanted.levels, exact: false, within: None };
+    Values::compute(options, analysis, program, &starts, wanted.costs)
 }
 
 /// Adds the bounds of P_k and C_k to a dump, for all states from which an improvement is possible.

@@ -12,7 +12,7 @@ use super::bellman::{self, Costs};
 use super::checker::Checker;
 use super::error::{CheckError, CheckResult};
 use super::safety;
-use meliora_dump::values::{Bounds, Number, Row};
+use meliora_dump::bounds::{Bounds, Number, Row};
 use meliora_engine::symbolic::StateSet;
 use meliora_engine::{Algebra, Engine};
 use meliora_model::names;

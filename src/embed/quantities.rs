@@ -9,7 +9,7 @@ use meliora_planning::FiniteMemoryStrategy;
 use meliora_quantities::choose::LEVELS;
 use meliora_quantities::cost::Costs;
 use meliora_quantities::state_values::StateValues;
-use meliora_quantities::{Choose, Chooser, Cost, Setup, Steps, Values};
+use meliora_quantities::{Choose, Chooser, Cost, Steps, ValueOptions, Values};
 
 /// The quantities that are wanted.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -32,8 +32,8 @@ impl Analysis {
     /// is negative or has no value in some state of the scope; a limit is reached.
     pub fn values(&self, states: &[State], wanted: &Wanted) -> Result<Values> {
         let levels = wanted.levels.unwrap_or_else(|| Values::levels_found(self, LEVELS));
-        let setup = Setup { levels, exact: wanted.exact, within: wanted.within };
-        Values::compute(setup, self, self.program(), states, &*self.cost(wanted.reward.as_deref())?)
+        let options = ValueOptions { levels, exact: wanted.exact, within: wanted.within };
+        Values::compute(options, self, self.program(), states, &*self.cost(wanted.reward.as_deref())?)
     }
 
     /// Lets a strategy choose by value, for paths from some states. Without an aim, it takes the first
