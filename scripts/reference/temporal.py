@@ -4,6 +4,7 @@ Formulas are tuples in negation normal form: ("true",), ("false",), ("is", condi
 ("or", f, g), ("X", f), ("U", f, g) and ("W", f, g). A condition is a text in the names of the program.
 """
 
+import functools
 import itertools
 import re
 
@@ -280,6 +281,16 @@ class Monitor:
             endings = [(stem, loop) for stem in sum(words, []) for loop in words[1] + words[2]]
             self.told = {s: tuple(self.accepts(s, *ending) for ending in endings) for s in self.steps()}
         return self.told
+
+    @functools.lru_cache(maxsize=4)
+    def settled(self, mark):
+        """The states from which all letters of all words are marked, or none is."""
+        letters = list(itertools.product((False, True), repeat=len(self.atoms)))
+        found, before = self.steps().keys(), None
+        while found != before:
+            before = found
+            found = {s for s in before if all(to in before and m is mark for to, m in (self.read(s, a) for a in letters))}
+        return found
 
     def refuted(self):
         """The states after which no word satisfies the formula, if it is safe."""

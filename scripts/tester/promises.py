@@ -6,12 +6,13 @@ from fractions import Fraction
 
 from reference.model import Choice, Mdp, almost_sure, attractor
 from reference.product import Product, satisfaction
-from reference.strategies import achieved, achieving, pursued
+from reference.strategies import achieved, pursued, pursuit
 from reference.temporal import parts
 from tester.context import LEVELS
 from tester.program import key
 
 RUNS, STEPS = 20, 3000
+OF_PURSUIT = ("pursues", "commits", "gives_up")
 
 
 def starts(context):
@@ -137,39 +138,68 @@ def statistics_of(context, kind, objective, state, play):
 
 
 def pursues(context):
-    """The objective that a plan takes, and the permitted actions of plans and of `achieve`."""
-    analysis, relation = context.analysis, context.relation
-    answers = context.strategy("--kind", "plan")
-    for name, entry in answers.items():
-        state = relation.one(name)
-        if name in relation.past or state in analysis.mdp.unsafe or analysis.levels("sasi").rank(state) != 0:
-            continue
-        expected = pursued(analysis, state) if analysis.safety != "transition" else None
-        if expected:
-            context.same(f"pursues of {dict(name)}", context.names[expected[0]], entry["pursues"])
+    """The objective that a plan takes, with and without a name, and the actions of plans and of `achieve`."""
     number = context.case.seed % len(context.names)
-    answers = context.strategy("--kind", "achieve", "--objective", context.names[number])
-    for name, entry in answers.items():
-        if name not in relation.past:
-            achieving_at(context, number, dict(name), relation.one(name), entry)
+    name = ("--objective", context.names[number])
+    for named, options in ((None, ()), (number, name)):
+        for at_state, state, entry in safe_entries(context, "--kind", "plan", *options):
+            planned_at(context, named, at_state, state, entry)
+    for at_state, state, entry in safe_entries(context, "--kind", "achieve", *name):
+        taken = (number, None) if state in context.analysis.sure[number] else None
+        pursues_at(context, taken, at_state, state, entry)
 
 
-def achieving_at(context, number, named, state, entry):
+def safe_entries(context, *options):
+    """What `strategy` says in each safe state, with the state of the reference."""
+    for name, entry in context.strategy(*options).items():
+        state = context.relation.one(name)
+        if name not in context.relation.past and state not in context.analysis.mdp.unsafe:
+            yield f"{options} in {dict(name)}", state, entry
+
+
+def planned_at(context, named, where, state, entry):
+    """A plan improves as SASI does, then takes an objective, and may commit to it."""
     analysis = context.analysis
-    staying, closer = achieving(analysis, number, state)
-    permitted = [a["name"] for a in entry["actions"] if a["permitted"]]
-    if analysis.play:
-        # The regions of a formula bring their own strategies: these must stay where it is sure.
-        context.same(f"permitted stays sure in {named}", [], [a for a in permitted if a not in staying])
-        done = state not in analysis.sure[number] or claims(analysis, number, state)
-        context.same(
-            f"an action achieves {context.names[number]} in {named}", True, done or entry["progress_action"] is not None
-        )
-    else:
-        context.same(f"permitted achieve {context.names[number]} in {named}", sorted(staying), sorted(permitted))
-        if state not in analysis.targets[number]:
-            progress = [a["name"] for a in entry["actions"] if a["progress"]]
-            context.same(f"progress achieve {context.names[number]} in {named}", sorted(closer), sorted(progress))
+    levels = analysis.levels("sasi")
+    if levels.rank(state) != 0:
+        for what in ("permitted", "progress"):
+            expected = sorted(c.name for c in getattr(levels, what)(state))
+            context.same(f"{what} of {where}", expected, sorted(a["name"] for a in entry["actions"] if a[what]))
+        context.same(f"pursues of {where}", (None, False, []), tuple(map(entry.get, OF_PURSUIT)))
+        return
+    found = pursued(analysis, state, named)
+    reference = analysis.classes[state] if found and not found[1] else None
+    pursues_at(context, found and (found[0], reference), where, state, entry, bool(found and found[1]))
+
+
+def pursues_at(context, taken, where, state, entry, commits=False):
+    """The objective that is pursued, by all choices or by those that never weaken a class, and how."""
+    analysis = context.analysis
+    done = [i for i in range(len(context.names)) if achieved(analysis, i, state)]
+    context.same(f"achieved of {where}", context.named(done), entry["achieved"])
+    objective, reference = taken or (None, None)
+    commits = commits and objective not in done
+    taken_action = [a for a in entry["actions"] if a["name"] == entry["chosen_action"]]
+    given_up = {name for a in taken_action for s in a["successors"] for name in s["lost"]} if commits else set()
+    expected = (taken and context.names[objective], commits, [n for n in context.names if n in given_up])
+    context.same(f"pursues of {where}", expected, tuple(map(entry.get, OF_PURSUIT)))
+    if taken:
+        actions_at(context, objective, pursuit(analysis, objective, reference), where, state, entry)
+
+
+def actions_at(context, objective, way, where, state, entry):
+    """The permitted actions and those that make progress. The regions of a formula bring strategies of their own: these
+    must stay where it is sure."""
+    staying, closer = ([c.name for c in found] for found in (way.staying(state), way.closer(state)))
+    permitted, progress = ([a["name"] for a in entry["actions"] if a[what]] for what in ("permitted", "progress"))
+    if context.analysis.play:
+        context.same(f"permitted stays sure of {where}", set(), set(permitted) - set(staying))
+        done = claims(context.analysis, objective, state)
+        context.same(f"an action achieves, {where}", True, done or entry["progress_action"] is not None)
+        return
+    context.same(f"permitted of {where}", sorted(staying), sorted(permitted))
+    if state not in way.target:
+        context.same(f"progress of {where}", sorted(closer), sorted(progress))
 
 
 @dataclass
