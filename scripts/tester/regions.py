@@ -5,31 +5,39 @@ import math
 from dataclasses import replace
 from fractions import Fraction
 
+from reference.model import explore
 from reference.preferences import target_of
 from reference.questions import Question, jointly, rewards
 from tester.context import LEVELS
 from tester.program import at, key
+from tester.questions import allowed_by, bounded, earning, members
 
 
 def reach(context):
-    """The four regions of a formula, its probabilities, and rewards until a condition."""
+    """The four regions of a formula, its probabilities and their bounds."""
     text = context.preferences.objectives[context.case.seed % len(context.names)][1]
     for required in {(), tuple(context.preferences.required)}:
         options = [word for formula in required for word in ("--require", formula)]
         question = Question(context.source, context.case.settings["scope"], text, required, 3000)
-        asked = [f"P>=1 [ {text} ]", f"Pmax=? [ {text} ]", f"Pmin=? [ {text} ]"]
+        starts, regions = question.whole.initial, question.regions()
+        most, least = ([values[s] for s in starts] for values in (question.most(), question.least()))
+        bounds = bounded(context.case.seed, text, most, least)
+        asked = [f"P>=1 [ {text} ]", f"Pmax=? [ {text} ]", f"Pmin=? [ {text} ]", *(text for text, _ in bounds)]
         report = reach_report(context, asked, options)
-        regions = question.regions()
+        entries = report["properties"]
         for name, region in regions.items():
-            context.same(f"{name} of {text} with {options}", str(len(region)), report["properties"][0][name])
-        starts = question.whole.initial
+            context.same(f"{name} of {text} with {options}", str(len(region)), entries[0][name])
         unsafe = not question.unsafe().isdisjoint(starts)
         context.same("unsafe", unsafe, "unsafe" in report)
         if unsafe:
+            context.same("holds where a start is unsafe", {False, None}, {entry["holds"] for entry in entries})
+            context.same("values where a start is unsafe", {None}, {entry["value"] for entry in entries[1:3]})
             continue
-        context.same("holds", set(starts) <= regions["pmin_one"], report["properties"][0]["holds"])
-        for number, values in ((1, question.most()), (2, question.least())):
-            value_of(context, asked[number], [values[s] for s in starts], report["properties"][number]["value"])
+        context.same("holds", set(starts) <= regions["pmin_one"], entries[0]["holds"])
+        value_of(context, asked[1], most, entries[1]["value"])
+        value_of(context, asked[2], least, entries[2]["value"])
+        for (asked_for, holds), entry in zip(bounds, entries[3:]):
+            context.same(f"holds of {asked_for} with {options}", holds, entry["holds"])
 
 
 def earned(context):
@@ -38,11 +46,15 @@ def earned(context):
     condition = next(filter(None, conditions), None)
     if condition is None or "cost" not in context.source.rewards:
         return
-    question = Question(context.source, context.case.settings["scope"], f"F ({condition})", (), 3000)
-    asked = [f'R{{"cost"}}{m}=? [ F {condition} ]' for m in ("min", "max")]
-    report, whole = reach_report(context, asked, []), question.whole
-    for number, values in enumerate(rewards(whole, whole.where(condition), "cost")):
-        value_of(context, asked[number], [values[s] for s in whole.initial], report["properties"][number]["value"])
+    whole = explore(context.source, context.case.settings["scope"], 3000)
+    least, most = ([values[s] for s in whole.initial] for values in rewards(whole, whole.where(condition), "cost"))
+    bounds = earning(context.case.seed, condition, least, most)
+    asked = [f'R{{"cost"}}{m}=? [ F {condition} ]' for m in ("min", "max")] + [text for text, _ in bounds]
+    entries = reach_report(context, asked, [])["properties"]
+    value_of(context, asked[0], least, entries[0]["value"])
+    value_of(context, asked[1], most, entries[1]["value"])
+    for (text, holds), entry in zip(bounds, entries[2:]):
+        context.same(f"holds of {text}", holds, entry["holds"])
 
 
 def reach_report(context, asked, options):
@@ -133,6 +145,8 @@ def dumps(context):
         for state, entry in zip(states, found):
             inside = relation.one(key(state)) in expected[name]
             context.same(f"{state} in {name}", inside, entry["contained"])
+    members(context, folder, {name: states for name, states in expected.items() if name in counts})
+    allowed_by(context, folder, counts)
 
 
 def regions_of(context):
