@@ -103,8 +103,7 @@ def satisfaction(product, mdp, formula):
 
 
 def violations(product, formula):
-    """The states after which no word satisfies a safe formula, and those before which none does."""
+    """The states after which no word satisfies a safe formula."""
     place = [monitor.formula for monitor in product.monitors].index(formula)
-    refuted, width = product.monitors[place].refuted(), len(product.mdp.program.variables)
-    after = {s for s in product.mdp.states if product.read(s)[0][place] in refuted}
-    return after, {s for s in product.mdp.states if product.mdp.values[s][width + place] in refuted}
+    refuted = product.monitors[place].refuted()
+    return {s for s in product.mdp.states if product.read(s)[0][place] in refuted}

@@ -22,7 +22,7 @@ class Question:
         self.product = product(program, self.whole.values, watched, limit)
         mdp, violated = self.product.mdp, set()
         if demanded != TRUE:
-            violated, _ = violations(self.product, demanded)
+            violated = violations(self.product, demanded)
         self.mdp = mdp.restricted(can_stay(mdp.moves, set(mdp.states) - violated))
         self.fresh = list(self.whole.states)  # the roots of the product come first, in their order
 

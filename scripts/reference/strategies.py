@@ -63,7 +63,7 @@ def successor(analysis, levels, state, to, probability, goal):
 
 @dataclass
 class Pursuit:
-    """How an objective is achieved: the choices that may be taken, F_i, and the states where these achieve it surely."""
+    """How an objective is achieved: the choices that may be taken, F_i, and the states where they achieve it surely."""
 
     mdp: Mdp
     target: set

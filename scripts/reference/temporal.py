@@ -289,7 +289,9 @@ class Monitor:
         found, before = self.steps().keys(), None
         while found != before:
             before = found
-            found = {s for s in before if all(to in before and m is mark for to, m in (self.read(s, a) for a in letters))}
+            found = {
+                s for s in before if all(to in before and m is mark for to, m in (self.read(s, a) for a in letters))
+            }
         return found
 
     def refuted(self):
@@ -305,6 +307,11 @@ class Monitor:
 
 def is_safe(f):
     return all(g[0] != "U" for g in parts(f))
+
+
+def is_invariant(f):
+    """Whether a formula is `G p` with a condition p."""
+    return f[0] == "W" and f[2] == FALSE and f[1][0] == "is"
 
 
 def holds(f, word, back):

@@ -21,8 +21,6 @@ def model(context):
 def counts(context):
     """Sizes of the model, outcomes, classes, improvement MDP and levels."""
     report, analysis, relation = context.report, context.analysis, context.relation
-    if relation.past:
-        return
     whole, mdp = analysis.whole, analysis.mdp
     everywhere = [relation.one(name) for name in relation.of]
     expected = {
@@ -89,7 +87,7 @@ def strategies(context):
     for kind in ("sasi", "spi"):
         answers = context.strategy("--kind", kind)
         for name, states in context.relation.of.items():
-            for state in states if name not in context.relation.past else ():
+            for state in states:
                 strategy_at(context, kind, dict(name), state, answers[name])
 
 
@@ -109,8 +107,7 @@ def strategy_at(context, kind, named, state, entry):
         plain = {key(context.source.named(analysis.whole.plain(t))): t for t in here["successors"]}
         for successor in action["successors"]:
             to = plain[key(successor["state"])[: context.relation.width]]
-            if to not in analysis.past:
-                successor_of(context, f"{where} to {successor['state']}", here["successors"][to], successor)
+            successor_of(context, f"{where} to {successor['state']}", here["successors"][to], successor)
     progress = [name for name, here in expected.items() if here["progress"]]
     context.same(f"progress_action of {named}", bool(progress), entry["progress_action"] is not None)
     context.same(f"progress_action of {named}", True, entry["progress_action"] in (progress or [None]))
@@ -133,8 +130,6 @@ def values(context):
     entries = {key(entry["state"]): entry for entry in context.values["states"]}
     context.same("states", relation.of.keys(), entries.keys())
     for name, entry in entries.items():
-        if name in relation.past:
-            continue
         node = quantities.own(relation.one(name))
         if relation.one(name) in context.analysis.mdp.unsafe:
             found = {what: entry[what] for what in ("unsafe", "levels", "number", "within")}
@@ -173,9 +168,8 @@ def choices(context):
         reward = context.program.settings("reward") if choose == "cheap" else []
         answers = context.strategy("--choose", choose, "--levels", str(LEVELS), *reward)
         for name, entry in answers.items():
-            if name not in context.relation.past:
-                node = context.quantities.own(context.relation.one(name))
-                choice_of(context, choose, dict(name), node, entry)
+            node = context.quantities.own(context.relation.one(name))
+            choice_of(context, choose, dict(name), node, entry)
 
 
 def is_near(value, best):

@@ -9,7 +9,18 @@ from tester.shields import shields
 
 REPORTED = ("counts", "objectives", "classes", "improvement", "sasi", "spi", "initial")
 OF_ACTION = ("name", "kept", "permitted", "progress", "verdict")
-OF_SUCCESSOR = ("state", "probability", "unsafe", "most_preferred", "rank", "change", "gained", "lost", "dropped", "goal")
+OF_SUCCESSOR = (
+    "state",
+    "probability",
+    "unsafe",
+    "most_preferred",
+    "rank",
+    "change",
+    "gained",
+    "lost",
+    "dropped",
+    "goal",
+)
 OF_SIMULATION = ("rank", "settled", "weakened_step", "weakened_start", "achieved_runs", "kept_runs")
 
 

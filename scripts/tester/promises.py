@@ -153,7 +153,7 @@ def safe_entries(context, *options):
     """What `strategy` says in each safe state, with the state of the reference."""
     for name, entry in context.strategy(*options).items():
         state = context.relation.one(name)
-        if name not in context.relation.past and state not in context.analysis.mdp.unsafe:
+        if state not in context.analysis.mdp.unsafe:
             yield f"{options} in {dict(name)}", state, entry
 
 
@@ -257,11 +257,15 @@ def in_other_formats(context, stem, options):
         context.same(f"table of actions of {written}", *tables)
         got = program.ask("reach", again / f"{stem}.{written}", *asked, allowed=(0, 1))["properties"]
         for text, old, new in zip(properties, expected, got):
-            regions = [{k: v for k, v in entry.items() if k.startswith("p") and k != "property"} for entry in (old, new)]
+            regions = [
+                {k: v for k, v in entry.items() if k.startswith("p") and k != "property"} for entry in (old, new)
+            ]
             context.same(f"regions of {text} of {written}", *regions)
             if old.get("value") and not context.is_rare():
                 near = all(abs(old["value"][b] - new["value"][b]) <= 1e-5 for b in ("lower", "upper"))
-                context.same(f"value of {text} of {written}", "" if near else old["value"], "" if near else new["value"])
+                context.same(
+                    f"value of {text} of {written}", "" if near else old["value"], "" if near else new["value"]
+                )
 
 
 def read_induced(context, stem):

@@ -7,7 +7,7 @@ from fractions import Fraction
 from reference.improvement import UNBOUNDED
 from reference.model import explore
 from reference.reports import counts
-from tester.program import at, key
+from tester.program import key
 
 COMPARE = {"<=": lambda a, b: a <= b, "<": lambda a, b: a < b, ">=": lambda a, b: a >= b, ">": lambda a, b: a > b}
 
@@ -17,7 +17,9 @@ def info(context):
     program, case, report = context.program, context.case, context.report
     names = program.settings("scope", "engine")
     names += program.settings("order") if case.settings["engine"] == "symbolic" else []
-    alone, product = (program.ask("info", program.model, *names, *more) for more in ([], ["--preferences", program.prefs]))
+    alone, product = (
+        program.ask("info", program.model, *names, *more) for more in ([], ["--preferences", program.prefs])
+    )
     context.same("counts", counts(explore(context.source, case.settings["scope"], 3000)), alone["counts"])
     expected = {name: count for name, count in report["counts"].items() if name != "unsafe"}
     context.same("counts with monitors", expected, product["counts"])
@@ -28,9 +30,13 @@ def info(context):
         variables = found["model"]["variables"]
         symbolic = case.settings["engine"] == "symbolic"
         bits = [f"{v['name']}.{k}" if v["type"] == "int" else v["name"] for v in variables for k in range(v["bits"])]
-        context.same("bits of the order", sorted(bits) if symbolic else None, symbolic and sorted(found["order"]) or None)
+        context.same(
+            "bits of the order", sorted(bits) if symbolic else None, symbolic and sorted(found["order"]) or None
+        )
         context.same("nodes", symbolic, found["nodes"] is not None)
-    context.same("variables", [v.name for v in context.source.variables], [v["name"] for v in alone["model"]["variables"]])
+    context.same(
+        "variables", [v.name for v in context.source.variables], [v["name"] for v in alone["model"]["variables"]]
+    )
     context.same("variables with monitors", report["model"]["variables"], product["model"]["variables"])
 
 
@@ -39,11 +45,11 @@ def ranks(context):
     relation, kind = context.relation, ("sasi", "spi", "plan", "achieve")[context.case.seed % 4]
     levels = context.analysis.levels("spi" if kind == "spi" else "sasi")
     options = ["--kind", kind] + (["--objective", context.names[0]] if kind == "achieve" else [])
-    safe = [n for n in relation.of if n not in relation.past and relation.one(n) not in context.analysis.mdp.unsafe]
+    safe = [n for n in relation.of if relation.one(n) not in context.analysis.mdp.unsafe]
     for rank in [*range(len(levels.sets) + 2), UNBOUNDED]:
         expected = {name for name in safe if levels.rank(relation.one(name)) == rank}
         report = context.program.about("strategy", *options, "--rank", rank)
-        found = [key(entry["state"]) for entry in report["states"] if key(entry["state"]) not in relation.past]
+        found = [key(entry["state"]) for entry in report["states"]]
         context.same(f"states of rank {rank} of {kind}", (len(found), expected), (len(set(found)), set(found)))
         context.same(f"asked for rank {rank} of {kind}", len(report["states"]), int(report["asked"]))
         known = context.strategy(*options)
@@ -74,7 +80,7 @@ def cut(context):
         options = ["--kind", kind, "--max-level", str(most)]
         for name, entry in context.strategy(*options).items():
             state = relation.one(name)
-            if name in relation.past or state in context.analysis.mdp.unsafe:
+            if state in context.analysis.mdp.unsafe:
                 continue
             rank, permitted = cut_at(found, state, most)
             context.same(f"{kind}_rank of {dict(name)} up to level {most}", rank, entry[f"{kind}_rank"])
@@ -115,7 +121,9 @@ def members(context, folder, regions):
             context.same(f"count of {what}", str(len(expected)), found["count"])
             context.same(f"members of {what}", (len(expected), expected), (len(listed), set(listed)))
             some = context.program.ask("query", folder, text, *where, "--list", 1)
-            context.same(f"one member of {what}", (listed[:1], None), ([key(e["state"]) for e in some["states"]], some["count"]))
+            context.same(
+                f"one member of {what}", (listed[:1], None), ([key(e["state"]) for e in some["states"]], some["count"])
+            )
 
 
 def allowed_by(context, folder, counts):
@@ -148,7 +156,7 @@ def is_called(dumped, name):
     """Whether a choice has a name of a dump, which lists the commands that have one number: `a(m#1|m#3,n#1)`. The
     choices of a `dtmc` are all called `uniform`."""
     if dumped == "uniform":
-        return name != "deadlock"
+        return True
     (label, _, parts), (own, _, commands) = dumped.partition("("), name.partition("(")
     if not commands:
         return own in label.split("|")
@@ -186,7 +194,10 @@ def earning(seed, condition, least, most):
     """The same for expected rewards until a condition."""
     draw, found = random.Random(seed), []
     finite = [value for value in (*least, *most) if value != math.inf]
-    bounds = [Fraction(draw.randint(1, 30), 10), *(Fraction(round(v * 100), 100) for v in draw.sample(finite, min(1, len(finite))))]
+    bounds = [
+        Fraction(draw.randint(1, 30), 10),
+        *(Fraction(round(v * 100), 100) for v in draw.sample(finite, min(1, len(finite)))),
+    ]
     for bound in bounds:
         for strategies, operator in draw.sample([(s, o) for s in ("", "max", "min") for o in COMPARE], 2):
             least_counts = strategies == "min" or not strategies and operator.startswith(">")

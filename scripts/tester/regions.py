@@ -87,8 +87,6 @@ def is_near(value, got):
 def together(context):
     """`check --jointly`: sets of most preferred outcomes that one path can achieve."""
     analysis, relation = context.analysis, context.relation
-    if relation.past:
-        return
     report = context.program.about("check", "--jointly")
     for entry in report["classes"]:
         members = [context.names.index(name) for name in entry["most_preferred"]]
@@ -131,8 +129,6 @@ def dumps(context):
     report = program.about("export", "--out", folder, *more)
     status, out, errors = program.run("verify", folder, program.model, program.prefs, "--json")
     context.same("verify accepts", (0, ""), (status, "" if status == 0 else (out + errors)[-700:]))
-    if relation.past:
-        return
     expected = regions_of(context)
     counts = {region["name"]: region["count"] for region in report["regions"]}
     for name, states in expected.items():
@@ -159,9 +155,9 @@ def regions_of(context):
         found[f"almost-sure:{name}"], found[f"positive:{name}"] = analysis.sure[number], analysis.positive[number]
         if not analysis.play:
             found[f"target:{name}"] = analysis.targets[number]
-    for members in set(analysis.classes) - {None}:
-        states = {s for s, c in enumerate(analysis.classes) if c == members}
-        found["class:" + ("+".join(context.named(members)) or "nothing")] = states
+    for known in set(analysis.classes) - {None}:
+        states = {s for s, c in enumerate(analysis.classes) if c == known}
+        found["class:" + ("+".join(context.named(known)) or "nothing")] = states
     for kind in ("sasi", "spi"):
         levels = analysis.levels(kind)
         found.update({f"{kind}:{k}": states for k, states in enumerate(levels.sets, 1)})

@@ -73,12 +73,12 @@ class Table:
         context, relation = self.context, self.context.relation
         names = {key(self.state(v)): v for v in range(self.starts)}
         context.same(f"states where the shield of {self.kind} starts", relation.of.keys(), names.keys())
-        todo = [(v, s, self.machine.start(s)) for n, v in names.items() for s in relation.of[n] if n not in relation.past]
+        todo = [(v, s, self.machine.start(s)) for n, v in names.items() for s in relation.of[n]]
         for v, state, memory in todo:  # grows while we walk it
             if (state, memory) not in self.at[v]:
                 self.at[v].append((state, memory))
                 todo += self.node(v, state, memory)
-        missed = [self.state(v) for v, found in self.at.items() if not found and key(self.state(v)) not in relation.past]
+        missed = [self.state(v) for v, found in self.at.items() if not found]
         context.same(f"nodes of the shield of {self.kind} that no path reaches", [], missed)
         secure = self.secure()
         for v, found in self.at.items():
@@ -98,14 +98,16 @@ class Table:
         labels, actions = self.machine.labels(state, memory), self.labels(v)
         if not context.same(f"labels of {where}", labels.keys(), actions.keys()):
             return []
-        plain = {key(context.source.named(context.analysis.whole.plain(t))): t for own in labels.values() for t in own.to}
+        plain = {
+            key(context.source.named(context.analysis.whole.plain(t))): t for own in labels.values() for t in own.to
+        }
         found = []
         for name, action in actions.items():
             successors = {self.plain(to): to for to in action["next"]}
             expected = {at for at, t in plain.items() if t in labels[name].to}
             if context.same(f"successors by {name} of {where}", expected, set(successors)):
-                past = [(to, plain[at]) for at, to in successors.items() if plain[at] not in context.analysis.past]
-                found += [(to, t, self.machine.after(state, memory, t)) for to, t in past]
+                entered = [(to, plain[at]) for at, to in successors.items()]
+                found += [(to, t, self.machine.after(state, memory, t)) for to, t in entered]
         return found
 
     def enters(self, v, action, secure):
@@ -148,17 +150,22 @@ class Table:
             return self.permits_together(where, labels, set(self.permitted(v)), at_rest)
         if at_rest:
             wanted = [name for name in wanted if self.enters(v, actions[name], secure)]
-        classes = self.context.analysis.classes
-        keeping = [name for name, own in labels.items() if all(classes[t] is not None for t in own.to)]
+        keeping = self.keeping(labels)
         self.context.same(f"permitted of {where}", sorted(wanted or keeping or labels), self.permitted(v))
 
+    def keeping(self, labels):
+        """The labels by which no successor is unsafe."""
+        classes = self.context.analysis.classes
+        return {name for name, own in labels.items() if all(classes[t] is not None for t in own.to)}
+
     def permits_together(self, where, labels, permitted, at_rest):
-        """A label of which only some choices may be taken: it is permitted where no other one makes progress."""
-        context = self.context
+        """A label of which only some choices may be taken: it is permitted where no other one makes progress, if no
+        choice of it enters an unsafe state."""
+        context, keeping = self.context, self.keeping(labels)
         some, every = ({n for n, own in labels.items() if getattr(own, what)} for what in ("some", "every"))
-        if some:
-            context.same(f"permitted at most of {where}", set(), permitted - some if not at_rest else set())
         if not at_rest:
+            most = some & keeping or keeping or set(labels)
+            context.same(f"permitted at most of {where}", set(), permitted - most)
             context.same(f"permitted at least of {where}", set(), every - permitted)
         if any(labels[name].progress for name in every):
             context.same(f"permitted of {where}", every, permitted)
