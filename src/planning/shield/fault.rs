@@ -181,10 +181,7 @@ impl Shield {
         let node = &self.nodes[v];
         let is_secure = |to: usize| self.nodes[to].secure;
         let mut permitted = node.actions.iter().filter(|action| action.permitted);
-        let keeps = |action: &ShieldAction| {
-            self.enters(v, action, is_secure) && action.next.iter().all(|&to| self.keeps_reference(node, to))
-        };
-        let broken = permitted.find(|action| node.secure && !keeps(action));
+        let broken = permitted.find(|action| node.secure && !self.enters(v, action, is_secure));
         broken.map_or(Ok(()), |action| {
             let name = self.name(action);
             Err(format!("the permitted action `{name}` weakens or ends the promise of a secure state"))
@@ -193,7 +190,7 @@ impl Shield {
 
     /// Returns whether a step leaves the reference as it is or, under `prefix`, improves on it: with
     /// another reference, later steps could weaken the one that was promised.
-    fn keeps_reference(&self, from: &ShieldNode, to: usize) -> bool {
+    pub(super) fn keeps_reference(&self, from: &ShieldNode, to: usize) -> bool {
         let to = &self.nodes[to];
         self.safety == Safety::Action.name()
             || to.reference == from.reference
