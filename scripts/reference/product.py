@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 
 from reference.model import Moves, almost_sure, attractor, can_stay, explored, steps_of
 from reference.leaves import cases, conditions
-from reference.temporal import Monitor, negated
+from reference.temporal import YES, Monitor, is_cosafe, negated
 
 
-@dataclass
+@dataclass(eq=False)
 class Product:
     """The MDP of pairs of a state and the states of monitors, which have read the states before it.
 
@@ -27,6 +27,12 @@ class Product:
             values = self.mdp.values[state]
             found.setdefault((*values[:width], *(told[own] for told, own in zip(known, values[width:]))), state)
         return set(found.values())
+
+    @functools.lru_cache(maxsize=64)
+    def accepted(self, formula):
+        """The states after which every word satisfies a formula."""
+        place = [monitor.formula for monitor in self.monitors].index(formula)
+        return {s for s in self.mdp.states if self.read(s)[0][place][0] == YES}
 
     def read(self, state):
         """The monitors' states and marks after a state."""
@@ -79,6 +85,9 @@ def secured(product, mdp, *formulas):
         ceasing = set().union(*(product.marks[g] for kind, g in case if kind == "finally"))
         recurring = [product.marks[g] for kind, g in case if kind == "again"]
         region, before = set(mdp.states) - ceasing - mdp.unsafe, None
+        for kind, g in case:
+            if kind == "again" and is_cosafe(g):
+                region &= product.accepted(g)
         while region != before:
             before = region
             region = can_stay(moves, region)

@@ -94,8 +94,11 @@ class Shield:
             return {choice.name for choice, _ in arena.moves[node]}, set()
         return ({c.name for c in found} for found in (game.permitted(node), game.progress(node)))
 
-    def weakens(self, state, memory, to):
-        """Whether a step breaks the promise at once."""
+    def keeps(self, state, memory, to, then):
+        """Whether a step keeps the promise: it weakens nothing, and changes the reference of `prefix` by an improvement
+        only."""
         if self.classes[to] is None or self.classes[state] is None:
-            return True
-        return self.analysis.preferences.weakens(self.reference(state, memory), self.classes[to])
+            return False
+        change = self.analysis.preferences.change(self.reference(state, memory), self.classes[to])
+        same = self.analysis.safety == "action" or self.reference(to, then) == self.reference(state, memory)
+        return change == "improving" or change == "lateral" and same

@@ -309,6 +309,10 @@ def is_safe(f):
     return all(g[0] != "U" for g in parts(f))
 
 
+def is_cosafe(f):
+    return all(g[0] != "W" for g in parts(f))
+
+
 def is_invariant(f):
     """Whether a formula is `G p` with a condition p."""
     return f[0] == "W" and f[2] == FALSE and f[1][0] == "is"

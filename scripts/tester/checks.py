@@ -38,8 +38,9 @@ def counts(context):
     for i, entry in enumerate(report["objectives"]):
         context.same(f"almost_sure of {entry['name']}", relation.count(analysis.sure[i]), entry["almost_sure"])
         context.same(f"positive of {entry['name']}", relation.count(analysis.positive[i]), entry["positive"])
-        if not analysis.play:
+        if context.secured(i) is not None:
             context.same(f"target of {entry['name']}", relation.count(analysis.targets[i]), entry["target"])
+        context.same(f"observer of {entry['name']}", analysis.play, "observer" in entry)
     classes = {}
     for name in relation.of:
         members = analysis.classes[relation.one(name)]

@@ -2,13 +2,11 @@
 
 import itertools
 import math
-from dataclasses import replace
 from fractions import Fraction
 
 from reference.model import explore
 from reference.preferences import target_of
 from reference.questions import Question, jointly, rewards
-from tester.context import LEVELS
 from tester.program import at, key
 from tester.questions import allowed_by, bounded, earning, members
 
@@ -153,7 +151,7 @@ def regions_of(context):
         found["unsafe"] = set(analysis.mdp.unsafe)
     for number, name in enumerate(context.names):
         found[f"almost-sure:{name}"], found[f"positive:{name}"] = analysis.sure[number], analysis.positive[number]
-        if not analysis.play:
+        if context.secured(number) is not None:
             found[f"target:{name}"] = analysis.targets[number]
     for known in set(analysis.classes) - {None}:
         states = {s for s, c in enumerate(analysis.classes) if c == known}
@@ -171,69 +169,4 @@ def compare(context):
     context.same("equal", (True, None), (report["equal"], report["difference"]))
 
 
-def exchanged(context):
-    """A model that is written state by state and read back gives the same answers."""
-    program = context.program
-    written = ("explicit", "umb", "drn")[context.case.seed % 3]
-    suffix, folder = {"explicit": "tra"}.get(written, written), program.folder / "model"
-    program.about("export", "--format", written, "--out", folder)
-    if context.analysis.play or context.preferences.required:
-        return  # its variables and labels are those of the product
-    names = program.settings("scope", "safety")
-    prefs = program.folder / "back.pref"
-    prefs.write_text(by_labels(context) if written == "drn" else context.case.preferences_text())
-    back = program.ask("check", folder / f"model.{suffix}", prefs, *names)
-    for what in ("classes", "sasi", "spi"):
-        if context.case.settings["scope"] == "reachable":
-            context.same(f"{what} of {written}", context.report[what], back[what])
-    for what in ("most_preferred", "sasi_rank", "spi_rank"):
-        expected, got = ([str(e[what]) for e in r["initial"]] for r in (context.report, back))
-        context.same(f"{what} of {written}", sorted(expected), sorted(got))
-    numbers_again(context, written, folder / f"model.{suffix}", prefs)
-
-
-def numbers_again(context, written, path, prefs):
-    """`values` and `reach` of a file are those of the model, in all initial states together."""
-    if context.is_rare():
-        return
-    program = context.program
-    names = [key(entry["state"]) for entry in context.report["initial"]]
-    before = [entry for entry in context.values["states"] if key(entry["state"]) in names]
-    after = program.ask("values", path, prefs, *program.settings("scope", "safety"), "--levels", LEVELS)["states"]
-    same_numbers(context, f"N of {written}", *([e["number"] for e in side] for side in (before, after)))
-    for k in range(LEVELS):
-        what = ("probability", "cost") if context.case.settings["reward"] == "steps" else ("probability",)
-        for name in what:
-            sides = ([e["levels"][k][name] for e in side if k < len(e["levels"])] for side in (before, after))
-            same_numbers(context, f"{name} of {k + 1} improvements of {written}", *sides)
-    condition = target_of(context.preferences.objectives[0][1])
-    if condition and written != "drn":
-        question = Question(context.source, context.case.settings["scope"], f"F ({condition})", (), 3000)
-        asked = f"Pmax=? [ F ({condition}) ]"
-        report = program.ask("reach", path, "--property", asked, allowed=(0, 1))
-        most = question.most()
-        value = report["properties"][0]["value"]
-        value_of(context, f"{asked} of {written}", [most[s] for s in question.whole.initial], value)
-
-
-def same_numbers(context, what, before, after):
-    """Bounds of equal numbers are near each other; the order of states does not count."""
-
-    def sorted_bounds(side):
-        return sorted(-1 if b is None else math.inf if b["lower"] == "inf" else b["lower"] for b in side)
-
-    before, after = sorted_bounds(before), sorted_bounds(after)
-    close = [math.isclose(a, b, rel_tol=1e-5, abs_tol=1e-5) for a, b in zip(before, after)]
-    near = len(before) == len(after) and all(close)
-    context.same(what, "" if near else before, "" if near else after)
-
-
-def by_labels(context):
-    """The preferences for a format without variables: its labels name the targets."""
-    targets = zip(context.names, context.analysis.targets)
-    # A file without declarations has no label that no state has.
-    labelled = [(name, f'F "target_{name}"' if states else "F false") for name, states in targets]
-    return replace(context.case, objectives=labelled).preferences_text()
-
-
-ALL = {"reach": reach, "rewards": earned, "jointly": together, "dump": dumps, "compare": compare, "exchange": exchanged}
+ALL = {"reach": reach, "rewards": earned, "jointly": together, "dump": dumps, "compare": compare}

@@ -111,16 +111,11 @@ class Table:
         return found
 
     def enters(self, v, action, secure):
-        """Whether an action enters secure nodes only, and weakens nothing."""
-        state, memory = self.at[v][0]
-        reached = [(to, self.at[to][0][0]) for to in action["next"] if self.at[to]]
-        weakens = self.machine.weakens
-        return len(reached) == len(action["next"]) and all(
-            to in secure and not weakens(state, memory, t) for to, t in reached
-        )
+        """Whether an action enters secure nodes only, weakens nothing, and keeps the reference or improves on it."""
+        return all(to in secure and self.machine.keeps(*self.at[v][0], *self.at[to][0]) for to in action["next"])
 
     def secure(self):
-        """nu Z: the nodes that permit an action, each of which enters Z only and weakens nothing; at level 0 a shield
+        """nu Z: the nodes that permit an action, each of which enters Z only and keeps the promise; at level 0 a shield
         permits those that do."""
         known = [v for v, found in self.at.items() if found]
         secure, before = set(known), None
