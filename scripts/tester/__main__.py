@@ -108,6 +108,12 @@ def likeness(difference):
 SIMPLEST = {"scope": "reachable", "safety": "action", "threads": 1, "order": "declared", "reward": "steps"}
 
 
+def features_of(seed):
+    """What is drawn in a case, and what the reference finds in it."""
+    case = draw(seed)
+    return Outcome(seed, case.features | Context(case, None).features())
+
+
 def run_case(seed, binary, checks, ignored, shrinks):
     case = draw(seed)
     outcome = Outcome(seed, case.features)
@@ -157,7 +163,7 @@ def main():
     parser.add_argument("--avoid", default="", help="features of cases to leave out, with commas")
     parser.add_argument("--ignore", default="", help="regular expression of differences that are known")
     parser.add_argument("--no-shrink", action="store_true", help="print cases as they were drawn")
-    parser.add_argument("--pairs", action="store_true", help="only count the pairs of features that are drawn")
+    parser.add_argument("--pairs", action="store_true", help="only count the pairs of features that meet")
     parser.add_argument("--python", action="store_true", help="also compare the Python package with the command")
     parser.add_argument("--most", type=int, default=20, help="stop after this number of cases with differences")
     args = parser.parse_args()
@@ -171,7 +177,8 @@ def main():
     seeds = range(int(first), int(end) if end else int(first) + 1)
     seeds = [seed for seed in seeds if not avoided & draw(seed).features] if avoided else seeds
     if args.pairs:
-        print(table([Outcome(seed, draw(seed).features) for seed in seeds]))
+        with ProcessPoolExecutor(args.jobs) as pool:
+            print(table(list(pool.map(features_of, seeds, chunksize=64))))
         return 0
     binary, outcomes, wrong = harness.find_meliora(args.binary), [], 0
     with ProcessPoolExecutor(args.jobs) as pool:

@@ -125,8 +125,8 @@ class Context:
         return {name for name, holds in found.items() if holds}
 
     def secured(self, number):
-        """The target of an objective; None if it depends on the monitor that is taken: before the marks of a persistence
-        leaf cease, there may be any number of them."""
+        """The target of an objective; None if it depends on the monitors: before the marks of a leaf of the kind
+        persistence cease, there may be any number of them."""
         leaves = [leaf for case in cases(conditions(self.analysis.formulas[number])) for leaf in case]
         is_open = self.analysis.play and any(kind == "finally" for kind, _ in leaves)
         return None if is_open else self.analysis.targets[number]

@@ -3,6 +3,7 @@
 import json
 import math
 
+from tester import sets
 from tester.context import LEVELS, WITHIN
 from tester.promises import RUNS, STEPS, options_of
 from tester.shields import shields
@@ -21,6 +22,7 @@ OF_SUCCESSOR = (
     "dropped",
     "goal",
 )
+OF_PLAN = ("pursues", "commits", "achieved")
 OF_SIMULATION = ("rank", "settled", "weakened_step", "weakened_start", "achieved_runs", "kept_runs")
 
 
@@ -46,6 +48,14 @@ def package(context):
             explained(context, f"{kind} in {dict(name)}", entry, strategy.explain(dict(name)))
         if case.settings["safety"] != "transition":
             shields(context, meliora, strategy)
+    number = case.seed % len(context.names)
+    for kind, named in (("plan", None), ("plan", context.names[number]), ("achieve", context.names[number])):
+        strategy, options = analysis.strategy(kind, objective=named), ("--objective", named) if named else ()
+        for name, entry in context.strategy("--kind", kind, *options).items():
+            explained(context, f"{kind} {named} in {dict(name)}", entry, strategy.explain(dict(name)), OF_PLAN)
+    sets.sets(context, analysis)
+    sets.together(context, analysis)
+    sets.reach(context, meliora, model)
     simulated(context, analysis)
 
 
@@ -67,11 +77,13 @@ def as_json(value):
     return list(value) if isinstance(value, tuple) else "unbounded" if value == math.inf else value
 
 
-def explained(context, where, entry, found):
+def explained(context, where, entry, found, more=()):
     """An explanation says what `strategy` says."""
     context.same(f"unsafe of {where}", entry.get("unsafe", False), found.unsafe)
-    for what in ("most_preferred", "progress_action"):
+    for what in ("most_preferred", *more):
         context.same(f"{what} of {where}", entry[what], as_json(getattr(found, what)))
+    # In Python, the progress strategy takes no action where it ends.
+    context.same(f"progress_action of {where}", entry["chosen_action"], found.progress_action)
     expected = [[action[what] for what in OF_ACTION] for action in entry["actions"]]
     context.same(f"actions of {where}", expected, [[getattr(a, what) for what in OF_ACTION] for a in found.actions])
     for action, here in zip(entry["actions"], found.actions):
