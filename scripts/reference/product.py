@@ -12,12 +12,13 @@ from reference.temporal import YES, Monitor, is_cosafe, negated
 class Product:
     """The MDP of pairs of a state and the states of monitors, which have read the states before it.
 
-    `marks[g]` are the states whose letter the monitor of g marks.
+    `marks[g]` are the states whose letter the monitor of g marks, `accepted[g]` those after which all words satisfy g.
     """
 
     mdp: object
     monitors: list
     marks: dict = field(default_factory=dict)
+    accepted: dict = field(default_factory=dict)
 
     def merged(self, states):
         """Some states without those that differ only in states of monitors between which no path decides."""
@@ -27,12 +28,6 @@ class Product:
             values = self.mdp.values[state]
             found.setdefault((*values[:width], *(told[own] for told, own in zip(known, values[width:]))), state)
         return set(found.values())
-
-    @functools.lru_cache(maxsize=64)
-    def accepted(self, formula):
-        """The states after which every word satisfies a formula."""
-        place = [monitor.formula for monitor in self.monitors].index(formula)
-        return {s for s in self.mdp.states if self.read(s)[0][place][0] == YES}
 
     def read(self, state):
         """The monitors' states and marks after a state."""
@@ -60,11 +55,13 @@ def product(program, roots, formulas, limit=None):
 
     mdp = explored(program, map(fresh, roots), map(fresh, program.initial_states()), steps, limit)
     result = Product(mdp, monitors)
-    result.marks = {monitor.formula: set() for monitor in monitors}
+    result.marks, result.accepted = ({monitor.formula: set() for monitor in monitors} for _ in "ma")
     for state in mdp.states:
-        for monitor, marked in zip(monitors, result.read(state)[1]):
+        for monitor, (must, _), marked in zip(monitors, *result.read(state)):
             if marked:
                 result.marks[monitor.formula].add(state)
+            if must == YES:
+                result.accepted[monitor.formula].add(state)
     return result
 
 
@@ -87,7 +84,7 @@ def secured(product, mdp, *formulas):
         region, before = set(mdp.states) - ceasing - mdp.unsafe, None
         for kind, g in case:
             if kind == "again" and is_cosafe(g):
-                region &= product.accepted(g)
+                region &= product.accepted[g]
         while region != before:
             before = region
             region = can_stay(moves, region)

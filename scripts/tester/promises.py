@@ -380,8 +380,11 @@ def satisfied(context, found, wanted, objectives):
                 own if s in here - ended and own[0].successors <= here - ended else []
                 for s, own in enumerate(found.mdp.choices)
             ]
-            marks = {g: {s for s in found.mdp.states if found.of[s] in m} for g, m in analysis.product.marks.items()}
-            inside = Product(replace(found.mdp, choices=going), analysis.product.monitors, marks)
+            marks, accepted = (
+                {g: {s for s in found.mdp.states if found.of[s] in m} for g, m in of.items()}
+                for of in (analysis.product.marks, analysis.product.accepted)
+            )
+            inside = Product(replace(found.mdp, choices=going), analysis.product.monitors, marks, accepted)
             good |= satisfaction(inside, inside.mdp, analysis.formulas[number])["pmax_one"] - ended
         won |= good
     sure = almost_sure(found.mdp.moves, won)
