@@ -109,7 +109,7 @@ SIMPLEST = {"scope": "reachable", "safety": "action", "threads": 1, "order": "de
 
 
 def features_of(seed):
-    """What is drawn in a case, and what the reference finds in it."""
+    """The features that are drawn in a case, and those that the reference finds in it."""
     case = draw(seed)
     return Outcome(seed, case.features | Context(case, None).features())
 

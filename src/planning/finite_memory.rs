@@ -14,7 +14,7 @@
 //! - Any other step is an unfavourable branch, or a dropped branch that the real system took: the
 //!   run continues with the greatest level that still contains the state, with the old reference.
 //!
-//! Level 0 has nothing to improve: a run ends there. What goes on, such as an episode under a shield,
+//! Level 0 has nothing to improve: a run ends there. An episode under a shield can continue; it
 //! keeps its reference until an improvement.
 //!
 //! A *plan* goes on at level 0: it achieves a most preferred objective of the state, with the
