@@ -40,7 +40,36 @@ def explain(analysis, kind, state):
             "progress": choice.name in progress,
             "successors": {t: successor(analysis, levels, state, t, p, t in goals) for t, p in choice.to.items()},
         }
+        found[choice.name]["verdict"] = verdict(known, kind, game is None, found[choice.name])
     return found
+
+
+def verdict(known, kind, at_rest, choice):
+    """The first reason that applies to a choice while improvements are ahead, and where none is."""
+    successors = choice["successors"].values()
+    if choice["permitted"]:
+        goals = [s["goal"] for s in successors if not s["dropped"]]
+        progress = "approaches" if choice["progress"] else "stays"
+        return "improves" if all(goals) else "may-improve" if any(goals) else progress
+    if not known or any(s["unsafe"] for s in successors):
+        return "violates"
+    if not choice["kept"]:
+        return "weakens" if any(s["change"] == "weakening" for s in successors) else "unsafe"
+    return "nothing-ahead" if at_rest else "strays" if kind == "sasi" else "hopeless"
+
+
+def pursuing(analysis, objective, reference, state, choice):
+    """The same while an objective is pursued: by choices that never weaken a class, or by all."""
+    way, classes = pursuit(analysis, objective, reference), analysis.classes
+    if choice in way.staying(state):
+        achieves = [t in way.target for t in choice.to]
+        progress = "nears" if choice in way.closer(state) else "keeps"
+        return "achieves" if all(achieves) else "may-achieve" if any(achieves) else progress
+    if any(classes[t] is None for t in choice.to):
+        return "violates"
+    if reference is not None and choice not in way.mdp.choices[state]:
+        return "weakens" if any(analysis.preferences.weakens(reference, classes[t]) for t in choice.to) else "unsafe"
+    return "forfeits"
 
 
 def successor(analysis, levels, state, to, probability, goal):

@@ -7,10 +7,8 @@ from reference.strategies import explain
 from tester.context import LEVELS, WITHIN
 from tester.program import key
 
-KEPT_VERDICTS = {"weakens", "unsafe", "violates"}
 PRECISION = Fraction(1, 10**6)
 NO_VALUES = {"unsafe": True, "levels": [], "number": None, "within": None}
-PERMITTED_VERDICTS = {"improves", "may-improve", "approaches", "stays"}
 
 
 def model(context):
@@ -101,10 +99,8 @@ def strategy_at(context, kind, named, state, entry):
     expected = explain(analysis, kind, state)
     for action in entry["actions"]:
         here, where = expected[action["name"]], f"{kind} {action['name']} in {named}"
-        for what in ("kept", "permitted", "progress"):
+        for what in ("kept", "permitted", "progress", "verdict"):
             context.same(f"{what} of {where}", here[what], action[what])
-        context.same(f"verdict of {where}", not here["kept"], action["verdict"] in KEPT_VERDICTS)
-        context.same(f"verdict of {where}", here["permitted"], action["verdict"] in PERMITTED_VERDICTS)
         plain = {key(context.source.named(analysis.whole.plain(t))): t for t in here["successors"]}
         for successor in action["successors"]:
             to = plain[key(successor["state"])[: context.relation.width]]

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from reference.model import Choice, Mdp, almost_sure, attractor
 from reference.product import Product, satisfaction
-from reference.strategies import achieved, pursued, pursuit
+from reference.strategies import achieved, pursued, pursuing, pursuit
 from reference.temporal import parts
 from tester.context import LEVELS
 from tester.program import key
@@ -190,6 +190,10 @@ def pursues_at(context, taken, where, state, entry, commits=False):
     context.same(f"pursues of {where}", expected, tuple(map(entry.get, OF_PURSUIT)))
     if taken:
         actions_at(context, objective, pursuit(analysis, objective, reference), where, state, entry)
+        if not analysis.play and state not in analysis.targets[objective]:
+            choices = {choice.name: choice for choice in analysis.whole.choices[state]}
+            verdicts = {name: pursuing(analysis, objective, reference, state, c) for name, c in choices.items()}
+            context.same(f"verdicts of {where}", verdicts, {a["name"]: a["verdict"] for a in entry["actions"]})
 
 
 def actions_at(context, objective, way, where, state, entry):
