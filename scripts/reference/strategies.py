@@ -128,22 +128,29 @@ def pursuit(analysis, objective, reference=None):
     return Pursuit(kept, target, almost_sure(kept.moves, target))
 
 
-def achieved(analysis, objective, state):
+def achieved(analysis, objective, state, every=True):
     """Whether an objective is achieved when a path has come to a state: the state is in F_i, or the path up to it shows
-    that the formula is satisfied, leaf by leaf."""
+    that the formula is satisfied, leaf by leaf. It may do so for every truth value of the conditions, or only because
+    some conditions are never true together."""
     if not analysis.play:
         return state in analysis.targets[objective]
-    return shown(analysis.product, conditions(analysis.formulas[objective]), state)
+    return state in achieving(analysis, conditions(analysis.formulas[objective]), every)
 
 
-def shown(product, condition, state):
-    """Whether the path up to a state shows that a Boolean combination of leaves is satisfied."""
+@functools.lru_cache(maxsize=256)
+def achieving(analysis, condition, every):
+    """The states up to which a path shows that a Boolean combination of leaves is satisfied."""
     if condition[0] in ("and", "or"):
-        parts = (shown(product, part, state) for part in condition[1:])
-        return all(parts) if condition[0] == "and" else any(parts)
-    kind, formula = condition
+        first, second = (achieving(analysis, part, every) for part in condition[1:])
+        return first & second if condition[0] == "and" else first | second
+    (kind, formula), product = condition, analysis.product
     place = [monitor.formula for monitor in product.monitors].index(formula)
-    return product.read(state)[0][place] in product.monitors[place].settled(kind == "again")
+    monitor, program, letters = product.monitors[place], analysis.program, None
+    if not every:
+        states = program.all_states()
+        letters = {monitor.letter(lambda name, s=s: program.compile(name)(s)) for s in states}
+    settled = monitor.settled(kind == "again", letters)
+    return {s for s in product.mdp.states if product.read(s)[0][place] in settled}
 
 
 def pursued(analysis, state, named=None):

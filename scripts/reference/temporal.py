@@ -4,7 +4,6 @@ Formulas are tuples in negation normal form: ("true",), ("false",), ("is", condi
 ("or", f, g), ("X", f), ("U", f, g) and ("W", f, g). A condition is a text in the names of the program.
 """
 
-import functools
 import itertools
 import re
 
@@ -282,10 +281,9 @@ class Monitor:
             self.told = {s: tuple(self.accepts(s, *ending) for ending in endings) for s in self.steps()}
         return self.told
 
-    @functools.lru_cache(maxsize=4)
-    def settled(self, mark):
-        """The states from which all letters of all words are marked, or none is."""
-        letters = list(itertools.product((False, True), repeat=len(self.atoms)))
+    def settled(self, mark, letters=None):
+        """The states from which all letters of all words are marked, or none is; the words have some letters only."""
+        letters = letters or list(itertools.product((False, True), repeat=len(self.atoms)))
         found, before = self.steps().keys(), None
         while found != before:
             before = found

@@ -197,6 +197,8 @@ def main():
                     wrong += 1
                 if wrong >= args.most or time.monotonic() > end:
                     break
+        except KeyboardInterrupt:
+            pass  # the table has the cases so far
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
     print(table(outcomes))

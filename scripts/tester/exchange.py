@@ -129,7 +129,8 @@ def reached_again(context, written, path, labels):
             # Where a state is not a valuation of the file, every strategy avoids the label.
             for region, states in reachability(mdp, target).items():
                 context.same(f"{region} of {where}", context.relation.count(states), entries[0][region])
-            if mdp.unsafe.isdisjoint(mdp.initial):
+            # The probabilities of archives are exact, those of the other formats are doubles.
+            if mdp.unsafe.isdisjoint(mdp.initial) and not (context.is_rare() and written != "umb"):
                 for values, entry in zip(chances(mdp, target), entries[1:]):
                     value_of(
                         context, f"{entry['property']} of {where}", [values[s] for s in mdp.initial], entry["value"]

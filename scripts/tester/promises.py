@@ -71,8 +71,8 @@ def path_of(context, kind, objective, variant, play):
     analysis, relation, name = context.analysis, context.relation, key(play["state"])
     entries = context.strategy("--kind", "sasi")
     trace = play["trace"]
-    known = done_in(context, kind, relation.one(name))
-    context.same(f"achieved at the start {dict(name)}", context.named(known), trace.get("achieved", []))
+    known = set() if kind in ("plan", "achieve") else None
+    known = done_in(context, f"the start {dict(name)}", relation.one(name), trace.get("achieved", []), known)
     for number, turn in enumerate(trace["turns"]):
         actions = {action["name"]: action for action in entries[name]["actions"]}
         action = actions.get(turn["action"], {"successors": []})
@@ -91,20 +91,26 @@ def path_of(context, kind, objective, variant, play):
         context.same(
             f"most_preferred after step {number + 1}", context.named(analysis.classes[state]), turn["most_preferred"]
         )
-        new, known = done_in(context, kind, state) - known, done_in(context, kind, state) | known
-        context.same(f"achieved by step {number + 1} in {dict(name)}", context.named(new), turn.get("achieved", []))
+        known = done_in(context, f"step {number + 1} in {dict(name)}", state, turn.get("achieved", []), known)
 
 
-def done_in(context, kind, state):
-    """The objectives that are achieved in a state; strategies that improve report none."""
-    achieves = kind in ("plan", "achieve")
-    return {i for i in range(len(context.names)) if achieves and achieved(context.analysis, i, state)}
+def done_in(context, where, state, said, known):
+    """Compares the objectives that are said to be achieved in a state, besides those that are known. Returns all;
+    strategies that improve know none."""
+    if known is None:
+        context.same(f"achieved by {where}", [], said)
+        return None
+    analysis, every = context.analysis, range(len(context.names))
+    least, most = ({i for i in every if achieved(analysis, i, state, strict)} - known for strict in (True, False))
+    new = {context.names.index(name) for name in said}
+    context.same(f"achieved by {where}", context.named(least | new & most), said)
+    return known | new
 
 
 def claims(analysis, objective, state):
     """Whether a report may call an objective achieved: it is, or, for a formula that no path decides, every path that
     follows satisfies it."""
-    if achieved(analysis, objective, state):
+    if achieved(analysis, objective, state, False):
         return True
     return analysis.play and not is_cosafe(analysis, objective) and state in certain(analysis, objective)
 
@@ -180,8 +186,7 @@ def planned_at(context, named, where, state, entry):
 def pursues_at(context, taken, where, state, entry, commits=False):
     """The objective that is pursued, by all choices or by those that never weaken a class, and how."""
     analysis = context.analysis
-    done = [i for i in range(len(context.names)) if achieved(analysis, i, state)]
-    context.same(f"achieved of {where}", context.named(done), entry["achieved"])
+    done = done_in(context, where, state, entry["achieved"], set())
     objective, reference = taken or (None, None)
     commits = commits and objective not in done
     taken_action = [a for a in entry["actions"] if a["name"] == entry["chosen_action"]]

@@ -1,6 +1,5 @@
 """Questions of one command each: `info`, states by rank, levels that are cut, members of a dump, bounds of numbers."""
 
-import math
 import random
 from fractions import Fraction
 
@@ -193,7 +192,7 @@ def decimal(value):
 def earning(seed, condition, least, most):
     """The same for expected rewards until a condition."""
     draw, found = random.Random(seed), []
-    finite = [value for value in (*least, *most) if value != math.inf]
+    finite = [value for value in (*least, *most) if value < 10**6]
     bounds = [
         Fraction(draw.randint(1, 30), 10),
         *(Fraction(round(v * 100), 100) for v in draw.sample(finite, min(1, len(finite)))),
