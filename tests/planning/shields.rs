@@ -118,7 +118,8 @@ fn under_prefix_an_incomparable_step_does_not_change_the_reference() {
         "objective A = F s=0; objective B = F (s=1 | s=3); objective C = F s=2; prefer A > C;",
     );
     assert_eq!(shield.fault(), None);
-    let node = |shield: &Shield, state: i64| shield.nodes.iter().position(|node| node.state[0] == state).unwrap();
+    let node =
+        |shield: &Shield, state: i64| shield.nodes.iter().position(|node| node.state[0] == state).unwrap();
     let allowed = |shield: &Shield, v: usize| {
         let permitted = shield.nodes[v].actions.iter().filter(|action| action.permitted);
         Vec::from_iter(permitted.map(|action| shield.actions[action.action].clone()))
