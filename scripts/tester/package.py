@@ -33,6 +33,9 @@ def package(context):
     case, names = context.case, ["scope", "safety", "engine", "threads"]
     names += ["order"] if case.settings["engine"] == "symbolic" else []
     model = meliora.Model.from_string(case.model_text())
+    context.same(
+        "labels", sorted({text[1 : text.index("]")] for _, text in case.commands} - {""}), sorted(model.actions)
+    )
     preferences = meliora.Preferences.from_string(case.preferences_text())
     analysis = model.check(preferences, **{name: case.settings[name] for name in names})
     report = plain(analysis.to_dict())
@@ -46,6 +49,7 @@ def package(context):
         strategy = analysis.strategy(kind)
         for name, entry in context.strategy("--kind", kind).items():
             explained(context, f"{kind} in {dict(name)}", entry, strategy.explain(dict(name)))
+            masked(context, f"{kind} in {dict(name)}", entry, strategy, model.actions)
         if case.settings["safety"] != "transition":
             shields(context, meliora, strategy)
     number = case.seed % len(context.names)
@@ -53,6 +57,7 @@ def package(context):
         strategy, options = analysis.strategy(kind, objective=named), ("--objective", named) if named else ()
         for name, entry in context.strategy("--kind", kind, *options).items():
             explained(context, f"{kind} {named} in {dict(name)}", entry, strategy.explain(dict(name)), OF_PLAN)
+            masked(context, f"{kind} {named} in {dict(name)}", entry, strategy, model.actions)
     sets.sets(context, analysis)
     sets.together(context, analysis)
     sets.reach(context, meliora, model)
@@ -91,6 +96,17 @@ def explained(context, where, entry, found, more=()):
         expected = [[successor[what] for what in OF_SUCCESSOR] for successor in expected]
         got = [[as_json(getattr(s, what)) for what in OF_SUCCESSOR] for s in here.successors]
         context.same(f"successors of {action['name']} of {where}", expected, got)
+
+
+def masked(context, where, entry, strategy, actions):
+    """The masks of a state: for each label, whether a choice with it is selected."""
+    actions_of = {what: [a["name"] for a in entry["actions"] if a[what]] for what in ("permitted", "progress", "kept")}
+    actions_of["progress"] = actions_of["progress"][:1]
+    actions_of["chosen"] = [entry["chosen_action"]] if entry["chosen_action"] else []
+    for which, names in actions_of.items():
+        selected = {name.split("(")[0] for name in names}
+        got = strategy.mask(entry["state"], which=which).tolist()
+        context.same(f"mask of {which} of {where}", [action in selected for action in actions], got)
 
 
 def simulated(context, analysis):
