@@ -2,7 +2,8 @@
 //!
 //! A shield that is read from a file is untrusted. Its promises follow from its table if the table
 //! is well formed, every step is known, secure nodes permit only steps to secure nodes that weaken
-//! nothing, and permitted steps can make the improvements that are ahead.
+//! nothing and keep the reference or improve on it, and permitted steps can make the improvements
+//! that are ahead.
 
 use std::fmt::Display;
 use std::hash::Hash;
