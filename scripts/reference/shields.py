@@ -42,18 +42,29 @@ class Shield:
         return self.classes[state] if memory.reference is None else memory.reference
 
     def after(self, state, memory, to):
-        """The memory after a step. Steps from and to unsafe states are compared with nothing."""
-        compared = self.classes[state] is not None and self.classes[to] is not None
-        reference, preferences = self.reference(state, memory), self.analysis.preferences
-        improves = compared and preferences.change(reference, self.classes[to]) == "improving"
-        game = self.game(state, memory)
+        """The memory after a step."""
+        compared, improves, game = self.compared(state, memory, to)
+        reference = self.reference(state, memory)
         if game is None:
             keeps = compared and not improves and to in self.safe.get(memory.reference, ())
             return self.resumed(reference, to) if keeps else self.start(to)
-        stays = game.arena.node(to) in game.won
-        if improves and (not stays or not game.goals.isdisjoint(game.arena.goals({to}))):
+        if self.counts(state, memory, to):
             return self.start(to)
+        stays = game.arena.node(to) in game.won
         return memory if stays else self.resumed(reference, to) if compared else self.start(to)
+
+    def compared(self, state, memory, to):
+        """Whether a step is compared at all, whether it improves, and the game of the level. Steps from and to unsafe
+        states are compared with nothing."""
+        compared = self.classes[state] is not None and self.classes[to] is not None
+        change = compared and self.analysis.preferences.change(self.reference(state, memory), self.classes[to])
+        return compared, change == "improving", self.game(state, memory)
+
+    def counts(self, state, memory, to):
+        """Whether a step is an improvement of the path: into the goal of the level, or out of what wins it."""
+        _, improves, game = self.compared(state, memory, to)
+        stays = game and game.arena.node(to) in game.won
+        return bool(game and improves and (not stays or not game.goals.isdisjoint(game.arena.goals({to}))))
 
     def resumed(self, reference, state):
         """The greatest level that still contains a state, with the old reference."""

@@ -6,7 +6,8 @@ from fractions import Fraction
 
 from reference.model import Choice, Mdp, almost_sure, attractor
 from reference.product import Product, satisfaction
-from reference.strategies import achieved, pursued, pursuing, pursuit
+from reference.shields import Shield as Machine
+from reference.strategies import achieved, gained, lost, pursued, pursuing, pursuit
 from reference.temporal import parts
 from tester.context import LEVELS
 from tester.program import key
@@ -69,29 +70,52 @@ def chosen(context):
 def path_of(context, kind, objective, variant, play):
     """The trace is a path of the model that stays where requirements can be kept, and reports what happens."""
     analysis, relation, name = context.analysis, context.relation, key(play["state"])
-    entries = context.strategy("--kind", "sasi")
-    trace = play["trace"]
+    entries, trace = context.strategy("--kind", "sasi"), play["trace"]
     known = set() if kind in ("plan", "achieve") else None
     known = done_in(context, f"the start {dict(name)}", relation.one(name), trace.get("achieved", []), known)
-    for number, turn in enumerate(trace["turns"]):
+    course = Course(context, kind, relation.one(name), relation.one(name))
+    for number, turn in enumerate(trace["turns"], 1):
+        where = f"step {number} from {dict(name)} by {turn['action']}"
         actions = {action["name"]: action for action in entries[name]["actions"]}
         action = actions.get(turn["action"], {"successors": []})
-        successors = [key(s["state"]) for s in action["successors"]]
-        if not context.same(
-            f"step {number + 1} from {dict(name)} by {turn['action']}", True, key(turn["state"]) in successors
-        ):
+        if not context.same(where, True, key(turn["state"]) in [key(s["state"]) for s in action["successors"]]):
             return
-        if number == 0 and kind in ("sasi", "spi"):
-            levels, state = analysis.levels(kind), relation.one(name)
-            allowed = levels.permitted(state) if variant == "permissive" else levels.progress(state)
-            context.same("first action is permitted", True, turn["action"] in [c.name for c in allowed])
         name = key(turn["state"])
         state = relation.one(name)
-        context.same(f"safe after step {number + 1}", True, state not in analysis.mdp.unsafe)
-        context.same(
-            f"most_preferred after step {number + 1}", context.named(analysis.classes[state]), turn["most_preferred"]
-        )
-        known = done_in(context, f"step {number + 1} in {dict(name)}", state, turn.get("achieved", []), known)
+        context.same(f"safe after {where}", True, state not in analysis.mdp.unsafe)
+        course.turn(where, variant, state, turn)
+        known = done_in(context, where, state, turn.get("achieved", []), known)
+
+
+class Course:
+    """A path on its way. Without a value to choose by, SASI and SPI have the memory that shields have, too."""
+
+    def __init__(self, context, kind, start, state):
+        self.context, self.kind, self.start, self.state, self.committed = context, kind, start, state, False
+        self.levels = context.analysis.levels("spi" if kind in ("spi", "likely") else "sasi")
+        self.machine = Machine(context.analysis, kind) if kind in ("sasi", "spi") else None
+        self.memory = self.machine and self.machine.start(state)
+
+    def turn(self, where, variant, to, turn):
+        """Compares one step with its definition."""
+        same, analysis = self.context.same, self.context.analysis
+        old, new, first = (analysis.classes[s] for s in (self.state, to, self.start))
+        same(f"most_preferred after {where}", self.context.named(new), turn["most_preferred"])
+        same(f"rank after {where}", self.levels.rank(to), turn["rank"])
+        same(f"lost by {where}", self.context.named(lost(analysis.preferences, old, new)), turn["lost"])
+        self.committed |= "commits" in turn
+        weakens = [not self.committed and analysis.preferences.weakens(c, new) for c in (old, first)]
+        same(f"weakening of {where}", weakens, [turn["weakens_step"], turn["weakens_start"]])
+        if self.machine or analysis.safety != "prefix":
+            reference = self.machine.reference(self.state, self.memory) if self.machine else old
+            same(f"change by {where}", analysis.preferences.change(reference, new), turn["change"])
+            same(f"gained by {where}", self.context.named(gained(analysis.preferences, reference, new)), turn["gained"])
+        if self.machine:
+            permitted, progress = self.machine.permitted(self.state, self.memory)
+            same(f"permitted is {where}", True, turn["action"] in (permitted if variant == "permissive" else progress))
+            same(f"improves by {where}", self.machine.counts(self.state, self.memory, to), turn["improves"])
+            self.memory = self.machine.after(self.state, self.memory, to)
+        self.state = to
 
 
 def done_in(context, where, state, said, known):
