@@ -7,7 +7,7 @@ from reference.model import almost_sure, attractor, can_stay, explore, roots_of
 from reference.preferences import target_of
 from reference.prism import InputError
 from reference.product import formulas_watched, product, secured, violations
-from reference.temporal import TRUE, conjunction, is_safe, parse
+from reference.temporal import TRUE, conjunction, is_invariant, is_safe, parse
 
 
 class Analysis:
@@ -17,14 +17,17 @@ class Analysis:
     def __init__(self, program, preferences, scope="reachable", safety="action", limit=None):
         self.program, self.preferences, self.scope, self.safety = program, preferences, scope, safety
         self.play = preferences.history == "play"
-        self.required = functools.reduce(conjunction, map(parse, preferences.required), TRUE)
+        required = [parse(text) for text in preferences.required]
+        self.required = functools.reduce(conjunction, required, TRUE)
         if not is_safe(self.required):
             raise InputError("a requirement is not safe")
+        # If all have the form `G p`, nothing remembers a violation.
+        self.invariants = [f[1] for f in required] if all(map(is_invariant, required)) else None
         self.formulas = [parse(text) for _, text in preferences.objectives]
         self.product = None
         if self.play:
             watched = formulas_watched(self.formulas)
-            watched += [self.required] if self.required not in (TRUE, *watched) else []
+            watched += [self.required] if self.invariants is None and self.required not in watched else []
             self.product = product(program, roots_of(program, scope), watched, limit)
         self.whole = self.product.mdp if self.play else explore(program, scope, limit)
         self.violated = self.violations()
@@ -33,20 +36,15 @@ class Analysis:
         self.judge(safe)
 
     def violations(self):
-        """The states after which no path satisfies the requirements. `past` are those before which none does: they are
-        behind a violation, and no strategy enters them."""
-        if self.required == TRUE:
-            self.past = set()
-            return set()
-        if self.play:
-            violated, self.past = violations(self.product, self.required)
-            return violated
-        alone, self.past = product(self.program, self.whole.values, [self.required]), set()
-        fresh = {
-            alone.mdp.plain(s): s for s in reversed(alone.mdp.states)
-        }  # the first state with these values is fresh
-        violated, _ = violations(alone, self.required)
-        return {s for s in self.whole.states if fresh[self.whole.plain(s)] in violated}
+        """The states after which no path satisfies the requirements."""
+        if self.invariants is not None:
+            everything = set(self.whole.states)
+            holds = (self.whole.where(text) if sign else everything - self.whole.where(text)
+                     for _, text, sign in self.invariants)  # fmt: skip
+            return everything - everything.intersection(*holds)
+        if not self.play:
+            raise InputError("`history = state` allows only requirements `G condition`")
+        return violations(self.product, self.required)
 
     def judge(self, safe):
         """Section 3: targets, outcomes and classes."""

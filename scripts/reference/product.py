@@ -5,19 +5,20 @@ from dataclasses import dataclass, field
 
 from reference.model import Moves, almost_sure, attractor, can_stay, explored, steps_of
 from reference.leaves import cases, conditions
-from reference.temporal import Monitor, negated
+from reference.temporal import YES, Monitor, is_cosafe, negated
 
 
-@dataclass
+@dataclass(eq=False)
 class Product:
     """The MDP of pairs of a state and the states of monitors, which have read the states before it.
 
-    `marks[g]` are the states whose letter the monitor of g marks.
+    `marks[g]` are the states whose letter the monitor of g marks, `accepted[g]` those after which all words satisfy g.
     """
 
     mdp: object
     monitors: list
     marks: dict = field(default_factory=dict)
+    accepted: dict = field(default_factory=dict)
 
     def merged(self, states):
         """Some states without those that differ only in states of monitors between which no path decides."""
@@ -54,11 +55,13 @@ def product(program, roots, formulas, limit=None):
 
     mdp = explored(program, map(fresh, roots), map(fresh, program.initial_states()), steps, limit)
     result = Product(mdp, monitors)
-    result.marks = {monitor.formula: set() for monitor in monitors}
+    result.marks, result.accepted = ({monitor.formula: set() for monitor in monitors} for _ in "ma")
     for state in mdp.states:
-        for monitor, marked in zip(monitors, result.read(state)[1]):
+        for monitor, (must, _), marked in zip(monitors, *result.read(state)):
             if marked:
                 result.marks[monitor.formula].add(state)
+            if must == YES:
+                result.accepted[monitor.formula].add(state)
     return result
 
 
@@ -79,6 +82,9 @@ def secured(product, mdp, *formulas):
         ceasing = set().union(*(product.marks[g] for kind, g in case if kind == "finally"))
         recurring = [product.marks[g] for kind, g in case if kind == "again"]
         region, before = set(mdp.states) - ceasing - mdp.unsafe, None
+        for kind, g in case:
+            if kind == "again" and is_cosafe(g):
+                region &= product.accepted[g]
         while region != before:
             before = region
             region = can_stay(moves, region)
@@ -103,8 +109,7 @@ def satisfaction(product, mdp, formula):
 
 
 def violations(product, formula):
-    """The states after which no word satisfies a safe formula, and those before which none does."""
+    """The states after which no word satisfies a safe formula."""
     place = [monitor.formula for monitor in product.monitors].index(formula)
-    refuted, width = product.monitors[place].refuted(), len(product.mdp.program.variables)
-    after = {s for s in product.mdp.states if product.read(s)[0][place] in refuted}
-    return after, {s for s in product.mdp.states if product.mdp.values[s][width + place] in refuted}
+    refuted = product.monitors[place].refuted()
+    return {s for s in product.mdp.states if product.read(s)[0][place] in refuted}

@@ -22,7 +22,7 @@ class Question:
         self.product = product(program, self.whole.values, watched, limit)
         mdp, violated = self.product.mdp, set()
         if demanded != TRUE:
-            violated, _ = violations(self.product, demanded)
+            violated = violations(self.product, demanded)
         self.mdp = mdp.restricted(can_stay(mdp.moves, set(mdp.states) - violated))
         self.fresh = list(self.whole.states)  # the roots of the product come first, in their order
 
@@ -36,18 +36,31 @@ class Question:
 
     def most(self, formula=None):
         """The greatest probability of the formula in each state."""
-        goal = secured(self.product, self.mdp, formula or self.formula)
-        actions = {}
-        for state in set(self.mdp.states) - goal:
-            actions[state] = []
-            for choice in self.mdp.choices[state]:
-                constant = sum((p for t, p in choice.to.items() if t in goal), ZERO)
-                actions[state].append(Action(constant, [(p, t) for t, p in choice.to.items() if t not in goal], False))
-        return {**dict.fromkeys(goal, ONE), **greatest(actions)}
+        return into(self.mdp, secured(self.product, self.mdp, formula or self.formula), set())
 
     def least(self):
         """The least probability of the formula in each state."""
         return {state: 1 - p for state, p in self.most(negated(self.formula)).items()}
+
+
+def chances(mdp, target):
+    """The greatest and the least probability to reach a target from each state; unsafe states have none."""
+    target = target - mdp.unsafe
+    avoid = can_stay(mdp.moves, set(mdp.states) - mdp.unsafe - target)
+    most, evade = into(mdp, target, set()), into(mdp, avoid, target)
+    return most, {state: 1 - p for state, p in evade.items()}
+
+
+def into(mdp, goal, lost):
+    """The greatest probability to reach some states, and no others before."""
+    actions = {}
+    for state in set(mdp.states) - goal - lost:
+        actions[state] = []
+        for choice in mdp.choices[state]:
+            constant = sum((p for t, p in choice.to.items() if t in goal), ZERO)
+            edges = [(p, t) for t, p in choice.to.items() if t not in goal and t not in lost]
+            actions[state].append(Action(constant, edges, False))
+    return {**dict.fromkeys(goal, ONE), **dict.fromkeys(lost, ZERO), **greatest(actions)}
 
 
 def rewards(mdp, target, structure):

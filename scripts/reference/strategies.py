@@ -1,10 +1,11 @@
 """Sections 5 and 10: what the strategies do in a state where planning starts."""
 
-from dataclasses import replace
+import functools
+from dataclasses import dataclass, replace
 
-from reference.model import almost_sure, layers
+from reference.leaves import conditions
+from reference.model import Mdp, almost_sure, layers
 from reference.product import secured
-from reference.temporal import YES
 
 
 def gained(preferences, old, new):
@@ -39,7 +40,36 @@ def explain(analysis, kind, state):
             "progress": choice.name in progress,
             "successors": {t: successor(analysis, levels, state, t, p, t in goals) for t, p in choice.to.items()},
         }
+        found[choice.name]["verdict"] = verdict(known, kind, game is None, found[choice.name])
     return found
+
+
+def verdict(known, kind, at_rest, choice):
+    """The first reason that applies to a choice while improvements are ahead, and where none is."""
+    successors = choice["successors"].values()
+    if choice["permitted"]:
+        goals = [s["goal"] for s in successors if not s["dropped"]]
+        progress = "approaches" if choice["progress"] else "stays"
+        return "improves" if all(goals) else "may-improve" if any(goals) else progress
+    if not known or any(s["unsafe"] for s in successors):
+        return "violates"
+    if not choice["kept"]:
+        return "weakens" if any(s["change"] == "weakening" for s in successors) else "unsafe"
+    return "nothing-ahead" if at_rest else "strays" if kind == "sasi" else "hopeless"
+
+
+def pursuing(analysis, objective, reference, state, choice):
+    """The same while an objective is pursued: by choices that never weaken a class, or by all."""
+    way, classes = pursuit(analysis, objective, reference), analysis.classes
+    if choice in way.staying(state):
+        achieves = [t in way.target for t in choice.to]
+        progress = "nears" if choice in way.closer(state) else "keeps"
+        return "achieves" if all(achieves) else "may-achieve" if any(achieves) else progress
+    if any(classes[t] is None for t in choice.to):
+        return "violates"
+    if reference is not None and choice not in way.mdp.choices[state]:
+        return "weakens" if any(analysis.preferences.weakens(reference, classes[t]) for t in choice.to) else "unsafe"
+    return "forfeits"
 
 
 def successor(analysis, levels, state, to, probability, goal):
@@ -60,47 +90,72 @@ def successor(analysis, levels, state, to, probability, goal):
     }
 
 
-def achieving(analysis, objective, state):
-    """Section 10: the choices that stay in ASWin(F_i), and those of them that come closer to F_i, by name."""
-    sure, target = analysis.sure[objective], analysis.targets[objective]
-    if state not in sure:
-        return [], []
-    staying = [choice for choice in analysis.mdp.choices[state] if choice.successors <= sure]
-    distance = layers(analysis.mdp.moves, target, sure)
-    closer = [c for c in staying if any(distance[t] < distance[state] for t in c.to)]
-    return [c.name for c in staying], [c.name for c in closer]
+@dataclass
+class Pursuit:
+    """How an objective is achieved: the choices that may be taken, F_i, and the states where they achieve it surely."""
+
+    mdp: Mdp
+    target: set
+    sure: set
+
+    def staying(self, state):
+        """The choices of the permissive strategy."""
+        return [c for c in self.mdp.choices[state] if c.successors <= self.sure] if state in self.sure else []
+
+    def closer(self, state):
+        """The choices of the permissive strategy that come closer to F_i."""
+        distance = self.distances
+        return [c for c in self.staying(state) if any(distance[t] < distance[state] for t in c.to)]
+
+    @functools.cached_property
+    def distances(self):
+        return layers(self.mdp.moves, self.target, self.sure)
 
 
-def achieved(analysis, objective, state):
-    """Whether an objective is achieved when a path has come to a state: the state is in F_i, or the path up to it shows
-    that the formula is satisfied. A formula of which no path shows that is never achieved."""
-    if not analysis.play:
-        return state in analysis.targets[objective]
-    monitors = [monitor.formula for monitor in analysis.product.monitors]
-    formula = analysis.formulas[objective]
-    if formula not in monitors:
-        return False
-    must, _ = analysis.product.read(state)[0][monitors.index(formula)]
-    return must == YES
-
-
-def kept_sure(analysis, objective, reference):
-    """Section 10, commit: the states where kept choices, compared with a class, achieve an objective surely."""
-    if analysis.safety == "prefix":
-        arena = analysis.arenas[reference]
-        choices = [[choice for choice, _ in arena.moves[s]] for s in analysis.mdp.states]
-    else:
-        choices = [[choice for choice, _ in analysis.kept(s)] for s in analysis.mdp.states]
+# Bounded: the cache keeps the analyses that it remembers.
+@functools.lru_cache(maxsize=64)
+def pursuit(analysis, objective, reference=None):
+    """Section 10, achieve: by all choices or, for a plan that has not committed, by those that never weaken, compared
+    with a class. Under `transition`, a kept choice may weaken by a dropped successor."""
+    if reference is None:
+        return Pursuit(analysis.mdp, analysis.targets[objective], analysis.sure[objective])
+    arena = analysis.arenas[reference]
+    choices = [[c for c, nodes in arena.moves[arena.node(s)] if len(nodes) == len(c.to)] for s in analysis.mdp.states]
     kept = replace(analysis.mdp, choices=choices)
     target = analysis.targets[objective]
     if analysis.play:
         target = secured(analysis.product, kept, analysis.formulas[objective])
-    return almost_sure(kept.moves, target)
+    return Pursuit(kept, target, almost_sure(kept.moves, target))
+
+
+def achieved(analysis, objective, state, every=True):
+    """Whether an objective is achieved when a path has come to a state: the state is in F_i, or the path up to it shows
+    that the formula is satisfied, leaf by leaf. It may do so for every truth value of the conditions, or only because
+    some conditions are never true together."""
+    if not analysis.play:
+        return state in analysis.targets[objective]
+    return state in achieving(analysis, conditions(analysis.formulas[objective]), every)
+
+
+@functools.lru_cache(maxsize=256)
+def achieving(analysis, condition, every):
+    """The states up to which a path shows that a Boolean combination of leaves is satisfied."""
+    if condition[0] in ("and", "or"):
+        first, second = (achieving(analysis, part, every) for part in condition[1:])
+        return first & second if condition[0] == "and" else first | second
+    (kind, formula), product = condition, analysis.product
+    place = [monitor.formula for monitor in product.monitors].index(formula)
+    monitor, program, letters = product.monitors[place], analysis.program, None
+    if not every:
+        states = program.all_states()
+        letters = {monitor.letter(lambda name, s=s: program.compile(name)(s)) for s in states}
+    settled = monitor.settled(kind == "again", letters)
+    return {s for s in product.mdp.states if product.read(s)[0][place] in settled}
 
 
 def pursued(analysis, state, named=None):
     """Section 10, commit: the objective that a plan takes at rank 0, and whether the plan commits; None without one."""
-    here = analysis.classes[state]
-    members = sorted(here or (), key=lambda i: (i != named, i))
-    without = [i for i in members if state in kept_sure(analysis, i, here)]
+    here = analysis.classes[state] or frozenset()
+    members = [named] if named in here else sorted(here)
+    without = [i for i in members if state in pursuit(analysis, i, here).sure]
     return (without[0], False) if without else (members[0], True) if members else None

@@ -1,6 +1,6 @@
 """Random cases against the reference.
 
-    python3 scripts/tester [--seeds 0:5000] [-j N] [--binary PATH] [--only CHECK,...] [--python]
+    python3 scripts/tester [--seeds 0:5000] [-j N] [--minutes N] [--binary PATH] [--only CHECK,...] [--python]
 
 Each seed draws a model, preferences and settings. Everything that the program can say about the case is compared with
 the reference, or with what its definition promises. A difference is made smaller and printed with its files and its
@@ -11,10 +11,12 @@ Exit status: 0 no difference, 1 differences.
 import argparse
 import importlib.util
 import itertools
+import math
 import os
 import re
 import sys
 import tempfile
+import time
 import traceback
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
@@ -108,6 +110,12 @@ def likeness(difference):
 SIMPLEST = {"scope": "reachable", "safety": "action", "threads": 1, "order": "declared", "reward": "steps"}
 
 
+def features_of(seed):
+    """The features that are drawn in a case, and those that the reference finds in it."""
+    case = draw(seed)
+    return Outcome(seed, case.features | Context(case, None).features())
+
+
 def run_case(seed, binary, checks, ignored, shrinks):
     case = draw(seed)
     outcome = Outcome(seed, case.features)
@@ -157,8 +165,9 @@ def main():
     parser.add_argument("--avoid", default="", help="features of cases to leave out, with commas")
     parser.add_argument("--ignore", default="", help="regular expression of differences that are known")
     parser.add_argument("--no-shrink", action="store_true", help="print cases as they were drawn")
-    parser.add_argument("--pairs", action="store_true", help="only count the pairs of features that are drawn")
+    parser.add_argument("--pairs", action="store_true", help="only count the pairs of features that meet")
     parser.add_argument("--python", action="store_true", help="also compare the Python package with the command")
+    parser.add_argument("--minutes", type=float, default=math.inf, help="stop after this time")
     parser.add_argument("--most", type=int, default=20, help="stop after this number of cases with differences")
     args = parser.parse_args()
     checks = args.only.split(",") if args.only else [name for name in suites.ALL if name != "python"]
@@ -166,14 +175,16 @@ def main():
         checks = list(dict.fromkeys([*checks, "python"]))
     if "python" in checks and importlib.util.find_spec("meliora") is None:
         parser.error("--python needs the package meliora: install ./python, and use the interpreter that has it")
-    first, _, end = args.seeds.partition(":")
+    first, _, last = args.seeds.partition(":")
     avoided = set(filter(None, args.avoid.split(",")))
-    seeds = range(int(first), int(end) if end else int(first) + 1)
+    seeds = range(int(first), int(last) if last else int(first) + 1)
     seeds = [seed for seed in seeds if not avoided & draw(seed).features] if avoided else seeds
     if args.pairs:
-        print(table([Outcome(seed, draw(seed).features) for seed in seeds]))
+        with ProcessPoolExecutor(args.jobs) as pool:
+            print(table(list(pool.map(features_of, seeds, chunksize=64))))
         return 0
     binary, outcomes, wrong = harness.find_meliora(args.binary), [], 0
+    end = time.monotonic() + 60 * args.minutes
     with ProcessPoolExecutor(args.jobs) as pool:
         pending = pool.map(
             run_case, seeds, *map(itertools.repeat, (binary, checks, args.ignore, not args.no_shrink)), chunksize=4
@@ -184,8 +195,10 @@ def main():
                 if outcome.text:
                     print(outcome.text, flush=True)
                     wrong += 1
-                if wrong >= args.most:
+                if wrong >= args.most or time.monotonic() > end:
                     break
+        except KeyboardInterrupt:
+            pass  # the table has the cases so far
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
     print(table(outcomes))

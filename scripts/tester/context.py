@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from reference.analysis import Analysis
+from reference.leaves import cases, conditions
 from reference.preferences import preferences_of
 from reference.prism import program_of
 from reference.quantities import Quantities
@@ -122,6 +123,13 @@ class Context:
             "SPI improvements": len(levels["spi"]) > len(levels["sasi"]),
         }
         return {name for name, holds in found.items() if holds}
+
+    def secured(self, number):
+        """The target of an objective; None if it depends on the monitors: before the marks of a leaf of the kind
+        persistence cease, there may be any number of them."""
+        leaves = [leaf for case in cases(conditions(self.analysis.formulas[number])) for leaf in case]
+        is_open = self.analysis.play and any(kind == "finally" for kind, _ in leaves)
+        return None if is_open else self.analysis.targets[number]
 
     def named(self, members):
         return [self.names[i] for i in sorted(members or ())]

@@ -2,16 +2,27 @@
 
 import json
 import math
-import random
-import tempfile
 
+from tester import sets
 from tester.context import LEVELS, WITHIN
-from tester.program import key
 from tester.promises import RUNS, STEPS, options_of
+from tester.shields import shields
 
 REPORTED = ("counts", "objectives", "classes", "improvement", "sasi", "spi", "initial")
 OF_ACTION = ("name", "kept", "permitted", "progress", "verdict")
-OF_SUCCESSOR = ("state", "probability", "unsafe", "most_preferred", "rank", "change", "gained", "lost", "dropped", "goal")
+OF_SUCCESSOR = (
+    "state",
+    "probability",
+    "unsafe",
+    "most_preferred",
+    "rank",
+    "change",
+    "gained",
+    "lost",
+    "dropped",
+    "goal",
+)
+OF_PLAN = ("pursues", "commits", "achieved")
 OF_SIMULATION = ("rank", "settled", "weakened_step", "weakened_start", "achieved_runs", "kept_runs")
 
 
@@ -22,6 +33,9 @@ def package(context):
     case, names = context.case, ["scope", "safety", "engine", "threads"]
     names += ["order"] if case.settings["engine"] == "symbolic" else []
     model = meliora.Model.from_string(case.model_text())
+    context.same(
+        "labels", sorted({text[1 : text.index("]")] for _, text in case.commands} - {""}), sorted(model.actions)
+    )
     preferences = meliora.Preferences.from_string(case.preferences_text())
     analysis = model.check(preferences, **{name: case.settings[name] for name in names})
     report = plain(analysis.to_dict())
@@ -35,13 +49,18 @@ def package(context):
         strategy = analysis.strategy(kind)
         for name, entry in context.strategy("--kind", kind).items():
             explained(context, f"{kind} in {dict(name)}", entry, strategy.explain(dict(name)))
+            masked(context, f"{kind} in {dict(name)}", entry, strategy, model.actions)
         if case.settings["safety"] != "transition":
-            try:
-                shielded(context, meliora.Shield, strategy)
-            except meliora.UsageError as error:
-                if "choices with one label together" not in str(error):
-                    raise
-                told_apart(context, strategy.kind)
+            shields(context, meliora, strategy)
+    number = case.seed % len(context.names)
+    for kind, named in (("plan", None), ("plan", context.names[number]), ("achieve", context.names[number])):
+        strategy, options = analysis.strategy(kind, objective=named), ("--objective", named) if named else ()
+        for name, entry in context.strategy("--kind", kind, *options).items():
+            explained(context, f"{kind} {named} in {dict(name)}", entry, strategy.explain(dict(name)), OF_PLAN)
+            masked(context, f"{kind} {named} in {dict(name)}", entry, strategy, model.actions)
+    sets.sets(context, analysis)
+    sets.together(context, analysis)
+    sets.reach(context, meliora, model)
     simulated(context, analysis)
 
 
@@ -63,11 +82,13 @@ def as_json(value):
     return list(value) if isinstance(value, tuple) else "unbounded" if value == math.inf else value
 
 
-def explained(context, where, entry, found):
+def explained(context, where, entry, found, more=()):
     """An explanation says what `strategy` says."""
     context.same(f"unsafe of {where}", entry.get("unsafe", False), found.unsafe)
-    for what in ("most_preferred", "progress_action"):
+    for what in ("most_preferred", *more):
         context.same(f"{what} of {where}", entry[what], as_json(getattr(found, what)))
+    # In Python, the progress strategy takes no action where it ends.
+    context.same(f"progress_action of {where}", entry["chosen_action"], found.progress_action)
     expected = [[action[what] for what in OF_ACTION] for action in entry["actions"]]
     context.same(f"actions of {where}", expected, [[getattr(a, what) for what in OF_ACTION] for a in found.actions])
     for action, here in zip(entry["actions"], found.actions):
@@ -75,6 +96,17 @@ def explained(context, where, entry, found):
         expected = [[successor[what] for what in OF_SUCCESSOR] for successor in expected]
         got = [[as_json(getattr(s, what)) for what in OF_SUCCESSOR] for s in here.successors]
         context.same(f"successors of {action['name']} of {where}", expected, got)
+
+
+def masked(context, where, entry, strategy, actions):
+    """The masks of a state: for each label, whether a choice with it is selected."""
+    actions_of = {what: [a["name"] for a in entry["actions"] if a[what]] for what in ("permitted", "progress", "kept")}
+    actions_of["progress"] = actions_of["progress"][:1]
+    actions_of["chosen"] = [entry["chosen_action"]] if entry["chosen_action"] else []
+    for which, names in actions_of.items():
+        selected = {name.split("(")[0] for name in names}
+        got = strategy.mask(entry["state"], which=which).tolist()
+        context.same(f"mask of {which} of {where}", [action in selected for action in actions], got)
 
 
 def simulated(context, analysis):
@@ -90,77 +122,6 @@ def simulated(context, analysis):
         for what in OF_SIMULATION:
             if what in play:
                 context.same(f"{what} of {kind} from {play['state']}", play[what], as_json(getattr(found, what)))
-
-
-def shielded(context, Shield, strategy):
-    """A shield, and its copy on disk, permit what the strategy permits, along random paths."""
-    shield, draw = strategy.shield(), random.Random(context.case.seed)
-    with tempfile.TemporaryDirectory() as folder:
-        shield.save(folder)
-        loaded = Shield.load(folder)
-    context.same("states of the loaded shield", len(shield), len(loaded))
-    fresh = {tuple(context.source.named(context.analysis.whole.plain(s)).items()) for s in context.relation.fresh()}
-    starts, seen = [], set()
-    for name in context.relation.of:  # the first state with the values of a start has its fresh monitors
-        if name[: context.relation.width] in fresh - seen:
-            seen.add(name[: context.relation.width])
-            starts.append(dict(name))
-    for start in starts:
-        for _ in range(3):
-            follow(context, (shield, loaded), strategy, start, draw)
-
-
-def told_apart(context, kind):
-    """A shield may refuse a strategy only if choices of one label differ in some state."""
-    names = [[action["name"] for action in entry["actions"]] for entry in context.strategy("--kind", kind).values()]
-    context.same("some choices share a label", True, any(len(labels(n)) < len(n) for n in names))
-
-
-def follow(context, shields, strategy, start, draw, steps=12):
-    """One random path of permitted actions."""
-    play, width = strategy.play(start), context.relation.width
-    for shield in shields:
-        shield.reset(tuple(start.values())[:width])
-    for number in range(steps):
-        now, where = tuple(play.state.values())[:width], f"{strategy.kind} after {number} steps in {play.state}"
-        if play.over:
-            return
-        permitted = play.actions()
-        for shield in shields:
-            context.same(f"ahead of {where}", play.ahead, shield.ahead(now))
-            by_label(context, where, permitted, strategy.explain(play.state), shield.allowed(now))
-        allowed = shields[0].allowed(now)
-        permitted = [action for action in permitted if label(action) in allowed]
-        action = draw.choice(permitted)
-        for shield in shields:
-            context.same(f"correct of {where}", label(action), label(shield.correct(now, label(action))))
-        _, after = draw.choice(strategy.successors(play.state)[action])
-        play.step(after)
-        for shield in shields:
-            shield.step(tuple(after.values())[:width])
-
-
-def by_label(context, where, permitted, explained, allowed):
-    """A label is allowed if all its choices are permitted, and no other one if one of these makes progress.
-
-    In any case some choice of an allowed label is permitted, and some label is allowed.
-    """
-    others = labels({action.name for action in explained.actions} - set(permitted))
-    sure = [name for name in labels(permitted) if name not in others]
-    if set(sure) & set(labels(a.name for a in explained.actions if a.progress)):
-        context.same(f"allowed of {where}", sure, labels(allowed))
-    context.same(f"allowed at least of {where}", [], sorted(set(sure) - set(labels(allowed))))
-    context.same(f"allowed at most of {where}", [], sorted(set(labels(allowed)) - set(labels(permitted))))
-    context.same(f"something allowed of {where}", bool(permitted), bool(allowed))
-
-
-def label(action):
-    """Choices with the same label are permitted together."""
-    return action.split("(")[0]
-
-
-def labels(actions):
-    return sorted({label(action) for action in actions})
 
 
 ALL = {"python": package}

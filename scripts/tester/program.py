@@ -74,12 +74,6 @@ class Relation:
             self.relate(tuple(plain + monitors), state)
         while self.todo:
             self.follow(*self.todo.pop())
-        # Behind a violation, a state may be known as one from which nothing is violated: no strategy gets there.
-        past, self.past = analysis.past, set()
-        for name, states in self.of.items():
-            self.of[name] = [s for s in states if s not in past] or states
-            if self.of[name][0] in past:
-                self.past.add(name)
         missing = entries.keys() - self.of.keys()
         if missing:
             self.wrong.append(f"not reachable by the reference: {dict(next(iter(missing)))}")

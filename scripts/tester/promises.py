@@ -6,12 +6,14 @@ from fractions import Fraction
 
 from reference.model import Choice, Mdp, almost_sure, attractor
 from reference.product import Product, satisfaction
-from reference.strategies import achieved, achieving, pursued
+from reference.shields import Shield as Machine
+from reference.strategies import achieved, gained, lost, pursued, pursuing, pursuit
 from reference.temporal import parts
 from tester.context import LEVELS
 from tester.program import key
 
 RUNS, STEPS = 20, 3000
+OF_PURSUIT = ("pursues", "commits", "gives_up")
 
 
 def starts(context):
@@ -24,7 +26,9 @@ def options_of(context):
     """A kind, an objective and a variant of strategies, which depend on the seed alone."""
     seed, names = context.case.seed, context.names
     kind = ("sasi", "spi", "plan", "achieve")[seed % 4]
-    objective = names[(seed // 4) % len(names)] if kind == "achieve" else None
+    # A plan takes an objective by name, or the first that it can keep.
+    named = kind == "achieve" or kind == "plan" and seed // 16 % 2
+    objective = names[(seed // 4) % len(names)] if named else None
     return kind, objective, ("progress", "permissive")[(seed // 8) % 2]
 
 
@@ -45,8 +49,6 @@ def simulate(context):
 
 def chosen(context):
     """Simulations that choose by value report the value that the reference computes."""
-    if context.analysis.safety == "transition":
-        return
     for choose, kind, tables in (("likely", "spi", context.probabilities), ("cheap", "sasi", context.costs)):
         reward = context.program.settings("reward") if choose == "cheap" else []
         options = ["--kind", kind, "--choose", choose, "--levels", LEVELS, "--runs", RUNS, "--steps", STEPS]
@@ -68,37 +70,71 @@ def chosen(context):
 def path_of(context, kind, objective, variant, play):
     """The trace is a path of the model that stays where requirements can be kept, and reports what happens."""
     analysis, relation, name = context.analysis, context.relation, key(play["state"])
-    entries = context.strategy("--kind", "sasi")
-    for claimed in (play["trace"] or {}).get("achieved", []):
-        sound = claims(analysis, context.names.index(claimed), relation.one(name))
-        context.same(f"{claimed} is achieved at the start {dict(name)}", True, sound)
-    for number, turn in enumerate((play["trace"] or {"turns": []})["turns"]):
+    entries, trace = context.strategy("--kind", "sasi"), play["trace"]
+    known = set() if kind in ("plan", "achieve") else None
+    known = done_in(context, f"the start {dict(name)}", relation.one(name), trace.get("achieved", []), known)
+    course = Course(context, kind, relation.one(name), relation.one(name))
+    for number, turn in enumerate(trace["turns"], 1):
+        where = f"step {number} from {dict(name)} by {turn['action']}"
         actions = {action["name"]: action for action in entries[name]["actions"]}
         action = actions.get(turn["action"], {"successors": []})
-        successors = [key(s["state"]) for s in action["successors"]]
-        if not context.same(
-            f"step {number + 1} from {dict(name)} by {turn['action']}", True, key(turn["state"]) in successors
-        ):
+        if not context.same(where, True, key(turn["state"]) in [key(s["state"]) for s in action["successors"]]):
             return
-        if number == 0 and kind in ("sasi", "spi"):
-            levels, state = analysis.levels(kind), relation.one(name)
-            allowed = levels.permitted(state) if variant == "permissive" else levels.progress(state)
-            context.same("first action is permitted", True, turn["action"] in [c.name for c in allowed])
         name = key(turn["state"])
         state = relation.one(name)
-        context.same(f"safe after step {number + 1}", True, state not in analysis.mdp.unsafe)
-        context.same(
-            f"most_preferred after step {number + 1}", context.named(analysis.classes[state]), turn["most_preferred"]
-        )
-        for claimed in turn.get("achieved", []):
-            sound = claims(analysis, context.names.index(claimed), state)
-            context.same(f"{claimed} is achieved after step {number + 1} in {dict(name)}", True, sound)
+        context.same(f"safe after {where}", True, state not in analysis.mdp.unsafe)
+        course.turn(where, variant, state, turn)
+        known = done_in(context, where, state, turn.get("achieved", []), known)
+
+
+class Course:
+    """A path on its way. Without a value to choose by, SASI and SPI have the memory that shields have, too."""
+
+    def __init__(self, context, kind, start, state):
+        self.context, self.kind, self.start, self.state, self.committed = context, kind, start, state, False
+        self.levels = context.analysis.levels("spi" if kind in ("spi", "likely") else "sasi")
+        self.machine = Machine(context.analysis, kind) if kind in ("sasi", "spi") else None
+        self.memory = self.machine and self.machine.start(state)
+
+    def turn(self, where, variant, to, turn):
+        """Compares one step with its definition."""
+        same, analysis = self.context.same, self.context.analysis
+        old, new, first = (analysis.classes[s] for s in (self.state, to, self.start))
+        same(f"most_preferred after {where}", self.context.named(new), turn["most_preferred"])
+        same(f"rank after {where}", self.levels.rank(to), turn["rank"])
+        same(f"lost by {where}", self.context.named(lost(analysis.preferences, old, new)), turn["lost"])
+        self.committed |= "commits" in turn
+        weakens = [not self.committed and analysis.preferences.weakens(c, new) for c in (old, first)]
+        same(f"weakening of {where}", weakens, [turn["weakens_step"], turn["weakens_start"]])
+        if self.machine or analysis.safety != "prefix":
+            reference = self.machine.reference(self.state, self.memory) if self.machine else old
+            same(f"change by {where}", analysis.preferences.change(reference, new), turn["change"])
+            same(f"gained by {where}", self.context.named(gained(analysis.preferences, reference, new)), turn["gained"])
+        if self.machine:
+            permitted, progress = self.machine.permitted(self.state, self.memory)
+            same(f"permitted is {where}", True, turn["action"] in (permitted if variant == "permissive" else progress))
+            same(f"improves by {where}", self.machine.counts(self.state, self.memory, to), turn["improves"])
+            self.memory = self.machine.after(self.state, self.memory, to)
+        self.state = to
+
+
+def done_in(context, where, state, said, known):
+    """Compares the objectives that are said to be achieved in a state, besides those that are known. Returns all;
+    strategies that improve know none."""
+    if known is None:
+        context.same(f"achieved by {where}", [], said)
+        return None
+    analysis, every = context.analysis, range(len(context.names))
+    least, most = ({i for i in every if achieved(analysis, i, state, strict)} - known for strict in (True, False))
+    new = {context.names.index(name) for name in said}
+    context.same(f"achieved by {where}", context.named(least | new & most), said)
+    return known | new
 
 
 def claims(analysis, objective, state):
     """Whether a report may call an objective achieved: it is, or, for a formula that no path decides, every path that
     follows satisfies it."""
-    if achieved(analysis, objective, state):
+    if achieved(analysis, objective, state, False):
         return True
     return analysis.play and not is_cosafe(analysis, objective) and state in certain(analysis, objective)
 
@@ -118,7 +154,7 @@ def statistics_of(context, kind, objective, state, play):
     """Counts of many paths that a promise makes certain."""
     analysis, rank = context.analysis, play["rank"]
     levels = analysis.levels("spi" if kind == "spi" else "sasi")
-    context.same("rank", 0 if kind == "achieve" and rank == 0 else levels.rank(state), rank)
+    context.same("rank", levels.rank(state), rank)
     if analysis.safety == "transition":
         return
     if kind in ("sasi", "spi"):
@@ -137,39 +173,71 @@ def statistics_of(context, kind, objective, state, play):
 
 
 def pursues(context):
-    """The objective that a plan takes, and the permitted actions of plans and of `achieve`."""
-    analysis, relation = context.analysis, context.relation
-    answers = context.strategy("--kind", "plan")
-    for name, entry in answers.items():
-        state = relation.one(name)
-        if name in relation.past or state in analysis.mdp.unsafe or analysis.levels("sasi").rank(state) != 0:
-            continue
-        expected = pursued(analysis, state) if analysis.safety != "transition" else None
-        if expected:
-            context.same(f"pursues of {dict(name)}", context.names[expected[0]], entry["pursues"])
+    """The objective that a plan takes, with and without a name, and the actions of plans and of `achieve`."""
     number = context.case.seed % len(context.names)
-    answers = context.strategy("--kind", "achieve", "--objective", context.names[number])
-    for name, entry in answers.items():
-        if name not in relation.past:
-            achieving_at(context, number, dict(name), relation.one(name), entry)
+    name = ("--objective", context.names[number])
+    for named, options in ((None, ()), (number, name)):
+        for at_state, state, entry in safe_entries(context, "--kind", "plan", *options):
+            planned_at(context, named, at_state, state, entry)
+    for at_state, state, entry in safe_entries(context, "--kind", "achieve", *name):
+        taken = (number, None) if state in context.analysis.sure[number] else None
+        pursues_at(context, taken, at_state, state, entry)
 
 
-def achieving_at(context, number, named, state, entry):
+def safe_entries(context, *options):
+    """What `strategy` says in each safe state, with the state of the reference."""
+    for name, entry in context.strategy(*options).items():
+        state = context.relation.one(name)
+        if state not in context.analysis.mdp.unsafe:
+            yield f"{options} in {dict(name)}", state, entry
+
+
+def planned_at(context, named, where, state, entry):
+    """A plan improves as SASI does, then takes an objective, and may commit to it."""
     analysis = context.analysis
-    staying, closer = achieving(analysis, number, state)
-    permitted = [a["name"] for a in entry["actions"] if a["permitted"]]
-    if analysis.play:
-        # The regions of a formula bring their own strategies: these must stay where it is sure.
-        context.same(f"permitted stays sure in {named}", [], [a for a in permitted if a not in staying])
-        done = state not in analysis.sure[number] or claims(analysis, number, state)
-        context.same(
-            f"an action achieves {context.names[number]} in {named}", True, done or entry["progress_action"] is not None
-        )
-    else:
-        context.same(f"permitted achieve {context.names[number]} in {named}", sorted(staying), sorted(permitted))
-        if state not in analysis.targets[number]:
-            progress = [a["name"] for a in entry["actions"] if a["progress"]]
-            context.same(f"progress achieve {context.names[number]} in {named}", sorted(closer), sorted(progress))
+    levels = analysis.levels("sasi")
+    if levels.rank(state) != 0:
+        for what in ("permitted", "progress"):
+            expected = sorted(c.name for c in getattr(levels, what)(state))
+            context.same(f"{what} of {where}", expected, sorted(a["name"] for a in entry["actions"] if a[what]))
+        context.same(f"pursues of {where}", (None, False, []), tuple(map(entry.get, OF_PURSUIT)))
+        return
+    found = pursued(analysis, state, named)
+    reference = analysis.classes[state] if found and not found[1] else None
+    pursues_at(context, found and (found[0], reference), where, state, entry, bool(found and found[1]))
+
+
+def pursues_at(context, taken, where, state, entry, commits=False):
+    """The objective that is pursued, by all choices or by those that never weaken a class, and how."""
+    analysis = context.analysis
+    done = done_in(context, where, state, entry["achieved"], set())
+    objective, reference = taken or (None, None)
+    commits = commits and objective not in done
+    taken_action = [a for a in entry["actions"] if a["name"] == entry["chosen_action"]]
+    given_up = {name for a in taken_action for s in a["successors"] for name in s["lost"]} if commits else set()
+    expected = (taken and context.names[objective], commits, [n for n in context.names if n in given_up])
+    context.same(f"pursues of {where}", expected, tuple(map(entry.get, OF_PURSUIT)))
+    if taken:
+        actions_at(context, objective, pursuit(analysis, objective, reference), where, state, entry)
+        if not analysis.play and state not in analysis.targets[objective]:
+            choices = {choice.name: choice for choice in analysis.whole.choices[state]}
+            verdicts = {name: pursuing(analysis, objective, reference, state, c) for name, c in choices.items()}
+            context.same(f"verdicts of {where}", verdicts, {a["name"]: a["verdict"] for a in entry["actions"]})
+
+
+def actions_at(context, objective, way, where, state, entry):
+    """The permitted actions and those that make progress. The regions of a formula bring strategies of their own: these
+    must stay where it is sure."""
+    staying, closer = ([c.name for c in found] for found in (way.staying(state), way.closer(state)))
+    permitted, progress = ([a["name"] for a in entry["actions"] if a[what]] for what in ("permitted", "progress"))
+    if context.analysis.play:
+        context.same(f"permitted stays sure of {where}", set(), set(permitted) - set(staying))
+        done = claims(context.analysis, objective, state)
+        context.same(f"an action achieves, {where}", True, done or entry["progress_action"] is not None)
+        return
+    context.same(f"permitted of {where}", sorted(staying), sorted(permitted))
+    if state not in way.target:
+        context.same(f"progress of {where}", sorted(closer), sorted(progress))
 
 
 @dataclass
@@ -227,11 +295,15 @@ def in_other_formats(context, stem, options):
         context.same(f"table of actions of {written}", *tables)
         got = program.ask("reach", again / f"{stem}.{written}", *asked, allowed=(0, 1))["properties"]
         for text, old, new in zip(properties, expected, got):
-            regions = [{k: v for k, v in entry.items() if k.startswith("p") and k != "property"} for entry in (old, new)]
+            regions = [
+                {k: v for k, v in entry.items() if k.startswith("p") and k != "property"} for entry in (old, new)
+            ]
             context.same(f"regions of {text} of {written}", *regions)
             if old.get("value") and not context.is_rare():
                 near = all(abs(old["value"][b] - new["value"][b]) <= 1e-5 for b in ("lower", "upper"))
-                context.same(f"value of {text} of {written}", "" if near else old["value"], "" if near else new["value"])
+                context.same(
+                    f"value of {text} of {written}", "" if near else old["value"], "" if near else new["value"]
+                )
 
 
 def read_induced(context, stem):
@@ -341,8 +413,11 @@ def satisfied(context, found, wanted, objectives):
                 own if s in here - ended and own[0].successors <= here - ended else []
                 for s, own in enumerate(found.mdp.choices)
             ]
-            marks = {g: {s for s in found.mdp.states if found.of[s] in m} for g, m in analysis.product.marks.items()}
-            inside = Product(replace(found.mdp, choices=going), analysis.product.monitors, marks)
+            marks, accepted = (
+                {g: {s for s in found.mdp.states if found.of[s] in m} for g, m in of.items()}
+                for of in (analysis.product.marks, analysis.product.accepted)
+            )
+            inside = Product(replace(found.mdp, choices=going), analysis.product.monitors, marks, accepted)
             good |= satisfaction(inside, inside.mdp, analysis.formulas[number])["pmax_one"] - ended
         won |= good
     sure = almost_sure(found.mdp.moves, won)

@@ -2,34 +2,40 @@
 
 import itertools
 import math
-from dataclasses import replace
 from fractions import Fraction
 
+from reference.model import explore
 from reference.preferences import target_of
 from reference.questions import Question, jointly, rewards
-from tester.context import LEVELS
 from tester.program import at, key
+from tester.questions import allowed_by, bounded, earning, members
 
 
 def reach(context):
-    """The four regions of a formula, its probabilities, and rewards until a condition."""
+    """The four regions of a formula, its probabilities and their bounds."""
     text = context.preferences.objectives[context.case.seed % len(context.names)][1]
     for required in {(), tuple(context.preferences.required)}:
         options = [word for formula in required for word in ("--require", formula)]
         question = Question(context.source, context.case.settings["scope"], text, required, 3000)
-        asked = [f"P>=1 [ {text} ]", f"Pmax=? [ {text} ]", f"Pmin=? [ {text} ]"]
+        starts, regions = question.whole.initial, question.regions()
+        most, least = ([values[s] for s in starts] for values in (question.most(), question.least()))
+        bounds = bounded(context.case.seed, text, most, least)
+        asked = [f"P>=1 [ {text} ]", f"Pmax=? [ {text} ]", f"Pmin=? [ {text} ]", *(text for text, _ in bounds)]
         report = reach_report(context, asked, options)
-        regions = question.regions()
+        entries = report["properties"]
         for name, region in regions.items():
-            context.same(f"{name} of {text} with {options}", str(len(region)), report["properties"][0][name])
-        starts = question.whole.initial
+            context.same(f"{name} of {text} with {options}", str(len(region)), entries[0][name])
         unsafe = not question.unsafe().isdisjoint(starts)
         context.same("unsafe", unsafe, "unsafe" in report)
         if unsafe:
+            context.same("holds where a start is unsafe", {False, None}, {entry["holds"] for entry in entries})
+            context.same("values where a start is unsafe", {None}, {entry["value"] for entry in entries[1:3]})
             continue
-        context.same("holds", set(starts) <= regions["pmin_one"], report["properties"][0]["holds"])
-        for number, values in ((1, question.most()), (2, question.least())):
-            value_of(context, asked[number], [values[s] for s in starts], report["properties"][number]["value"])
+        context.same("holds", set(starts) <= regions["pmin_one"], entries[0]["holds"])
+        value_of(context, asked[1], most, entries[1]["value"])
+        value_of(context, asked[2], least, entries[2]["value"])
+        for (asked_for, holds), entry in zip(bounds, entries[3:]):
+            context.same(f"holds of {asked_for} with {options}", holds, entry["holds"])
 
 
 def earned(context):
@@ -38,11 +44,15 @@ def earned(context):
     condition = next(filter(None, conditions), None)
     if condition is None or "cost" not in context.source.rewards:
         return
-    question = Question(context.source, context.case.settings["scope"], f"F ({condition})", (), 3000)
-    asked = [f'R{{"cost"}}{m}=? [ F {condition} ]' for m in ("min", "max")]
-    report, whole = reach_report(context, asked, []), question.whole
-    for number, values in enumerate(rewards(whole, whole.where(condition), "cost")):
-        value_of(context, asked[number], [values[s] for s in whole.initial], report["properties"][number]["value"])
+    whole = explore(context.source, context.case.settings["scope"], 3000)
+    least, most = ([values[s] for s in whole.initial] for values in rewards(whole, whole.where(condition), "cost"))
+    bounds = earning(context.case.seed, condition, least, most)
+    asked = [f'R{{"cost"}}{m}=? [ F {condition} ]' for m in ("min", "max")] + [text for text, _ in bounds]
+    entries = reach_report(context, asked, [])["properties"]
+    value_of(context, asked[0], least, entries[0]["value"])
+    value_of(context, asked[1], most, entries[1]["value"])
+    for (text, holds), entry in zip(bounds, entries[2:]):
+        context.same(f"holds of {text}", holds, entry["holds"])
 
 
 def reach_report(context, asked, options):
@@ -75,8 +85,6 @@ def is_near(value, got):
 def together(context):
     """`check --jointly`: sets of most preferred outcomes that one path can achieve."""
     analysis, relation = context.analysis, context.relation
-    if relation.past:
-        return
     report = context.program.about("check", "--jointly")
     for entry in report["classes"]:
         members = [context.names.index(name) for name in entry["most_preferred"]]
@@ -119,8 +127,6 @@ def dumps(context):
     report = program.about("export", "--out", folder, *more)
     status, out, errors = program.run("verify", folder, program.model, program.prefs, "--json")
     context.same("verify accepts", (0, ""), (status, "" if status == 0 else (out + errors)[-700:]))
-    if relation.past:
-        return
     expected = regions_of(context)
     counts = {region["name"]: region["count"] for region in report["regions"]}
     for name, states in expected.items():
@@ -133,6 +139,8 @@ def dumps(context):
         for state, entry in zip(states, found):
             inside = relation.one(key(state)) in expected[name]
             context.same(f"{state} in {name}", inside, entry["contained"])
+    members(context, folder, {name: states for name, states in expected.items() if name in counts})
+    allowed_by(context, folder, counts)
 
 
 def regions_of(context):
@@ -143,11 +151,11 @@ def regions_of(context):
         found["unsafe"] = set(analysis.mdp.unsafe)
     for number, name in enumerate(context.names):
         found[f"almost-sure:{name}"], found[f"positive:{name}"] = analysis.sure[number], analysis.positive[number]
-        if not analysis.play:
+        if context.secured(number) is not None:
             found[f"target:{name}"] = analysis.targets[number]
-    for members in set(analysis.classes) - {None}:
-        states = {s for s, c in enumerate(analysis.classes) if c == members}
-        found["class:" + ("+".join(context.named(members)) or "nothing")] = states
+    for known in set(analysis.classes) - {None}:
+        states = {s for s, c in enumerate(analysis.classes) if c == known}
+        found["class:" + ("+".join(context.named(known)) or "nothing")] = states
     for kind in ("sasi", "spi"):
         levels = analysis.levels(kind)
         found.update({f"{kind}:{k}": states for k, states in enumerate(levels.sets, 1)})
@@ -161,69 +169,4 @@ def compare(context):
     context.same("equal", (True, None), (report["equal"], report["difference"]))
 
 
-def exchanged(context):
-    """A model that is written state by state and read back gives the same answers."""
-    program = context.program
-    written = ("explicit", "umb", "drn")[context.case.seed % 3]
-    suffix, folder = {"explicit": "tra"}.get(written, written), program.folder / "model"
-    program.about("export", "--format", written, "--out", folder)
-    if context.analysis.play or context.preferences.required:
-        return  # its variables and labels are those of the product
-    names = program.settings("scope", "safety")
-    prefs = program.folder / "back.pref"
-    prefs.write_text(by_labels(context) if written == "drn" else context.case.preferences_text())
-    back = program.ask("check", folder / f"model.{suffix}", prefs, *names)
-    for what in ("classes", "sasi", "spi"):
-        if context.case.settings["scope"] == "reachable":
-            context.same(f"{what} of {written}", context.report[what], back[what])
-    for what in ("most_preferred", "sasi_rank", "spi_rank"):
-        expected, got = ([str(e[what]) for e in r["initial"]] for r in (context.report, back))
-        context.same(f"{what} of {written}", sorted(expected), sorted(got))
-    numbers_again(context, written, folder / f"model.{suffix}", prefs)
-
-
-def numbers_again(context, written, path, prefs):
-    """`values` and `reach` of a file are those of the model, in all initial states together."""
-    if context.is_rare():
-        return
-    program = context.program
-    names = [key(entry["state"]) for entry in context.report["initial"]]
-    before = [entry for entry in context.values["states"] if key(entry["state"]) in names]
-    after = program.ask("values", path, prefs, *program.settings("scope", "safety"), "--levels", LEVELS)["states"]
-    same_numbers(context, f"N of {written}", *([e["number"] for e in side] for side in (before, after)))
-    for k in range(LEVELS):
-        what = ("probability", "cost") if context.case.settings["reward"] == "steps" else ("probability",)
-        for name in what:
-            sides = ([e["levels"][k][name] for e in side if k < len(e["levels"])] for side in (before, after))
-            same_numbers(context, f"{name} of {k + 1} improvements of {written}", *sides)
-    condition = target_of(context.preferences.objectives[0][1])
-    if condition and written != "drn":
-        question = Question(context.source, context.case.settings["scope"], f"F ({condition})", (), 3000)
-        asked = f"Pmax=? [ F ({condition}) ]"
-        report = program.ask("reach", path, "--property", asked, allowed=(0, 1))
-        most = question.most()
-        value = report["properties"][0]["value"]
-        value_of(context, f"{asked} of {written}", [most[s] for s in question.whole.initial], value)
-
-
-def same_numbers(context, what, before, after):
-    """Bounds of equal numbers are near each other; the order of states does not count."""
-
-    def sorted_bounds(side):
-        return sorted(-1 if b is None else math.inf if b["lower"] == "inf" else b["lower"] for b in side)
-
-    before, after = sorted_bounds(before), sorted_bounds(after)
-    close = [math.isclose(a, b, rel_tol=1e-5, abs_tol=1e-5) for a, b in zip(before, after)]
-    near = len(before) == len(after) and all(close)
-    context.same(what, "" if near else before, "" if near else after)
-
-
-def by_labels(context):
-    """The preferences for a format without variables: its labels name the targets."""
-    targets = zip(context.names, context.analysis.targets)
-    # A file without declarations has no label that no state has.
-    labelled = [(name, f'F "target_{name}"' if states else "F false") for name, states in targets]
-    return replace(context.case, objectives=labelled).preferences_text()
-
-
-ALL = {"reach": reach, "rewards": earned, "jointly": together, "dump": dumps, "compare": compare, "exchange": exchanged}
+ALL = {"reach": reach, "rewards": earned, "jointly": together, "dump": dumps, "compare": compare}

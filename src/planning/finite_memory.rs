@@ -14,7 +14,8 @@
 //! - Any other step is an unfavourable branch, or a dropped branch that the real system took: the
 //!   run continues with the greatest level that still contains the state, with the old reference.
 //!
-//! Level 0 has nothing to improve: a run ends there.
+//! Level 0 has nothing to improve: a run ends there. An episode under a shield can continue; it
+//! keeps its reference until an improvement.
 //!
 //! A *plan* goes on at level 0: it achieves a most preferred objective of the state, with the
 //! strategies of `achieve`. It takes the first one that kept choices achieve almost surely, and then
@@ -45,7 +46,7 @@ use super::decision_rule::DecisionRule;
 use super::improvement::{Arena, Improvement};
 use super::levels::{Game, Kind, Level, Levels, Rank};
 use super::strategy::{self, ArenaStrategy};
-use meliora_engine::{AnyEngine, Engine, position};
+use meliora_engine::{AnyEngine, Engine};
 use meliora_model::Program;
 use meliora_model::error::{Error, Result};
 use meliora_model::preference::{Change, ObjectiveSet, Preferences};
@@ -307,7 +308,9 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         if let Some(rule) = &self.rule {
             return self.after_by(&**rule, memory, (from, to), improves);
         }
-        let Some(game) = self.game(memory) else { return Ok((self.improving(to)?, improves)) };
+        let Some(game) = self.game(memory) else {
+            return Ok((self.after_resting(memory, to, improves)?, improves));
+        };
         let stays = self.engine.contains(&game.states, to)?;
         let goal = improves && strategy::is_goal(&*self.engine, game, from, to)?;
         Ok(match (goal, stays, improves) {
@@ -337,19 +340,25 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         })
     }
 
+    /// Returns the memory after a step at level 0. Under `prefix` the reference is kept until an
+    /// improvement, or until a step that was not permitted leaves the states where it can be kept.
+    fn after_resting(&self, memory: Memory, to: &[i64], improves: bool) -> Result<Memory> {
+        let own = |arena: &&Arena<E>| arena.reference.is_some() && !improves;
+        match self.arena(memory).filter(own) {
+            Some(arena) if self.engine.contains(&arena.states, to)? => self.resume(memory, to),
+            _ => self.improving(to),
+        }
+    }
+
     /// Returns the memory with the greatest level that still contains a state, with the old
     /// reference.
     fn resume(&self, memory: Memory, state: &[i64]) -> Result<Memory> {
         let Some(arena) = memory.arena else { return self.improving(state) };
-        let lacks = |level: &Level<E>| match level.games.get(arena) {
-            Some(game) => Ok(!self.engine.contains(&game.states, state)?),
-            None => Ok(true),
+        let wins = |level: &Level<E>| match level.games.get(arena) {
+            Some(game) => self.engine.contains(&game.states, state),
+            None => Ok(false),
         };
-        // The fixpoint is a subset of every level, so it does not contain a state that is not in
-        // some level.
-        let found = &self.levels.found;
-        let level = Rank::Finite(position(found, lacks)?.unwrap_or(found.len()));
-        Ok(Memory { level, arena: Some(arena), pursuit: None })
+        Ok(Memory { level: self.levels.greatest(wins)?, arena: Some(arena), pursuit: None })
     }
 
     /// Returns the objectives that steps are compared with: MP of the reference class under

@@ -192,12 +192,17 @@ impl<E: Engine> Levels<E> {
     /// # Errors
     /// The levels belong to another engine.
     pub fn rank(&self, engine: &E, state: &[i64]) -> Result<Rank> {
+        self.greatest(|level| engine.contains(&level.states, state))
+    }
+
+    /// Returns the greatest level that has a property, given that the levels below have it, too.
+    pub(super) fn greatest(&self, has: impl Fn(&Level<E>) -> Result<bool>) -> Result<Rank> {
         if let Some(fixpoint) = self.unbounded()
-            && engine.contains(&fixpoint.states, state)?
+            && has(fixpoint)?
         {
             return Ok(Rank::Unbounded);
         }
-        let above = position(&self.found, |level| Ok(!engine.contains(&level.states, state)?))?;
+        let above = position(&self.found, |level| Ok(!has(level)?))?;
         let rank = above.unwrap_or(self.found.len());
         let open = rank == self.found.len() && !matches!(self.end, Some(End::Empty | End::Unbounded(_)));
         Ok(if open { Rank::AtLeast(rank) } else { Rank::Finite(rank) })

@@ -4,8 +4,8 @@
 //! shield permits the actions of the permissive strategy. At level 0 it permits the kept actions
 //! that lead to secure nodes only. A node is *secure* if no permitted step ever weakens from it on:
 //!
-//! Secure = νZ. { v : v permits an action, each of them enters Z only and weakens nothing }, where a
-//! node of level 0 permits the actions that do.
+//! Secure = νZ. { v : v permits an action, each of them enters Z only, weakens nothing, and changes
+//! the reference by an improvement only }, where a node of level 0 permits the actions that do.
 //!
 //! In a node that is not secure, a shield permits the actions of the permissive strategy or the
 //! kept ones, and all actions if there are none.
@@ -196,10 +196,14 @@ impl Shield {
         }
     }
 
-    /// Returns whether an action enters secure nodes only, and weakens nothing.
+    /// Returns whether an action enters secure nodes only, weakens nothing, and keeps the reference
+    /// until an improvement.
     fn enters(&self, v: usize, action: &ShieldAction, secure: impl Fn(usize) -> bool) -> bool {
-        let reference = self.nodes[v].reference;
-        action.next.iter().all(|&to| secure(to) && !self.weakens(reference, self.nodes[to].class))
+        let node = &self.nodes[v];
+        action.next.iter().all(|&to| {
+            let weakens = self.weakens(node.reference, self.nodes[to].class);
+            secure(to) && !weakens && self.keeps_reference(node, to)
+        })
     }
 }
 

@@ -2,6 +2,10 @@
 
 mod agreement;
 mod certificates;
+#[path = "../common/graphs.rs"]
+mod graphs;
+mod joint;
+mod plans;
 mod promises;
 #[path = "../common/random_case.rs"]
 mod random_case;

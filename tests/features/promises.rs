@@ -74,8 +74,8 @@ fn simulate(of: &Analysed) {
 }
 
 /// Writes the Markov chain of a strategy, reads it again, and returns the initial states from which a
-/// formula is almost sure. States are those of the model.
-fn sure(of: &Analysed, strategy: &mut FiniteMemoryStrategy, formula: &str) -> BTreeSet<State> {
+/// formula is almost sure, and those from which it is possible. States are those of the model.
+fn regions_of(of: &Analysed, strategy: &mut FiniteMemoryStrategy, formula: &str) -> [BTreeSet<State>; 2] {
     let graph = induced(&of.analysis, &of.program, strategy, Scheduler::Progress, 10_000).unwrap();
     let archive = umb(&graph, &of.analysis, &of.program, None).unwrap();
     let given = Given { constants: SourceFile::new("c", ""), bounds: SourceFile::new("b", "") };
@@ -90,25 +90,27 @@ fn sure(of: &Analysed, strategy: &mut FiniteMemoryStrategy, formula: &str) -> BT
     monitoring.finish(Begin::Initially).unwrap();
     let settings = Settings { memory: 16 << 20, ..Settings::default() };
     let engine = AnyEngine::new(Arc::new(program), settings).unwrap();
-    let always = regions(&engine, &condition).unwrap().pmin_one;
-    let always = engine.intersection(&always, &engine.initial_states()).unwrap();
-    let states = engine.list_states(&always, usize::MAX).unwrap();
-    states.into_iter().map(|state| positions.iter().map(|&at| state[at]).collect()).collect()
+    let found = regions(&engine, &condition).unwrap();
+    [found.pmin_one, found.pmin_positive].map(|region| {
+        let region = engine.intersection(&region, &engine.initial_states()).unwrap();
+        let states = engine.list_states(&region, usize::MAX).unwrap();
+        states.into_iter().map(|state| positions.iter().map(|&at| state[at]).collect()).collect()
+    })
 }
 
-/// The formula that a number of improvements are made, and then the path ends.
-fn improvements(times: usize) -> String {
-    let settled = "F \"settled\"".to_owned();
+/// The formula that a number of improvements are made; with SASI, the path then ends.
+fn improvements(kind: Kind, times: usize) -> String {
+    let settled = if kind == Kind::Sasi { "F \"settled\"" } else { "true" }.to_owned();
     (0..times).fold(settled, |after, _| format!("F (\"improved\" & X {after})"))
 }
 
-/// Checks the chains of strategies that guarantee improvements, and of those that achieve an objective.
+/// Checks the chains of strategies that improve, and of those that achieve an objective.
 fn induce(of: &Analysed, formulas: &[String]) -> usize {
     let engine = of.analysis.engine();
     let starts = engine.list_states(&engine.initial_states(), usize::MAX).unwrap();
     let mut kept = 0;
     for (o, formula) in formulas.iter().enumerate() {
-        let found = sure(of, &mut of.strategy(StrategyKind::Achieve, Some(o)), formula);
+        let [found, _] = regions_of(of, &mut of.strategy(StrategyKind::Achieve, Some(o)), formula);
         let promised = &of.analysis.outcomes().unwrap().get(o).unwrap().almost_sure;
         for start in starts.iter().filter(|s| engine.contains(promised, s).unwrap()) {
             assert!(found.contains(start), "o{o} is not achieved from {start:?}");
@@ -118,12 +120,18 @@ fn induce(of: &Analysed, formulas: &[String]) -> usize {
     if of.analysis.options().safety == Safety::Transition {
         return kept;
     }
-    for times in 0..=2 {
-        let found = sure(of, &mut of.strategy(StrategyKind::Sasi, None), &improvements(times));
+    for (kind, times) in [Kind::Sasi, Kind::Spi].into_iter().flat_map(|kind| (0..=2).map(move |k| (kind, k)))
+    {
+        let [sure, possible] =
+            regions_of(of, &mut of.strategy(kind.into(), None), &improvements(kind, times));
+        let found = if kind == Kind::Sasi { sure } else { possible };
         for start in &starts {
-            let rank = of.analysis.rank(Kind::Sasi, start).unwrap();
+            let rank = of.analysis.rank(kind, start).unwrap();
             let promised = !matches!(rank, Rank::Finite(k) if k < times);
-            assert!(!promised || found.contains(start), "fewer than {times} improvements from {start:?}");
+            assert!(
+                !promised || found.contains(start),
+                "{kind}: fewer than {times} improvements from {start:?}"
+            );
             kept += usize::from(promised && times > 0);
         }
     }

@@ -17,11 +17,22 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 
 use crate::SAFETIES;
+use crate::graphs::{bottom_components, chain, edges};
 use crate::literal::Set;
 use crate::loaded::Loaded;
-use crate::plans::model;
-use crate::plays::edges;
-use crate::regions::bottom_components;
+
+/// Writes a model in which paths start in every state.
+fn model(choices: &[Vec<Vec<usize>>]) -> String {
+    let last = choices.len() - 1;
+    let mut text = format!("mdp\nmodule m\n  s : [0..{last}];\n");
+    for (s, choices) in choices.iter().enumerate() {
+        for to in choices {
+            let branch = |t: &usize| format!("1/{}: (s'={})", to.len(), t.min(&last));
+            text += &format!("  [] s={s} -> {};\n", to.iter().map(branch).collect::<Vec<_>>().join(" + "));
+        }
+    }
+    text + "endmodule\ninit true endinit\n"
+}
 
 /// A formula, and whether the states of a path decide that it is true.
 type Decided = (&'static str, fn(&[i64]) -> bool);
@@ -169,12 +180,7 @@ fn check_achieved(drawn: &Drawn, found: &Analysed, seen: &mut [usize; 2]) {
 fn check_ends(strategy: &mut FiniteMemoryStrategy, start: &[i64], scheduler: Scheduler) {
     let unfolded = InducedModel::unfold(strategy, &[start.to_vec()], scheduler, 10_000).unwrap();
     assert!(unfolded.complete);
-    let to = |(node, next): (usize, Vec<(usize, bool)>)| match next.is_empty() {
-        true => vec![node],
-        false => next.into_iter().map(|(to, _)| to).collect(),
-    };
-    let chain: Vec<Vec<usize>> = edges(&unfolded).into_iter().enumerate().map(to).collect();
-    for component in bottom_components(&chain, 0, &Set::new()) {
+    for component in bottom_components(&chain(&edges(&unfolded)), 0, &Set::new()) {
         let at = |node: &usize| &unfolded.nodes[*node].at;
         assert!(component.iter().all(|node| at(node).is_achieved()), "{component:?}: {unfolded:?}");
     }

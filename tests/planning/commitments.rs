@@ -21,9 +21,8 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 
 use crate::generate::{case, order};
+use crate::graphs::{bottom_components, edges};
 use crate::literal::{Literal, Set, almost_sure};
-use crate::plays::edges;
-use crate::regions::bottom_components;
 use crate::tiny::Mdp;
 use crate::{Case, EMPTIES, SAFETIES};
 

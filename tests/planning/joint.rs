@@ -1,16 +1,11 @@
-//! Objectives that are achieved together, compared with one objective that is their conjunction.
+//! Objectives that are achieved together: cases made by hand.
 
-use std::cell::Cell;
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use meliora::engine::{Algebra, AnyEngine, Engine, Scope, Settings, Storage};
+use meliora::engine::{AnyEngine, Scope, Settings, Storage};
 use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::planning::{Analysis, Options};
-use proptest::test_runner::{Config, TestRunner};
-
-use crate::plans::{FORMULAS, drawn, model};
 
 /// Analyses objectives that cannot be compared.
 fn analysed(model: &str, history: &str, formulas: &[&str], storage: Storage) -> Analysis<AnyEngine> {
@@ -36,67 +31,6 @@ fn analysed_within(
     let mut analysis = Analysis::new(&engine, &Arc::new(preferences), Options::default());
     analysis.run(&mut |_| ()).unwrap();
     analysis
-}
-
-/// The model states from which the conjunction of some formulas is almost sure.
-fn together(model: &str, formulas: &[&str]) -> BTreeSet<i64> {
-    let conjunction = formulas.iter().map(|f| format!("({f})")).collect::<Vec<_>>().join(" & ");
-    let analysis = analysed(model, "play", &[&conjunction], Storage::Explicit);
-    let (engine, regions) = (analysis.engine(), analysis.outcomes().unwrap().get(0).unwrap());
-    let start = engine.intersection(&engine.initial_states(), &regions.almost_sure).unwrap();
-    engine.list_states(&start, 100).unwrap().iter().map(|state| state[0]).collect()
-}
-
-/// Returns the number of states and sets of which some were achieved together.
-fn check(model: &str, history: &str, formulas: &[&str], storage: Storage) -> usize {
-    let mut analysis = analysed(model, history, formulas, storage);
-    analysis.run_jointly().unwrap();
-    let program = Arc::clone(analysis.engine().program());
-    let mut seen = 0;
-    for prospects in analysis.initial_prospects(&program, 100).unwrap() {
-        let members: Vec<usize> =
-            prospects.most_preferred.iter().map(|name| name[1..].parse().unwrap()).collect();
-        let found = prospects.jointly.unwrap();
-        for bits in 1u32..1 << members.len() {
-            let chosen: Vec<usize> =
-                (0..members.len()).filter(|i| bits >> i & 1 == 1).map(|i| members[i]).collect();
-            let texts: Vec<&str> = chosen.iter().map(|&i| formulas[i]).collect();
-            let names: Vec<String> = chosen.iter().map(|i| format!("o{i}")).collect();
-            let possible = found.iter().any(|set| names.iter().all(|name| set.contains(name)));
-            let expected = together(model, &texts).contains(&prospects.state[0]);
-            assert_eq!(possible, expected, "{names:?} from {:?}\n{model}", prospects.state);
-            seen += usize::from(possible && names.len() > 1);
-        }
-    }
-    if history == "state" {
-        // All states are initial, so the counts of the classes are those of the initial states.
-        let counted =
-            analysis.result().classes.iter().flatten().flat_map(|class| class.jointly.iter().flatten());
-        let counted: usize = counted.map(|joint| joint.states.to_string().parse::<usize>().unwrap()).sum();
-        assert_eq!(counted, seen);
-    }
-    seen
-}
-
-#[test]
-fn what_is_achieved_together_is_a_conjunction() {
-    let seen = Cell::new([0, 0]);
-    let config = Config { cases: 60, failure_persistence: None, ..Config::default() };
-    let outcome = TestRunner::new(config).run(&drawn(), |(choices, formulas, _, history, _)| {
-        let model = model(&choices);
-        let kinds = if history { FORMULAS.len() } else { 2 };
-        let mut chosen: Vec<&str> = formulas.iter().map(|f| FORMULAS[f % kinds]).collect();
-        chosen.push("F s=0");
-        let history = if history { "play" } else { "state" };
-        for storage in [Storage::Symbolic, Storage::Explicit] {
-            let mut counts = seen.get();
-            counts[usize::from(history == "play")] += check(&model, history, &chosen, storage);
-            seen.set(counts);
-        }
-        Ok(())
-    });
-    outcome.unwrap_or_else(|e| panic!("{e}"));
-    assert!(seen.get().iter().all(|&n| n > 50), "too few sets are achieved together: {seen:?}");
 }
 
 #[test]

@@ -11,6 +11,8 @@ mod embed;
 mod engines;
 mod examples;
 mod generate;
+#[path = "../common/graphs.rs"]
+mod graphs;
 mod hard_quantities;
 mod induced;
 mod joint;
@@ -19,7 +21,6 @@ mod literal;
 mod loaded;
 mod names;
 mod phases;
-mod plans;
 mod plays;
 mod preorder;
 mod projections;

@@ -17,6 +17,8 @@ use meliora::planning::{
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 
+use crate::graphs::edges;
+
 /// A model of one variable: for each state its choices, for each choice where it leads.
 fn program(
     choices: &[Vec<Vec<usize>>],
@@ -44,18 +46,6 @@ fn program(
     let mut program = lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program;
     let preferences = lang::load_preferences(&SourceFile::new("p", preferences), &mut program).unwrap();
     (program, preferences)
-}
-
-/// For each node the nodes it may lead to, each with whether the step is an improvement.
-pub(crate) fn edges(unfolded: &InducedModel) -> Vec<Vec<(usize, bool)>> {
-    let of = |node: &meliora::planning::induced_model::Node| {
-        let pairs = node.at.actions.iter().zip(&node.next);
-        pairs
-            .flat_map(|(a, next)| a.successors.iter().zip(next))
-            .filter_map(|(s, to)| to.map(|to| (to, s.improves)))
-            .collect()
-    };
-    unfolded.nodes.iter().map(of).collect()
 }
 
 /// Returns the fewest improvements on a path from node 0 to each node; none for unreachable nodes.

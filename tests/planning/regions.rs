@@ -7,33 +7,10 @@ use meliora::planning::Safety;
 use proptest::prelude::*;
 
 use crate::generate::case;
+use crate::graphs::{bottom_components, reached};
 use crate::literal::Set;
 use crate::tiny::Mdp;
 use crate::{Case, analyse};
-
-/// The states reached from `s` in a chain, `s` among them; none beyond `absorbing`.
-pub(crate) fn reached(chain: &[Vec<usize>], s: usize, absorbing: &Set) -> Set {
-    let (mut seen, mut stack) = (Set::from([s]), vec![s]);
-    while let Some(at) = stack.pop() {
-        if !absorbing.contains(&at) {
-            stack.extend(chain[at].iter().filter(|&&t| seen.insert(t)));
-        }
-    }
-    seen
-}
-
-/// The bottom components reached from `s`: each as its set of states.
-pub(crate) fn bottom_components(chain: &[Vec<usize>], s: usize, absorbing: &Set) -> Vec<Set> {
-    let mut bottoms = Vec::new();
-    for t in reached(chain, s, absorbing) {
-        let component = reached(chain, t, absorbing);
-        let is_bottom = component.iter().all(|&u| reached(chain, u, absorbing) == component);
-        if is_bottom && !bottoms.contains(&component) {
-            bottoms.push(component);
-        }
-    }
-    bottoms
-}
 
 /// All ways to fix one choice per state.
 fn memoryless(mdp: &Mdp) -> Vec<Vec<Vec<usize>>> {

@@ -87,6 +87,55 @@ fn shields_under_prefix_keep_their_promise() {
     }
 }
 
+/// Choices with one label are permitted together, also one that leaves the states where the reference
+/// can be kept: the node is not secure, although nothing weakens the new reference.
+#[test]
+fn a_step_that_loses_the_reference_is_not_secure() {
+    let shield = under_prefix(
+        "[c] s=0 -> true; [c] s=0 -> (s'=1); [risk] s=1 -> 1/2:(s'=2) + 1/2:(s'=3); [stay] s>1 -> true;",
+        "objective A = F s=0; objective B = F (s=1 | s=3); objective C = F s=2; prefer A > C;",
+    );
+    assert_eq!(shield.fault(), None);
+    let node = |state: i64| shield.nodes.iter().find(|node| node.state[0] == state).unwrap();
+    assert!(!node(0).secure && node(1).secure && node(2).secure);
+}
+
+/// Returns the shield of states 0 to 3 with these commands, under `prefix`.
+fn under_prefix(commands: &str, wishes: &str) -> Shield {
+    let model = Model::parse(format!("mdp module m s : [0..3] init 0; {commands} endmodule"), "");
+    let explored = model.unwrap().explore(Settings::default()).unwrap();
+    let options = Options { safety: Safety::Prefix, ..Options::default() };
+    let mut analysis = explored.prefer(&SourceFile::new("wishes", wishes), options).unwrap();
+    analysis.run(&mut |_| ()).unwrap();
+    Shield::new(&mut analysis.strategy(Kind::Sasi).unwrap(), 1000).unwrap()
+}
+
+/// A step to an incomparable class made that class the reference, and the next one could weaken the start.
+#[test]
+fn under_prefix_an_incomparable_step_does_not_change_the_reference() {
+    let mut shield = under_prefix(
+        "[go] s=0 -> (s'=1); [risk] s=1 -> 1/2:(s'=2) + 1/2:(s'=3); [stay] true -> true;",
+        "objective A = F s=0; objective B = F (s=1 | s=3); objective C = F s=2; prefer A > C;",
+    );
+    assert_eq!(shield.fault(), None);
+    let node =
+        |shield: &Shield, state: i64| shield.nodes.iter().position(|node| node.state[0] == state).unwrap();
+    let allowed = |shield: &Shield, v: usize| {
+        let permitted = shield.nodes[v].actions.iter().filter(|action| action.permitted);
+        Vec::from_iter(permitted.map(|action| shield.actions[action.action].clone()))
+    };
+    let start = node(&shield, 0);
+    assert_eq!(allowed(&shield, start), ["go", "stay"]);
+    let after = shield.nodes[start].actions[0].next[0];
+    assert_eq!((shield.nodes[after].state[0], shield.nodes[after].secure), (1, true));
+    assert_eq!(allowed(&shield, after), ["stay"]);
+    // An episode that starts there has promised nothing about A.
+    assert_eq!(allowed(&shield, node(&shield, 1)), ["risk", "stay"]);
+    // A table that changes the reference by such a step is refused.
+    shield.nodes[start].actions[0].next = vec![node(&shield, 1)];
+    assert!(shield.fault().unwrap().contains("`go` weakens or ends the promise"), "{:?}", shield.fault());
+}
+
 #[test]
 fn a_table_with_a_weakening_step_is_refused() {
     let mut refused = 0;

@@ -9,8 +9,8 @@ use meliora::planning::{Analysis, Kind, Safety};
 use proptest::prelude::*;
 
 use crate::generate::case;
+use crate::graphs::{bottom_components, reached};
 use crate::literal::{Literal, Set};
-use crate::regions::{bottom_components, reached};
 use crate::tiny::Tiny;
 use crate::{Case, EMPTIES, SAFETIES, analyse};
 

@@ -2,7 +2,8 @@
 //!
 //! A shield that is read from a file is untrusted. Its promises follow from its table if the table
 //! is well formed, every step is known, secure nodes permit only steps to secure nodes that weaken
-//! nothing, and permitted steps can make the improvements that are ahead.
+//! nothing and keep the reference or improve on it, and permitted steps can make the improvements
+//! that are ahead.
 
 use std::fmt::Display;
 use std::hash::Hash;
@@ -189,6 +190,15 @@ impl Shield {
         })
     }
 
+    /// Returns whether a step leaves the reference as it is or, under `prefix`, improves on it: with
+    /// another reference, later steps could weaken the one that was promised.
+    pub(super) fn keeps_reference(&self, from: &ShieldNode, to: usize) -> bool {
+        let to = &self.nodes[to];
+        self.safety == Safety::Action.name()
+            || to.reference == from.reference
+            || to.class.is_some_and(|class| self.may_improve(from.reference, class))
+    }
+
     /// Checks that from each node with k > 0 improvements ahead, permitted steps among nodes with as
     /// many ahead lead to an improvement after which at least k - 1 are ahead.
     fn check_progress(&self) -> Check {
@@ -216,22 +226,26 @@ impl Shield {
         })
     }
 
-    /// Returns whether a step may be an improvement that leaves the others ahead. An empty reference
-    /// is improved by anything: the table does not say how `empty` is compared.
+    /// Returns whether a step may be an improvement that leaves the others ahead.
     fn is_next_improvement(&self, from: &ShieldNode, to: &ShieldNode) -> bool {
         let Some(class) = to.class else { return false };
-        let reference = from.reference;
-        let weakens = |from: usize, to: usize| self.weakening[from].binary_search(&to).is_ok();
-        let improves = match self.classes[reference].is_empty() {
-            true => !self.classes[class].is_empty(),
-            false => weakens(class, reference),
-        };
         let leaves = match (from.ahead, to.ahead) {
             (_, None) => true,
             (None, Some(_)) => false,
             (Some(k), Some(left)) => left.saturating_add(1) >= k,
         };
-        improves && !weakens(reference, class) && leaves
+        self.may_improve(from.reference, class) && leaves
+    }
+
+    /// Returns whether a class may improve on a reference. An empty reference is improved by anything:
+    /// the table does not say how `empty` is compared.
+    fn may_improve(&self, reference: usize, class: usize) -> bool {
+        let weakens = |from: usize, to: usize| self.weakening[from].binary_search(&to).is_ok();
+        let improves = match self.classes[reference].is_empty() {
+            true => !self.classes[class].is_empty(),
+            false => weakens(class, reference),
+        };
+        improves && !weakens(reference, class)
     }
 
     fn name(&self, action: &ShieldAction) -> String {

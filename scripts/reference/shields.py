@@ -1,0 +1,115 @@
+"""What a shield permits in every state with memory: the labels of choices, and whether the promise holds."""
+
+from dataclasses import dataclass
+
+from reference.improvement import UNBOUNDED
+
+
+@dataclass(frozen=True)
+class Memory:
+    level: object  # the number of improvements ahead
+    reference: object  # the class that steps are compared with; None for the class of the state before
+
+
+@dataclass(frozen=True)
+class Label:
+    """The choices of a node with one label."""
+
+    every: bool  # whether the strategy permits all of them
+    some: bool
+    progress: bool  # whether a permitted one makes progress
+    to: frozenset  # their successors
+
+
+class Shield:
+    """The strategy of SASI or SPI as a machine with memory. At level 0 it permits what the safety mode keeps."""
+
+    def __init__(self, analysis, kind):
+        self.analysis, self.levels, self.classes = analysis, analysis.levels(kind), analysis.classes
+        safe = {}  # Safe_c, for the classes with a state there
+        if analysis.safety == "prefix":
+            for c, arena in analysis.arenas.items():
+                states = {s for s in analysis.mdp.states if arena.moves[s]}
+                if any(self.classes[s] == c for s in states):
+                    safe[c] = states
+        self.safe = safe
+
+    def start(self, state):
+        here = self.classes[state]
+        return Memory(self.levels.rank(state) if here is not None else 0, here if here in self.safe else None)
+
+    def reference(self, state, memory):
+        return self.classes[state] if memory.reference is None else memory.reference
+
+    def after(self, state, memory, to):
+        """The memory after a step."""
+        compared, improves, game = self.compared(state, memory, to)
+        reference = self.reference(state, memory)
+        if game is None:
+            keeps = compared and not improves and to in self.safe.get(memory.reference, ())
+            return self.resumed(reference, to) if keeps else self.start(to)
+        if self.counts(state, memory, to):
+            return self.start(to)
+        stays = game.arena.node(to) in game.won
+        return memory if stays else self.resumed(reference, to) if compared else self.start(to)
+
+    def compared(self, state, memory, to):
+        """Whether a step is compared at all, whether it improves, and the game of the level. Steps from and to unsafe
+        states are compared with nothing."""
+        compared = self.classes[state] is not None and self.classes[to] is not None
+        change = compared and self.analysis.preferences.change(self.reference(state, memory), self.classes[to])
+        return compared, change == "improving", self.game(state, memory)
+
+    def counts(self, state, memory, to):
+        """Whether a step is an improvement of the path: into the goal of the level, or out of what wins it."""
+        _, improves, game = self.compared(state, memory, to)
+        stays = game and game.arena.node(to) in game.won
+        return bool(game and improves and (not stays or not game.goals.isdisjoint(game.arena.goals({to}))))
+
+    def resumed(self, reference, state):
+        """The greatest level that still contains a state, with the old reference."""
+        won = [games[reference].arena.node(state) in games[reference].won for games in self.levels.games]
+        depth = len(self.levels.sets)
+        level = UNBOUNDED if self.levels.fixpoint and won[depth] else sum(won[:depth])
+        return Memory(level, reference if reference in self.safe else None)
+
+    def game(self, state, memory):
+        if memory.level == 0 or self.classes[state] is None:
+            return None
+        place = len(self.levels.sets) if memory.level == UNBOUNDED else memory.level - 1
+        return self.levels.games[place][self.reference(state, memory)]
+
+    def labels(self, state, memory):
+        """The labels of a node by name."""
+        permitted, progress = self.permitted(state, memory)
+        found = {}
+        for choice in self.analysis.whole.choices[state]:
+            found.setdefault(choice.name.split("(")[0], []).append(choice)
+        return {
+            name: Label(
+                all(c.name in permitted for c in own),
+                any(c.name in permitted for c in own),
+                any(c.name in progress for c in own),
+                frozenset(t for c in own for t in c.to),
+            )
+            for name, own in found.items()
+        }
+
+    def permitted(self, state, memory):
+        """The names of the permitted choices, and of those that make progress."""
+        if self.classes[state] is None:
+            return set(), set()
+        game, arena = self.game(state, memory), self.analysis.arenas[self.reference(state, memory)]
+        node = arena.node(state)
+        if game is None:
+            return {choice.name for choice, _ in arena.moves[node]}, set()
+        return ({c.name for c in found} for found in (game.permitted(node), game.progress(node)))
+
+    def keeps(self, state, memory, to, then):
+        """Whether a step keeps the promise: it weakens nothing, and changes the reference of `prefix` by an improvement
+        only."""
+        if self.classes[to] is None or self.classes[state] is None:
+            return False
+        change = self.analysis.preferences.change(self.reference(state, memory), self.classes[to])
+        same = self.analysis.safety == "action" or self.reference(to, then) == self.reference(state, memory)
+        return change == "improving" or change == "lateral" and same

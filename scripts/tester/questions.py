@@ -1,0 +1,201 @@
+"""Questions of one command each: `info`, states by rank, levels that are cut, members of a dump, bounds of numbers."""
+
+import random
+from fractions import Fraction
+
+from reference.improvement import UNBOUNDED
+from reference.model import explore
+from reference.reports import counts
+from tester.program import key
+
+COMPARE = {"<=": lambda a, b: a <= b, "<": lambda a, b: a < b, ">=": lambda a, b: a >= b, ">": lambda a, b: a > b}
+
+
+def info(context):
+    """Sizes, variables and rewards of the model alone, and of its product with the monitors."""
+    program, case, report = context.program, context.case, context.report
+    names = program.settings("scope", "engine")
+    names += program.settings("order") if case.settings["engine"] == "symbolic" else []
+    alone, product = (
+        program.ask("info", program.model, *names, *more) for more in ([], ["--preferences", program.prefs])
+    )
+    context.same("counts", counts(explore(context.source, case.settings["scope"], 3000)), alone["counts"])
+    expected = {name: count for name, count in report["counts"].items() if name != "unsafe"}
+    context.same("counts with monitors", expected, product["counts"])
+    earned = [item.startswith("[") for item in case.rewards]
+    rewards = [{"name": "cost", "states": earned.count(False), "choices": earned.count(True)}] if earned else []
+    context.same("rewards", rewards, alone["rewards"])
+    for found in (alone, product):
+        variables = found["model"]["variables"]
+        symbolic = case.settings["engine"] == "symbolic"
+        bits = [f"{v['name']}.{k}" if v["type"] == "int" else v["name"] for v in variables for k in range(v["bits"])]
+        context.same(
+            "bits of the order", sorted(bits) if symbolic else None, symbolic and sorted(found["order"]) or None
+        )
+        context.same("nodes", symbolic, found["nodes"] is not None)
+    context.same(
+        "variables", [v.name for v in context.source.variables], [v["name"] for v in alone["model"]["variables"]]
+    )
+    context.same("variables with monitors", report["model"]["variables"], product["model"]["variables"])
+
+
+def ranks(context):
+    """`strategy --rank` lists exactly the states of a rank; unsafe states have none."""
+    relation, kind = context.relation, ("sasi", "spi", "plan", "achieve")[context.case.seed % 4]
+    levels = context.analysis.levels("spi" if kind == "spi" else "sasi")
+    options = ["--kind", kind] + (["--objective", context.names[0]] if kind == "achieve" else [])
+    safe = [n for n in relation.of if relation.one(n) not in context.analysis.mdp.unsafe]
+    for rank in [*range(len(levels.sets) + 2), UNBOUNDED]:
+        expected = {name for name in safe if levels.rank(relation.one(name)) == rank}
+        report = context.program.about("strategy", *options, "--rank", rank)
+        found = [key(entry["state"]) for entry in report["states"]]
+        context.same(f"states of rank {rank} of {kind}", (len(found), expected), (len(set(found)), set(found)))
+        context.same(f"asked for rank {rank} of {kind}", len(report["states"]), int(report["asked"]))
+        known = context.strategy(*options)
+        for entry in report["states"]:
+            one = {what: value for what, value in known[key(entry["state"])].items() if what != "longest_play"}
+            context.same(f"{kind} in {entry['state']} of rank {rank}", {**one, "longest_play": None}, entry)
+    limited = context.program.about("strategy", *options, "--rank", 0, "--limit", 1)
+    context.same("limited states", min(1, int(limited["asked"])), len(limited["states"]))
+
+
+def cut(context):
+    """`--max-level`: the levels up to a number, and the ranks and actions that they give."""
+    relation = context.relation
+    most = 1 + context.case.seed % 3
+    report = context.program.about("check", "--max-level", most)
+    for kind in ("sasi", "spi"):
+        found, whole = context.analysis.levels(kind), context.report[kind]
+        ended = len(found.sets) < most
+        expected = {"levels": whole["levels"][:most], "unbounded": whole["unbounded"] if ended else None}
+        context.same(f"{kind} up to level {most}", expected, report[kind])
+        for entry in report["initial"]:
+            state = relation.one(key(entry["state"]))
+            if state not in context.analysis.mdp.unsafe:
+                rank, permitted = cut_at(found, state, most)
+                where = f"{entry['state']} up to level {most}"
+                context.same(f"{kind}_rank of {where}", rank, entry[f"{kind}_rank"])
+                context.same(f"{kind}_actions of {where}", permitted, sorted(entry[f"{kind}_actions"]))
+        options = ["--kind", kind, "--max-level", str(most)]
+        for name, entry in context.strategy(*options).items():
+            state = relation.one(name)
+            if state in context.analysis.mdp.unsafe:
+                continue
+            rank, permitted = cut_at(found, state, most)
+            context.same(f"{kind}_rank of {dict(name)} up to level {most}", rank, entry[f"{kind}_rank"])
+            got = sorted(a["name"] for a in entry["actions"] if a["permitted"])
+            context.same(f"{kind} permits in {dict(name)} up to level {most}", permitted, got)
+
+
+def cut_at(levels, state, most):
+    """The rank and the permitted actions of a state if the search ends after some levels."""
+    rank = levels.rank(state)
+    ended = len(levels.sets) < most
+    depth = len(levels.sets) if rank == UNBOUNDED else rank
+    if ended or depth < most:
+        return rank, sorted(c.name for c in levels.permitted(state))
+    game = levels.games[most - 1][levels.classes[state]]
+    return most, sorted(c.name for c in game.permitted(levels.node(state)))
+
+
+def members(context, folder, regions):
+    """`query` counts and lists the states of regions and of expressions over them."""
+    relation, program, draw = context.relation, context.program, random.Random(context.case.seed)
+    first, second = draw.choices(sorted(regions), k=2)
+    one, other, whole = regions[first], regions[second], regions["reachable"]
+    bound = draw.randint(0, context.case.size)
+    above = {s for s in whole if context.analysis.whole.plain(s)[0] >= bound}
+    asked = {first: one, f"{first} & !{second}": one - other, f"!{first} | {second}": whole - one | other}
+    for text, states in asked.items():
+        for where, kept in (([], whole), (["--where", f"x >= {bound}"], above)):
+            expected = {name for name in relation.of if relation.one(name) in states & kept}
+            found = program.ask("query", folder, text, *where, "--count", "--list", len(relation.of) + 1)
+            listed, what = [key(entry["state"]) for entry in found["states"]], f"{text} {' '.join(where)}"
+            context.same(f"count of {what}", str(len(expected)), found["count"])
+            context.same(f"members of {what}", (len(expected), expected), (len(listed), set(listed)))
+    some = program.ask("query", folder, first, "--list", 1)
+    got = [relation.one(key(entry["state"])) in one for entry in some["states"]]
+    context.same(f"one member of {first}", ([True] * min(1, len(one)), None), (got, some["count"]))
+
+
+def allowed_by(context, folder, counts):
+    """Choices of a dump: all of them, those that stay sure, and those of the levels."""
+    analysis, relation = context.analysis, context.relation
+    whole = {s: {c.name for c in analysis.whole.choices[s]} for s in analysis.whole.states}
+    expected = {"choices": whole}
+    for kind in ("sasi", "spi"):
+        levels = analysis.levels(kind)
+        for k, games in enumerate(levels.games, 1):
+            name = f"strategy:{kind}:{'unbounded' if k > len(levels.sets) else k}"
+            if name in counts:
+                expected[name] = {
+                    s: {c.name for c in games[levels.classes[s]].permitted(levels.node(s))}
+                    for s in (levels.sets[k - 1] if k <= len(levels.sets) else levels.fixpoint)
+                }
+    for name, of in expected.items():
+        found = context.program.ask("query", folder, name, "--count", "--list", len(relation.of) + 1)
+        got = {key(entry["state"]): entry["choices"] for entry in found["states"]}
+        wanted = {state: of[relation.one(state)] for state in relation.of if of.get(relation.one(state))}
+        if context.same(f"states of {name}", wanted.keys(), got.keys()):
+            for state, names in wanted.items():
+                calls = [[name for name in names if is_called(dumped, name)] for dumped in got[state]]
+                fits = len(names) == len(calls) and names == {one for called in calls for one in called}
+                context.same(f"choices of {name} in {dict(state)}", "" if fits else names, "" if fits else got[state])
+        context.same(f"count of {name}", str(sum(map(len, wanted.values()))), found["count"])
+
+
+def is_called(dumped, name):
+    """Whether a choice has a name of a dump, which lists the commands that have one number: `a(m#1|m#3,n#1)`. The
+    choices of a `dtmc` are all called `uniform`."""
+    if dumped == "uniform":
+        return True
+    (label, _, parts), (own, _, commands) = dumped.partition("("), name.partition("(")
+    if not commands:
+        return own in label.split("|")
+    listed = zip(parts.rstrip(")").split(","), commands.rstrip(")").split(","))
+    return own == label and all(command in part.split("|") for part, command in listed)
+
+
+def bounded(seed, text, most, least):
+    """Properties that compare the greatest and the least probability in some states with a number between 0 and 1, each
+    with whether it holds in all of them."""
+    draw, found = random.Random(seed), []
+    values = sorted({value for value in (*most, *least) if 0 < value < 1})
+    bounds = [Fraction(draw.randint(1, 99), 100), *map(near, draw.sample(values, min(2, len(values))))]
+    for bound in bounds:
+        for strategies, operator in draw.sample([(s, o) for s in ("", "max", "min") for o in COMPARE], 3):
+            least_counts = strategies == "min" or not strategies and operator.startswith(">")
+            holds = all(COMPARE[operator](value, bound) for value in (least if least_counts else most))
+            found.append((f"P{strategies}{operator}{decimal(bound)} [ {text} ]", holds))
+    return found
+
+
+def near(value):
+    """A decimal number equal to a value, or close to it."""
+    tens = Fraction(round(value * 10**12), 10**12)
+    return tens if 0 < tens < 1 else Fraction(1, 2)
+
+
+def decimal(value):
+    """The exact text of a decimal number with at most 12 digits."""
+    digits = f"{int(value * 10**12):012d}"
+    return f"0.{digits}".rstrip("0")
+
+
+def earning(seed, condition, least, most):
+    """The same for expected rewards until a condition."""
+    draw, found = random.Random(seed), []
+    finite = [value for value in (*least, *most) if value < 10**6]
+    bounds = [
+        Fraction(draw.randint(1, 30), 10),
+        *(Fraction(round(v * 100), 100) for v in draw.sample(finite, min(1, len(finite)))),
+    ]
+    for bound in bounds:
+        for strategies, operator in draw.sample([(s, o) for s in ("", "max", "min") for o in COMPARE], 2):
+            least_counts = strategies == "min" or not strategies and operator.startswith(">")
+            holds = all(COMPARE[operator](value, bound) for value in (least if least_counts else most))
+            found.append((f'R{{"cost"}}{strategies}{operator}{float(bound)} [ F {condition} ]', holds))
+    return found
+
+
+ALL = {"info": info, "ranks": ranks, "cut": cut}

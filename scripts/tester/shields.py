@@ -1,0 +1,252 @@
+"""Shields of the Python package: every node of the table, against the machine of the reference, and along paths."""
+
+import json
+import math
+import tempfile
+from pathlib import Path
+
+from reference.shields import Shield
+from tester.program import key
+
+MOST_WALKED = 120  # nodes of a shield that are reached step by step
+
+
+def shields(context, meliora, strategy):
+    """A shield, read back from disk, permits in every node what its definition says."""
+    try:
+        made = strategy.shield()
+    except meliora.UsageError as error:
+        if "choices with one label together" not in str(error):
+            raise
+        return told_apart(context, strategy.kind)
+    with tempfile.TemporaryDirectory() as folder:
+        folders = [Path(folder) / name for name in ("made", "loaded")]
+        made.save(folders[0])
+        shield = meliora.Shield.load(folders[0])
+        shield.save(folders[1])
+        tables = [(f / "nodes.json").read_text(encoding="utf-8") for f in folders]
+    context.same(f"table of the loaded shield of {strategy.kind}", *tables)
+    table = Table(context, json.loads(tables[0]), strategy.kind)
+    table.compare()
+    answers(context, table, meliora, shield)
+    Walk(context, table, strategy, (made, shield)).everywhere()
+
+
+def told_apart(context, kind):
+    """A shield may refuse a strategy only if choices of one label differ in some state."""
+    names = [[action["name"] for action in entry["actions"]] for entry in context.strategy("--kind", kind).values()]
+    context.same("some choices share a label", True, any(len({label(a) for a in own}) < len(own) for own in names))
+
+
+def label(action):
+    """Choices with the same label are permitted together."""
+    return action.split("(")[0]
+
+
+class Table:
+    """The nodes of a shield. `at[v]` are the states with memory of the reference that the same paths reach."""
+
+    def __init__(self, context, table, kind):
+        self.context, self.nodes, self.starts = context, table["nodes"], table["starts"]
+        self.variables, self.actions, self.classes = table["variables"], table["actions"], table["classes"]
+        self.kind, self.width = kind, context.relation.width
+        self.machine = Shield(context.analysis, kind)
+        self.at = {v: [] for v in range(len(self.nodes))}
+
+    def state(self, v):
+        """The state of a node, with the names of values."""
+        pairs = zip(self.variables, self.nodes[v]["state"])
+        return {x["name"]: bool(n) if x["boolean"] else (x["values"] or {n: n})[n] for x, n in pairs}
+
+    def plain(self, v):
+        return key(self.state(v))[: self.width]
+
+    def labels(self, v):
+        """The actions of a node by their labels."""
+        return {self.actions[a["action"]]: a for a in self.nodes[v]["actions"]}
+
+    def permitted(self, v):
+        return sorted(name for name, action in self.labels(v).items() if action["permitted"])
+
+    def compare(self):
+        """Goes through all nodes, breadth first, from the states of the scope."""
+        context, relation = self.context, self.context.relation
+        names = {key(self.state(v)): v for v in range(self.starts)}
+        context.same(f"states where the shield of {self.kind} starts", relation.of.keys(), names.keys())
+        todo = [(v, s, self.machine.start(s)) for n, v in names.items() for s in relation.of[n]]
+        for v, state, memory in todo:  # grows while we walk it
+            if (state, memory) not in self.at[v]:
+                self.at[v].append((state, memory))
+                todo += self.node(v, state, memory)
+        missed = [self.state(v) for v, found in self.at.items() if not found]
+        context.same(f"nodes of the shield of {self.kind} that no path reaches", [], missed)
+        secure = self.secure()
+        for v, found in self.at.items():
+            for state, memory in found:
+                self.permits(v, state, memory, secure)
+
+    def node(self, v, state, memory):
+        """Compares what a node says of itself. Returns the nodes that follow, with those of the reference."""
+        context, node, classes = self.context, self.nodes[v], self.context.analysis.classes
+        where = f"node {v} of {self.kind}, {self.state(v)}, {memory}"
+        ahead = math.inf if node["ahead"] is None else node["ahead"]
+        context.same(f"ahead of {where}", math.inf if memory.level == "unbounded" else memory.level, ahead)
+        own = None if node["class"] is None else self.classes[node["class"]]
+        context.same(f"class of {where}", None if classes[state] is None else context.named(classes[state]), own)
+        reference = context.named(self.machine.reference(state, memory))
+        context.same(f"reference of {where}", reference, self.classes[node["reference"]])
+        labels, actions = self.machine.labels(state, memory), self.labels(v)
+        if not context.same(f"labels of {where}", labels.keys(), actions.keys()):
+            return []
+        plain = {
+            key(context.source.named(context.analysis.whole.plain(t))): t for own in labels.values() for t in own.to
+        }
+        found = []
+        for name, action in actions.items():
+            successors = {self.plain(to): to for to in action["next"]}
+            expected = {at for at, t in plain.items() if t in labels[name].to}
+            if context.same(f"successors by {name} of {where}", expected, set(successors)):
+                entered = [(to, plain[at]) for at, to in successors.items()]
+                found += [(to, t, self.machine.after(state, memory, t)) for to, t in entered]
+        return found
+
+    def enters(self, v, action, secure):
+        """Whether an action enters secure nodes only, weakens nothing, and keeps the reference or improves on it."""
+        return all(to in secure and self.machine.keeps(*self.at[v][0], *self.at[to][0]) for to in action["next"])
+
+    def secure(self):
+        """nu Z: the nodes that permit an action, each of which enters Z only and keeps the promise; at level 0 a shield
+        permits those that do."""
+        known = [v for v, found in self.at.items() if found]
+        secure, before = set(known), None
+        while secure != before:
+            before = secure
+            secure = {v for v in before if self.stays(v, before)}
+        for v in known:
+            where = f"node {v} of {self.kind}, {self.state(v)}"
+            self.context.same(f"secure of {where}", v in secure, self.nodes[v]["secure"])
+        return secure
+
+    def stays(self, v, secure):
+        labels, actions = self.machine.labels(*self.at[v][0]), self.labels(v)
+        if self.at[v][0][1].level == 0:
+            kept = [name for name, own in labels.items() if own.some and (own.every or not is_told_apart(labels))]
+            return any(self.enters(v, actions[name], secure) for name in kept)
+        taken = [action for action in actions.values() if action["permitted"]]
+        return bool(taken) and all(self.enters(v, action, secure) for action in taken)
+
+    def permits(self, v, state, memory, secure):
+        """The permitted labels of a node."""
+        labels, actions = self.machine.labels(state, memory), self.labels(v)
+        where = f"node {v} of {self.kind}, {self.state(v)}, {memory}"
+        wanted = [name for name, own in labels.items() if own.every]
+        at_rest = v in secure and memory.level == 0
+        if not is_told_apart(labels):
+            return self.permits_together(where, labels, set(self.permitted(v)), at_rest)
+        if at_rest:
+            wanted = [name for name in wanted if self.enters(v, actions[name], secure)]
+        keeping = self.keeping(labels)
+        self.context.same(f"permitted of {where}", sorted(wanted or keeping or labels), self.permitted(v))
+
+    def keeping(self, labels):
+        """The labels by which no successor is unsafe."""
+        classes = self.context.analysis.classes
+        return {name for name, own in labels.items() if all(classes[t] is not None for t in own.to)}
+
+    def permits_together(self, where, labels, permitted, at_rest):
+        """A label of which only some choices may be taken: it is permitted where no other one makes progress, if no
+        choice of it enters an unsafe state."""
+        context, keeping = self.context, self.keeping(labels)
+        some, every = ({n for n, own in labels.items() if getattr(own, what)} for what in ("some", "every"))
+        if not at_rest:
+            most = some & keeping or keeping or set(labels)
+            context.same(f"permitted at most of {where}", set(), permitted - most)
+            context.same(f"permitted at least of {where}", set(), every - permitted)
+        if any(labels[name].progress for name in every):
+            context.same(f"permitted of {where}", every, permitted)
+        context.same(f"something is permitted in {where}", True, bool(permitted))
+
+
+def is_told_apart(labels):
+    """Whether the strategy permits all choices of each label, or none."""
+    return all(own.every or not own.some for own in labels.values())
+
+
+def answers(context, table, meliora, shield):
+    """`masks` of all nodes, and of the states whose permitted actions do not depend on the memory."""
+    rows = [[name in table.permitted(v) for name in table.actions] for v in table.at]
+    states = [dict(table.plain(v)) for v in table.at]
+    found = shield.masks(states, memory=list(table.at)).tolist()
+    context.same(f"masks of {table.kind}", rows, found)
+    of = {}
+    for state, row in zip(states, rows):
+        of.setdefault(key(state), []).append(row)
+    for state, known in of.items():
+        try:
+            got = shield.masks([dict(state)]).tolist()
+        except meliora.UsageError:
+            got = None
+        alike = all(row == known[0] for row in known)
+        context.same(f"mask of {dict(state)} without memory", known[:1] if alike else None, got)
+
+
+class Walk:
+    """Episodes of a shield, and plays of its strategy, that lead to every node."""
+
+    def __init__(self, context, table, strategy, shields):
+        self.context, self.table, self.strategy, self.shields = context, table, strategy, shields
+        fresh = {context.analysis.whole.plain(s) for s in context.relation.fresh()}
+        fresh = {key(context.source.named(values)) for values in fresh}
+        # The first state with the values of a start has its fresh monitors.
+        place = {name: v for v, name in reversed([(v, key(table.state(v))) for v in range(table.starts)])}
+        starts = {}
+        for name in context.relation.of:
+            starts.setdefault(name[: table.width], place[name])
+        self.starts = [v for plain, v in starts.items() if plain in fresh]
+
+    def everywhere(self):
+        paths, order = {v: [v] for v in self.starts}, list(self.starts)
+        for v in order:  # grows while we walk it
+            for action in self.table.nodes[v]["actions"]:
+                for to in action["next"] if action["permitted"] else ():
+                    if len(paths) < MOST_WALKED and to not in paths:
+                        paths[to] = [*paths[v], to]
+                        order.append(to)
+            self.visit(v, paths[v])
+
+    def visit(self, v, path):
+        """Follows a path, and asks everything about its last node."""
+        table, context = self.table, self.context
+        states = [table.state(to) for to in path]
+        play, now = self.strategy.play(states[0]), dict(table.plain(v))
+        for state in states[1:]:
+            play.step(state)
+        where, node = f"{table.kind} after {states}", table.nodes[v]
+        ahead = math.inf if node["ahead"] is None else node["ahead"]
+        context.same(f"play ahead of {where}", ahead, play.ahead)
+        for state, memory in table.at[v]:
+            expected = [sorted(names) for names in table.machine.permitted(state, memory)]
+            which, actions = ("permitted", "progress") if ahead else ("kept",), play.explain().actions
+            found = [sorted(action.name for action in actions if getattr(action, name)) for name in which]
+            context.same(f"play of {where}", expected[: len(which)], found)
+            first = next(([action.name] for action in actions if action.progress), [])
+            context.same(f"chosen by play of {where}", [first] * 2, [play.actions(w) for w in ("progress", "chosen")])
+        for shield in self.shields:
+            shield.reset(dict(table.plain(path[0])))
+            for to in path[1:]:
+                shield.step(dict(table.plain(to)))
+            got = (shield.memory(now), shield.ahead(now), shield.secure(now), sorted(shield.allowed(now)))
+            context.same(f"shield of {where}", (v, ahead, node["secure"], table.permitted(v)), got)
+            self.corrected(shield, v, where, now)
+
+    def corrected(self, shield, v, where, now):
+        """An action that is not permitted is replaced by one that is, which makes progress where one does."""
+        table, permitted = self.table, self.table.permitted(v)
+        helpful = {name for at in table.at[v] for name, own in table.machine.labels(*at).items() if own.progress}
+        for name in table.actions:
+            taken = shield.copy().correct(now, name)
+            if name in permitted:
+                self.context.same(f"correct of {name}, {where}", name, taken)
+            else:
+                best = helpful.intersection(permitted) or permitted
+                self.context.same(f"correct of {name}, {where}", True, taken in best)
