@@ -146,8 +146,10 @@ impl Preferences {
     EnumString,
     IntoStaticStr,
     VariantArray,
+    schemars::JsonSchema,
 )]
 #[strum(serialize_all = "lowercase")]
+#[schemars(rename_all = "lowercase")]
 pub enum Empty {
     /// Achieving nothing is worse than every objective.
     #[default]
@@ -169,8 +171,9 @@ impl Empty {
 }
 
 /// The effect of a step from one set of most preferred objectives to another.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr, schemars::JsonSchema)]
 #[strum(serialize_all = "lowercase")]
+#[schemars(rename_all = "lowercase")]
 pub enum Change {
     /// The step improves and does not weaken.
     Improving,

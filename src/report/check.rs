@@ -2,9 +2,10 @@
 
 use std::fmt::Write;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::envelope::{Envelope, Findings};
+use super::envelope::{Envelope, Findings, Phase};
 use super::number::grouped;
 use super::text::{self, Grid};
 use super::{Style, ranks, unsafe_start};
@@ -12,12 +13,13 @@ use meliora_planning::result::{ClassCount, LevelCounts, Plan, Prospects};
 use meliora_planning::{AnalysisResult, Rank};
 
 /// The results of `check`, in the order of the JSON fields.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[schemars(rename = "check")]
 pub struct CheckFindings {
     /// The results of the analysis.
     #[serde(flatten)]
     pub result: AnalysisResult,
-    /// The first initial states.
+    /// The first initial states, at most 16; empty if unknown.
     pub initial: Vec<Prospects>,
 }
 
@@ -26,13 +28,15 @@ pub type CheckReport = Envelope<CheckFindings>;
 
 impl Findings for CheckFindings {
     const SCHEMA: &str = "meliora.check/1";
-    const PHASES: &[(&str, &str)] = &[
-        ("parse", "parse"),
-        ("build", "build"),
-        ("outcomes", "outcomes"),
-        ("improvement", "improvement"),
-        ("sasi", "SASI"),
-        ("spi", "SPI"),
+    const HEADER: (&[&str], &[&str]) =
+        (&["model", "scope", "safety", "empty"], &["engine", "engine_reason", "history"]);
+    const PHASES: &[Phase] = &[
+        Phase::new("parse", "Reading model and preferences"),
+        Phase::BUILD,
+        Phase::new("outcomes", "Winning regions of the objectives"),
+        Phase::new("improvement", "Classes and improvement MDP"),
+        Phase::new("sasi", "Levels of SASI").labelled("SASI"),
+        Phase::new("spi", "Levels of SPI").labelled("SPI"),
     ];
 
     fn body(report: &CheckReport, style: Style) -> String {
