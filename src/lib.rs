@@ -195,7 +195,7 @@ pub mod model {
 pub mod output {
     #[doc(inline)]
     pub use meliora_report::{
-        CheckReport, Failure, Header, Number, Report, Style, choose, page, reason, schema,
+        CheckReport, Failure, Header, Number, Report, Style, check, choose, page, reason, schema,
     };
 }
 

@@ -79,9 +79,9 @@ impl Exploration {
             program: Arc::clone(self.inner.program()),
             exploration: Py::new(py, exploration)?.into_any(),
             preferences,
-            engine: self.engine(),
+            storage: self.inner.engine().storage(),
             scope: self.inner.engine().settings().scope,
-            safety: options.safety.name(),
+            safety: options.safety,
         };
         Analysis::run(py, Handle::new(analysis, space), Arc::new(origin), call)
     }

@@ -175,10 +175,7 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
         Ok((question, plane, start))
     };
     let (question, plane, start) = job.timed("parse", read, |r, s| r.check.time.add("parse", s))?;
-    job.update(|r| {
-        r.check.header.read_both(&question.program, &question.preferences);
-        r.check.header.history = question.preferences.whole_plays();
-    });
+    check::read(job, &question);
     let build = || load::symbolic(&question.program, &args.model, &job.sink);
     let engine = job.timed("build", build, |r, s| r.check.time.add("build", s))?;
     if let (Some(text), Some(start)) = (&args.at, &start) {
