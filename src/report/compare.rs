@@ -23,7 +23,7 @@ pub struct CompareFindings {
     pub equal: Option<bool>,
     /// The first difference; `null` without a difference.
     pub difference: Option<String>,
-    /// The number of compared numbers, classes, levels and ranks.
+    /// The number of compared values in the reports of `check`.
     pub compared: u64,
     /// The number of states at which the strategies of all kinds were compared: kept, permitted and
     /// progress actions, reasons and successors; `null` if unknown.
