@@ -19,7 +19,6 @@ mod signals;
 mod supervise;
 mod sweep;
 mod terminal;
-mod under;
 mod watch;
 
 mod check;
