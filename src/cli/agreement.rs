@@ -79,7 +79,7 @@ struct Tally {
 }
 
 impl Tally {
-    /// Compares two reports of `check`, except for what may differ.
+    /// Compares two reports of `check`, except for the fields that may differ.
     fn reports(&mut self, mut left: Json, mut right: Json) {
         for report in [&mut left, &mut right] {
             if let Json::Object(fields) = report {

@@ -265,8 +265,8 @@ pub struct Plan {
 struct Initial {
     /// The values of the state.
     state: Valuation,
-    /// No strategy keeps the requirements from it: the other fields are empty or 0; absent for other
-    /// states.
+    /// The state is unsafe: no strategy keeps the requirements, and the other fields are empty or 0;
+    /// absent for other states.
     #[serde(rename = "unsafe", skip_serializing_if = "Option::is_none")]
     escape: Option<Escape>,
     /// The most preferred outcomes, in the order of declaration.

@@ -46,7 +46,7 @@ pub struct Phase {
     pub name: &'static str,
     /// Its name in text.
     pub label: &'static str,
-    /// What is done in it.
+    /// The work that is done in it.
     pub meaning: &'static str,
 }
 

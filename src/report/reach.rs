@@ -33,7 +33,7 @@ pub struct ReachFindings {
     /// The sizes of the regions.
     #[serde(flatten)]
     pub sizes: Sizes,
-    /// Which initial states are in each region; absent with several properties.
+    /// The share of the initial states in each region; absent with several properties.
     pub initial: Regions<Option<Share>>,
     /// The property holds in all initial states; absent with `--target`, with several properties, or
     /// if unknown.

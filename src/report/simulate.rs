@@ -18,7 +18,7 @@ use meliora_quantities::choose::Attained;
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[schemars(rename = "simulate")]
 pub struct SimulateFindings {
-    /// What the strategy does.
+    /// The kind of the strategy.
     pub kind: StrategyKind,
     /// The choice among permitted actions.
     #[serde(flatten)]

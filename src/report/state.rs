@@ -123,8 +123,8 @@ pub(crate) struct StateJson {
     attains: Option<Attains>,
     /// All enabled actions.
     actions: Vec<ActionJson>,
-    /// The most steps of a path under the progress strategy; `null` if there is no bound, at rank
-    /// 0, or with `--rank`.
+    /// The most steps of a path under the progress strategy; `null` if unbounded, at rank 0, or with
+    /// `--rank`.
     longest_play: Option<usize>,
     #[serde(flatten)]
     aims: Option<AimsJson>,

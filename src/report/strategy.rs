@@ -16,7 +16,7 @@ use meliora_planning::StrategyKind;
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[schemars(rename = "strategy")]
 pub struct StrategyFindings {
-    /// What the strategy does.
+    /// The kind of the strategy.
     pub kind: StrategyKind,
     /// The choice among permitted actions.
     #[serde(flatten)]

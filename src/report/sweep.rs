@@ -28,7 +28,7 @@ pub struct SweepReport {
 pub struct Instance {
     /// The constants of the instance.
     pub constants: Map<String, Json>,
-    /// How the run ended.
+    /// The end of the run.
     #[schemars(extend("enum" = ["done", "limit", "error"]))]
     pub status: &'static str,
     /// The object that the command writes for the instance, an error among them.
