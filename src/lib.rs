@@ -195,7 +195,9 @@ pub mod model {
 #[cfg(feature = "output")]
 pub mod output {
     #[doc(inline)]
-    pub use meliora_report::{CheckReport, Failure, Header, Number, Report, Style, choose, page, reason};
+    pub use meliora_report::{
+        CheckReport, Failure, Header, Number, Report, Style, check, choose, page, reason, schema,
+    };
 }
 
 /// The algorithms of the paper, from [`meliora_planning`].

@@ -1,18 +1,22 @@
 //! Questions about paths: to reach a target, or to satisfy a temporal formula.
 
+mod asking;
+mod under;
+
 use std::sync::Arc;
 
+pub use asking::Asking;
 use meliora_engine::Engine;
 use meliora_engine::regions::{Regions, regions};
+use meliora_lang::lower_target;
 use meliora_lang::ltl::{Formula, Monitoring};
-use meliora_lang::property::Question;
-use meliora_lang::{lower_target, ltl, parse_expression, parse_property};
 use meliora_model::Program;
 use meliora_model::error::{Result, SourceFile};
 use meliora_model::expr::ExprId;
 use meliora_model::preference::Requirement;
 use meliora_model::temporal::{Begin, Condition};
 use meliora_planning::temporal;
+pub use under::Under;
 
 /// The name of the monitors of requirements.
 const REQUIREMENT: &str = "require";
@@ -108,27 +112,6 @@ impl Goal {
             Some(Watched { program: Arc::new(copy), fresh })
         };
         Ok(Goal { target, requirements, watched })
-    }
-
-    /// Reads a target such as `x = 3`, a formula such as `F x = 3`, or a property such as
-    /// `P>=1 [ F x = 3 ]`, which also has a question.
-    ///
-    /// # Errors
-    /// The text is none of these, or not supported; each error has its place.
-    pub(crate) fn parse(program: &mut Program, source: &Arc<SourceFile>) -> Result<(Self, Option<Question>)> {
-        if let Ok(tree) = parse_expression(source) {
-            let target = lower_target(program, source, &tree)?;
-            return Ok((Goal::reach(program, target, &[])?, None));
-        }
-        let is_word = |c: char| c.is_alphanumeric() || c == '_';
-        let first = source.text.trim_start().split(|c| !is_word(c)).next();
-        if first.is_some_and(|word| ["P", "Pmin", "Pmax"].contains(&word)) {
-            let property = parse_property(source)?;
-            property.check(program, source)?;
-            let goal = Goal::of(program, source, &property.formula, &[])?;
-            return Ok((goal, Some(property.question)));
-        }
-        Ok((Goal::of(program, source, &ltl::parse_formula(source)?, &[])?, None))
     }
 
     /// Returns the states whose paths are judged: with monitors, the states where these are fresh.

@@ -6,10 +6,11 @@ use meliora::advanced::names;
 use meliora::engine::Engine;
 use meliora::model::{Program, State};
 use meliora::output::page::Picture;
-use meliora::output::{CheckReport, Header, Report, Style};
+use meliora::output::check::Subject;
+use meliora::output::{CheckReport, Report, Style};
 use meliora::planning::{Class, Phase};
 use meliora::supervise::memory;
-use meliora::{Choose, Drawing, Kind, Safety, Scope, Wanted, lang};
+use meliora::{Choose, Drawing, Kind, Safety, Scope, Storage, Wanted};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use serde_json::to_string;
@@ -46,7 +47,7 @@ pub(crate) struct Origin {
     pub(crate) program: Arc<Program>,
     pub(crate) exploration: Py<PyAny>,
     pub(crate) preferences: Py<Preferences>,
-    pub(crate) engine: &'static str,
+    pub(crate) storage: Storage,
     pub(crate) scope: Scope,
     pub(crate) safety: Safety,
 }
@@ -67,24 +68,27 @@ impl Analysis {
     /// Returns the exception of an incomplete analysis.
     fn failed(self, py: Python<'_>, failure: Failure) -> PyErr {
         failure.raise_with(py, |_| {
-            let known = plain(py, to_string(&self.report_known(py)?))?;
+            let known = plain(py, to_string(&self.report_known()))?;
             Ok((Py::new(py, self)?.into_any(), known))
         })
     }
 
     /// Returns a report of the results so far. Does not wait for the analysis, which may be running.
-    fn report_known(&self, py: Python<'_>) -> PyResult<CheckReport> {
-        let Origin { program, engine, scope, safety, .. } = &*self.origin;
-        let (path, source) = (program.source.name.as_str(), &self.origin.preferences.get().source);
-        let header = Header { scope: Some(*scope), ..Header::of_model(path) }.with_engine(engine);
-        let mut report = CheckReport::new(header.with_preferences(&source.name, *safety));
-        let mut product = Program::clone(program);
-        let read = lang::load_preferences(source, &mut product);
-        let read = read.map_err(|error| Failure::of(error).raise(py))?;
-        report.header.read_both(program, &read);
+    fn report_known(&self) -> CheckReport {
+        let Origin { program, storage, scope, safety, .. } = &*self.origin;
+        let Preferences { source, outline } = self.origin.preferences.get();
+        let mut report = CheckReport::about(Subject {
+            program,
+            preferences: &source.name,
+            empty: outline.empty,
+            history: outline.history,
+            storage: *storage,
+            scope: *scope,
+            safety: *safety,
+        });
         report.result = self.handle.known();
         report.complete = false;
-        Ok(report)
+        report
     }
 
     fn report(&self, py: Python<'_>) -> PyResult<CheckReport> {
@@ -139,7 +143,7 @@ impl Analysis {
     /// `"symbolic"` or `"explicit"`.
     #[getter]
     fn engine(&self) -> &'static str {
-        self.origin.engine
+        self.origin.storage.name()
     }
 
     /// `"reachable"` or `"all"`.

@@ -79,7 +79,7 @@ impl Exploration {
             program: Arc::clone(self.inner.program()),
             exploration: Py::new(py, exploration)?.into_any(),
             preferences,
-            engine: self.engine(),
+            storage: self.inner.engine().storage(),
             scope: self.inner.engine().settings().scope,
             safety: options.safety,
         };
@@ -97,7 +97,7 @@ impl Exploration {
         let inner = self.inner.clone();
         self.reach_by(py, call, move || {
             let regions = inner.reach(&target)?;
-            Ok(Reached { target, regions, holds: None, exploration: inner })
+            Ok(Reached { target, regions, holds: None, value: None, exploration: inner })
         })
     }
 
@@ -118,6 +118,7 @@ impl Exploration {
         Ok(Reachability {
             target: region(found.target)?,
             holds: found.holds,
+            value: found.value.map(|value| (value.lower, value.upper)),
             pmax_one: region(found.regions.pmax_one)?,
             pmax_positive: region(found.regions.pmax_positive)?,
             pmin_one: region(found.regions.pmin_one)?,
@@ -216,7 +217,8 @@ impl Exploration {
     ///
     /// Args:
     ///     target: A region, a dictionary of values, or a text: a condition in the model's language,
-    ///         a temporal formula such as 'G F x = 3', or a property such as 'P>=1 [ F x = 3 ]'.
+    ///         a temporal formula such as 'G F x = 3', or a property such as 'P>=1 [ F x = 3 ]' or
+    ///         'Pmax=? [ F x = 3 ]'.
     ///         For a temporal formula other than 'F condition', the regions are of the product with
     ///         its monitors, in the states where these begin.
     #[pyo3(signature = (target, *, timeout=None, progress=None))]
@@ -272,8 +274,12 @@ pub(crate) struct Reachability {
     /// The target; for a temporal formula other than `F condition`, the states from which it can be
     /// satisfied from then on, almost surely.
     target: Py<Region>,
-    /// For a property, True if it is true in all initial states; else None.
+    /// For a property, True if it is true in all initial states; None if it only asks for a number,
+    /// or if the bounds of the number do not decide it.
     holds: Option<bool>,
+    /// For a property about a number, bounds (lower, upper) of the probability or of the expected
+    /// reward in every initial state; else None.
+    value: Option<(f64, f64)>,
     /// The states from which some strategy reaches the target with probability one.
     pmax_one: Py<Region>,
     /// The states from which some strategy reaches the target with positive probability.

@@ -32,7 +32,7 @@ use crate::{display, files};
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Preferences {
     pub(crate) source: Arc<SourceFile>,
-    outline: Outline,
+    pub(crate) outline: Outline,
 }
 
 impl Preferences {
@@ -151,6 +151,13 @@ impl Preferences {
     #[getter]
     fn empty(&self) -> &'static str {
         Empty::name(self.outline.empty)
+    }
+
+    /// The warnings about the preferences, as text.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        let name = &self.source.name;
+        self.outline.warnings().into_iter().map(|warning| format!("{name} {warning}")).collect()
     }
 
     /// The formulas of the requirements, which no path may violate.

@@ -149,16 +149,22 @@ def test_safety_and_levels_can_be_chosen(robot: meliora.Model, engine: Engine) -
 
 def test_objectives_over_whole_paths_have_monitors(toy: meliora.Model, engine: Engine) -> None:
     wishes = meliora.Preferences({"Both": "F (s=5 & F s=1)", "Third": "F s=3"}, ["Third > Both"])
-    assert wishes.history == "play"
+    assert wishes.history == "play" and wishes.warnings == []
     found = toy.check(wishes, engine=engine)
     state = found.exploration.initial.states()[0]
     assert len(state) > len(toy.variables) and state["s"] == 0
     assert found.counts is not None and found.counts["model_states"] == 6
     both = found.to_dict()["objectives"][0]
     assert both["monitor"] == both["observer"] > 1
+    assert found.to_dict()["history"] == "play"
     # Some path goes through 5 to 1, but no strategy achieves this almost surely.
     assert found.positive["Both"].count() > found.almost_sure["Both"].count()
     assert found.strategy("spi").explain(state).actions
+
+
+def test_preferences_that_prefer_nothing_have_a_warning() -> None:
+    [warning] = meliora.Preferences({"A": "F s=1", "B": "F s=2"}).warnings
+    assert warning.startswith("preferences prefers no objective to another: only gaining a first objective")
 
 
 def test_reports_in_many_forms(found: meliora.Analysis, engine: Engine) -> None:

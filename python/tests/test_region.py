@@ -171,6 +171,17 @@ def test_temporal_properties_are_answered(toy: meliora.Model, engine: Engine) ->
             explored.reach(wrong)
 
 
+def test_properties_about_numbers_have_values(toy: meliora.Model, engine: Engine) -> None:
+    explored = toy.explore(engine=engine)
+    # `b` and `c` lead to 3 half of the time.
+    best = explored.reach("Pmax=? [ F s=3 ]")
+    assert best.holds is None and best.value == (0.5, 0.5)
+    assert explored.reach("Pmin=? [ F s=3 ]").value == (0.0, 0.0)
+    assert explored.reach("P<=0.5 [ F s=3 ]").holds is True
+    assert explored.reach("P>=0.25 [ F s=3 ]").holds is False
+    assert explored.reach("P>=1 [ F s=3 ]").value is None and explored.reach("s=3").value is None
+
+
 def test_regions_and_explorations_are_not_pickled(explored: meliora.Exploration) -> None:
     for thing in (explored, explored.states):
         with pytest.raises(TypeError, match="cannot be pickled"):

@@ -82,13 +82,13 @@ pub struct Verdict {
 }
 
 /// A region that was checked.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct Checked {
     /// Its name.
     pub region: String,
-    /// True if the region was shown to be not too large.
+    /// True if it was shown to have no state too many.
     pub inside: bool,
-    /// True if the region was shown to be not too small.
+    /// True if it was shown to have no state too few.
     pub outside: bool,
 }
 

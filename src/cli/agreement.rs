@@ -4,28 +4,33 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use meliora_engine::{Engine, ProgressSink};
+use meliora_engine::{Engine, ProgressSink, Storage};
 use meliora_model::error::Error;
 use meliora_model::{Program, State};
 use meliora_planning::explain::{Action, Explanation};
 use meliora_planning::regions::regions;
 use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, StrategyKind};
 
+use meliora_report::CheckReport;
+use serde_json::Value as Json;
+
 use super::plan;
 use super::progress::TerminalSink;
 
-/// Maximum number of initial states whose ranks and permitted actions are compared.
+/// Maximum number of initial states at which strategies are compared.
 const INITIAL: usize = 16;
 /// Maximum number of states of each rank and each class at which strategies are compared.
 const OF_EACH: usize = 2;
 /// Maximum number of ranks, of classes and of objectives for the comparison of strategies.
 const GROUPS: usize = 16;
+/// The fields of a report of `check` that may differ between engines; all others are compared.
+const MAY_DIFFER: &[&str] = &["engine", "engine_reason", "time", "memory"];
 /// The sink is asked after this number of states.
 const STRIDE: usize = 1024;
 
 /// The result of a comparison.
 pub(super) struct Agreement {
-    /// The number of compared counts, classes, levels and ranks.
+    /// The number of compared values in the reports of `check`, and of other comparisons.
     pub(super) compared: u64,
     /// The number of states at which the strategies were compared; `None` after a difference.
     pub(super) strategies: Option<u64>,
@@ -48,13 +53,9 @@ pub(super) fn compare<E: Engine, F: Engine>(
     sink: &TerminalSink,
 ) -> Result<Agreement, Error> {
     let mut tally = Tally::default();
-    results(&mut tally, left, right);
-    let prospects = (left.initial_prospects(program, INITIAL)?, right.initial_prospects(program, INITIAL)?);
-    tally.check(
-        || "ranks and permitted actions of the initial states".to_owned(),
-        &prospects.0,
-        &prospects.1,
-    );
+    let mine = CheckReport::of_analysis(left, (program, Storage::Symbolic), "")?;
+    let theirs = CheckReport::of_analysis(right, (program, Storage::Explicit), "")?;
+    tally.reports(json(&mine), json(&theirs));
     let mut membership = None;
     if tally.difference.is_none() && few(left, most) {
         membership = Some(state_by_state(&mut tally, left, right, program, sink)?);
@@ -78,48 +79,57 @@ struct Tally {
 }
 
 impl Tally {
-    /// Compares one item and keeps the first difference.
-    fn check<T: PartialEq + std::fmt::Debug>(&mut self, name: impl Fn() -> String, left: &T, right: &T) {
-        self.compared += 1;
-        if left != right && self.difference.is_none() {
-            self.difference = Some(format!("{}: symbolic {left:?}, explicit {right:?}", name()));
+    /// Compares two reports of `check`, except for the fields that may differ.
+    fn reports(&mut self, mut left: Json, mut right: Json) {
+        for report in [&mut left, &mut right] {
+            if let Json::Object(fields) = report {
+                fields.retain(|name, _| !MAY_DIFFER.contains(&name.as_str()));
+            }
+        }
+        self.compare("", Some(&left), Some(&right));
+    }
+
+    /// Compares two values at a place and keeps the first difference.
+    fn compare(&mut self, place: &str, left: Option<&Json>, right: Option<&Json>) {
+        match (left, right) {
+            (Some(Json::Object(a)), Some(Json::Object(b))) => {
+                let others = b.keys().filter(|name| !a.contains_key(*name));
+                let dot = if place.is_empty() { "" } else { "." };
+                for name in a.keys().chain(others) {
+                    self.compare(&format!("{place}{dot}{name}"), a.get(name), b.get(name));
+                }
+            }
+            (Some(Json::Array(a)), Some(Json::Array(b))) => {
+                for index in 0..a.len().max(b.len()) {
+                    let (x, y) = (a.get(index), b.get(index));
+                    let name = x.and_then(|x| x["name"].as_str());
+                    let name = name.map_or_else(|| index.to_string(), str::to_owned);
+                    self.compare(&format!("{place}[{name}]"), x, y);
+                }
+            }
+            _ => {
+                self.compared += 1;
+                if left != right && self.difference.is_none() {
+                    let [left, right] = [left, right].map(shown);
+                    self.difference = Some(format!("{place}: symbolic {left}, explicit {right}"));
+                }
+            }
         }
     }
 }
 
-/// Compares all counts, classes and levels.
-fn results<E: Engine, F: Engine>(tally: &mut Tally, left: &Analysis<E>, right: &Analysis<F>) {
-    let (a, b) = (left.result(), right.result());
-    if let (Some(a), Some(b)) = (&a.counts, &b.counts) {
-        tally.check(|| "states".to_owned(), &a.states, &b.states);
-        tally.check(|| "choices".to_owned(), &a.choices, &b.choices);
-        tally.check(|| "transitions".to_owned(), &a.transitions, &b.transitions);
-        tally.check(|| "deadlocks".to_owned(), &a.deadlocks, &b.deadlocks);
-        tally.check(|| "initial states".to_owned(), &a.initial, &b.initial);
-        if a.unsafe_states.is_some() || b.unsafe_states.is_some() {
-            tally.check(|| "unsafe states".to_owned(), &a.unsafe_states, &b.unsafe_states);
-        }
-    }
-    tally.check(|| "number of objectives".to_owned(), &a.objectives.len(), &b.objectives.len());
-    for (a, b) in a.objectives.iter().zip(&b.objectives) {
-        let name = |what: &str| format!("{what} states of `{}`", a.name);
-        tally.check(|| name("target"), &a.target, &b.target);
-        tally.check(|| name("almost-sure"), &a.almost_sure, &b.almost_sure);
-        tally.check(|| name("positive"), &a.positive, &b.positive);
-    }
-    let classes = (a.classes.as_deref().unwrap_or_default(), b.classes.as_deref().unwrap_or_default());
-    tally.check(|| "number of classes".to_owned(), &classes.0.len(), &classes.1.len());
-    for (a, b) in classes.0.iter().zip(classes.1) {
-        let name = || format!("class {{{}}}", a.most_preferred.join(", "));
-        tally.check(name, &(&a.most_preferred, &a.states), &(&b.most_preferred, &b.states));
-    }
-    tally.check(|| "improvement MDP".to_owned(), &a.improvement, &b.improvement);
-    for (kind, a, b) in [(Kind::Sasi, &a.sasi, &b.sasi), (Kind::Spi, &a.spi, &b.spi)] {
-        tally.check(|| format!("number of {kind} levels"), &a.levels.len(), &b.levels.len());
-        for (index, (a, b)) in a.levels.iter().zip(&b.levels).enumerate() {
-            tally.check(|| format!("states of {kind} level {}", index + 1), a, b);
-        }
-        tally.check(|| format!("end of the {kind} levels"), &a.end, &b.end);
+/// Returns a report as JSON.
+fn json(report: &CheckReport) -> Json {
+    // The keys are strings and the values plain, so the conversion cannot fail.
+    serde_json::to_value(report).unwrap_or_default()
+}
+
+/// Formats a value, which may be absent.
+fn shown(value: Option<&Json>) -> String {
+    match value {
+        None => "none".to_owned(),
+        Some(Json::String(text)) => text.clone(),
+        Some(value) => value.to_string(),
     }
 }
 
@@ -241,6 +251,7 @@ mod tests {
     use meliora_lang as lang;
     use meliora_model::error::SourceFile;
     use meliora_planning::Options;
+    use serde_json::json;
 
     use super::super::options::{Color, ShownArgs};
     use super::*;
@@ -273,9 +284,34 @@ mod tests {
     fn the_first_difference_is_named() {
         assert_eq!(difference((RING, AT_1), (RING, AT_1)), "");
         let counts = difference((LINE, AT_1), (RING, AT_1));
-        assert!(counts.starts_with("deadlocks: symbolic 1, explicit 0"), "{counts}");
+        assert_eq!(counts, "counts.deadlocks: symbolic 1, explicit 0");
         let larger = difference((RING, AT_1), (RING, "objective A = F x<2;"));
-        assert!(larger.starts_with("target states of `A`: symbolic 1, explicit 2"), "{larger}");
+        assert_eq!(larger, "objectives[A].target: symbolic 1, explicit 2");
+    }
+
+    #[test]
+    fn every_field_is_compared_except_for_those_that_may_differ() {
+        let report = json!({
+            "engine": "symbolic", "time": {"total": 1}, "memory": {"peak_nodes": 7},
+            "counts": {"states": "2"}, "classes": [{"states": "1"}, {"states": "1"}], "empty": null,
+        });
+        let mut tally = Tally::default();
+        tally.reports(report.clone(), report.clone());
+        assert_eq!((tally.compared, &tally.difference), (4, &None));
+        let found = |change: fn(&mut Json)| {
+            let (mut other, mut tally) = (report.clone(), Tally::default());
+            change(&mut other);
+            tally.reports(report.clone(), other);
+            tally.difference.unwrap_or_default()
+        };
+        assert_eq!(found(|r| r["engine"] = json!("explicit")), "");
+        assert_eq!(found(|r| r["time"] = json!({"total": 2})), "");
+        assert_eq!(found(|r| r["memory"] = json!({"peak_nodes": 0})), "");
+        assert_eq!(found(|r| r["empty"] = json!("gain")), "empty: symbolic null, explicit gain");
+        assert_eq!(found(|r| r["new"] = json!(1)), "new: symbolic none, explicit 1");
+        let shorter = found(|r| r["classes"] = json!([{"states": "1"}]));
+        assert_eq!(shorter, "classes[1]: symbolic {\"states\":\"1\"}, explicit none");
+        assert_eq!(found(|r| r["counts"] = json!({})), "counts.states: symbolic 2, explicit none");
     }
 
     #[test]

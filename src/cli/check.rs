@@ -7,6 +7,7 @@ use meliora_engine::Engine;
 use meliora_model::error::Error;
 use meliora_planning::{Analysis, Event, Phase};
 use meliora_report::CheckReport;
+use meliora_report::check::LISTED;
 
 use super::exit::Status;
 use super::load::{self, Question};
@@ -14,9 +15,6 @@ use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, Subject};
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
-
-/// Maximum number of initial states that are listed; `counts.initial` counts all.
-const LISTED: usize = 16;
 
 /// Compute from which states the prospects can improve, and how many times in a row (SASI, SPI)
 ///
@@ -76,7 +74,7 @@ impl Checked for CheckReport {
 fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
     let subject = Subject { model: &args.model, preferences: &args.preferences, engine: &args.engine };
     let (question, engine, ()) = plan::prepared(job, subject, |question| {
-        job.update(|r| r.header.history = question.preferences.whole_paths());
+        read(job, question);
         Ok(())
     })?;
     let mut analysis = analyse(job, &engine, &question, &args.preferences)?;
@@ -89,6 +87,12 @@ fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
         });
     }
     Ok(())
+}
+
+/// Adds what the model and the preferences say to the report.
+pub(super) fn read<R: Checked>(job: &Job<R>, question: &Question) {
+    let Question { program, preferences, .. } = question;
+    job.update(|r| r.check().read(program, preferences.empty, preferences.history));
 }
 
 /// Runs all phases. Each phase adds its results to the report.

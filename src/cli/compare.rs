@@ -24,7 +24,7 @@ const CLEARLY: f64 = 1.25;
 
 /// Run both engines and compare their results, times and memory
 ///
-/// Compares every count, class, level and rank. Compares what `strategy` says about the initial
+/// Compares every field of the reports of `check`: counts, classes, levels, ranks. Compares what `strategy` says about the initial
 /// states and some states of each rank and class: kept, permitted and progress actions, reasons and
 /// successors, for every kind. For models of limited size it also compares the membership of each
 /// state in each region. If the engines differ, prints the first difference and

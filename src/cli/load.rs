@@ -5,17 +5,17 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use meliora::reach::{Goal, Required};
+use meliora::reach::{Asking, Required};
 use meliora_dump::manifest;
 use meliora_engine::{AnyEngine, Count, Engine, Selection, Settings, Storage};
 use meliora_engine::{Order, SymbolicEngine};
 use meliora_lang::ltl;
 use meliora_lang::named::{self, Property};
-use meliora_lang::property::{Measure, Question as Asks};
+use meliora_lang::property::Question as Asks;
 use meliora_lang::{self as lang, Document, Given};
 use meliora_model::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora_model::expr::ExprId;
-use meliora_model::preference::{Empty, Preferences};
+use meliora_model::preference::Preferences;
 use meliora_model::{ModelKind, Program, fault};
 use meliora_report::Number;
 
@@ -45,21 +45,17 @@ pub(super) struct Asked {
     /// The model, with the targets in its pool of expressions.
     pub(super) program: Arc<Program>,
     /// The questions, in the order of the command line.
-    pub(super) questions: Vec<Asking>,
+    pub(super) questions: Vec<Stated>,
     /// See [`Loaded::overlap`].
     pub(super) overlap: Option<ExprId>,
 }
 
-/// A question about a model.
-pub(super) struct Asking {
-    /// The text of the question.
+/// A question with its text.
+pub(super) struct Stated {
+    /// The text.
     pub(super) text: String,
-    /// The goal of the paths.
-    pub(super) goal: Goal,
-    /// The question of `--property`, for the initial states.
-    pub(super) property: Option<Asks>,
-    /// The states in which the rewards that the question names are wrong.
-    pub(super) wrong: Option<ExprId>,
+    /// The question.
+    pub(super) asking: Asking,
 }
 
 /// A model with its properties.
@@ -159,15 +155,8 @@ fn preferred(loaded: Loaded, preferences: &Path, sink: &TerminalSink) -> Result<
     let Loaded { mut program, overlap, .. } = loaded;
     let source = read(preferences)?;
     let preferences = lang::load_preferences(&source, &mut program)?;
-    if preferences.order.len() > 1 && preferences.order.prefers_nothing() {
-        let left = match preferences.empty {
-            Empty::Incomparable => "no step improves",
-            Empty::Bottom | Empty::Gain => "only gaining a first objective improves",
-        };
-        sink.warn(&format!(
-            "{} prefers no objective to another: {left}; a statement such as `prefer A > B;` adds one",
-            source.name
-        ));
+    for warning in preferences.warnings() {
+        sink.warn(&format!("{} {warning}", source.name));
     }
     Ok(Question { program: Arc::new(program), preferences: Arc::new(preferences), source, overlap })
 }
@@ -199,28 +188,22 @@ pub(super) fn asked(
     let required = required(texts)?;
     let mut questions = Vec::new();
     if let Some(text) = target {
-        let source = SourceFile::new("--target", text);
-        let tree = lang::parse_expression(&source)?;
-        let target = lang::lower_target(&mut program, &source, &tree)?;
-        let goal = Goal::reach(&mut program, target, &required)?;
-        questions.push(Asking { text: text.to_owned(), goal, property: None, wrong: None });
+        let asking = Asking::target(&mut program, &SourceFile::new("--target", text), &required)?;
+        questions.push(Stated { text: text.to_owned(), asking });
     }
     for text in properties {
-        let (goal, property) = match named.iter().find(|p| p.name == *text) {
+        let asking = match named.iter().find(|p| p.name == *text) {
             Some(named) => {
                 let named::Asked { formula, question } = of_model(named)?;
                 let source = Arc::clone(&program.source);
-                (Goal::of(&mut program, &source, &formula, &required)?, Some(question))
+                Asking::of(&mut program, &source, (&formula, question), &required)?
             }
             None => {
                 let source = SourceFile::new("--property", text.as_str());
-                let property = lang::parse_property(&source)?;
-                property.check(&program, &source)?;
-                (Goal::of(&mut program, &source, &property.formula, &required)?, Some(property.question))
+                Asking::property(&mut program, &source, &required)?
             }
         };
-        let wrong = property.as_ref().and_then(|asks| wrong_rewards(&mut program, asks));
-        questions.push(Asking { text: text.clone(), goal, property, wrong });
+        questions.push(Stated { text: text.clone(), asking });
     }
     Ok(Asked { program: Arc::new(program), questions, overlap })
 }
@@ -236,14 +219,6 @@ pub(super) fn required(texts: &[String]) -> Result<Vec<Required>, Error> {
         Ok((source, formula))
     };
     texts.iter().map(each).collect()
-}
-
-/// Returns the states in which the rewards that a question names are wrong.
-pub(super) fn wrong_rewards(program: &mut Program, asks: &Asks) -> Option<ExprId> {
-    let Asks::Quantity(quantity) = asks else { return None };
-    let Measure::Reward(rewards) = &quantity.measure else { return None };
-    let structure = rewards.find(program)?;
-    Some(program.wrong_rewards(structure))
 }
 
 /// Returns the question of a property that the model names.
@@ -328,7 +303,7 @@ pub(super) fn engine_for(
     selected: &mut Selection,
     sink: &Arc<TerminalSink>,
 ) -> Result<Arc<AnyEngine>, Error> {
-    selected.is_open &= questions.iter().any(|q| matches!(q.property, Some(Asks::Quantity(_))));
+    selected.is_open &= questions.iter().any(|q| matches!(q.question, Some(Asks::Quantity(_))));
     selected.build(program, settings(args, selected.storage, sink)?).map(Arc::new)
 }
 

@@ -20,7 +20,6 @@ mod signals;
 mod supervise;
 mod sweep;
 mod terminal;
-mod under;
 mod watch;
 
 mod check;

@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use meliora::reach::Goal;
+use meliora::reach::{Asking, Under};
 use meliora_engine::{Engine, Selection};
 use meliora_lang::{open_constants, parse_properties, split_constants};
 use meliora_model::Program;
@@ -15,10 +15,9 @@ use meliora_report::PropertiesReport;
 use meliora_report::properties::{PropertyAnswer, Sizes};
 
 use super::exit::Status;
-use super::load::{self, Asked, Asking};
+use super::load::{self, Asked, Stated};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::supervise::{Job, supervise};
-use super::under::Under;
 
 /// The arguments for a property file.
 pub(super) struct Questions {
@@ -65,7 +64,7 @@ pub(super) fn several(
         let asked = job.timed("parse", read, |_, _| ())?;
         let open: Vec<usize> = (0..asked.questions.len()).collect();
         job.update(|r| {
-            let entry = |q: &Asking| PropertyAnswer::open(None, q.text.clone(), None);
+            let entry = |q: &Stated| PropertyAnswer::open(None, q.text.clone(), None);
             r.properties = asked.questions.iter().map(entry).collect();
         });
         work(job, (&model, engine), &asked, &open, precision)
@@ -95,9 +94,9 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
         let entry = PropertyAnswer::open(stated.name, stated.text.clone(), reason);
         job.update(|r| r.properties.push(entry));
         if let Ok(property) = stated.property {
-            let goal = Goal::of(&mut program, &stated.source, &property.formula, &required)?;
-            let wrong = load::wrong_rewards(&mut program, &property.question);
-            asking.push(Asking { text: stated.text, goal, property: Some(property.question), wrong });
+            let asks = (&property.formula, property.question);
+            let own = Asking::of(&mut program, &stated.source, asks, &required)?;
+            asking.push(Stated { text: stated.text, asking: own });
             open.push(position);
         }
     }
@@ -112,14 +111,14 @@ fn work(
     open: &[usize],
     precision: f64,
 ) -> Result<(), Error> {
-    let watched = asked.questions.iter().map(|asking| asking.goal.program(&asked.program));
+    let watched = asked.questions.iter().map(|q| q.asking.goal.program(&asked.program));
     let selected = engine.select(watched.chain([&asked.program]).map(|program| &**program), model);
     job.update(|r| {
         r.header.read(&asked.program);
         r.header.select(&selected);
     });
     let args = (model, &selected);
-    let all = || asked.questions.iter().zip(open.iter().copied());
+    let all = || asked.questions.iter().map(|q| &q.asking).zip(open.iter().copied());
     let plain: Vec<_> = all().filter(|(q, _)| q.goal.watched.is_none()).collect();
     if !plain.is_empty() || asked.questions.is_empty() {
         run_engine(job, args, asked, &asked.program, &plain, precision)?;
@@ -161,7 +160,7 @@ fn answer<E: Engine>(
         job.update(|r| r.counts = Some(counts));
         return Ok(());
     };
-    let under = Under::new(engine, asked, first)?;
+    let under = Under::new(engine, &asked.program, &first.goal)?;
     let counts = job.timed("count", || under.counts(&first.goal), |_, _| ())?;
     let mut known = false;
     job.update(|r| known = r.counts.is_some());

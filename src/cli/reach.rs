@@ -4,22 +4,22 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use meliora::reach::Target;
+use meliora::reach::{Asking, Target, Under};
 use meliora_engine::regions::{self, Step, Which};
 use meliora_engine::{Count, Engine};
 use meliora_model::error::Error;
 use meliora_model::expr::ExprId;
 use meliora_planning::temporal;
+use meliora_quantities::answer::PRECISION;
 use meliora_report::ReachReport;
 use meliora_report::reach::Share;
 
 use super::exit::Status;
-use super::load::{self, Asked, Asking};
+use super::load::{self, Asked, Stated};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::properties;
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
-use super::under::Under;
 
 /// Compute from which states a target is reached, or a temporal formula satisfied, surely or
 /// possibly
@@ -52,7 +52,7 @@ pub(super) struct ReachArgs {
     require: Vec<String>,
 
     /// Largest width of a value, absolute for probabilities, relative above 1 for rewards
-    #[arg(long, value_name = "X", default_value_t = 1e-6, value_parser = super::options::precision)]
+    #[arg(long, value_name = "X", default_value_t = PRECISION, value_parser = super::options::precision)]
     precision: f64,
 
     #[command(flatten)]
@@ -92,7 +92,7 @@ fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
     let read =
         || load::asked(&args.model, args.target.as_deref(), (&args.property, &args.require), &job.sink);
     let asked = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
-    let Some(asking) = asked.questions.first() else { return Ok(()) };
+    let Some(Stated { asking, .. }) = asked.questions.first() else { return Ok(()) };
     let program = asking.goal.program(&asked.program);
     let mut selected = args.engine.select([&**program], &args.model);
     job.update(|r| {
@@ -113,7 +113,7 @@ fn answer<E: Engine>(
     asking: &Asking,
     precision: f64,
 ) -> Result<(), Error> {
-    let under = Under::new(engine, asked, asking)?;
+    let under = Under::new(engine, &asked.program, &asking.goal)?;
     // Counting is a part of building.
     let count = || under.counts(&asking.goal);
     let counts = job.timed("count", count, |r, s| r.time.add("build", s))?;
@@ -139,7 +139,7 @@ fn answer<E: Engine>(
     })?;
     job.update(|r| {
         (r.holds, r.value, r.no_value) = (answer.holds, answer.value, answer.no_value);
-        if asking.property.is_some() {
+        if asking.question.is_some() {
             r.list_property();
         }
     });

@@ -176,10 +176,7 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
         Ok((question, plane, at))
     };
     let (question, plane, at) = job.timed("parse", read, |r, s| r.check.time.add("parse", s))?;
-    job.update(|r| {
-        r.check.header.read_both(&question.program, &question.preferences);
-        r.check.header.history = question.preferences.whole_paths();
-    });
+    check::read(job, &question);
     let build = || load::symbolic(&question.program, &args.model, &job.sink);
     let engine = job.timed("build", build, |r, s| r.check.time.add("build", s))?;
     let start = at.states(&*engine, &question.program, (args.model.scope, 1), &job.sink)?.pop();

@@ -3,17 +3,18 @@
 use std::sync::Arc;
 
 use super::{Analysis, States};
-use crate::reach::{Goal, Target};
-use meliora_engine::regions::{Regions, holds, regions};
+use crate::reach::{Asking, Target, Under};
+use meliora_engine::regions::{Regions, regions};
 use meliora_engine::{AnyEngine, Engine, Usage};
 use meliora_lang as lang;
-use meliora_lang::property::Question;
 use meliora_model::Program;
-use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_model::error::{Error, Result, SourceFile};
 use meliora_model::preference::History;
 use meliora_planning::result::ModelCounts;
 use meliora_planning::temporal::{accepting_regions, secured};
 use meliora_planning::{self as planning, Options};
+use meliora_quantities::answer::PRECISION;
+use meliora_quantities::state_values::Bound;
 
 /// The states and choices of a model's scope, in either engine.
 #[derive(Clone)]
@@ -29,8 +30,12 @@ pub struct Reached {
     pub target: States,
     /// The four regions; with monitors, their states where the monitors are fresh.
     pub regions: Regions<States>,
-    /// For a property, true if it is true in all initial states.
+    /// For a property, true if it is true in all initial states; `None` if it only asks for a number,
+    /// or if the bounds of the number do not decide it.
     pub holds: Option<bool>,
+    /// For a property about a number, its bounds over the initial states: in each of them, the
+    /// probability or the expected reward lies between them.
+    pub value: Option<Bound>,
     /// The exploration of the regions: this one, or the product with the monitors of the formula.
     pub exploration: Exploration,
 }
@@ -113,22 +118,28 @@ impl Exploration {
     }
 
     /// Answers a question about paths: a target `x = 3`, a formula `F x = 3`, or a property
-    /// `P>=1 [ F x = 3 ]`. For a temporal formula other than `F target`, the model is explored anew
-    /// in product with its monitors.
+    /// `P>=1 [ F x = 3 ]`, `Pmax=? [ F x = 3 ]`, `R{"cost"}min=? [ F x = 3 ]`. For a temporal formula
+    /// other than `F target`, the model is explored anew in product with its monitors. The bounds of
+    /// a number are [`PRECISION`] wide at most.
     ///
     /// # Errors
     /// The text is invalid; each error has its place. A limit is reached.
     pub fn reach_where(&self, question: &str) -> Result<Reached> {
+        self.reach_within(question, PRECISION)
+    }
+
+    /// Does the same as [`Exploration::reach_where`]; the bounds of a number are at most this wide,
+    /// relative to the number above 1.
+    ///
+    /// # Errors
+    /// The errors of [`Exploration::reach_where`].
+    pub fn reach_within(&self, question: &str, precision: f64) -> Result<Reached> {
         let source = SourceFile::new("condition", question);
         let mut program = Program::clone(self.program());
-        let (goal, asked) = Goal::parse(&mut program, &source)?;
-        if let Some(Question::Quantity(_)) = asked {
-            let message = "this property asks for a number, or compares one with a bound other than 0 and 1";
-            let diagnostic = Diagnostic::new(&source, 0..question.len(), message);
-            return Err(diagnostic.help("`meliora reach --property` computes it").into());
-        }
+        let asking = Asking::parse(&mut program, &source)?;
+        let (goal, program) = (&asking.goal, Arc::new(program));
         let engine = match &goal.watched {
-            None => self.engine.reading(Arc::new(program))?,
+            None => self.engine.reading(Arc::clone(&program))?,
             Some(watched) => AnyEngine::new(Arc::clone(&watched.program), self.engine.settings().clone())?,
         };
         let of = |set| States::of(&engine, set);
@@ -138,17 +149,14 @@ impl Exploration {
                 of(secured(&engine, &accepting_regions(&engine, condition, &engine.all_choices())?)?)
             }
         };
-        let found = goal.restricted(&engine, goal.regions(&engine)?)?;
-        let holds = match asked {
-            Some(Question::Qualitative(strategies, bound)) => {
-                Some(holds(&engine, (strategies, bound), &found)?)
-            }
-            _ => None,
-        };
+        let found = goal.regions(&engine)?;
+        let answer = Under::new(&engine, &program, goal)?.answer(&asking, &program, &found, precision)?;
+        answer.end?;
         Ok(Reached {
             target,
-            holds,
-            regions: found.map(of),
+            holds: answer.holds,
+            value: answer.value,
+            regions: goal.restricted(&engine, found)?.map(of),
             exploration: Exploration { engine: engine.clone() },
         })
     }

@@ -7,11 +7,9 @@ use meliora_model::State;
 use meliora_model::error::{Error, Result};
 use meliora_planning::Phase;
 use meliora_quantities::outlook::Outlook;
+use meliora_report::CheckReport;
 use meliora_report::page::{Content, Picture};
-use meliora_report::{CheckReport, Header};
 
-/// The maximum number of listed initial states.
-const LISTED: usize = 16;
 /// The maximum number of diagram nodes in a page.
 const MOST_NODES: usize = 500_000;
 
@@ -34,18 +32,7 @@ impl Analysis {
     /// [`meliora_report::Report::text`] formats it as text; it can also be written as JSON. Cost:
     /// see [`meliora_planning::Analysis::prospects`].
     pub fn report(&self, source: &str) -> Result<CheckReport> {
-        let (engine, program) = (self.engine(), self.program());
-        let (storage, scope) = (engine.storage().name(), engine.settings().scope);
-        let safety = self.options().safety;
-        let model = program.source.name.as_str();
-        let header = Header { scope: Some(scope), ..Header::of_model(model) };
-        let header = header.with_engine(storage).with_preferences(source, safety);
-        let mut report = CheckReport::new(header);
-        report.header.read_both(program, self.preferences());
-        report.result = self.result().clone();
-        report.initial = self.initial_prospects(program, LISTED)?;
-        report.memory.peak_nodes = engine.usage().peak_nodes;
-        Ok(report)
+        CheckReport::of_analysis(self, (self.program(), self.engine().storage()), source)
     }
 
     /// Draws a page or a picture; `source` is the name of the preference file. Maps span the integer variables that `grid` names, rows first:

@@ -8,7 +8,7 @@ use meliora_model::error::Result;
 use meliora_model::property::{Bound, Strategies};
 
 /// The regions of a target T as sets of states, or something for each of them: a size, for example.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct Regions<S> {
     /// Some strategy reaches T with probability one.
     pub pmax_one: S,

@@ -26,6 +26,7 @@ pub type Count = BigUint;
     EnumString,
     IntoStaticStr,
     VariantArray,
+    schemars::JsonSchema,
 )]
 #[strum(serialize_all = "lowercase")]
 #[serde(rename_all = "lowercase")]
@@ -48,8 +49,21 @@ impl Scope {
 }
 
 /// The way an engine stores states.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, EnumString, IntoStaticStr, VariantArray)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    Default,
+    EnumString,
+    IntoStaticStr,
+    VariantArray,
+    schemars::JsonSchema,
+)]
 #[strum(serialize_all = "lowercase")]
+#[schemars(rename_all = "lowercase")]
 pub enum Storage {
     /// Sets of states are binary decision diagrams.
     #[default]

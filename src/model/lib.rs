@@ -85,8 +85,9 @@ impl CommandId {
 pub type State = Vec<i64>;
 
 /// The meaning of several enabled commands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, schemars::JsonSchema)]
 #[strum(serialize_all = "lowercase")]
+#[schemars(rename_all = "lowercase")]
 pub enum ModelKind {
     /// Every enabled combination of commands is a choice of its own.
     Mdp,

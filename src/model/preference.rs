@@ -70,7 +70,38 @@ pub enum History {
     Play,
 }
 
+impl Preferences {
+    /// Returns warnings about the preferences, without the name of their file.
+    pub fn warnings(&self) -> Vec<String> {
+        warnings(&self.order, self.empty)
+    }
+}
+
+impl Outline {
+    /// Returns warnings about the preferences, without the name of their file.
+    pub fn warnings(&self) -> Vec<String> {
+        warnings(&self.order, self.empty)
+    }
+}
+
+fn warnings(order: &Preorder, empty: Empty) -> Vec<String> {
+    if order.len() < 2 || !order.prefers_nothing() {
+        return Vec::new();
+    }
+    let left = match empty {
+        Empty::Incomparable => "no step improves",
+        Empty::Bottom | Empty::Gain => "only gaining a first objective improves",
+    };
+    let advice = "a statement such as `prefer A > B;` adds one";
+    vec![format!("prefers no objective to another: {left}; {advice}")]
+}
+
 impl History {
+    /// Returns the name, if it is not the default: reports leave that out.
+    pub fn shown(self) -> Option<&'static str> {
+        (self == History::Play).then_some(self.name())
+    }
+
     /// Returns the name in preference files and reports.
     pub fn name(self) -> &'static str {
         self.into()
@@ -127,7 +158,7 @@ impl Objective {
 impl Preferences {
     /// Returns the name `play` if the whole path counts, else `None`: `state` is not reported.
     pub fn whole_paths(&self) -> Option<&'static str> {
-        (self.history == History::Play).then_some(self.history.name())
+        self.history.shown()
     }
 }
 
@@ -146,8 +177,10 @@ impl Preferences {
     EnumString,
     IntoStaticStr,
     VariantArray,
+    schemars::JsonSchema,
 )]
 #[strum(serialize_all = "lowercase")]
+#[schemars(rename_all = "lowercase")]
 pub enum Empty {
     /// Achieving nothing is worse than every objective.
     #[default]
@@ -169,8 +202,9 @@ impl Empty {
 }
 
 /// The effect of a step from one set of most preferred objectives to another.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr, schemars::JsonSchema)]
 #[strum(serialize_all = "lowercase")]
+#[schemars(rename_all = "lowercase")]
 pub enum Change {
     /// The step improves and does not weaken.
     Improving,

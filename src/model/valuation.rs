@@ -1,7 +1,9 @@
 //! Values, states and counts as JSON.
 
+use std::borrow::Cow;
 use std::fmt;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value as Json};
 
@@ -62,6 +64,38 @@ pub fn long(value: &Exact) -> Option<String> {
     let Exact::Real(Real::Finite(exact)) = value else { return None };
     let near = shortest(Real::Finite(exact.clone()).to_f64());
     (near.as_ref() != Some(exact)).then(|| decimal::text(exact))
+}
+
+/// The schema of a state.
+impl JsonSchema for Valuation {
+    fn schema_name() -> Cow<'static, str> {
+        "state".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "The value of each variable.",
+            "type": "object",
+            "additionalProperties": {"type": ["integer", "boolean", "string"]},
+        })
+    }
+}
+
+/// The schema of a count that [`decimal`] has written.
+pub struct Decimal;
+
+impl JsonSchema for Decimal {
+    fn schema_name() -> Cow<'static, str> {
+        "count".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "An exact number as a decimal string.",
+            "type": "string",
+            "pattern": "^[0-9]+$",
+        })
+    }
 }
 
 /// Serialises a count as a string: many readers of JSON lose digits beyond 2^53.

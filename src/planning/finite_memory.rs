@@ -65,7 +65,18 @@ pub struct Memory {
 
 /// The kind of a strategy.
 #[derive(
-    Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, EnumMessage, EnumString, IntoStaticStr, VariantArray,
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    Serialize,
+    EnumMessage,
+    EnumString,
+    IntoStaticStr,
+    VariantArray,
+    schemars::JsonSchema,
 )]
 #[strum(serialize_all = "lowercase")]
 #[serde(rename_all = "lowercase")]

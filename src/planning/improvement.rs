@@ -12,7 +12,7 @@ use meliora_engine::edge_labels::{dropped, grouped, pairs_into};
 use meliora_engine::parallel::{self, Port, Portable};
 use meliora_engine::{Count, EdgeLabels, Engine, Region, position};
 use meliora_model::error::Result;
-use meliora_model::valuation::decimal;
+use meliora_model::valuation::{Decimal, decimal};
 
 /// An arena: the kept choices and the edges of one class (under `prefix`) or of all states.
 pub struct Arena<E: Engine> {
@@ -40,16 +40,19 @@ impl<E: Engine> Portable<E> for Arena<E> {
 }
 
 /// The size of the improvement MDP.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct Sizes {
-    /// |V| = 2 |S|
+    /// |V| = 2 |S|: twice the states of the scope, without unsafe ones.
     #[serde(serialize_with = "decimal")]
+    #[schemars(with = "Decimal")]
     pub states: Count,
-    /// The kept transitions over V: twice those over S.
+    /// The kept transitions over V: twice those of the model.
     #[serde(serialize_with = "decimal")]
+    #[schemars(with = "Decimal")]
     pub transitions: Count,
-    /// The dropped transitions over S.
+    /// The transitions of the model that are not kept, counted once.
     #[serde(serialize_with = "decimal")]
+    #[schemars(with = "Decimal")]
     pub dropped: Count,
 }
 

@@ -14,7 +14,18 @@ use meliora_model::error::Result;
 
 /// The strategy that runs follow.
 #[derive(
-    Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, EnumMessage, EnumString, IntoStaticStr, VariantArray,
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    Serialize,
+    EnumMessage,
+    EnumString,
+    IntoStaticStr,
+    VariantArray,
+    schemars::JsonSchema,
 )]
 #[strum(serialize_all = "lowercase")]
 #[serde(rename_all = "lowercase")]

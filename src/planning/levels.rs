@@ -5,8 +5,10 @@
 //! surely (SASI) or with positive probability (SPI). A goal edge of level k+1 improves and enters
 //! W_k. This is the paper's Algorithm "Level set" on the symmetric halves of V.
 
+use std::borrow::Cow;
 use std::fmt;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 use strum::{EnumString, IntoStaticStr, VariantArray};
 
@@ -57,6 +59,19 @@ pub enum Rank {
     AtLeast(usize),
     /// Any number.
     Unbounded,
+}
+
+impl JsonSchema for Rank {
+    fn schema_name() -> Cow<'static, str> {
+        "rank".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "The number of improvements that can be made from a state.",
+            "anyOf": [{"type": "integer", "minimum": 0}, {"const": "unbounded"}],
+        })
+    }
 }
 
 /// A number, or `unbounded`.

@@ -5,7 +5,7 @@
 //! successors in Z. All results are those of the restricted model. A deadlock state that violates
 //! nothing keeps the requirements: its self-loop stays there.
 
-use super::result::Escape;
+use super::result::{Escape, EscapeStep};
 use meliora_engine::{Engine, Region};
 use meliora_model::error::Result;
 use meliora_model::preference::Requirement;
@@ -73,8 +73,8 @@ impl<E: Engine> Requirements<E> {
             path.push((next, None));
         }
         let violated = path.last().map(|(state, _)| violated(engine, requirements, state)).transpose()?;
-        let path = path.into_iter().map(|(state, action)| (Valuation::of(program, &state), action));
-        Ok(Some(Escape { path: path.collect(), violated: violated.flatten() }))
+        let step = |(state, action): (State, _)| EscapeStep { state: Valuation::of(program, &state), action };
+        Ok(Some(Escape { violated: violated.flatten(), path: path.into_iter().map(step).collect() }))
     }
 
     /// Returns the unsafe states by their distance from a violation, up to that of `start`.

@@ -2,57 +2,70 @@
 //!
 //! They serialise as the fields of a report of `check`.
 
-use serde::ser::{Serialize, SerializeStruct, Serializer};
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
 
 use super::improvement::Sizes;
 use super::levels::Rank;
 use meliora_engine::{Count, Engine};
 use meliora_model::State;
 use meliora_model::error::Result;
-use meliora_model::valuation::{Valuation, decimal};
+use meliora_model::valuation::{Decimal, Valuation, decimal};
 
 /// The contents of a report of `check`; results that are not known yet are `None` or empty.
-#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct AnalysisResult {
-    /// The size of the model.
+    /// The sizes of the model; `null` if unknown.
     pub counts: Option<ModelCounts>,
-    /// The objectives with known regions, in the order of declaration.
+    /// The objectives in the order of declaration, as far as decided.
     pub objectives: Vec<ObjectiveCounts>,
-    /// The non-empty classes.
+    /// The classes that some state has; `null` if unknown.
     pub classes: Option<Vec<ClassCount>>,
-    /// The size of the improvement MDP; `None` under `prefix`.
+    /// The sizes of the improvement MDP; `null` with `--safety prefix`, or if unknown.
     pub improvement: Option<Sizes>,
-    /// The SASI levels.
+    /// The levels of SASI; `null` if not begun.
     #[serde(serialize_with = "begun")]
+    #[schemars(with = "Option<LevelCounts>")]
     pub sasi: LevelCounts,
-    /// The SPI levels.
+    /// The levels of SPI; `null` if not begun.
     #[serde(serialize_with = "begun")]
+    #[schemars(with = "Option<LevelCounts>")]
     pub spi: LevelCounts,
 }
 
-/// The size of a model.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+/// The sizes of a model.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "counts")]
 pub struct ModelCounts {
-    /// |S|
+    /// |S|, the number of states of the scope; with monitors, of pairs of a state of the model and
+    /// states of the monitors.
     #[serde(serialize_with = "decimal")]
+    #[schemars(with = "Decimal")]
     pub states: Count,
-    /// The number of states without monitors, if the model has monitors.
+    /// The number of states of the model without monitors; absent if there are no monitors.
     #[serde(skip_serializing_if = "Option::is_none", serialize_with = "decimal_if_known")]
+    #[schemars(with = "Decimal")]
     pub model_states: Option<Count>,
-    /// The number of enabled (state, choice) pairs.
+    /// The number of pairs of a state and a choice enabled there.
     #[serde(serialize_with = "decimal")]
+    #[schemars(with = "Decimal")]
     pub choices: Count,
     /// The number of triples (s, a, s').
     #[serde(serialize_with = "decimal")]
+    #[schemars(with = "Decimal")]
     pub transitions: Count,
     /// The number of states without an enabled command.
     #[serde(serialize_with = "decimal")]
+    #[schemars(with = "Decimal")]
     pub deadlocks: Count,
     /// The number of initial states.
     #[serde(serialize_with = "decimal")]
+    #[schemars(with = "Decimal")]
     pub initial: Count,
-    /// The number of states from which the requirements cannot be kept, if there are requirements.
+    /// The number of states from which no strategy keeps the requirements; absent without
+    /// requirements.
     #[serde(rename = "unsafe", skip_serializing_if = "Option::is_none", serialize_with = "decimal_if_known")]
+    #[schemars(with = "Decimal")]
     pub unsafe_states: Option<Count>,
 }
 
@@ -83,16 +96,17 @@ impl ModelCounts {
 }
 
 /// The sizes of an objective's regions.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct ObjectiveCounts {
     /// The objective, by its position.
     #[serde(skip)]
     pub objective: usize,
     /// Its name.
     pub name: String,
-    /// |F|; for a temporal objective, the number of states in which it is secured. 0 deserves a
-    /// warning.
+    /// |F|, the number of states of the target; for an objective about whole paths, of states where
+    /// it is secured. 0 deserves a warning.
     #[serde(serialize_with = "decimal")]
+    #[schemars(with = "Decimal")]
     pub target: Count,
     /// The number of states of its monitor; absent without a monitor.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -100,50 +114,60 @@ pub struct ObjectiveCounts {
     /// Equal to `monitor`, under its former name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub observer: Option<u64>,
-    /// |ASWin(F)|
+    /// |ASWin(F)|, the number of states from which some strategy achieves it with probability 1.
     #[serde(serialize_with = "decimal")]
+    #[schemars(with = "Decimal")]
     pub almost_sure: Count,
-    /// |PWin(F)|
+    /// |PWin(F)|, the number of states from which some strategy achieves it with positive
+    /// probability.
     #[serde(serialize_with = "decimal")]
+    #[schemars(with = "Decimal")]
     pub positive: Count,
 }
 
 /// The size of a class.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct ClassCount {
-    /// MP of its states, by name and in the order of declaration; empty for `nothing`.
+    /// MP of its states: the most preferred outcomes, in the order of declaration; empty for
+    /// `nothing`.
     pub most_preferred: Vec<String>,
-    /// The number of states.
+    /// The number of states with this class.
     #[serde(serialize_with = "decimal")]
+    #[schemars(with = "Decimal")]
     pub states: Count,
-    /// The sets of at least two of these objectives that can be achieved together, if they were
-    /// computed; larger sets first.
+    /// The sets of at least two of these outcomes that one path can achieve, larger sets first;
+    /// absent if they were not computed (`--jointly`).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jointly: Option<Vec<JointCount>>,
-    /// The greatest number of objectives for which this is computed, if the class has more.
+    /// The class has more outcomes than this, so `jointly` is not computed for it and its states;
+    /// absent for other classes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jointly_limit: Option<usize>,
 }
 
 /// Objectives that one strategy achieves together, almost surely.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct JointCount {
-    /// The objectives, by name and in the order of declaration.
+    /// The outcomes, in the order of declaration.
     pub objectives: Vec<String>,
-    /// The number of states of the class from which they are achieved together.
+    /// The number of states of the class from which a strategy achieves all of them almost surely.
     #[serde(serialize_with = "decimal")]
+    #[schemars(with = "Decimal")]
     pub states: Count,
 }
 
 /// The sizes of the levels of one kind.
-#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct LevelCounts {
-    /// |W_1| > |W_2| > …, counted over S and never 0.
+    /// |W_1| > |W_2| > …, the number of states of level 1, 2, …, never 0; the last one repeats
+    /// `unbounded` where that is not 0.
     #[serde(serialize_with = "decimals")]
+    #[schemars(with = "Vec<Decimal>")]
     pub levels: Vec<Count>,
-    /// The reason why there are no more levels, if known; in JSON the number of states of unbounded
-    /// rank.
+    /// The reason why there are no more levels; in JSON the number of states of unbounded rank,
+    /// `null` if unknown or cut by `--max-level`.
     #[serde(rename = "unbounded")]
+    #[schemars(with = "Option<Decimal>")]
     pub end: LevelsEnd,
 }
 
@@ -184,26 +208,28 @@ impl LevelCounts {
 
 /// A path to the violation of a requirement. In each of its states, every action may lead to a
 /// further state from which the violation cannot be ruled out.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Escape {
-    /// The states, each with the action that leads on; the last one violates a requirement.
-    pub path: Vec<(Valuation, Option<String>)>,
-    /// The requirement that is violated, as written.
+    /// The requirement that the path violates, as written.
+    #[schemars(with = "String")]
     pub violated: Option<String>,
+    /// A shortest path to the violation.
+    pub path: Vec<EscapeStep>,
 }
 
-impl Serialize for Escape {
-    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        let step = |(state, action): &(Valuation, Option<String>)| serde_json::json!({"state": state, "action": action});
-        let mut fields = serializer.serialize_struct("Escape", 2)?;
-        fields.serialize_field("violated", &self.violated)?;
-        fields.serialize_field("path", &self.path.iter().map(step).collect::<Vec<_>>())?;
-        fields.end()
-    }
+/// A state of a path to a violation.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct EscapeStep {
+    /// The values of the state.
+    pub state: Valuation,
+    /// The action that leads on; `null` in the last state, which violates the requirement.
+    pub action: Option<String>,
 }
 
 /// The prospects of a state: its most preferred objectives and its plans.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(into = "Initial")]
+#[schemars(with = "Initial")]
 pub struct Prospects {
     /// The state.
     pub state: State,
@@ -231,25 +257,45 @@ pub struct Plan {
     pub actions: Vec<String>,
 }
 
-impl Serialize for Prospects {
-    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        let (sasi, spi) = (self.sasi.as_ref(), self.spi.as_ref());
-        let mut fields = serializer.serialize_struct("Prospects", 8)?;
-        fields.serialize_field("state", &self.values)?;
-        match &self.escape {
-            Some(escape) => fields.serialize_field("unsafe", escape)?,
-            None => fields.skip_field("unsafe")?,
+/// The prospects of an initial state in JSON.
+#[derive(Serialize, JsonSchema)]
+struct Initial {
+    /// The values of the state.
+    state: Valuation,
+    /// The state is unsafe: no strategy keeps the requirements, and the other fields are empty or 0;
+    /// absent for other states.
+    #[serde(rename = "unsafe", skip_serializing_if = "Option::is_none")]
+    escape: Option<Escape>,
+    /// The most preferred outcomes, in the order of declaration.
+    most_preferred: Vec<String>,
+    /// The largest sets of these outcomes that one path can achieve; absent if they were not
+    /// computed (`--jointly`), and if the class has a `jointly_limit`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    jointly: Option<Vec<Vec<String>>>,
+    /// The rank by SASI; `null` if unknown.
+    sasi_rank: Option<Rank>,
+    /// The rank by SPI; `null` if unknown.
+    spi_rank: Option<Rank>,
+    /// The actions of the permissive SASI strategy; `null` if unknown.
+    sasi_actions: Option<Vec<String>>,
+    /// The actions of the permissive SPI strategy; `null` if unknown.
+    spi_actions: Option<Vec<String>>,
+}
+
+impl From<Prospects> for Initial {
+    fn from(of: Prospects) -> Self {
+        let split = |plan: Option<Plan>| plan.map(|plan| (plan.rank, plan.actions)).unzip();
+        let ((sasi_rank, sasi_actions), (spi_rank, spi_actions)) = (split(of.sasi), split(of.spi));
+        Initial {
+            state: of.values,
+            escape: of.escape,
+            most_preferred: of.most_preferred,
+            jointly: of.jointly,
+            sasi_rank,
+            spi_rank,
+            sasi_actions,
+            spi_actions,
         }
-        fields.serialize_field("most_preferred", &self.most_preferred)?;
-        match &self.jointly {
-            Some(jointly) => fields.serialize_field("jointly", jointly)?,
-            None => fields.skip_field("jointly")?,
-        }
-        fields.serialize_field("sasi_rank", &sasi.map(|plan| plan.rank))?;
-        fields.serialize_field("spi_rank", &spi.map(|plan| plan.rank))?;
-        fields.serialize_field("sasi_actions", &sasi.map(|plan| &plan.actions))?;
-        fields.serialize_field("spi_actions", &spi.map(|plan| &plan.actions))?;
-        fields.end()
     }
 }
 

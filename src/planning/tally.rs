@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use serde::ser::SerializeStruct;
-use serde::{Serialize, Serializer};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::estimate::Sample;
 use super::levels::Rank;
@@ -91,7 +91,9 @@ impl Achievements {
 }
 
 /// The number of steps until an event of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(into = "Waited")]
+#[schemars(with = "Waited")]
 pub struct Wait {
     /// The number of runs with this event.
     pub runs: u64,
@@ -123,14 +125,22 @@ impl Wait {
     }
 }
 
-impl Serialize for Wait {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut fields = serializer.serialize_struct("Wait", 4)?;
-        fields.serialize_field("plays", &self.runs)?;
-        fields.serialize_field("least", &self.least)?;
-        fields.serialize_field("mean", &self.mean())?;
-        fields.serialize_field("most", &self.most)?;
-        fields.end()
+/// The number of steps until an event in JSON.
+#[derive(Serialize, JsonSchema)]
+struct Waited {
+    /// The number of paths with this event.
+    plays: u64,
+    /// The fewest steps.
+    least: u64,
+    /// The mean number of steps over these paths.
+    mean: f64,
+    /// The most steps.
+    most: u64,
+}
+
+impl From<Wait> for Waited {
+    fn from(wait: Wait) -> Self {
+        Waited { plays: wait.runs, least: wait.least, mean: wait.mean(), most: wait.most }
     }
 }
 

@@ -14,6 +14,10 @@ use meliora_model::expr::ExprId;
 use meliora_model::property::{Inequality, Measure, Quantity, Question};
 use meliora_model::{Optimum, Program};
 
+/// The width of a value that is usually enough, absolute for probabilities, relative above 1 for
+/// rewards.
+pub const PRECISION: f64 = 1e-6;
+
 /// Maximum number of initial states with values.
 const MOST_STATES: usize = 1 << 20;
 

@@ -1,6 +1,8 @@
 //! The quantities of states as plain data.
 
-use serde::ser::SerializeMap;
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 
 use super::{Aim, Bounds, ChoiceValues, Node, Values};
@@ -12,11 +14,11 @@ use meliora_model::{Program, State};
 use meliora_planning::{Analysis, Kind, Rank};
 
 /// The values of a state.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct StateValues {
-    /// Its values by variable.
+    /// The values of its variables.
     pub state: Valuation,
-    /// True if no strategy keeps the requirements from it.
+    /// `true`: no strategy keeps the requirements from it; absent for other states.
     #[serde(rename = "unsafe", skip_serializing_if = "std::ops::Not::not")]
     pub is_unsafe: bool,
     /// The most preferred objectives that are certain there.
@@ -27,46 +29,54 @@ pub struct StateValues {
     pub spi_rank: Rank,
     /// The values for 1, 2, … improvements; none for an unsafe state.
     pub levels: Vec<LevelValues>,
-    /// The largest expected number of improvements; `None` for an unsafe state.
+    /// The greatest expected number of improvements; `null` for an unsafe state.
     pub number: Option<Bound>,
-    /// The greatest probability of an improvement within 0, 1, 2, … steps.
+    /// The greatest probability of an improvement within 0, 1, 2, … steps; `null` if steps were not
+    /// given (`--within`), and for an unsafe state.
     pub within: Option<Vec<f64>>,
 }
 
 /// The values of a state for one number of improvements.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct LevelValues {
     /// The number of improvements.
     pub improvements: usize,
     /// The greatest probability of these improvements.
     pub probability: Bound,
-    /// The least expected cost until the last of them, where they are certain.
+    /// The least expected cost until the last of them; `null` where they are not certain.
     pub cost: Option<Bound>,
     /// The kept actions, best first.
     pub actions: Vec<ActionValues>,
-    /// The greatest probability of these improvements within 0, 1, 2, … steps.
+    /// The greatest probability of these improvements within 0, 1, 2, … steps; `null` if steps were
+    /// not given (`--within`).
     pub within: Option<Vec<f64>>,
 }
 
 /// The values of an action for one number of improvements.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct ActionValues {
     /// Its name.
     pub action: String,
     /// The greatest probability of the improvements after this action.
     pub probability: Bound,
-    /// The least expected cost after this action, if the improvements stay certain.
+    /// The least expected cost after this action; `null` if the improvements do not stay certain.
     pub cost: Option<Bound>,
 }
 
 /// Bounds of a number.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "bounds")]
 pub struct Bound {
     /// The lower bound.
+    #[serde(serialize_with = "finite")]
+    #[schemars(with = "Extended")]
     pub lower: f64,
-    /// The upper bound; may be infinite.
+    /// The upper bound, infinite if none is known.
+    #[serde(serialize_with = "finite")]
+    #[schemars(with = "Extended")]
     pub upper: f64,
-    /// The fraction, if fractions were asked for.
+    /// The value as a fraction, such as `1/3`; absent if fractions were not asked for (`--exact`).
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub exact: Option<String>,
 }
 
@@ -83,21 +93,25 @@ impl Bound {
     }
 }
 
-/// An object with `lower`, `upper` and perhaps `exact`; infinity is `"inf"`.
-impl Serialize for Bound {
-    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(None)?;
-        for (name, x) in [("lower", self.lower), ("upper", self.upper)] {
-            match x.is_finite() {
-                true => map.serialize_entry(name, &x)?,
-                false => map.serialize_entry(name, "inf")?,
-            }
-        }
-        if let Some(exact) = &self.exact {
-            map.serialize_entry("exact", exact)?;
-        }
-        map.end()
+/// The schema of a number that may be infinite.
+struct Extended;
+
+impl JsonSchema for Extended {
+    fn schema_name() -> Cow<'static, str> {
+        "bound".into()
     }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "A number, or infinity.",
+            "anyOf": [{"type": "number"}, {"const": "inf"}],
+        })
+    }
+}
+
+/// Serialises a number; infinity is `"inf"`.
+fn finite<S: Serializer>(x: &f64, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    if x.is_finite() { serializer.serialize_f64(*x) } else { serializer.serialize_str("inf") }
 }
 
 /// A bound that is wider than others.

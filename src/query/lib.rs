@@ -3,15 +3,53 @@
 //! - [`Archive`]: an open dump.
 //! - [`Selected`]: the value of a region expression, and [`Member`]: one of its states.
 //!
-//! ```no_run
-//! use std::path::Path;
+//! # An example
 //!
+//! A dump of the states x = 0, 1, 2, 3 has a region `low` with x = 0 and x = 1. `meliora export`
+//! writes such dumps.
+//!
+//! ```
 //! use meliora_engine::Settings;
 //! use meliora_query::Archive;
+//! # use meliora_dump::{Diagram, Dump, Edge, write_directory};
+//! # use meliora_engine::NoProgress;
+//! # use serde_json::{from_value, json};
 //!
-//! let archive = Archive::open(Path::new("dump"), Some("x <= 1"), Settings::default())?;
-//! let better = archive.select("reachable & !sasi:1")?;
-//! println!("{} states", archive.count(&better)?);
+//! # let mut regions = Diagram { variables: vec!["x.1".into(), "x.0".into()], ..Diagram::default() };
+//! # let high = regions.push(0, Edge::TRUE, Edge::FALSE)?;
+//! # regions.roots = vec![Edge::TRUE, high.complement()];
+//! # let root = |name: &str, root: usize, count: &str| json!({
+//! #     "name": name, "kind": "states", "root": root, "node": regions.roots[root].number(),
+//! #     "nodes": root, "count": count,
+//! # });
+//! # let source = json!({"path": "m", "sha256": "0".repeat(64)});
+//! # let manifest = from_value(json!({
+//! #     "schema": "meliora.dump/1", "tool": {"name": "meliora", "version": "0"},
+//! #     "model": source, "constants": {}, "given": [], "preferences": source, "objectives": [],
+//! #     "empty": "bottom", "scope": "all", "safety": "action", "max_level": null,
+//! #     "encoding": {
+//! #         "variables": [{
+//! #             "name": "x", "type": "int", "low": 0, "high": 3, "bits": 2, "names": ["x.0", "x.1"],
+//! #             "initial": 0,
+//! #         }],
+//! #         "order": ["x.1", "x.0"],
+//! #     },
+//! #     "choices": {"order": [], "numbers": []},
+//! #     "regions": {
+//! #         "path": "regions.dddmp", "sha256": "", "nodes": 0,
+//! #         "roots": [root("reachable", 0, "4"), root("low", 1, "2")],
+//! #     },
+//! #     "certificate": null,
+//! # })).unwrap();
+//! # let directory = std::env::temp_dir().join(format!("meliora-query-{}", std::process::id()));
+//! # let dump = Dump { manifest, regions, certificate: None, values: None };
+//! # write_directory(dump, &directory, false, &NoProgress)?;
+//! let archive = Archive::open(&directory, Some("x != 3"), Settings::default())?;
+//! let others = archive.select("reachable & !low")?;
+//! assert_eq!(archive.count(&others)?, 1u32.into());
+//! assert_eq!(archive.list(&others, 10)?[0].state, [2]);
+//! assert!(archive.member(&others, &archive.state("x=1")?)?.is_none());
+//! # std::fs::remove_dir_all(&directory).unwrap();
 //! # Ok::<(), meliora_model::error::Error>(())
 //! ```
 

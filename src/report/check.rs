@@ -2,37 +2,112 @@
 
 use std::fmt::Write;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::envelope::{Envelope, Findings};
+use super::envelope::{Envelope, Findings, Phase};
 use super::number::grouped;
 use super::text::{self, Grid};
-use super::{Style, ranks, unsafe_start};
+use super::{Header, Style, ranks, unsafe_start};
+use meliora_engine::{Engine, Scope, Storage};
+use meliora_model::Program;
+use meliora_model::error::Result;
+use meliora_model::preference::{Empty, History};
 use meliora_planning::result::{ClassCount, LevelCounts, Plan, Prospects};
-use meliora_planning::{AnalysisResult, Rank};
+use meliora_planning::{Analysis, AnalysisResult, Rank, Safety};
 
 /// The results of `check`, in the order of the JSON fields.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[schemars(rename = "check")]
 pub struct CheckFindings {
     /// The results of the analysis.
     #[serde(flatten)]
     pub result: AnalysisResult,
-    /// The first initial states.
+    /// The first initial states, at most 16; empty if unknown.
     pub initial: Vec<Prospects>,
 }
 
 /// The report with times and memory.
 pub type CheckReport = Envelope<CheckFindings>;
 
+/// The maximum number of listed initial states; `counts.initial` counts all.
+pub const LISTED: usize = 16;
+
+/// The inputs and the settings of an analysis.
+#[derive(Debug, Clone, Copy)]
+pub struct Subject<'a> {
+    /// The model.
+    pub program: &'a Program,
+    /// The name of the preference file.
+    pub preferences: &'a str,
+    /// The value of nothing.
+    pub empty: Empty,
+    /// The part of a path that counts.
+    pub history: History,
+    /// The engine.
+    pub storage: Storage,
+    /// The valuations that are states.
+    pub scope: Scope,
+    /// The safety mode.
+    pub safety: Safety,
+}
+
+impl CheckReport {
+    /// Creates the report of an analysis without results.
+    pub fn about(subject: Subject<'_>) -> Self {
+        let header = Header { scope: Some(subject.scope), ..Header::of_model(&subject.program.source.name) };
+        let header = header.with_engine(subject.storage.name());
+        let mut report =
+            CheckReport::new(header.with_preferences(subject.preferences, subject.safety.name()));
+        report.read(subject.program, subject.empty, subject.history);
+        report
+    }
+
+    /// Creates the report of the results of an analysis so far; `preferences` is the name of the
+    /// preference file. Cost: see [`Analysis::prospects`].
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub fn of_analysis<E: Engine>(
+        analysis: &Analysis<E>,
+        (program, storage): (&Program, Storage),
+        preferences: &str,
+    ) -> Result<Self> {
+        let (engine, read) = (analysis.engine(), analysis.preferences());
+        let mut report = CheckReport::about(Subject {
+            program,
+            preferences,
+            empty: read.empty,
+            history: read.history,
+            storage,
+            scope: engine.settings().scope,
+            safety: analysis.options().safety,
+        });
+        report.result = analysis.result().clone();
+        report.initial = analysis.initial_prospects(program, LISTED)?;
+        report.memory.peak_nodes = engine.usage().peak_nodes;
+        Ok(report)
+    }
+
+    /// Adds what the model and the preferences say.
+    pub fn read(&mut self, program: &Program, empty: Empty, history: History) {
+        self.header.read(program);
+        self.header.empty = Some(Some(empty.name()));
+        self.header.history = history.shown();
+    }
+}
+
 impl Findings for CheckFindings {
     const SCHEMA: &str = "meliora.check/1";
-    const PHASES: &[(&str, &str)] = &[
-        ("parse", "parse"),
-        ("build", "build"),
-        ("outcomes", "outcomes"),
-        ("improvement", "improvement"),
-        ("sasi", "SASI"),
-        ("spi", "SPI"),
+    const HEADER: (&[&str], &[&str]) =
+        (&["model", "scope", "safety", "empty"], &["engine", "engine_reason", "history"]);
+    const PHASES: &[Phase] = &[
+        Phase::new("parse", "Reading model and preferences"),
+        Phase::BUILD,
+        Phase::new("outcomes", "Winning regions of the objectives"),
+        Phase::new("improvement", "Classes and improvement MDP"),
+        Phase::new("sasi", "Levels of SASI").labelled("SASI"),
+        Phase::new("spi", "Levels of SPI").labelled("SPI"),
     ];
 
     fn body(report: &CheckReport, style: Style) -> String {

@@ -1,7 +1,7 @@
 //! The choice among permitted actions, and the value that it attains.
 
-use serde::ser::SerializeMap;
-use serde::{Serialize, Serializer};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::text::plural;
 use super::values_text::{amount, digits, number};
@@ -12,11 +12,11 @@ use meliora_quantities::state_values::Bound;
 use meliora_quantities::{Choose, Steps};
 
 /// The choice among permitted actions, in the order of the JSON fields.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Choosing {
-    /// `first`, `likely` or `cheap`.
+    /// The choice among permitted actions.
     pub choose: Choose,
-    /// The name of the cost: `steps`, or that of a reward structure; `None` for `first`.
+    /// The cost of a step: `steps`, or the name of a reward structure; `null` with `first`.
     pub reward: Option<String>,
 }
 
@@ -35,13 +35,13 @@ impl Choosing {
 }
 
 /// The value that a strategy attains from a state.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Attains {
     /// The number of improvements that it aims at.
     pub improvements: usize,
-    /// Their probability.
+    /// The probability of these improvements.
     pub probability: Bound,
-    /// The expected cost until the last of them, if they are certain.
+    /// The expected cost until the last of them; `null` where the probability is below 1.
     pub cost: Option<Bound>,
 }
 
@@ -70,7 +70,9 @@ impl Attains {
 }
 
 /// The value of a strategy, computed and measured.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(into = "Compared")]
+#[schemars(with = "Compared")]
 pub struct Comparison {
     /// The computed value.
     pub value: Attains,
@@ -122,23 +124,44 @@ impl Comparison {
     }
 }
 
-/// The computed value, then `measured` with estimates and intervals.
-impl Serialize for Comparison {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+/// The value of a strategy in JSON.
+#[derive(Serialize, JsonSchema)]
+struct Compared {
+    /// The computed value.
+    #[serde(flatten)]
+    value: Attains,
+    /// The confidence of the intervals.
+    confidence: f64,
+    /// The share of the paths with these improvements.
+    measured_probability: f64,
+    /// The confidence interval (Wilson); open paths count as failures in `lower`, as successes in
+    /// `upper`.
+    probability_interval: Bound,
+    /// The mean cost until the last of these improvements; `null` without `cost`, for fewer than 10
+    /// paths, or if a path did not make them.
+    measured_cost: Option<f64>,
+    /// The confidence interval (Student); `null` as `measured_cost`.
+    cost_interval: Option<Bound>,
+    /// The paths that were given up, and could still have made these improvements.
+    open: u64,
+    /// The computed bounds and the intervals overlap.
+    agrees: bool,
+}
+
+impl From<Comparison> for Compared {
+    fn from(of: Comparison) -> Self {
         let bound = |(lower, upper)| Bound { lower, upper, exact: None };
-        let (value, sample) = (&self.value, &self.sample);
-        let mut map = serializer.serialize_map(None)?;
-        map.serialize_entry("improvements", &value.improvements)?;
-        map.serialize_entry("probability", &value.probability)?;
-        map.serialize_entry("cost", &value.cost)?;
-        map.serialize_entry("confidence", &CONFIDENCE)?;
-        map.serialize_entry("measured_probability", &sample.share())?;
-        map.serialize_entry("probability_interval", &bound(sample.probability()))?;
-        let cost = sample.cost().filter(|_| value.cost.is_some());
-        map.serialize_entry("measured_cost", &cost.map(|_| sample.mean_cost))?;
-        map.serialize_entry("cost_interval", &cost.map(bound))?;
-        map.serialize_entry("open", &sample.open)?;
-        map.serialize_entry("agrees", &self.agrees())?;
-        map.end()
+        let (agrees, sample) = (of.agrees(), of.sample);
+        let cost = sample.cost().filter(|_| of.value.cost.is_some());
+        Compared {
+            value: of.value,
+            confidence: CONFIDENCE,
+            measured_probability: sample.share(),
+            probability_interval: bound(sample.probability()),
+            measured_cost: cost.map(|_| sample.mean_cost),
+            cost_interval: cost.map(bound),
+            open: sample.open,
+            agrees,
+        }
     }
 }

@@ -2,33 +2,38 @@
 
 use std::fmt::Write;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::check::CheckFindings;
 use super::envelope::{Envelope, Findings, Times};
 use super::number::grouped;
 use super::text::{self, Grid};
 use super::{Number, Style};
+use meliora_engine::Storage;
 use meliora_planning::result::ModelCounts;
 
 /// The results of `compare`, in the order of the JSON fields.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[schemars(rename = "compare")]
 pub struct CompareFindings {
-    /// Sizes of the model.
+    /// The sizes of the model; `null` if unknown.
     pub counts: Option<ModelCounts>,
-    /// True if both engines have the same results; `None` if this is not known.
+    /// Both engines give the same results; `null` if unknown.
     pub equal: Option<bool>,
-    /// The first difference.
+    /// The first difference; `null` without a difference.
     pub difference: Option<String>,
-    /// Number of compared counts, classes, levels and ranks.
+    /// The number of compared values in the reports of `check`.
     pub compared: u64,
-    /// Number of states at which the strategies of all kinds were compared; `None` if this is not
-    /// known.
+    /// The number of states at which the strategies of all kinds were compared: kept, permitted and
+    /// progress actions, reasons and successors; `null` if unknown.
     pub strategies: Option<u64>,
-    /// Number of states that were looked up in every region of both; `None` if there were too many.
+    /// The number of states that were looked up in every region of both engines; `null` if there are
+    /// more than `--membership`, or if unknown.
     pub membership: Option<Number>,
-    /// Times and memory of each engine.
+    /// Time and memory by engine.
     pub engines: Vec<EngineReport>,
-    /// The recommended engine, and the reason.
+    /// The engine to prefer for this input; `null` if unknown.
     pub prefer: Option<Preference>,
 }
 
@@ -36,22 +41,25 @@ pub struct CompareFindings {
 pub type CompareReport = Envelope<CompareFindings>;
 
 /// Times and memory of one engine.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct EngineReport {
     /// Its name.
+    #[schemars(with = "Storage")]
     pub engine: &'static str,
-    /// Seconds by phase.
+    /// Seconds by phase, as in `check`.
+    #[schemars(schema_with = "Times::schema::<CheckFindings>")]
     pub time: Times,
-    /// The maximum number of live diagram nodes; 0 without diagrams.
+    /// The largest number of diagram nodes at once; 0 for `explicit`.
     pub peak_nodes: u64,
-    /// The size of its tables in bytes.
+    /// The bytes of its own tables.
     pub table_bytes: u64,
 }
 
 /// The recommended engine for this input.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Preference {
     /// Its name.
+    #[schemars(with = "Storage")]
     pub engine: &'static str,
     /// The reason.
     pub reason: String,
@@ -98,6 +106,7 @@ impl CompareReport {
 
 impl Findings for CompareFindings {
     const SCHEMA: &str = "meliora.compare/1";
+    const HEADER: (&[&str], &[&str]) = (&["model", "scope", "safety", "empty"], &[]);
 
     fn is_no(&self) -> bool {
         self.equal == Some(false)

@@ -2,7 +2,9 @@
 
 use std::ops::{Deref, DerefMut};
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
+use serde_json::{Map, Value as Json, json};
 
 use super::header::Header;
 use super::report::{Failure, MemoryUse, Report};
@@ -10,11 +12,13 @@ use super::style::Style;
 use super::text;
 
 /// The results of a command.
-pub trait Findings: Serialize + Sized {
+pub trait Findings: Serialize + JsonSchema + Sized {
     /// The name and version of the report, such as `meliora.check/1`.
     const SCHEMA: &'static str;
-    /// The timed phases: their names in JSON and in text.
-    const PHASES: &'static [(&'static str, &'static str)] = &[];
+    /// The fields of the header that all these reports have, and those that some of them have.
+    const HEADER: (&'static [&'static str], &'static [&'static str]);
+    /// The timed phases.
+    const PHASES: &'static [Phase] = &[];
 
     /// Returns the settings of this command, which precede those of the header.
     fn settings(&self) -> Vec<(&'static str, String)> {
@@ -35,10 +39,43 @@ pub trait Findings: Serialize + Sized {
     }
 }
 
+/// A timed part of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Phase {
+    /// Its name in JSON.
+    pub name: &'static str,
+    /// Its name in text.
+    pub label: &'static str,
+    /// The work that is done in it.
+    pub meaning: &'static str,
+}
+
+impl Phase {
+    /// Encoding the model.
+    pub const BUILD: Phase = Phase::new("build", "Encoding the model and finding the states");
+    /// Reading all inputs of a command about states.
+    pub const PARSE_STATES: Phase = Phase::new("parse", "Reading model, preferences and states");
+    /// The analysis as one phase.
+    pub const LEVELS: Phase = Phase::new("levels", "Winning regions, improvement MDP and levels");
+    /// Computing quantities for the choice of actions.
+    pub const VALUES: Phase = Phase::new("values", "Computing the values for `choose`");
+
+    /// Describes a phase with the same name in JSON and in text.
+    pub const fn new(name: &'static str, meaning: &'static str) -> Self {
+        Phase { name, label: name, meaning }
+    }
+
+    /// Changes the name in text.
+    #[must_use]
+    pub const fn labelled(self, label: &'static str) -> Self {
+        Phase { label, ..self }
+    }
+}
+
 /// Seconds by phase; `None` for an unfinished phase.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Times {
-    phases: Vec<(&'static str, &'static str, Option<f64>)>,
+    phases: Vec<(Phase, Option<f64>)>,
     /// The total.
     pub total: f64,
 }
@@ -46,35 +83,50 @@ pub struct Times {
 impl Times {
     /// Creates the times of a report in which no phase is finished.
     pub fn of<F: Findings>() -> Self {
-        Times { phases: F::PHASES.iter().map(|&(name, label)| (name, label, None)).collect(), total: 0.0 }
+        Times { phases: F::PHASES.iter().map(|&phase| (phase, None)).collect(), total: 0.0 }
     }
 
     /// Adds seconds to a phase. Phases that the report does not list are not timed.
     pub fn add(&mut self, phase: &str, seconds: f64) {
-        if let Some((_, _, sum)) = self.phases.iter_mut().find(|(name, ..)| *name == phase) {
+        if let Some((_, sum)) = self.phases.iter_mut().find(|(own, _)| own.name == phase) {
             *sum = Some(sum.unwrap_or(0.0) + seconds);
         }
     }
 
     /// Returns the phases with their labels in text.
     pub fn phases(&self) -> impl Iterator<Item = (&'static str, Option<f64>)> {
-        self.phases.iter().map(|&(_, label, seconds)| (label, seconds))
+        self.phases.iter().map(|&(phase, seconds)| (phase.label, seconds))
+    }
+
+    /// Returns the schema of the times of a report.
+    pub(super) fn schema<F: Findings>(_: &mut SchemaGenerator) -> Schema {
+        let phase = |phase: &Phase| {
+            let description = format!("{}; `null` if not finished.", phase.meaning);
+            (phase.name.to_owned(), json!({"description": description, "type": ["number", "null"]}))
+        };
+        let mut properties: Map<String, Json> = F::PHASES.iter().map(phase).collect();
+        let total = json!({"description": "Seconds of the whole run.", "type": "number"});
+        properties.insert("total".to_owned(), total);
+        let required: Vec<&String> = properties.keys().collect();
+        json_schema!({"type": "object", "required": required, "properties": properties})
     }
 }
 
 impl Serialize for Times {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let phases = self.phases.iter().map(|&(name, _, seconds)| (name, seconds));
+        let phases = self.phases.iter().map(|&(phase, seconds)| (phase.name, seconds));
         serializer.collect_map(phases.chain([("total", Some(self.total))]))
     }
 }
 
 /// A report, in the order of the JSON fields.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[schemars(rename = "{F}", transform = described::<F>)]
 pub struct Envelope<F: Findings> {
-    /// The name and version of the report.
+    /// The kind and version of the object.
     pub schema: &'static str,
-    /// False if the work ended early; written only in that case.
+    /// `false`: the run hit a limit or was interrupted, and the object has the results so far; absent
+    /// in complete reports.
     #[serde(skip_serializing_if = "is_true")]
     pub complete: bool,
     /// The model and the settings.
@@ -83,13 +135,30 @@ pub struct Envelope<F: Findings> {
     /// The results.
     #[serde(flatten)]
     pub findings: F,
-    /// Seconds by phase.
+    /// Seconds by phase; a phase that did not end is `null`.
+    #[schemars(schema_with = "Times::schema::<F>")]
     pub time: Times,
     /// The memory used.
     pub memory: MemoryUse,
-    /// The reason why the work ended early.
+    /// Why the run is not complete; absent in complete reports.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<Failure>,
+}
+
+/// Adds to the schema of a report its name, and removes the fields of the header that it never has.
+fn described<F: Findings>(schema: &mut Schema) {
+    let (always, sometimes) = F::HEADER;
+    let is_other = |name: &str| !always.contains(&name) && !sometimes.contains(&name);
+    let others: Vec<&str> = Header::FIELDS.iter().copied().filter(|name| is_other(name)).collect();
+    if let Some(Json::Object(properties)) = schema.get_mut("properties") {
+        properties.retain(|name, _| !others.contains(&name.as_str()));
+        properties["schema"] =
+            json!({"description": "The kind and version of the object.", "const": F::SCHEMA});
+    }
+    if let Some(Json::Array(required)) = schema.get_mut("required") {
+        required.extend(always.iter().map(|&name| Json::from(name)));
+    }
+    schema.insert("title".to_owned(), F::SCHEMA.into());
 }
 
 impl<F: Findings> Envelope<F> {

@@ -1,5 +1,6 @@
 //! The report of `meliora export --format explicit` and `--format drn`.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::envelope::{Envelope, Findings};
@@ -10,23 +11,25 @@ use super::{Number, Style};
 use meliora_export::explicit::{Graph, Quantities};
 
 /// The explicit model that `export` wrote.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[schemars(rename = "export")]
 pub struct ExplicitFindings {
-    /// The directory.
+    /// The directory as given by `--out`.
     pub directory: String,
-    /// The strategy that induces the model, such as `sasi:progress`; `None` for the model itself.
+    /// The strategy whose induced model is written, such as `sasi:progress`; absent in a dump, `null`
+    /// without `--strategy`.
     pub strategy: Option<String>,
-    /// The files in the directory.
+    /// The names of the files in the directory; absent in a dump.
     pub files: Vec<String>,
-    /// Number of written states.
+    /// The number of states written; absent in a dump, `null` if not written.
     pub states: Option<Number>,
-    /// Number of their choices.
+    /// The number of their choices; as `states`.
     pub choices: Option<Number>,
-    /// Number of their transitions.
+    /// The number of their transitions; as `states`.
     pub transitions: Option<Number>,
-    /// The labels, each with the number of its states.
+    /// The labels of states; absent in a dump.
     pub labels: Vec<Labelled>,
-    /// The bounds of quantities, if they were written.
+    /// The bounds of `--values`; absent without `--values`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub values: Option<ExportedValues>,
 }
@@ -35,11 +38,11 @@ pub struct ExplicitFindings {
 pub type ExplicitReport = Envelope<ExplicitFindings>;
 
 /// A label of states.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Labelled {
     /// Its name in the files.
     pub name: String,
-    /// Number of states with this label.
+    /// The number of states with the label.
     pub states: Number,
 }
 
@@ -76,6 +79,7 @@ impl ExplicitReport {
 
 impl Findings for ExplicitFindings {
     const SCHEMA: &str = "meliora.export/1";
+    const HEADER: (&[&str], &[&str]) = (&["model", "scope", "safety"], &[]);
 
     fn settings(&self) -> Vec<(&'static str, String)> {
         self.strategy.iter().map(|strategy| ("strategy", strategy.clone())).collect()

@@ -1,5 +1,6 @@
 //! The report of `meliora export`.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::envelope::{Envelope, Findings};
@@ -10,34 +11,35 @@ use meliora_dump::Manifest;
 use meliora_model::escape;
 
 /// The dump that `export` wrote.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[schemars(rename = "export")]
 pub struct ExportFindings {
-    /// The directory.
+    /// The directory as given by `--out`.
     pub directory: String,
-    /// The regions, in the order of the roots; empty until they are written.
+    /// The regions of the dump, in the order of the roots; empty if not written.
     pub regions: Vec<ExportedRegion>,
-    /// Number of nodes in `regions.dddmp`.
+    /// The number of nodes of `regions.dddmp`; `null` if not written.
     pub nodes: Option<usize>,
-    /// Number of nodes in `certificate.dddmp`, if it was written.
+    /// The number of nodes of `certificate.dddmp`; `null` if not written.
     pub certificate_nodes: Option<usize>,
-    /// The bounds of quantities, if they were written.
+    /// The bounds of `--values`; absent without `--values`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub values: Option<ExportedValues>,
 }
 
 /// The bounds of quantities in a dump.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct ExportedValues {
-    /// Number of rows in `values.csv`, or of states in an archive.
+    /// The number of rows of `values.csv`, or of states in an archive.
     pub rows: usize,
     /// The greatest number of improvements.
     pub levels: usize,
     /// The reward structure that is the cost of a step, or `steps`.
     pub reward: String,
-    /// The greatest width of a bound, absolute for probabilities, relative above 1 for costs; absent
+    /// The greatest width of a bound, absolute for probabilities, relative above 1 for costs; `null`
     /// if it is infinite.
     pub widest: Option<f64>,
-    /// True if no bound is wider than the precision.
+    /// True if no bound is wider than `--precision`.
     pub narrow: bool,
 }
 
@@ -45,15 +47,15 @@ pub struct ExportedValues {
 pub type ExportReport = Envelope<ExportFindings>;
 
 /// A region in a dump.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct ExportedRegion {
     /// Its name.
     pub name: String,
-    /// `states` or `choices`.
+    /// The sort of its members.
     pub kind: meliora_dump::manifest::RootKind,
-    /// Number of members.
+    /// The number of members.
     pub count: Number,
-    /// Number of inner nodes.
+    /// The number of inner nodes.
     pub nodes: usize,
 }
 
@@ -89,6 +91,7 @@ impl ExportReport {
 
 impl Findings for ExportFindings {
     const SCHEMA: &str = "meliora.export/1";
+    const HEADER: (&[&str], &[&str]) = (&["model", "scope", "safety"], &[]);
 
     fn body(report: &ExportReport, style: Style) -> String {
         let mut out = String::new();

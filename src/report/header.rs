@@ -1,53 +1,62 @@
 //! The fields that most reports begin with: the model, and the settings that decide the results.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Map, Value as Json};
 
 use super::Style;
 use super::text::{aligned, plural, wrapped};
-use meliora_engine::{Scope, Selection};
-use meliora_model::Program;
+use meliora_engine::{Scope, Selection, Storage};
 use meliora_model::escape;
-use meliora_model::preference::Preferences;
+use meliora_model::preference::{Empty, Preferences};
 use meliora_model::valuation::json;
 use meliora_model::value::Type;
+use meliora_model::{ModelKind, Program};
 use meliora_planning::Safety;
 use meliora_planning::result::ModelCounts;
 
 /// The inputs and settings of a report; a report leaves out the fields that are `None`.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
 pub struct Header {
     /// The model.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "ModelSummary")]
     pub model: Option<ModelSummary>,
     /// The preference file as the user named it.
     #[serde(skip)]
     pub preferences: Option<String>,
-    /// The property file as the user named it.
+    /// The property file as the user named it; absent without one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-    /// The name of the engine.
+    /// The engine; absent until it is taken.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Storage")]
     pub engine: Option<&'static str>,
-    /// Why `--engine auto` has taken this engine.
+    /// Why `--engine auto` has taken this engine; absent with another `--engine`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub engine_reason: Option<String>,
     /// The valuations that are states.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Scope")]
     pub scope: Option<Scope>,
     /// The safety mode.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Safety")]
     pub safety: Option<Safety>,
-    /// The value of nothing: the `empty` statement of the preferences; `Some(None)`, which is
-    /// `null` in JSON, until they are read.
+    /// The value of nothing: the `empty` statement of the preferences; `null` until they are read.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<Empty>")]
     pub empty: Option<Option<&'static str>>,
-    /// The history that objectives judge, if it is the whole path.
+    /// `play`: objectives are about whole paths; absent with `history = state`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub history: Option<&'static str>,
 }
 
 impl Header {
+    /// The names of all fields in JSON.
+    pub(super) const FIELDS: &[&str] =
+        &["model", "file", "engine", "engine_reason", "scope", "safety", "empty", "history"];
+
     /// Creates a header for a model that is not read yet.
     pub fn of_model(path: &str) -> Self {
         let model = ModelSummary { path: path.to_owned(), ..ModelSummary::default() };
@@ -156,37 +165,41 @@ impl Header {
 }
 
 /// The model of a report.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[schemars(rename = "model")]
 pub struct ModelSummary {
     /// The file as the user named it.
     pub path: String,
-    /// `mdp` or `dtmc`.
+    /// The sort of the model; `null` if unknown.
     #[serde(rename = "type")]
+    #[schemars(with = "Option<ModelKind>")]
     pub kind: Option<&'static str>,
-    /// The constants given by `--const`.
+    /// The constants given by `--const`: integers, numbers, Booleans; an infinite value is a string.
     pub constants: Map<String, Json>,
-    /// The first place where a double counts for an exact value.
+    /// The first place where a double counts for an exact value, as `FILE:LINE:COLUMN`; absent if all
+    /// values are exact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inexact: Option<String>,
-    /// The variables in the order of declaration.
+    /// The variables in the order of declaration, monitors last; empty if unknown.
     pub variables: Vec<VariableSummary>,
 }
 
 /// A variable of the model.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct VariableSummary {
     /// Its name.
     pub name: String,
-    /// `bool` or `int`.
+    /// Its type.
     #[serde(rename = "type")]
+    #[schemars(extend("enum" = ["int", "bool"]))]
     pub ty: &'static str,
-    /// The smallest value.
+    /// The smallest value; 0 for `bool`.
     pub low: i64,
-    /// The largest value.
+    /// The largest value; 1 for `bool`.
     pub high: i64,
     /// Number of bits of its encoding.
     pub bits: u32,
-    /// The names of its values from `low` on, if they have names.
+    /// The names of its values from `low` on; absent without names.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub values: Vec<String>,
 }

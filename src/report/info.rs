@@ -3,10 +3,11 @@
 use std::fmt::Write;
 use std::io;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Style;
-use super::envelope::{Envelope, Findings};
+use super::envelope::{Envelope, Findings, Phase};
 use super::report::{Failure, Report};
 use super::text::{self, Grid};
 use meliora_lang::flat::Flat;
@@ -18,18 +19,19 @@ use meliora_planning::result::ModelCounts;
 const MOST_NAMES: usize = 6;
 
 /// The results of `info`, in the order of the JSON fields.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[schemars(rename = "info")]
 pub struct InfoFindings {
-    /// Sizes of the model.
+    /// The sizes of the model; `null` if unknown.
     pub counts: Option<ModelCounts>,
-    /// The variables of the diagram from the top; `None` for the explicit engine.
+    /// The variables of the diagram from the top; `null` for the explicit engine, or if unknown.
     pub order: Option<Vec<String>>,
-    /// Sizes of diagrams; `None` for the explicit engine.
+    /// The sizes of diagrams; `null` for the explicit engine, or if unknown.
     pub nodes: Option<Nodes>,
-    /// The reason for the order, if it was computed from the model.
+    /// The reason for the order; absent if it was not computed from the model.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order_reason: Option<String>,
-    /// The reward structures.
+    /// The reward structures; empty if unknown.
     pub rewards: Vec<RewardSummary>,
 }
 
@@ -37,15 +39,15 @@ pub struct InfoFindings {
 pub type InfoReport = Envelope<InfoFindings>;
 
 /// A reward structure.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct RewardSummary {
-    /// Its name, if it has one.
+    /// Its name; `null` without a name.
     pub name: Option<String>,
-    /// Number of items that states earn.
+    /// The number of items that states earn.
     pub states: usize,
-    /// Number of items that choices earn, by their action or by a command.
+    /// The number of items that choices earn, by their action or by a command.
     pub choices: usize,
-    /// The reason why it cannot be used, if there is one.
+    /// The reason why it cannot be used; absent if it can.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
 }
@@ -67,11 +69,11 @@ impl RewardSummary {
 }
 
 /// Sizes of diagrams.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Nodes {
-    /// Nodes of all transition relations together.
+    /// The nodes of all transition relations together.
     pub transition: u64,
-    /// Nodes of the set of states.
+    /// The nodes of the set of states.
     pub reachable: u64,
 }
 
@@ -130,7 +132,9 @@ impl InfoReport {
 
 impl Findings for InfoFindings {
     const SCHEMA: &str = "meliora.info/1";
-    const PHASES: &[(&str, &str)] = &[("parse", "parse"), ("build", "build"), ("count", "count")];
+    const HEADER: (&[&str], &[&str]) = (&["model", "engine", "scope"], &["engine_reason"]);
+    const PHASES: &[Phase] =
+        &[Phase::new("parse", "Reading the model"), Phase::BUILD, Phase::new("count", "Counting")];
 
     fn body(report: &InfoReport, style: Style) -> String {
         let sizes = report.header.sizes(report.counts.as_ref(), style);

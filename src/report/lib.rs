@@ -32,11 +32,13 @@ pub mod query;
 pub mod reach;
 pub mod reason;
 pub mod report;
+pub mod schema;
 pub mod simulate;
 pub mod state;
 pub(crate) mod strategy;
 pub mod strategy_table;
 pub(crate) mod style;
+pub mod sweep;
 pub mod values;
 pub(crate) mod verify;
 

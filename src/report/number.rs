@@ -1,10 +1,13 @@
 //! Exact counts in reports: decimal strings in JSON, grouped digits in text.
 
+use std::borrow::Cow;
 use std::fmt;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Serialize, Serializer};
 
 use meliora_engine::Count;
+use meliora_model::valuation::Decimal;
 
 /// A count of states, choices or transitions. JSON has it as a string, since many readers lose
 /// digits beyond 2^53.
@@ -33,6 +36,16 @@ impl From<u64> for Number {
 impl fmt::Display for Number {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.fmt(f)
+    }
+}
+
+impl JsonSchema for Number {
+    fn schema_name() -> Cow<'static, str> {
+        Decimal::schema_name()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        Decimal::json_schema(generator)
     }
 }
 

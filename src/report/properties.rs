@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::envelope::{Envelope, Findings};
@@ -13,14 +14,16 @@ use meliora_planning::result::{Escape, ModelCounts};
 use meliora_quantities::state_values::Bound;
 
 /// The answers to the properties of a file or of the command line.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[schemars(rename = "reach")]
 pub struct PropertiesFindings {
-    /// Sizes of the model.
+    /// The sizes of the model; `null` if unknown.
     pub counts: Option<ModelCounts>,
-    /// A path from an unsafe initial state to the violation of a requirement, if there is one.
+    /// An initial state from which no strategy keeps `--require`: no property holds, and no quantity
+    /// has a value; absent without such a state.
     #[serde(rename = "unsafe", skip_serializing_if = "Option::is_none")]
     pub escape: Option<Escape>,
-    /// The properties in the order of the file.
+    /// The properties in their order.
     pub properties: Vec<PropertyAnswer>,
 }
 
@@ -31,22 +34,23 @@ pub type PropertiesReport = Envelope<PropertiesFindings>;
 pub type Sizes = Regions<Option<Number>>;
 
 /// A property with its answer, or the reason for no answer.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PropertyAnswer {
-    /// Its name in the file.
+    /// Its name in the file; `null` without a name.
     pub name: Option<String>,
     /// Its text.
     pub property: String,
-    /// True if it holds in all initial states; `None` if it was not answered.
+    /// It holds in all initial states; `null` if not answered.
     pub holds: Option<bool>,
-    /// The probability or the reward over the initial states, if it was asked for; `Some(None)` if
-    /// it has none.
+    /// The probability or the expected reward over the initial states: in each of them, the value lies
+    /// between these bounds; `null` if an initial state is unsafe, absent if not asked for, or unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("nullable" = true))]
     pub value: Option<Option<Bound>>,
     /// The sizes of its regions.
     #[serde(flatten)]
     pub sizes: Sizes,
-    /// The reason for no answer, or for no value.
+    /// The reason for no answer, or for no value; absent if there are both.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
 }
@@ -108,6 +112,7 @@ fn title(answer: &PropertyAnswer) -> String {
 
 impl Findings for PropertiesFindings {
     const SCHEMA: &str = "meliora.reach/1";
+    const HEADER: (&[&str], &[&str]) = (&["model", "scope"], &["file", "engine", "engine_reason"]);
 
     fn is_no(&self) -> bool {
         self.properties.iter().any(|p| p.holds == Some(false))

@@ -3,35 +3,40 @@
 use std::fmt::Write;
 use std::sync::Arc;
 
+use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
 use super::envelope::{Envelope, Findings};
 use super::header::Header;
 use super::{Number, Style};
+use meliora_dump::manifest::RootKind;
 use meliora_model::Program;
 use meliora_model::escape;
 use meliora_model::valuation::Valuation;
 use meliora_query::Member;
 
 /// The results of `query`.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[schemars(rename = "query")]
 pub struct QueryFindings {
     /// The directory of the dump.
     pub directory: String,
     /// The region expression.
     pub region: String,
-    /// The condition of `--where`.
+    /// The condition of `--where`; absent without it.
     #[serde(rename = "where", skip_serializing_if = "Option::is_none")]
     pub condition: Option<String>,
-    /// The kind of the region: `states` or `choices`.
+    /// The members of the region: `states` or `choices`; `null` if unknown.
+    #[schemars(with = "Option<RootKind>")]
     pub kind: Option<&'static str>,
-    /// The number of members.
+    /// The number of members; `null` with `--contains` or `--list`, unless `--count` is given too.
     pub count: Option<Number>,
-    /// The states of `--contains`, and whether they are members.
+    /// The answers to `--contains`; absent without it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub contains: Vec<Contained>,
-    /// The states of `--list`.
+    /// The states of `--list`; absent without it.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Vec<Listed>")]
     pub states: Option<Rows>,
     /// True if only the number is printed.
     #[serde(skip)]
@@ -66,23 +71,24 @@ impl Serialize for Rows {
 }
 
 /// A state of the selection.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct Listed {
-    /// Its values.
+    /// The values of the state.
     pub state: Valuation,
-    /// The names of its choices, if the selection has choices.
+    /// The actions of its choices in the region; absent for a region of states.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub choices: Option<Vec<String>>,
 }
 
 /// A state with the answer whether it is in the selection.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Contained {
-    /// Its values.
+    /// The values of the state.
     pub state: Valuation,
-    /// True if the state is a member.
+    /// The state is a member.
     pub contained: bool,
-    /// The names of its choices, if the selection has choices.
+    /// The actions of its choices in the region; absent for a region of states, and for
+    /// a state that is not a member.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub choices: Option<Vec<String>>,
 }
@@ -106,6 +112,7 @@ impl QueryReport {
 
 impl Findings for QueryFindings {
     const SCHEMA: &str = "meliora.query/1";
+    const HEADER: (&[&str], &[&str]) = (&[], &[]);
 
     fn text(report: &QueryReport, style: Style) -> String {
         Self::body(report, style)

@@ -2,9 +2,10 @@
 
 use std::fmt::Write;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::envelope::{Envelope, Findings};
+use super::envelope::{Envelope, Findings, Phase};
 use super::header::Header;
 use super::properties::{PropertyAnswer, Sizes, shown};
 use super::text::Grid;
@@ -14,24 +15,28 @@ use meliora_planning::result::{Escape, ModelCounts};
 use meliora_quantities::state_values::Bound;
 
 /// The results of `reach`, in the order of the JSON fields.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[schemars(rename = "reach")]
 pub struct ReachFindings {
-    /// Sizes of the model.
+    /// The sizes of the model; `null` if unknown.
     pub counts: Option<ModelCounts>,
-    /// A path from an unsafe initial state to the violation of a requirement, if there is one.
+    /// An initial state from which no strategy keeps `--require`: no property holds, and no quantity
+    /// has a value; absent without such a state.
     #[serde(rename = "unsafe", skip_serializing_if = "Option::is_none")]
     pub escape: Option<Escape>,
     /// The target or the property.
     #[serde(skip)]
     pub expression: String,
-    /// Number of target states.
+    /// The number of target states; absent with several properties, `null` if unknown or not a
+    /// reachability question.
     pub target: Option<Number>,
     /// The sizes of the regions.
     #[serde(flatten)]
     pub sizes: Sizes,
-    /// The share of initial states in each region.
+    /// The share of the initial states in each region; absent with several properties.
     pub initial: Regions<Option<Share>>,
-    /// True if the property of `--property` holds in all initial states.
+    /// The property holds in all initial states; absent with `--target`, with several properties, or
+    /// if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub holds: Option<bool>,
     /// The value of the property over the initial states.
@@ -40,7 +45,7 @@ pub struct ReachFindings {
     /// The reason why a quantity that was asked for has no value.
     #[serde(skip)]
     pub no_value: Option<&'static str>,
-    /// The property with its answer, as for several properties.
+    /// The properties in their order; absent with `--target`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub properties: Vec<PropertyAnswer>,
 }
@@ -49,7 +54,7 @@ pub struct ReachFindings {
 pub type ReachReport = Envelope<ReachFindings>;
 
 /// A share of the initial states.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, strum::Display)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, strum::Display)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
 pub enum Share {
@@ -70,14 +75,15 @@ impl ReachReport {
 
 impl Findings for ReachFindings {
     const SCHEMA: &str = "meliora.reach/1";
-    const PHASES: &[(&str, &str)] = &[
-        ("parse", "parse"),
-        ("build", "build"),
-        ("pmax_positive", "Pmax > 0"),
-        ("pmax_one", "Pmax = 1"),
-        ("pmin_positive", "Pmin > 0"),
-        ("pmin_one", "Pmin = 1"),
-        ("value", "value"),
+    const HEADER: (&[&str], &[&str]) = (&["model", "scope"], &["engine", "engine_reason"]);
+    const PHASES: &[Phase] = &[
+        Phase::new("parse", "Reading model and target"),
+        Phase::BUILD,
+        Phase::new("pmax_positive", "The region of this name").labelled("Pmax > 0"),
+        Phase::new("pmax_one", "The region of this name").labelled("Pmax = 1"),
+        Phase::new("pmin_positive", "The region of this name").labelled("Pmin > 0"),
+        Phase::new("pmin_one", "The region of this name").labelled("Pmin = 1"),
+        Phase::new("value", "The probability or the reward"),
     ];
 
     fn is_no(&self) -> bool {

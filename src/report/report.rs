@@ -2,6 +2,7 @@
 
 use std::io;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::style::Style;
@@ -31,7 +32,7 @@ pub trait Report: Serialize {
 }
 
 /// The sort of an error.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum FailureKind {
     /// The model, the preferences, an expression or a file is wrong.
@@ -45,19 +46,22 @@ pub enum FailureKind {
 }
 
 /// An error in JSON.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "error")]
 pub struct Failure {
-    /// `meliora.error/1`
+    /// The kind and version of the object.
+    #[schemars(extend("const" = "meliora.error/1"))]
     pub schema: &'static str,
-    /// The sort of error.
+    /// The sort of error: in the model, the preferences or a file; a limit or an interruption; in the
+    /// command line; in this program.
     pub kind: FailureKind,
-    /// The message.
+    /// The problem.
     pub message: String,
-    /// The file that is wrong.
+    /// The file, or the option, that is wrong; `null` if none.
     pub file: Option<String>,
-    /// The line, from 1.
+    /// The line, from 1; `null` if the problem has no place.
     pub line: Option<usize>,
-    /// The column in characters, from 1.
+    /// The column in characters, from 1; `null` as `line`.
     pub column: Option<usize>,
     /// True if the user interrupted the work.
     #[serde(skip)]
@@ -105,9 +109,10 @@ impl From<&Error> for Failure {
 }
 
 /// The memory used.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "memory")]
 pub struct MemoryUse {
-    /// The maximum number of live diagram nodes; 0 for the explicit engine.
+    /// The largest number of diagram nodes at once; 0 without diagrams.
     pub peak_nodes: u64,
     /// The largest resident set of the process, in bytes.
     pub peak_rss_bytes: u64,

@@ -1,37 +1,37 @@
 //! The report of `meliora simulate`.
 
-use serde::ser::SerializeStruct;
-use serde::{Serialize, Serializer};
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::choose::{Attains, Choosing, Comparison};
 use super::envelope::Envelope;
 use super::header::Header;
 use super::reason::Words;
 use meliora_model::Program;
-use meliora_model::preference::Preferences;
+use meliora_model::preference::{Change, Preferences};
 use meliora_model::valuation::Valuation;
 use meliora_planning::tally::{Commitment, Tally, Trace, Turn, Wait};
 use meliora_planning::{Kind, Rank, Scheduler, Setup, StrategyKind};
 use meliora_quantities::choose::Attained;
 
 /// The results of the runs, in the order of the JSON fields.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[schemars(rename = "simulate")]
 pub struct SimulateFindings {
-    /// `sasi`, `spi`, `plan` or `achieve`.
+    /// The kind of the strategy.
     pub kind: StrategyKind,
     /// The choice among permitted actions.
     #[serde(flatten)]
     pub choosing: Choosing,
-    /// `permissive` or `progress`.
+    /// The actions that the paths take.
     pub strategy: Scheduler,
-    /// Number of runs from each start.
+    /// The number of paths per starting state.
     pub runs: u64,
-    /// Maximum number of steps of a run.
+    /// The number of steps after which a path is given up.
     pub steps: u64,
-    /// The seed.
+    /// The seed of the random numbers.
     pub seed: u64,
-    /// One entry per start.
+    /// The results, one per starting state.
     #[serde(rename = "plays")]
     pub starts: Vec<RunsReport>,
 }
@@ -40,7 +40,9 @@ pub struct SimulateFindings {
 pub type SimulateReport = Envelope<SimulateFindings>;
 
 /// The runs from one state.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[serde(into = "Runs")]
+#[schemars(with = "Runs")]
 pub struct RunsReport {
     /// The state where they start.
     pub state: Valuation,
@@ -60,7 +62,7 @@ pub struct RunsReport {
 }
 
 /// An objective that runs achieved.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct AchievedReport {
     /// Its name.
     pub objective: String,
@@ -70,23 +72,23 @@ pub struct AchievedReport {
 }
 
 /// A commitment of runs.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct CommitReport {
-    /// The objective that they then pursue.
+    /// The objective that the paths then pursued.
     pub objective: String,
-    /// The other most preferred objectives that they lose afterwards.
+    /// The other most preferred outcomes that they lost afterwards.
     pub gives_up: Vec<String>,
-    /// The number of these runs.
+    /// The number of paths with this commitment.
     pub runs: u64,
 }
 
 /// One run in full.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct TraceReport {
-    /// The number of the run, from 1.
+    /// Its number, from 1.
     #[serde(rename = "play")]
     pub run: u64,
-    /// The objectives that are achieved in its start state.
+    /// The objectives that are achieved in the starting state; absent if there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub achieved: Vec<String>,
     /// Its steps.
@@ -94,7 +96,7 @@ pub struct TraceReport {
 }
 
 /// A step of a run.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct TurnReport {
     /// The action taken.
     pub action: String,
@@ -102,32 +104,35 @@ pub struct TurnReport {
     pub state: Valuation,
     /// The probability of the successor under the action.
     pub probability: f64,
-    /// The most preferred objectives of the state entered.
+    /// The most preferred outcomes of the state entered.
     pub most_preferred: Vec<String>,
     /// Its rank.
     pub rank: Rank,
-    /// `improving`, `weakening` or `lateral`, compared with the reference of the strategy.
+    /// The effect of the step, compared with the reference.
+    #[schemars(with = "Change")]
     pub change: &'static str,
-    /// True if the step is counted as an improvement.
+    /// The step counts as an improvement of the path.
     pub improves: bool,
-    /// The objectives that are preferred to one of the state before.
+    /// The outcomes that are preferred to one of the reference.
     pub gained: Vec<String>,
-    /// The objectives of the state before that are preferred to one of the state entered.
+    /// The outcomes of the state before that are preferred to one of the state entered.
     pub lost: Vec<String>,
     /// True if the state entered is unsafe.
     #[serde(skip)]
     pub is_unsafe: bool,
-    /// True if the step weakens the state before, and the run has not committed.
+    /// The step weakens the state before, and the path has not committed.
     pub weakens_step: bool,
-    /// True if the state entered weakens the start, and the run has not committed.
+    /// The step weakens the starting state, and the path has not committed.
     pub weakens_start: bool,
-    /// The objective to which the run commits before this step.
+    /// The objective to which the path commits before this step; absent without a new commitment.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub commits: Option<String>,
-    /// The objectives that the step gives up, for the first time since the commitment.
+    /// The objectives that the step gives up, for the first time since the commitment; absent if
+    /// there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub gives_up: Vec<String>,
-    /// The objectives that are achieved for the first time in the state entered.
+    /// The objectives that are achieved for the first time in the state entered; absent if there are
+    /// none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub achieved: Vec<String>,
     /// The values that change, for the text output.
@@ -170,44 +175,95 @@ impl RunsReport {
     }
 }
 
-impl Serialize for RunsReport {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let tally = &self.tally;
-        let often = |(times, runs): (&usize, &u64)| json!({"times": times, "plays": runs});
-        let mut fields = serializer.serialize_struct("RunsReport", 18)?;
-        fields.serialize_field("state", &self.state)?;
-        match tally.is_unsafe {
-            true => fields.serialize_field("unsafe", &true)?,
-            false => fields.skip_field("unsafe")?,
+/// The runs from one state in JSON.
+#[derive(Serialize, JsonSchema)]
+struct Runs {
+    /// The starting state.
+    state: Valuation,
+    /// `true`: no strategy keeps the requirements from it, and its paths have no step; absent for
+    /// other states.
+    #[serde(rename = "unsafe", skip_serializing_if = "std::ops::Not::not")]
+    is_unsafe: bool,
+    /// Its rank.
+    rank: Rank,
+    /// The distribution of the number of improvements.
+    improvements: Vec<Often>,
+    /// The steps from the start to the first, second, … improvement.
+    steps_to: Vec<Wait>,
+    /// The objectives that paths achieved, in the order of declaration; absent for `sasi` and `spi`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    achieved: Option<Vec<AchievedReport>>,
+    /// The paths that ended because they had achieved the objective that they pursued; absent for
+    /// `sasi` and `spi`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    achieved_runs: Option<u64>,
+    /// The other paths that kept the objective that they pursued: no step achieves it, and the path
+    /// can go on to satisfy it; absent for `sasi` and `spi`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    kept_runs: Option<u64>,
+    /// The commitments of paths: kept actions alone achieved no most preferred outcome; absent except
+    /// for `plan`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    commits: Option<Vec<CommitReport>>,
+    /// The paths that ended where the strategy has nothing left to improve or to achieve, or stays
+    /// forever.
+    settled: u64,
+    /// The paths that were given up after `steps` steps.
+    given_up: u64,
+    /// The paths among them with fewer improvements than the rank.
+    undecided: u64,
+    /// The paths with fewer improvements than the rank; `null` if the rank is unbounded.
+    fewer_than_rank: Option<u64>,
+    /// The paths with a step that weakens the state before it; steps after a commitment are not
+    /// counted, here and below.
+    weakened_step: u64,
+    /// The paths that weaken the reference: under `prefix` the start or the last improvement,
+    /// otherwise the state before.
+    weakened_reference: u64,
+    /// The paths that weaken the starting state.
+    weakened_start: u64,
+    /// The paths that entered a state where no strategy keeps the requirements; always 0.
+    entered_unsafe: u64,
+    /// The value that the strategy attains, computed and measured; `null` with `first`.
+    value: Option<Comparison>,
+    /// One path in full: the first that weakened, otherwise the first.
+    trace: TraceReport,
+}
+
+/// A number of improvements.
+#[derive(Serialize, JsonSchema)]
+struct Often {
+    /// The number.
+    times: usize,
+    /// The paths with this number.
+    plays: u64,
+}
+
+impl From<RunsReport> for Runs {
+    fn from(of: RunsReport) -> Self {
+        let (tally, fewer_than_rank) = (&of.tally, of.tally.fewer_than_rank());
+        let (achieved, counted) = of.achieved.zip(tally.achieved.as_ref()).unzip();
+        Runs {
+            state: of.state,
+            is_unsafe: tally.is_unsafe,
+            rank: tally.rank,
+            improvements: tally.improvements.iter().map(|(&times, &plays)| Often { times, plays }).collect(),
+            steps_to: tally.waits.clone(),
+            achieved,
+            achieved_runs: counted.map(|counted| counted.runs),
+            kept_runs: counted.map(|counted| counted.kept),
+            commits: of.commits,
+            settled: tally.settled,
+            given_up: tally.given_up,
+            undecided: tally.undecided,
+            fewer_than_rank,
+            weakened_step: tally.weakened_step,
+            weakened_reference: tally.weakened_reference,
+            weakened_start: tally.weakened_start,
+            entered_unsafe: tally.entered_unsafe,
+            value: of.value,
+            trace: of.trace,
         }
-        fields.serialize_field("rank", &tally.rank)?;
-        fields.serialize_field("improvements", &tally.improvements.iter().map(often).collect::<Vec<_>>())?;
-        fields.serialize_field("steps_to", &tally.waits)?;
-        match (&self.achieved, &tally.achieved) {
-            (Some(objectives), Some(achieved)) => {
-                fields.serialize_field("achieved", objectives)?;
-                fields.serialize_field("achieved_runs", &achieved.runs)?;
-                fields.serialize_field("kept_runs", &achieved.kept)?;
-            }
-            _ => ["achieved", "achieved_runs", "kept_runs"]
-                .iter()
-                .try_for_each(|name| fields.skip_field(name))?,
-        }
-        match &self.commits {
-            Some(commits) => fields.serialize_field("commits", commits)?,
-            None => fields.skip_field("commits")?,
-        }
-        fields.serialize_field("settled", &tally.settled)?;
-        fields.serialize_field("given_up", &tally.given_up)?;
-        fields.serialize_field("undecided", &tally.undecided)?;
-        fields.serialize_field("fewer_than_rank", &tally.fewer_than_rank())?;
-        fields.serialize_field("weakened_step", &tally.weakened_step)?;
-        fields.serialize_field("weakened_reference", &tally.weakened_reference)?;
-        fields.serialize_field("weakened_start", &tally.weakened_start)?;
-        fields.serialize_field("entered_unsafe", &tally.entered_unsafe)?;
-        fields.serialize_field("value", &self.value)?;
-        fields.serialize_field("trace", &self.trace)?;
-        fields.end()
     }
 }
 

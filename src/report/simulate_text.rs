@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::envelope::Findings;
+use super::envelope::{Findings, Phase};
 use super::number::grouped;
 use super::simulate::{
     AchievedReport, CommitReport, RunsReport, SimulateFindings, SimulateReport, TurnReport,
@@ -17,12 +17,13 @@ const SHOWN: usize = 60;
 
 impl Findings for SimulateFindings {
     const SCHEMA: &str = "meliora.simulate/1";
-    const PHASES: &[(&str, &str)] = &[
-        ("parse", "parse"),
-        ("build", "build"),
-        ("levels", "levels"),
-        ("values", "values"),
-        ("answer", "runs"),
+    const HEADER: (&[&str], &[&str]) = (&["model", "scope", "safety", "empty"], &["engine", "engine_reason"]);
+    const PHASES: &[Phase] = &[
+        Phase::PARSE_STATES,
+        Phase::BUILD,
+        Phase::LEVELS,
+        Phase::VALUES,
+        Phase::new("answer", "Simulating").labelled("runs"),
     ];
 
     fn settings(&self) -> Vec<(&'static str, String)> {

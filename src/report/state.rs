@@ -1,10 +1,11 @@
 //! A state under a strategy, in the JSON and the text of `strategy`.
 
-use serde_json::{Value as Json, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::choose::{Attains, Choosing};
 use super::reason::Words;
-use meliora_model::preference::ObjectiveSet;
+use meliora_model::preference::{Change, ObjectiveSet};
 use meliora_model::valuation::Valuation;
 use meliora_planning::explain::{Action, Successor};
 use meliora_planning::{Explanation, InducedModel, Rank};
@@ -47,61 +48,149 @@ impl StateReport<'_> {
     }
 
     /// Returns the JSON object of the state.
-    pub(crate) fn json(&self) -> Json {
-        let (words, at, [sasi, spi]) = (self.words, &self.at, self.ranks);
-        let mut json = json!({
-            "state": Valuation::of(words.program, &at.state),
-            "most_preferred": words.names(&at.most_preferred),
-            "sasi_rank": sasi,
-            "spi_rank": spi,
-            "progress_action": self.progress_action().map(|action| &action.name),
-            "chosen_action": self.picked_action().map(|action| &action.name),
-            "attains": self.attains,
-            "actions": at.actions.iter().map(|action| self.action(action)).collect::<Vec<_>>(),
-            "longest_play": self.unfolded.as_ref().and_then(InducedModel::longest_path),
-        });
-        if words.kind.achieves() {
-            json["pursues"] = json!(words.pursued(at));
-            json["achieved"] = json!(words.names(&at.achieved));
-            json["commits"] = json!(self.commits());
-            json["gives_up"] = json!(words.names(&self.gives_up()));
+    pub(crate) fn json(&self) -> StateJson {
+        let (words, at, [sasi_rank, spi_rank]) = (self.words, &self.at, self.ranks);
+        let name = |action: Option<&Action>| action.map(|action| action.name.clone());
+        StateJson {
+            state: Valuation::of(words.program, &at.state),
+            most_preferred: words.names(&at.most_preferred),
+            sasi_rank,
+            spi_rank,
+            progress_action: name(self.progress_action()),
+            chosen_action: name(self.picked_action()),
+            attains: self.attains.clone(),
+            actions: at.actions.iter().map(|action| self.action(action)).collect(),
+            longest_play: self.unfolded.as_ref().and_then(InducedModel::longest_path),
+            aims: words.kind.achieves().then(|| AimsJson {
+                pursues: words.pursued(at).map(str::to_owned),
+                achieved: words.names(&at.achieved),
+                commits: self.commits(),
+                gives_up: words.names(&self.gives_up()),
+            }),
+            is_unsafe: at.is_unsafe,
         }
-        marked(json, at.is_unsafe)
     }
 
-    fn action(&self, action: &Action) -> Json {
-        json!({
-            "name": action.name,
-            "kept": action.kept,
-            "permitted": action.permitted,
-            "progress": action.progress,
-            "verdict": action.verdict.name(),
-            "reason": self.words.reason(&self.at, action),
-            "successors": action.successors.iter().map(|s| self.successor(s)).collect::<Vec<_>>(),
-        })
+    fn action(&self, action: &Action) -> ActionJson {
+        ActionJson {
+            name: action.name.clone(),
+            kept: action.kept,
+            permitted: action.permitted,
+            progress: action.progress,
+            verdict: action.verdict.name(),
+            reason: self.words.reason(&self.at, action),
+            successors: action.successors.iter().map(|s| self.successor(s)).collect(),
+        }
     }
 
-    fn successor(&self, successor: &Successor) -> Json {
+    fn successor(&self, successor: &Successor) -> SuccessorJson {
         let words = self.words;
-        let json = json!({
-            "state": Valuation::of(words.program, &successor.state),
-            "probability": successor.probability,
-            "most_preferred": words.names(&successor.most_preferred),
-            "change": successor.change.name(),
-            "gained": words.names(&successor.gained),
-            "lost": words.names(&successor.lost),
-            "rank": successor.rank,
-            "dropped": successor.dropped,
-            "goal": successor.goal,
-        });
-        marked(json, successor.is_unsafe)
+        SuccessorJson {
+            state: Valuation::of(words.program, &successor.state),
+            probability: successor.probability,
+            most_preferred: words.names(&successor.most_preferred),
+            change: successor.change.name(),
+            gained: words.names(&successor.gained),
+            lost: words.names(&successor.lost),
+            rank: successor.rank,
+            dropped: successor.dropped,
+            goal: successor.goal,
+            is_unsafe: successor.is_unsafe,
+        }
     }
 }
 
-/// Adds `"unsafe": true` to the object of an unsafe state.
-fn marked(mut json: Json, is_unsafe: bool) -> Json {
-    if let (Json::Object(fields), true) = (&mut json, is_unsafe) {
-        fields.insert("unsafe".to_owned(), Json::Bool(true));
-    }
-    json
+/// A state in JSON.
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct StateJson {
+    /// The values of the state.
+    state: Valuation,
+    /// The most preferred outcomes.
+    most_preferred: Vec<String>,
+    /// The rank by SASI.
+    sasi_rank: Rank,
+    /// The rank by SPI.
+    spi_rank: Rank,
+    /// The first of `actions` with `progress`: the action of the progress strategy; `null` if no
+    /// action makes progress.
+    progress_action: Option<String>,
+    /// The action that the strategy takes: with `first`, and while an objective is pursued, the
+    /// `progress_action`; with `likely` and `cheap`, one with the best value; `null` where the
+    /// strategy ends: nothing is left to improve or to achieve, or the pursued objective is
+    /// achieved.
+    chosen_action: Option<String>,
+    /// The value of the strategy from this state; `null` with `first`.
+    attains: Option<Attains>,
+    /// All enabled actions.
+    actions: Vec<ActionJson>,
+    /// The most steps of a path under the progress strategy; `null` if unbounded, at rank 0, or with
+    /// `--rank`.
+    longest_play: Option<usize>,
+    #[serde(flatten)]
+    aims: Option<AimsJson>,
+    /// `true`: no strategy keeps the requirements from it; absent for other states.
+    #[serde(rename = "unsafe", skip_serializing_if = "std::ops::Not::not")]
+    is_unsafe: bool,
+}
+
+/// The objective that a strategy pursues from a state, in JSON; absent for `sasi` and `spi`.
+#[derive(Serialize, JsonSchema)]
+struct AimsJson {
+    /// The objective that the strategy pursues; `null` while it improves; absent for `sasi` and
+    /// `spi`.
+    #[schemars(extend("nullable" = true))]
+    pursues: Option<String>,
+    /// The objectives that are achieved in the state; absent for `sasi` and `spi`.
+    achieved: Vec<String>,
+    /// The plan commits to the objective that it pursues: kept actions alone do not achieve it;
+    /// absent for `sasi` and `spi`.
+    commits: bool,
+    /// The most preferred outcomes that its next step may then lose; absent for `sasi` and `spi`.
+    gives_up: Vec<String>,
+}
+
+/// An action in JSON.
+#[derive(Serialize, JsonSchema)]
+struct ActionJson {
+    /// Its name.
+    name: String,
+    /// The safety mode keeps it.
+    kept: bool,
+    /// The permissive strategy permits it.
+    permitted: bool,
+    /// It is permitted and comes closer to an improvement with positive probability.
+    progress: bool,
+    /// The first of the verdicts that applies.
+    verdict: &'static str,
+    /// The verdict in words.
+    reason: String,
+    /// Its successors.
+    successors: Vec<SuccessorJson>,
+}
+
+/// A successor in JSON.
+#[derive(Serialize, JsonSchema)]
+struct SuccessorJson {
+    /// The values of the state.
+    state: Valuation,
+    /// The probability.
+    probability: f64,
+    /// The most preferred outcomes.
+    most_preferred: Vec<String>,
+    /// The effect of the step, compared with the reference.
+    #[schemars(with = "Change")]
+    change: &'static str,
+    /// Its outcomes that are preferred to one of the reference.
+    gained: Vec<String>,
+    /// The outcomes of the reference that are preferred to one of its own.
+    lost: Vec<String>,
+    /// The rank of the `kind` asked for.
+    rank: Rank,
+    /// `--safety transition` removes this transition.
+    dropped: bool,
+    /// The transition is an improvement that the strategy counts on.
+    goal: bool,
+    /// `true`: no strategy keeps the requirements from it; absent for other states.
+    #[serde(rename = "unsafe", skip_serializing_if = "std::ops::Not::not")]
+    is_unsafe: bool,
 }

@@ -1,27 +1,31 @@
 //! The report of `meliora strategy`.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::value::{RawValue, to_raw_value};
 
 use super::choose::Choosing;
-use super::envelope::{Envelope, Findings};
+use super::envelope::{Envelope, Findings, Phase};
 use super::header::Header;
 use super::number::Number;
-use super::state::StateReport;
+use super::state::{StateJson, StateReport};
 use super::{Style, ranks, state_text};
 use meliora_planning::StrategyKind;
 
 /// The results of `strategy`, in the order of the JSON fields.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[schemars(rename = "strategy")]
 pub struct StrategyFindings {
-    /// `sasi`, `spi`, `plan` or `achieve`.
+    /// The kind of the strategy.
     pub kind: StrategyKind,
     /// The choice among permitted actions.
     #[serde(flatten)]
     pub choosing: Choosing,
-    /// With `--rank` or by default the number of states; those past the limit are not listed.
+    /// The number of states that were asked for; `states` may have fewer, because of `--limit`; `null`
+    /// with `--at`, or if unknown.
     pub asked: Option<Number>,
-    /// The requested states.
+    /// The states.
+    #[schemars(with = "Vec<StateJson>")]
     pub states: Vec<Shown>,
     /// The DOT graph, which replaces the text report.
     #[serde(skip)]
@@ -78,12 +82,13 @@ impl StrategyFindings {
 
 impl Findings for StrategyFindings {
     const SCHEMA: &str = "meliora.strategy/1";
-    const PHASES: &[(&str, &str)] = &[
-        ("parse", "parse"),
-        ("build", "build"),
-        ("levels", "levels"),
-        ("values", "values"),
-        ("answer", "answer"),
+    const HEADER: (&[&str], &[&str]) = (&["model", "scope", "safety", "empty"], &["engine", "engine_reason"]);
+    const PHASES: &[Phase] = &[
+        Phase::PARSE_STATES,
+        Phase::BUILD,
+        Phase::LEVELS,
+        Phase::VALUES,
+        Phase::new("answer", "Explaining the states"),
     ];
 
     fn settings(&self) -> Vec<(&'static str, String)> {

@@ -1,5 +1,6 @@
 //! The report of `meliora values`.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value as Json;
 
@@ -11,13 +12,14 @@ use meliora_planning::result::ModelCounts;
 use meliora_quantities::state_values::{Bound, StateValues};
 
 /// The results of `values`, in the order of the JSON fields.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[schemars(rename = "values")]
 pub struct ValuesFindings {
-    /// Sizes of the model.
+    /// The sizes of the model; `null` if unknown.
     pub counts: Option<ModelCounts>,
-    /// The name of the cost: `steps`, or that of a reward structure.
+    /// The cost of a step: `steps`, or the name of a reward structure.
     pub reward: String,
-    /// The largest width of a result.
+    /// The largest width of the bounds.
     pub precision: f64,
     /// The states.
     pub states: Vec<StateValues>,

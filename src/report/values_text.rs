@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::envelope::Findings;
+use super::envelope::{Findings, Phase};
 use super::text::{Grid, either, plural, state_heading};
 use super::values::{ValuesFindings, ValuesReport};
 use super::{Style, ranks};
@@ -21,12 +21,14 @@ const ALMOST: f64 = 1.0 - 1e-12;
 
 impl Findings for ValuesFindings {
     const SCHEMA: &str = "meliora.values/1";
-    const PHASES: &[(&str, &str)] = &[
-        ("parse", "parse"),
-        ("build", "build"),
-        ("levels", "levels"),
-        ("explore", "explore"),
-        ("solve", "solve"),
+    const HEADER: (&[&str], &[&str]) =
+        (&["model", "scope", "safety", "empty"], &["engine", "engine_reason", "history"]);
+    const PHASES: &[Phase] = &[
+        Phase::PARSE_STATES,
+        Phase::BUILD,
+        Phase::LEVELS,
+        Phase::new("explore", "Finding the states that the values depend on"),
+        Phase::new("solve", "Computing the values"),
     ];
 
     fn body(report: &ValuesReport, style: Style) -> String {

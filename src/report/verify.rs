@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Style;
@@ -12,15 +13,16 @@ use meliora_model::Program;
 use meliora_model::valuation::Valuation;
 
 /// The results of `verify`.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[schemars(rename = "verify")]
 pub struct VerifyFindings {
     /// The directory of the dump.
     pub directory: String,
-    /// True if all conditions hold; `None` if this is not known.
+    /// All conditions hold; `null` if unknown.
     pub accepted: Option<bool>,
-    /// The regions that were found correct.
+    /// The regions that were found to be right.
     pub checked: Vec<Checked>,
-    /// The first violated condition.
+    /// The first condition that does not hold; `null` if accepted or unknown.
     pub violation: Option<Violated>,
 }
 
@@ -28,11 +30,11 @@ pub struct VerifyFindings {
 pub type VerifyReport = Envelope<VerifyFindings>;
 
 /// A violated condition.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Violated {
     /// The condition.
     pub condition: String,
-    /// A state that violates it.
+    /// A state for which it fails; `null` if the condition is not about a state.
     pub state: Option<Valuation>,
 }
 
@@ -56,6 +58,7 @@ impl VerifyReport {
 
 impl Findings for VerifyFindings {
     const SCHEMA: &str = "meliora.verify/1";
+    const HEADER: (&[&str], &[&str]) = (&[], &[]);
 
     fn text(report: &VerifyReport, style: Style) -> String {
         Self::body(report, style) + &report.incomplete(style)

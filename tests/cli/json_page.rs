@@ -1,9 +1,9 @@
-//! `docs/schema` describes each `--json` object as a JSON schema, and `docs/json.md` shows the same
-//! fields with their types. Every output fits its schema, and every field occurs in some output.
+//! The types of the reports give a JSON schema of each `--json` object. `docs/schema` has these
+//! schemas, and `docs/json.md` shows the same fields with their types. Every output fits its schema,
+//! and every field occurs in some output.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::Path;
 
 use jsonschema::{Registry, Validator};
 use serde_json::{Map, Value, json};
@@ -42,16 +42,13 @@ fn page() -> Fields {
     page
 }
 
-/// Reads the schemas, by name. They are made strict: a field that they do not name is an error.
+/// Returns the schemas, by name. They are made strict: a field that they do not name is an error.
 fn schemas() -> BTreeMap<String, Value> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/schema");
-    let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let read = |path: std::path::PathBuf| {
-        let mut schema: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+    let strict = |(name, mut schema): (&str, Value)| {
         forbid_others(&mut schema);
-        (path.file_stem().unwrap().to_str().unwrap().to_owned(), schema)
+        (name.to_owned(), schema)
     };
-    files.map(read).collect()
+    meliora_report::schema::schemas().into_iter().map(strict).collect()
 }
 
 fn forbid_others(schema: &mut Value) {
@@ -116,6 +113,9 @@ fn add_fields(object: &Value, prefix: &str, fields: &mut BTreeMap<String, Field>
 
 /// Returns the type of a field in the words of the page.
 fn words(schema: &Value) -> String {
+    if schema["anyOf"][1].get("$ref").is_some() {
+        return "report".to_owned();
+    }
     let reference = schema["$ref"].as_str().or(schema["anyOf"][0]["$ref"].as_str());
     if let Some(reference) = reference {
         let name = reference.rsplit('/').next().unwrap();
@@ -129,8 +129,7 @@ fn words(schema: &Value) -> String {
         }
         Some("object") if schema.get("properties").is_none() => "map".to_owned(),
         Some(ty) => ty.to_owned(),
-        None if schema.get("const").is_some() => "string".to_owned(),
-        None => "report".to_owned(),
+        None => "string".to_owned(),
     }
 }
 
@@ -250,6 +249,40 @@ const COMMANDS: &[(i32, &str)] = &[
     (3, "reach models/toy.prism --target t"),
 ];
 
+/// Removes each field of a report, and gives each value another type: the schema notices it.
+fn notices(validator: &Validator, fields: &BTreeMap<String, Field>, report: &Value) {
+    for name in report.as_object().unwrap().keys() {
+        let mut less = report.clone();
+        less.as_object_mut().unwrap().shift_remove(name);
+        let (_, always) = &fields[name];
+        assert!(!always || !validator.is_valid(&less), "`{name}` is missing in {less}");
+    }
+    let mut places = Vec::new();
+    leaves(report, String::new(), &mut places);
+    for place in places.iter().take(MOST_PLACES) {
+        let mut other = report.clone();
+        *other.pointer_mut(place).unwrap() = json!([{"another": "type"}]);
+        assert!(!validator.is_valid(&other), "another type at {place}");
+    }
+}
+
+/// Maximum number of values of a report that get another type.
+const MOST_PLACES: usize = 200;
+
+/// Lists the places of all values, except for those whose type depends on the input.
+fn leaves(value: &Value, place: String, places: &mut Vec<String>) {
+    match value {
+        Value::Object(fields) => {
+            let fixed = fields.iter().filter(|(name, _)| !["constants", "ranges"].contains(&name.as_str()));
+            fixed.for_each(|(name, value)| leaves(value, format!("{place}/{name}"), places));
+        }
+        Value::Array(items) => {
+            items.iter().enumerate().for_each(|(i, value)| leaves(value, format!("{place}/{i}"), places));
+        }
+        _ => places.push(place),
+    }
+}
+
 const ROUNDED: &str =
     "mdp module m x : [0..1]; [] x=0 -> log(2,3)/2 : (x'=1) + 1-log(2,3)/2 : true; endmodule";
 
@@ -278,6 +311,7 @@ fn every_output_fits_its_schema_and_every_field_occurs() {
         let faults = validators[name_of(&report)].iter_errors(&report);
         let faults: Vec<_> = faults.map(|fault| format!("{}: {fault}", fault.instance_path())).collect();
         assert!(faults.is_empty(), "{command}: {faults:#?}");
+        notices(&validators[name_of(&report)], &fields[name_of(&report)], &report);
         let (section, _) = fields.get_key_value(name_of(&report)).unwrap();
         seen.add(section, "", report.as_object().unwrap());
     }
@@ -295,7 +329,9 @@ fn every_output_fits_its_schema_and_every_field_occurs() {
 fn an_object_that_does_not_fit_is_noticed() {
     let validators = validators(&schemas());
     let fits = |report: &Value| validators["error"].is_valid(report);
-    let error = json!({"schema": "meliora.error/1", "kind": "input", "message": "m", "file": null});
+    let error = json!({
+        "schema": "meliora.error/1", "kind": "input", "message": "m", "file": null, "line": 7, "column": null
+    });
     assert!(fits(&error));
     let changes = [
         ("hint", json!("h")),

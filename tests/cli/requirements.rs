@@ -56,6 +56,31 @@ fn forbidden_choices_do_not_count() {
 }
 
 #[test]
+fn rewards_are_checked_in_the_model_with_the_monitors_of_requirements() {
+    // Monitors and the conditions on rewards are both expressions next to the model.
+    let items: String = (0..60).map(|i| format!("[a] x<{} : x+{i};\n", i % 5)).collect();
+    let model = |reward: &str| {
+        format!(
+            "mdp module m x : [0..4] init 0; [a] x<4 -> 1/2: (x'=x+1) + 1/2: true; [b] x<4 -> (x'=x+1);\n\
+             [c] x=4 -> true; endmodule rewards \"cost\"\n{items}[b] true : {reward};\n endrewards"
+        )
+    };
+    let scratch = Scratch::new(&[("right.prism", &model("1")), ("wrong.prism", &model("x-2"))]);
+    for engine in ["symbolic", "explicit"] {
+        let ask = |name: &str, status| {
+            let more = ["--property", "R{\"cost\"}min=? [ F x=4 ]", "--require", "G (x=0 => X X x!=1)"];
+            let options = ["reach", &scratch.show(name), "--json", "--engine", engine];
+            Finished::of(meliora().args(options).args(more)).expect(status).json()
+        };
+        let found = ask("right.prism", 0);
+        // Taking `b` each time costs 1 per step.
+        assert_eq!(found["properties"][0]["value"], json!({"lower": 4.0, "upper": 4.0}), "{engine}");
+        let wrong = ask("wrong.prism", 3);
+        assert!(wrong["message"].as_str().unwrap().contains("earns -2 in the state x=0"), "{wrong}");
+    }
+}
+
+#[test]
 fn a_safe_formula_is_kept_along_the_whole_path() {
     // The same as `G !"ice"`, for paths that begin in 0, 4 or 5; from 1 it says nothing.
     let never_quick = "G (x=0 => (X x!=1))";

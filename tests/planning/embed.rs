@@ -284,3 +284,57 @@ fn preferences_say_much_without_a_model() {
         }
     }
 }
+
+#[test]
+fn properties_about_numbers_have_values() {
+    let text = "mdp module m x : [0..3] init 0; [a] x=0 -> 1/2: (x'=1) + 1/2: (x'=2); [b] x=0 -> (x'=2);\n\
+         [on] x=1 -> (x'=3); [stay] x>1 -> true; endmodule rewards \"cost\" [a] true : 2; [b] true : 7; endrewards";
+    for storage in BOTH {
+        let explored = Model::parse(text, "").unwrap().explore(stored(storage)).unwrap();
+        let ask = |question: &str| {
+            let found = explored.reach_where(question).unwrap();
+            (found.holds, found.value.map(|value| (value.lower, value.upper)))
+        };
+        assert_eq!(ask("Pmax=? [ F x=1 ]"), (None, Some((0.5, 0.5))));
+        assert_eq!(ask("Pmin=? [ F x=1 ]"), (None, Some((0.0, 0.0))));
+        assert_eq!(ask("P>=0.25 [ F x=1 ]"), (Some(false), Some((0.0, 0.0))));
+        assert_eq!(ask("P<=0.5 [ F x=1 ]"), (Some(true), Some((0.5, 0.5))));
+        assert_eq!(ask("R{\"cost\"}min=? [ F x>1 ]"), (None, Some((2.0, 2.0))));
+        assert_eq!(ask("R{\"cost\"}max=? [ F x=2 | x=3 ]"), (None, Some((7.0, 7.0))));
+        assert_eq!(ask("R{\"cost\"}max=? [ F x=3 ]"), (None, Some((f64::INFINITY, f64::INFINITY))));
+        // A temporal formula has monitors.
+        assert_eq!(ask("Pmax=? [ (G (x!=1 | X x=2)) & (F x=2) ]"), (None, Some((1.0, 1.0))));
+        assert_eq!(ask("Pmax>=1 [ F x=2 ]"), (Some(true), None));
+        assert_eq!(ask("x=1"), (None, None));
+        let wide = explored.reach_within("Pmax=? [ F x=1 ]", 0.5).unwrap().value.unwrap();
+        assert!(wide.lower <= 0.5 && 0.5 <= wide.upper);
+        assert!(matches!(explored.reach_where("R{\"tolls\"}min=? [ F x=1 ]"), Err(Error::Input(_))));
+        assert!(matches!(explored.reach_where("P=? [ F x=1 ]"), Err(Error::Input(_))));
+    }
+}
+
+#[test]
+fn a_report_says_that_objectives_judge_whole_paths() {
+    let report = |text: &str| {
+        let preferences = SourceFile::new("w.pref", text);
+        let explored = toy().explore(Settings::default()).unwrap();
+        let analysis = explored.prefer(&preferences, Options::default()).unwrap();
+        serde_json::to_value(analysis.report("w.pref").unwrap()).unwrap()
+    };
+    assert_eq!(report("objective A = G s<4;")["history"], "play");
+    assert_eq!(report("objective A = F s=4;").get("history"), None);
+}
+
+#[test]
+fn preferences_that_prefer_nothing_have_a_warning() {
+    let warnings = |text: &str| {
+        let explored = toy().explore(Settings::default()).unwrap();
+        let analysis = explored.prefer(&SourceFile::new("w.pref", text), Options::default()).unwrap();
+        let outline = lang::outline_preferences(&SourceFile::new("w.pref", text)).unwrap();
+        assert_eq!(outline.warnings(), analysis.preferences().warnings());
+        outline.warnings()
+    };
+    let [warning] = &warnings("objective A = F s=4; objective B = F s=3;")[..] else { panic!("one warning") };
+    assert!(warning.starts_with("prefers no objective to another: only gaining"), "{warning}");
+    assert_eq!(warnings("objective A = F s=4; objective B = F s=3; prefer A > B;"), [""; 0]);
+}

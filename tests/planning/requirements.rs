@@ -7,8 +7,8 @@ use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::model::Program;
 use meliora::model::preference::Change;
-use meliora::model::valuation::Valuation;
 use meliora::planning::explain::Verdict;
+use meliora::planning::result::EscapeStep;
 use meliora::planning::{
     Analysis, FiniteMemoryStrategy, Kind, Options, Rank, Safety, Scheduler, Setup, Simulation,
 };
@@ -34,10 +34,9 @@ fn analysis(storage: Storage, preferences: &str) -> (Analysis, Arc<Program>) {
 }
 
 /// The states of a path as texts, each followed by its action.
-fn shown(path: &[(Valuation, Option<String>)]) -> String {
-    let step = |(state, action): &(Valuation, Option<String>)| {
-        format!("{state} {}", action.as_deref().unwrap_or("end"))
-    };
+fn shown(path: &[EscapeStep]) -> String {
+    let step =
+        |EscapeStep { state, action }: &EscapeStep| format!("{state} {}", action.as_deref().unwrap_or("end"));
     path.iter().map(step).collect::<Vec<_>>().join(", ")
 }
 
@@ -215,7 +214,7 @@ fn the_path_ends_where_no_continuation_keeps_all_requirements_together() {
             let engine = found.whole_engine();
             let start = engine.list_states(&engine.initial_states(), 1).unwrap().remove(0);
             let escape = found.escape(&program, &start).unwrap().unwrap();
-            let x = |(state, _): &(Valuation, _)| state.to_string().split(',').next().unwrap().to_owned();
+            let x = |step: &EscapeStep| step.state.to_string().split(',').next().unwrap().to_owned();
             (escape.path.iter().map(x).collect::<Vec<_>>(), escape.violated)
         };
         // Each alone can still be kept after the first state.

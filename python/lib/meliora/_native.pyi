@@ -336,6 +336,9 @@ class Preferences:
         `"incomparable"`.
         """
     @property
+    def warnings(self) -> list[str]:
+        """The warnings about the preferences, as text."""
+    @property
     def requirements(self) -> tuple[str, ...]:
         """The formulas of the requirements, which no path may violate."""
     @property
@@ -404,7 +407,8 @@ class Exploration:
 
         Args:
             target: A region, a dictionary of values, or a text: a condition in the model's language,
-                a temporal formula such as 'G F x = 3', or a property such as 'P>=1 [ F x = 3 ]'.
+                a temporal formula such as 'G F x = 3', or a property such as 'P>=1 [ F x = 3 ]' or
+                'Pmax=? [ F x = 3 ]'.
                 For a temporal formula other than 'F condition', the regions are of the product with
                 its monitors, in the states where these begin.
         """
@@ -432,7 +436,14 @@ class Reachability:
         """
     @property
     def holds(self) -> bool | None:
-        """For a property, True if it is true in all initial states; else None."""
+        """For a property, True if it is true in all initial states; None if it only asks for a number,
+        or if the bounds of the number do not decide it.
+        """
+    @property
+    def value(self) -> tuple[float, float] | None:
+        """For a property about a number, bounds (lower, upper) of the probability or of the expected
+        reward in every initial state; else None.
+        """
     @property
     def pmax_one(self) -> Region:
         """The states from which some strategy reaches the target with probability one."""

@@ -15,7 +15,8 @@ use std::time::Duration;
 
 use clap::Args;
 use meliora_model::error::{Error, Limit};
-use serde_json::{Map, Value as Json, json};
+use meliora_report::sweep::{Instance as Finished, SweepReport};
+use serde_json::{Map, Value as Json};
 
 use super::exit::Status;
 use super::options::{ModelArgs, ShownArgs};
@@ -137,7 +138,7 @@ impl Sweep {
             let style = terminal::stdout_style();
             terminal::print(&table.heading().map(|line| style.dim(line.trim_end()) + "\n").concat())?;
         }
-        let mut runs: Vec<(usize, Json)> = Vec::new();
+        let mut runs: Vec<(usize, Finished)> = Vec::new();
         let mut ends = Vec::new();
         while ends.len() < self.instances.len() {
             match outcomes.recv_timeout(TICK) {
@@ -145,7 +146,7 @@ impl Sweep {
                 Ok(Outcome { index, report, ended: Some(ended) }) => {
                     self.note(index, &report, ended, table.as_ref())?;
                     ends.push((ended, report["kind"].as_str().map(str::to_owned)));
-                    runs.push((index, self.json(index, report, ended)));
+                    runs.push((index, self.finished(index, report, ended)));
                 }
                 Err(_) if pool.is_stopped() => break,
                 Err(std::sync::mpsc::RecvTimeoutError::Timeout) => {}
@@ -156,7 +157,7 @@ impl Sweep {
         pool.stop();
         self.file.as_ref().map_or(Ok(()), CsvFile::finish)?;
         if shown.json {
-            terminal::print_json(&self.object(runs))?;
+            terminal::print_json(&self.report(runs))?;
         }
         if !finished {
             terminal::show_error(&Limit::Interrupted.into(), None);
@@ -209,20 +210,18 @@ impl Sweep {
         Table::new(&row, constants.max().unwrap_or(0), terminal::stdout_style().width)
     }
 
-    fn json(&self, index: usize, report: Json, ended: Ended) -> Json {
+    fn finished(&self, index: usize, result: Json, ended: Ended) -> Finished {
         let values = self.ranges.iter().zip(&self.instances[index].values);
         let constants: Map<String, Json> = values.map(|(r, v)| (r.name.clone(), value(v))).collect();
-        json!({"constants": constants, "status": <&str>::from(ended), "result": report})
+        Finished { constants, status: ended.into(), result }
     }
 
-    fn object(&self, mut runs: Vec<(usize, Json)>) -> Json {
+    fn report(&self, mut runs: Vec<(usize, Finished)>) -> SweepReport {
         runs.sort_by_key(|(index, _)| *index);
         let varying = self.ranges.iter().filter(|r| r.varies);
         let ranges: Map<String, Json> =
             varying.map(|r| (r.name.clone(), r.values.iter().map(|v| value(v)).collect())).collect();
-        let command: &str = self.kind.into();
-        let runs: Vec<Json> = runs.into_iter().map(|(_, run)| run).collect();
-        json!({"schema": "meliora.sweep/1", "command": command, "ranges": ranges, "runs": runs})
+        SweepReport::new(self.kind.into(), ranges, runs.into_iter().map(|(_, run)| run).collect())
     }
 }
 

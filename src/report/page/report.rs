@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::super::envelope::{incomplete, is_true};
@@ -11,41 +12,45 @@ use super::words;
 use meliora_model::escape;
 
 /// The results of `report`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[schemars(rename = "report")]
 pub struct PageReport {
-    /// `meliora.report/1`
+    /// The kind and version of the object.
+    #[schemars(extend("const" = "meliora.report/1"))]
     pub schema: &'static str,
-    /// False if the work ended early; written only in that case.
+    /// `false`: the run hit a limit or was interrupted, and the object has the results so far; absent
+    /// in complete reports.
     #[serde(skip_serializing_if = "is_true")]
     pub complete: bool,
-    /// The written file; `None` if the work ended before.
+    /// The file; `null` if not written.
     pub written: Option<Written>,
-    /// The results of `check`.
+    /// The object of `check`.
     pub check: CheckReport,
     /// The memory used.
     pub memory: MemoryUse,
     /// The text for stdout if no file was named.
     #[serde(skip)]
     pub drawing: Option<String>,
-    /// The reason why the work ended early.
+    /// Why the run is not complete; absent in complete reports.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<Failure>,
 }
 
 /// A file that was written.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Written {
     /// The path.
     pub path: String,
-    /// `html`, `svg` or `dot`.
+    /// Its format.
+    #[schemars(extend("enum" = ["html", "svg", "dot"]))]
     pub format: &'static str,
     /// The size in bytes.
     pub bytes: u64,
-    /// The variables of the plane, rows first; empty if there is none.
+    /// The variables of the maps, rows first; empty without maps.
     pub grid: Vec<String>,
-    /// Number of diagram nodes in the file.
+    /// The number of nodes of the regions in the page.
     pub nodes: u64,
-    /// True if the sets were projected onto the plane, which leaves no sliders.
+    /// The maps had to be projected, so there are no sliders.
     pub projected: bool,
 }
 

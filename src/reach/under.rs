@@ -1,58 +1,56 @@
-//! `--require`: questions about the strategies that keep requirements.
+//! Questions about the strategies that keep requirements.
 
 use std::sync::Arc;
 
-use meliora::reach::{Goal, Target};
 use meliora_engine::Engine;
 use meliora_engine::regions::Regions;
 use meliora_lang::property::Question;
 use meliora_model::Program;
-use meliora_model::error::Error;
+use meliora_model::error::Result;
 use meliora_planning::Requirements;
 use meliora_planning::result::{Escape, ModelCounts};
 use meliora_quantities::answer::{self, Answer};
 
-use super::load::{Asked, Asking};
+use super::{Asking, Goal, Target};
 
 /// The reason why a quantity has no value.
 const UNSAFE: &str = "no strategy keeps the requirements from some initial state";
 
 /// A model under requirements.
-pub(super) struct Under<'a, E: Engine> {
+pub struct Under<'a, E: Engine> {
     whole: &'a E,
     restricted: Option<(E, Requirements<E>)>,
     /// A path from the first unsafe initial state to a violation.
-    pub(super) escape: Option<Escape>,
+    pub escape: Option<Escape>,
 }
 
 impl<'a, E: Engine> Under<'a, E> {
-    /// Restricts the model by the requirements. `engine` is that of the question's goal.
+    /// Restricts a model by the requirements of a goal; `engine` is that of [`Goal::program`].
     ///
     /// # Errors
-    /// A limit is hit, or a requirement has no value in some state.
-    pub(super) fn new(engine: &'a E, asked: &Asked, asking: &Asking) -> Result<Self, Error> {
-        let program = asking.goal.program(&asked.program);
-        let restricted = Requirements::restrict(engine, &asking.goal.requirements)?;
+    /// A limit is reached, or a requirement has no value in some state.
+    pub fn new(engine: &'a E, model: &Arc<Program>, goal: &Goal) -> Result<Self> {
+        let restricted = Requirements::restrict(engine, &goal.requirements)?;
         let mut escape = None;
         if let Some((_, requirements)) = &restricted {
             let initial = engine.intersection(&engine.initial_states(), &requirements.unsafe_states)?;
             if let Some(start) = engine.list_states(&initial, 1)?.pop() {
-                escape = requirements.escape(engine, program, &asking.goal.requirements, &start)?;
+                escape = requirements.escape(engine, goal.program(model), &goal.requirements, &start)?;
             }
         }
         Ok(Under { whole: engine, restricted, escape })
     }
 
     /// Returns the engine of the model that the requirements leave.
-    pub(super) fn engine(&self) -> &E {
+    pub fn engine(&self) -> &E {
         self.restricted.as_ref().map_or(self.whole, |(engine, _)| engine)
     }
 
     /// Counts the judged states of the whole model.
     ///
     /// # Errors
-    /// A limit is hit.
-    pub(super) fn counts(&self, goal: &Goal) -> Result<ModelCounts, Error> {
+    /// A limit is reached.
+    pub fn counts(&self, goal: &Goal) -> Result<ModelCounts> {
         let judged = goal.judged(self.whole)?;
         let unsafe_states = match &self.restricted {
             None => None,
@@ -66,19 +64,19 @@ impl<'a, E: Engine> Under<'a, E> {
     ///
     /// # Errors
     /// The errors of [`answer::answer`].
-    pub(super) fn answer(
+    pub fn answer(
         &self,
         asking: &Asking,
         model: &Arc<Program>,
         regions: &Regions<E::States>,
         precision: f64,
-    ) -> Result<Answer, Error> {
+    ) -> Result<Answer> {
         if self.escape.is_some() {
             let asks_for_value = |question: &Question| match question {
                 Question::Qualitative(..) => false,
                 Question::Quantity(quantity) => quantity.bound.is_none(),
             };
-            return Ok(match &asking.property {
+            return Ok(match &asking.question {
                 None => Answer::of(None),
                 Some(question) if asks_for_value(question) => Answer::without_value(UNSAFE),
                 Some(_) => Answer::of(Some(false)),
@@ -90,7 +88,7 @@ impl<'a, E: Engine> Under<'a, E> {
         };
         let program = &**asking.goal.program(model);
         let asked =
-            answer::Asked { program, question: asking.property.as_ref(), target, wrong: asking.wrong };
+            answer::Asked { program, question: asking.question.as_ref(), target, wrong: asking.wrong };
         answer::answer(self.engine(), &asked, regions, precision)
     }
 }

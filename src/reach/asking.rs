@@ -1,0 +1,85 @@
+//! Questions as texts, and their goals.
+
+use std::sync::Arc;
+
+use super::{Goal, Required};
+use meliora_lang::ltl::{self, Formula};
+use meliora_lang::property::{Measure, Question};
+use meliora_lang::{lower_target, parse_expression, parse_property};
+use meliora_model::Program;
+use meliora_model::error::{Result, SourceFile};
+use meliora_model::expr::ExprId;
+
+/// The operators with which a property begins; they are keywords.
+const OPERATORS: [&str; 6] = ["P", "Pmin", "Pmax", "R", "Rmin", "Rmax"];
+
+/// A question about the paths of a model.
+pub struct Asking {
+    /// The goal of the paths.
+    pub goal: Goal,
+    /// The question of a property, for the initial states.
+    pub question: Option<Question>,
+    /// The states in which the rewards that the question names are wrong, in the program of the goal.
+    pub wrong: Option<ExprId>,
+}
+
+impl Asking {
+    /// Reads a target such as `x = 3`, which is added to the program.
+    ///
+    /// # Errors
+    /// The text or a requirement is wrong; each error has its place.
+    pub fn target(program: &mut Program, source: &Arc<SourceFile>, required: &[Required]) -> Result<Self> {
+        let target = lower_target(program, source, &parse_expression(source)?)?;
+        Ok(Asking { goal: Goal::reach(program, target, required)?, question: None, wrong: None })
+    }
+
+    /// Reads a property such as `P>=1 [ F x = 3 ]`.
+    ///
+    /// # Errors
+    /// The text or a requirement is wrong, or not supported; each error has its place.
+    pub fn property(program: &mut Program, source: &Arc<SourceFile>, required: &[Required]) -> Result<Self> {
+        let property = parse_property(source)?;
+        property.check(program, source)?;
+        Asking::of(program, source, (&property.formula, property.question), required)
+    }
+
+    /// Combines a formula and a question about it.
+    ///
+    /// # Errors
+    /// The formula or a requirement is wrong, or not supported.
+    pub fn of(
+        program: &mut Program,
+        source: &Arc<SourceFile>,
+        (formula, question): (&Formula, Question),
+        required: &[Required],
+    ) -> Result<Self> {
+        // Monitors are added to a copy of the program, which must have this expression, too.
+        let wrong = wrong_rewards(program, &question);
+        Ok(Asking { goal: Goal::of(program, source, formula, required)?, question: Some(question), wrong })
+    }
+
+    /// Reads a target `x = 3`, a formula `F x = 3`, or a property `P>=1 [ F x = 3 ]`.
+    ///
+    /// # Errors
+    /// The text is none of these, or not supported; each error has its place.
+    pub fn parse(program: &mut Program, source: &Arc<SourceFile>) -> Result<Self> {
+        if parse_expression(source).is_ok() {
+            return Asking::target(program, source, &[]);
+        }
+        let is_word = |c: char| c.is_alphanumeric() || c == '_';
+        let first = source.text.trim_start().split(|c| !is_word(c)).next();
+        if first.is_some_and(|word| OPERATORS.contains(&word)) {
+            return Asking::property(program, source, &[]);
+        }
+        let goal = Goal::of(program, source, &ltl::parse_formula(source)?, &[])?;
+        Ok(Asking { goal, question: None, wrong: None })
+    }
+}
+
+/// Returns the states in which the rewards that a question names are wrong.
+fn wrong_rewards(program: &mut Program, question: &Question) -> Option<ExprId> {
+    let Question::Quantity(quantity) = question else { return None };
+    let Measure::Reward(rewards) = &quantity.measure else { return None };
+    let structure = rewards.find(program)?;
+    Some(program.wrong_rewards(structure))
+}
