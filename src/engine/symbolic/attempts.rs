@@ -86,6 +86,20 @@ impl SymbolicEngine {
         Ok(Some((StateSet(store.or(&lost.0, &store.minus(&found, &outside)?)?), done)))
     }
 
+    /// Returns true if a recursion over parts is expected to pay off.
+    ///
+    /// It does not if the steps that keep the first bits leave many different relations behind, as
+    /// in products of modules: there are too many cases to distinguish. The answer depends on the
+    /// relations alone, so it is computed once.
+    pub(crate) fn has_few_parts(&self) -> Result<bool> {
+        if let Some(&few) = self.few_parts.get() {
+            return Ok(few);
+        }
+        let most = self.store.thresholds().relations_per_bit * self.encoding.width();
+        let few = stay_few(&self.store, &self.groups, most)?;
+        Ok(*self.few_parts.get_or_init(|| few))
+    }
+
     /// Returns the relations of all groups as one operand.
     fn tuple(&self) -> Result<&ListTuple> {
         if let Some(found) = self.tuple.get() {
@@ -107,20 +121,6 @@ impl SymbolicEngine {
     }
 }
 
-/// Returns true if a recursion over parts is expected to pay off.
-///
-/// It does not if the steps that keep the first bits leave many different relations behind, as in
-/// products of modules: there are too many cases to distinguish. The answer depends on the
-/// relations alone, so it is computed once.
-fn are_few(engine: &SymbolicEngine) -> Result<bool> {
-    if let Some(&few) = engine.few_parts.get() {
-        return Ok(few);
-    }
-    let most = engine.store.thresholds().relations_per_bit * engine.encoding.width();
-    let few = stay_few(&engine.store, &engine.groups, most)?;
-    Ok(*engine.few_parts.get_or_init(|| few))
-}
-
 /// Returns the states that can reach a target by allowed choices and edges that are not dropped.
 /// Returns `None` if the recursion is not expected to pay off or gives up.
 ///
@@ -131,7 +131,7 @@ pub(super) fn can_reach(
     allowed: &[Bdd],
     dropped: &[(Bdd, Bdd)],
 ) -> Result<Option<Bdd>> {
-    if !are_few(engine)? {
+    if !engine.has_few_parts()? {
         return Ok(None);
     }
     let mut parts = Vec::new();
@@ -157,7 +157,7 @@ fn remove_attractor(
     edge_labels: &[EdgeLabels<StateSet>],
 ) -> Result<Option<(StateSet, ChoiceSet)>> {
     let store = &engine.store;
-    if !are_few(engine)? {
+    if !engine.has_few_parts()? {
         return Ok(None);
     }
     let game = Game::new(engine, lost, won, within, edge_labels)?;

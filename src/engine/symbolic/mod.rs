@@ -79,7 +79,7 @@ pub struct SymbolicEngine {
     groups: Vec<Arc<RelationList>>,
     /// The relations of all groups as one operand, once [`SymbolicEngine::tuple`] made it.
     tuple: OnceLock<Arc<ListTuple>>,
-    /// The result of [`attempts::are_few`] once it has been computed.
+    /// The result of [`SymbolicEngine::has_few_parts`] once it has been computed.
     few_parts: OnceLock<bool>,
     clusters: Arc<Clusters>,
     domain: Bdd,
