@@ -291,8 +291,7 @@ pub(super) fn engine(
     AnyEngine::new(Arc::clone(program), settings(args, storage, sink)?).map(Arc::new)
 }
 
-/// Builds the engine for some questions, and updates the selection. Numbers list the states anyway,
-/// so where the selection is open, the explicit engine is tried for them.
+/// Builds the engine for some questions, and updates the selection. Numbers list the states anyway.
 ///
 /// # Errors
 /// The errors of [`engine`].
@@ -303,8 +302,8 @@ pub(super) fn engine_for(
     selected: &mut Selection,
     sink: &Arc<TerminalSink>,
 ) -> Result<Arc<AnyEngine>, Error> {
-    selected.is_open &= questions.iter().any(|q| matches!(q.question, Some(Asks::Quantity(_))));
-    selected.build(program, settings(args, selected.storage, sink)?).map(Arc::new)
+    let lists_states = questions.iter().any(|q| matches!(q.question, Some(Asks::Quantity(_))));
+    selected.build(program, settings(args, selected.storage, sink)?, lists_states).map(Arc::new)
 }
 
 /// Builds the symbolic engine, for commands that need decision diagrams.

@@ -152,8 +152,6 @@ fn numbers_are_found_by_the_explicit_engine_if_it_stores_the_states_in_few_bytes
     let number = "--property Pmax=?[F(x=20)]";
     let found = ask(number).json();
     assert_eq!((&found["engine"], &found["engine_reason"]), (&json!("explicit"), &json!("21 states found")));
-    let set = ask("--target x=20").json();
-    assert_eq!(set["engine"], "symbolic", "{}", set["engine_reason"]);
     for other in ["--engine symbolic", "--engine explicit", "--order declared"] {
         let other = ask(&format!("{number} {other}")).json();
         assert_eq!(found["properties"][0]["value"], other["properties"][0]["value"], "{other}");
@@ -172,4 +170,36 @@ fn an_expected_cost_beyond_the_doubles_has_the_greatest_double_as_its_lower_boun
     let model = "mdp module m x : [0..2] init 0; [] x=0 -> 1e-400 : (x'=1) + 1-1e-400 : (x'=2);
         [] x=2 -> 1/2 : (x'=0) + 1/2 : true; endmodule rewards true : 1; endrewards";
     assert_eq!(bounds(model, "Rmin=? [ F x=1 ]"), (f64::MAX, f64::INFINITY));
+}
+
+/// A model with as many states as its constant says, up to a factor of 9.
+const SCRAMBLE: &str = "models/scramble.prism --const cells=1013";
+/// A model of 32,768 states with few nodes.
+const COUNTERS: &str = "mdp
+module m
+  x : [0..31]; y : [0..31]; z : [0..31];
+  [x] x<31 -> (x'=x+1);
+  [y] y<31 -> (y'=y+1);
+  [z] z<31 -> 0.5: (z'=z+1) + 0.5: true;
+endmodule";
+
+#[test]
+fn states_that_share_no_nodes_are_stored_one_by_one() {
+    let scratch = Scratch::new(&[("m.prism", COUNTERS)]);
+    let ask = |model: &str, arguments: &str| run(&format!("reach {model} --json {arguments}")).json();
+    let regions = ["counts", "target", "pmax_one", "pmax_positive", "pmin_one", "pmin_positive"];
+    let target = "--target x=7";
+    let taken = ask(SCRAMBLE, target);
+    assert_eq!(taken["engine"], "explicit", "{}", taken["engine_reason"]);
+    let reason = "9108 states found, fewer than 20 for each node of the diagrams";
+    assert_eq!(taken["engine_reason"], reason);
+    let named = ask(SCRAMBLE, &format!("{target} --engine symbolic"));
+    assert_eq!((&named["engine"], named.get("engine_reason")), (&json!("symbolic"), None));
+    for region in regions {
+        assert_eq!(taken[region], named[region], "{region}");
+    }
+    // The order is one of bits of diagrams.
+    assert_eq!(ask(SCRAMBLE, &format!("{target} --order declared"))["engine"], "symbolic");
+    let dense = ask(&scratch.show("m.prism"), target);
+    assert_eq!((&dense["engine"], &dense["counts"]["states"]), (&json!("symbolic"), &json!("32768")));
 }

@@ -6,6 +6,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use super::fixpoints::attractor::Removed;
 use super::fixpoints::parts::{self, Budget, Part};
 use super::relations::lists::{RelationList, stay_few};
+use super::relations::tuples::{ListTuple, ListTuples};
 use super::store::Store;
 use super::store::diagram::Bdd;
 use super::store::walk::Direction;
@@ -37,11 +38,14 @@ impl SymbolicEngine {
         let mut steps = self.store.thresholds().lose_steps.max(1);
         while !self.store.is_zero(&lost.0) {
             if edge_labels.is_empty()
-                && let Some(all) = self.lose(&left, won, &lost, steps)?
+                && let Some((all, done)) = self.lose(&left, won, &lost, steps)?
             {
-                work.lost_by_lists.fetch_add(1, Relaxed);
                 left.states = self.difference(&left.states, &all)?;
-                return Ok((left, Some(all)));
+                if done {
+                    work.lost_by_lists.fetch_add(1, Relaxed);
+                    return Ok((left, Some(all)));
+                }
+                lost = all;
             }
             let until = work.steps.load(Relaxed).saturating_add(steps.saturating_mul(4));
             while !self.store.is_zero(&lost.0) && work.steps.load(Relaxed) < until {
@@ -55,15 +59,15 @@ impl SymbolicEngine {
     }
 
     /// Computes the lost states by recursion over the lists of all groups, with edges that are all
-    /// plain. Returns `None` if it takes more than `steps` steps, or if choices are missing for
-    /// another reason than a step into a lost state.
+    /// plain. Returns also whether it is finished; after `steps` steps it returns what it has found.
+    /// Returns `None` if choices are missing for another reason than a step into a lost state.
     fn lose(
         &self,
         left: &Region<StateSet, ChoiceSet>,
         won: &StateSet,
         lost: &StateSet,
         steps: u64,
-    ) -> Result<Option<StateSet>> {
+    ) -> Result<Option<(StateSet, bool)>> {
         let (store, loops) = (&self.store, &left.choices.0[self.groups.len()]);
         let outside = store.minus(&store.any(self.enabled.iter().cloned())?, &left.states.0)?;
         let mut candidates = store.minus(&store.minus(&left.states.0, &won.0)?, loops)?;
@@ -78,9 +82,31 @@ impl SymbolicEngine {
                 }
             }
         }
-        let groups = self.tuples.of(store, self.groups.clone())?;
-        let Some(found) = store.lose(&outside, &candidates, &groups, steps)? else { return Ok(None) };
-        Ok(Some(StateSet(store.or(&lost.0, &store.minus(&found, &outside)?)?)))
+        let (found, done) = store.lose(&outside, &candidates, self.tuple()?, steps)?;
+        Ok(Some((StateSet(store.or(&lost.0, &store.minus(&found, &outside)?)?), done)))
+    }
+
+    /// Returns true if a recursion over parts is expected to pay off.
+    ///
+    /// It does not if the steps that keep the first bits leave many different relations behind, as
+    /// in products of modules: there are too many cases to distinguish. The answer depends on the
+    /// relations alone, so it is computed once.
+    pub(crate) fn has_few_parts(&self) -> Result<bool> {
+        if let Some(&few) = self.few_parts.get() {
+            return Ok(few);
+        }
+        let most = self.store.thresholds().relations_per_bit * self.encoding.width();
+        let few = stay_few(&self.store, &self.groups, most)?;
+        Ok(*self.few_parts.get_or_init(|| few))
+    }
+
+    /// Returns the relations of all groups as one operand.
+    fn tuple(&self) -> Result<&ListTuple> {
+        if let Some(found) = self.tuple.get() {
+            return Ok(found);
+        }
+        let made = ListTuples::new(&self.store).of_lists(&self.store, &self.groups)?;
+        Ok(self.tuple.get_or_init(|| made))
     }
 
     /// Returns the states X of which `choices` has all enabled choices, if it has no others.
@@ -95,20 +121,6 @@ impl SymbolicEngine {
     }
 }
 
-/// Returns true if a recursion over parts is expected to pay off.
-///
-/// It does not if the steps that keep the first bits leave many different relations behind, as in
-/// products of modules: there are too many cases to distinguish. The answer depends on the
-/// relations alone, so it is computed once.
-fn are_few(engine: &SymbolicEngine) -> Result<bool> {
-    if let Some(&few) = engine.few_parts.get() {
-        return Ok(few);
-    }
-    let most = engine.store.thresholds().relations_per_bit * engine.encoding.width();
-    let few = stay_few(&engine.store, &engine.groups, most)?;
-    Ok(*engine.few_parts.get_or_init(|| few))
-}
-
 /// Returns the states that can reach a target by allowed choices and edges that are not dropped.
 /// Returns `None` if the recursion is not expected to pay off or gives up.
 ///
@@ -119,7 +131,7 @@ pub(super) fn can_reach(
     allowed: &[Bdd],
     dropped: &[(Bdd, Bdd)],
 ) -> Result<Option<Bdd>> {
-    if !are_few(engine)? {
+    if !engine.has_few_parts()? {
         return Ok(None);
     }
     let mut parts = Vec::new();
@@ -145,7 +157,7 @@ fn remove_attractor(
     edge_labels: &[EdgeLabels<StateSet>],
 ) -> Result<Option<(StateSet, ChoiceSet)>> {
     let store = &engine.store;
-    if !are_few(engine)? {
+    if !engine.has_few_parts()? {
         return Ok(None);
     }
     let game = Game::new(engine, lost, won, within, edge_labels)?;

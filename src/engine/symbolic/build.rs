@@ -1,6 +1,6 @@
 //! Construction of an engine from a program.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::draft::{Draft, Translated};
 use super::encoding::Encoding;
@@ -9,7 +9,6 @@ use super::encoding::translate::Translator;
 use super::order::Bit;
 use super::relations::lists::Lists;
 use super::relations::partial_relation::PartialRelation;
-use super::relations::tuples::ListTuples;
 use super::store::Store;
 use super::store::diagram::Bdd;
 use super::store::walk::Direction;
@@ -53,7 +52,7 @@ pub(super) fn build(
         settings,
         encoding: Arc::new(encoding),
         transitions: Arc::new(transitions),
-        tuples: ListTuples::new(&store),
+        tuple: OnceLock::new(),
         lists,
         groups,
         few_parts: Default::default(),

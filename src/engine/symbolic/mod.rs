@@ -52,7 +52,7 @@ use meliora_model::step::Choice;
 use meliora_model::{ModelKind, Program, State, fault};
 use relations::lists::{Lists, RelationList};
 use relations::partial_relation::PartialRelation;
-use relations::tuples::ListTuples;
+use relations::tuples::ListTuple;
 use store::Store;
 use store::diagram::Bdd;
 use store::walk::Direction;
@@ -75,11 +75,11 @@ pub struct SymbolicEngine {
     transitions: Arc<Transitions>,
     /// All lists of relations.
     lists: Arc<Lists>,
-    /// All tuples of them.
-    tuples: Arc<ListTuples>,
     /// The relations of each group.
     groups: Vec<Arc<RelationList>>,
-    /// The result of [`attempts::are_few`] once it has been computed.
+    /// The relations of all groups as one operand, once [`SymbolicEngine::tuple`] made it.
+    tuple: OnceLock<Arc<ListTuple>>,
+    /// The result of [`SymbolicEngine::has_few_parts`] once it has been computed.
     few_parts: OnceLock<bool>,
     clusters: Arc<Clusters>,
     domain: Bdd,

@@ -4,7 +4,6 @@ use std::iter;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::relations::lists::Lists;
-use super::relations::tuples::ListTuples;
 use super::store::diagram::Bdd;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::parallel::Sets;
@@ -98,7 +97,7 @@ impl SymbolicEngine {
             settings,
             encoding: self.encoding.clone(),
             groups: transitions.lists(&store, &lists)?,
-            tuples: ListTuples::new(&store),
+            tuple: OnceLock::new(),
             lists,
             transitions: Arc::new(transitions),
             few_parts: self.few_parts.clone(),

@@ -18,16 +18,21 @@ use crate::symbolic::store::walk::{Direction, Halt, Walk};
 use meliora_model::error::Result;
 
 impl Store {
-    /// Computes [`Walk::lose`]; `None` if that takes more than `steps` steps.
+    /// Computes [`Walk::lose`]. Returns also whether it is finished; if it takes more than `steps`
+    /// steps, the result has only some of the lost states.
     pub(in crate::symbolic) fn lose(
         &self,
         lost: &Bdd,
         candidates: &Bdd,
         groups: &ListTuple,
         steps: u64,
-    ) -> Result<Option<Bdd>> {
+    ) -> Result<(Bdd, bool)> {
         let how = (Direction::Backward, Some("attractor removal"));
-        self.walk(how, steps, |walk| walk.own(|w| w.lose(w.edge(lost), w.edge(candidates), groups)))
+        let found = self.walk(how, steps, |walk| {
+            let found = walk.own(|w| w.lose(w.edge(lost), w.edge(candidates), groups))?;
+            Ok((found, !walk.is_spent()))
+        });
+        Ok(found?.unwrap_or_else(|| (lost.clone(), false)))
     }
 }
 
@@ -44,33 +49,35 @@ struct Side<'m, 'id: 'm> {
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
     /// Computes the least X ⊇ L that contains each s ∈ Q of which every list with a step from s has
-    /// a step from s into X. Q contains no state of L.
-    fn lose(&self, l: Edge<'_, 'id>, q: Edge<'_, 'id>, groups: &ListTuple) -> Result<Held<'m, 'id>, Halt> {
-        if groups.stays || self.m.is_zero(q) {
+    /// a step from s into X. Q contains no state of L. Returns a smaller set once no step is left.
+    fn lose(&self, l: Edge<'_, 'id>, q: Edge<'_, 'id>, tuple: &ListTuple) -> Result<Held<'m, 'id>, Halt> {
+        if tuple.stays || self.m.is_zero(q) || self.is_spent() {
             return Ok(self.m.held(l));
         }
-        if groups.lists.is_empty() {
+        if tuple.groups.is_empty() {
             return self.or(l, q);
         }
         if self.m.is_zero(l) {
-            let stuck = self.minus(q, self.edge(self.sources(groups)?))?;
+            let stuck = self.minus(q, self.edge(self.sources(tuple)?))?;
             if self.m.is_zero(stuck.borrowed()) {
                 return Ok(stuck);
             }
         }
-        if let Some(found) = self.m.recall(Memo::Lose, &[l, q], groups.number) {
+        if let Some(found) = self.m.recall(Memo::Lose, &[l, q], tuple.number) {
             return Ok(found);
         }
         self.tick()?;
-        let bit = self.top(l).min(self.top(q)).min(groups.top);
-        let result = if bit < groups.top {
+        let bit = self.top(l).min(self.top(q)).min(tuple.top);
+        let result = if bit < tuple.top {
             let ([l0, l1], [q0, q1]) = (self.split(l, bit), self.split(q, bit));
-            let (set, clear) = (self.lose(l1, q1, groups)?, self.lose(l0, q0, groups)?);
+            let (set, clear) = (self.lose(l1, q1, tuple)?, self.lose(l0, q0, tuple)?);
             self.node_among(2 * bit, set, clear, [(l, (l1, l0))])?
         } else {
-            self.lose_across(bit, l, q, groups)?
+            self.lose_across(bit, l, q, tuple)?
         };
-        self.m.remember(Memo::Lose, &[l, q], groups.number, result.borrowed());
+        if !self.is_spent() {
+            self.m.remember(Memo::Lose, &[l, q], tuple.number, result.borrowed());
+        }
         Ok(result)
     }
 
@@ -80,19 +87,23 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         bit: u32,
         l: Edge<'_, 'id>,
         q: Edge<'_, 'id>,
-        groups: &ListTuple,
+        tuple: &ListTuple,
     ) -> Result<Held<'m, 'id>, Halt> {
-        let halves = groups.halves(self.store)?;
+        let halves = tuple.halves(self.store)?;
         let (lost, candidates) = (self.split(l, bit), self.split(q, bit));
         let side = |at: usize| self.protect(&halves[at], lost[at], lost[1 - at], candidates[at]);
         let mut sides = [side(0)?, side(1)?];
         // The half to which the other one cannot add losses comes first.
         let mut at = usize::from(halves[1].crossing.is_empty());
         while sides.iter().any(|side| side.open) {
-            if mem::take(&mut sides[at].open) {
-                self.lose_in(&mut sides, at, halves)?;
-            } else {
+            if !mem::take(&mut sides[at].open) {
                 at = 1 - at;
+                continue;
+            }
+            match self.lose_in(&mut sides, at, halves) {
+                // What was found so far is lost.
+                Err(Halt::Spent) => break,
+                done => done?,
             }
         }
         let [clear, set] = sides;
@@ -110,10 +121,9 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         let mut free = self.m.held(candidates);
         let mut protected = Vec::with_capacity(half.crossing.len());
         for group in &half.crossing {
-            let mut own = self.and(candidates, self.edge(self.crossing_sources(group)?))?;
+            let mut own = self.and(candidates, self.edge(&group.sources))?;
             for (lost, steps) in [(lost, &group.stays), (across, &group.crosses)] {
-                let gone = self.step(lost, own.borrowed(), steps)?;
-                own = self.minus(own.borrowed(), gone.borrowed())?;
+                own = self.spare(lost, own.borrowed(), steps)?;
             }
             free = self.minus(free.borrowed(), own.borrowed())?;
             protected.push(own);
@@ -128,9 +138,9 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         if now.borrowed() == side.lost.borrowed() {
             return Ok(());
         }
-        let new = self.minus(now.borrowed(), side.lost.borrowed())?;
+        let before = mem::replace(&mut side.lost, now);
+        let new = self.minus(side.lost.borrowed(), before.borrowed())?;
         side.free = self.minus(side.free.borrowed(), new.borrowed())?;
-        side.lost = now;
         self.withdraw_steps(&mut sides[at], new.borrowed(), &halves[at], |group| &group.stays)?;
         self.withdraw_steps(&mut sides[1 - at], new.borrowed(), &halves[1 - at], |group| &group.crosses)
     }
@@ -146,10 +156,11 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
     ) -> Result<(), Halt> {
         let mut hit = self.zero();
         for (own, group) in side.protected.iter_mut().zip(&half.crossing) {
-            let gone = self.step(new, own.borrowed(), steps(group))?;
-            if !self.m.is_zero(gone.borrowed()) {
-                *own = self.minus(own.borrowed(), gone.borrowed())?;
+            let left = self.spare(new, own.borrowed(), steps(group))?;
+            if left.borrowed() != own.borrowed() {
+                let gone = self.minus(own.borrowed(), left.borrowed())?;
                 hit = self.or(hit.borrowed(), gone.borrowed())?;
+                *own = left;
             }
         }
         for own in &side.protected {
@@ -162,31 +173,16 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         Ok(())
     }
 
-    /// Returns the states in which some list of a tuple has a step.
-    fn sources<'l>(&self, groups: &'l ListTuple) -> Result<&'l Bdd, Halt> {
-        if let Some(found) = groups.sources.get() {
+    /// Returns the states in which some group of a tuple has a step.
+    fn sources<'l>(&self, tuple: &'l ListTuple) -> Result<&'l Bdd, Halt> {
+        if let Some(found) = tuple.sources.get() {
             return Ok(found);
         }
         let mut all = self.zero();
-        for list in &groups.lists {
-            all = self.or(all.borrowed(), self.list_sources(list)?.borrowed())?;
+        for group in &tuple.groups {
+            all = self.or(all.borrowed(), self.edge(&group.sources))?;
         }
         let all = self.m.handle(all.borrowed());
-        Ok(groups.sources.get_or_init(|| all))
-    }
-
-    fn crossing_sources<'l>(&self, group: &'l Crossing) -> Result<&'l Bdd, Halt> {
-        if let Some(found) = group.sources.get() {
-            return Ok(found);
-        }
-        let (stays, crosses) = (self.list_sources(&group.stays)?, self.list_sources(&group.crosses)?);
-        let both = self.or(stays.borrowed(), crosses.borrowed())?;
-        let both = self.m.handle(both.borrowed());
-        Ok(group.sources.get_or_init(|| both))
-    }
-
-    fn list_sources(&self, list: &RelationList) -> Result<Held<'m, 'id>, Halt> {
-        let anywhere = self.m.constant(true);
-        self.step(anywhere.borrowed(), anywhere.borrowed(), list)
+        Ok(tuple.sources.get_or_init(|| all))
     }
 }

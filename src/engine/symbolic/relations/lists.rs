@@ -136,6 +136,12 @@ impl RelationList {
         Ok(self.layers.get_or_init(|| Box::new(Layers { below, here })))
     }
 
+    /// Returns the states with a step.
+    pub(in crate::symbolic) fn sources(&self, store: &Store) -> Result<Bdd> {
+        let sources = self.entries.iter().map(|e| e.sources(store));
+        store.any(sources.collect::<Result<Vec<_>>>()?)
+    }
+
     /// Returns the table of all lists.
     pub(in crate::symbolic) fn all(&self) -> &Arc<Lists> {
         &self.lists

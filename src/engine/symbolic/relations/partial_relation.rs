@@ -47,6 +47,16 @@ impl PartialRelation {
         (m.level_of(m.edge(&self.relation)) / 2).min(self.support.top())
     }
 
+    /// Returns the states with a step.
+    pub(in crate::symbolic) fn sources(&self, store: &Store) -> Result<Bdd> {
+        let mut next = store.one();
+        // From the last level up, so that each conjunction only adds nodes on top.
+        for &bit in self.support.bits().iter().rev() {
+            next = store.and(&store.literal(2 * bit + 1, true)?, &next)?;
+        }
+        store.exists(&self.relation, &next)
+    }
+
     /// Returns the cofactor of the relation by a bit that is `from` before and `to` after a step;
     /// `None` if the values differ and the relation does not write the bit. The relation may not
     /// depend on an earlier bit.

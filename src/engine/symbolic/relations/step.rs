@@ -75,6 +75,45 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         Ok(result)
     }
 
+    /// Computes { s ∈ B : no step of the list joins s and X }.
+    ///
+    /// Unlike the complement of [`Walk::step`], it unites no intermediate results: the states without
+    /// a step into one half are the bound for the other half.
+    pub(in crate::symbolic) fn spare(
+        &self,
+        x: Edge<'_, 'id>,
+        b: Edge<'_, 'id>,
+        list: &RelationList,
+    ) -> Result<Held<'m, 'id>, Halt> {
+        if list.is_empty() || self.m.is_zero(x) || self.m.is_zero(b) {
+            return Ok(self.m.held(b));
+        }
+        if let Some(kept) = list.kept() {
+            let gone = self.and(self.edge(kept), x)?;
+            return self.minus(b, gone.borrowed());
+        }
+        if let Some(found) = self.m.recall(Memo::Spare, &[x, b], self.number(list)) {
+            return Ok(found);
+        }
+        self.tick()?;
+        let bit = self.top(x).min(self.top(b)).min(list.top);
+        let ([x0, x1], [b0, b1]) = (self.split(x, bit), self.split(b, bit));
+        let (set, clear) = if bit < list.top {
+            (self.spare(x1, b1, list)?, self.spare(x0, b0, list)?)
+        } else {
+            let cofactors = self.cofactors(list)?;
+            let half = |to: bool, b: Edge<'_, 'id>| {
+                let (own, other) = if to { (x1, x0) } else { (x0, x1) };
+                let left = self.spare(own, b, self.cofactor(cofactors, to, to))?;
+                self.spare(other, left.borrowed(), self.cofactor(cofactors, !to, to))
+            };
+            (half(true, b1)?, half(false, b0)?)
+        };
+        let result = self.node_among(2 * bit, set, clear, [(b, (b1, b0))])?;
+        self.m.remember(Memo::Spare, &[x, b], self.number(list), result.borrowed());
+        Ok(result)
+    }
+
     /// Returns the steps that lead, in the direction of this recursion, from one value of the bit
     /// to another.
     pub(in crate::symbolic) fn cofactor<'q>(

@@ -18,14 +18,22 @@ pub(in crate::symbolic) struct ListTuple {
     pub(in crate::symbolic) top: u32,
     /// True if a group has a step in every state, and all its steps keep the state.
     pub(in crate::symbolic) stays: bool,
-    /// The lists with steps, each once; none if `stays`.
-    pub(in crate::symbolic) lists: Vec<Arc<RelationList>>,
-    /// The states in which some list has a step, once they are known.
+    /// The groups with steps, each once; none if `stays`.
+    pub(in crate::symbolic) groups: Vec<Group>,
+    /// The states in which some group has a step, once they are known.
     pub(in crate::symbolic) sources: OnceLock<Bdd>,
     halves: OnceLock<[Half; 2]>,
     /// The table of all tuples of the store.
     tuples: Arc<ListTuples>,
     _charge: Charge,
+}
+
+/// The steps of one group of choices.
+pub(in crate::symbolic) struct Group {
+    pub(in crate::symbolic) list: Arc<RelationList>,
+    /// The states with a step. Below a bit that no step of the group changes, they are a cofactor,
+    /// so they are computed from the relations only once.
+    pub(in crate::symbolic) sources: Bdd,
 }
 
 /// The lists of a tuple where its first bit has one value before a step.
@@ -42,8 +50,8 @@ pub(in crate::symbolic) struct Crossing {
     pub(in crate::symbolic) stays: Arc<RelationList>,
     /// The steps that change it.
     pub(in crate::symbolic) crosses: Arc<RelationList>,
-    /// The states with a step of either, once they are known.
-    pub(in crate::symbolic) sources: OnceLock<Bdd>,
+    /// The states with a step of either.
+    pub(in crate::symbolic) sources: Bdd,
 }
 
 impl ListTuple {
@@ -54,13 +62,14 @@ impl ListTuple {
         }
         let half = |value: bool| {
             let (mut below, mut crossing) = (Vec::new(), Vec::new());
-            for list in &self.lists {
+            for Group { list, sources } in &self.groups {
                 let stays = list.cofactor(store, self.top, value, value)?;
                 let crosses = list.cofactor(store, self.top, value, !value)?;
+                let sources = store.cofactor(sources, self.top, value);
                 if crosses.is_empty() {
-                    below.push(stays);
+                    below.push(Group { list: stays, sources });
                 } else {
-                    crossing.push(Crossing { stays, crosses, sources: OnceLock::new() });
+                    crossing.push(Crossing { stays, crosses, sources });
                 }
             }
             Ok::<_, meliora_model::error::Error>(Half { below: self.tuples.of(store, below)?, crossing })
@@ -96,7 +105,7 @@ pub(in crate::symbolic) struct ListTuples {
 /// Bytes of a tuple without its lists.
 const BYTES_PER_TUPLE: usize = size_of::<ListTuple>() + 64;
 /// Bytes of a tuple per list: in the tuple, in its name, and split by the first bit.
-const BYTES_PER_LIST: usize = size_of::<usize>() + size_of::<u32>() + 2 * size_of::<Crossing>();
+const BYTES_PER_LIST: usize = size_of::<Group>() + size_of::<u32>() + 2 * size_of::<Crossing>();
 
 impl ListTuples {
     /// Creates the empty table of tuples of a store.
@@ -110,18 +119,27 @@ impl ListTuples {
     ///
     /// # Errors
     /// A limit: the memory, or the numbers of tuples.
-    pub(in crate::symbolic) fn of(
+    pub(in crate::symbolic) fn of_lists(
         self: &Arc<Self>,
         store: &Store,
-        mut lists: Vec<Arc<RelationList>>,
+        lists: &[Arc<RelationList>],
+    ) -> Result<Arc<ListTuple>> {
+        let groups = lists.iter().map(|l| Ok(Group { list: Arc::clone(l), sources: l.sources(store)? }));
+        self.of(store, groups.collect::<Result<_>>()?)
+    }
+
+    fn of(
+        self: &Arc<Self>,
+        store: &Store,
+        mut groups: Vec<Group>,
     ) -> Result<Arc<ListTuple>> {
         let one = store.one();
-        let stays = lists.iter().any(|l| l.kind == ListKind::Keeps && l.kept() == Some(&one));
-        lists.retain(|l| !stays && !l.is_empty());
-        lists.sort_unstable_by_key(|l| l.number);
-        lists.dedup_by_key(|l| l.number);
+        let stays = groups.iter().any(|g| g.list.kind == ListKind::Keeps && g.list.kept() == Some(&one));
+        groups.retain(|g| !stays && !g.list.is_empty());
+        groups.sort_unstable_by_key(|g| g.list.number);
+        groups.dedup_by_key(|g| g.list.number);
         // No list has an odd number.
-        let name = if stays { vec![u32::MAX] } else { lists.iter().map(|l| l.number).collect() };
+        let name = if stays { vec![u32::MAX] } else { groups.iter().map(|g| g.list.number).collect() };
         let mut known = self.known();
         if let Some(found) = known.get(&name) {
             return Ok(found.clone());
@@ -130,12 +148,12 @@ impl ListTuples {
             known.clear();
         }
         let mut charge = store.charge();
-        charge.add(BYTES_PER_TUPLE + BYTES_PER_LIST * lists.len());
+        charge.add(BYTES_PER_TUPLE + BYTES_PER_LIST * groups.len());
         let made = Arc::new(ListTuple {
             number: store.new_key()?,
-            top: lists.iter().map(|l| l.top).min().unwrap_or(u32::MAX),
+            top: groups.iter().map(|g| g.list.top).min().unwrap_or(u32::MAX),
             stays,
-            lists,
+            groups,
             sources: OnceLock::new(),
             halves: OnceLock::new(),
             tuples: Arc::clone(self),

@@ -26,6 +26,8 @@ pub(in crate::symbolic) type Held<'m, 'id> = EdgeDropGuard<'m, ManagerOf<'id>>;
 pub(in crate::symbolic) enum Memo {
     /// One step of a list from a set, within a bound.
     Step,
+    /// The states of a bound without a step of a list into a set.
+    Spare,
     /// The closure of a set under the steps of a list, within a bound.
     Close,
     /// The attractor of lost states.
@@ -38,6 +40,7 @@ impl Memo {
     fn operator(self) -> BDDOp {
         match self {
             Memo::Step => BDDOp::And,
+            Memo::Spare => BDDOp::Equiv,
             Memo::Close => BDDOp::Or,
             Memo::Lose => BDDOp::Xor,
         }

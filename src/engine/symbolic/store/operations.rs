@@ -74,6 +74,14 @@ impl Store {
         self.make(|w| w.exists(w.edge(f), w.edge(variables)))
     }
 
+    /// Returns the cofactor of f by the present value of a bit. f depends on no earlier bit.
+    pub(in crate::symbolic) fn cofactor(&self, f: &Bdd, bit: u32, value: bool) -> Bdd {
+        self.shared(|m| {
+            let (set, clear) = m.children(m.edge(f), 2 * bit);
+            m.handle(if value { set } else { clear })
+        })
+    }
+
     /// Returns the number of satisfying assignments to the variables, without `unused` of them on
     /// which f does not depend.
     pub(in crate::symbolic) fn count(&self, f: &Bdd, unused: u32) -> Result<Count> {

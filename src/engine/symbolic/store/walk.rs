@@ -76,6 +76,11 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         Ok(())
     }
 
+    /// Returns true if no step is left.
+    pub(in crate::symbolic) fn is_spent(&self) -> bool {
+        self.left.get() == 0
+    }
+
     #[cold]
     fn check(&self, left: u64) -> Result<(), Halt> {
         self.left.set(left.checked_sub(1).ok_or(Halt::Spent)?);

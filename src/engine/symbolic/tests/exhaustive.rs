@@ -14,7 +14,7 @@ use crate::symbolic::relations::tuples::ListTuples;
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::Bdd;
 use crate::symbolic::store::thresholds::Thresholds;
-use crate::symbolic::store::walk::Direction;
+use crate::symbolic::store::walk::{Direction, Walk};
 
 /// A set of states, or of pairs of a state and the next values of the support bits: bit k is set if
 /// element k is in the set.
@@ -119,7 +119,11 @@ fn check((store, lists): &(Store, Arc<Lists>), width: usize, relations: &[Relati
     let start = store.and(&from, &within).unwrap();
     for direction in [Direction::Forward, Direction::Backward] {
         let found = store.step(direction, &list, &from, &within).unwrap();
-        assert!(found == set(store, width, step(&edges, direction, x, bound)), "step {direction:?}");
+        let stepping = step(&edges, direction, x, bound);
+        assert!(found == set(store, width, stepping), "step {direction:?}");
+        let spare = |w: &Walk<'_, '_>| w.own(|w| w.spare(w.edge(&from), w.edge(&within), &list));
+        let found = store.walk_to_the_end((direction, None), spare).unwrap();
+        assert!(found == set(store, width, bound & !stepping), "spare {direction:?}");
         let expected = set(store, width, reached(&edges, direction, x & bound, bound));
         // Both methods share the operation cache, so mostly only the first one computes. The operands
         // choose it.
@@ -250,11 +254,17 @@ proptest! {
             given.push(lists.of(&store, relations.iter().map(|r| r.steps.clone()).collect()).unwrap());
             edges.push(Vec::from_iter(relations.into_iter().flat_map(|r| r.edges)));
         }
-        let groups = ListTuples::new(&store).of(&store, given).unwrap();
+        let groups = ListTuples::new(&store).of_lists(&store, &given).unwrap();
         let expected = set(&store, 3, attractor(&edges, lost, candidates));
         let (lost, candidates) = (set(&store, 3, lost), set(&store, 3, candidates));
-        prop_assert!(store.lose(&lost, &candidates, &groups, u64::MAX).unwrap().unwrap() == expected);
-        prop_assert!(store.lose(&lost, &candidates, &groups, 2).unwrap().is_none_or(|found| found == expected));
+        prop_assert!(store.lose(&lost, &candidates, &groups, u64::MAX).unwrap() == (expected.clone(), true));
+        for steps in 0..40 {
+            // What was found before the steps were used up lies between the two sets.
+            let (found, done) = store.lose(&lost, &candidates, &groups, steps).unwrap();
+            prop_assert!(!done || found == expected);
+            prop_assert!(store.is_zero(&store.minus(&lost, &found).unwrap()));
+            prop_assert!(store.is_zero(&store.minus(&found, &expected).unwrap()));
+        }
     }
 
     #[test]
