@@ -8,7 +8,7 @@ use super::formula::Formula;
 use super::normaliser::{Meaning, Normaliser};
 use super::wording::{text_of, wording};
 use crate::ast::{Expr, NodeKind, Span};
-use crate::automata::{Decision, Form, Monitor, Normal, Refused, Tree, leaves};
+use crate::automata::{Decision, Form, FormulaId, Formulas, Leaf, Monitor, Tree, leaves};
 use crate::check::{lower_target, lower_value};
 use crate::names::Names;
 use meliora_model::error::{Diagnostic, Limit, Result, Severity, SourceFile};
@@ -20,13 +20,10 @@ use meliora_model::{Branch, Command, CommandId, Program, Synchronisation, VarId,
 /// Maximum number of state formulas in one leaf.
 const MOST_ATOMS: usize = 100;
 
-/// Help text for formulas outside of the supported fragment.
-const FRAGMENT: &str = "supported are `&`, `|`, `!`, `=>`, `<=>` over formulas that are co-safe (F, U, X), safe (G, W, R, X), \
-    G of a co-safe one, or F of a safe one";
-
 /// A program to which monitors are being added.
 pub struct Monitoring<'p> {
     pub(super) program: &'p mut Program,
+    pub(super) formulas: Formulas,
     installed: Vec<Installed>,
     texts: AHashMap<(ExprId, bool), String>,
 }
@@ -44,18 +41,18 @@ struct Installed {
 impl<'p> Monitoring<'p> {
     /// Starts without monitors.
     pub fn new(program: &'p mut Program) -> Self {
-        Monitoring { program, installed: Vec::new(), texts: AHashMap::new() }
+        Monitoring { program, formulas: Formulas::new(), installed: Vec::new(), texts: AHashMap::new() }
     }
 
     /// Returns the condition of a formula, and adds the monitors that it needs; they are called
     /// `name`.
     ///
     /// # Errors
-    /// Unknown names and wrong types; a part outside of the supported fragment, with its place; a
-    /// limit on the size of monitors or the number of cases.
+    /// Unknown names and wrong types; a limit on the size of normal forms and monitors or on the
+    /// number of cases, with the part of the formula.
     pub fn watch(&mut self, source: &Arc<SourceFile>, formula: &Formula, name: &str) -> Result<Condition> {
         let normal = self.normal(source, formula)?;
-        let tree = leaves(&normal).map_err(|refused| refuse(source, formula, &refused))?;
+        let tree = leaves(&mut self.formulas, normal)?;
         let condition = self.condition(&tree, name)?;
         for condition in [&condition, &condition.negated()] {
             if condition.disjuncts().is_err() {
@@ -72,9 +69,9 @@ impl<'p> Monitoring<'p> {
     ///
     /// # Errors
     /// Unknown names and wrong types.
-    pub(super) fn normal(&mut self, source: &Arc<SourceFile>, formula: &Formula) -> Result<Normal> {
+    pub(super) fn normal(&mut self, source: &Arc<SourceFile>, formula: &Formula) -> Result<FormulaId> {
         let mut reader = Reader { program: self.program, source, texts: &mut self.texts };
-        Normaliser::new(&mut reader).build(formula, true)
+        Normaliser::new(&mut reader, &mut self.formulas).build(formula, true)
     }
 
     /// Returns the number of joint states of the monitors of a condition (the product of their
@@ -126,11 +123,8 @@ impl<'p> Monitoring<'p> {
             Tree::Constant(value) => Condition::Constant(*value),
             Tree::All(parts) => Condition::All(all(parts)?),
             Tree::Any(parts) => Condition::Any(all(parts)?),
-            Tree::Leaf(asks, n) => {
-                let monitor = match asks {
-                    Asks::Accept | Asks::Avoid => Monitor::of_cosafe(n)?,
-                    Asks::Again | Asks::Settle => Monitor::of_recurrence(n)?,
-                };
+            Tree::Leaf(Leaf { asks, watched, .. }) => {
+                let monitor = Monitor::of(&self.formulas, *watched)?;
                 Condition::Leaf(*asks, self.mark(monitor, *asks, name)?)
             }
         })
@@ -364,17 +358,17 @@ impl Meaning for Reader<'_> {
         }
     }
 
-    fn literal(&mut self, e: ExprId, positive: bool, span: Span) -> Normal {
+    fn literal(&mut self, e: ExprId, positive: bool) -> Form {
         match self.program.pool.literal(e) {
-            Some(Value::Bool(value)) => Normal::constant(value == positive, span),
+            Some(Value::Bool(value)) => Form::Constant(value == positive),
             _ => {
                 let (e, positive) = self.atom(e, positive);
-                Normal { form: Form::Literal(e, positive), span }
+                Form::Literal(e, positive)
             }
         }
     }
 
-    fn fold(&mut self, conjunction: bool, literals: &[(ExprId, bool)], span: Span) -> Normal {
+    fn fold(&mut self, conjunction: bool, literals: &[(ExprId, bool)]) -> Form {
         let text = |&(e, positive): &(ExprId, bool)| text_of(self.texts, e, positive);
         let joined =
             literals.iter().map(text).collect::<Vec<_>>().join(if conjunction { " & " } else { " | " });
@@ -389,8 +383,8 @@ impl Meaning for Reader<'_> {
         while row.len() > 1 {
             row = row.chunks(2).map(|p| if let [a, b] = *p { pool.binary(op, a, b) } else { p[0] }).collect();
         }
-        let whole = self.literal(row[0], true, span);
-        if let Form::Literal(e, positive) = whole.form {
+        let whole = self.literal(row[0], true);
+        if let Form::Literal(e, positive) = whole {
             self.texts.entry((e, positive)).or_insert(joined);
         }
         whole
@@ -399,12 +393,4 @@ impl Meaning for Reader<'_> {
     fn source(&self) -> &Arc<SourceFile> {
         self.source
     }
-}
-
-fn refuse(source: &Arc<SourceFile>, formula: &Formula, refused: &Refused) -> meliora_model::error::Error {
-    let text = |span: Span| source.on_one_line(span.range());
-    let message = format!("the formula `{}` is not supported: it has {}", text(formula.span), refused.why);
-    let leaf = format!("`{}` is neither co-safe, safe, a recurrence nor a persistence", text(refused.span));
-    let diagnostic = Diagnostic::new(source, refused.span.range(), message).severity(Severity::Unsupported);
-    diagnostic.label(leaf).help(FRAGMENT).into()
 }
