@@ -19,7 +19,7 @@ use crate::literal::Set;
 use crate::plays::edges;
 use crate::regions::bottom_components;
 
-pub(crate) const FORMULAS: [&str; 9] = [
+pub(crate) const FORMULAS: [&str; 12] = [
     "F s=1",
     "F (s=2 | s=3)",
     "G F s=0",
@@ -29,6 +29,9 @@ pub(crate) const FORMULAS: [&str; 9] = [
     "(G F s=0) & (G F s=3)",
     "G !(s=2)",
     "(F G s=0) | ((G F s=1) & (F s=2))",
+    "!(s=2) U (G s!=1)",
+    "(F s=1) W s=2",
+    "G (s=1 => F (s=0 & G F s=3))",
 ];
 
 /// A random model: for each state its choices, for each choice where it leads; formulas by their

@@ -170,7 +170,13 @@ impl Formulas {
     }
 
     /// Returns `left U[window] right` if `until`, `left R[window] right` otherwise.
-    pub(crate) fn binary(&mut self, until: bool, window: Window, left: FormulaId, right: FormulaId) -> FormulaId {
+    pub(crate) fn binary(
+        &mut self,
+        until: bool,
+        window: Window,
+        left: FormulaId,
+        right: FormulaId,
+    ) -> FormulaId {
         if right == Self::constant(!until) || (right == Self::constant(until) && window.least == 0) {
             return right;
         }
@@ -188,7 +194,11 @@ impl Formulas {
     }
 
     /// Returns the conjunction (or the disjunction), flattened and without constants.
-    pub(crate) fn join(&mut self, conjunction: bool, parts: impl IntoIterator<Item = FormulaId>) -> FormulaId {
+    pub(crate) fn join(
+        &mut self,
+        conjunction: bool,
+        parts: impl IntoIterator<Item = FormulaId>,
+    ) -> FormulaId {
         let mut flat = Vec::new();
         for part in parts {
             match self.form(part) {
@@ -276,6 +286,15 @@ impl Formulas {
             Form::Until(Window::ALWAYS, Self::TRUE, inner) => self.is_always(*inner).map(Limit::Settled),
             _ => None,
         }
+    }
+
+    /// Returns true for an unbounded R, perhaps after some X: it needs nothing to happen yet.
+    pub(crate) fn only_lasts(&self, f: FormulaId) -> bool {
+        let mut at = f;
+        while let Form::Next(inner) = self.form(at) {
+            at = *inner;
+        }
+        matches!(self.form(at), Form::Release(Window { most: None, .. }, ..))
     }
 
     /// Returns true for a syntactically co-safe formula (no unbounded R): every path that satisfies

@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 
 use super::formulas::{Form, FormulaId, Formulas};
 use super::normalisation::normalised;
-use meliora_model::error::Result;
+use meliora_model::error::Error;
 use meliora_model::span::Span;
 use meliora_model::stack;
 use meliora_model::temporal::Asks;
@@ -34,6 +34,15 @@ pub(crate) struct Leaf {
     /// The smallest part of the text that the leaf comes from.
     pub(crate) span: Span,
 }
+
+/// A part of a formula that exceeds a limit.
+#[derive(Debug)]
+pub(crate) struct TooLarge {
+    pub(crate) span: Span,
+    pub(crate) limit: Error,
+}
+
+type Result<T> = std::result::Result<T, TooLarge>;
 
 /// Divides a formula into leaves.
 ///
@@ -176,13 +185,18 @@ impl Division<'_> {
             return Ok(self.leaf(Asks::Settle, f));
         }
         let not = self.all.negated(f);
-        let direct = normalised(self.all, f).and_then(|normal| self.leaves(normal));
-        let dual = normalised(self.all, not).and_then(|normal| Ok(self.leaves(normal)?.opposite()));
+        let direct = self.normalised(f);
+        let dual = self.normalised(not).map(Tree::opposite);
         match (direct, dual) {
             (Ok(direct), Ok(dual)) if self.cost(&dual) < self.cost(&direct) => Ok(dual),
             (Err(_), Ok(dual)) => Ok(dual),
             (direct, _) => direct,
         }
+    }
+
+    fn normalised(&mut self, f: FormulaId) -> Result<Tree> {
+        let normal = normalised(self.all, f).map_err(|limit| TooLarge { span: self.span, limit })?;
+        self.leaves(normal)
     }
 
     /// Returns the number of formulas that the leaves consist of.

@@ -15,6 +15,6 @@ mod progression;
 mod simplification;
 
 pub(crate) use formulas::{Form, FormulaId, Formulas, Window};
-pub(crate) use leaves::{Leaf, Tree, leaves};
+pub(crate) use leaves::{Leaf, TooLarge, Tree, leaves};
 pub(crate) use minimal::{Settled, steps};
 pub(crate) use monitor::{Decision, DecisionId, Monitor};

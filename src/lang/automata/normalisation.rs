@@ -100,7 +100,9 @@ impl Normalisation<'_> {
         }
         let simple = stack::level(|| self.rebuilt(f, &mut |own, part| own.simplified(part, known)))?;
         let simple = match *self.all.form(simple) {
-            Form::Until(Window { least, most: None }, left, right) if least > 0 => self.later(true, least, left, right),
+            Form::Until(Window { least, most: None }, left, right) if least > 0 => {
+                self.later(true, least, left, right)
+            }
             Form::Release(Window { least, most: None }, left, right) if least > 0 => {
                 self.later(false, least, left, right)
             }

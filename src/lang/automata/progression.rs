@@ -6,8 +6,8 @@
 
 use ahash::AHashMap;
 
-use super::functions::{FALSE, Function, Functions, TRUE};
 use super::formulas::{Form, FormulaId, Formulas, Window};
+use super::functions::{FALSE, Function, Functions, TRUE};
 use meliora_model::error::{Limit, Result};
 use meliora_model::expr::ExprId;
 use meliora_model::stack;
@@ -118,7 +118,9 @@ impl Progress {
 
     fn owe(&mut self, obligation: Obligation) -> Result<Function> {
         match obligation {
-            Obligation::Next(FALSE | TRUE) => return Ok(Function::from(obligation == Obligation::Next(TRUE))),
+            Obligation::Next(FALSE | TRUE) => {
+                return Ok(Function::from(obligation == Obligation::Next(TRUE)));
+            }
             Obligation::Binary { until, window, right, .. }
                 if right == Function::from(!until)
                     || (right == Function::from(until) && window.least == 0) =>
@@ -229,11 +231,13 @@ impl Progress {
     /// Returns what one variable still owes.
     fn debt(&mut self, variable: u32) -> Result<Function> {
         let own = self.functions.variable(variable, true)?;
-        let Some(&obligation) = variable.checked_sub(OBLIGATIONS).map(|at| &self.obligations[at as usize]) else {
+        let Some(&obligation) = variable.checked_sub(OBLIGATIONS).map(|at| &self.obligations[at as usize])
+        else {
             return Ok(own);
         };
         match obligation {
-            Obligation::Atom(_) | Obligation::Binary { until: true, window: Window { most: None, .. }, .. } => Ok(own),
+            Obligation::Atom(_)
+            | Obligation::Binary { until: true, window: Window { most: None, .. }, .. } => Ok(own),
             Obligation::Binary { until: false, window: Window { most: None, .. }, .. } => Ok(TRUE),
             Obligation::Next(inner) => {
                 let inner = self.owed(inner)?;

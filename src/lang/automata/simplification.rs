@@ -9,7 +9,11 @@ use meliora_model::stack;
 impl Formulas {
     /// Returns the simplified conjunction (or disjunction): without parts that others imply (or
     /// that imply others), and constant if two parts contradict each other.
-    pub(super) fn simple_join(&mut self, conjunction: bool, parts: impl IntoIterator<Item = FormulaId>) -> FormulaId {
+    pub(super) fn simple_join(
+        &mut self,
+        conjunction: bool,
+        parts: impl IntoIterator<Item = FormulaId>,
+    ) -> FormulaId {
         let joined = self.join(conjunction, parts);
         let mut parts = match self.form(joined) {
             Form::And(parts) if conjunction => parts.to_vec(),
@@ -82,8 +86,12 @@ impl Formulas {
             // F (φ U ψ) is F ψ.
             Form::Until(Window::ALWAYS, _, last) if until && left == Self::TRUE => self.eventually(last),
             Form::Release(Window::ALWAYS, _, last) if !until && left == Self::FALSE => self.always(last),
-            Form::Release(Window::ALWAYS, Self::FALSE, inner) if until && left == Self::TRUE => self.settled(inner),
-            Form::Until(Window::ALWAYS, Self::TRUE, inner) if !until && left == Self::FALSE => self.again(inner),
+            Form::Release(Window::ALWAYS, Self::FALSE, inner) if until && left == Self::TRUE => {
+                self.settled(inner)
+            }
+            Form::Until(Window::ALWAYS, Self::TRUE, inner) if !until && left == Self::FALSE => {
+                self.again(inner)
+            }
             _ => self.binary(until, Window::ALWAYS, left, right),
         }
     }
@@ -169,7 +177,8 @@ impl Formulas {
     /// Operators are monotone, and φ U ψ implies ψ R (φ | ψ).
     fn monotone(&mut self, f: &Form, g: &Form) -> bool {
         match (f, g) {
-            (&Form::Until(w, a, b), &Form::Until(v, c, d)) | (&Form::Release(w, a, b), &Form::Release(v, c, d)) => {
+            (&Form::Until(w, a, b), &Form::Until(v, c, d))
+            | (&Form::Release(w, a, b), &Form::Release(v, c, d)) => {
                 w == v && self.implies(a, c) && self.implies(b, d)
             }
             (&Form::Until(Window::ALWAYS, a, b), &Form::Release(Window::ALWAYS, c, d)) => {

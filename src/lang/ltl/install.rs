@@ -1,5 +1,6 @@
 //! Formulas over a program, and their monitors as variables of the program.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use ahash::AHashMap;
@@ -8,16 +9,16 @@ use super::formula::Formula;
 use super::normaliser::{Meaning, Normaliser};
 use super::wording::{text_of, wording};
 use crate::ast::{Expr, NodeKind, Span};
-use crate::automata::{Decision, Form, FormulaId, Formulas, Leaf, Monitor, Tree, leaves};
+use crate::automata::{Decision, Form, FormulaId, Formulas, Monitor, TooLarge, Tree, leaves};
 use crate::check::{lower_target, lower_value};
 use crate::names::Names;
-use meliora_model::error::{Diagnostic, Limit, Result, Severity, SourceFile};
+use meliora_model::error::{Diagnostic, Error, Limit, Result, Severity, SourceFile};
 use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use meliora_model::temporal::{Asks, Begin, Condition, MOST_DISJUNCTS, Monitors};
 use meliora_model::value::{Type, Value};
 use meliora_model::{Branch, Command, CommandId, Program, Synchronisation, VarId, Variable};
 
-/// Maximum number of state formulas in one leaf.
+/// Maximum number of state formulas that one monitor reads.
 const MOST_ATOMS: usize = 100;
 
 /// A program to which monitors are being added.
@@ -25,6 +26,8 @@ pub struct Monitoring<'p> {
     pub(super) program: &'p mut Program,
     pub(super) formulas: Formulas,
     installed: Vec<Installed>,
+    /// The marks of the formulas that have a monitor.
+    marks: AHashMap<FormulaId, ExprId>,
     texts: AHashMap<(ExprId, bool), String>,
 }
 
@@ -41,7 +44,13 @@ struct Installed {
 impl<'p> Monitoring<'p> {
     /// Starts without monitors.
     pub fn new(program: &'p mut Program) -> Self {
-        Monitoring { program, formulas: Formulas::new(), installed: Vec::new(), texts: AHashMap::new() }
+        Monitoring {
+            program,
+            formulas: Formulas::new(),
+            installed: Vec::new(),
+            marks: AHashMap::new(),
+            texts: AHashMap::new(),
+        }
     }
 
     /// Returns the condition of a formula, and adds the monitors that it needs; they are called
@@ -52,11 +61,14 @@ impl<'p> Monitoring<'p> {
     /// number of cases, with the part of the formula.
     pub fn watch(&mut self, source: &Arc<SourceFile>, formula: &Formula, name: &str) -> Result<Condition> {
         let normal = self.normal(source, formula)?;
-        let tree = leaves(&mut self.formulas, normal)?;
-        let condition = self.condition(&tree, name)?;
-        for condition in [&condition, &condition.negated()] {
+        let tree = leaves(&mut self.formulas, normal).map_err(|found| too_large(source, found))?;
+        let condition = self.condition(&tree, name).map_err(|found| too_large(source, found))?;
+        for (which, condition) in [("formula", &condition), ("negation of the formula", &condition.negated())]
+        {
             if condition.disjuncts().is_err() {
-                let message = format!("the formula, or its negation, has more than {MOST_DISJUNCTS} cases");
+                let monitors = condition.marks().into_iter().collect::<BTreeSet<_>>().len();
+                let message =
+                    format!("the {which} has more than {MOST_DISJUNCTS} cases over its {monitors} monitors");
                 let diagnostic =
                     Diagnostic::new(source, formula.span.range(), message).severity(Severity::Unsupported);
                 return Err(diagnostic.label("too many ways to satisfy it").into());
@@ -116,37 +128,47 @@ impl<'p> Monitoring<'p> {
         }
     }
 
-    fn condition(&mut self, tree: &Tree, name: &str) -> Result<Condition> {
-        let mut all =
-            |parts: &[Tree]| parts.iter().map(|p| self.condition(p, name)).collect::<Result<Vec<_>>>();
+    fn condition(&mut self, tree: &Tree, name: &str) -> std::result::Result<Condition, TooLarge> {
+        let mut all = |parts: &[Tree]| {
+            parts.iter().map(|p| self.condition(p, name)).collect::<std::result::Result<Vec<_>, _>>()
+        };
         Ok(match tree {
             Tree::Constant(value) => Condition::Constant(*value),
             Tree::All(parts) => Condition::All(all(parts)?),
             Tree::Any(parts) => Condition::Any(all(parts)?),
-            Tree::Leaf(Leaf { asks, watched, .. }) => {
-                let monitor = Monitor::of(&self.formulas, *watched)?;
-                Condition::Leaf(*asks, self.mark(monitor, *asks, name)?)
+            Tree::Leaf(leaf) => {
+                let mark = self.mark(leaf.watched, leaf.asks, name);
+                Condition::Leaf(leaf.asks, mark.map_err(|limit| TooLarge { span: leaf.span, limit })?)
             }
         })
     }
 
-    /// Returns the mark of a monitor, which is added unless an equal one is installed.
-    pub(super) fn mark(&mut self, monitor: Monitor, asks: Asks, name: &str) -> Result<ExprId> {
+    /// Returns the mark of the monitor of a formula, which is added unless an equal one is installed.
+    pub(super) fn mark(&mut self, watched: FormulaId, asks: Asks, name: &str) -> Result<ExprId> {
+        if let Some(&known) = self.marks.get(&watched) {
+            return Ok(known);
+        }
+        let monitor = Monitor::of(&self.formulas, watched)?;
+        let owes = !self.formulas.only_lasts(watched);
+        let mark = self.install(monitor, (asks, owes), name)?;
+        self.marks.insert(watched, mark);
+        Ok(mark)
+    }
+
+    fn install(&mut self, monitor: Monitor, (asks, owes): (Asks, bool), name: &str) -> Result<ExprId> {
         if let Some(same) = self.installed.iter().find(|w| w.monitor.is_same(&monitor)) {
             return Ok(same.mark);
         }
         if monitor.atoms.len() > MOST_ATOMS {
-            let what = format!(
-                "a temporal formula over {} state formulas in one leaf, more than {MOST_ATOMS}",
-                monitor.atoms.len()
-            );
+            let what =
+                format!("a monitor over {} state formulas, more than {MOST_ATOMS}", monitor.atoms.len());
             return Err(Limit::Size { what }.into());
         }
         let variables = self.installed.iter().filter(|w| w.variable.is_some()).count();
         let variable = (monitor.states.len() > 1)
             .then(|| VarId(u32::try_from(self.program.variables.len() + variables).unwrap_or(u32::MAX)));
         let mark = Values { pool: &mut self.program.pool, monitor: &monitor, variable }.mark();
-        let words = wording(&monitor, asks, &self.texts);
+        let words = wording(&monitor, (asks, owes), &self.texts);
         self.installed.push(Installed { monitor, variable, mark, name: name.to_owned(), words });
         Ok(mark)
     }
@@ -392,5 +414,16 @@ impl Meaning for Reader<'_> {
 
     fn source(&self) -> &Arc<SourceFile> {
         self.source
+    }
+}
+
+/// Names the part of a formula that exceeds a limit.
+fn too_large(source: &Arc<SourceFile>, TooLarge { span, limit }: TooLarge) -> Error {
+    match limit {
+        Error::Limit(Limit::Size { what }) => {
+            let part = source.on_one_line(span.range());
+            Limit::Size { what: format!("the temporal formula `{part}` needs {what}") }.into()
+        }
+        other => other,
     }
 }

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use super::formula::Formula;
 use super::install::Monitoring;
-use crate::automata::{Form, FormulaId, Formulas, Monitor};
-use meliora_model::error::{Diagnostic, Error, Result, Severity, SourceFile};
+use crate::automata::{Form, FormulaId, Formulas};
+use meliora_model::error::{Diagnostic, Error, Limit, Result, Severity, SourceFile};
 use meliora_model::expr::{Binary, ExprId, ExprPool, Unary};
 use meliora_model::preference::Requirement;
-use meliora_model::temporal::Asks;
+use meliora_model::temporal::{Asks, Condition};
 use meliora_model::value::Value;
 
 impl Monitoring<'_> {
@@ -69,9 +69,13 @@ impl Monitoring<'_> {
     /// number of states of the monitor.
     fn watched(&mut self, formula: FormulaId, name: &str) -> Result<(ExprId, u64)> {
         let not = self.formulas.negated(formula);
-        let monitor = Monitor::of(&self.formulas, not)?;
-        let states = monitor.states.len() as u64;
-        let violated = self.mark(monitor, Asks::Avoid, name)?;
+        let violated = self.mark(not, Asks::Avoid, name).map_err(|error| match error {
+            Error::Limit(Limit::Size { what }) => {
+                Limit::Size { what: format!("the required formulas need {what}") }.into()
+            }
+            other => other,
+        })?;
+        let states = self.states_of(&Condition::Leaf(Asks::Avoid, violated));
         Ok((self.program.pool.unary(Unary::Not, violated), states))
     }
 }
