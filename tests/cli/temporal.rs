@@ -101,8 +101,16 @@ fn huge_formulas_end_with_a_status() {
     ] {
         reach(&["--property", &format!("P>=1 [ {formula} ]")]).expect(3);
     }
-    let found = reach(&["--property", "P>=1 [ F<=100000 x=2 ]"]).expect(4);
-    assert!(found.stderr.contains("4096 states") || found.stderr.contains("obligations"), "{}", found.stderr);
+    // The part that is too large is named, with the limit.
+    let all = (1..=13).map(|i| format!("(F x*{i}=3)")).collect::<Vec<_>>().join(" & ");
+    for (part, limit) in [("F<=100000 x=2", "8192 obligations"), (&format!("F ({all})"), "4096 states")] {
+        let found = reach(&["--property", &format!("P>=1 [ (F x=1) & ({part}) ]")]).expect(4).stderr;
+        let named = format!("the temporal formula `{part}` needs a monitor of more than {limit}");
+        assert!(found.contains(&named), "{found}");
+    }
+    let many = |n| (0..n).map(|i| format!("((G F x={i}) | (F G x>{i}))")).collect::<Vec<_>>().join(" & ");
+    let found = reach(&["--property", &format!("P>=1 [ {} ]", many(9))]).expect(3).stderr;
+    assert!(found.contains("the formula has more than 64 cases over its"), "{found}");
 }
 
 /// A corridor with two items; `seen` remembers them by hand.

@@ -59,7 +59,7 @@ struct Operators {
     limit: bool,
 }
 
-/// What a formula says of the limit of a path.
+/// A formula on the limit of a path, which no finite prefix decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Limit {
     /// `G F φ`
@@ -123,7 +123,7 @@ impl Formulas {
         if value { Self::TRUE } else { Self::FALSE }
     }
 
-    /// Returns a literal or a constant.
+    /// Returns the formula of a form as it is, for literals and where nothing is to be simplified.
     pub(crate) fn add(&mut self, form: Form) -> FormulaId {
         if let Some(&known) = self.known.get(&form) {
             return known;
@@ -275,7 +275,7 @@ impl Formulas {
         }
     }
 
-    /// Returns what `G F φ` or `F G φ` says of the limit.
+    /// Returns φ for the limits `G F φ` and `F G φ`.
     pub(crate) fn limit(&self, f: FormulaId) -> Option<Limit> {
         self.limit_of(self.form(f))
     }

@@ -5,7 +5,7 @@
 //! - `G G φ` is `G φ`, and `F G F φ` is `G F φ`.
 //! - X moves inwards, and vanishes before `G F φ`.
 //!
-//! What is then neither in Π2 nor in Σ2 is normalised.
+//! Formulas that are then neither in Π2 nor in Σ2 are normalised.
 
 use std::collections::BTreeSet;
 

@@ -1,7 +1,7 @@
 //! Deterministic automata for temporal formulas.
 //!
-//! A formula in negation normal form ([`Formulas`]) is divided into leaves ([`leaves`]); what is too
-//! mixed for a leaf is normalised first. Each leaf has a [`Monitor`], built by progression and made
+//! A formula in negation normal form ([`Formulas`]) is divided into leaves ([`leaves`]);
+//! formulas that no leaf covers are normalised first. Each leaf has a [`Monitor`], built by progression and made
 //! minimal. The room knows neither the syntax of formulas nor engines: state formulas are expressions
 //! of the program's pool.
 

@@ -205,7 +205,7 @@ impl Progress {
         Ok(found)
     }
 
-    /// Returns what f still owes: f with `true` for each unbounded release, which needs nothing to
+    /// Returns the debts of f: f with `true` for each unbounded release, which needs nothing to
     /// happen. For a formula of the class Π2 this is co-safe.
     ///
     /// # Errors
@@ -228,7 +228,7 @@ impl Progress {
         Ok(found)
     }
 
-    /// Returns what one variable still owes.
+    /// Returns the debts of one variable.
     fn debt(&mut self, variable: u32) -> Result<Function> {
         let own = self.functions.variable(variable, true)?;
         let Some(&obligation) = variable.checked_sub(OBLIGATIONS).map(|at| &self.obligations[at as usize])

@@ -34,8 +34,8 @@ fn nothing_false_of_whole_plays_gets_past_verify() {
     table.close();
 }
 
-/// Formulas that are satisfied only in the limit, nested: monitors that owe something beside what must
-/// last, alone and joined by a normal form.
+/// Nested formulas: monitors with debts and with formulas that must last, alone and joined by a normal
+/// form.
 const NESTED: &str = "objective A = x!=3 U (G x=2); objective B = (F x=1) W x=2;
     objective C = G (x=1 => F (x=0 & G F x=2)); prefer A > B; prefer B > C;";
 
