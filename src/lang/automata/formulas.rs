@@ -52,7 +52,7 @@ struct Operators {
     release: bool,
     until_below_release: bool,
     release_below_until: bool,
-    /// The same outside of all limits `G F φ` and `F G φ`.
+    /// An unbounded U outside of all limits `G F φ` and `F G φ`; then the same for R.
     free_until: bool,
     free_release: bool,
     /// A limit stands in the formula, or the formula is one.

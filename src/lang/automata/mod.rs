@@ -15,6 +15,8 @@ mod progression;
 mod simplification;
 
 pub(crate) use formulas::{Form, FormulaId, Formulas, Window};
-pub(crate) use leaves::{Leaf, TooLarge, Tree, leaves};
+#[cfg(test)]
+pub(crate) use leaves::Leaf;
+pub(crate) use leaves::{TooLarge, Tree, leaves};
 pub(crate) use minimal::{Settled, steps};
 pub(crate) use monitor::{Decision, DecisionId, Monitor};
