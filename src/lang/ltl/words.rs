@@ -358,12 +358,12 @@ fn monitors_of_common_formulas_are_small() {
         ("(G F a) & (G F b)", vec![1, 1]),
         ("X X X a", vec![6]),
         ("a U (G b)", vec![3]),
-        ("G (a => (b U (G c)))", vec![0]),
-        ("(F a) W b", vec![2]),
-        ("F (!a <=> G !a)", vec![0]),
-        ("!(F (!a <=> G !a))", vec![0]),
+        ("G (a => (b U (G c)))", vec![4, 1, 2]),
+        ("(F a) W b", vec![4]),
+        ("F (!a <=> G !a)", vec![1, 2]),
+        ("!(F (!a <=> G !a))", vec![1]),
         ("G F (a & X G b)", vec![1, 1]),
-        ("F<=2 (G F a)", vec![1]),
+        ("F<=2 (G F a)", vec![3]),
     ] {
         assert_eq!(states(text), expected, "{text}");
     }
