@@ -159,7 +159,7 @@ class Draw:
             self.mark("objective reach")
             return f"F ({self.condition()})"
         kinds = ["co-safe", "safe", "recurrence", "persistence", "combination", "bounded"]
-        return self.temporal("general" if self.chance(0.1) else self.rng.choice(kinds))
+        return self.temporal("general" if self.chance(0.25) else self.rng.choice(kinds))
 
     def temporal(self, kind):
         a, b = self.condition(), self.condition()
@@ -180,6 +180,10 @@ class Draw:
                     f"(F ({a})) W ({b})",
                     f"G (({a}) | (F (G ({b}))))",
                     f"F (({a}) & (G (F ({b}))))",
+                    f"({a}) M ({b})",
+                    f"G (({a}) => (({b}) U (G !({a}))))",
+                    f"F (!({a}) <=> (G ({b})))",
+                    f"G<=1 (F (({a}) & (G ({b}))))",
                 ],
                 "bounded": [f"F<=2 ({a})", f"G<=1 ({a})", f"({a}) U<=2 ({b})", f"F[1,2] ({a})", f"F>=2 ({a})"],
             }[kind]

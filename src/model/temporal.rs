@@ -16,7 +16,7 @@ pub const MOST_DISJUNCTS: usize = 64;
 /// The requirement of a formula on the marks of one monitor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr)]
 pub enum Asks {
-    /// Some step is marked, and all later ones are then marked too: a co-safe formula.
+    /// Some step is marked, and all later ones are then marked too: the formula is co-safe.
     #[strum(serialize = "co-safe")]
     Accept,
     /// Every step is unmarked; after a marked step, all steps are marked: a safe formula.
@@ -89,7 +89,8 @@ impl Condition {
         }
     }
 
-    /// Returns the disjunctive normal form without disjuncts that are stronger than another one.
+    /// Returns the disjunctive normal form without disjuncts that are stronger than another one or
+    /// that contradict themselves.
     ///
     /// # Errors
     /// There are more than [`MOST_DISJUNCTS`].
@@ -118,7 +119,7 @@ impl Condition {
                 let mut all = vec![Disjunct::default()];
                 for part in parts {
                     let other = part.disjuncts()?;
-                    all = least(all.iter().flat_map(|d| other.iter().map(|o| d.and(o))).collect())?;
+                    all = least(all.iter().flat_map(|d| other.iter().filter_map(|o| d.and(o))).collect())?;
                 }
                 Ok(all)
             }
@@ -127,7 +128,9 @@ impl Condition {
 }
 
 impl Disjunct {
-    fn and(&self, other: &Disjunct) -> Disjunct {
+    /// Returns the conjunction, `None` if no path satisfies it: a mark keeps one sign only, and one
+    /// that keeps off does not recur.
+    fn and(&self, other: &Disjunct) -> Option<Disjunct> {
         let mut both = self.clone();
         both.always.extend(&other.always);
         both.again.extend(&other.again);
@@ -135,7 +138,9 @@ impl Disjunct {
         both.always.dedup();
         both.again.sort_unstable();
         both.again.dedup();
-        both
+        let off = |mark: &ExprId| both.always.contains(&(*mark, false));
+        let contradicts = both.again.iter().any(off) || both.always.iter().any(|(mark, on)| *on && off(mark));
+        (!contradicts).then_some(both)
     }
 
     fn asks_all_of(&self, other: &Disjunct) -> bool {

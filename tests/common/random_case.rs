@@ -54,7 +54,7 @@ pub const REWARDS: &str = "r";
 const ATOMS: [&str; 7] = ["s=0", "s=2", "s>1", "b", "s!=1", "s=2 & !b", "\"l\""];
 
 /// Formulas over whole paths, where `P` and `Q` stand for state formulas.
-const PATHS: [&str; 15] = [
+const PATHS: [&str; 23] = [
     "F (P)",
     "F ((P) & X (Q))",
     "F ((P) & F (Q))",
@@ -70,6 +70,14 @@ const PATHS: [&str; 15] = [
     "(G F (P)) & (F (Q))",
     "(F (P)) & (F (Q))",
     "(F G (P)) | (G (Q))",
+    "(P) M (Q)",
+    "(P) U (G (Q))",
+    "(F (P)) W (Q)",
+    "G ((P) | F G (Q))",
+    "F ((P) & G F (Q))",
+    "G ((P) => ((Q) U (G !(P))))",
+    "F (!(P) <=> G (Q))",
+    "G<=1 (F ((P) & G (Q)))",
 ];
 
 /// Safe formulas over whole paths.

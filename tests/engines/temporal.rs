@@ -14,6 +14,7 @@ use proptest::prelude::*;
 
 use crate::common::brute::{Brute, Set};
 use crate::common::random_program::{random_predicate, random_program};
+use crate::lasso::watched;
 
 /// Subsets of more states are not enumerated.
 const MOST_STATES: usize = 11;
@@ -32,6 +33,7 @@ fn formula() -> impl Strategy<Value = String> {
             inner.clone().prop_map(|a| format!("(F<=2 {a})")),
             two().prop_map(|(a, b)| format!("({a} U {b})")),
             two().prop_map(|(a, b)| format!("({a} W {b})")),
+            two().prop_map(|(a, b)| format!("({a} M {b})")),
             two().prop_map(|(a, b)| format!("({a} & {b})")),
             two().prop_map(|(a, b)| format!("({a} | {b})")),
             two().prop_map(|(a, b)| format!("({a} => {b})")),
@@ -87,7 +89,7 @@ struct Case {
     condition: Condition,
 }
 
-/// A random program with the monitors of a formula; none where the formula is outside of the fragment.
+/// A random program with the monitors of a formula; none where the formula exceeds a limit.
 fn case(numbers: &[u16], predicates: &[Vec<u16>; 2], formula: &str, begin: Begin) -> Option<Case> {
     let mut program = random_program(numbers, false);
     for (name, predicate) in ["p", "q"].into_iter().zip(predicates) {
@@ -97,7 +99,7 @@ fn case(numbers: &[u16], predicates: &[Vec<u16>; 2], formula: &str, begin: Begin
     let source = SourceFile::new("formula", formula);
     let formula = parse_formula(&source).unwrap();
     let mut watching = Monitoring::new(&mut program);
-    let condition = watching.watch(&source, &formula, "w").ok()?;
+    let condition = watched(&mut watching, &source, &formula)?;
     watching.finish(begin).unwrap();
     Some(Case { program, condition })
 }

@@ -39,7 +39,7 @@ type Decided = (&'static str, fn(&[i64]) -> bool);
 
 /// Formulas that some step decides, on every path that satisfies them.
 const COSAFE: usize = 8;
-const FORMULAS: [Decided; 17] = [
+const FORMULAS: [Decided; 20] = [
     ("F s=1", |path| path.contains(&1)),
     ("F (s=1 & F s=2)", |path| {
         path.iter().position(|&s| s == 1).is_some_and(|first| path[first..].contains(&2))
@@ -58,6 +58,11 @@ const FORMULAS: [Decided; 17] = [
     ("(F s=1) | (G !(s=2))", |path| path.contains(&1)),
     ("(X s=1) | (G F s=0)", |path| path.get(1) == Some(&1)),
     ("!(s=2) W s=1", |path| path.iter().position(|&s| s == 1).is_some_and(|n| !path[..n].contains(&2))),
+    ("(F s=1) W s=2", |path| {
+        path.iter().position(|&s| s == 2).is_some_and(|n| path[n.saturating_sub(1)..].contains(&1) || n == 0)
+    }),
+    ("!(s=2) U (G s=1)", |_| false),
+    ("G (s=1 => F (s=0 & G F s=2))", |_| false),
     ("s=1 R !(s=2)", |path| path.iter().position(|&s| s == 1).is_some_and(|n| !path[..n].contains(&2))),
 ];
 

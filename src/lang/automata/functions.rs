@@ -62,7 +62,7 @@ impl Functions {
             return Ok(known);
         }
         if self.nodes.len() >= MOST_NODES {
-            let what = format!("a temporal formula whose monitor needs more than {MOST_NODES} decisions");
+            let what = format!("a monitor of more than {MOST_NODES} decisions");
             return Err(Limit::Size { what }.into());
         }
         let new = self.nodes.len() as Function;
@@ -79,11 +79,6 @@ impl Functions {
     /// Computes f ∨ g.
     pub(crate) fn or(&mut self, f: Function, g: Function) -> Result<Function> {
         self.ite(f, TRUE, g)
-    }
-
-    /// Returns true if f ⇒ g for all values of the variables.
-    pub(crate) fn implies(&mut self, f: Function, g: Function) -> Result<bool> {
-        Ok(self.ite(f, g, TRUE)? == TRUE)
     }
 
     /// Computes f ? g : h. The recursion depth is at most the number of variables.

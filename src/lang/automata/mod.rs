@@ -1,17 +1,22 @@
 //! Deterministic automata for temporal formulas.
 //!
-//! A formula in negation normal form ([`Normal`]) is a Boolean combination of leaves ([`leaves`]), each co-safe, safe,
-//! a recurrence or a persistence. Each leaf has a [`Monitor`], built by progression and made minimal. The room knows
-//! neither the syntax of formulas nor engines: state formulas are expressions of the program's pool.
+//! A formula in negation normal form ([`Formulas`]) is divided into leaves ([`leaves`]);
+//! formulas that no leaf covers are normalised first. Each leaf has a [`Monitor`], built by progression and made
+//! minimal. The room knows neither the syntax of formulas nor engines: state formulas are expressions
+//! of the program's pool.
 
+mod formulas;
 mod functions;
 mod leaves;
 mod minimal;
 mod monitor;
-mod normal;
+mod normalisation;
 mod progression;
+mod simplification;
 
-pub(crate) use leaves::{Refused, Tree, leaves};
+pub(crate) use formulas::{Form, FormulaId, Formulas, Window};
+#[cfg(test)]
+pub(crate) use leaves::Leaf;
+pub(crate) use leaves::{TooLarge, Tree, leaves};
 pub(crate) use minimal::{Settled, steps};
 pub(crate) use monitor::{Decision, DecisionId, Monitor};
-pub(crate) use normal::{Form, Normal, Window};

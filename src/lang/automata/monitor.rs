@@ -1,14 +1,14 @@
 //! Deterministic monitors: finite automata that read states and mark some of their steps.
 //!
-//! A co-safe formula is satisfied when a step is marked, and then all later steps are marked. `G φ`
-//! with co-safe φ is satisfied when infinitely many steps are marked. Steps carry the marks, so the
-//! monitor of `F a` marks the step that reads a.
+//! A formula of the class Π2 is satisfied when infinitely many steps are marked; after the first mark
+//! of a co-safe formula all steps are marked. Steps carry the marks, so the monitor of `F a` marks the
+//! step that reads a.
 
 use ahash::AHashMap;
 
+use super::formulas::{FormulaId, Formulas};
 use super::functions::{FALSE, Function, TRUE};
 use super::minimal;
-use super::normal::Normal;
 use super::progression::{OBLIGATIONS, Progress};
 use meliora_model::error::{Limit, Result};
 use meliora_model::expr::ExprId;
@@ -60,30 +60,22 @@ pub(crate) struct Monitor {
 }
 
 impl Monitor {
-    /// Builds the monitor of a co-safe formula: a mark means that the formula holds for every
+    /// Builds the monitor of a formula of the class Π2: it marks a step that fulfils all that was owed
+    /// at the last mark.
+    ///
+    /// Debts that arise in between become due at the next mark: the breakpoint construction of
+    /// J. Esparza, J. Kretinsky and S. Sickert, *A unified translation of linear temporal logic to
+    /// omega-automata*, 2020. A co-safe formula owes itself, so a mark means that it holds for every
     /// continuation.
     ///
     /// # Errors
     /// The monitor has too many states, or the formula too many obligations.
-    pub(crate) fn of_cosafe(n: &Normal) -> Result<Self> {
+    pub(crate) fn of(all: &Formulas, f: FormulaId) -> Result<Self> {
+        debug_assert!(all.is_pi2(f));
         let mut build = Build::new();
-        let start = build.progress.ask(n)?;
-        build.run((start, TRUE), None)
-    }
-
-    /// Builds the monitor of `G φ` with co-safe φ: it marks a step that fulfils all obligations
-    /// pending at the last mark.
-    ///
-    /// Obligations that arise in between become pending at the next mark: the breakpoint
-    /// construction of J. Esparza, J. Kretinsky and S. Sickert, *A unified translation of linear
-    /// temporal logic to omega-automata*, 2020.
-    ///
-    /// # Errors
-    /// See [`Monitor::of_cosafe`].
-    pub(crate) fn of_recurrence(n: &Normal) -> Result<Self> {
-        let mut build = Build::new();
-        let each = build.progress.ask(n)?;
-        build.run((TRUE, TRUE), Some(each))
+        let left = build.progress.ask(all, f)?;
+        let owed = build.progress.owed(left)?;
+        build.run(State { left, owed })
     }
 
     /// Returns true if both monitors are equal, state by state.
@@ -127,16 +119,22 @@ impl Monitor {
     }
 }
 
-/// The obligations pending at the last mark, and those that arose since then.
-type Owed = (Function, Function);
+/// A state of a monitor under construction.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct State {
+    /// The formula for the rest of the path.
+    left: Function,
+    /// The part of it that is owed since the last mark.
+    owed: Function,
+}
 
 /// A monitor under construction.
 struct Build {
     progress: Progress,
     decisions: Decisions,
-    known: AHashMap<Owed, usize>,
-    open: Vec<Owed>,
-    made: AHashMap<Owed, DecisionId>,
+    known: AHashMap<State, usize>,
+    open: Vec<State>,
+    made: AHashMap<State, DecisionId>,
 }
 
 impl Build {
@@ -150,70 +148,63 @@ impl Build {
         }
     }
 
-    /// Explores all states from the initial one; `each` is the obligation that arises in every
-    /// state.
-    fn run(mut self, start: Owed, each: Option<Function>) -> Result<Monitor> {
+    /// Explores all states from the initial one.
+    fn run(mut self, start: State) -> Result<Monitor> {
         self.state(start)?;
         let mut states = Vec::new();
-        while let Some(&owed) = self.open.get(states.len()) {
-            let read = self.read(owed, each)?;
-            states.push(self.decide(read, each.is_some())?);
+        while let Some(&state) = self.open.get(states.len()) {
+            let read = self.read(state)?;
+            states.push(self.decide(read)?);
         }
         let Build { progress, decisions, .. } = self;
         Ok(minimal::minimal(&Monitor { states, decisions, atoms: progress.atoms }))
     }
 
-    fn state(&mut self, owed: Owed) -> Result<usize> {
-        if let Some(&known) = self.known.get(&owed) {
+    fn state(&mut self, state: State) -> Result<usize> {
+        if let Some(&known) = self.known.get(&state) {
             return Ok(known);
         }
         if self.open.len() >= MOST_STATES {
-            let what = format!("a temporal formula whose monitor has more than {MOST_STATES} states");
+            let what = format!("a monitor of more than {MOST_STATES} states");
             return Err(Limit::Size { what }.into());
         }
-        self.open.push(owed);
-        self.known.insert(owed, self.open.len() - 1);
+        self.open.push(state);
+        self.known.insert(state, self.open.len() - 1);
         Ok(self.open.len() - 1)
     }
 
-    fn read(&mut self, (owed, since): Owed, each: Option<Function>) -> Result<Owed> {
-        let Some(each) = each else { return Ok((self.progress.read(owed)?, TRUE)) };
-        let new = self.progress.read(each)?;
-        // When nothing was pending before this step, its new obligations become pending at once,
-        // without a mark; the mark follows when they are fulfilled. If this step itself fulfils
-        // them, it is marked.
-        if owed == TRUE {
-            return Ok((new, TRUE));
-        }
-        let (owed, since) = (self.progress.read(owed)?, self.progress.read(since)?);
-        Ok((owed, self.progress.functions.and(since, new)?))
+    fn read(&mut self, State { left, owed }: State) -> Result<State> {
+        let left = self.progress.read(left)?;
+        // When nothing was owed before this step, its new debts become due at once, without a mark;
+        // the mark follows when they are paid. If this step itself pays them, it is marked.
+        let owed = if owed == TRUE { self.progress.owed(left)? } else { self.progress.read(owed)? };
+        Ok(State { left, owed })
     }
 
-    /// Returns the decision that leads to the remaining parts of `owed` and `since`.
-    fn decide(&mut self, (owed, since): Owed, again: bool) -> Result<DecisionId> {
-        if let Some(&made) = self.made.get(&(owed, since)) {
+    /// Returns the decision that leads to what remains after the atoms of the present state.
+    fn decide(&mut self, read: State) -> Result<DecisionId> {
+        if let Some(&made) = self.made.get(&read) {
             return Ok(made);
         }
-        let atom = self.progress.functions.top(owed).min(self.progress.functions.top(since));
+        let State { left, owed } = read;
+        let atom = self.progress.functions.top(left).min(self.progress.functions.top(owed));
         let made = if atom < OBLIGATIONS {
-            let (no, yes) = self.progress.functions.halves(owed, atom);
-            let (since_no, since_yes) = self.progress.functions.halves(since, atom);
-            let no = self.decide((no, since_no), again)?;
-            let yes = self.decide((yes, since_yes), again)?;
+            let (left_no, left_yes) = self.progress.functions.halves(left, atom);
+            let (owed_no, owed_yes) = self.progress.functions.halves(owed, atom);
+            let no = self.decide(State { left: left_no, owed: owed_no })?;
+            let yes = self.decide(State { left: left_yes, owed: owed_yes })?;
             self.decisions.add(Decision::Test { atom, no, yes })
         } else {
             let mark = owed == TRUE;
-            let next = match (again, owed, since) {
-                (true, TRUE, _) => (since, TRUE),
-                (true, FALSE, _) | (true, _, FALSE) => (FALSE, TRUE),
-                // Obligations implied by the pending ones are fulfilled together with them.
-                (true, ..) if self.progress.functions.implies(owed, since)? => (owed, TRUE),
-                _ => (owed, since),
+            let owed = match mark {
+                true => self.progress.owed(left)?,
+                false if left == FALSE => FALSE,
+                false => owed,
             };
-            let next = self.state(next)?;
+            let next = self.state(State { left, owed })?;
             self.decisions.add(Decision::Go { next, mark })
         };
-        self.made.insert((owed, since), made);
+        self.made.insert(read, made);
         Ok(made)
     }
 }

@@ -6,8 +6,8 @@
 
 use ahash::AHashMap;
 
+use super::formulas::{Form, FormulaId, Formulas, Window};
 use super::functions::{FALSE, Function, Functions, TRUE};
-use super::normal::{Form, Normal, Window};
 use meliora_model::error::{Limit, Result};
 use meliora_model::expr::ExprId;
 use meliora_model::stack;
@@ -56,6 +56,7 @@ pub(crate) struct Progress {
     known: AHashMap<Obligation, u32>,
     chains: AHashMap<(bool, Function, Function), Vec<Chain>>,
     read: AHashMap<Function, Function>,
+    owed: AHashMap<Function, Function>,
 }
 
 impl Progress {
@@ -67,6 +68,7 @@ impl Progress {
             known: AHashMap::new(),
             chains: AHashMap::new(),
             read: AHashMap::new(),
+            owed: AHashMap::new(),
         }
     }
 
@@ -74,8 +76,8 @@ impl Progress {
     ///
     /// # Errors
     /// The formula needs too many obligations or nodes, as for [`Progress::read`].
-    pub(crate) fn ask(&mut self, n: &Normal) -> Result<Function> {
-        match &n.form {
+    pub(crate) fn ask(&mut self, all: &Formulas, f: FormulaId) -> Result<Function> {
+        stack::level(|| match all.form(f) {
             Form::Constant(value) => Ok(Function::from(*value)),
             Form::Literal(e, positive) => {
                 let atom = match self.atoms.iter().position(|a| a == e) {
@@ -88,25 +90,25 @@ impl Progress {
                 let variable = self.obligation(Obligation::Atom(atom as u32))?;
                 self.functions.variable(variable, *positive)
             }
-            Form::And(parts) | Form::Or(parts) => {
-                let all = matches!(n.form, Form::And(_));
-                let mut joined = Function::from(all);
-                for part in parts {
-                    let part = self.ask(part)?;
-                    joined = self.join(all, joined, part)?;
+            form @ (Form::And(parts) | Form::Or(parts)) => {
+                let both = matches!(form, Form::And(_));
+                let mut joined = Function::from(both);
+                for &part in parts.iter() {
+                    let part = self.ask(all, part)?;
+                    joined = self.join(both, joined, part)?;
                 }
                 Ok(joined)
             }
             Form::Next(inner) => {
-                let inner = self.ask(inner)?;
+                let inner = self.ask(all, *inner)?;
                 self.owe(Obligation::Next(inner))
             }
-            Form::Until(window, left, right) | Form::Release(window, left, right) => {
-                let until = matches!(n.form, Form::Until(..));
-                let (left, right) = (self.ask(left)?, self.ask(right)?);
+            form @ (Form::Until(window, left, right) | Form::Release(window, left, right)) => {
+                let until = matches!(form, Form::Until(..));
+                let (left, right) = (self.ask(all, *left)?, self.ask(all, *right)?);
                 self.owe(Obligation::Binary { until, window: *window, left, right })
             }
-        }
+        })
     }
 
     /// Computes f ∧ g if `both`, f ∨ g otherwise. Until and release are dual, so both use this.
@@ -115,10 +117,20 @@ impl Progress {
     }
 
     fn owe(&mut self, obligation: Obligation) -> Result<Function> {
-        if let Obligation::Binary { until, window: Window { least: 0, most: Some(most) }, left, right } =
-            obligation
-        {
-            return self.within(until, left, right, most);
+        match obligation {
+            Obligation::Next(FALSE | TRUE) => {
+                return Ok(Function::from(obligation == Obligation::Next(TRUE)));
+            }
+            Obligation::Binary { until, window, right, .. }
+                if right == Function::from(!until)
+                    || (right == Function::from(until) && window.least == 0) =>
+            {
+                return Ok(right);
+            }
+            Obligation::Binary { until, window: Window { least: 0, most: Some(most) }, left, right } => {
+                return self.within(until, left, right, most);
+            }
+            _ => {}
         }
         let variable = self.obligation(obligation)?;
         self.functions.variable(variable, true)
@@ -160,7 +172,7 @@ impl Progress {
         }
         if self.obligations.len() >= MOST_OBLIGATIONS {
             let what = format!(
-                "a temporal formula with more than {MOST_OBLIGATIONS} obligations; smaller bounds on the number of steps reduce them"
+                "a monitor of more than {MOST_OBLIGATIONS} obligations; smaller bounds on the number of steps reduce them"
             );
             return Err(Limit::Size { what }.into());
         }
@@ -193,20 +205,85 @@ impl Progress {
         Ok(found)
     }
 
+    /// Returns the debts of f: f with `true` for each unbounded release, which needs nothing to
+    /// happen. For a formula of the class Π2 this is co-safe.
+    ///
+    /// # Errors
+    /// Too many obligations or nodes.
+    pub(crate) fn owed(&mut self, f: Function) -> Result<Function> {
+        let top = self.functions.top(f);
+        if top == u32::MAX {
+            return Ok(f);
+        }
+        if let Some(&known) = self.owed.get(&f) {
+            return Ok(known);
+        }
+        let found = stack::level(|| {
+            let (low, high) = self.functions.halves(f, top);
+            let (low, high) = (self.owed(low)?, self.owed(high)?);
+            let test = self.debt(top)?;
+            self.functions.ite(test, high, low)
+        })?;
+        self.owed.insert(f, found);
+        Ok(found)
+    }
+
+    /// Returns the debts of one variable.
+    fn debt(&mut self, variable: u32) -> Result<Function> {
+        let own = self.functions.variable(variable, true)?;
+        let Some(&obligation) = variable.checked_sub(OBLIGATIONS).map(|at| &self.obligations[at as usize])
+        else {
+            return Ok(own);
+        };
+        match obligation {
+            Obligation::Atom(_)
+            | Obligation::Binary { until: true, window: Window { most: None, .. }, .. } => Ok(own),
+            Obligation::Binary { until: false, window: Window { most: None, .. }, .. } => Ok(TRUE),
+            Obligation::Next(inner) => {
+                let inner = self.owed(inner)?;
+                self.owe(Obligation::Next(inner))
+            }
+            Obligation::Binary { until, window, left, right } => {
+                let (left, right) = (self.owed(left)?, self.owed(right)?);
+                self.owe(Obligation::Binary { until, window, left, right })
+            }
+            Obligation::Exactly { until, left, right, steps } => {
+                let parts = (self.owed(left)?, self.owed(right)?);
+                if parts == (left, right) {
+                    return Ok(own);
+                }
+                self.exactly(until, steps, |own, window| {
+                    let (left, right) = parts;
+                    own.owe(Obligation::Binary { until, window, left, right })
+                })
+            }
+        }
+    }
+
+    /// Returns `within k steps, and not within fewer`, or the dual, from a function that gives
+    /// `within` for a window.
+    fn exactly(
+        &mut self,
+        until: bool,
+        steps: u64,
+        within: impl Fn(&mut Self, Window) -> Result<Function>,
+    ) -> Result<Function> {
+        let now = within(self, Window { least: 0, most: Some(steps) })?;
+        let fewer = match steps.checked_sub(1) {
+            Some(fewer) => within(self, Window { least: 0, most: Some(fewer) })?,
+            None => Function::from(!until),
+        };
+        let not = self.functions.ite(fewer, FALSE, TRUE)?;
+        self.join(until, now, not)
+    }
+
     /// Progresses one obligation through the present state.
     fn fulfil(&mut self, obligation: Obligation) -> Result<Function> {
         match obligation {
             Obligation::Atom(atom) => self.functions.variable(atom, true),
             Obligation::Next(inner) => Ok(inner),
             Obligation::Exactly { until, left, right, steps } => {
-                let within = |steps| Window { least: 0, most: Some(steps) };
-                let now = self.unfold(until, within(steps), left, right)?;
-                let fewer = match steps.checked_sub(1) {
-                    Some(fewer) => self.unfold(until, within(fewer), left, right)?,
-                    None => Function::from(!until),
-                };
-                let not = self.functions.ite(fewer, FALSE, TRUE)?;
-                self.join(until, now, not)
+                self.exactly(until, steps, |own, window| own.unfold(until, window, left, right))
             }
             Obligation::Binary { until, window, left, right } => self.unfold(until, window, left, right),
         }

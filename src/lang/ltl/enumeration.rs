@@ -16,7 +16,7 @@ use ahash::AHashMap;
 use super::normaliser::Normaliser;
 use super::words::{Atoms, made, state};
 use super::{Formula, FormulaKind, Steps};
-use crate::automata::{Monitor, Normal, Tree, leaves};
+use crate::automata::{FormulaId, Formulas, Leaf, Monitor, Tree, leaves};
 use meliora_model::expr::ExprId;
 use meliora_model::temporal::Asks;
 use meliora_model::value::Value;
@@ -27,8 +27,10 @@ const MOST_LETTERS: usize = 4;
 const CHUNKS: usize = 78;
 /// Number of chunks at the first positions only.
 const FIRST_CHUNKS: usize = 22;
-/// Maximum number of leaves cached per thread; the cache is then cleared.
-const MOST_KNOWN: usize = 100_000;
+/// Number of formulas of five operators.
+const ALL_OF_FIVE: usize = 9_191_081;
+/// Maximum number of formulas per thread; they are then forgotten.
+const MOST_KNOWN: usize = 1_000_000;
 
 /// The words of one length and one start of the loop. A word is numbered by its letters: two bits
 /// each, the first letter lowest.
@@ -237,14 +239,14 @@ impl<'a> Draft<'a> {
 }
 
 /// All formulas with a number of operators, built from those with fewer.
-struct Formulas {
+struct Enumerated {
     definition: Definition,
     /// Formulas by number of operators.
     known: Vec<Vec<Case>>,
     binary: Vec<Operator>,
 }
 
-impl Formulas {
+impl Enumerated {
     /// Builds all formulas with up to `size` operators.
     fn up_to(size: usize, binary: &[Operator]) -> Self {
         let definition = Definition::new();
@@ -253,7 +255,7 @@ impl Formulas {
             values: definition.atom(bit),
             first: bit == 0,
         });
-        let mut all = Formulas { definition, known: vec![atoms.to_vec()], binary: binary.to_vec() };
+        let mut all = Enumerated { definition, known: vec![atoms.to_vec()], binary: binary.to_vec() };
         for size in 1..=size {
             let mut cases = Vec::new();
             all.each(size, false, &mut |_, draft| cases.push(draft.case(&all.definition).into_owned()));
@@ -315,7 +317,8 @@ impl Formulas {
 struct Judge {
     shapes: Vec<Shape>,
     atoms: Atoms,
-    known: AHashMap<(bool, Normal), Rc<Verdicts>>,
+    all: Formulas,
+    known: AHashMap<FormulaId, Rc<Verdicts>>,
     /// Verdicts by transition table, since many leaves have the same monitor.
     judged: AHashMap<Table, Rc<Verdicts>>,
 }
@@ -325,14 +328,18 @@ type Table = Vec<[(usize, bool); 4]>;
 
 impl Judge {
     fn new() -> Self {
-        Judge { shapes: shapes(), atoms: Atoms::new(), known: AHashMap::new(), judged: AHashMap::new() }
+        let (atoms, all) = (Atoms::new(), Formulas::new());
+        Judge { shapes: shapes(), atoms, all, known: AHashMap::new(), judged: AHashMap::new() }
     }
 
-    /// Returns the verdicts on a formula, `None` outside of the fragment.
-    fn verdicts(&mut self, f: &Formula) -> Option<Verdicts> {
-        let normal = Normaliser::new(&mut self.atoms).build(f, true).unwrap();
-        let tree = leaves(&normal).ok()?;
-        Some(self.truth(&tree))
+    fn verdicts(&mut self, f: &Formula) -> Verdicts {
+        if self.all.len() > MOST_KNOWN {
+            self.known.clear();
+            self.all = Formulas::new();
+        }
+        let normal = Normaliser::new(&mut self.atoms, &mut self.all).build(f, true).unwrap();
+        let tree = leaves(&mut self.all, normal).unwrap();
+        self.truth(&tree)
     }
 
     fn truth(&mut self, tree: &Tree) -> Verdicts {
@@ -347,8 +354,8 @@ impl Judge {
         };
         match tree {
             Tree::Constant(value) => [if *value { u64::MAX } else { 0 }; FIRST_CHUNKS],
-            Tree::Leaf(asks, n) => {
-                let marked = self.leaf(matches!(asks, Asks::Again | Asks::Settle), n);
+            Tree::Leaf(Leaf { asks, watched, .. }) => {
+                let marked = self.leaf(*watched);
                 let wanted = matches!(asks, Asks::Accept | Asks::Again);
                 std::array::from_fn(|i| if wanted { marked[i] } else { !marked[i] })
             }
@@ -358,22 +365,18 @@ impl Judge {
     }
 
     /// Returns the words on which a monitor marks infinitely many steps.
-    fn leaf(&mut self, recurrence: bool, n: &Normal) -> Rc<Verdicts> {
-        let key = (recurrence, n.clone());
-        if let Some(known) = self.known.get(&key) {
+    fn leaf(&mut self, watched: FormulaId) -> Rc<Verdicts> {
+        if let Some(known) = self.known.get(&watched) {
             return Rc::clone(known);
         }
-        let monitor = if recurrence { Monitor::of_recurrence(n) } else { Monitor::of_cosafe(n) }.unwrap();
+        let monitor = Monitor::of(&self.all, watched).unwrap();
         let table = self.table(&monitor);
         let found = match self.judged.get(&table) {
             Some(found) => Rc::clone(found),
             None => Rc::new(marked(&self.shapes, &table)),
         };
         self.judged.insert(table, Rc::clone(&found));
-        if self.known.len() >= MOST_KNOWN {
-            self.known.clear();
-        }
-        self.known.insert(key, Rc::clone(&found));
+        self.known.insert(watched, Rc::clone(&found));
         found
     }
 
@@ -435,26 +438,23 @@ fn recurring(run: &[(usize, bool)]) -> Vec<bool> {
     found
 }
 
-/// Compares all formulas of a size, on all threads; returns their number, and the number in the
-/// fragment.
-fn compare(formulas: &Formulas, size: usize) -> (usize, usize) {
+/// Compares every formula of a size, or one of `step`, on all threads; returns their number.
+fn compare(formulas: &Enumerated, size: usize, step: usize) -> usize {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let (all, inside) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let all = AtomicUsize::new(0);
     let masks: Vec<u64> = shapes().iter().flat_map(|shape| vec![shape.mask(); shape.chunks()]).collect();
     let work = |own: usize| {
         let mut judge = Judge::new();
         formulas.each(size, true, &mut |number, draft| {
-            if number % threads != own {
+            if number % (threads * step) != own * step {
                 return;
             }
             all.fetch_add(1, Relaxed);
             let formula = draft.formula();
-            if let Some(found) = judge.verdicts(&formula) {
-                let expected = formulas.definition.first(&draft.values(&formulas.definition));
-                let same = (0..FIRST_CHUNKS).all(|i| (found[i] ^ expected[i]) & masks[i] == 0);
-                assert!(same, "{formula:?}: {}", example(&found, &expected));
-                inside.fetch_add(1, Relaxed);
-            }
+            let found = judge.verdicts(&formula);
+            let expected = formulas.definition.first(&draft.values(&formulas.definition));
+            let same = (0..FIRST_CHUNKS).all(|i| (found[i] ^ expected[i]) & masks[i] == 0);
+            assert!(same, "{formula:?}: {}", example(&found, &expected));
         });
     };
     std::thread::scope(|scope| {
@@ -462,7 +462,7 @@ fn compare(formulas: &Formulas, size: usize) -> (usize, usize) {
             scope.spawn(move || work(own));
         });
     });
-    (all.into_inner(), inside.into_inner())
+    all.into_inner()
 }
 
 /// Returns a word on which two verdicts differ.
@@ -479,22 +479,17 @@ fn example(found: &Verdicts, expected: &Verdicts) -> String {
     "no word".to_owned()
 }
 
-/// Compares all verdicts; returns the number of formulas of each size, and the number in the
-/// fragment.
-fn compared(binary: &[Operator], sizes: std::ops::RangeInclusive<usize>) -> Vec<(usize, usize)> {
-    let formulas = Formulas::up_to(3, binary);
-    sizes.map(|size| compare(&formulas, size)).collect()
-}
-
 #[test]
 fn all_formulas_of_up_to_four_operators() {
-    let found = compared(&BINARY, 0..=4);
-    assert_eq!(found, [(1, 1), (14, 14), (335, 291), (9_987, 7_095), (274_458, 144_152)]);
+    let formulas = Enumerated::up_to(3, &BINARY);
+    let found: Vec<usize> = (0..=4).map(|size| compare(&formulas, size, 1)).collect();
+    assert_eq!(found, [1, 14, 335, 9_987, 274_458]);
 }
 
-/// W is left out: the normal form rewrites it with R and `|`, and it more than doubles the number
-/// of formulas, which agree as well.
+/// All of them agree: FIVE_STEP=1 compares all.
 #[test]
-fn all_formulas_of_five_operators_without_weak_until() {
-    assert_eq!(compared(&BINARY[..4], 5..=5), [(3_507_307, 1_601_467)]);
+fn some_formulas_of_five_operators() {
+    let step = std::env::var("FIVE_STEP").map_or(50, |step| step.parse().unwrap());
+    let found = compare(&Enumerated::up_to(3, &BINARY), 5, step);
+    assert_eq!(found, ALL_OF_FIVE.div_ceil(step));
 }

@@ -41,6 +41,8 @@ pub enum FormulaKind {
     Weak(Box<Formula>, Box<Formula>),
     /// `φ R ψ`
     Release(Box<Formula>, Box<Formula>),
+    /// `φ M ψ`: `φ R ψ`, and φ at some point.
+    Strong(Box<Formula>, Box<Formula>),
 }
 
 /// Bounds on the number of steps, `<=10` or `[2,5]`, as constant expressions not yet evaluated.
@@ -90,7 +92,8 @@ impl Formula {
             | FormulaKind::Iff(a, b)
             | FormulaKind::Until(_, a, b)
             | FormulaKind::Weak(a, b)
-            | FormulaKind::Release(a, b) => vec![a, b],
+            | FormulaKind::Release(a, b)
+            | FormulaKind::Strong(a, b) => vec![a, b],
         }
     }
     /// Returns the operands, to be changed.
@@ -106,7 +109,8 @@ impl Formula {
             | FormulaKind::Iff(a, b)
             | FormulaKind::Until(_, a, b)
             | FormulaKind::Weak(a, b)
-            | FormulaKind::Release(a, b) => vec![a, b],
+            | FormulaKind::Release(a, b)
+            | FormulaKind::Strong(a, b) => vec![a, b],
         }
     }
 

@@ -1,5 +1,6 @@
 //! Formulas over a program, and their monitors as variables of the program.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use ahash::AHashMap;
@@ -8,26 +9,25 @@ use super::formula::Formula;
 use super::normaliser::{Meaning, Normaliser};
 use super::wording::{text_of, wording};
 use crate::ast::{Expr, NodeKind, Span};
-use crate::automata::{Decision, Form, Monitor, Normal, Refused, Tree, leaves};
+use crate::automata::{Decision, Form, FormulaId, Formulas, Monitor, TooLarge, Tree, leaves};
 use crate::check::{lower_target, lower_value};
 use crate::names::Names;
-use meliora_model::error::{Diagnostic, Limit, Result, Severity, SourceFile};
+use meliora_model::error::{Diagnostic, Error, Limit, Result, Severity, SourceFile};
 use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use meliora_model::temporal::{Asks, Begin, Condition, MOST_DISJUNCTS, Monitors};
 use meliora_model::value::{Type, Value};
 use meliora_model::{Branch, Command, CommandId, Program, Synchronisation, VarId, Variable};
 
-/// Maximum number of state formulas in one leaf.
+/// Maximum number of state formulas that one monitor reads.
 const MOST_ATOMS: usize = 100;
-
-/// Help text for formulas outside of the supported fragment.
-const FRAGMENT: &str = "supported are `&`, `|`, `!`, `=>`, `<=>` over formulas that are co-safe (F, U, X), safe (G, W, R, X), \
-    G of a co-safe one, or F of a safe one";
 
 /// A program to which monitors are being added.
 pub struct Monitoring<'p> {
     pub(super) program: &'p mut Program,
+    pub(super) formulas: Formulas,
     installed: Vec<Installed>,
+    /// The marks of the formulas that have a monitor.
+    marks: AHashMap<FormulaId, ExprId>,
     texts: AHashMap<(ExprId, bool), String>,
 }
 
@@ -44,22 +44,31 @@ struct Installed {
 impl<'p> Monitoring<'p> {
     /// Starts without monitors.
     pub fn new(program: &'p mut Program) -> Self {
-        Monitoring { program, installed: Vec::new(), texts: AHashMap::new() }
+        Monitoring {
+            program,
+            formulas: Formulas::new(),
+            installed: Vec::new(),
+            marks: AHashMap::new(),
+            texts: AHashMap::new(),
+        }
     }
 
     /// Returns the condition of a formula, and adds the monitors that it needs; they are called
     /// `name`.
     ///
     /// # Errors
-    /// Unknown names and wrong types; a part outside of the supported fragment, with its place; a
-    /// limit on the size of monitors or the number of cases.
+    /// Unknown names and wrong types; a limit on the size of normal forms and monitors or on the
+    /// number of cases, with the part of the formula.
     pub fn watch(&mut self, source: &Arc<SourceFile>, formula: &Formula, name: &str) -> Result<Condition> {
         let normal = self.normal(source, formula)?;
-        let tree = leaves(&normal).map_err(|refused| refuse(source, formula, &refused))?;
-        let condition = self.condition(&tree, name)?;
-        for condition in [&condition, &condition.negated()] {
+        let tree = leaves(&mut self.formulas, normal).map_err(|found| too_large(source, found))?;
+        let condition = self.condition(&tree, name).map_err(|found| too_large(source, found))?;
+        for (which, condition) in [("formula", &condition), ("negation of the formula", &condition.negated())]
+        {
             if condition.disjuncts().is_err() {
-                let message = format!("the formula, or its negation, has more than {MOST_DISJUNCTS} cases");
+                let monitors = condition.marks().into_iter().collect::<BTreeSet<_>>().len();
+                let message =
+                    format!("the {which} has more than {MOST_DISJUNCTS} cases over its {monitors} monitors");
                 let diagnostic =
                     Diagnostic::new(source, formula.span.range(), message).severity(Severity::Unsupported);
                 return Err(diagnostic.label("too many ways to satisfy it").into());
@@ -72,9 +81,9 @@ impl<'p> Monitoring<'p> {
     ///
     /// # Errors
     /// Unknown names and wrong types.
-    pub(super) fn normal(&mut self, source: &Arc<SourceFile>, formula: &Formula) -> Result<Normal> {
+    pub(super) fn normal(&mut self, source: &Arc<SourceFile>, formula: &Formula) -> Result<FormulaId> {
         let mut reader = Reader { program: self.program, source, texts: &mut self.texts };
-        Normaliser::new(&mut reader).build(formula, true)
+        Normaliser::new(&mut reader, &mut self.formulas).build(formula, true)
     }
 
     /// Returns the number of joint states of the monitors of a condition (the product of their
@@ -119,40 +128,47 @@ impl<'p> Monitoring<'p> {
         }
     }
 
-    fn condition(&mut self, tree: &Tree, name: &str) -> Result<Condition> {
-        let mut all =
-            |parts: &[Tree]| parts.iter().map(|p| self.condition(p, name)).collect::<Result<Vec<_>>>();
+    fn condition(&mut self, tree: &Tree, name: &str) -> std::result::Result<Condition, TooLarge> {
+        let mut all = |parts: &[Tree]| {
+            parts.iter().map(|p| self.condition(p, name)).collect::<std::result::Result<Vec<_>, _>>()
+        };
         Ok(match tree {
             Tree::Constant(value) => Condition::Constant(*value),
             Tree::All(parts) => Condition::All(all(parts)?),
             Tree::Any(parts) => Condition::Any(all(parts)?),
-            Tree::Leaf(asks, n) => {
-                let monitor = match asks {
-                    Asks::Accept | Asks::Avoid => Monitor::of_cosafe(n)?,
-                    Asks::Again | Asks::Settle => Monitor::of_recurrence(n)?,
-                };
-                Condition::Leaf(*asks, self.mark(monitor, *asks, name)?)
+            Tree::Leaf(leaf) => {
+                let mark = self.mark(leaf.watched, leaf.asks, name);
+                Condition::Leaf(leaf.asks, mark.map_err(|limit| TooLarge { span: leaf.span, limit })?)
             }
         })
     }
 
-    /// Returns the mark of a monitor, which is added unless an equal one is installed.
-    pub(super) fn mark(&mut self, monitor: Monitor, asks: Asks, name: &str) -> Result<ExprId> {
+    /// Returns the mark of the monitor of a formula, which is added unless an equal one is installed.
+    pub(super) fn mark(&mut self, watched: FormulaId, asks: Asks, name: &str) -> Result<ExprId> {
+        if let Some(&known) = self.marks.get(&watched) {
+            return Ok(known);
+        }
+        let monitor = Monitor::of(&self.formulas, watched)?;
+        let owes = !self.formulas.only_lasts(watched);
+        let mark = self.install(monitor, (asks, owes), name)?;
+        self.marks.insert(watched, mark);
+        Ok(mark)
+    }
+
+    fn install(&mut self, monitor: Monitor, (asks, owes): (Asks, bool), name: &str) -> Result<ExprId> {
         if let Some(same) = self.installed.iter().find(|w| w.monitor.is_same(&monitor)) {
             return Ok(same.mark);
         }
         if monitor.atoms.len() > MOST_ATOMS {
-            let what = format!(
-                "a temporal formula over {} state formulas in one leaf, more than {MOST_ATOMS}",
-                monitor.atoms.len()
-            );
+            let what =
+                format!("a monitor over {} state formulas, more than {MOST_ATOMS}", monitor.atoms.len());
             return Err(Limit::Size { what }.into());
         }
         let variables = self.installed.iter().filter(|w| w.variable.is_some()).count();
         let variable = (monitor.states.len() > 1)
             .then(|| VarId(u32::try_from(self.program.variables.len() + variables).unwrap_or(u32::MAX)));
         let mark = Values { pool: &mut self.program.pool, monitor: &monitor, variable }.mark();
-        let words = wording(&monitor, asks, &self.texts);
+        let words = wording(&monitor, (asks, owes), &self.texts);
         self.installed.push(Installed { monitor, variable, mark, name: name.to_owned(), words });
         Ok(mark)
     }
@@ -364,17 +380,17 @@ impl Meaning for Reader<'_> {
         }
     }
 
-    fn literal(&mut self, e: ExprId, positive: bool, span: Span) -> Normal {
+    fn literal(&mut self, e: ExprId, positive: bool) -> Form {
         match self.program.pool.literal(e) {
-            Some(Value::Bool(value)) => Normal::constant(value == positive, span),
+            Some(Value::Bool(value)) => Form::Constant(value == positive),
             _ => {
                 let (e, positive) = self.atom(e, positive);
-                Normal { form: Form::Literal(e, positive), span }
+                Form::Literal(e, positive)
             }
         }
     }
 
-    fn fold(&mut self, conjunction: bool, literals: &[(ExprId, bool)], span: Span) -> Normal {
+    fn fold(&mut self, conjunction: bool, literals: &[(ExprId, bool)]) -> Form {
         let text = |&(e, positive): &(ExprId, bool)| text_of(self.texts, e, positive);
         let joined =
             literals.iter().map(text).collect::<Vec<_>>().join(if conjunction { " & " } else { " | " });
@@ -389,8 +405,8 @@ impl Meaning for Reader<'_> {
         while row.len() > 1 {
             row = row.chunks(2).map(|p| if let [a, b] = *p { pool.binary(op, a, b) } else { p[0] }).collect();
         }
-        let whole = self.literal(row[0], true, span);
-        if let Form::Literal(e, positive) = whole.form {
+        let whole = self.literal(row[0], true);
+        if let Form::Literal(e, positive) = whole {
             self.texts.entry((e, positive)).or_insert(joined);
         }
         whole
@@ -401,10 +417,13 @@ impl Meaning for Reader<'_> {
     }
 }
 
-fn refuse(source: &Arc<SourceFile>, formula: &Formula, refused: &Refused) -> meliora_model::error::Error {
-    let text = |span: Span| source.on_one_line(span.range());
-    let message = format!("the formula `{}` is not supported: it has {}", text(formula.span), refused.why);
-    let leaf = format!("`{}` is neither co-safe, safe, a recurrence nor a persistence", text(refused.span));
-    let diagnostic = Diagnostic::new(source, refused.span.range(), message).severity(Severity::Unsupported);
-    diagnostic.label(leaf).help(FRAGMENT).into()
+/// Names the part of a formula that exceeds a limit.
+fn too_large(source: &Arc<SourceFile>, TooLarge { span, limit }: TooLarge) -> Error {
+    match limit {
+        Error::Limit(Limit::Size { what }) => {
+            let part = source.on_one_line(span.range());
+            Limit::Size { what: format!("the temporal formula `{part}` needs {what}") }.into()
+        }
+        other => other,
+    }
 }

@@ -11,6 +11,8 @@ mod formula;
 mod install;
 mod normaliser;
 mod parse;
+#[cfg(test)]
+mod patterns;
 mod require;
 mod wording;
 #[cfg(test)]

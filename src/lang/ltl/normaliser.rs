@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::formula::{Formula, FormulaKind, Steps};
 use crate::ast::Expr;
-use crate::automata::{Form, Normal, Window};
+use crate::automata::{Form, FormulaId, Formulas, Window};
 use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
 use meliora_model::expr::ExprId;
 use meliora_model::span::Span;
@@ -27,9 +27,9 @@ pub(super) trait Meaning {
     /// The bound is not a constant, or negative.
     fn bound(&mut self, e: &Expr) -> Result<u64>;
     /// Returns a literal as an atom with its sign, or a constant.
-    fn literal(&mut self, e: ExprId, positive: bool, span: Span) -> Normal;
+    fn literal(&mut self, e: ExprId, positive: bool) -> Form;
     /// Joins literals of one state into a single one.
-    fn fold(&mut self, conjunction: bool, literals: &[(ExprId, bool)], span: Span) -> Normal;
+    fn fold(&mut self, conjunction: bool, literals: &[(ExprId, bool)]) -> Form;
     /// Returns the text that the formula was read from.
     fn source(&self) -> &Arc<SourceFile>;
 }
@@ -37,71 +37,88 @@ pub(super) trait Meaning {
 /// Brings formulas into negation normal form.
 pub(super) struct Normaliser<'a, M: Meaning> {
     meaning: &'a mut M,
+    all: &'a mut Formulas,
     parts: usize,
 }
 
 impl<'a, M: Meaning> Normaliser<'a, M> {
-    pub(super) fn new(meaning: &'a mut M) -> Self {
-        Normaliser { meaning, parts: 0 }
+    pub(super) fn new(meaning: &'a mut M, all: &'a mut Formulas) -> Self {
+        Normaliser { meaning, all, parts: 0 }
     }
 
     /// Returns the normal form of a formula, or of its negation if `positive` is false.
     ///
     /// # Errors
     /// A state formula or a bound is wrong; the normal form is too large.
-    pub(super) fn build(&mut self, f: &Formula, positive: bool) -> Result<Normal> {
-        let span = f.span;
-        self.count(span)?;
+    pub(super) fn build(&mut self, f: &Formula, positive: bool) -> Result<FormulaId> {
+        self.count(f.span)?;
+        let built = self.built(f, positive)?;
+        self.all.place(built, f.span);
+        Ok(built)
+    }
+
+    fn built(&mut self, f: &Formula, positive: bool) -> Result<FormulaId> {
         match &f.kind {
             FormulaKind::State(e) => {
                 let id = self.meaning.state(e)?;
                 Ok(self.named(id, positive, e.span()))
             }
-            FormulaKind::Known(id) => Ok(self.named(*id, positive, span)),
+            FormulaKind::Known(id) => Ok(self.named(*id, positive, f.span)),
             FormulaKind::Not(a) => self.build(a, !positive),
             FormulaKind::And(all) | FormulaKind::Or(all) => {
                 let parts = all.iter().map(|a| self.build(a, positive)).collect::<Result<_>>()?;
-                Ok(self.join(matches!(f.kind, FormulaKind::And(_)) == positive, parts, span))
+                Ok(self.join(matches!(f.kind, FormulaKind::And(_)) == positive, parts))
             }
             FormulaKind::Implies(a, b) => {
                 let parts = vec![self.build(a, !positive)?, self.build(b, positive)?];
-                Ok(self.join(!positive, parts, span))
+                Ok(self.join(!positive, parts))
             }
             FormulaKind::Iff(a, b) => {
                 let both = vec![self.build(a, true)?, self.build(b, positive)?];
                 let neither = vec![self.build(a, false)?, self.build(b, !positive)?];
-                let cases = vec![self.join(true, both, span), self.join(true, neither, span)];
-                Ok(self.join(false, cases, span))
+                let cases = vec![self.join(true, both), self.join(true, neither)];
+                Ok(self.join(false, cases))
             }
-            FormulaKind::Next(a) => Ok(self.build(a, positive)?.next(span)),
+            FormulaKind::Next(a) => {
+                let a = self.build(a, positive)?;
+                Ok(self.all.next(a))
+            }
             FormulaKind::Eventually(steps, a) => {
-                let (window, right) = (self.window(steps, span)?, self.build(a, positive)?);
-                Ok(until(positive, window, Normal::constant(positive, span), right, span))
+                let (window, right) = (self.window(steps, f.span)?, self.build(a, positive)?);
+                Ok(self.all.binary(positive, window, Formulas::constant(positive), right))
             }
             FormulaKind::Always(steps, a) => {
-                let (window, right) = (self.window(steps, span)?, self.build(a, positive)?);
-                Ok(until(!positive, window, Normal::constant(!positive, span), right, span))
+                let (window, right) = (self.window(steps, f.span)?, self.build(a, positive)?);
+                Ok(self.all.binary(!positive, window, Formulas::constant(!positive), right))
             }
             FormulaKind::Until(steps, a, b) => {
                 let (left, right) = (self.build(a, positive)?, self.build(b, positive)?);
-                Ok(until(positive, self.window(steps, span)?, left, right, span))
+                let window = self.window(steps, f.span)?;
+                Ok(self.all.binary(positive, window, left, right))
             }
             FormulaKind::Release(a, b) => {
                 let (left, right) = (self.build(a, positive)?, self.build(b, positive)?);
-                Ok(until(!positive, Window::ALWAYS, left, right, span))
+                Ok(self.all.binary(!positive, Window::ALWAYS, left, right))
             }
-            FormulaKind::Weak(a, b) => {
-                // a W b = b R (a | b), and its negation is !b U (!a & !b).
-                let (left, first) = (self.build(a, positive)?, self.build(b, positive)?);
-                let right = self.join(!positive, vec![left, first.clone()], span);
-                Ok(until(!positive, Window::ALWAYS, first, right, span))
-            }
+            // a W b = b R (a | b), and its negation is !b U (!a & !b).
+            FormulaKind::Weak(a, b) => self.shifted(false, a, b, positive),
+            // a M b = b U (a & b), and its negation is !b R (!a | !b).
+            FormulaKind::Strong(a, b) => self.shifted(true, b, a, positive),
         }
     }
 
-    fn named(&mut self, e: ExprId, positive: bool, span: Span) -> Normal {
+    /// Returns `b R (a | b)`, or for `until` `a U (a & b)`, or the negation.
+    fn shifted(&mut self, until: bool, a: &Formula, b: &Formula, positive: bool) -> Result<FormulaId> {
+        let (a, b) = (self.build(a, positive)?, self.build(b, positive)?);
+        let right = self.join(until == positive, vec![a, b]);
+        let first = if until { a } else { b };
+        Ok(self.all.binary(until == positive, Window::ALWAYS, first, right))
+    }
+
+    fn named(&mut self, e: ExprId, positive: bool, span: Span) -> FormulaId {
         self.meaning.name(e, span);
-        self.meaning.literal(e, positive, span)
+        let literal = self.meaning.literal(e, positive);
+        self.all.add(literal)
     }
 
     fn count(&mut self, span: Span) -> Result<()> {
@@ -114,25 +131,25 @@ impl<'a, M: Meaning> Normaliser<'a, M> {
     }
 
     /// Joins the parts; the literals among them become one.
-    fn join(&mut self, conjunction: bool, parts: Vec<Normal>, span: Span) -> Normal {
-        let mut literals: Vec<(ExprId, bool)> = Vec::new();
-        let mut others = Vec::new();
-        let flat = Normal::join(conjunction, parts, span);
-        let parts = match flat.form {
+    fn join(&mut self, conjunction: bool, parts: Vec<FormulaId>) -> FormulaId {
+        let (mut literals, mut others) = (Vec::new(), Vec::new());
+        let flat = self.all.join(conjunction, parts);
+        let parts = match self.all.form(flat) {
             Form::And(parts) if conjunction => parts,
             Form::Or(parts) if !conjunction => parts,
             _ => return flat,
         };
-        for part in parts {
-            match part.form {
+        for &part in parts.iter() {
+            match *self.all.form(part) {
                 Form::Literal(e, positive) => literals.push((e, positive)),
                 _ => others.push(part),
             }
         }
         if !literals.is_empty() {
-            others.insert(0, self.meaning.fold(conjunction, &literals, span));
+            let literal = self.meaning.fold(conjunction, &literals);
+            others.insert(0, self.all.add(literal));
         }
-        Normal::join(conjunction, others, span)
+        self.all.join(conjunction, others)
     }
 
     fn window(&mut self, steps: &Steps, span: Span) -> Result<Window> {
@@ -157,9 +174,4 @@ impl<'a, M: Meaning> Normaliser<'a, M> {
             Diagnostic::new(self.meaning.source(), span.range(), "no number of steps is within these bounds");
         diagnostic.into()
     }
-}
-
-/// Returns `left U[window] right` if `until`, `left R[window] right` otherwise.
-fn until(until: bool, window: Window, left: Normal, right: Normal, span: Span) -> Normal {
-    if until { Normal::until(window, left, right, span) } else { Normal::release(window, left, right, span) }
 }

@@ -1,5 +1,5 @@
-//! Parser of formulas, with PRISM's precedence: `U`, `W` and `R` bind least. Next are `X`, `F` and
-//! `G`, whose operand extends as far as possible, then the operators of expressions.
+//! Parser of formulas, with PRISM's precedence: `U`, `W`, `R` and `M` bind least. Next are `X`, `F`
+//! and `G`, whose operand extends as far as possible, then the operators of expressions.
 //!
 //! PRISM requires brackets around an operand of `&`, `|`, `!` or `=>` that has a temporal operator.
 //! Here they are optional where the text is unambiguous: at the end of a bracket, as in
@@ -28,12 +28,10 @@ pub fn parse_formula(source: &Arc<SourceFile>) -> Result<Formula> {
 
 /// Operators before their operand, and between two operands.
 const PREFIX: [&str; 3] = ["X", "F", "G"];
-const INFIX: [&str; 3] = ["U", "W", "R"];
+const INFIX: [&str; 4] = ["U", "W", "R", "M"];
 
-/// Returns true for a temporal operator.
-fn is_temporal(word: &str) -> bool {
-    PREFIX.contains(&word) || INFIX.contains(&word)
-}
+/// The signs of other tools, and ours.
+const FOREIGN: [(&str, &str); 4] = [("->", "=>"), ("<->", "<=>"), ("[]", "G"), ("<>", "F")];
 
 impl Parser<'_> {
     /// Parses a formula with at most `MOST_OPERATORS` operators.
@@ -59,7 +57,9 @@ impl Parser<'_> {
         self.nested_to(MAX_TREE_NESTING, |p| {
             let start = p.here();
             let left = p.unary(true)?;
-            let Some(word) = p.infix() else { return Ok(left) };
+            let Some(word) = p.infix() else {
+                return if p.foreign_sign().is_some() { Err(p.foreign()) } else { Ok(left) };
+            };
             p.advance();
             let steps = p.steps(word)?;
             let right = p.unary(true)?;
@@ -73,20 +73,45 @@ impl Parser<'_> {
             let kind = match word {
                 "U" => FormulaKind::Until(steps, left, right),
                 "W" => FormulaKind::Weak(left, right),
-                _ => FormulaKind::Release(left, right),
+                "R" => FormulaKind::Release(left, right),
+                _ => FormulaKind::Strong(left, right),
             };
             Ok(Formula { kind, span })
         })
     }
 
+    /// Returns the operator after an operand.
     fn infix(&self) -> Option<&'static str> {
-        INFIX.into_iter().find(|word| self.at_word(word))
+        let found = INFIX.into_iter().find(|word| self.at_word(word))?;
+        let is_name = found == "M" && !self.rest().nth(1).is_some_and(begins_operand);
+        (!is_name).then_some(found)
+    }
+
+    /// Returns all tokens from the start of an operand on, each with its temporal operator.
+    ///
+    /// PRISM has no `M`, so models use the name: it is an operator between two operands alone.
+    fn operators(&self) -> impl Iterator<Item = (Token, Option<&'static str>)> + '_ {
+        let mut ended = false;
+        self.rest().zip(self.rest().skip(1).chain([(Token::End, "")])).map(move |((token, word), next)| {
+            let operator = match token {
+                Token::Word => PREFIX.into_iter().chain(INFIX).find(|o| *o == word),
+                _ => None,
+            };
+            let operator = operator.filter(|o| *o != "M" || (ended && begins_operand(next)));
+            ended = operator.is_none()
+                && matches!(
+                    token,
+                    Token::Word | Token::Int | Token::Real | Token::Quoted | Token::RightParen
+                );
+            (token, operator)
+        })
     }
 
     /// Parses `X φ`, `F φ`, `G φ`, or anything that binds tighter; `bare` permits temporal operands
     /// without brackets.
     fn unary(&mut self, bare: bool) -> Parsed<Formula> {
         match self.prefix_word() {
+            None if self.foreign_sign().is_some() => Err(self.foreign()),
             None if self.is_state_formula() => {
                 let start = self.here();
                 let e = self.tree(Self::expression)?;
@@ -126,17 +151,16 @@ impl Parser<'_> {
     }
 
     /// Returns true if no temporal operator comes before the end of this bracket or the next `U`,
-    /// `W` or `R`.
+    /// `W`, `R` or `M`.
     fn is_state_formula(&self) -> bool {
         let mut depth = 0_usize;
-        for (token, word) in self.rest() {
-            match token {
-                Token::End | Token::Semicolon => return true,
-                Token::LeftParen | Token::LeftBracket => depth += 1,
-                Token::RightParen | Token::RightBracket if depth == 0 => return true,
-                Token::RightParen | Token::RightBracket => depth -= 1,
-                Token::Word if INFIX.contains(&word) && depth == 0 => return true,
-                Token::Word if is_temporal(word) => return false,
+        for (token, operator) in self.operators() {
+            match (token, operator) {
+                (Token::End | Token::Semicolon, _) => return true,
+                (Token::LeftParen | Token::LeftBracket, _) => depth += 1,
+                (Token::RightParen | Token::RightBracket, _) if depth == 0 => return true,
+                (Token::RightParen | Token::RightBracket, _) => depth -= 1,
+                (_, Some(word)) => return depth == 0 && INFIX.contains(&word),
                 _ => {}
             }
         }
@@ -147,13 +171,13 @@ impl Parser<'_> {
     /// operator.
     fn brackets_formula(&self, ahead: usize) -> bool {
         let mut depth = 0_usize;
-        for (token, word) in self.rest().skip(ahead) {
-            match token {
-                Token::End | Token::Semicolon => return false,
-                Token::LeftParen | Token::LeftBracket => depth += 1,
-                Token::RightParen | Token::RightBracket if depth <= 1 => return false,
-                Token::RightParen | Token::RightBracket => depth -= 1,
-                Token::Word if is_temporal(word) => return true,
+        for (token, operator) in self.operators().skip(ahead) {
+            match (token, operator) {
+                (Token::End | Token::Semicolon, _) => return false,
+                (Token::LeftParen | Token::LeftBracket, _) => depth += 1,
+                (Token::RightParen | Token::RightBracket, _) if depth <= 1 => return false,
+                (Token::RightParen | Token::RightBracket, _) => depth -= 1,
+                (_, Some(_)) => return true,
                 _ => {}
             }
         }
@@ -183,6 +207,19 @@ impl Parser<'_> {
             last = Some(op);
         }
         Ok(left)
+    }
+
+    /// Returns the sign of another tool that stands here, and ours.
+    fn foreign_sign(&self) -> Option<(&'static str, &'static str)> {
+        let text = self.rest_of_text();
+        FOREIGN.into_iter().find(|(theirs, _)| text.starts_with(theirs))
+    }
+
+    fn foreign(&mut self) -> Failed {
+        let (theirs, ours) = self.foreign_sign().unwrap_or_default();
+        let diagnostic = self.wrong(self.here(), format!("`{theirs}` is not an operator"));
+        self.report(diagnostic.label(format!("write `{ours}`")));
+        Failed
     }
 
     /// Parses a bracket that contains a temporal operator, its negation, or an expression.
@@ -274,13 +311,21 @@ impl Parser<'_> {
             }
             _ => return Ok(steps),
         }
-        if matches!(word, "X" | "W" | "R") {
+        if matches!(word, "X" | "W" | "R" | "M") {
             let span = start.to(self.before());
             let message = format!("`{word}` with a bound on the number of steps is not supported");
             self.report(self.unsupported(span, message).help("`F`, `G` and `U` accept such bounds"));
             return Err(Failed);
         }
         Ok(steps)
+    }
+}
+
+/// Returns true if a token can follow `M` as an operator.
+fn begins_operand((token, word): (Token, &str)) -> bool {
+    match token {
+        Token::Word => !["U", "W", "R"].contains(&word),
+        _ => matches!(token, Token::Int | Token::Real | Token::Quoted | Token::LeftParen | Token::Bang),
     }
 }
 
@@ -335,6 +380,12 @@ mod tests {
             ("x=1 & (F y>2) & (G z)", "(x=1) & (F (y>2)) & (G (z))"),
             ("a => G F b", "a => (G (F b))"),
             ("(a | X b) U c", "(a | (X b)) U c"),
+            ("!c M b", "(!c) M (b)"),
+            ("F<=3 M", "F<=3 (M)"),
+            ("F M=2 & b", "F ((M=2) & b)"),
+            ("a M M", "(a) M (M)"),
+            ("M U b", "(M) U (b)"),
+            ("(M>1) M F b", "(M>1) M (F b)"),
         ] {
             assert_eq!(read(short), read(long), "{short}");
             assert!(read(short).is_ok(), "{short}: {:?}", read(short));
@@ -354,6 +405,16 @@ mod tests {
             "(F a) ? b : c",
             "x = (F a)",
             "X<=2 a",
+            "a M<=2 b",
+            "a M b M c",
+            "a M",
+            "a && F b",
+            "a -> F b",
+            "a <-> F b",
+            "a -> b U c",
+            "[] a",
+            "F <> a",
+            "<>(a)",
             "F<= a",
             "F",
             "a U",

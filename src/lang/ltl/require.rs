@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use super::formula::Formula;
 use super::install::Monitoring;
-use crate::automata::{Form, Monitor, Normal, Window};
-use meliora_model::error::{Diagnostic, Error, Result, Severity, SourceFile};
+use crate::automata::{Form, FormulaId, Formulas};
+use meliora_model::error::{Diagnostic, Error, Limit, Result, Severity, SourceFile};
 use meliora_model::expr::{Binary, ExprId, ExprPool, Unary};
 use meliora_model::preference::Requirement;
-use meliora_model::temporal::Asks;
+use meliora_model::temporal::{Asks, Condition};
 use meliora_model::value::Value;
 
 impl Monitoring<'_> {
@@ -38,11 +38,12 @@ impl Monitoring<'_> {
         if !wrong.is_empty() {
             return Err(Error::Input(wrong));
         }
-        let all: Vec<Normal> = lines.iter().map(|line| line.normal.clone()).collect();
-        let Some(span) = all.first().map(|first| first.span) else { return Ok(Vec::new()) };
         let watched = match lines.iter().all(|line| line.invariant.is_some()) {
             true => None,
-            false => Some(self.watched(&Normal { form: Form::And(all), span }, name)?),
+            false => {
+                let all = self.formulas.join(true, lines.iter().map(|line| line.formula));
+                Some(self.watched(all, name)?)
+            }
         };
         let requirement = |line: Line| match (line.invariant, watched) {
             (None, Some((kept, states))) => {
@@ -57,19 +58,24 @@ impl Monitoring<'_> {
     fn safe(&mut self, source: &Arc<SourceFile>, formula: &Formula) -> Result<Line> {
         let normal = self.normal(source, formula)?;
         let text = source.on_one_line(formula.span.range());
-        let invariant = invariant(&mut self.program.pool, &normal);
-        match invariant.is_some() || normal.is_safe() {
-            true => Ok(Line { text, normal, invariant }),
+        let invariant = invariant(&mut self.program.pool, &self.formulas, normal);
+        match invariant.is_some() || self.formulas.is_safe(normal) {
+            true => Ok(Line { text, formula: normal, invariant }),
             false => Err(not_safe(source, formula)),
         }
     }
 
     /// Adds the monitor of a safe formula. Returns the states in which it is not violated, and the
     /// number of states of the monitor.
-    fn watched(&mut self, normal: &Normal, name: &str) -> Result<(ExprId, u64)> {
-        let monitor = Monitor::of_cosafe(&normal.negated())?;
-        let states = monitor.states.len() as u64;
-        let violated = self.mark(monitor, Asks::Avoid, name)?;
+    fn watched(&mut self, formula: FormulaId, name: &str) -> Result<(ExprId, u64)> {
+        let not = self.formulas.negated(formula);
+        let violated = self.mark(not, Asks::Avoid, name).map_err(|error| match error {
+            Error::Limit(Limit::Size { what }) => {
+                Limit::Size { what: format!("the required formulas need {what}") }.into()
+            }
+            other => other,
+        })?;
+        let states = self.states_of(&Condition::Leaf(Asks::Avoid, violated));
         Ok((self.program.pool.unary(Unary::Not, violated), states))
     }
 }
@@ -77,42 +83,42 @@ impl Monitoring<'_> {
 /// A required formula.
 struct Line {
     text: String,
-    normal: Normal,
+    formula: FormulaId,
     /// The state formula p if the formula is `G p`.
     invariant: Option<ExprId>,
 }
 
 /// Returns p if the formula is `G p`, or the conjunction for several such formulas under `&`.
-fn invariant(pool: &mut ExprPool, n: &Normal) -> Option<ExprId> {
-    match &n.form {
+fn invariant(pool: &mut ExprPool, all: &Formulas, f: FormulaId) -> Option<ExprId> {
+    match all.form(f) {
         Form::Constant(value) => Some(pool.value(Value::Bool(*value))),
-        Form::And(parts) => conjunction(pool, parts, invariant),
-        Form::Release(Window::ALWAYS, left, right) if left.form == Form::Constant(false) => body(pool, right),
-        _ => None,
+        Form::And(parts) => conjunction(pool, all, parts, invariant),
+        _ => body(pool, all, all.is_always(f)?),
     }
 }
 
 /// Returns p for the formula φ if `G φ` is `G p`.
-fn body(pool: &mut ExprPool, n: &Normal) -> Option<ExprId> {
-    match &n.form {
+fn body(pool: &mut ExprPool, all: &Formulas, f: FormulaId) -> Option<ExprId> {
+    match all.form(f) {
         Form::Literal(e, true) => Some(*e),
         Form::Literal(e, false) => Some(pool.unary(Unary::Not, *e)),
-        Form::And(parts) => conjunction(pool, parts, body),
-        _ => invariant(pool, n),
+        Form::And(parts) => conjunction(pool, all, parts, body),
+        _ => invariant(pool, all, f),
     }
 }
 
 fn conjunction(
     pool: &mut ExprPool,
-    parts: &[Normal],
-    each: impl Fn(&mut ExprPool, &Normal) -> Option<ExprId>,
+    all: &Formulas,
+    parts: &[FormulaId],
+    each: impl Fn(&mut ExprPool, &Formulas, FormulaId) -> Option<ExprId>,
 ) -> Option<ExprId> {
-    let mut all = pool.value(Value::Bool(true));
-    for part in parts {
-        let part = each(pool, part)?;
-        all = pool.binary(Binary::And, all, part);
+    let mut whole = pool.value(Value::Bool(true));
+    for &part in parts {
+        let part = each(pool, all, part)?;
+        whole = pool.binary(Binary::And, whole, part);
     }
-    Some(all)
+    Some(whole)
 }
 
 fn not_safe(source: &Arc<SourceFile>, formula: &Formula) -> Error {

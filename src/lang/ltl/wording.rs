@@ -13,10 +13,10 @@ const MOST_PARTS: usize = 4;
 /// A partial assignment of atoms.
 type Cube = Vec<(u32, bool)>;
 
-/// Returns a distinct name for each state.
+/// Returns a distinct name for each state; `owes` says that something is owed at the start.
 pub(super) fn wording(
     monitor: &Monitor,
-    asks: Asks,
+    (asks, owes): (Asks, bool),
     texts: &AHashMap<(ExprId, bool), String>,
 ) -> Vec<String> {
     let settled = Settled::of(&steps(monitor));
@@ -29,7 +29,7 @@ pub(super) fn wording(
             Asks::Avoid if settled.never[state] => "kept for good".to_owned(),
             Asks::Avoid => "kept so far".to_owned(),
             Asks::Again | Asks::Settle if settled.never[state] => "stuck".to_owned(),
-            Asks::Again | Asks::Settle if state == 0 => "nothing owed".to_owned(),
+            Asks::Again | Asks::Settle if state == 0 && !owes => "nothing owed".to_owned(),
             Asks::Accept => {
                 let good = |next: usize, mark: bool| mark || (next != state && !settled.never[next]);
                 waiting(monitor, decision, texts, &good)

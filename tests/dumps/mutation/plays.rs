@@ -35,6 +35,24 @@ fn nothing_false_of_whole_plays_gets_past_verify() {
     table.close();
 }
 
+/// Nested formulas: monitors with debts and with formulas that must last, alone and joined by a normal
+/// form.
+const NESTED: &str = "objective A = x!=3 U (G x=2); objective B = (F x=1) W x=2;
+    objective C = G (x=1 => F (x=0 & G F x=2)); prefer A > B; prefer B > C;";
+
+#[test]
+fn nothing_false_of_nested_formulas_gets_past_verify() {
+    let mut random = ChaCha8Rng::seed_from_u64(10);
+    let mut table = Table(BTreeMap::new());
+    let mut shop = Shop::new(MODEL, NESTED);
+    for (scope, safety) in [("reachable", "prefix"), ("all", "action")] {
+        let named = (scope.to_owned(), safety.to_owned(), None, CONSTANTS.to_owned());
+        let dump = shop.honest(named).unwrap().clone();
+        forge(&mut shop, &dump, &mut table, &mut random, 4);
+    }
+    table.close();
+}
+
 #[test]
 fn nothing_false_under_requirements_gets_past_verify() {
     let mut random = ChaCha8Rng::seed_from_u64(9);
@@ -68,6 +86,8 @@ const OTHERS: &[(&str, &str)] = &[
     ("(G x!=1) & (F x=2)", "(G x!=1) | (F x=2)"),
     ("(G x!=1) & (F x=2)", "(F x=1) & (F x=2)"),
     ("F x=3", "G x!=3"),
+    ("F x=3", "x!=3 U (G x=2)"),
+    ("F x=3", "(F x=1) W x=2"),
     ("prefer A > D", "prefer D > A"),
     ("objective A", "empty = gain; objective A"),
     ("objective A", "require G x!=1; objective A"),
