@@ -133,7 +133,7 @@ fn answer<E: Engine>(
     };
     let answered = || under.answer(asking, &asked.program, &found, precision);
     let answer = job.timed("value", answered, |r, s| {
-        if asking.property.is_some() {
+        if asking.question.is_some() {
             r.time.add("value", s);
         }
     })?;

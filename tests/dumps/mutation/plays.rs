@@ -45,8 +45,8 @@ fn nothing_false_of_nested_formulas_gets_past_verify() {
     let mut random = ChaCha8Rng::seed_from_u64(10);
     let mut table = Table(BTreeMap::new());
     let mut shop = Shop::new(MODEL, NESTED);
-    for (scope, safety) in [("reachable", "prefix"), ("all", "action")] {
-        let named = (scope.to_owned(), safety.to_owned(), None, CONSTANTS.to_owned());
+    for (scope, safety) in [("reachable", Safety::Prefix), ("all", Safety::Action)] {
+        let named = (scope.to_owned(), safety, None, CONSTANTS.to_owned());
         let dump = shop.honest(named).unwrap().clone();
         forge(&mut shop, &dump, &mut table, &mut random, 4);
     }
