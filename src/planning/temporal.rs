@@ -112,7 +112,7 @@ pub fn regions<E: Engine>(engine: &E, condition: &Condition) -> Result<Regions<E
 /// satisfies the negation is a state from which every strategy satisfies the condition.
 ///
 /// # Errors
-/// The errors of [`regions`] and of the listener.
+/// The errors of [`regions()`] and of the listener.
 pub fn regions_by_step<E: Engine>(
     engine: &E,
     condition: &Condition,
