@@ -81,7 +81,7 @@ impl JsonSchema for Valuation {
     }
 }
 
-/// The schema of a count that [`decimal`] has written.
+/// The schema of a count that [`decimal()`] has written.
 pub struct Decimal;
 
 impl JsonSchema for Decimal {
