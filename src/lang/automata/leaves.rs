@@ -3,13 +3,13 @@
 //! Equivalences that move operators, each also in its dual form:
 //! - `G (φ & ψ)` is `G φ & G ψ`; `G F (φ | ψ)` is `G F φ | G F ψ`.
 //! - `G G φ` is `G φ`, and `F G F φ` is `G F φ`.
-//! - X moves inwards, and vanishes before `G F φ`.
+//! - X moves inwards, and vanishes before `G F φ`, as do U and R.
 //!
 //! Formulas that are then neither in Π2 nor in Σ2 are normalised.
 
 use std::collections::BTreeSet;
 
-use super::formulas::{Form, FormulaId, Formulas};
+use super::formulas::{Form, FormulaId, Formulas, Window};
 use super::normalisation::normalised;
 use meliora_model::error::Error;
 use meliora_model::span::Span;
@@ -77,6 +77,13 @@ impl Division<'_> {
             Form::Or(parts) if !self.all.is_cosafe(f) => Ok(Tree::Any(self.each(&parts)?)),
             _ if self.all.is_cosafe(f) => Ok(self.leaf(Asks::Accept, f)),
             _ if self.all.is_safe(f) => Ok(self.leaf(Asks::Avoid, f)),
+            // φ U ψ and φ R ψ are ψ if ψ is a limit: it does not depend on the step.
+            Form::Until(Window { least: 0, .. }, _, right)
+            | Form::Release(Window { least: 0, .. }, _, right)
+                if self.all.limit(right).is_some() =>
+            {
+                self.leaves(right)
+            }
             Form::Next(inner) => {
                 let tree = self.leaves(inner)?;
                 Ok(self.after_a_step(tree))

@@ -145,16 +145,16 @@ impl Normalisation<'_> {
         Ok(found)
     }
 
-    /// Returns an outermost unbounded U (or R) outside of limits.
-    fn outermost(&self, until: bool, f: FormulaId) -> Option<FormulaId> {
+    /// Returns an outermost unbounded U (or R) outside of limits, with its operands.
+    fn outermost(&self, until: bool, f: FormulaId) -> Option<(FormulaId, FormulaId, FormulaId)> {
         let mut at = f;
         loop {
             if !self.has(until, at) {
                 return None;
             }
             match self.all.form(at) {
-                Form::Until(Window { most: None, .. }, ..) if until => return Some(at),
-                Form::Release(Window { most: None, .. }, ..) if !until => return Some(at),
+                &Form::Until(Window::ALWAYS, p, q) if until => return Some((at, p, q)),
+                &Form::Release(Window::ALWAYS, p, q) if !until => return Some((at, p, q)),
                 form => at = form.operands().find(|&part| self.has(until, part))?,
             }
         }
@@ -184,26 +184,25 @@ impl Normalisation<'_> {
         if let Some(&known) = self.ordered.get(&f) {
             return Ok(known);
         }
-        let found = stack::level(|| match *self.all.form(f) {
-            Form::Release(Window::ALWAYS, left, right) => {
-                let step = self.without_an_until(left, right)?;
+        let found = stack::level(|| match self.without_an_until(f)? {
+            Some(step) => {
                 self.check()?;
                 self.ordered(step)
             }
-            _ => self.rebuilt(f, &mut Self::ordered),
+            None => self.rebuilt(f, &mut Self::ordered),
         })?;
         self.ordered.insert(f, found);
         Ok(found)
     }
 
-    /// Uses rule 1 or 2 on `left R right`, in which some U stands.
-    fn without_an_until(&mut self, left: FormulaId, right: FormulaId) -> Result<FormulaId> {
+    /// Uses rule 1 or 2, if one applies.
+    fn without_an_until(&mut self, f: FormulaId) -> Result<Option<FormulaId>> {
+        let Form::Release(Window::ALWAYS, left, right) = *self.all.form(f) else { return Ok(None) };
         if self.all.has_until(left) {
             let (ends, lasts) = (self.strong(left, right), self.all.always(right));
-            return Ok(self.all.either(ends, lasts));
+            return Ok(Some(self.all.either(ends, lasts)));
         }
-        let until = self.outermost(true, right).unwrap_or(right);
-        let Form::Until(_, p, q) = *self.all.form(until) else { return Ok(right) };
+        let Some((until, p, q)) = self.outermost(true, right) else { return Ok(None) };
         let weak = self.weak(p, q);
         let (with, without) =
             (self.replaced(right, until, weak)?, self.replaced(right, until, Formulas::FALSE)?);
@@ -214,7 +213,7 @@ impl Normalisation<'_> {
         let ends = self.all.both(left, right);
         let last = self.all.either(ends, lasts);
         let without = self.all.simple_binary(true, Window::ALWAYS, right, last);
-        Ok(self.all.either(with, without))
+        Ok(Some(self.all.either(with, without)))
     }
 
     /// Rules 3 to 5: limits stand below `&` and `|` alone, no R stands below `G F`, and no U below
@@ -269,8 +268,7 @@ impl Normalisation<'_> {
     }
 
     fn again_without_release(&mut self, f: FormulaId, inner: FormulaId) -> Result<FormulaId> {
-        let Some(release) = self.outermost(false, inner) else { return Ok(f) };
-        let Form::Release(_, p, q) = *self.all.form(release) else { return Ok(f) };
+        let Some((release, p, q)) = self.outermost(false, inner) else { return Ok(f) };
         let strong = self.strong(p, q);
         let (ends, lasts) =
             (self.replaced(inner, release, strong)?, self.replaced(inner, release, Formulas::TRUE)?);
@@ -280,8 +278,7 @@ impl Normalisation<'_> {
     }
 
     fn settled_without_until(&mut self, f: FormulaId, inner: FormulaId) -> Result<FormulaId> {
-        let Some(until) = self.outermost(true, inner) else { return Ok(f) };
-        let Form::Until(_, p, q) = *self.all.form(until) else { return Ok(f) };
+        let Some((until, p, q)) = self.outermost(true, inner) else { return Ok(f) };
         let weak = self.weak(p, q);
         let (with, without) =
             (self.replaced(inner, until, weak)?, self.replaced(inner, until, Formulas::FALSE)?);
