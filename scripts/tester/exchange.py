@@ -7,7 +7,7 @@ from reference.model import reachability
 from reference.questions import chances
 from tester.context import LEVELS
 from tester.program import key
-from tester.regions import regions_of, value_of
+from tester.regions import is_near, regions_of, value_of
 
 
 def exchanged(context):
@@ -129,12 +129,19 @@ def reached_again(context, written, path, labels):
             # Where a state is not a valuation of the file, every strategy avoids the label.
             for region, states in reachability(mdp, target).items():
                 context.same(f"{region} of {where}", context.relation.count(states), entries[0][region])
-            # The probabilities of archives are exact, those of the other formats are doubles.
-            if mdp.unsafe.isdisjoint(mdp.initial) and not (context.is_rare() and written != "umb"):
-                for values, entry in zip(chances(mdp, target), entries[1:]):
-                    value_of(
-                        context, f"{entry['property']} of {where}", [values[s] for s in mdp.initial], entry["value"]
-                    )
+            for values, entry in zip(chances(mdp, target), entries[1:]):
+                if mdp.unsafe.isdisjoint(mdp.initial):
+                    chance_of(context, written, f"{entry['property']} of {where}", values, entry["value"])
+
+
+def chance_of(context, written, what, values, bounds):
+    """A probability over the initial states. Those of archives are exact, the other formats have doubles."""
+    values = [values[state] for state in context.analysis.whole.initial]
+    if written == "umb":
+        value_of(context, what, values, bounds)
+    elif not context.is_rare():
+        near = is_near(min(values), bounds["lower"]) and is_near(max(values), bounds["upper"])
+        context.same(what, "" if near else (min(values), max(values)), "" if near else bounds)
 
 
 ALL = {"exchange": exchanged}
