@@ -18,10 +18,10 @@ const COMPARED: usize = 1000;
 /// The states that `--at` names.
 pub(super) struct At(Vec<Named>);
 
-/// The text of one `--at`, and what it says.
+/// The text of one `--at`, with its meaning.
 struct Named {
     source: Arc<SourceFile>,
-    /// What it says of each variable.
+    /// The value or values of each variable.
     places: Vec<Place>,
     /// The states with the values that the text gives.
     like: ExprId,

@@ -55,7 +55,7 @@ pub fn split_constants(source: &Arc<SourceFile>, theirs: &[String]) -> Result<[A
     Ok([these, others].map(|all| SourceFile::new(source.name.clone(), joined(&all))))
 }
 
-/// What a text such as `r=2,c=*,d=false` says of one variable.
+/// The value of one variable in a text such as `r=2,c=*,d=false`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
     /// This value is given.
@@ -79,11 +79,11 @@ pub fn parse_state(source: &Arc<SourceFile>, program: &Program) -> Result<State>
     Ok(places(source, program, false)?.into_iter().filter_map(value).collect())
 }
 
-/// Parses a state in which variables may have any value, such as `r=2,c=*`; returns what it says of
-/// each variable of the program.
+/// Parses a state in which variables may have any value, such as `r=2,c=*`; returns the
+/// value or values of each variable of the program.
 ///
 /// # Errors
-/// Those of [`parse_state`].
+/// The errors of [`parse_state`].
 pub fn parse_states(source: &Arc<SourceFile>, program: &Program) -> Result<Vec<Place>> {
     places(source, program, true)
 }

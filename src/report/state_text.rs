@@ -48,7 +48,7 @@ pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
     out
 }
 
-/// Says what can be asked where a strategy does nothing.
+/// Advises on a state where a strategy does nothing.
 fn advice(state: &StateReport<'_>) -> Option<String> {
     let (words, at, [_, spi]) = (state.words, &state.at, state.ranks);
     match words.kind {
