@@ -101,7 +101,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
                 continue;
             }
             match self.lose_in(&mut sides, at, halves) {
-                // What was found so far is lost.
+                // The states found so far are lost.
                 Err(Halt::Spent) => break,
                 done => done?,
             }
