@@ -57,8 +57,7 @@ impl CheckReport {
     pub fn about(subject: Subject<'_>) -> Self {
         let header = Header { scope: Some(subject.scope), ..Header::of_model(&subject.program.source.name) };
         let header = header.with_engine(subject.storage.name());
-        let mut report =
-            CheckReport::new(header.with_preferences(subject.preferences, subject.safety));
+        let mut report = CheckReport::new(header.with_preferences(subject.preferences, subject.safety));
         report.read(subject.program, subject.empty, subject.history);
         report
     }

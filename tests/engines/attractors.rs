@@ -16,12 +16,13 @@ use crate::common::brute::Brute;
 use crate::common::random_program::{random_predicate, random_program};
 use crate::explicit::numbers;
 
-/// The recursion over the lists of all groups alone, turns with layers after a single step, and the
-/// usual order of attempts.
-fn thresholds() -> [Thresholds; 3] {
+/// The recursion over the lists of all groups alone, turns with layers after a single step and after
+/// some, which finds a part of the lost states, and the usual order of attempts.
+fn thresholds() -> [Thresholds; 5] {
     let without_parts = Thresholds { relations_per_bit: 0, ..Thresholds::default() };
-    let forced = Thresholds { lose_steps: u64::MAX, ..without_parts };
-    [forced, Thresholds { lose_steps: 1, ..without_parts }, Thresholds::default()]
+    let limited = [u64::MAX, 1, 20, 100].map(|lose_steps| Thresholds { lose_steps, ..without_parts });
+    let [forced, one, few, some] = limited;
+    [forced, one, few, some, Thresholds::default()]
 }
 
 fn listed<E: Engine>(engine: &E, target: ExprId) -> Regions<Vec<State>> {

@@ -59,7 +59,7 @@ impl SymbolicEngine {
     }
 
     /// Computes the lost states by recursion over the lists of all groups, with edges that are all
-    /// plain. Returns also whether it is finished; after `steps` steps it returns the states found so far.
+    /// plain. Returns also whether these are all; after `steps` steps they are those found so far.
     /// Returns `None` if choices are missing for another reason than a step into a lost state.
     fn lose(
         &self,

@@ -101,7 +101,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
                 continue;
             }
             match self.lose_in(&mut sides, at, halves) {
-                // The states found so far are losing.
+                // The states found so far are lost.
                 Err(Halt::Spent) => break,
                 done => done?,
             }

@@ -128,11 +128,7 @@ impl ListTuples {
         self.of(store, groups.collect::<Result<_>>()?)
     }
 
-    fn of(
-        self: &Arc<Self>,
-        store: &Store,
-        mut groups: Vec<Group>,
-    ) -> Result<Arc<ListTuple>> {
+    fn of(self: &Arc<Self>, store: &Store, mut groups: Vec<Group>) -> Result<Arc<ListTuple>> {
         let one = store.one();
         let stays = groups.iter().any(|g| g.list.kind == ListKind::Keeps && g.list.kept() == Some(&one));
         groups.retain(|g| !stays && !g.list.is_empty());

@@ -259,7 +259,7 @@ proptest! {
         let (lost, candidates) = (set(&store, 3, lost), set(&store, 3, candidates));
         prop_assert!(store.lose(&lost, &candidates, &groups, u64::MAX).unwrap() == (expected.clone(), true));
         for steps in 0..40 {
-            // The result at the end of the budget lies between the two sets.
+            // The states found before the steps were used up lie between the two sets.
             let (found, done) = store.lose(&lost, &candidates, &groups, steps).unwrap();
             prop_assert!(!done || found == expected);
             prop_assert!(store.is_zero(&store.minus(&lost, &found).unwrap()));
