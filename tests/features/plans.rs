@@ -10,7 +10,7 @@ use crate::graphs::{Set, bottom_components, chain, edges};
 use crate::random_case::{RandomCase, random_case};
 use crate::{Analysed, config};
 
-/// The numbers of checks, so that a test without checks fails.
+/// Counts of the checks, so that a test that checks nothing fails.
 #[derive(Debug, Default)]
 struct Seen {
     achieved: usize,
