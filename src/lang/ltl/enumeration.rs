@@ -486,7 +486,7 @@ fn all_formulas_of_up_to_four_operators() {
     assert_eq!(found, [1, 14, 335, 9_987, 274_458]);
 }
 
-/// All of them agree: FIVE_STEP=1 compares all.
+/// One of 50; the environment variable `FIVE_STEP=1` asks for all.
 #[test]
 fn some_formulas_of_five_operators() {
     let step = std::env::var("FIVE_STEP").map_or(50, |step| step.parse().unwrap());
