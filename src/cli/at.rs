@@ -68,7 +68,13 @@ impl At {
             let meant = engine.intersection(&engine.states_where(named.meant)?, &engine.all_states())?;
             let found = match named.state() {
                 Some(_) => engine.list_states(&meant, 1)?,
-                None => listed(engine, &meant, limit, sink)?.0,
+                None => {
+                    let (found, count) = up_to(engine, &meant, limit)?;
+                    if let Some(text) = incomplete(found.len(), &count) {
+                        sink.warn(&text);
+                    }
+                    found
+                }
             };
             if found.is_empty() {
                 wrong.push(named.unreachable(engine, program, scope)?);
@@ -190,11 +196,23 @@ pub(super) fn listed<E: Engine>(
     limit: usize,
     sink: &TerminalSink,
 ) -> Result<(Vec<State>, Count), Error> {
-    let count = engine.count(set)?;
-    let states = engine.list_states(set, limit)?;
-    if count > Count::from(states.len()) {
-        let (listed, all) = (states.len(), Number(count.clone()).grouped());
-        sink.note(&format!("{listed} of {all} states; a larger `--limit` lists more"));
+    let (states, count) = up_to(engine, set, limit)?;
+    if let Some(text) = incomplete(states.len(), &count) {
+        sink.note(&text);
     }
     Ok((states, count))
+}
+
+/// Lists the states of a set up to a limit, and counts the set.
+fn up_to<E: Engine>(engine: &E, set: &E::States, limit: usize) -> Result<(Vec<State>, Count), Error> {
+    Ok((engine.list_states(set, limit)?, engine.count(set)?))
+}
+
+/// Says that a list has fewer states than there are, if this is so.
+fn incomplete(listed: usize, count: &Count) -> Option<String> {
+    let text = || {
+        let all = Number(count.clone()).grouped();
+        format!("{listed} of {all} states; a larger `--limit` lists more")
+    };
+    (*count > Count::from(listed)).then(text)
 }
