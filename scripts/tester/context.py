@@ -126,9 +126,10 @@ class Context:
 
     def secured(self, number):
         """The target of an objective; None if it depends on the monitors: before the marks of a leaf of the kind
-        persistence cease, there may be any number of them."""
+        persistence cease, there may be any number of them, and formulas of no class have several normal forms."""
         leaves = [leaf for case in cases(conditions(self.analysis.formulas[number])) for leaf in case]
-        is_open = self.analysis.play and any(kind == "finally" for kind, _ in leaves)
+        is_general = "objective general" in self.case.features
+        is_open = self.analysis.play and (is_general or any(kind == "finally" for kind, _ in leaves))
         return None if is_open else self.analysis.targets[number]
 
     def named(self, members):
