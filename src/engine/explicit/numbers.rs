@@ -87,7 +87,10 @@ impl Numbers {
 
     /// Returns whether the number may stand at a branch; see [`is_weight`].
     fn is_weight(&self, word: i64) -> bool {
-        short(word).is_some_and(Short::is_probability) || is_weight(&self.at(word))
+        match short(word) {
+            Some(short) => short.is_probability() || is_weight(&self.at(word)),
+            None => is_weight(self.stored(word)),
+        }
     }
 
     /// Forgets all results if they are many. Registers must not contain positions of results then.
