@@ -168,8 +168,7 @@ impl Shield {
             None => self.classes[node.reference].is_empty(),
         };
         let node = &self.nodes[v];
-        let has_reference = self.safety.parse().is_ok_and(Safety::has_reference);
-        ensure(own(node) || has_reference && v >= self.starts, || {
+        ensure(own(node) || self.has_reference() && v >= self.starts, || {
             "the reference is not the class of the state".to_owned()
         })?;
         let next = || node.actions.iter().flat_map(|action| &action.next);
@@ -190,11 +189,15 @@ impl Shield {
         })
     }
 
+    fn has_reference(&self) -> bool {
+        self.safety.parse().is_ok_and(Safety::has_reference)
+    }
+
     /// Returns whether a step leaves the reference as it is or, under `prefix`, improves on it: with
     /// another reference, later steps could weaken the one that was promised.
     pub(super) fn keeps_reference(&self, from: &ShieldNode, to: usize) -> bool {
         let to = &self.nodes[to];
-        self.safety == Safety::Action.name()
+        !self.has_reference()
             || to.reference == from.reference
             || to.class.is_some_and(|class| self.may_improve(from.reference, class))
     }
