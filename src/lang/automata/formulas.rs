@@ -193,6 +193,12 @@ impl Formulas {
         self.binary(false, Window::ALWAYS, Self::FALSE, f)
     }
 
+    /// Returns `G F φ`.
+    pub(crate) fn recurring(&mut self, f: FormulaId) -> FormulaId {
+        let eventually = self.eventually(f);
+        self.always(eventually)
+    }
+
     /// Returns the conjunction (or the disjunction), flattened and without constants.
     pub(crate) fn join(
         &mut self,

@@ -139,11 +139,11 @@ impl Division<'_> {
     fn again(&mut self, f: FormulaId, eventually: FormulaId, inner: FormulaId) -> Result<Tree> {
         match self.all.form(inner).clone() {
             Form::Or(parts) => {
-                let parts: Vec<FormulaId> = parts.iter().map(|&p| self.recurring(p)).collect();
+                let parts: Vec<FormulaId> = parts.iter().map(|&p| self.all.recurring(p)).collect();
                 Ok(Tree::Any(self.each(&parts)?))
             }
             Form::Next(later) => {
-                let recurring = self.recurring(later);
+                let recurring = self.all.recurring(later);
                 self.leaves(recurring)
             }
             // G F G φ is F G φ, and G F F φ is G F φ.
@@ -154,11 +154,6 @@ impl Division<'_> {
             }
             _ => self.other(f),
         }
-    }
-
-    fn recurring(&mut self, f: FormulaId) -> FormulaId {
-        let eventually = self.all.eventually(f);
-        self.all.always(eventually)
     }
 
     /// Puts X before each leaf.
@@ -174,7 +169,7 @@ impl Division<'_> {
     /// Returns `X φ`. `X G φ` is `G X φ`, and `G F φ` does not depend on any single step.
     fn step_before(&mut self, f: FormulaId) -> FormulaId {
         match self.all.is_always(f) {
-            Some(inner) if self.all.is_eventually(inner).is_some() => f,
+            Some(_) if self.all.limit(f).is_some() => f,
             Some(inner) => {
                 let later = self.all.next(inner);
                 self.all.always(later)

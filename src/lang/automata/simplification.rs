@@ -108,10 +108,7 @@ impl Formulas {
                 let parts: Vec<FormulaId> = parts.iter().map(|&p| self.again(p)).collect();
                 self.simple_join(false, parts)
             }
-            _ => {
-                let f = self.eventually(f);
-                self.always(f)
-            }
+            _ => self.recurring(f),
         })
     }
 
