@@ -243,11 +243,14 @@ impl<E: Engine> Levels<E> {
 }
 
 /// Computes W_1 of SPI, the states from which an improvement is possible; `None` before the improvement
-/// MDP is known. Cost: one `can_reach` per arena.
+/// MDP is known. Cost: one `can_reach` per arena if no level of SPI is known.
 ///
 /// # Errors
 /// A limit of the engine is reached.
 pub fn improvable<E: Engine>(analysis: &Analysis<E>) -> Result<Option<E::States>> {
+    if let Some(first) = analysis.levels(Kind::Spi).found.first() {
+        return Ok(Some(first.states.clone()));
+    }
     let Some((classes, improvement)) = analysis.classes().zip(analysis.improvement()) else {
         return Ok(None);
     };
