@@ -12,7 +12,7 @@ use meliora_report::check::LISTED;
 use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
-use super::plan::{self, Subject};
+use super::plan::{self, Arguments};
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
 
@@ -72,8 +72,8 @@ impl Checked for CheckReport {
 }
 
 fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
-    let subject = Subject { model: &args.model, preferences: &args.preferences, engine: &args.engine };
-    let (question, engine, ()) = plan::prepared(job, subject, |question| {
+    let given = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
+    let (question, engine, ()) = plan::prepared(job, given, |question| {
         read(job, question);
         Ok(())
     })?;

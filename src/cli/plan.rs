@@ -16,7 +16,7 @@ use super::supervise::Job;
 
 /// The arguments for model, preferences and engine.
 #[derive(Clone, Copy)]
-pub(super) struct Subject<'a> {
+pub(super) struct Arguments<'a> {
     pub(super) model: &'a ModelArgs,
     pub(super) preferences: &'a PreferenceArgs,
     pub(super) engine: &'a EngineArgs,
@@ -29,7 +29,7 @@ pub(super) struct Subject<'a> {
 /// The input is wrong, or a limit is hit.
 pub(super) fn prepared<F: Findings, T>(
     job: &Job<Envelope<F>>,
-    Subject { model, preferences, engine }: Subject<'_>,
+    Arguments { model, preferences, engine }: Arguments<'_>,
     more: impl FnOnce(&mut Question) -> Result<T, Error>,
 ) -> Result<(Question, Arc<AnyEngine>, T), Error> {
     let read = || {

@@ -166,13 +166,13 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
         return Err(Error::Usage(message.to_owned()));
     }
     let read = || {
-        let mut question = load::question(&args.model, &args.preferences, &job.sink)?;
+        let question = load::question(&args.model, &args.preferences, &job.sink)?;
         let plane = match &args.grid {
             Some(names) => Some(Plane::named(&question.program, names)?),
             None => Plane::guess(&question.program),
         };
         let at: Vec<String> = args.at.iter().cloned().collect();
-        let at = At::read(&mut question.program, &at)?;
+        let at = At::read(&question.program, &at)?;
         Ok((question, plane, at))
     };
     let (question, plane, at) = job.timed("parse", read, |r, s| r.check.time.add("parse", s))?;

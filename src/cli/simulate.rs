@@ -6,7 +6,7 @@ use clap::Args;
 use meliora_engine::Engine;
 use meliora_model::State;
 use meliora_model::error::Error;
-use meliora_planning::{Analysis, Phase, Rank, Scheduler, Setup, Simulation, StrategyKind, improvable};
+use meliora_planning::{Analysis, Kind, Phase, Rank, Scheduler, Setup, Simulation, StrategyKind, improvable};
 use meliora_quantities::Choose;
 use meliora_quantities::cost::Costs;
 use meliora_report::SimulateReport;
@@ -18,7 +18,7 @@ use super::choose::{ChooseArgs, validate_scheduler};
 use super::exit::Status;
 use super::load::Question;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
-use super::plan::{self, Subject};
+use super::plan::{self, Arguments};
 use super::supervise::{Job, supervise};
 
 /// Simulate random runs under a strategy and count improvements, achievements and weakenings
@@ -92,9 +92,9 @@ pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
 }
 
 fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> Result<(), Error> {
-    let subject = Subject { model: &args.model, preferences: &args.preferences, engine: &args.engine };
-    let (question, engine, (at, costs)) = plan::prepared(job, subject, |question| {
-        let at = At::read(&mut question.program, &args.at)?;
+    let given = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
+    let (question, engine, (at, costs)) = plan::prepared(job, given, |question| {
+        let at = At::read(&question.program, &args.at)?;
         args.choose.objective(kind, &question.preferences)?;
         Ok((at, args.choose.costs(&mut question.program, &job.sink)?))
     })?;
@@ -110,7 +110,7 @@ fn simulate<E: Engine>(
 ) -> Result<(), Error> {
     let limit = args.limit as usize;
     let starts = if at.is_empty() {
-        at::listed(&**engine, &engine.initial_states(), limit, &job.sink)?.0
+        at::listed(&**engine, &engine.initial_states(), limit, &|text| job.sink.note(text))?.0
     } else {
         at.states(&**engine, &question.program, (args.model.scope, limit), &job.sink)?
     };
@@ -124,12 +124,15 @@ fn simulate<E: Engine>(
     let attach = || args.choose.attach((&analysis, costs), &question.program, &starts, &mut strategy);
     let chooser = job.timed("values", attach, |r, s| args.choose.count(&mut r.time, s))?;
     let mut simulation = Simulation::new(&mut strategy, args.setup());
+    // The text tells whether other improvements are possible where none is guaranteed.
+    let advises = args.choose.choose.levels(kind) == Kind::Sasi && !args.shown.json;
     let mut improvable = None;
     let all = || {
         for start in &starts {
             let tally = simulation.run(start)?;
-            let is_hopeless =
-                tally.rank == Rank::Finite(0) && !is_improvable(&analysis, &mut improvable, start)?;
+            let is_hopeless = advises
+                && tally.rank == Rank::Finite(0)
+                && !is_improvable(&analysis, &mut improvable, start)?;
             let report = RunsReport::new(&question.program, &question.preferences, kind, tally)
                 .compared(chooser.as_ref().and_then(|rule| rule.attained(start)))
                 .hopeless(is_hopeless);

@@ -21,7 +21,7 @@ use super::choose::ChooseArgs;
 use super::exit::Status;
 use super::load::Question;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
-use super::plan::{self, Subject};
+use super::plan::{self, Arguments};
 use super::supervise::{Job, supervise};
 use super::terminal;
 
@@ -98,9 +98,9 @@ pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
 }
 
 fn work(job: &Job<StrategyReport>, args: &StrategyArgs, kind: StrategyKind) -> Result<(), Error> {
-    let subject = Subject { model: &args.model, preferences: &args.preferences, engine: &args.engine };
-    let (question, engine, (at, costs)) = plan::prepared(job, subject, |question| {
-        let at = At::read(&mut question.program, &args.at)?;
+    let given = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
+    let (question, engine, (at, costs)) = plan::prepared(job, given, |question| {
+        let at = At::read(&question.program, &args.at)?;
         args.choose.objective(kind, &question.preferences)?;
         Ok((at, args.choose.costs(&mut question.program, &job.sink)?))
     })?;
@@ -175,7 +175,8 @@ impl<'a, E: Engine> Answering<'a, E> {
             Some(Asked::Unbounded) => self.strategy.states_of_rank(None)?,
             Some(Asked::Exactly(k)) => self.strategy.states_of_rank(Some(k))?,
         };
-        let (states, count) = at::listed(engine, &set, self.args.limit as usize, &self.job.sink)?;
+        let (states, count) =
+            at::listed(engine, &set, self.args.limit as usize, &|text| self.job.sink.note(text))?;
         self.job.update(|r| r.asked = Some(count.into()));
         Ok(states)
     }

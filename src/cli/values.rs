@@ -103,7 +103,7 @@ pub(super) fn run(args: ValuesArgs) -> Result<Status> {
 fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Result<()> {
     let read = || {
         let mut question = load::question(&args.model, &args.preferences, &job.sink)?;
-        let at = At::read(&mut question.program, &args.at)?;
+        let at = At::read(&question.program, &args.at)?;
         let costs = costs(&mut question.program, &args.reward, &job.sink)?;
         Ok((question, at, costs))
     };
@@ -139,7 +139,7 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
 /// Returns the initial states or all states, up to the limit.
 fn listed(job: &Job<ValuesReport>, args: &ValuesArgs, engine: &Arc<AnyEngine>) -> Result<Vec<State>> {
     let set = if args.all { engine.all_states() } else { engine.initial_states() };
-    Ok(at::listed(&**engine, &set, args.limit as usize, &job.sink)?.0)
+    Ok(at::listed(&**engine, &set, args.limit as usize, &|text| job.sink.note(text))?.0)
 }
 
 /// The evaluation of states.

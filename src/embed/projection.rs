@@ -1,9 +1,9 @@
 //! Projections of a set of states onto one or two variables.
 
 use super::{Exploration, States};
-use meliora_engine::Algebra;
 use meliora_engine::any::AnyStates;
 use meliora_engine::symbolic::{Set, StateSet, SymbolicEngine};
+use meliora_engine::{Algebra, Engine};
 use meliora_export::projections::Plane;
 use meliora_model::error::{Error, Limit, Result};
 use meliora_model::{Program, VarId};
@@ -37,15 +37,7 @@ impl States {
     /// The errors of [`Exploration::slice`].
     pub fn slice(&self, fixed: &[(VarId, i64)]) -> Result<States> {
         let engine = self.engine();
-        let set = match (self.set(), engine.symbolic(), engine.explicit()) {
-            (AnyStates::Symbolic(x), Some(symbolic), _) => {
-                AnyStates::Symbolic(symbolic.intersection(&symbolic.slice(fixed)?, x)?)
-            }
-            (AnyStates::Explicit(x), _, Some(explicit)) => {
-                AnyStates::Explicit(explicit.filter(x, &mut |state| fits(state, fixed))?)
-            }
-            _ => return Err(Error::Usage("the set belongs to another engine".to_owned())),
-        };
+        let set = engine.intersection(&engine.slice(fixed)?, self.set())?;
         Ok(States::of(engine, set))
     }
 

@@ -11,7 +11,7 @@ use super::symbolic::{self, SymbolicEngine};
 use meliora_model::error::{Error, Result};
 use meliora_model::expr::ExprId;
 use meliora_model::step::Choice;
-use meliora_model::{Program, State};
+use meliora_model::{Program, State, VarId};
 
 /// The symbolic or the explicit engine, together with the program whose expressions it evaluates.
 /// Clones share the explored states and the sets.
@@ -386,6 +386,10 @@ impl Engine for AnyEngine {
 
     fn singleton(&self, state: &[i64]) -> Result<AnyStates> {
         on!(self, e => Ok(e.singleton(state)?.into()))
+    }
+
+    fn slice(&self, fixed: &[(VarId, i64)]) -> Result<AnyStates> {
+        on!(self, e => Ok(e.slice(fixed)?.into()))
     }
 
     fn contains(&self, x: &AnyStates, state: &[i64]) -> Result<bool> {

@@ -3,10 +3,10 @@
 use super::edge_labels::{self, EdgeLabels};
 use super::parallel::Sets;
 use super::settings::{Count, Settings, Usage};
-use meliora_model::State;
 use meliora_model::error::Result;
 use meliora_model::expr::ExprId;
 use meliora_model::step::Choice;
+use meliora_model::{State, VarId};
 
 /// A winning region together with the choices that stay winning.
 #[derive(Debug, Clone)]
@@ -294,6 +294,8 @@ pub trait Engine:
     fn list_states(&self, x: &Self::States, limit: usize) -> Result<Vec<State>>;
     /// Returns the set that contains only `state`, or the empty set if `state` is not in the scope.
     fn singleton(&self, state: &[i64]) -> Result<Self::States>;
+    /// Returns the states of the scope in which some variables have the given values. Cost: no image.
+    fn slice(&self, fixed: &[(VarId, i64)]) -> Result<Self::States>;
     /// Returns whether s ∈ X.
     ///
     /// # Errors

@@ -66,17 +66,31 @@ pub enum Place {
     Any,
 }
 
+impl Place {
+    /// Returns the value, given or initial; `None` for `*`.
+    pub fn value(self) -> Option<i64> {
+        match self {
+            Place::Given(value) | Place::Default(value) => Some(value),
+            Place::Any => None,
+        }
+    }
+
+    /// Returns the value if it is given.
+    pub fn given(self) -> Option<i64> {
+        match self {
+            Place::Given(value) => Some(value),
+            Place::Default(_) | Place::Any => None,
+        }
+    }
+}
+
 /// Parses a state, such as `r=2,c=2,d=false`. Variables left out get their initial value.
 ///
 /// # Errors
 /// A syntax error, an unknown or repeated variable, a value of the wrong type or out of range, or a
 /// variable left out that has no single initial value.
 pub fn parse_state(source: &Arc<SourceFile>, program: &Program) -> Result<State> {
-    let value = |place| match place {
-        Place::Given(value) | Place::Default(value) => Some(value),
-        Place::Any => None,
-    };
-    Ok(places(source, program, false)?.into_iter().filter_map(value).collect())
+    Ok(places(source, program, false)?.into_iter().filter_map(Place::value).collect())
 }
 
 /// Parses a state in which variables may have any value, such as `r=2,c=*`; returns the

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use meliora::engine::{Algebra, Count, EdgeLabels, Engine, ProgressSink, Region, Settings, Usage};
 use meliora::error::Result;
-use meliora::model::State;
 use meliora::model::expr::{ExprId, ExprPool};
 use meliora::model::step::Choice;
 use meliora::model::value::Value;
+use meliora::model::{State, VarId};
 
 /// For each state and choice the successors.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -208,6 +208,10 @@ impl Engine for Tiny {
     }
     fn singleton(&self, state: &[i64]) -> Result<Bits> {
         Ok((0..self.mdp.0.len()).map(|s| self.states[s] && s as i64 == state[0]).collect())
+    }
+    fn slice(&self, fixed: &[(VarId, i64)]) -> Result<Bits> {
+        let fits = |s: usize| fixed.iter().all(|&(_, value)| value == s as i64);
+        Ok((0..self.mdp.0.len()).map(|s| self.states[s] && fits(s)).collect())
     }
     fn contains(&self, x: &Bits, state: &[i64]) -> Result<bool> {
         Ok(usize::try_from(state[0]).is_ok_and(|s| x.get(s) == Some(&true)))

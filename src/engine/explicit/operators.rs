@@ -16,7 +16,7 @@ use meliora_model::error::{Error, Result};
 use meliora_model::expr::ExprId;
 use meliora_model::progress::Poll;
 use meliora_model::step::Choice;
-use meliora_model::{ModelKind, Program, State, fault};
+use meliora_model::{ModelKind, Program, State, VarId, fault};
 
 macro_rules! algebra_of {
     ($set:ident) => {
@@ -276,6 +276,11 @@ impl Engine for ExplicitEngine {
             set(only.words_mut(), state);
         }
         Ok(StateSet(only))
+    }
+
+    fn slice(&self, fixed: &[(VarId, i64)]) -> Result<StateSet> {
+        let fits = |state: &[i64]| fixed.iter().all(|&(variable, value)| state[variable.index()] == value);
+        self.filter(&self.all_states(), &mut |state| fits(state))
     }
 
     fn contains(&self, x: &StateSet, state: &[i64]) -> Result<bool> {

@@ -9,7 +9,6 @@ use super::encoding::transitions::Numbered;
 use super::store::Store;
 use super::store::diagram::{self, Bdd, ManagerOf};
 use super::{Bit, ChoiceSet, StateSet, SymbolicEngine, build, draft};
-use crate::engine::Engine;
 use crate::settings::Settings;
 use meliora_model::diagram::{Diagram, Edge};
 use meliora_model::error::{Error, Result};
@@ -164,25 +163,6 @@ impl SymbolicEngine {
             *all = self.store.one();
         }
         ChoiceSet(Arc::new(only))
-    }
-
-    /// Returns the states of the scope in which some variables have the given values.
-    ///
-    /// Cost: one conjunction per bit.
-    pub fn slice(&self, fixed: &[(VarId, i64)]) -> Result<StateSet> {
-        let mut slice = self.states.0.clone();
-        for &(variable, value) in fixed {
-            let declared = &self.program.variables[variable.index()];
-            if !(declared.low..=declared.high).contains(&value) {
-                return Ok(self.no_states());
-            }
-            let offset = value.wrapping_sub(declared.low) as u64;
-            for (index, &position) in self.encoding.positions(variable).iter().enumerate() {
-                let bit = self.store.literal(2 * position, offset >> index & 1 == 1)?;
-                slice = self.store.and(&bit, &slice)?;
-            }
-        }
-        Ok(StateSet(slice))
     }
 
     /// Returns the valuations that agree with a state of X on these variables: ∃ the others . X.

@@ -49,7 +49,7 @@ use fixpoints::clusters::Clusters;
 use meliora_model::error::Result;
 use meliora_model::expr::ExprId;
 use meliora_model::step::Choice;
-use meliora_model::{ModelKind, Program, State, fault};
+use meliora_model::{ModelKind, Program, State, VarId, fault};
 use relations::lists::{Lists, RelationList};
 use relations::partial_relation::PartialRelation;
 use relations::tuples::ListTuple;
@@ -437,6 +437,22 @@ impl Engine for SymbolicEngine {
         }
         let cube = self.encoding.state(&self.store, state)?;
         Ok(StateSet(self.store.and(&cube, &self.states.0)?))
+    }
+
+    fn slice(&self, fixed: &[(VarId, i64)]) -> Result<StateSet> {
+        let mut slice = self.states.0.clone();
+        for &(variable, value) in fixed {
+            let declared = &self.program.variables[variable.index()];
+            if !(declared.low..=declared.high).contains(&value) {
+                return Ok(self.no_states());
+            }
+            let offset = value.wrapping_sub(declared.low) as u64;
+            for (index, &position) in self.encoding.positions(variable).iter().enumerate() {
+                let bit = self.store.literal(2 * position, offset >> index & 1 == 1)?;
+                slice = self.store.and(&bit, &slice)?;
+            }
+        }
+        Ok(StateSet(slice))
     }
 
     fn contains(&self, x: &StateSet, state: &[i64]) -> Result<bool> {
