@@ -20,8 +20,9 @@ impl SymbolicEngine {
     /// have still to be removed from the result.
     ///
     /// The recursion over parts comes first, where it is expected to pay off. If it gives up, the
-    /// recursion over the lists of all groups and layers take turns; each continues from the
-    /// remaining states. Edge labels need one bound per group, so this recursion cannot have them.
+    /// recursion over the lists of all groups and layers take turns; each continues from what it
+    /// found, the recursion also from the layers. Edge labels need one bound per group, so this
+    /// recursion cannot have them.
     pub(super) fn lose_states(
         &self,
         mut left: Region<StateSet, ChoiceSet>,
@@ -36,16 +37,22 @@ impl SymbolicEngine {
             return Ok((Region { states: self.difference(&left.states, &lost)?, choices }, None));
         }
         let mut steps = self.store.thresholds().lose_steps.max(1);
+        // Layers do not continue from what an unfinished recursion has found: it has parts of many layers,
+        // which made each later layer several times slower.
+        let mut found = lost.clone();
         while !self.store.is_zero(&lost.0) {
-            if edge_labels.is_empty()
-                && let Some((all, done)) = self.lose(&left, won, &lost, steps)?
-            {
-                left.states = self.difference(&left.states, &all)?;
-                if done {
-                    work.lost_by_lists.fetch_add(1, Relaxed);
-                    return Ok((left, Some(all)));
+            if edge_labels.is_empty() {
+                found = self.union(&found, &lost)?;
+                let rest =
+                    Region { states: self.difference(&left.states, &found)?, choices: left.choices.clone() };
+                if let Some((all, done)) = self.lose(&rest, won, &found, steps)? {
+                    if done {
+                        left.states = self.difference(&rest.states, &all)?;
+                        work.lost_by_lists.fetch_add(1, Relaxed);
+                        return Ok((left, Some(all)));
+                    }
+                    found = all;
                 }
-                lost = all;
             }
             let until = work.steps.load(Relaxed).saturating_add(steps.saturating_mul(4));
             while !self.store.is_zero(&lost.0) && work.steps.load(Relaxed) < until {

@@ -72,7 +72,7 @@ impl Default for Thresholds {
             free_cases: 300,
             steps_per_node: 200,
             free_steps: 40_000,
-            lose_steps: 32_000_000,
+            lose_steps: 20_000_000,
             first_cache: 1 << 17,
             first_steps: 1 << 19,
             main_cache: 1 << 20,
