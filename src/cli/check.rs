@@ -169,7 +169,13 @@ impl<E: Engine, R: Checked> Checking<'_, E, R> {
             Some(counts) => {
                 let engine = self.analysis.engine();
                 let (question, sink) = (self.question, &self.job.sink);
-                load::warn_of_states(sink, engine, &question.program, &counts.deadlocks, question.overlap)
+                load::warn_of_states(
+                    sink,
+                    engine,
+                    &question.program,
+                    &counts.deadlocks,
+                    question.overlap.as_ref(),
+                )
             }
             None => Ok(()),
         }
