@@ -7,13 +7,16 @@ use ahash::AHashMap;
 
 use super::lowerer::Lowerer;
 use super::scope::{NO_RENAMING, Scope, Symbol};
-use crate::ast::{BinaryOp, Expr, Span};
+use crate::ast::{BinaryOp, Expr, Node, NodeKind, Span};
 use meliora_model::error::{Error, Result, SourceFile};
 use meliora_model::expr::{Binary, ExprId, ExprPool, Unary};
 use meliora_model::predicate::{Predicate, Predicates};
 use meliora_model::progress::NoProgress;
 use meliora_model::value::Value;
 use meliora_model::{Program, VarId};
+
+/// The label of the states in which no command is enabled.
+const DEADLOCK: &str = "deadlock";
 
 /// Checks a target, such as that of an objective. Names are the variables, constants and formulas of
 /// the model. Names in quotes are its labels, "init" (the initial states) and "deadlock" (no command
@@ -23,7 +26,11 @@ use meliora_model::{Program, VarId};
 /// Unknown names and wrong types; the target must be of type `bool`.
 pub fn lower_target(program: &Program, source: &Arc<SourceFile>, target: &Expr) -> Result<Predicate> {
     let mut predicates = Predicates::over(program);
-    let id = lower_condition(program, predicates.pool(), source, target)?;
+    let is_deadlock = |node: &Node| matches!(&node.kind, NodeKind::Label(name) if **name == *DEADLOCK);
+    let with_deadlock = target.nodes.iter().any(is_deadlock);
+    let id = lowered(program, (predicates.pool(), with_deadlock), source, |lowerer| {
+        lowerer.condition(target, NO_RENAMING, "a target")
+    })?;
     Ok(predicates.get(id))
 }
 
@@ -37,7 +44,7 @@ pub(crate) fn lower_condition(
     source: &Arc<SourceFile>,
     target: &Expr,
 ) -> Result<ExprId> {
-    lowered(program, pool, source, |lowerer| lowerer.condition(target, NO_RENAMING, "a target"))
+    lowered(program, (pool, true), source, |lowerer| lowerer.condition(target, NO_RENAMING, "a target"))
 }
 
 /// Same as [`lower_condition`], for an expression of any type.
@@ -50,16 +57,17 @@ pub(crate) fn lower_value(
     source: &Arc<SourceFile>,
     value: &Expr,
 ) -> Result<ExprId> {
-    lowered(program, pool, source, |lowerer| {
+    lowered(program, (pool, true), source, |lowerer| {
         let id = lowerer.expr(value, NO_RENAMING)?;
         lowerer.whole(id, value.span())
     })
 }
 
-/// Lowers an expression over a finished program into a pool with its expressions.
+/// Lowers an expression over a finished program into a pool with its expressions. The condition of the
+/// label "deadlock" is as large as the program, and made only where it is needed.
 fn lowered(
     program: &Program,
-    pool: &mut ExprPool,
+    (pool, with_deadlock): (&mut ExprPool, bool),
     source: &Arc<SourceFile>,
     lower: impl FnOnce(&mut Lowerer<'_>) -> Option<ExprId>,
 ) -> Result<ExprId> {
@@ -67,9 +75,9 @@ fn lowered(
     let mut lowerer = Lowerer::new(source, scope, std::mem::take(pool), &NoProgress);
     let mut labels: AHashMap<String, ExprId> = program.labels.iter().cloned().collect();
     labels.insert("init".to_owned(), program.initial);
-    if let Some(deadlock) = deadlock(program, &mut lowerer) {
-        labels.insert("deadlock".to_owned(), deadlock);
-    }
+    // Errors list the label in any case.
+    let deadlock = if with_deadlock { deadlock(program, &mut lowerer) } else { Some(program.initial) };
+    labels.extend(deadlock.map(|deadlock| (DEADLOCK.to_owned(), deadlock)));
     labels.extend(named_values(program, &mut lowerer.pool));
     lowerer.labels = Some(labels);
     let lowered = lower(&mut lowerer);
