@@ -6,7 +6,8 @@ use meliora::advanced::lang::ltl::{Monitoring, parse_formula};
 use meliora::engine::ExplicitEngine;
 use meliora::engine::SymbolicEngine;
 use meliora::engine::{Algebra, Engine, Scope, Settings};
-use meliora::error::SourceFile;
+use meliora::error::{Error, SourceFile};
+use meliora::lang;
 use meliora::model::predicate::Predicate;
 use meliora::model::temporal::{Asks, Begin, Condition};
 use meliora::model::{Program, State};
@@ -123,6 +124,34 @@ fn engines(program: &Program, scope: Scope) -> (SymbolicEngine, ExplicitEngine) 
     let settings = Settings { scope, memory: 64 << 20, ..Settings::default() };
     let symbolic = SymbolicEngine::new(program.clone(), settings.clone()).unwrap();
     (symbolic, ExplicitEngine::new(program, settings).unwrap())
+}
+
+#[test]
+fn conditions_of_the_model_are_read_in_its_product_and_not_the_other_way_round() {
+    let text = "mdp module m s:[0..2]; [] s<2 -> (s'=s+1); [] true -> (s'=0); endmodule";
+    let none = SourceFile::new("constants", "");
+    let program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
+    let product = |formula: &str| {
+        let source = SourceFile::new("formula", formula);
+        let mut watching = Monitoring::new(&program);
+        watching.watch(&source, &parse_formula(&source).unwrap(), "w").unwrap();
+        watching.finish(Begin::Everywhere).unwrap()
+    };
+    let [product, other] = ["F (s=1 & X s=0)", "F (s=1 & X s=2)"].map(product);
+    let source = SourceFile::new("target", "s>0");
+    let tree = lang::parse_expression(&source).unwrap();
+    let own = lang::lower_target(&program, &source, &tree).unwrap();
+    let marked = product.predicate(product.monitors.as_ref().unwrap().fresh);
+    for (of, accepted) in [(&program, [true, false]), (&product, [true, true]), (&other, [true, false])] {
+        let (symbolic, explicit) = engines(of, Scope::All);
+        for (condition, accepted) in [&own, &marked].into_iter().zip(accepted) {
+            let [a, b] = [symbolic.states_where(condition).err(), explicit.states_where(condition).err()];
+            for error in [a, b] {
+                assert_eq!(matches!(error, Some(Error::Usage(_))), !accepted, "{error:?}");
+                assert_eq!(error.is_none(), accepted);
+            }
+        }
+    }
 }
 
 fn numbers(most: usize) -> impl Strategy<Value = Vec<u16>> {
