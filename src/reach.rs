@@ -13,6 +13,7 @@ use meliora_lang::ltl::{Formula, Monitoring};
 use meliora_model::Program;
 use meliora_model::error::{Result, SourceFile};
 use meliora_model::expr::ExprId;
+use meliora_model::predicate::Predicate;
 use meliora_model::preference::Requirement;
 use meliora_model::temporal::{Begin, Condition};
 use meliora_planning::temporal;
@@ -34,7 +35,7 @@ pub struct Goal {
 /// What paths are to do.
 pub enum Target {
     /// To reach these states.
-    States(ExprId),
+    States(Predicate),
     /// To satisfy a temporal formula.
     Formula(Condition),
 }
@@ -44,7 +45,7 @@ pub struct Watched {
     /// The model with its monitors.
     pub program: Arc<Program>,
     /// The states where the monitors are fresh.
-    pub fresh: ExprId,
+    pub fresh: Predicate,
 }
 
 /// A safe formula that every strategy must keep, with its text.
@@ -56,69 +57,68 @@ impl Goal {
         self.watched.as_ref().map_or(plain, |watched| &watched.program)
     }
 
-    /// Turns a formula into a goal: a target, which is added to the program, or monitors next to
-    /// the model.
+    /// Turns a formula into a goal: a target, or a condition on monitors next to the model.
     ///
     /// # Errors
     /// The formula is wrong or not supported, or a requirement is not a safe formula.
     pub fn of(
-        program: &mut Program,
+        program: &Program,
         source: &Arc<SourceFile>,
         formula: &Formula,
         required: &[Required],
     ) -> Result<Self> {
         if let Some(target) = formula.known_target() {
-            return Goal::reach(program, target, required);
+            return Goal::reach(program, program.predicate(target), required);
         }
         if let Some(target) = formula.reachability() {
             let target = lower_target(program, source, target)?;
             return Goal::reach(program, target, required);
         }
-        let formula =
-            |watching: &mut Monitoring<'_>| Ok(Target::Formula(watching.watch(source, formula, "property")?));
-        Goal::watch(program, formula, required)
+        let mut watching = Monitoring::new(program);
+        let condition = watching.watch(source, formula, "property")?;
+        let requirements = requirements(&mut watching, required)?;
+        let watched = Watched::of(watching.finish(Begin::Everywhere)?);
+        let of = |id| watched.program.predicate(id);
+        Ok(Goal {
+            target: Target::Formula(condition.map(&of)),
+            requirements: requirements.into_iter().map(|r| r.map(&of)).collect(),
+            watched: Some(watched),
+        })
     }
 
-    /// Makes a target of the program a goal.
+    /// Makes a target a goal.
     ///
     /// # Errors
     /// A requirement is wrong, or not a safe formula.
-    pub fn reach(program: &mut Program, target: ExprId, required: &[Required]) -> Result<Self> {
-        if required.is_empty() {
-            return Ok(Goal { target: Target::States(target), requirements: Vec::new(), watched: None });
-        }
-        Goal::watch(program, |_| Ok(Target::States(target)), required)
+    pub fn reach(program: &Program, target: Predicate, required: &[Required]) -> Result<Self> {
+        let mut watching = Monitoring::new(program);
+        let requirements = requirements(&mut watching, required)?;
+        let (watched, predicates) = if requirements.iter().all(|r| r.monitor.is_none()) {
+            (None, watching.without_monitors())
+        } else {
+            let watched = Watched::of(watching.finish(Begin::Everywhere)?);
+            let predicates = watched.program.predicates();
+            (Some(watched), predicates)
+        };
+        let requirements = requirements.into_iter().map(|r| r.map(&|id| predicates.get(id))).collect();
+        Ok(Goal { target: Target::States(target), requirements, watched })
     }
 
-    /// Adds the monitors of a target and of the requirements to a copy of the program, if there are
-    /// any.
-    fn watch(
-        program: &mut Program,
-        target: impl FnOnce(&mut Monitoring<'_>) -> Result<Target>,
-        required: &[Required],
-    ) -> Result<Self> {
-        let mut copy = program.clone();
-        let mut watching = Monitoring::new(&mut copy);
-        let target = target(&mut watching)?;
-        let formulas = required.iter().map(|(source, formula)| (source, formula));
-        let requirements = watching.require(formulas, REQUIREMENT)?;
-        let is_plain =
-            matches!(target, Target::States(_)) && requirements.iter().all(|r| r.monitor.is_none());
-        let watched = if is_plain {
-            *program = copy;
-            None
-        } else {
-            let fresh = watching.finish(Begin::Everywhere)?;
-            Some(Watched { program: Arc::new(copy), fresh })
+    /// Returns the conditions of the target and of the requirements; those on marks of monitors, which
+    /// belong to the product, are left out.
+    pub fn predicates(&self) -> impl Iterator<Item = &Predicate> {
+        let target = match &self.target {
+            Target::States(target) => Some(target),
+            Target::Formula(_) => None,
         };
-        Ok(Goal { target, requirements, watched })
+        target.into_iter().chain(self.requirements.iter().map(|requirement| &requirement.kept))
     }
 
     /// Returns the states whose paths are judged: with monitors, the states where these are fresh.
     pub fn judged<E: Engine>(&self, engine: &E) -> Result<E::States> {
         match &self.watched {
             None => Ok(engine.all_states()),
-            Some(watched) => engine.states_where(watched.fresh),
+            Some(watched) => engine.states_where(&watched.fresh),
         }
     }
 
@@ -130,7 +130,7 @@ impl Goal {
     /// A limit is reached, or a state formula has no value in some state.
     pub fn regions<E: Engine>(&self, engine: &E) -> Result<Regions<E::States>> {
         match &self.target {
-            Target::States(target) => regions(engine, &engine.states_where(*target)?),
+            Target::States(target) => regions(engine, &engine.states_where(target)?),
             Target::Formula(condition) => temporal::regions(engine, condition),
         }
     }
@@ -143,7 +143,19 @@ impl Goal {
     ) -> Result<Regions<E::States>> {
         match &self.watched {
             None => Ok(regions),
-            Some(watched) => temporal::judged(engine, watched.fresh, regions),
+            Some(watched) => temporal::judged(engine, &watched.fresh, regions),
         }
     }
+}
+
+impl Watched {
+    fn of(product: Program) -> Self {
+        let fresh = product.monitors.as_ref().map_or(product.initial, |monitors| monitors.fresh);
+        Watched { fresh: product.predicate(fresh), program: Arc::new(product) }
+    }
+}
+
+/// Reads requirements, for which monitors are added if some need one.
+fn requirements(watching: &mut Monitoring<'_>, required: &[Required]) -> Result<Vec<Requirement<ExprId>>> {
+    watching.require(required.iter().map(|(source, formula)| (source, formula)), REQUIREMENT)
 }

@@ -9,8 +9,8 @@
 //!
 //! A [`SourceFile`](meliora_model::error::SourceFile) is a text with a name, so that errors can show their
 //! place. [`lang::load`](meliora_lang::load) reads a model with its constants.
-//! [`lang::load_preferences`](meliora_lang::load_preferences) adds the targets of the objectives to
-//! the expressions of the program.
+//! [`lang::load_preferences`](meliora_lang::load_preferences) reads preferences over it. The targets of the
+//! objectives are conditions, which leave the program as it is.
 //!
 //! ```
 //! use meliora::error::{Error, SourceFile};
@@ -78,10 +78,10 @@
 //! use meliora::engine::regions::{pmax_one, pmax_positive};
 //! use meliora::engine::SymbolicEngine;
 //! use meliora::engine::{Count, Engine, Settings};
-//! use meliora::model::expr::ExprId;
+//! use meliora::model::predicate::Predicate;
 //!
 //! /// Counts the states that reach a target almost surely, and those that can reach it.
-//! fn sizes<E: Engine>(engine: &E, target: ExprId) -> Result<[Count; 2]> {
+//! fn sizes<E: Engine>(engine: &E, target: &Predicate) -> Result<[Count; 2]> {
 //!     let target = engine.states_where(target)?;
 //!     let (surely, possibly) = (pmax_one(engine, &target)?, pmax_positive(engine, &target)?);
 //!     Ok([engine.count(&surely)?, engine.count(&possibly)?])

@@ -23,7 +23,7 @@ pub(super) fn check(checker: &mut Checker<'_>) -> CheckResult<Vec<Class>> {
     let mut sure = Vec::new();
     for objective in &checker.preferences.objectives {
         let (target, what) = match &objective.goal {
-            Goal::Reach(target) => (checker.engine.states_where(*target)?, "in which the target holds"),
+            Goal::Reach(target) => (checker.engine.states_where(target)?, "in which the target holds"),
             Goal::Satisfy { condition, .. } => {
                 (temporal::secured(checker, &objective.name, condition)?, "in which the objective is secured")
             }

@@ -61,7 +61,7 @@ pub(super) fn requirements(checker: &mut Checker<'_>) -> CheckResult {
     let all = engine.all_states();
     let mut bad = engine.no_states();
     for requirement in requirements {
-        let violated = engine.difference(&all, &engine.states_where(requirement.kept)?)?;
+        let violated = engine.difference(&all, &engine.states_where(&requirement.kept)?)?;
         bad = engine.union(&bad, &violated)?;
     }
     let states = engine.difference(&all, &checker.regions.states(names::UNSAFE)?)?;

@@ -59,7 +59,7 @@ fn least(engine: &SymbolicEngine, command: &Command, probability: ExprId) -> Che
     let program = engine.program();
     let variables = program.pool.support(probability);
     let Some(valuations) = valuations(program, &variables) else { return Ok(Vec::new()) };
-    let enabled = engine.states_where(command.guard)?;
+    let enabled = engine.states_where(&program.predicate(command.guard))?;
     let mut weighed = Vec::new();
     for state in valuations {
         if let Some(p) = Evaluation::new(&program.pool, &state).number(probability) {

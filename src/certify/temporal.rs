@@ -56,12 +56,12 @@ impl SecuredRegion {
     fn of(checker: &Checker<'_>, name: String, disjunct: &Disjunct) -> CheckResult<Self> {
         let engine = &checker.engine;
         let mut allowed = engine.all_states();
-        for &(mark, sign) in &disjunct.always {
+        for (mark, sign) in &disjunct.always {
             let marked = engine.states_where(mark)?;
-            let wrong = if sign { engine.difference(&engine.all_states(), &marked)? } else { marked };
+            let wrong = if *sign { engine.difference(&engine.all_states(), &marked)? } else { marked };
             allowed = engine.difference(&allowed, &wrong)?;
         }
-        let again = disjunct.again.iter().map(|&mark| engine.states_where(mark));
+        let again = disjunct.again.iter().map(|mark| engine.states_where(mark));
         let again = again.collect::<Result<_, _>>()?;
         let region = checker.regions.states(&name)?;
         let strategy = checker.regions.choices(&names::strategy(&name))?;

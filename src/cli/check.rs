@@ -169,7 +169,8 @@ impl<E: Engine, R: Checked> Checking<'_, E, R> {
             Some(counts) => {
                 let engine = self.analysis.engine();
                 let (question, sink) = (self.question, &self.job.sink);
-                load::warn_of_states(sink, engine, &question.program, &counts.deadlocks, question.overlap)
+                let overlap = question.overlap.as_ref();
+                load::warn_of_states(sink, engine, &question.program, &counts.deadlocks, overlap)
             }
             None => Ok(()),
         }

@@ -129,7 +129,7 @@ impl ChooseArgs {
     ///
     /// # Errors
     /// There is no such reward structure.
-    pub(super) fn costs(&self, program: &mut Arc<Program>, sink: &TerminalSink) -> Result<Costs> {
+    pub(super) fn costs(&self, program: &Program, sink: &TerminalSink) -> Result<Costs> {
         match self.choose {
             Choose::First => Ok(Costs::Steps),
             Choose::Likely | Choose::Cheap => costs(program, self.reward(), sink),
@@ -147,7 +147,7 @@ impl ChooseArgs {
     /// A reward is wrong in some state, or a limit is reached.
     pub(super) fn attach<E: Engine>(
         &self,
-        (analysis, costs): (&Analysis<E>, Costs),
+        (analysis, costs): (&Analysis<E>, &Costs),
         program: &Program,
         states: &[State],
         strategy: &mut FiniteMemoryStrategy<E>,
@@ -173,19 +173,18 @@ pub(super) fn validate_scheduler(choose: Choose, scheduler: Scheduler) -> Result
     Err(Error::Usage(message.to_owned()))
 }
 
-/// Finds the cost of a step by its name. Called before the engine is built, because a predicate is
-/// added to the program.
+/// Finds the cost of a step by its name.
 ///
 /// # Errors
 /// [`Error::Usage`] with the known names.
-pub(super) fn costs(program: &mut Arc<Program>, name: &str, sink: &TerminalSink) -> Result<Costs> {
+pub(super) fn costs(program: &Program, name: &str, sink: &TerminalSink) -> Result<Costs> {
     if Costs::is_hidden(program, name) {
         sink.warn(&format!(
             "the cost `{name}` is 1 per step, and not the reward structure \"{name}\" of the model; another \
              name of the structure selects it"
         ));
     }
-    Costs::named(Arc::make_mut(program), name).ok_or_else(|| {
+    Costs::named(program, name).ok_or_else(|| {
         let known = Costs::names(program).collect::<Vec<_>>().join(", ");
         Error::Usage(format!("`--reward {name}`: the model has no such reward structure; there are {known}"))
     })

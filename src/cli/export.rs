@@ -181,8 +181,8 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
     }
     check_directory(&args.out)?;
     let read = || {
-        let mut question = load::question(&args.model, &args.preferences, &job.sink)?;
-        let costs = costs(&mut question.program, args.reward(), &job.sink)?;
+        let question = load::question(&args.model, &args.preferences, &job.sink)?;
+        let costs = costs(&question.program, args.reward(), &job.sink)?;
         Ok((question, costs))
     };
     let (question, costs) = job.timed("parse", read, |_, _| ())?;

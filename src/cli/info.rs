@@ -8,7 +8,7 @@ use meliora_engine::{Engine, Storage};
 use meliora_lang::flat::Flat;
 use meliora_model::Program;
 use meliora_model::error::Error;
-use meliora_model::expr::ExprId;
+use meliora_model::predicate::Predicate;
 use meliora_planning::result::ModelCounts;
 use meliora_report::InfoReport;
 use meliora_report::info::{FlatReport, Nodes, RewardSummary};
@@ -89,14 +89,14 @@ fn work(job: &Job<InfoReport>, args: &InfoArgs, storage: Storage) -> Result<(), 
             r.nodes = Some(Nodes { transition, reachable });
         });
     }
-    count(job, &*engine, &program, overlap)
+    count(job, &*engine, &program, overlap.as_ref())
 }
 
 fn count<E: Engine>(
     job: &Job<InfoReport>,
     engine: &E,
     program: &Program,
-    overlap: Option<ExprId>,
+    overlap: Option<&Predicate>,
 ) -> Result<(), Error> {
     let counts = job.timed("count", || ModelCounts::of(engine), |r, s| r.time.add("count", s))?;
     load::warn_of_states(&job.sink, engine, program, &counts.deadlocks, overlap)?;

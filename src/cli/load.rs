@@ -14,7 +14,7 @@ use meliora_lang::named::{self, Property};
 use meliora_lang::property::Question as Asks;
 use meliora_lang::{self as lang, Document, Given};
 use meliora_model::error::{Diagnostic, Error, Severity, SourceFile};
-use meliora_model::expr::ExprId;
+use meliora_model::predicate::Predicate;
 use meliora_model::preference::Preferences;
 use meliora_model::{ModelKind, Program, fault};
 use meliora_report::Number;
@@ -30,24 +30,24 @@ const STANDARD_INPUT: &str = "standard input";
 
 /// A model with preferences over it.
 pub(super) struct Question {
-    /// The model, with the targets in its pool of expressions.
+    /// The model; for whole paths, its product with the monitors.
     pub(super) program: Arc<Program>,
     /// The preferences.
     pub(super) preferences: Arc<Preferences>,
     /// The text of the preferences.
     pub(super) source: Arc<SourceFile>,
     /// See [`Loaded::overlap`].
-    pub(super) overlap: Option<ExprId>,
+    pub(super) overlap: Option<Predicate>,
 }
 
 /// A model with questions about it.
 pub(super) struct Asked {
-    /// The model, with the targets in its pool of expressions.
+    /// The model.
     pub(super) program: Arc<Program>,
     /// The questions, in the order of the command line.
     pub(super) questions: Vec<Stated>,
     /// See [`Loaded::overlap`].
-    pub(super) overlap: Option<ExprId>,
+    pub(super) overlap: Option<Predicate>,
 }
 
 /// A question with its text.
@@ -64,7 +64,7 @@ struct Loaded {
     /// The properties that the model names.
     named: Vec<Property>,
     /// For a `dtmc`, the states in which several choices are merged into one.
-    overlap: Option<ExprId>,
+    overlap: Option<Predicate>,
 }
 
 /// Reads a text file; `-` is standard input.
@@ -107,7 +107,7 @@ fn parsed(args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Error> {
 fn loaded(model: &Path, given: &Given, sink: &TerminalSink) -> Result<Loaded, Error> {
     let checked = document(model)?.load(given, sink)?;
     sink.warn_at(&checked.warnings);
-    let mut program = checked.program;
+    let program = checked.program;
     let overlap = match program.kind {
         ModelKind::Dtmc => Some(program.overlap()),
         ModelKind::Mdp => None,
@@ -122,7 +122,7 @@ fn loaded(model: &Path, given: &Given, sink: &TerminalSink) -> Result<Loaded, Er
 pub(super) fn program(
     args: &ModelArgs,
     sink: &TerminalSink,
-) -> Result<(Arc<Program>, Option<ExprId>), Error> {
+) -> Result<(Arc<Program>, Option<Predicate>), Error> {
     let Loaded { program, overlap, .. } = parsed(args, sink)?;
     Ok((Arc::new(program), overlap))
 }
@@ -155,6 +155,7 @@ fn preferred(loaded: Loaded, preferences: &Path, sink: &TerminalSink) -> Result<
     let Loaded { mut program, overlap, .. } = loaded;
     let source = read(preferences)?;
     let preferences = lang::load_preferences(&source, &mut program)?;
+    note_inexact(&mut program, preferences.predicates());
     for warning in preferences.warnings() {
         sink.warn(&format!("{} {warning}", source.name));
     }
@@ -188,7 +189,7 @@ pub(super) fn asked(
     let required = required(texts)?;
     let mut questions = Vec::new();
     if let Some(text) = target {
-        let asking = Asking::target(&mut program, &SourceFile::new("--target", text), &required)?;
+        let asking = Asking::target(&program, &SourceFile::new("--target", text), &required)?;
         questions.push(Stated { text: text.to_owned(), asking });
     }
     for text in properties {
@@ -196,16 +197,24 @@ pub(super) fn asked(
             Some(named) => {
                 let named::Asked { formula, question } = of_model(named)?;
                 let source = Arc::clone(&program.source);
-                Asking::of(&mut program, &source, (&formula, question), &required)?
+                Asking::of(&program, &source, (&formula, question), &required)?
             }
             None => {
                 let source = SourceFile::new("--property", text.as_str());
-                Asking::property(&mut program, &source, &required)?
+                Asking::property(&program, &source, &required)?
             }
         };
         questions.push(Stated { text: text.clone(), asking });
     }
+    note_inexact(&mut program, questions.iter().flat_map(|q| q.asking.goal.predicates()));
     Ok(Asked { program: Arc::new(program), questions, overlap })
+}
+
+/// Lets reports name an expression of the conditions that is not exact, if all of the model are.
+pub(super) fn note_inexact<'p>(program: &mut Program, mut conditions: impl Iterator<Item = &'p Predicate>) {
+    if program.inexact.is_none() {
+        program.inexact = conditions.find_map(Predicate::inexact).cloned();
+    }
 }
 
 /// Reads `--require`.
@@ -328,7 +337,7 @@ pub(super) fn warn_of_states<E: Engine>(
     engine: &E,
     program: &Program,
     deadlocks: &Count,
-    overlap: Option<ExprId>,
+    overlap: Option<&Predicate>,
 ) -> Result<(), Error> {
     if *deadlocks != Count::ZERO {
         let (count, plural) = counted(deadlocks);

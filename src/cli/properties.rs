@@ -95,11 +95,12 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
         job.update(|r| r.properties.push(entry));
         if let Ok(property) = stated.property {
             let asks = (&property.formula, property.question);
-            let own = Asking::of(&mut program, &stated.source, asks, &required)?;
+            let own = Asking::of(&program, &stated.source, asks, &required)?;
             asking.push(Stated { text: stated.text, asking: own });
             open.push(position);
         }
     }
+    load::note_inexact(&mut program, asking.iter().flat_map(|q: &Stated| q.asking.goal.predicates()));
     Ok((Asked { program: Arc::new(program), questions: asking, overlap }, open))
 }
 
@@ -165,7 +166,7 @@ fn answer<E: Engine>(
     let mut known = false;
     job.update(|r| known = r.counts.is_some());
     if !known {
-        load::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap)?;
+        load::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap.as_ref())?;
         job.update(|r| (r.counts, r.escape) = (Some(counts), under.escape.clone()));
     }
     let engine = under.engine();

@@ -8,7 +8,7 @@ use meliora::reach::{Asking, Target, Under};
 use meliora_engine::regions::{self, Step, Which};
 use meliora_engine::{Count, Engine};
 use meliora_model::error::Error;
-use meliora_model::expr::ExprId;
+use meliora_model::predicate::Predicate;
 use meliora_planning::temporal;
 use meliora_quantities::answer::PRECISION;
 use meliora_report::ReachReport;
@@ -117,14 +117,14 @@ fn answer<E: Engine>(
     // Counting is a part of building.
     let count = || under.counts(&asking.goal);
     let counts = job.timed("count", count, |r, s| r.time.add("build", s))?;
-    load::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap)?;
+    load::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap.as_ref())?;
     job.update(|r| (r.counts, r.escape) = (Some(counts), under.escape.clone()));
     let engine = under.engine();
     let judged = asking.goal.judged(engine)?;
     let mut search = Search { job, engine, judged, start: Instant::now() };
     let found = match &asking.goal.target {
         Target::States(target) => {
-            let states = search.target(*target)?;
+            let states = search.target(target)?;
             regions::regions_by_step(engine, &states, &mut |step| search.hear(step))?
         }
         Target::Formula(condition) => {
@@ -167,7 +167,7 @@ struct Search<'a, E: Engine> {
 
 impl<E: Engine> Search<'_, E> {
     /// Returns the states of a target and adds their number to the report.
-    fn target(&self, target: ExprId) -> Result<E::States, Error> {
+    fn target(&self, target: &Predicate) -> Result<E::States, Error> {
         let states = self.engine.states_where(target)?;
         let size = self.engine.count(&states)?;
         if size == Count::ZERO {

@@ -96,7 +96,7 @@ fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> R
     let (question, engine, (at, costs)) = plan::prepared(job, given, |question| {
         let at = At::read(&question.program, &args.at)?;
         args.choose.objective(kind, &question.preferences)?;
-        Ok((at, args.choose.costs(&mut question.program, &job.sink)?))
+        Ok((at, args.choose.costs(&question.program, &job.sink)?))
     })?;
     simulate(job, &engine, (&question, kind, costs), args, &at)
 }
@@ -121,7 +121,7 @@ fn simulate<E: Engine>(
     let levels = || plan::analysis(engine, question, &args.preferences, asked, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
     let mut strategy = args.choose.strategy(&analysis, &question.program, kind)?;
-    let attach = || args.choose.attach((&analysis, costs), &question.program, &starts, &mut strategy);
+    let attach = || args.choose.attach((&analysis, &costs), &question.program, &starts, &mut strategy);
     let chooser = job.timed("values", attach, |r, s| args.choose.count(&mut r.time, s))?;
     let mut simulation = Simulation::new(&mut strategy, args.setup());
     // The text tells whether other improvements are possible where none is guaranteed.

@@ -102,7 +102,7 @@ fn work(job: &Job<StrategyReport>, args: &StrategyArgs, kind: StrategyKind) -> R
     let (question, engine, (at, costs)) = plan::prepared(job, given, |question| {
         let at = At::read(&question.program, &args.at)?;
         args.choose.objective(kind, &question.preferences)?;
-        Ok((at, args.choose.costs(&mut question.program, &job.sink)?))
+        Ok((at, args.choose.costs(&question.program, &job.sink)?))
     })?;
     answer(job, &engine, (&question, kind, costs), args, &at)
 }
@@ -144,7 +144,7 @@ impl<'a, E: Engine> Answering<'a, E> {
         let states = if self.args.at.is_empty() { self.found()? } else { given };
         let choose = &self.args.choose;
         let attach = || {
-            choose.attach((self.analysis, self.costs), &self.question.program, &states, &mut self.strategy)
+            choose.attach((self.analysis, &self.costs), &self.question.program, &states, &mut self.strategy)
         };
         self.chooser = self.job.timed("values", attach, |r, s| choose.count(&mut r.time, s))?;
         if self.args.dot {

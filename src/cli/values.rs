@@ -102,9 +102,9 @@ pub(super) fn run(args: ValuesArgs) -> Result<Status> {
 
 fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Result<()> {
     let read = || {
-        let mut question = load::question(&args.model, &args.preferences, &job.sink)?;
+        let question = load::question(&args.model, &args.preferences, &job.sink)?;
         let at = At::read(&question.program, &args.at)?;
-        let costs = costs(&mut question.program, &args.reward, &job.sink)?;
+        let costs = costs(&question.program, &args.reward, &job.sink)?;
         Ok((question, at, costs))
     };
     let (question, at, costs) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;

@@ -87,11 +87,9 @@ impl Exploration {
     /// reached.
     pub fn states_where(&self, condition: &str) -> Result<States> {
         let source = SourceFile::new("condition", condition);
-        let mut program = Program::clone(self.program());
         let tree = lang::parse_expression(&source)?;
-        let condition = lang::lower_target(&mut program, &source, &tree)?;
-        let engine = self.engine.reading(Arc::new(program))?;
-        Ok(States::of(&self.engine, engine.states_where(condition)?))
+        let condition = lang::lower_target(self.program(), &source, &tree)?;
+        Ok(States::of(&self.engine, self.engine.states_where(&condition)?))
     }
 
     /// Returns the set of one state; empty if the state is not in the scope.
@@ -135,22 +133,22 @@ impl Exploration {
     /// The errors of [`Exploration::reach_where`].
     pub fn reach_within(&self, question: &str, precision: f64) -> Result<Reached> {
         let source = SourceFile::new("condition", question);
-        let mut program = Program::clone(self.program());
-        let asking = Asking::parse(&mut program, &source)?;
-        let (goal, program) = (&asking.goal, Arc::new(program));
+        let program = self.program();
+        let asking = Asking::parse(program, &source)?;
+        let goal = &asking.goal;
         let engine = match &goal.watched {
-            None => self.engine.reading(Arc::clone(&program))?,
+            None => self.engine.clone(),
             Some(watched) => AnyEngine::new(Arc::clone(&watched.program), self.engine.settings().clone())?,
         };
         let of = |set| States::of(&engine, set);
         let target = match &goal.target {
-            Target::States(target) => of(engine.states_where(*target)?),
+            Target::States(target) => of(engine.states_where(target)?),
             Target::Formula(condition) => {
                 of(secured(&engine, &accepting_regions(&engine, condition, &engine.all_choices())?)?)
             }
         };
         let found = goal.regions(&engine)?;
-        let answer = Under::new(&engine, &program, goal)?.answer(&asking, &program, &found, precision)?;
+        let answer = Under::new(&engine, program, goal)?.answer(&asking, program, &found, precision)?;
         answer.end?;
         Ok(Reached {
             target,
@@ -167,12 +165,11 @@ impl Exploration {
     /// # Errors
     /// The text is invalid; each error has its place. A limit is reached in the new exploration.
     pub fn prefer(&self, source: &Arc<SourceFile>, options: Options) -> Result<Analysis> {
-        let mut program = Program::clone(self.program());
+        let mut program = Arc::clone(self.program());
         let preferences = lang::load_preferences(source, &mut program)?;
-        let program = Arc::new(program);
         // Monitors add variables, so the product has states of its own.
         let engine = match preferences.history {
-            History::State => self.engine.reading(program)?,
+            History::State => self.engine.clone(),
             History::Play => AnyEngine::new(program, self.engine.settings().clone())?,
         };
         Ok(planning::Analysis::new(&Arc::new(engine), &Arc::new(preferences), options).into())

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::Analysis;
+use meliora_model::State;
 use meliora_model::error::{Error, Result};
-use meliora_model::{Program, State};
 use meliora_planning::FiniteMemoryStrategy;
 use meliora_quantities::choose::LEVELS;
 use meliora_quantities::cost::Costs;
@@ -59,14 +59,8 @@ impl Analysis {
     /// Returns the cost with a name, after checking it in all states of the scope.
     fn cost(&self, name: Option<&str>) -> Result<Box<dyn Cost + '_>> {
         let (program, name) = (self.program(), name.unwrap_or(Steps::NAME));
-        let mut extended = Program::clone(program);
-        let Some(costs) = Costs::named(&mut extended, name) else {
-            return Err(Error::Usage(format!("the model has no reward structure `{name}`")));
-        };
-        match costs {
-            Costs::Steps => Ok(Box::new(Steps)),
-            Costs::Rewards { .. } => costs.check(&self.engine().reading(Arc::new(extended))?, program),
-        }
+        let unknown = || Error::Usage(format!("the model has no reward structure `{name}`"));
+        Costs::named(program, name).ok_or_else(unknown)?.check(self.engine(), program)
     }
 
     /// Returns the quantities of some states of the scope as plain data, as `meliora values` reports

@@ -9,16 +9,14 @@ use super::parallel::Sets;
 use super::settings::{Count, Settings, Storage, Usage};
 use super::symbolic::{self, SymbolicEngine};
 use meliora_model::error::{Error, Result};
-use meliora_model::expr::ExprId;
+use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
 use meliora_model::{Program, State, VarId};
 
-/// The symbolic or the explicit engine, together with the program whose expressions it evaluates.
-/// Clones share the explored states and the sets.
+/// The symbolic or the explicit engine. Clones share the explored states and the sets.
 #[derive(Clone)]
 pub struct AnyEngine {
     inner: Inner,
-    program: Arc<Program>,
 }
 
 #[derive(Clone)]
@@ -132,20 +130,7 @@ impl AnyEngine {
 
     /// Returns the program.
     pub fn program(&self) -> &Arc<Program> {
-        &self.program
-    }
-
-    /// Returns an engine on the same states that evaluates the expressions of `program`, the
-    /// engine's program with more expressions. Targets that are read later need no new exploration.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] if `program` is not the engine's program with more expressions.
-    pub fn reading(&self, program: Arc<Program>) -> Result<Self> {
-        if !program.extends(&self.program) {
-            let message = "the program is not the one that was explored, with more expressions";
-            return Err(Error::Usage(message.to_owned()));
-        }
-        Ok(AnyEngine { inner: self.inner.clone(), program })
+        on!(self, e => e.program())
     }
 
     /// Returns whether both share the explored states, so that each accepts the sets of the other.
@@ -160,15 +145,13 @@ impl AnyEngine {
 
 impl From<SymbolicEngine> for AnyEngine {
     fn from(engine: SymbolicEngine) -> Self {
-        let program = Arc::clone(engine.program());
-        AnyEngine { inner: Inner::Symbolic(Arc::new(engine)), program }
+        AnyEngine { inner: Inner::Symbolic(Arc::new(engine)) }
     }
 }
 
 impl From<ExplicitEngine> for AnyEngine {
     fn from(engine: ExplicitEngine) -> Self {
-        let program = Arc::clone(engine.program());
-        AnyEngine { inner: Inner::Explicit(Arc::new(engine)), program }
+        AnyEngine { inner: Inner::Explicit(Arc::new(engine)) }
     }
 }
 
@@ -301,7 +284,7 @@ impl Engine for AnyEngine {
             Inner::Symbolic(e) => Inner::Symbolic(Arc::new(e.restricted_to(&region_of(&**e, to)?)?)),
             Inner::Explicit(e) => Inner::Explicit(Arc::new(e.restricted_to(&region_of(&**e, to)?)?)),
         };
-        Ok(AnyEngine { inner, program: Arc::clone(&self.program) })
+        Ok(AnyEngine { inner })
     }
 
     fn workers(&self) -> u32 {
@@ -313,7 +296,7 @@ impl Engine for AnyEngine {
             Inner::Symbolic(e) => Inner::Symbolic(Arc::new(e.worker(number)?)),
             Inner::Explicit(e) => Inner::Explicit(Arc::new(e.worker(number)?)),
         };
-        Some(AnyEngine { inner, program: Arc::clone(&self.program) })
+        Some(AnyEngine { inner })
     }
 
     fn dismiss_workers(&self, forever: bool) {
@@ -328,8 +311,8 @@ impl Engine for AnyEngine {
         }
     }
 
-    fn states_where(&self, predicate: ExprId) -> Result<AnyStates> {
-        on!(self, e => Ok(e.states_where_in(&self.program, predicate)?.into()))
+    fn states_where(&self, predicate: &Predicate) -> Result<AnyStates> {
+        on!(self, e => Ok(e.states_where(predicate)?.into()))
     }
 
     fn can_reach(

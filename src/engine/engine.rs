@@ -4,7 +4,7 @@ use super::edge_labels::{self, EdgeLabels};
 use super::parallel::Sets;
 use super::settings::{Count, Settings, Usage};
 use meliora_model::error::Result;
-use meliora_model::expr::ExprId;
+use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
 use meliora_model::{State, VarId};
 
@@ -94,11 +94,12 @@ pub trait Engine:
     fn rounded_state(&self) -> Option<&State> {
         None
     }
-    /// Returns the states of the scope in which a Boolean expression of the program's pool is true.
+    /// Returns the states of the scope in which a condition is true.
     ///
     /// # Errors
-    /// A limit of the engine is reached, or the expression has no value in some state of the scope.
-    fn states_where(&self, predicate: ExprId) -> Result<Self::States>;
+    /// The condition was made for another program; a limit of the engine is reached; the expression
+    /// has no value in some state of the scope.
+    fn states_where(&self, predicate: &Predicate) -> Result<Self::States>;
     /// Returns all enabled choices, including the self-loops of deadlock states; after
     /// [`Engine::restricted_to`], those of the region.
     fn all_choices(&self) -> Self::Choices;

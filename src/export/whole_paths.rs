@@ -54,7 +54,7 @@ pub(super) fn witnesses(
 /// avoid all removed states. Without any recurring mark, every state counts as marked.
 fn lost_rounds(engine: &SymbolicEngine, disjunct: &Disjunct) -> Result<Vec<StateSet>> {
     let mut marks =
-        disjunct.again.iter().map(|&mark| engine.states_where(mark)).collect::<Result<Vec<_>>>()?;
+        disjunct.again.iter().map(|mark| engine.states_where(mark)).collect::<Result<Vec<_>>>()?;
     if marks.is_empty() {
         marks.push(engine.all_states());
     }

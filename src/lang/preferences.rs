@@ -1,15 +1,17 @@
 //! Preference files over a finished program: targets, names of objectives, the preorder.
 
+use std::borrow::Borrow;
 use std::sync::Arc;
 
 use ahash::AHashMap;
 
-use super::check::{MAX_ERRORS, lower_target};
+use super::check::{MAX_ERRORS, lower_condition};
 use crate::ast::{Ident, Span};
 use crate::ltl::{Formula, Monitoring};
 use crate::pref::{self, Chain};
 use meliora_model::Program;
 use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_model::expr::{ExprId, ExprPool};
 use meliora_model::preference::{
     Contradiction, Empty, Goal, History, Objective, Outline, Preferences, Preorder, Relation, Requirement,
     Statement,
@@ -23,46 +25,57 @@ const MOST_OBJECTIVES: usize = 1_000;
 /// Maximum number of pairs of objectives that the statements of a preference file relate.
 const MOST_PAIRS: usize = 1_000_000;
 
-/// Parses a preference file and lowers its targets into the pool of the program.
+/// Parses a preference file, and checks it: targets refer to names of the model, objectives are known
+/// and declared once, and the order has no contradiction. Targets have pools of their own. With
+/// monitors, as for `history = play`, the program is replaced by its product with them.
 ///
 /// # Errors
-/// Returns as many errors as can be distinguished: syntax errors, or else errors of meaning.
-pub fn load_preferences(source: &Arc<SourceFile>, program: &mut Program) -> Result<Preferences> {
-    lower_preferences(&pref::parse_preferences(source)?, source, program)
+/// Returns as many errors as can be distinguished: syntax errors, or else errors of meaning, each with
+/// its place; a contradiction with the statements of its cycle.
+pub fn load_preferences<P: Borrow<Program> + From<Program>>(
+    source: &Arc<SourceFile>,
+    program: &mut P,
+) -> Result<Preferences> {
+    let (preferences, product) = lower_preferences(source, (*program).borrow())?;
+    if let Some(product) = product {
+        *program = product.into();
+    }
+    Ok(preferences)
 }
 
-/// Checks a preference file: targets refer to names of the model, objectives are known and declared
-/// once, and the order has no contradiction.
-///
-/// # Errors
-/// All errors, each with its place; a contradiction with the statements of its cycle.
-pub(crate) fn lower_preferences(
-    tree: &pref::Preferences,
-    source: &Arc<SourceFile>,
-    program: &mut Program,
-) -> Result<Preferences> {
+/// Returns the preferences of a file and, for whole paths, the product that judges them.
+fn lower_preferences(source: &Arc<SourceFile>, program: &Program) -> Result<(Preferences, Option<Program>)> {
+    let tree = &pref::parse_preferences(source)?;
     let mut checker = Checker { source, known: AHashMap::new(), diagnostics: Vec::new() };
     let history = checker.history(tree);
-    let (objectives, requirements) = match history {
-        History::State => {
-            let objectives = checker.objectives(tree, |o| target(program, source, o))?;
-            (objectives, checker.requirements(tree, |formulas| invariants(program, source, formulas))?)
-        }
-        History::Play => {
-            let mut watching = Monitoring::new(program);
-            let objectives = checker.objectives(tree, |o| watched(&mut watching, source, o))?;
-            let requirements = checker.requirements(tree, |formulas| {
-                watching.require(formulas.iter().map(|formula| (source, formula)), REQUIREMENT)
-            })?;
-            if checker.diagnostics.is_empty() {
-                watching.finish(Begin::Initially)?;
-            }
-            (objectives, requirements)
-        }
-    };
+    let mut watching = Monitoring::new(program);
+    let goals = checker.goals(tree, |objective| match history {
+        History::State => target(program, watching.predicates.pool(), source, objective),
+        History::Play => watched(&mut watching, source, objective),
+    })?;
+    let requirements = checker.requirements(tree, |formulas| {
+        let all = formulas.iter().map(|formula| (source, formula));
+        let required = watching.require(all, REQUIREMENT)?;
+        if history == History::State { without_monitors(source, required, formulas) } else { Ok(required) }
+    })?;
     let order = checker.order(tree)?;
     let empty = tree.empty.map_or_else(Empty::default, |(empty, _)| empty);
-    Ok(Preferences { objectives, order, empty, history, requirements })
+    let (predicates, product) = match history {
+        History::State => (watching.without_monitors(), None),
+        History::Play => {
+            let product = watching.finish(Begin::Initially)?;
+            (product.predicates(), Some(product))
+        }
+    };
+    let of = |id| predicates.get(id);
+    let objective = |(declared, goal): (&pref::Objective, Goal<ExprId>)| Objective {
+        name: declared.name.name.clone(),
+        goal: goal.map(&of),
+        span: Some(declared.span.range()),
+    };
+    let objectives = tree.objectives.iter().zip(goals).map(objective).collect();
+    let requirements = requirements.into_iter().map(|requirement| requirement.map(&of)).collect();
+    Ok((Preferences { objectives, order, empty, history, requirements }, product))
 }
 
 /// Parses a preference file without a model; the names in its formulas are not checked.
@@ -86,13 +99,18 @@ pub fn outline_preferences(source: &Arc<SourceFile>) -> Result<Outline> {
     })
 }
 
-/// Returns an objective as a target in a program.
+/// Returns an objective as a target over a program.
 ///
 /// # Errors
 /// The formula is wrong, or not of the form `F condition`.
-fn target(program: &mut Program, source: &Arc<SourceFile>, objective: &pref::Objective) -> Result<Goal> {
+fn target(
+    program: &Program,
+    pool: &mut ExprPool,
+    source: &Arc<SourceFile>,
+    objective: &pref::Objective,
+) -> Result<Goal<ExprId>> {
     match objective.formula.reachability() {
-        Some(target) => Ok(Goal::Reach(lower_target(program, source, target)?)),
+        Some(target) => Ok(Goal::Reach(lower_condition(program, pool, source, target)?)),
         None => {
             let message = "`history = state` accepts only reachability formulas, `F condition`";
             let diagnostic = Diagnostic::new(source, objective.formula.span.range(), message);
@@ -110,24 +128,22 @@ fn watched(
     watching: &mut Monitoring<'_>,
     source: &Arc<SourceFile>,
     objective: &pref::Objective,
-) -> Result<Goal> {
+) -> Result<Goal<ExprId>> {
     let condition = watching.watch(source, &objective.formula, &objective.name.name)?;
     let (decided, monitor) = (watching.decided(&condition), watching.states_of(&condition));
     Ok(Goal::Satisfy { condition, decided, monitor })
 }
 
-/// Returns requirements `G condition` as the states in which the conditions are true.
+/// Checks that requirements need no monitor: `G condition`.
 ///
 /// # Errors
-/// A formula is wrong, or needs a monitor; each with its place.
-fn invariants(
-    program: &mut Program,
+/// A formula needs a monitor; each with its place.
+fn without_monitors(
     source: &Arc<SourceFile>,
+    required: Vec<Requirement<ExprId>>,
     formulas: &[Formula],
-) -> Result<Vec<Requirement>> {
-    let all = formulas.iter().map(|formula| (source, formula));
-    let required = Monitoring::new(program).require(all, REQUIREMENT)?;
-    let wrong = |(_, formula): (&Requirement, &Formula)| {
+) -> Result<Vec<Requirement<ExprId>>> {
+    let wrong = |(_, formula): (&Requirement<ExprId>, &Formula)| {
         let message = "only requirements of the form `G condition` are accepted here";
         let help = "`history = play;` in a preference file judges whole paths and accepts every safe formula";
         let diagnostic = Diagnostic::new(source, formula.span.range(), message);
@@ -157,36 +173,33 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// Returns the objectives with their goals; errors in them are recorded.
-    fn objectives(
+    /// Returns the goals of the objectives; errors in them are recorded.
+    fn goals(
         &mut self,
         tree: &'a pref::Preferences,
-        mut goal: impl FnMut(&pref::Objective) -> Result<Goal>,
-    ) -> Result<Vec<Objective>> {
-        let mut objectives = Vec::new();
+        mut goal: impl FnMut(&pref::Objective) -> Result<Goal<ExprId>>,
+    ) -> Result<Vec<Goal<ExprId>>> {
+        let mut goals = Vec::new();
         for (index, objective) in tree.objectives.iter().enumerate() {
             if !self.declare(index, objective) {
                 break;
             }
             match goal(objective) {
-                Ok(goal) => {
-                    let (name, span) = (objective.name.name.clone(), Some(objective.span.range()));
-                    objectives.push(Objective { name, goal, span });
-                }
+                Ok(goal) => goals.push(goal),
                 Err(Error::Input(wrong)) => wrong.into_iter().for_each(|d| self.report(d)),
                 Err(other) => return Err(other),
             }
         }
         self.expect_some(tree);
-        Ok(objectives)
+        Ok(goals)
     }
 
     /// Returns the requirements; errors in them are recorded.
     fn requirements(
         &mut self,
         tree: &pref::Preferences,
-        required: impl FnOnce(&[Formula]) -> Result<Vec<Requirement>>,
-    ) -> Result<Vec<Requirement>> {
+        required: impl FnOnce(&[Formula]) -> Result<Vec<Requirement<ExprId>>>,
+    ) -> Result<Vec<Requirement<ExprId>>> {
         match required(&tree.requirements) {
             Err(Error::Input(wrong)) => {
                 wrong.into_iter().for_each(|d| self.report(d));

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use ahash::AHashSet;
 
 use super::ast::{ConstDef, Ident, Item, Span};
-use super::check::{Wanted, given_values, lower_target, lower_value};
+use super::check::{Wanted, given_values, lower_condition, lower_target, lower_value};
 use super::parse::{expression_at, items_at};
 use super::parse_constants;
 use super::property::property_at;
@@ -20,7 +20,7 @@ use crate::property::Property;
 use meliora_model::Program;
 use meliora_model::error::{Diagnostic, Error, Limit, Result, SourceFile};
 use meliora_model::exact::{Exact, Real};
-use meliora_model::expr::ExprId;
+use meliora_model::expr::{ExprId, ExprPool};
 use meliora_model::progress::NoProgress;
 use meliora_model::value::Type;
 
@@ -60,9 +60,9 @@ pub fn open_constants(source: &Arc<SourceFile>) -> Result<Vec<String>> {
     Ok(open)
 }
 
-/// Parses a property file. Its constants, labels and formulas are added to the program; `given` are
-/// values for constants declared without one. A constant without any value is unknown to all
-/// properties.
+/// Parses a property file. Its constants, labels and formulas are added to the program, whose names
+/// its properties and all later conditions can use; `given` are values for constants declared without
+/// one. A constant without any value is unknown to all properties.
 ///
 /// # Errors
 /// A wrong definition; a wrong value; too many statements. The error of a property is returned in
@@ -74,11 +74,14 @@ pub fn parse_properties(
 ) -> Result<Vec<Stated>> {
     super::mistaken::no_properties(source)?;
     let bindings = parse_constants(given)?;
-    let mut file = File { given, bindings, open: Vec::new(), defined: AHashSet::new(), program };
+    let pool = ExprPool::over(&program.pool);
+    let mut file = File { given, bindings, open: Vec::new(), defined: AHashSet::new(), pool, program };
     let is_definition = |range: &Range<usize>| DEFINITIONS.contains(&word(&source.text[range.clone()]));
     let (definitions, properties): (Vec<_>, Vec<_>) =
         statements(source)?.into_iter().partition(is_definition);
     definitions.into_iter().try_for_each(|range| file.define(source, place(&range)))?;
+    file.program.inexact = file.program.inexact.take().or(file.pool.inexact.take());
+    file.program.pool = std::mem::take(&mut file.pool).into();
     for range in &properties {
         if let (Some(name), start) = named(&source.text[range.clone()]) {
             file.once(source, format!("property \"{name}\""), range.start..range.start + start)?;
@@ -104,6 +107,8 @@ struct File<'a> {
     open: Vec<String>,
     /// The labels and named properties.
     defined: AHashSet<String>,
+    /// The pool of the definitions, on top of that of the program.
+    pool: ExprPool,
     program: &'a mut Program,
 }
 
@@ -116,7 +121,7 @@ impl File<'_> {
                     let what = format!("label \"{}\"", label.name.name);
                     self.once(source, what, label.name.span.range())?;
                     let body = expression_at(source, label.body, &NoProgress)?;
-                    let target = lower_target(self.program, source, &body);
+                    let target = lower_condition(self.program, &mut self.pool, source, &body);
                     let target = target.map_err(|e| self.without_value(e))?;
                     self.program.labels.retain(|(name, _)| *name != label.name.name);
                     self.program.labels.push((label.name.name, target));
@@ -170,14 +175,14 @@ impl File<'_> {
     /// Returns an expression of any type at a place of the file.
     fn lowered(&mut self, source: &Arc<SourceFile>, place: Span) -> Result<ExprId> {
         let body = expression_at(source, place, &NoProgress)?;
-        lower_value(self.program, source, &body).map_err(|e| self.without_value(e))
+        lower_value(self.program, &mut self.pool, source, &body).map_err(|e| self.without_value(e))
     }
 
     /// Returns the value that the file gives to a constant.
     fn value(&mut self, source: &Arc<SourceFile>, name: &str, ty: Type, value: Span) -> Result<Exact> {
         let id = self.lowered(source, value)?;
         let wrong = |message: String| Diagnostic::new(source, value.range(), message);
-        match (self.program.pool.exact_literal(id), ty) {
+        match (self.pool.exact_literal(id), ty) {
             (Some(Exact::Int(i)), Type::Real) => Ok(Exact::Real(Real::from(i))),
             (Some(value), ty) if value.ty() == ty => Ok(value),
             (Some(value), ty) => {
@@ -228,7 +233,7 @@ impl File<'_> {
 }
 
 /// Checks that the formula has a meaning in the program.
-fn known(program: &mut Program, source: &Arc<SourceFile>, property: &Property) -> Result<()> {
+fn known(program: &Program, source: &Arc<SourceFile>, property: &Property) -> Result<()> {
     property.check(program, source)?;
     match property.formula.reachability() {
         Some(target) => lower_target(program, source, target).map(|_| ()),

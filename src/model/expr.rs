@@ -2,8 +2,12 @@
 //!
 //! A formula that occurs a thousand times is a single node. Nested formulas therefore do not blow
 //! up, and both engines can cache one result per node.
+//!
+//! A pool can rest on another one, which it shares: the conditions of a question need only their own
+//! nodes, however large the program is.
 
 use std::num::NonZeroU32;
+use std::sync::Arc;
 
 use ahash::{AHashMap, RandomState};
 use hashbrown::HashTable;
@@ -12,6 +16,7 @@ use super::VarId;
 use super::exact::{self, Exact, Ratio, Real};
 use super::value::{self, EvalError, Type, Value};
 pub use super::value::{Binary, Unary};
+use crate::error::Diagnostic;
 
 /// The identifier of a node of an [`ExprPool`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -47,10 +52,15 @@ pub enum Node {
 /// unless the result has no value: such a node stays and fails when it is evaluated.
 #[derive(Debug, Clone, Default)]
 pub struct ExprPool {
+    /// The pool that this one rests on: its nodes come first, under the same ids.
+    base: Option<Arc<ExprPool>>,
+    /// The number of nodes of the base.
+    first: usize,
+    /// The nodes that follow those of the base.
     nodes: Vec<Node>,
-    /// The type and the constant properties of each node.
+    /// The type and the constant properties of each of these nodes.
     known: Vec<Known>,
-    /// A hash index of the nodes; their content is in `nodes`.
+    /// A hash index of these nodes; their content is in `nodes`.
     index: HashTable<ExprId>,
     hasher: RandomState,
     /// The exact values of the finite real literals. Two literals with the same double may differ
@@ -58,6 +68,8 @@ pub struct ExprPool {
     exact: AHashMap<ExprId, Ratio>,
     /// The literals that operations on literals were folded to.
     folds: AHashMap<Node, ExprId>,
+    /// The first expression, of those not in the base, for whose exact value a double counts.
+    pub inexact: Option<Diagnostic>,
 }
 
 /// The type and the constant properties of a node.
@@ -71,35 +83,65 @@ struct Known {
 }
 
 impl ExprPool {
+    /// Creates a pool without nodes of its own that rests on another one.
+    pub fn over(base: &Arc<ExprPool>) -> Self {
+        ExprPool {
+            base: Some(Arc::clone(base)),
+            first: base.len(),
+            hasher: base.hasher.clone(),
+            ..ExprPool::default()
+        }
+    }
+
+    /// Returns this pool, the one that it rests on, and so on.
+    fn layers(&self) -> impl Iterator<Item = &ExprPool> {
+        std::iter::successors(Some(self), |pool| pool.base.as_deref())
+    }
+
+    /// Returns whether this pool is `other`, or rests on it: all ids of `other` mean the same here.
+    pub fn rests_on(&self, other: &Arc<ExprPool>) -> bool {
+        self.layers().any(|pool| std::ptr::eq(pool, &**other))
+    }
+
     /// Returns the node of `id`.
     pub fn node(&self, id: ExprId) -> Node {
-        self.nodes[id.index()]
+        match id.index().checked_sub(self.first) {
+            Some(own) => self.nodes[own],
+            None => self.layer(id, |pool, at| pool.nodes[at]),
+        }
+    }
+
+    fn known(&self, id: ExprId) -> Known {
+        match id.index().checked_sub(self.first) {
+            Some(own) => self.known[own],
+            None => self.layer(id, |pool, at| pool.known[at]),
+        }
+    }
+
+    /// Reads from the pool below that `id` is in, at its place there.
+    fn layer<T>(&self, id: ExprId, read: impl Fn(&ExprPool, usize) -> T) -> T {
+        let pool = self.layers().find(|pool| id.index() >= pool.first).unwrap_or(self);
+        read(pool, id.index() - pool.first)
     }
 
     /// Returns the type of `id`.
     pub fn ty(&self, id: ExprId) -> Type {
-        self.known[id.index()].ty
-    }
-
-    /// Returns whether this pool contains all nodes of `other` under the same ids.
-    pub fn starts_with(&self, other: &ExprPool) -> bool {
-        self.nodes.starts_with(&other.nodes)
-            && other.exact.iter().all(|(id, exact)| self.exact.get(id) == Some(exact))
+        self.known(id).ty
     }
 
     /// Returns the number of nodes.
     pub fn len(&self) -> usize {
-        self.nodes.len()
+        self.first + self.nodes.len()
     }
 
     /// Returns all nodes, operands before the nodes that use them.
     pub fn ids(&self) -> impl Iterator<Item = ExprId> + use<> {
-        (0..self.nodes.len()).map(ExprId::at)
+        (0..self.len()).map(ExprId::at)
     }
 
     /// Returns whether the pool is empty.
     pub fn is_empty(&self) -> bool {
-        self.nodes.is_empty()
+        self.len() == 0
     }
 
     /// Returns the value if `id` is a literal.
@@ -128,7 +170,7 @@ impl ExprPool {
             _ => None,
         };
         let id = self.intern_exact(Node::Literal(v), v.ty(), exact.as_ref());
-        if let Some(exact) = exact {
+        if let Some(exact) = exact.filter(|_| id.index() >= self.first) {
             self.exact.insert(id, exact);
         }
         id
@@ -137,7 +179,7 @@ impl ExprPool {
     /// Returns the operations on literals that were folded, each with the literal of its value. All
     /// other literals stand in the text.
     pub fn folds(&self) -> impl Iterator<Item = (Node, ExprId)> {
-        self.folds.iter().map(|(node, id)| (*node, *id))
+        self.layers().flat_map(|pool| pool.folds.iter().map(|(node, id)| (*node, *id)))
     }
 
     fn fold(&mut self, node: Node, value: Exact) -> ExprId {
@@ -148,7 +190,7 @@ impl ExprPool {
 
     /// Returns the exact value of a real literal; `None` if it is not finite, or not a real.
     pub(super) fn fraction(&self, id: ExprId) -> Option<&Ratio> {
-        self.exact.get(&id)
+        self.layers().find(|pool| id.index() >= pool.first)?.exact.get(&id)
     }
 
     /// Returns the node of a variable of the given type.
@@ -217,12 +259,12 @@ impl ExprPool {
 
     /// Returns the number of operators of an expression, counted once per use.
     pub(super) fn operators(&self, id: ExprId) -> u32 {
-        self.known[id.index()].operators
+        self.known(id).operators
     }
 
     /// Returns a truth value that `id` has in no state, as far as its operands show.
     fn never(&self, id: ExprId) -> Option<bool> {
-        self.known[id.index()].never
+        self.known(id).never
     }
 
     fn never_of(&self, node: Node) -> Option<bool> {
@@ -312,20 +354,61 @@ impl ExprPool {
     }
 
     fn intern_exact(&mut self, node: Node, ty: Type, exact: Option<&Ratio>) -> ExprId {
+        // All layers have the same hasher.
         let hash = self.hasher.hash_one(node);
-        let is_it = |id: &ExprId| self.nodes[id.index()] == node && self.exact.get(id) == exact;
-        if let Some(&id) = self.index.find(hash, is_it) {
+        let find = |pool: &ExprPool| {
+            let is_it =
+                |id: &ExprId| pool.nodes[id.index() - pool.first] == node && pool.exact.get(id) == exact;
+            pool.index.find(hash, is_it).copied()
+        };
+        if let Some(id) = self.layers().find_map(find) {
             return id;
         }
-        let id = ExprId::at(self.nodes.len());
+        let id = ExprId::at(self.len());
         self.nodes.push(node);
         let operators = match node {
             Node::Literal(_) | Node::Var(_) => 0,
             _ => self.operands(id).fold(1u32, |all, e| all.saturating_add(self.operators(e))),
         };
         self.known.push(Known { ty, never: self.never_of(node), operators });
-        let (nodes, hasher) = (&self.nodes, &self.hasher);
-        self.index.insert_unique(hash, id, |id| hasher.hash_one(nodes[id.index()]));
+        let (nodes, first, hasher) = (&self.nodes, self.first, &self.hasher);
+        self.index.insert_unique(hash, id, |id| hasher.hash_one(nodes[id.index() - first]));
         id
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pool_on_top_of_another_shares_its_nodes_and_leaves_it_alone() {
+        let mut below = ExprPool::default();
+        let x = below.var(VarId(0), Type::Int);
+        let two = below.value(Value::Int(2));
+        let tenth = below.exact_value(Exact::Real(Real::shortest(0.1)));
+        let below = Arc::new(below);
+        let (mut middle, nodes) = (ExprPool::over(&below), below.len());
+        let small = middle.binary(Binary::Le, x, two);
+        let middle = Arc::new(middle);
+        let mut top = ExprPool::over(&middle);
+        // Nodes below are found there.
+        assert_eq!([top.var(VarId(0), Type::Int), top.value(Value::Int(2))], [x, two]);
+        assert_eq!(top.exact_value(Exact::Real(Real::shortest(0.1))), tenth);
+        assert_eq!(top.binary(Binary::Le, x, two), small);
+        assert_eq!(top.len(), middle.len());
+        // New nodes get the next numbers.
+        let large = top.unary(Unary::Not, small);
+        assert_eq!([small.index(), large.index()], [nodes, nodes + 1]);
+        let four = top.binary(Binary::Add, two, two);
+        assert_eq!(top.literal(four), Some(Value::Int(4)));
+        assert_eq!(top.folds().map(|(_, literal)| literal).collect::<Vec<_>>(), [four]);
+        assert_eq!((below.len(), middle.len(), top.ids().count()), (nodes, nodes + 1, nodes + 3));
+        for (id, ty) in [(x, Type::Int), (tenth, Type::Real), (small, Type::Bool), (large, Type::Bool)] {
+            assert_eq!(top.ty(id), ty);
+        }
+        assert_eq!(top.exact_literal(tenth), below.exact_literal(tenth));
+        assert_eq!([2, 3].map(|x| top.eval(large, &[x])), [false, true].map(|b| Ok(Value::Bool(b))));
+        assert!(top.rests_on(&below) && top.rests_on(&middle) && !middle.rests_on(&Arc::new(top)));
     }
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::decimal::readable;
 use super::exact::Real;
-use super::expr::ExprId;
+use super::predicate::Predicate;
 use super::step::{MOST_WAYS, StepError};
 use super::{CommandId, Program};
 use crate::error::{Diagnostic, Error, Limit, Severity};
@@ -18,8 +18,8 @@ pub fn in_state(program: &Program, state: &[i64]) -> Error {
 }
 
 /// Returns the error for a predicate without a value in a state.
-pub fn in_predicate(program: &Program, predicate: ExprId, state: &[i64]) -> Error {
-    let reason = match program.pool.eval(predicate, state) {
+pub fn in_predicate(program: &Program, predicate: &Predicate, state: &[i64]) -> Error {
+    let reason = match predicate.eval(state) {
         Err(reason) => reason.to_string(),
         Ok(_) => "it has no value".to_owned(),
     };

@@ -30,6 +30,7 @@ pub mod hasse;
 pub mod members;
 pub mod names;
 mod overlap;
+pub mod predicate;
 pub mod preference;
 pub mod progress;
 pub mod property;
@@ -115,8 +116,9 @@ pub struct Program {
     pub constants: Vec<(String, Exact)>,
     /// The constants whose values came from `--const`.
     pub given_constants: Vec<String>,
-    /// The pool of all expressions of the program.
-    pub pool: ExprPool,
+    /// The pool of all expressions of the program. Conditions of questions have pools of their
+    /// own; see [`predicate`].
+    pub pool: Arc<ExprPool>,
     /// All variables in the order of declaration (globals at their position in the text).
     pub variables: Vec<Variable>,
     /// The names of the modules in the order of declaration.
@@ -228,17 +230,6 @@ impl Program {
     pub fn variable(&self, name: &str) -> Option<VarId> {
         let index = self.variables.iter().position(|v| v.name == name)?;
         u32::try_from(index).ok().map(VarId)
-    }
-
-    /// Returns whether this program is `other` with more expressions: every id of `other` has the
-    /// same meaning here.
-    pub fn extends(&self, other: &Program) -> bool {
-        let ranges = |p: &Program| p.variables.iter().map(|v| (v.low, v.high)).collect::<Vec<_>>();
-        std::ptr::eq(self, other)
-            || (Arc::ptr_eq(&self.source, &other.source)
-                && self.constants == other.constants
-                && ranges(self) == ranges(other)
-                && self.pool.starts_with(&other.pool))
     }
 
     /// Formats a state, for example as `x=1,b=false`.

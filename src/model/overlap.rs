@@ -2,17 +2,19 @@
 //! it, as does this program.
 
 use super::expr::{Binary, ExprId, ExprPool};
+use super::predicate::{Predicate, Predicates};
 use super::value::Value;
 use super::{CommandId, Program};
 
 impl Program {
-    /// Adds a predicate for the states in which two choices are enabled to the program's pool.
+    /// Returns the states in which two choices are enabled.
     ///
     /// The predicate has linear size in the number of commands and small height, because
     /// alternatives are joined in pairs. Two alternatives are enabled if one half has two of them
     /// or each half has one.
-    pub fn overlap(&mut self) -> ExprId {
-        let pool = &mut self.pool;
+    pub fn overlap(&self) -> Predicate {
+        let mut predicates = Predicates::over(self);
+        let pool = predicates.pool();
         let mut synchronised = Vec::with_capacity(self.synchronisations.len());
         for synchronisation in &self.synchronisations {
             let mut factors = Vec::with_capacity(synchronisation.factors.len());
@@ -25,7 +27,8 @@ impl Program {
             synchronised.push(joined(pool, factors, yes, both));
         }
         let no = pool.value(Value::Bool(false));
-        joined(pool, synchronised, no, either).two
+        let two = joined(pool, synchronised, no, either).two;
+        predicates.get(two)
     }
 }
 

@@ -12,7 +12,7 @@ use strum::{Display, EnumMessage, EnumString, IntoStaticStr, VariantArray};
 pub use preorder::Contradiction;
 pub use preorder::{Comparison, Preorder, Relation, Statement};
 
-use super::expr::ExprId;
+use super::predicate::Predicate;
 use super::temporal::Condition;
 
 /// The objectives of a preference file with their preorder.
@@ -33,12 +33,12 @@ pub struct Preferences {
 /// A requirement: a safe formula that no path may violate, `require …;` of a preference file. All
 /// requirements of a file are one formula, their conjunction: no path may violate it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Requirement {
+pub struct Requirement<M = Predicate> {
     /// The formula as written.
     pub text: String,
     /// True in the states in which the formula is not violated. With a monitor, this is the condition
     /// of the conjunction of all requirements, and false from the violation on.
-    pub kept: ExprId,
+    pub kept: M,
     /// The number of states of the monitor, which follows the conjunction of all requirements; `None`
     /// for `G p` with a state formula p.
     pub monitor: Option<u64>,
@@ -71,6 +71,15 @@ pub enum History {
 }
 
 impl Preferences {
+    /// Returns the conditions of the objectives and of the requirements. Those on marks of monitors,
+    /// which belong to the product, are left out.
+    pub fn predicates(&self) -> impl Iterator<Item = &Predicate> {
+        self.objectives
+            .iter()
+            .map(|objective| objective.goal.predicate())
+            .chain(self.requirements.iter().map(|r| &r.kept))
+    }
+
     /// Returns warnings about the preferences, without the name of their file.
     pub fn warnings(&self) -> Vec<String> {
         warnings(&self.order, self.empty)
@@ -110,19 +119,45 @@ impl History {
 
 /// The goal of an objective.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Goal {
-    /// Reaching a state in which the expression is true.
-    Reach(ExprId),
+pub enum Goal<M = Predicate> {
+    /// Reaching a state in which the condition is true.
+    Reach(M),
     /// Satisfying a formula, which monitors judge on the whole path.
     Satisfy {
         /// The condition on the monitors' marks.
-        condition: Condition,
+        condition: Condition<M>,
         /// The states in which the path so far, with this state, satisfies the formula, whatever
         /// follows: the formula is achieved.
-        decided: ExprId,
+        decided: M,
         /// The number of states of its monitors together.
         monitor: u64,
     },
+}
+
+impl<M: Clone + Ord> Goal<M> {
+    /// Returns the states of the target, or those in which the formula is satisfied whatever follows.
+    fn predicate(&self) -> &M {
+        match self {
+            Goal::Reach(states) | Goal::Satisfy { decided: states, .. } => states,
+        }
+    }
+
+    /// Returns the same goal with other conditions.
+    pub fn map<N>(self, of: &impl Fn(M) -> N) -> Goal<N> {
+        match self {
+            Goal::Reach(target) => Goal::Reach(of(target)),
+            Goal::Satisfy { condition, decided, monitor } => {
+                Goal::Satisfy { condition: condition.map(of), decided: of(decided), monitor }
+            }
+        }
+    }
+}
+
+impl<M> Requirement<M> {
+    /// Returns the same requirement with another condition.
+    pub fn map<N>(self, of: &impl Fn(M) -> N) -> Requirement<N> {
+        Requirement { text: self.text, kept: of(self.kept), monitor: self.monitor }
+    }
 }
 
 /// An objective: reaching a state of its target, or satisfying a formula.
@@ -138,8 +173,8 @@ pub struct Objective {
 
 impl Objective {
     /// Returns the predicate of the target states, if the objective is reachability.
-    pub fn target(&self) -> Option<ExprId> {
-        match self.goal {
+    pub fn target(&self) -> Option<&Predicate> {
+        match &self.goal {
             Goal::Reach(target) => Some(target),
             Goal::Satisfy { .. } => None,
         }

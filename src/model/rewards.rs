@@ -3,7 +3,8 @@
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 
-use super::expr::ExprId;
+use super::expr::{ExprId, ExprPool};
+use super::predicate::{Predicate, Predicates};
 use super::step::{Choice, Combination};
 use super::value::{Binary, EvalError, Unary, Value};
 use super::{CommandId, Program};
@@ -64,60 +65,50 @@ impl Program {
         }
     }
 
-    /// Adds a predicate to the program's pool for the states in which some choice earns a negative
-    /// or infinite reward, judged in double precision; [`Program::reward`] says why. Its height grows
-    /// with the logarithm of the number of items.
-    pub fn wrong_rewards(&mut self, structure: usize) -> ExprId {
-        let items = self.rewards.get(structure).map_or_else(Vec::new, |s| s.items.clone());
-        let bounds = [0.0, f64::MAX].map(|x| self.pool.value(Value::Real(x)));
+    /// Returns the states in which some choice earns a negative or infinite reward, judged in double
+    /// precision; [`Program::reward`] says why. The height of the expression grows with the logarithm
+    /// of the number of items.
+    pub fn wrong_rewards(&self, structure: usize) -> Predicate {
+        let items = self.rewards.get(structure).map_or(&[][..], |s| &s.items);
+        let mut predicates = Predicates::over(self);
+        let pool = predicates.pool();
+        let bounds = [0.0, f64::MAX].map(|x| pool.value(Value::Real(x)));
         let mut wrong = Vec::with_capacity(items.len());
-        for item in &items {
-            let earned = self.earned_where(item.earner);
-            let guard = self.pool.binary(Binary::And, item.guard, earned);
-            let least = self.pool.binary(Binary::Le, bounds[0], item.value);
-            let most = self.pool.binary(Binary::Le, item.value, bounds[1]);
-            let right = self.pool.binary(Binary::And, least, most);
-            let not = self.pool.unary(Unary::Not, right);
-            wrong.push(self.pool.binary(Binary::And, guard, not));
+        for item in items {
+            let earned = self.earned_where(pool, item.earner);
+            let guard = pool.binary(Binary::And, item.guard, earned);
+            let least = pool.binary(Binary::Le, bounds[0], item.value);
+            let most = pool.binary(Binary::Le, item.value, bounds[1]);
+            let right = pool.binary(Binary::And, least, most);
+            let not = pool.unary(Unary::Not, right);
+            wrong.push(pool.binary(Binary::And, guard, not));
         }
-        self.joined(Binary::Or, wrong)
+        let some = joined(pool, Binary::Or, wrong);
+        predicates.get(some)
     }
 
     /// Returns the states in which some choice earns.
-    fn earned_where(&mut self, earner: Earner) -> ExprId {
+    fn earned_where(&self, pool: &mut ExprPool, earner: Earner) -> ExprId {
         match earner {
-            Earner::State => self.pool.value(Value::Bool(true)),
+            Earner::State => pool.value(Value::Bool(true)),
             Earner::Command(command) => self.commands[command.index()].guard,
             Earner::Action(action) => {
                 let with: Vec<usize> = (0..self.synchronisations.len())
                     .filter(|&s| self.synchronisations[s].action == action)
                     .collect();
-                let enabled = with.into_iter().map(|s| self.enabled_where(s)).collect();
-                self.joined(Binary::Or, enabled)
+                let enabled = with.into_iter().map(|s| self.enabled_where(pool, s)).collect();
+                joined(pool, Binary::Or, enabled)
             }
         }
     }
 
     /// Returns the states in which a synchronisation has an enabled combination.
-    fn enabled_where(&mut self, synchronisation: usize) -> ExprId {
+    fn enabled_where(&self, pool: &mut ExprPool, synchronisation: usize) -> ExprId {
         let guards =
             |factor: &Vec<CommandId>| factor.iter().map(|c| self.commands[c.index()].guard).collect();
-        let factors: Vec<Vec<ExprId>> =
-            self.synchronisations[synchronisation].factors.iter().map(guards).collect();
-        let factors = factors.into_iter().map(|guards| self.joined(Binary::Or, guards)).collect();
-        self.joined(Binary::And, factors)
-    }
-
-    /// Joins conditions pair by pair; without any, returns the neutral element.
-    fn joined(&mut self, op: Binary, mut row: Vec<ExprId>) -> ExprId {
-        while row.len() > 1 {
-            let join = |pair: &[ExprId]| match *pair {
-                [a, b] => self.pool.binary(op, a, b),
-                _ => pair[0],
-            };
-            row = row.chunks(2).map(join).collect();
-        }
-        row.first().copied().unwrap_or_else(|| self.pool.value(Value::Bool(op == Binary::And)))
+        let factors = self.synchronisations[synchronisation].factors.iter();
+        let factors = factors.map(|factor| joined(pool, Binary::Or, guards(factor))).collect();
+        joined(pool, Binary::And, factors)
     }
 
     /// Returns what a choice of a state earns: the sum of the rewards of the state, of the action of
@@ -213,4 +204,16 @@ impl Program {
         let message = format!("the reward structure {title} has no value in the state {at}: {reason}");
         Diagnostic::new(&self.source, item.span.range(), message).label(reason.to_string()).into()
     }
+}
+
+/// Joins conditions pair by pair; without any, returns the neutral element.
+fn joined(pool: &mut ExprPool, op: Binary, mut row: Vec<ExprId>) -> ExprId {
+    while row.len() > 1 {
+        let join = |pair: &[ExprId]| match *pair {
+            [a, b] => pool.binary(op, a, b),
+            _ => pair[0],
+        };
+        row = row.chunks(2).map(join).collect();
+    }
+    row.first().copied().unwrap_or_else(|| pool.value(Value::Bool(op == Binary::And)))
 }

@@ -7,6 +7,7 @@
 use strum::IntoStaticStr;
 
 use super::expr::ExprId;
+use super::predicate::Predicate;
 use super::{Program, VarId};
 use crate::error::{Limit, Result};
 
@@ -42,50 +43,59 @@ impl Asks {
     }
 }
 
-/// A Boolean combination of requirements on marks. A mark is an expression for the states whose
-/// steps are marked.
+/// A Boolean combination of requirements on marks. A mark is a condition for the states whose steps
+/// are marked; as long as monitors are being added, it is the number of an expression.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Condition {
+pub enum Condition<M = Predicate> {
     /// All paths, or no path.
     Constant(bool),
     /// A requirement on a mark.
-    Leaf(Asks, ExprId),
+    Leaf(Asks, M),
     /// All parts.
-    All(Vec<Condition>),
+    All(Vec<Self>),
     /// At least one part.
-    Any(Vec<Condition>),
+    Any(Vec<Self>),
 }
 
 /// One way to satisfy a condition: some marks never change their sign from some step on, others
 /// occur infinitely often.
-#[derive(Debug, Clone, PartialEq, Eq, Default, PartialOrd, Ord)]
-pub struct Disjunct {
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Disjunct<M = Predicate> {
     /// The marks with the sign that they keep forever.
-    pub always: Vec<(ExprId, bool)>,
+    pub always: Vec<(M, bool)>,
     /// The marks that occur infinitely often.
-    pub again: Vec<ExprId>,
+    pub again: Vec<M>,
 }
 
-impl Condition {
+impl<M: Clone + Ord> Condition<M> {
+    /// Returns the same condition on other marks.
+    pub fn map<N>(&self, mark: &impl Fn(M) -> N) -> Condition<N> {
+        let all = |parts: &[Self]| parts.iter().map(|part| part.map(mark)).collect();
+        match self {
+            Condition::Constant(value) => Condition::Constant(*value),
+            Condition::Leaf(asks, of) => Condition::Leaf(*asks, mark(of.clone())),
+            Condition::All(parts) => Condition::All(all(parts)),
+            Condition::Any(parts) => Condition::Any(all(parts)),
+        }
+    }
+
     /// Returns the negation.
-    pub fn negated(&self) -> Condition {
-        let all = |parts: &[Condition]| parts.iter().map(Condition::negated).collect();
+    pub fn negated(&self) -> Self {
+        let all = |parts: &[Self]| parts.iter().map(Self::negated).collect();
         match self {
             Condition::Constant(value) => Condition::Constant(!value),
-            Condition::Leaf(asks, mark) => Condition::Leaf(asks.opposite(), *mark),
+            Condition::Leaf(asks, mark) => Condition::Leaf(asks.opposite(), mark.clone()),
             Condition::All(parts) => Condition::Any(all(parts)),
             Condition::Any(parts) => Condition::All(all(parts)),
         }
     }
 
     /// Returns the marks of all leaves.
-    pub fn marks(&self) -> Vec<ExprId> {
+    pub fn marks(&self) -> Vec<M> {
         match self {
             Condition::Constant(_) => Vec::new(),
-            Condition::Leaf(_, mark) => vec![*mark],
-            Condition::All(parts) | Condition::Any(parts) => {
-                parts.iter().flat_map(Condition::marks).collect()
-            }
+            Condition::Leaf(_, mark) => vec![mark.clone()],
+            Condition::All(parts) | Condition::Any(parts) => parts.iter().flat_map(Self::marks).collect(),
         }
     }
 
@@ -94,17 +104,17 @@ impl Condition {
     ///
     /// # Errors
     /// There are more than [`MOST_DISJUNCTS`].
-    pub fn disjuncts(&self) -> Result<Vec<Disjunct>> {
+    pub fn disjuncts(&self) -> Result<Vec<Disjunct<M>>> {
         match self {
-            Condition::Constant(true) => Ok(vec![Disjunct::default()]),
+            Condition::Constant(true) => Ok(vec![Disjunct::free()]),
             Condition::Constant(false) => Ok(Vec::new()),
             Condition::Leaf(asks, mark) => {
                 let always = match asks {
-                    Asks::Accept => vec![(*mark, true)],
-                    Asks::Avoid | Asks::Settle => vec![(*mark, false)],
+                    Asks::Accept => vec![(mark.clone(), true)],
+                    Asks::Avoid | Asks::Settle => vec![(mark.clone(), false)],
                     Asks::Again => Vec::new(),
                 };
-                let again = if *asks == Asks::Again { vec![*mark] } else { Vec::new() };
+                let again = if *asks == Asks::Again { vec![mark.clone()] } else { Vec::new() };
                 Ok(vec![Disjunct { always, again }])
             }
             Condition::Any(parts) => {
@@ -116,7 +126,7 @@ impl Condition {
                 Ok(all)
             }
             Condition::All(parts) => {
-                let mut all = vec![Disjunct::default()];
+                let mut all = vec![Disjunct::free()];
                 for part in parts {
                     let other = part.disjuncts()?;
                     all = least(all.iter().flat_map(|d| other.iter().filter_map(|o| d.and(o))).collect())?;
@@ -127,23 +137,28 @@ impl Condition {
     }
 }
 
-impl Disjunct {
+impl<M: Clone + Ord> Disjunct<M> {
+    /// Returns the disjunct without requirements.
+    fn free() -> Self {
+        Disjunct { always: Vec::new(), again: Vec::new() }
+    }
+
     /// Returns the conjunction, `None` if no path satisfies it: a mark keeps one sign only, and one
     /// that keeps off does not recur.
-    fn and(&self, other: &Disjunct) -> Option<Disjunct> {
+    fn and(&self, other: &Self) -> Option<Self> {
         let mut both = self.clone();
-        both.always.extend(&other.always);
-        both.again.extend(&other.again);
+        both.always.extend(other.always.iter().cloned());
+        both.again.extend(other.again.iter().cloned());
         both.always.sort_unstable();
         both.always.dedup();
         both.again.sort_unstable();
         both.again.dedup();
-        let off = |mark: &ExprId| both.always.contains(&(*mark, false));
+        let off = |mark: &M| both.always.iter().any(|(other, on)| other == mark && !on);
         let contradicts = both.again.iter().any(off) || both.always.iter().any(|(mark, on)| *on && off(mark));
         (!contradicts).then_some(both)
     }
 
-    fn asks_all_of(&self, other: &Disjunct) -> bool {
+    fn asks_all_of(&self, other: &Self) -> bool {
         other.always.iter().all(|a| self.always.contains(a))
             && other.again.iter().all(|a| self.again.contains(a))
     }
@@ -153,9 +168,9 @@ impl Disjunct {
 ///
 /// # Errors
 /// There are more than [`MOST_DISJUNCTS`].
-fn least(mut all: Vec<Disjunct>) -> Result<Vec<Disjunct>> {
+fn least<M: Clone + Ord>(mut all: Vec<Disjunct<M>>) -> Result<Vec<Disjunct<M>>> {
     all.sort_unstable_by_key(|d| (d.always.len() + d.again.len(), d.clone()));
-    let mut kept: Vec<Disjunct> = Vec::new();
+    let mut kept: Vec<Disjunct<M>> = Vec::new();
     for disjunct in all {
         if !kept.iter().any(|k| disjunct.asks_all_of(k)) {
             kept.push(disjunct);

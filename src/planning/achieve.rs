@@ -89,7 +89,7 @@ impl<E: Engine> Achieving<E> {
         let (mut achieved, mut targets, mut free) = (Vec::new(), Vec::new(), Vec::new());
         for (index, objective) in preferences.objectives.iter().enumerate() {
             let Some(regions) = outcomes.get(index) else { return Ok(None) };
-            achieved.push(match objective.goal {
+            achieved.push(match &objective.goal {
                 Goal::Reach(_) => regions.target.clone(),
                 Goal::Satisfy { decided, .. } => engine.states_where(decided)?,
             });

@@ -162,7 +162,7 @@ impl<E: Engine> Analysis<E> {
     fn run_outcomes(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         if self.outcomes.is_none() {
             let target = |o: &Objective| match &o.goal {
-                Goal::Reach(target) => Ok((self.engine.states_where(*target)?, Vec::new())),
+                Goal::Reach(target) => Ok((self.engine.states_where(target)?, Vec::new())),
                 // A formula can be satisfied from a state where a disjunct can be kept, so these
                 // states are the target.
                 Goal::Satisfy { condition, .. } => {

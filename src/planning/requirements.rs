@@ -26,7 +26,7 @@ pub struct Requirements<E: Engine> {
 /// A limit of the engine is reached, or a state formula has no value.
 pub(crate) fn kept<E: Engine>(engine: &E, requirements: &[Requirement]) -> Result<E::States> {
     requirements.iter().try_fold(engine.all_states(), |kept, requirement| {
-        engine.intersection(&kept, &engine.states_where(requirement.kept)?)
+        engine.intersection(&kept, &engine.states_where(&requirement.kept)?)
     })
 }
 
@@ -116,7 +116,7 @@ fn step_into<E: Engine>(
 fn violated<E: Engine>(engine: &E, requirements: &[Requirement], state: &[i64]) -> Result<Option<String>> {
     let mut found = None;
     for requirement in requirements {
-        if engine.contains(&engine.states_where(requirement.kept)?, state)? {
+        if engine.contains(&engine.states_where(&requirement.kept)?, state)? {
             continue;
         }
         match requirement.monitor {

@@ -8,7 +8,7 @@ use super::winning_regions::almost_sure_within;
 use meliora_engine::regions::{self, Regions, Step, Which};
 use meliora_engine::{Engine, Region};
 use meliora_model::error::Result;
-use meliora_model::expr::ExprId;
+use meliora_model::predicate::Predicate;
 use meliora_model::temporal::{Condition, Disjunct};
 
 /// The states from which a disjunct can be kept, with the choices and marks that prove it.
@@ -30,9 +30,9 @@ pub struct AcceptingRegion<E: Engine> {
 /// A limit of the engine is reached, or a state formula has no value.
 pub fn allowed<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<E::States> {
     let mut allowed = engine.all_states();
-    for &(mark, sign) in &disjunct.always {
+    for (mark, sign) in &disjunct.always {
         let marked = engine.states_where(mark)?;
-        allowed = if sign {
+        allowed = if *sign {
             engine.intersection(&allowed, &marked)?
         } else {
             engine.difference(&allowed, &marked)?
@@ -58,7 +58,7 @@ pub(crate) fn accepting_region<E: Engine>(
 ) -> Result<AcceptingRegion<E>> {
     let allowed = allowed(engine, &disjunct)?;
     let recurring =
-        disjunct.again.iter().map(|&mark| engine.states_where(mark)).collect::<Result<Vec<_>>>()?;
+        disjunct.again.iter().map(|mark| engine.states_where(mark)).collect::<Result<Vec<_>>>()?;
     let Region { mut states, mut choices } = engine.stay_within(&allowed, within)?;
     let mut unchanged = 0;
     for mark in recurring.iter().cycle() {
@@ -145,7 +145,7 @@ pub fn regions_by_step<E: Engine>(
 /// Cost: no image.
 pub fn judged<E: Engine>(
     engine: &E,
-    fresh: ExprId,
+    fresh: &Predicate,
     regions: Regions<E::States>,
 ) -> Result<Regions<E::States>> {
     let fresh = engine.states_where(fresh)?;

@@ -10,7 +10,7 @@ use meliora_engine::Engine;
 use meliora_engine::regions::{Regions, holds};
 use meliora_model::error::{Error, Limit, Result};
 use meliora_model::exact::{Ratio, Real};
-use meliora_model::expr::ExprId;
+use meliora_model::predicate::Predicate;
 use meliora_model::property::{Inequality, Measure, Quantity, Question};
 use meliora_model::{Optimum, Program};
 
@@ -52,9 +52,9 @@ pub struct Asked<'a> {
     /// The question; `None` for a target without a property.
     pub question: Option<&'a Question>,
     /// The target of the paths; `None` for a temporal formula.
-    pub target: Option<ExprId>,
+    pub target: Option<&'a Predicate>,
     /// The states in which the rewards that the question names are wrong.
-    pub wrong: Option<ExprId>,
+    pub wrong: Option<&'a Predicate>,
 }
 
 /// Answers a property from the regions of its formula, and a target without a property not at all.

@@ -5,7 +5,7 @@ use num_traits::One;
 use meliora_engine::Engine;
 use meliora_model::error::Result;
 use meliora_model::exact::Ratio;
-use meliora_model::expr::ExprId;
+use meliora_model::predicate::Predicate;
 use meliora_model::rewards::RewardStructure;
 use meliora_model::step::Combination;
 use meliora_model::{Program, State, fault};
@@ -47,7 +47,7 @@ impl Cost for Steps {
 }
 
 /// Checks the rewards of a structure in all states of the scope; the error names one of the wrong
-/// ones. `wrong` is `Program::wrong_rewards` in the program of the engine.
+/// ones. `wrong` is `Program::wrong_rewards` of the program.
 ///
 /// # Errors
 /// A reward is negative or has no value in some state; a limit is reached.
@@ -55,7 +55,7 @@ pub fn check_rewards<E: Engine>(
     engine: &E,
     program: &Program,
     structure: &RewardStructure,
-    wrong: ExprId,
+    wrong: &Predicate,
 ) -> Result<()> {
     let examples = engine.list_states(&engine.states_where(wrong)?, 1)?;
     let Some(state) = examples.first() else { return Ok(()) };
@@ -79,7 +79,7 @@ impl Cost for Earned<'_> {
 }
 
 /// The cost of a step, by its name.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub enum Costs {
     /// Every step costs 1.
     Steps,
@@ -88,15 +88,14 @@ pub enum Costs {
         /// Its position.
         structure: usize,
         /// The predicate of the states with wrong rewards; see `Program::wrong_rewards`.
-        wrong: ExprId,
+        wrong: Predicate,
     },
 }
 
 impl Costs {
     /// Finds the number of steps, or a reward structure; `None` if there is no such name. `steps` is
-    /// the number of steps even if a structure has this name; see [`Costs::is_hidden`]. Adds a
-    /// predicate to the program, so the engine must read the program after this.
-    pub fn named(program: &mut Program, name: &str) -> Option<Self> {
+    /// the number of steps even if a structure has this name; see [`Costs::is_hidden`].
+    pub fn named(program: &Program, name: &str) -> Option<Self> {
         if name == Steps::NAME {
             return Some(Costs::Steps);
         }
@@ -120,9 +119,9 @@ impl Costs {
     ///
     /// # Errors
     /// A reward is negative or has no value in some state; a limit is reached.
-    pub fn check<'p, E: Engine>(self, engine: &E, program: &'p Program) -> Result<Box<dyn Cost + 'p>> {
+    pub fn check<'p, E: Engine>(&self, engine: &E, program: &'p Program) -> Result<Box<dyn Cost + 'p>> {
         let Costs::Rewards { structure, wrong } = self else { return Ok(Box::new(Steps)) };
-        let structure = &program.rewards[structure];
+        let structure = &program.rewards[*structure];
         check_rewards(engine, program, structure, wrong)?;
         Ok(Box::new(Earned { program, structure }))
     }

@@ -66,7 +66,7 @@ use meliora_engine::symbolic::{ChoiceSet, Encoding, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Count, Engine, Settings};
 use meliora_lang as lang;
 use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
-use meliora_model::expr::ExprId;
+use meliora_model::predicate::Predicate;
 use meliora_model::progress::Poll;
 use meliora_model::{Program, State};
 use region::Region;
@@ -76,7 +76,7 @@ pub struct Archive {
     name: String,
     dump: Dump,
     engine: SymbolicEngine,
-    condition: Option<ExprId>,
+    condition: Option<Predicate>,
 }
 
 /// The value of a region expression.
@@ -106,9 +106,8 @@ impl Archive {
     pub fn open(directory: &Path, condition: Option<&str>, settings: Settings) -> Result<Self> {
         let name = directory.join(FILE).display().to_string();
         let dump = read_directory(directory, false, settings.sink.as_ref())?;
-        let mut program = program::rebuild(&name, &dump.manifest)?;
-        let condition = condition.map(|text| lower(&mut program, text)).transpose()?;
-        let program = Arc::new(program);
+        let program = Arc::new(program::rebuild(&name, &dump.manifest)?);
+        let condition = condition.map(|text| lower(&program, text)).transpose()?;
         let order = Encoding::order_of(&program, &dump.manifest.encoding.order);
         let order =
             order.ok_or_else(|| wrong(&name, "the names of the bits are not those of the variables"))?;
@@ -141,7 +140,7 @@ impl Archive {
         let manifest = &self.dump.manifest;
         let levels_end = manifest.certificate.is_some() && manifest.max_level.is_none();
         let selected = self.evaluate(&region::parse(&source, &names, levels_end)?)?;
-        match self.condition {
+        match &self.condition {
             None => Ok(selected),
             Some(condition) => {
                 let states = Selected::States(self.engine.states_where(condition)?);
@@ -290,8 +289,8 @@ fn wrong(file: &str, message: &str) -> Error {
     Error::Dump { file: file.to_owned(), line: 0, message: message.to_owned() }
 }
 
-/// Parses the condition and adds it to the pool of the program.
-fn lower(program: &mut Program, text: &str) -> Result<ExprId> {
+/// Parses the condition.
+fn lower(program: &Program, text: &str) -> Result<Predicate> {
     let source = SourceFile::new("the condition", text);
     if let Some(at) = text.find('"') {
         let diagnostic =

@@ -48,7 +48,7 @@ pub(super) fn rebuild(name: &str, manifest: &Manifest) -> Result<Program> {
         kind: ModelKind::Mdp,
         constants,
         given_constants: Vec::new(),
-        pool,
+        pool: pool.into(),
         variables: manifest.encoding.variables.iter().map(variable).collect(),
         modules: Vec::new(),
         initial,

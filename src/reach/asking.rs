@@ -8,7 +8,7 @@ use meliora_lang::property::{Measure, Question};
 use meliora_lang::{lower_target, parse_expression, parse_property};
 use meliora_model::Program;
 use meliora_model::error::{Result, SourceFile};
-use meliora_model::expr::ExprId;
+use meliora_model::predicate::Predicate;
 
 /// The operators with which a property begins; they are keywords.
 const OPERATORS: [&str; 6] = ["P", "Pmin", "Pmax", "R", "Rmin", "Rmax"];
@@ -19,16 +19,16 @@ pub struct Asking {
     pub goal: Goal,
     /// The question of a property, for the initial states.
     pub question: Option<Question>,
-    /// The states in which the rewards that the question names are wrong, in the program of the goal.
-    pub wrong: Option<ExprId>,
+    /// The states in which the rewards that the question names are wrong.
+    pub wrong: Option<Predicate>,
 }
 
 impl Asking {
-    /// Reads a target such as `x = 3`, which is added to the program.
+    /// Reads a target such as `x = 3`.
     ///
     /// # Errors
     /// The text or a requirement is wrong; each error has its place.
-    pub fn target(program: &mut Program, source: &Arc<SourceFile>, required: &[Required]) -> Result<Self> {
+    pub fn target(program: &Program, source: &Arc<SourceFile>, required: &[Required]) -> Result<Self> {
         let target = lower_target(program, source, &parse_expression(source)?)?;
         Ok(Asking { goal: Goal::reach(program, target, required)?, question: None, wrong: None })
     }
@@ -37,7 +37,7 @@ impl Asking {
     ///
     /// # Errors
     /// The text or a requirement is wrong, or not supported; each error has its place.
-    pub fn property(program: &mut Program, source: &Arc<SourceFile>, required: &[Required]) -> Result<Self> {
+    pub fn property(program: &Program, source: &Arc<SourceFile>, required: &[Required]) -> Result<Self> {
         let property = parse_property(source)?;
         property.check(program, source)?;
         Asking::of(program, source, (&property.formula, property.question), required)
@@ -48,12 +48,11 @@ impl Asking {
     /// # Errors
     /// The formula or a requirement is wrong, or not supported.
     pub fn of(
-        program: &mut Program,
+        program: &Program,
         source: &Arc<SourceFile>,
         (formula, question): (&Formula, Question),
         required: &[Required],
     ) -> Result<Self> {
-        // Monitors are added to a copy of the program, which must have this expression, too.
         let wrong = wrong_rewards(program, &question);
         Ok(Asking { goal: Goal::of(program, source, formula, required)?, question: Some(question), wrong })
     }
@@ -62,7 +61,7 @@ impl Asking {
     ///
     /// # Errors
     /// The text is none of these, or not supported; each error has its place.
-    pub fn parse(program: &mut Program, source: &Arc<SourceFile>) -> Result<Self> {
+    pub fn parse(program: &Program, source: &Arc<SourceFile>) -> Result<Self> {
         if parse_expression(source).is_ok() {
             return Asking::target(program, source, &[]);
         }
@@ -77,7 +76,7 @@ impl Asking {
 }
 
 /// Returns the states in which the rewards that a question names are wrong.
-fn wrong_rewards(program: &mut Program, question: &Question) -> Option<ExprId> {
+fn wrong_rewards(program: &Program, question: &Question) -> Option<Predicate> {
     let Question::Quantity(quantity) = question else { return None };
     let Measure::Reward(rewards) = &quantity.measure else { return None };
     let structure = rewards.find(program)?;

@@ -82,13 +82,13 @@ impl<'a, E: Engine> Under<'a, E> {
                 Some(_) => Answer::of(Some(false)),
             });
         }
-        let target = match asking.goal.target {
+        let target = match &asking.goal.target {
             Target::States(target) => Some(target),
             Target::Formula(_) => None,
         };
         let program = &**asking.goal.program(model);
-        let asked =
-            answer::Asked { program, question: asking.question.as_ref(), target, wrong: asking.wrong };
+        let (question, wrong) = (asking.question.as_ref(), asking.wrong.as_ref());
+        let asked = answer::Asked { program, question, target, wrong };
         answer::answer(self.engine(), &asked, regions, precision)
     }
 }

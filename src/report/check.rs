@@ -82,6 +82,7 @@ impl CheckReport {
             scope: engine.settings().scope,
             safety: analysis.options().safety,
         });
+        report.header.read_conditions(read.predicates());
         report.result = analysis.result().clone();
         report.initial = analysis.initial_prospects(program, LISTED)?;
         report.memory.peak_nodes = engine.usage().peak_nodes;

@@ -7,7 +7,9 @@ use serde_json::{Map, Value as Json};
 use super::Style;
 use super::text::{aligned, plural, wrapped};
 use meliora_engine::{Scope, Selection, Storage};
+use meliora_model::error::Diagnostic;
 use meliora_model::escape;
+use meliora_model::predicate::Predicate;
 use meliora_model::preference::{Empty, Preferences};
 use meliora_model::valuation::json;
 use meliora_model::value::Type;
@@ -85,6 +87,15 @@ impl Header {
     pub fn read(&mut self, program: &Program) {
         if let Some(model) = &mut self.model {
             model.read(program);
+        }
+    }
+
+    /// Adds the first expression of some conditions that is not exact, if all of the model are.
+    pub fn read_conditions<'p>(&mut self, mut conditions: impl Iterator<Item = &'p Predicate>) {
+        if let Some(model) = &mut self.model
+            && model.inexact.is_none()
+        {
+            model.inexact = conditions.find_map(Predicate::inexact).map(place);
         }
     }
 
@@ -204,6 +215,11 @@ pub struct VariableSummary {
     pub values: Vec<String>,
 }
 
+fn place(found: &Diagnostic) -> String {
+    let (line, column) = found.position();
+    format!("{}:{line}:{column}", found.source.name)
+}
+
 impl ModelSummary {
     fn read(&mut self, program: &Program) {
         let constant = |name: &String| {
@@ -219,10 +235,7 @@ impl ModelSummary {
             values: v.values.clone(),
         };
         self.kind = Some(program.kind.into());
-        self.inexact = program.inexact.as_ref().map(|d| {
-            let (line, column) = d.position();
-            format!("{}:{line}:{column}", d.source.name)
-        });
+        self.inexact = program.inexact.as_ref().map(place);
         self.constants = program.given_constants.iter().filter_map(constant).collect();
         self.variables = program.variables.iter().map(variable).collect();
     }

@@ -17,7 +17,7 @@ pub fn check<E: Engine>(engine: &E, program: &Program, brute: &Brute, predicates
     both.choices("none", &engine.no_choices(), &Set::new());
     let sets: Vec<(E::States, Set)> = predicates
         .iter()
-        .map(|&e| (engine.states_where(e).unwrap(), brute.states_where(program, e)))
+        .map(|&e| (engine.states_where(&program.predicate(e)).unwrap(), brute.states_where(program, e)))
         .collect();
     for (x, brute_x) in &sets {
         both.states("where", x, brute_x);

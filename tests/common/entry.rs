@@ -205,14 +205,14 @@ pub fn preferences(text: &str) {
 /// Text that an argument may contain: a state, an expression, a property, constants, a region of a dump.
 pub fn arguments(text: &str) {
     let source = source(text);
-    let mut program = program();
+    let program = program();
     seen(lang::parse_state(&source, &program));
     seen(lang::parse_constants(&source));
     if let Some(tree) = seen(lang::parse_expression(&source)) {
-        seen(lang::lower_target(&mut program, &source, &tree));
+        seen(lang::lower_target(&program, &source, &tree));
     }
     if let Some(property) = seen(lang::parse_property(&source)) {
-        asked(&mut program, &source, &property);
+        asked(&program, &source, &property);
     }
     ARCHIVE.with_borrow(|archive| {
         if let Some(selected) = seen(archive.select(text)) {
@@ -222,8 +222,8 @@ pub fn arguments(text: &str) {
     });
 }
 
-/// Adds the target or the monitors of a property to a program.
-fn asked(program: &mut Program, source: &Arc<SourceFile>, property: &Property) {
+/// Lowers the target of a property, or adds its monitors to a program.
+fn asked(program: &Program, source: &Arc<SourceFile>, property: &Property) {
     match property.formula.reachability() {
         Some(target) => drop(seen(lang::lower_target(program, source, target))),
         None => {
@@ -245,7 +245,7 @@ pub fn properties(text: &str) {
     accepted(&program);
     for stated in all.iter().take(3) {
         match &stated.property {
-            Ok(property) => asked(&mut program.clone(), &source, property),
+            Ok(property) => asked(&program, &source, property),
             Err(reason) => assert!(!reason.is_empty()),
         }
     }

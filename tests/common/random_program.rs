@@ -1,6 +1,8 @@
 //! Small random programs from a sequence of numbers: shorter sequences and smaller numbers give
 //! simpler programs, so that a failing one shrinks well.
 
+use std::sync::Arc;
+
 use meliora::advanced::lang::ast::Span;
 use meliora::error::SourceFile;
 use meliora::model::expr::{Binary, ExprId, ExprPool, Unary};
@@ -66,7 +68,7 @@ pub fn random_program(numbers: &[u16], faulty: bool) -> Program {
         monitors: None,
         modules: (0..modules).map(|m| format!("m{m}")).collect(),
         actions: (0..actions).map(|a| format!("a{a}")).collect(),
-        pool: b.pool,
+        pool: b.pool.into(),
         variables: b.variables,
         initial,
         commands,
@@ -78,12 +80,12 @@ pub fn random_program(numbers: &[u16], faulty: bool) -> Program {
 pub fn random_predicate(program: &mut Program, numbers: &[u16]) -> ExprId {
     let mut b = Builder {
         source: Source { numbers: numbers.iter() },
-        pool: std::mem::take(&mut program.pool),
+        pool: std::mem::take(Arc::make_mut(&mut program.pool)),
         variables: program.variables.clone(),
         faulty: false,
     };
     let e = b.condition(3);
-    program.pool = b.pool;
+    program.pool = b.pool.into();
     e
 }
 

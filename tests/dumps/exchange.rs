@@ -9,7 +9,7 @@ use meliora::engine::{Engine, ExplicitEngine, Settings, SymbolicEngine};
 use meliora::error::SourceFile;
 use meliora::export::explicit::{Graph, drn, explored, prism, umb};
 use meliora::lang::{self, Checked, Document, Given};
-use meliora::model::expr::ExprId;
+use meliora::model::predicate::Predicate;
 use meliora::model::preference::{
     Empty, Goal, History, Objective, Preferences, Preorder, Relation, Statement,
 };
@@ -32,7 +32,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Checked, meliora::Error> {
 }
 
 /// The analysis of two targets, of which the second is preferred.
-fn analysed<E: Engine>(engine: E, targets: [ExprId; 2]) -> Analysis<E> {
+fn analysed<E: Engine>(engine: E, targets: [Predicate; 2]) -> Analysis<E> {
     let objective = |(i, e)| Objective { name: format!("o{i}"), goal: Goal::Reach(e), span: None };
     let statement = Statement { left: 1, relation: Relation::Strict, right: 0 };
     let preferences = Preferences {
@@ -47,7 +47,7 @@ fn analysed<E: Engine>(engine: E, targets: [ExprId; 2]) -> Analysis<E> {
     analysis
 }
 
-fn result<E: Engine>(engine: E, targets: [ExprId; 2]) -> AnalysisResult {
+fn result<E: Engine>(engine: E, targets: [Predicate; 2]) -> AnalysisResult {
     analysed(engine, targets).result().clone()
 }
 
@@ -84,6 +84,7 @@ fn written(numbers: &[u16]) -> Option<Written> {
     let mut program = random_program(numbers, false);
     let targets = [0, numbers.len() / 2].map(|from| random_predicate(&mut program, &numbers[from..]));
     let program = Arc::new(program);
+    let targets = targets.map(|target| program.predicate(target));
     let engine = ExplicitEngine::new(Arc::clone(&program), Settings::default()).unwrap();
     let counts = counts(&engine);
     let analysis = analysed(engine, targets);
@@ -93,8 +94,8 @@ fn written(numbers: &[u16]) -> Option<Written> {
     (!graph.states.is_empty()).then_some(Written { program, graph, archive, counts, result })
 }
 
-fn label(program: &Program, name: &str) -> ExprId {
-    program.labels.iter().find(|(label, _)| label == name).unwrap().1
+fn label(program: &Program, name: &str) -> Predicate {
+    program.predicate(program.labels.iter().find(|(label, _)| label == name).unwrap().1)
 }
 
 proptest! {
@@ -109,7 +110,7 @@ proptest! {
         prop_assert_eq!(&counts(&symbolic), &written.counts);
         let explicit = ExplicitEngine::new(Arc::clone(&again), Settings::default()).unwrap();
         prop_assert_eq!(&counts(&explicit), &written.counts);
-        prop_assert_eq!(&result(symbolic, targets), &written.result);
+        prop_assert_eq!(&result(symbolic, targets.clone()), &written.result);
         prop_assert_eq!(&result(explicit, targets), &written.result);
         for state in &written.graph.states {
             prop_assert_eq!(steps(&again, state), steps(&written.program, state));
@@ -158,7 +159,7 @@ fn branches_that_become_one_with_a_sum_just_above_1_are_read_again() {
     let program = Arc::new(lang::load(&source, &SourceFile::new("c", "")).unwrap().program);
     let target = label(&program, "end");
     let engine = ExplicitEngine::new(Arc::clone(&program), Settings::default()).unwrap();
-    let analysis = analysed(engine, [target, target]);
+    let analysis = analysed(engine, [target.clone(), target]);
     let graph = explored(&analysis, &program, 1 << 12).unwrap();
     let archive = umb(&graph, &analysis, &program, None).unwrap();
     assert_eq!(read(&archive).unwrap().program.exact_steps(&[0]).unwrap().len(), 1);
@@ -328,7 +329,7 @@ fn rewards_are_written_to_drn_and_read_again() {
         let (text, none) = (format!("{kind} {model}"), SourceFile::new("c", ""));
         let program = Arc::new(lang::load(&SourceFile::new("m", text), &none).unwrap().program);
         let engine = ExplicitEngine::new(Arc::clone(&program), Settings::default()).unwrap();
-        let analysis = analysed(engine, [label(&program, "goal"); 2]);
+        let analysis = analysed(engine, ["goal"; 2].map(|name| label(&program, name)));
         let graph = explored(&analysis, &program, 9).unwrap();
         let text = drn(&graph, &program, &NoProgress).unwrap();
         assert!(text.contains("@reward_models\npay reward p_ay\n"), "{text}");

@@ -8,7 +8,7 @@ use meliora::engine::{Algebra, Engine, ExplicitEngine, Settings, SymbolicEngine}
 use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::model::State;
-use meliora::model::expr::ExprId;
+use meliora::model::predicate::Predicate;
 use proptest::prelude::*;
 
 use crate::common::agreement;
@@ -25,7 +25,7 @@ fn thresholds() -> [Thresholds; 5] {
     [forced, one, few, some, Thresholds::default()]
 }
 
-fn listed<E: Engine>(engine: &E, target: ExprId) -> Regions<Vec<State>> {
+fn listed<E: Engine>(engine: &E, target: &Predicate) -> Regions<Vec<State>> {
     let found = regions(engine, &engine.states_where(target).unwrap()).unwrap();
     found.map(|x| engine.list_states(&x, usize::MAX).unwrap())
 }
@@ -48,8 +48,8 @@ proptest! {
             let settings = Settings { memory: 64 << 20, thresholds, ..Settings::default() };
             let engine = SymbolicEngine::new(program.clone(), settings).unwrap();
             agreement::check(&engine, &program, &brute, &predicates);
-            for target in predicates {
-                prop_assert_eq!(listed(&engine, target), listed(&explicit, target), "{:?}", thresholds);
+            for target in predicates.map(|e| program.predicate(e)) {
+                prop_assert_eq!(listed(&engine, &target), listed(&explicit, &target), "{:?}", thresholds);
             }
         }
     }

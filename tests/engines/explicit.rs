@@ -8,7 +8,7 @@ use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::{Error, Result, SourceFile};
 use meliora::lang;
 use meliora::model::Program;
-use meliora::model::expr::ExprId;
+use meliora::model::predicate::Predicate;
 use proptest::prelude::*;
 
 use crate::common::agreement;
@@ -115,13 +115,13 @@ fn token(places: usize) -> String {
     text + "endmodule"
 }
 
-fn with_predicates<const N: usize>(model: &str, predicates: [&str; N]) -> (Arc<Program>, [ExprId; N]) {
+fn with_predicates<const N: usize>(model: &str, predicates: [&str; N]) -> (Arc<Program>, [Predicate; N]) {
     let none = SourceFile::new("constants", "");
-    let mut checked = lang::load(&SourceFile::new("m", model), &none).unwrap();
+    let checked = lang::load(&SourceFile::new("m", model), &none).unwrap();
     let predicates = predicates.map(|text| {
         let source = SourceFile::new("target", text);
         let expression = lang::parse_expression(&source).unwrap();
-        lang::lower_target(&mut checked.program, &source, &expression).unwrap()
+        lang::lower_target(&checked.program, &source, &expression).unwrap()
     });
     (Arc::new(checked.program), predicates)
 }
@@ -148,8 +148,8 @@ fn sets_without_a_pattern_have_large_diagrams() {
 }
 
 /// For each X and Y the states of Y with a choice into X, and the fixpoints of each X.
-fn answers<E: Engine>(engine: &E, predicates: &[ExprId]) -> Vec<Vec<Vec<i64>>> {
-    let sets: Vec<E::States> = predicates.iter().map(|&e| engine.states_where(e).unwrap()).collect();
+fn answers<E: Engine>(engine: &E, predicates: &[Predicate]) -> Vec<Vec<Vec<i64>>> {
+    let sets: Vec<E::States> = predicates.iter().map(|e| engine.states_where(e).unwrap()).collect();
     let mut found = Vec::new();
     for y in &sets {
         let c = engine.choices_in(&engine.all_choices(), y).unwrap();

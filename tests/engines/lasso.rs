@@ -10,6 +10,7 @@ use meliora::error::{Error, SourceFile};
 use meliora::lang;
 use meliora::model::Program;
 use meliora::model::expr::ExprId;
+use meliora::model::predicate::Predicate;
 use meliora::model::preference::Preferences;
 use meliora::model::temporal::{Begin, Condition};
 use meliora::planning::temporal::regions;
@@ -168,7 +169,12 @@ fn counts<E: Engine>(engine: &E, condition: &Condition, start: &E::States) -> [S
 }
 
 /// The same in the initial state, or in all states: those in which monitors, if there are any, are fresh.
-fn judged<E: Engine>(engine: &E, condition: &Condition, fresh: Option<ExprId>, initial: bool) -> [String; 4] {
+fn judged<E: Engine>(
+    engine: &E,
+    condition: &Condition,
+    fresh: Option<&Predicate>,
+    initial: bool,
+) -> [String; 4] {
     let start = match fresh {
         _ if initial => engine.initial_states(),
         Some(fresh) => engine.states_where(fresh).unwrap(),
@@ -182,7 +188,7 @@ pub(crate) fn watched(
     watching: &mut Monitoring<'_>,
     source: &Arc<SourceFile>,
     formula: &meliora::advanced::lang::ltl::Formula,
-) -> Option<Condition> {
+) -> Option<Condition<ExprId>> {
     match watching.watch(source, formula, "w") {
         Ok(condition) => Some(condition),
         Err(error) => {
@@ -195,13 +201,15 @@ pub(crate) fn watched(
 }
 
 /// The answers of both engines: in the initial state, or in all states. None where the formula exceeds a limit.
-fn answers(mut program: Program, formula: &str, initial: bool) -> Option<[[String; 4]; 2]> {
+fn answers(program: Program, formula: &str, initial: bool) -> Option<[[String; 4]; 2]> {
     let source = SourceFile::new("formula", formula);
-    let mut watching = Monitoring::new(&mut program);
+    let mut watching = Monitoring::new(&program);
     let condition = watched(&mut watching, &source, &parse_formula(&source).unwrap())?;
-    watching.finish(Begin::Everywhere).unwrap();
-    let fresh = program.monitors.as_ref().map(|monitors| monitors.fresh);
+    let program = watching.finish(Begin::Everywhere).unwrap();
+    let condition = condition.map(&|mark| program.predicate(mark));
+    let fresh = program.monitors.as_ref().map(|monitors| program.predicate(monitors.fresh));
     let (symbolic, explicit) = engines(program);
+    let fresh = fresh.as_ref();
     Some([judged(&*symbolic, &condition, fresh, initial), judged(&*explicit, &condition, fresh, initial)])
 }
 

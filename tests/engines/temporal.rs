@@ -6,7 +6,9 @@ use meliora::advanced::lang::ltl::{Monitoring, parse_formula};
 use meliora::engine::ExplicitEngine;
 use meliora::engine::SymbolicEngine;
 use meliora::engine::{Algebra, Engine, Scope, Settings};
-use meliora::error::SourceFile;
+use meliora::error::{Error, SourceFile};
+use meliora::lang;
+use meliora::model::predicate::Predicate;
 use meliora::model::temporal::{Asks, Begin, Condition};
 use meliora::model::{Program, State};
 use meliora::planning::temporal::{judged, regions};
@@ -42,11 +44,11 @@ fn formula() -> impl Strategy<Value = String> {
 }
 
 /// Returns true if the paths that visit exactly the states of a set infinitely often satisfy a condition.
-fn holds(condition: &Condition, marked: &dyn Fn(meliora::model::expr::ExprId) -> Set, within: &Set) -> bool {
+fn holds(condition: &Condition, marked: &dyn Fn(&Predicate) -> Set, within: &Set) -> bool {
     match condition {
         Condition::Constant(value) => *value,
-        Condition::Leaf(Asks::Accept | Asks::Again, mark) => !marked(*mark).is_disjoint(within),
-        Condition::Leaf(_, mark) => marked(*mark).is_disjoint(within),
+        Condition::Leaf(Asks::Accept | Asks::Again, mark) => !marked(mark).is_disjoint(within),
+        Condition::Leaf(_, mark) => marked(mark).is_disjoint(within),
         Condition::All(parts) => parts.iter().all(|p| holds(p, marked, within)),
         Condition::Any(parts) => parts.iter().any(|p| holds(p, marked, within)),
     }
@@ -69,7 +71,7 @@ fn is_end_component(brute: &Brute, set: &Set) -> bool {
 
 /// Pmax = 1, Pmax > 0, Pmin = 1, Pmin > 0, from what all end components satisfy.
 fn enumerated(brute: &Brute, program: &Program, condition: &Condition) -> [Set; 4] {
-    let marked = |mark| brute.states_where(program, mark);
+    let marked = |mark: &Predicate| brute.states_where(program, mark.id());
     let (mut good, mut bad) = (Set::new(), Set::new());
     for code in 1u32..1 << brute.states.len() {
         let set: Set = brute.all_states().into_iter().filter(|s| code >> s & 1 == 1).collect();
@@ -98,9 +100,10 @@ fn case(numbers: &[u16], predicates: &[Vec<u16>; 2], formula: &str, begin: Begin
     }
     let source = SourceFile::new("formula", formula);
     let formula = parse_formula(&source).unwrap();
-    let mut watching = Monitoring::new(&mut program);
+    let mut watching = Monitoring::new(&program);
     let condition = watched(&mut watching, &source, &formula)?;
-    watching.finish(begin).unwrap();
+    let program = watching.finish(begin).unwrap();
+    let condition = condition.map(&|mark| program.predicate(mark));
     Some(Case { program, condition })
 }
 
@@ -109,9 +112,9 @@ fn listed<E: Engine>(engine: &E, x: &E::States) -> Vec<State> {
 }
 
 fn answers<E: Engine>(engine: &E, case: &Case) -> [Vec<State>; 5] {
-    let fresh = case.program.monitors.as_ref().unwrap().fresh;
-    let found = judged(engine, fresh, regions(engine, &case.condition).unwrap()).unwrap();
-    let all = engine.states_where(fresh).unwrap();
+    let fresh = case.program.predicate(case.program.monitors.as_ref().unwrap().fresh);
+    let found = judged(engine, &fresh, regions(engine, &case.condition).unwrap()).unwrap();
+    let all = engine.states_where(&fresh).unwrap();
     [&found.pmax_one, &found.pmax_positive, &found.pmin_one, &found.pmin_positive, &all]
         .map(|x| listed(engine, x))
 }
@@ -121,6 +124,34 @@ fn engines(program: &Program, scope: Scope) -> (SymbolicEngine, ExplicitEngine) 
     let settings = Settings { scope, memory: 64 << 20, ..Settings::default() };
     let symbolic = SymbolicEngine::new(program.clone(), settings.clone()).unwrap();
     (symbolic, ExplicitEngine::new(program, settings).unwrap())
+}
+
+#[test]
+fn conditions_of_the_model_are_read_in_its_product_and_not_the_other_way_round() {
+    let text = "mdp module m s:[0..2]; [] s<2 -> (s'=s+1); [] true -> (s'=0); endmodule";
+    let none = SourceFile::new("constants", "");
+    let program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
+    let product = |formula: &str| {
+        let source = SourceFile::new("formula", formula);
+        let mut watching = Monitoring::new(&program);
+        watching.watch(&source, &parse_formula(&source).unwrap(), "w").unwrap();
+        watching.finish(Begin::Everywhere).unwrap()
+    };
+    let [product, other] = ["F (s=1 & X s=0)", "F (s=1 & X s=2)"].map(product);
+    let source = SourceFile::new("target", "s>0");
+    let tree = lang::parse_expression(&source).unwrap();
+    let own = lang::lower_target(&program, &source, &tree).unwrap();
+    let marked = product.predicate(product.monitors.as_ref().unwrap().fresh);
+    for (of, accepted) in [(&program, [true, false]), (&product, [true, true]), (&other, [true, false])] {
+        let (symbolic, explicit) = engines(of, Scope::All);
+        for (condition, accepted) in [&own, &marked].into_iter().zip(accepted) {
+            let [a, b] = [symbolic.states_where(condition).err(), explicit.states_where(condition).err()];
+            for error in [a, b] {
+                assert_eq!(matches!(error, Some(Error::Usage(_))), !accepted, "{error:?}");
+                assert_eq!(error.is_none(), accepted);
+            }
+        }
+    }
 }
 
 fn numbers(most: usize) -> impl Strategy<Value = Vec<u16>> {
@@ -166,7 +197,8 @@ proptest! {
         prop_assert_eq!(answers(&symbolic, &case), answers(&explicit, &case), "{}", &formula);
         // With fresh monitors the states are those of the model, and so are its deadlocks.
         let plain = Brute::new(&case.program.without_monitors(), Scope::Reachable).unwrap();
-        let fresh = explicit.states_where(case.program.monitors.as_ref().unwrap().fresh).unwrap();
+        let fresh = case.program.predicate(case.program.monitors.as_ref().unwrap().fresh);
+        let fresh = explicit.states_where(&fresh).unwrap();
         prop_assert_eq!(listed(&explicit, &fresh).len(), plain.states.len());
         let stuck = explicit.intersection(&explicit.deadlock_states(), &fresh).unwrap();
         prop_assert_eq!(listed(&explicit, &stuck).len(), plain.deadlocks.len());

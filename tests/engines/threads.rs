@@ -7,10 +7,10 @@ use meliora::engine::{Algebra, Engine, Settings, SymbolicEngine, regions};
 use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::model::Program;
-use meliora::model::expr::ExprId;
+use meliora::model::predicate::Predicate;
 
 /// A random walk with a store that it fills and empties, and some targets.
-fn walk() -> (Arc<Program>, Vec<ExprId>) {
+fn walk() -> (Arc<Program>, Vec<Predicate>) {
     let text = "mdp module m x : [0..31]; y : [0..31]; z : [0..31]; f : bool;\n\
         [] x<31 -> 0.5: (x'=x+1) + 0.5: (y'=mod(x+y,32));\n\
         [] y>0 & z<31 -> 0.5: (y'=y-1) & (z'=z+1) + 0.5: (x'=max(x-3,0));\n\
@@ -18,11 +18,11 @@ fn walk() -> (Arc<Program>, Vec<ExprId>) {
         [] f & mod(x+z,3)=1 -> (x'=z) & (z'=y);\n\
         endmodule";
     let none = SourceFile::new("constants", "");
-    let mut program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
+    let program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
     let targets = ["x=31 & f", "y=z & x>y", "mod(x*y,7)=3 & z>20", "x=0 & z=31"].map(|text| {
         let source = SourceFile::new("target", text);
         let tree = lang::parse_expression(&source).unwrap();
-        lang::lower_target(&mut program, &source, &tree).unwrap()
+        lang::lower_target(&program, &source, &tree).unwrap()
     });
     (Arc::new(program), targets.into())
 }
@@ -34,14 +34,14 @@ fn settings(threads: u32) -> Settings {
 }
 
 /// The sizes of the four regions of a target.
-fn counts(engine: &SymbolicEngine, target: ExprId) -> [String; 4] {
+fn counts(engine: &SymbolicEngine, target: &Predicate) -> [String; 4] {
     let found = regions::regions(engine, &engine.states_where(target).unwrap()).unwrap();
     [found.pmax_one, found.pmax_positive, found.pmin_one, found.pmin_positive]
         .map(|x| engine.count(&x).unwrap().to_string())
 }
 
-fn all_counts(engine: &SymbolicEngine, targets: &[ExprId]) -> Vec<[String; 4]> {
-    targets.iter().map(|&target| counts(engine, target)).collect()
+fn all_counts(engine: &SymbolicEngine, targets: &[Predicate]) -> Vec<[String; 4]> {
+    targets.iter().map(|target| counts(engine, target)).collect()
 }
 
 #[test]

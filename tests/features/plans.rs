@@ -73,7 +73,7 @@ impl Check<'_> {
         };
         let accepted = condition.disjuncts().unwrap().iter().any(|disjunct| {
             all(&temporal::allowed(engine, disjunct).unwrap(), false)
-                && disjunct.again.iter().all(|mark| all(&engine.states_where(*mark).unwrap(), true))
+                && disjunct.again.iter().all(|mark| all(&engine.states_where(mark).unwrap(), true))
         });
         assert!(accepted, "objective {objective} is not satisfied forever: {component:?}");
     }

@@ -80,14 +80,15 @@ fn regions_of(of: &Analysed, strategy: &mut FiniteMemoryStrategy, formula: &str)
     let archive = umb(&graph, &of.analysis, &of.program, None).unwrap();
     let given = Given { constants: SourceFile::new("c", ""), bounds: SourceFile::new("b", "") };
     let document = Document::read("m.umb", archive.as_slice()).unwrap();
-    let mut program = document.load(&given, &NoProgress).unwrap().program;
+    let program = document.load(&given, &NoProgress).unwrap().program;
     let position = |name: &String| program.variables.iter().position(|v| v.name == *name).unwrap();
     let positions: Vec<usize> = of.program.variables.iter().map(|v| position(&v.name)).collect();
     let source = SourceFile::new("formula", formula);
     let formula = parse_formula(&source).unwrap();
-    let mut monitoring = Monitoring::new(&mut program);
+    let mut monitoring = Monitoring::new(&program);
     let condition = monitoring.watch(&source, &formula, "promise").unwrap();
-    monitoring.finish(Begin::Initially).unwrap();
+    let program = monitoring.finish(Begin::Initially).unwrap();
+    let condition = condition.map(&|mark| program.predicate(mark));
     let settings = Settings { memory: 16 << 20, ..Settings::default() };
     let engine = AnyEngine::new(Arc::new(program), settings).unwrap();
     let found = regions(&engine, &condition).unwrap();

@@ -229,16 +229,16 @@ fn a_type_is_wrong_also_where_nothing_is_evaluated() {
 
 #[test]
 fn a_target_without_a_value_in_any_state_is_refused() {
-    let mut program = lang::load(
+    let program = lang::load(
         &SourceFile::new("m", "mdp const int N=0; module m x:[0..1]; endmodule"),
         &SourceFile::new("c", ""),
     )
     .unwrap()
     .program;
-    let target = |text: &str, program: &mut Program| {
+    let target = |text: &str| {
         let source = SourceFile::new("t", text);
-        lang::lower_target(program, &source, &lang::parse_expression(&source).unwrap()).is_ok()
+        lang::lower_target(&program, &source, &lang::parse_expression(&source).unwrap()).is_ok()
     };
-    assert!(target("N>0 & mod(x,N)=0", &mut program));
-    assert!(!target("x=0 | mod(x,N)=0", &mut program));
+    assert!(target("N>0 & mod(x,N)=0"));
+    assert!(!target("x=0 | mod(x,N)=0"));
 }

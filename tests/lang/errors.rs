@@ -42,10 +42,10 @@ const SMALL: &str = "mdp\nconst int N = 3;\nformula low = x<2;\nlabel \"done\" =
                      x : [0..N]; b : bool;\n [go] x<N -> (x'=x+1);\nendmodule\n";
 
 fn target(text: &str) -> String {
-    let mut checked =
+    let checked =
         load(&SourceFile::new("m", SMALL), &SourceFile::new("--const", "")).expect("the model is right");
     let source = SourceFile::new("--target", text);
-    rendered(parse_expression(&source).and_then(|e| lower_target(&mut checked.program, &source, &e)))
+    rendered(parse_expression(&source).and_then(|e| lower_target(&checked.program, &source, &e)))
 }
 
 #[test]

@@ -8,6 +8,7 @@ use meliora::engine::{Engine, Scope, Settings};
 use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::{Error, SourceFile};
 use meliora::model::expr::{Binary, ExprId, ExprPool, Unary};
+use meliora::model::predicate::Predicate;
 use meliora::model::value::{EvalError, Type, Value};
 use meliora::model::{ModelKind, Program, VarId, Variable};
 use proptest::prelude::*;
@@ -204,7 +205,7 @@ fn program(pool: ExprPool, initial: ExprId) -> Program {
         kind: ModelKind::Mdp,
         constants: vec![],
         given_constants: vec![],
-        pool,
+        pool: pool.into(),
         variables: variables(),
         modules: vec![],
         initial,
@@ -222,7 +223,7 @@ fn program(pool: ExprPool, initial: ExprId) -> Program {
 /// The sets of states of both engines in which a condition holds, as a list over all states; or that
 /// some state has no value.
 fn answers(program: &Arc<Program>, e: ExprId, states: &[Vec<i64>]) -> [Result<Vec<bool>, Error>; 2] {
-    fn of<E: Engine>(engine: &E, e: ExprId, states: &[Vec<i64>]) -> Result<Vec<bool>, Error> {
+    fn of<E: Engine>(engine: &E, e: &Predicate, states: &[Vec<i64>]) -> Result<Vec<bool>, Error> {
         let holds = engine.states_where(e)?;
         Ok(states.iter().map(|s| engine.contains(&holds, s).unwrap()).collect())
     }
@@ -230,7 +231,8 @@ fn answers(program: &Arc<Program>, e: ExprId, states: &[Vec<i64>]) -> [Result<Ve
     let explicit = ExplicitEngine::new(program.clone(), settings.clone()).unwrap();
     let symbolic =
         SymbolicEngine::new(program.clone(), Settings { order: Order::Declared, ..settings }).unwrap();
-    [of(&explicit, e, states), of(&symbolic, e, states)]
+    let e = program.predicate(e);
+    [of(&explicit, &e, states), of(&symbolic, &e, states)]
 }
 
 proptest! {

@@ -28,12 +28,12 @@ fn program(text: &str) -> Program {
 
 /// The value of an expression in the initial state of a model; conditions only.
 fn holds(model: &str, condition: &str) -> bool {
-    let mut program = program(model);
+    let program = program(model);
     let source = SourceFile::new("--target", condition);
     let target = parse_expression(&source).expect("it parses");
-    let id = lower_target(&mut program, &source, &target).expect("it is a condition");
+    let target = lower_target(&program, &source, &target).expect("it is a condition");
     let state: Vec<i64> = program.variables.iter().map(|v| v.initial.unwrap_or(v.low)).collect();
-    program.pool.eval(id, &state) == Ok(Value::Bool(true))
+    target.eval(&state) == Ok(Value::Bool(true))
 }
 
 /// The tree of an expression, with brackets everywhere.

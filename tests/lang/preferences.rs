@@ -83,13 +83,13 @@ fn a_dtmc_draws_where_two_choices_meet() {
     let text = "dtmc\nmodule a\n x:[0..2];\n [] x<2 -> true;\n [] x=1 -> true;\n [s] x=2 -> true;\nendmodule\n\
                 module b\n y:[0..2];\n [s] y>0 -> true;\n [s] y=2 -> true;\nendmodule\n";
     let checked = lang::load(&SourceFile::new("m", text), &SourceFile::new("--const", "")).unwrap();
-    let mut program = checked.program;
+    let program = checked.program;
     let overlap = program.overlap();
     for (x, y, two) in [(0, 2, false), (1, 0, true), (2, 0, false), (2, 1, false), (2, 2, true)] {
         let choices: usize =
             program.synchronisations.iter().map(|s| enabled(&program, &s.factors, &[x, y])).sum();
         assert_eq!(choices > 1, two, "x={x} y={y}");
-        assert_eq!(program.pool.eval(overlap, &[x, y]), Ok(meliora::model::value::Value::Bool(two)));
+        assert_eq!(overlap.eval(&[x, y]), Ok(meliora::model::value::Value::Bool(two)));
     }
 }
 

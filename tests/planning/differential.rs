@@ -258,9 +258,10 @@ fn check<E: Engine>(engine: &Arc<E>, world: &World, reference: &Reference) {
         let tiny_preferences = reference.case.preferences(&reference.tiny, empty);
         let mut preferences = Preferences::clone(&tiny_preferences);
         for (objective, &target) in preferences.objectives.iter_mut().zip(&world.targets) {
-            objective.goal = Goal::Reach(target);
+            objective.goal = Goal::Reach(world.program.predicate(target));
         }
-        let requirement = |kept| Requirement { text: "G p".to_owned(), kept, monitor: None };
+        let requirement =
+            |kept| Requirement { text: "G p".to_owned(), kept: world.program.predicate(kept), monitor: None };
         preferences.requirements.extend(world.requirement.map(requirement));
         let preferences = Arc::new(preferences);
         for safety in SAFETIES {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use meliora::engine::Count;
+use meliora::engine::{Count, Engine};
 use meliora::model::State;
 use meliora::output::page::{Picture, order_svg};
 use meliora::output::{Report, Style};
@@ -109,11 +109,17 @@ fn sets_know_where_they_are_from() {
 }
 
 #[test]
-fn a_program_that_was_not_explored_is_refused() {
+fn a_condition_of_another_program_is_refused() {
     let explored = toy().explore(Settings::default()).unwrap();
     let other = Model::parse(TOY, "last=5").unwrap();
-    assert!(matches!(explored.engine().reading(Arc::clone(other.program())), Err(Error::Usage(_))));
-    assert!(explored.engine().reading(Arc::clone(explored.program())).is_ok());
+    for of in [other.program(), explored.program()] {
+        let source = SourceFile::new("condition", "s = 2");
+        let condition = lang::lower_target(of, &source, &lang::parse_expression(&source).unwrap()).unwrap();
+        for condition in [condition, of.predicate(of.initial)] {
+            let found = explored.engine().states_where(&condition);
+            assert_eq!(matches!(found, Err(Error::Usage(_))), !Arc::ptr_eq(of, explored.program()));
+        }
+    }
 }
 
 #[test]

@@ -262,7 +262,7 @@ fn holds(interval: Interval, value: &Ratio) -> bool {
 pub(crate) fn preferences(world: &World, empty: Empty) -> Preferences {
     let objective = |(i, &target): (usize, &meliora::model::expr::ExprId)| Objective {
         name: format!("o{i}"),
-        goal: Goal::Reach(target),
+        goal: Goal::Reach(world.program.predicate(target)),
         span: None,
     };
     Preferences {

@@ -58,7 +58,7 @@ fn compare(case: &Case) {
     let analysis = analyse(&engine, &preferences, Safety::Action);
     for (i, target) in case.targets.iter().enumerate() {
         let expected = enumerated(&case.mdp, &target.iter().copied().collect());
-        let r = regions(&*engine, &engine.states_where(engine.target(i)).unwrap()).unwrap();
+        let r = regions(&*engine, &engine.states_where(&engine.target(i)).unwrap()).unwrap();
         let found = [&r.pmax_one, &r.pmax_positive, &r.pmin_one, &r.pmin_positive].map(|x| set(x));
         assert_eq!(found, expected);
         let outcome = analysis.outcomes().unwrap().get(i).unwrap();

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use meliora::engine::{Algebra, Count, EdgeLabels, Engine, ProgressSink, Region, Settings, Usage};
 use meliora::error::Result;
-use meliora::model::expr::{ExprId, ExprPool};
+use meliora::model::expr::ExprPool;
+use meliora::model::predicate::{Predicate, Predicates};
 use meliora::model::step::Choice;
 use meliora::model::value::Value;
 use meliora::model::{State, VarId};
@@ -35,7 +36,7 @@ pub(crate) struct Tiny {
     states: Bits,
     choices: Pairs,
     targets: Vec<Vec<bool>>,
-    names: Vec<ExprId>,
+    names: Vec<Predicate>,
     settings: Settings,
 }
 
@@ -47,7 +48,9 @@ impl Tiny {
         let n = mdp.0.len();
         // Any expressions will do as names of the targets.
         let mut pool = ExprPool::default();
-        let names = (0..targets.len()).map(|i| pool.value(Value::Int(i as i64))).collect();
+        let names: Vec<_> = (0..targets.len()).map(|i| pool.value(Value::Int(i as i64))).collect();
+        let pool = Predicates::of(pool.into());
+        let names = names.into_iter().map(|name| pool.get(name)).collect();
         let targets = targets.iter().map(|t| (0..n).map(|s| t.contains(&s)).collect()).collect();
         let choices = mdp.0.iter().map(|list| vec![true; list.len()]).collect();
         Tiny { states: vec![true; n], choices, mdp, targets, names, settings: Settings::default() }
@@ -58,8 +61,8 @@ impl Tiny {
         Tiny { settings: Settings { sink, ..self.settings }, ..self }
     }
 
-    pub(crate) fn target(&self, objective: usize) -> ExprId {
-        self.names[objective]
+    pub(crate) fn target(&self, objective: usize) -> Predicate {
+        self.names[objective].clone()
     }
 
     fn choices_where(&self, holds: impl Fn(usize, usize) -> bool) -> Pairs {
@@ -137,8 +140,8 @@ impl Engine for Tiny {
     fn deadlock_states(&self) -> Bits {
         self.no_states()
     }
-    fn states_where(&self, predicate: ExprId) -> Result<Bits> {
-        Ok(zip(&self.targets[predicate.index()], &self.states, |x, y| x && y))
+    fn states_where(&self, predicate: &Predicate) -> Result<Bits> {
+        Ok(zip(&self.targets[predicate.id().index()], &self.states, |x, y| x && y))
     }
     fn all_choices(&self) -> Pairs {
         self.choices.clone()

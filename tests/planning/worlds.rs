@@ -30,8 +30,9 @@ impl World {
     pub(crate) fn forbidding(self) -> World {
         let mut program = Program::clone(&self.program);
         let (first, last) = (self.targets[0], self.targets[self.targets.len() - 1]);
-        let outside = program.pool.unary(Unary::Not, last);
-        let requirement = Some(program.pool.binary(Binary::Or, outside, first));
+        let pool = Arc::make_mut(&mut program.pool);
+        let outside = pool.unary(Unary::Not, last);
+        let requirement = Some(pool.binary(Binary::Or, outside, first));
         World { program: Arc::new(program), requirement, ..self }
     }
 }
@@ -70,7 +71,7 @@ impl Factored {
         let mut targets = Vec::new();
         for (first, second) in &self.objectives {
             let both = (random_predicate(&mut program, first), random_predicate(&mut program, second));
-            targets.push(program.pool.binary(Binary::And, both.0, both.1));
+            targets.push(Arc::make_mut(&mut program.pool).binary(Binary::And, both.0, both.1));
         }
         let statements = self.statements.clone();
         World { program: Arc::new(program), targets, statements, scope: self.scope, requirement: None }
@@ -140,7 +141,7 @@ impl Graph {
             monitors: None,
             modules: vec!["m".into()],
             actions: vec![],
-            pool,
+            pool: pool.into(),
             variables: vec![self.variable("high"), self.variable("low")],
             initial,
             commands,

@@ -30,15 +30,21 @@ pub(super) struct Compiler<'a> {
 type Hole = usize;
 
 impl<'a> Compiler<'a> {
-    /// Creates a compiler for a program; `roots` are all expressions that will be compiled.
+    /// Creates a compiler for a pool over the variables of a program; `roots` are all expressions that
+    /// will be compiled.
     ///
     /// # Errors
     /// The work is cancelled.
-    pub(super) fn new(program: &'a Program, roots: &[ExprId], poll: &mut Poll<'_>) -> Result<Self> {
+    pub(super) fn new(
+        program: &Program,
+        pool: &'a ExprPool,
+        roots: &[ExprId],
+        poll: &mut Poll<'_>,
+    ) -> Result<Self> {
         let code = Code { initial: vec![0; program.variables.len()], ..Code::default() };
         let (constants, kept) = (AHashMap::new(), AHashMap::new());
-        let mut compiler = Compiler { pool: &program.pool, code, constants, kept };
-        compiler.compile_kept(share::plan(program, roots, poll)?);
+        let mut compiler = Compiler { pool, code, constants, kept };
+        compiler.compile_kept(share::plan(program, pool, roots, poll)?);
         Ok(compiler)
     }
 

@@ -44,7 +44,7 @@ impl<'a> Search<'a> {
         // Variables with one value come first: they cost nothing, and more conjuncts can be tested
         // early.
         order.sort_by_key(|&(variable, low, high)| (high > low, variable));
-        let mut compiler = Compiler::new(program, &conjuncts, &mut Poll::new(sink))?;
+        let mut compiler = Compiler::new(program, &program.pool, &conjuncts, &mut Poll::new(sink))?;
         let mut tests = vec![Vec::new(); order.len() + 1];
         for &e in &conjuncts {
             let support = program.pool.support(e);

@@ -13,10 +13,10 @@ use crate::engine::{Algebra, Engine, Region};
 use crate::parallel::Sets;
 use crate::settings::{Count, Settings, Usage};
 use meliora_model::error::{Error, Result};
-use meliora_model::expr::ExprId;
+use meliora_model::predicate::Predicate;
 use meliora_model::progress::Poll;
 use meliora_model::step::Choice;
-use meliora_model::{ModelKind, Program, State, VarId, fault};
+use meliora_model::{ModelKind, State, VarId, fault};
 
 macro_rules! algebra_of {
     ($set:ident) => {
@@ -82,8 +82,31 @@ impl Engine for ExplicitEngine {
         self.rounded.as_ref()
     }
 
-    fn states_where(&self, predicate: ExprId) -> Result<StateSet> {
-        self.states_where_in(&self.program, predicate)
+    fn states_where(&self, predicate: &Predicate) -> Result<StateSet> {
+        predicate.check(&self.program)?;
+        let mut poll = Poll::new(&*self.settings.sink);
+        let mut compiler = Compiler::new(&self.program, predicate.pool(), &[predicate.id()], &mut poll)?;
+        let start = compiler.condition(predicate.id()).start;
+        let code = compiler.finish();
+        let mut machine = Machine::new(&code);
+        let support = predicate.pool().support(predicate.id());
+        let mut holds = BitSet::empty(&self.meter, self.graph.states());
+        let words = holds.words_mut();
+        for state in self.every_state.iter() {
+            self.tick()?;
+            self.with_code(state, |packed| {
+                for v in &support {
+                    machine.regs[v.index()] = self.layout.value(packed, v.index());
+                }
+            });
+            machine.next_state();
+            match machine.run(&code, start) {
+                Ok(true) => set(words, state),
+                Ok(false) => {}
+                Err(_) => return Err(fault::in_predicate(&self.program, predicate, &self.values(state))),
+            }
+        }
+        Ok(StateSet(holds))
     }
 
     fn all_choices(&self) -> ChoiceSet {
@@ -321,37 +344,6 @@ impl ExplicitEngine {
     fn check_owned(&self, edge_labels: &[EdgeLabels<StateSet>]) -> Result<()> {
         let mut sets = edge_labels.iter().flat_map(|labels| [&labels.from, &labels.goal, &labels.dropped]);
         sets.try_for_each(|x| self.bits(x).map(drop))
-    }
-
-    /// Computes [`Engine::states_where`] for an expression of `program`, the engine's own program
-    /// with more expressions.
-    ///
-    /// # Errors
-    /// The errors of [`Engine::states_where`].
-    pub(crate) fn states_where_in(&self, program: &Program, predicate: ExprId) -> Result<StateSet> {
-        let mut poll = Poll::new(&*self.settings.sink);
-        let mut compiler = Compiler::new(program, &[predicate], &mut poll)?;
-        let start = compiler.condition(predicate).start;
-        let code = compiler.finish();
-        let mut machine = Machine::new(&code);
-        let support = program.pool.support(predicate);
-        let mut holds = BitSet::empty(&self.meter, self.graph.states());
-        let words = holds.words_mut();
-        for state in self.every_state.iter() {
-            self.tick()?;
-            self.with_code(state, |packed| {
-                for v in &support {
-                    machine.regs[v.index()] = self.layout.value(packed, v.index());
-                }
-            });
-            machine.next_state();
-            match machine.run(&code, start) {
-                Ok(true) => set(words, state),
-                Ok(false) => {}
-                Err(_) => return Err(fault::in_predicate(program, predicate, &self.values(state))),
-            }
-        }
-        Ok(StateSet(holds))
     }
 
     /// Returns the number of a state; `None` outside the scope.

@@ -94,7 +94,7 @@ impl Prepared {
         let divisions: Vec<Division> = participants.iter().map(&mut divide).collect::<Result<_>>()?;
         let mut roots = roots(program);
         roots.extend(divisions.iter().flat_map(Division::roots));
-        let mut compiler = Compiler::new(program, &roots, &mut poll)?;
+        let mut compiler = Compiler::new(program, &program.pool, &roots, &mut poll)?;
         let mut commands: Vec<Ready> = Vec::with_capacity(program.commands.len());
         for command in &program.commands {
             poll.step()?;

@@ -8,7 +8,7 @@ use ahash::{AHashMap, AHashSet};
 
 use meliora_model::Program;
 use meliora_model::error::Result;
-use meliora_model::expr::{ExprId, Node};
+use meliora_model::expr::{ExprId, ExprPool, Node};
 use meliora_model::progress::Poll;
 use meliora_model::value::Type;
 
@@ -59,17 +59,22 @@ struct Fact {
 ///
 /// # Errors
 /// The work is cancelled.
-pub(super) fn plan(program: &Program, roots: &[ExprId], poll: &mut Poll<'_>) -> Result<Vec<(ExprId, Keep)>> {
-    let facts = facts(program, roots, poll)?;
+pub(super) fn plan(
+    program: &Program,
+    pool: &ExprPool,
+    roots: &[ExprId],
+    poll: &mut Poll<'_>,
+) -> Result<Vec<(ExprId, Keep)>> {
+    let facts = facts(program, pool, roots, poll)?;
     let mut order: Vec<ExprId> = facts.keys().copied().collect();
     order.sort_unstable();
-    let tables = tables(program, roots, &facts, &order);
+    let tables = tables(pool, roots, &facts, &order);
     let mut sizes: AHashMap<ExprId, u32> = AHashMap::new();
     let mut kept = Vec::new();
     for e in order {
         poll.step()?;
-        let below = operands(program.pool.node(e)).filter_map(|a| sizes.get(&a).copied());
-        let size = below.fold(own_work(program, e), u32::saturating_add);
+        let below = operands(pool.node(e)).filter_map(|a| sizes.get(&a).copied());
+        let size = below.fold(own_work(pool, e), u32::saturating_add);
         let keep = match tables.contains(&e) {
             true => {
                 let (keys, cells) = table(program, facts[&e].support.as_deref().unwrap_or(&[]));
@@ -95,11 +100,16 @@ pub(super) fn operands(node: Node) -> impl Iterator<Item = ExprId> {
     [a, b, c].into_iter().flatten()
 }
 
-fn own_work(program: &Program, e: ExprId) -> u32 {
-    u32::from(!matches!(program.pool.node(e), Node::Literal(_) | Node::Var(_)))
+fn own_work(pool: &ExprPool, e: ExprId) -> u32 {
+    u32::from(!matches!(pool.node(e), Node::Literal(_) | Node::Var(_)))
 }
 
-fn facts(program: &Program, roots: &[ExprId], poll: &mut Poll<'_>) -> Result<AHashMap<ExprId, Fact>> {
+fn facts(
+    program: &Program,
+    pool: &ExprPool,
+    roots: &[ExprId],
+    poll: &mut Poll<'_>,
+) -> Result<AHashMap<ExprId, Fact>> {
     let mut uses: AHashMap<ExprId, u32> = AHashMap::new();
     let mut stack = roots.to_vec();
     while let Some(e) = stack.pop() {
@@ -107,7 +117,7 @@ fn facts(program: &Program, roots: &[ExprId], poll: &mut Poll<'_>) -> Result<AHa
         let count = uses.entry(e).or_insert(0);
         *count += 1;
         if *count == 1 {
-            stack.extend(operands(program.pool.node(e)));
+            stack.extend(operands(pool.node(e)));
         }
     }
     let mut order: Vec<ExprId> = uses.keys().copied().collect();
@@ -115,11 +125,11 @@ fn facts(program: &Program, roots: &[ExprId], poll: &mut Poll<'_>) -> Result<AHa
     let mut facts: AHashMap<ExprId, Fact> = AHashMap::new();
     for e in order {
         poll.step()?;
-        let (mut work, mut support) = (own_work(program, e), Some(Vec::new()));
-        if let Node::Var(v) = program.pool.node(e) {
+        let (mut work, mut support) = (own_work(pool, e), Some(Vec::new()));
+        if let Node::Var(v) = pool.node(e) {
             support = Some(vec![v.0]);
         }
-        for fact in operands(program.pool.node(e)).filter_map(|a| facts.get(&a)) {
+        for fact in operands(pool.node(e)).filter_map(|a| facts.get(&a)) {
             work = work.saturating_add(fact.work);
             support = support.zip(fact.support.as_ref()).map(|(x, y)| merged(x, y));
         }
@@ -132,7 +142,7 @@ fn facts(program: &Program, roots: &[ExprId], poll: &mut Poll<'_>) -> Result<AHa
 
 /// Returns the largest nodes that fit a table and have enough operators to profit from one.
 fn tables(
-    program: &Program,
+    pool: &ExprPool,
     roots: &[ExprId],
     facts: &AHashMap<ExprId, Fact>,
     order: &[ExprId],
@@ -146,10 +156,10 @@ fn tables(
         }
         let keys = facts[&e].support.as_ref().map(Vec::len).filter(|&n| n > 0);
         let fits = keys.is_some_and(|n| facts[&e].work >= 3 + n as u32);
-        if fits && program.pool.ty(e) != Type::Real {
+        if fits && pool.ty(e) != Type::Real {
             found.insert(e);
         } else {
-            open.extend(operands(program.pool.node(e)));
+            open.extend(operands(pool.node(e)));
         }
     }
     found

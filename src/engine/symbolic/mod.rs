@@ -47,7 +47,7 @@ use encoding::transitions::{Piece, Transitions};
 use encoding::translate::Translator;
 use fixpoints::clusters::Clusters;
 use meliora_model::error::Result;
-use meliora_model::expr::ExprId;
+use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
 use meliora_model::{ModelKind, Program, State, VarId, fault};
 use relations::lists::{Lists, RelationList};
@@ -151,22 +151,6 @@ impl SymbolicEngine {
         })
     }
 
-    /// Computes [`Engine::states_where`] for an expression of another program, which equals the
-    /// program of the engine except for additional expressions.
-    ///
-    /// # Errors
-    /// A limit, or an expression without a value in some state of the scope.
-    pub fn states_where_in(&self, program: &Program, predicate: ExprId) -> Result<StateSet> {
-        let translator = Translator::new(program, &self.encoding, &self.store);
-        let (holds, fails) = translator.condition(predicate)?;
-        let bad = self.store.and(&fails, &self.states.0)?;
-        if !self.store.is_zero(&bad) {
-            let state = pick::first(&self.store, &self.encoding, &bad)?;
-            return Err(fault::in_predicate(program, predicate, &state));
-        }
-        Ok(StateSet(self.store.and(&holds, &self.states.0)?))
-    }
-
     /// Returns whether both engines share their diagrams, so that each accepts the sets of the other.
     pub fn shares(&self, other: &SymbolicEngine) -> bool {
         Arc::ptr_eq(&self.store, &other.store)
@@ -266,8 +250,16 @@ impl Engine for SymbolicEngine {
         self.rounded.as_ref()
     }
 
-    fn states_where(&self, predicate: ExprId) -> Result<StateSet> {
-        self.states_where_in(&self.program, predicate)
+    fn states_where(&self, predicate: &Predicate) -> Result<StateSet> {
+        predicate.check(&self.program)?;
+        let translator = Translator::of(&self.program, predicate.pool(), &self.encoding, &self.store);
+        let (holds, fails) = translator.condition(predicate.id())?;
+        let bad = self.store.and(&fails, &self.states.0)?;
+        if !self.store.is_zero(&bad) {
+            let state = pick::first(&self.store, &self.encoding, &bad)?;
+            return Err(fault::in_predicate(&self.program, predicate, &state));
+        }
+        Ok(StateSet(self.store.and(&holds, &self.states.0)?))
     }
 
     fn all_choices(&self) -> ChoiceSet {

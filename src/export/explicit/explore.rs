@@ -65,7 +65,7 @@ fn labels<E: Engine>(
             match program.pool.eval(*e, state) {
                 Ok(Value::Bool(true)) => own.push(number),
                 Ok(_) => {}
-                Err(_) => return Err(fault::in_predicate(program, *e, state)),
+                Err(_) => return Err(fault::in_predicate(program, &program.predicate(*e), state)),
             }
         }
         labels.push((name.clone(), own));

@@ -33,7 +33,7 @@ pub(crate) use lowerer::{Lowered, Lowerer, MAX_ERRORS};
 pub(crate) use rewards::warnings as reward_warnings;
 pub(crate) use scope::Scope;
 pub use target::lower_target;
-pub(crate) use target::lower_value;
+pub(crate) use target::{lower_condition, lower_value};
 
 /// A program, with further results of the checks.
 #[derive(Debug, Clone)]
@@ -80,7 +80,7 @@ pub(crate) fn check(
                 .into_iter()
                 .chain(program.inexact.clone())
                 .collect(),
-            program: Program { pool: lowerer.pool, ..program },
+            program: Program { pool: lowerer.pool.into(), ..program },
             properties: Vec::new(),
         }),
         _ => Err(Error::Input(lowerer.diagnostics)),
@@ -109,7 +109,7 @@ impl<'a> Lowerer<'a> {
             kind: model.kind.map_or(ModelKind::Mdp, |(kind, _)| kind),
             constants: constants?,
             given_constants: bindings.iter().map(|b| b.name.name.clone()).collect(),
-            pool: ExprPool::default(),
+            pool: Arc::default(),
             variables: variables?,
             modules: parts.modules.iter().map(|m| m.name.name.clone()).collect(),
             initial: initial?,

@@ -7,53 +7,82 @@ use ahash::AHashMap;
 
 use super::lowerer::Lowerer;
 use super::scope::{NO_RENAMING, Scope, Symbol};
-use crate::ast::{BinaryOp, Expr, Span};
+use crate::ast::{BinaryOp, Expr, Node, NodeKind, Span};
 use meliora_model::error::{Error, Result, SourceFile};
 use meliora_model::expr::{Binary, ExprId, ExprPool, Unary};
+use meliora_model::predicate::{Predicate, Predicates};
 use meliora_model::progress::NoProgress;
 use meliora_model::value::Value;
 use meliora_model::{Program, VarId};
 
-/// Checks a target, such as that of an objective, and lowers it into the pool of the program. Names
-/// are the variables, constants and formulas of the model. Names in quotes are its labels, "init"
-/// (the initial states) and "deadlock" (no command is enabled).
+/// The label of the states in which no command is enabled.
+const DEADLOCK: &str = "deadlock";
+
+/// Checks a target, such as that of an objective. Names are the variables, constants and formulas of
+/// the model. Names in quotes are its labels, "init" (the initial states) and "deadlock" (no command
+/// is enabled).
 ///
 /// # Errors
 /// Unknown names and wrong types; the target must be of type `bool`.
-pub fn lower_target(program: &mut Program, source: &Arc<SourceFile>, target: &Expr) -> Result<ExprId> {
-    lowered(program, source, |lowerer| lowerer.condition(target, NO_RENAMING, "a target"))
+pub fn lower_target(program: &Program, source: &Arc<SourceFile>, target: &Expr) -> Result<Predicate> {
+    let mut predicates = Predicates::over(program);
+    let is_deadlock = |node: &Node| matches!(&node.kind, NodeKind::Label(name) if **name == *DEADLOCK);
+    let with_deadlock = target.nodes.iter().any(is_deadlock);
+    let id = lowered(program, (predicates.pool(), with_deadlock), source, |lowerer| {
+        lowerer.condition(target, NO_RENAMING, "a target")
+    })?;
+    Ok(predicates.get(id))
 }
 
-/// Same as [`lower_target`], for an expression of any type.
+/// Same as [`lower_target`], in a pool with the expressions of the program.
 ///
 /// # Errors
 /// Unknown names and wrong types.
-pub(crate) fn lower_value(program: &mut Program, source: &Arc<SourceFile>, value: &Expr) -> Result<ExprId> {
-    lowered(program, source, |lowerer| {
+pub(crate) fn lower_condition(
+    program: &Program,
+    pool: &mut ExprPool,
+    source: &Arc<SourceFile>,
+    target: &Expr,
+) -> Result<ExprId> {
+    lowered(program, (pool, true), source, |lowerer| lowerer.condition(target, NO_RENAMING, "a target"))
+}
+
+/// Same as [`lower_condition`], for an expression of any type.
+///
+/// # Errors
+/// Unknown names and wrong types.
+pub(crate) fn lower_value(
+    program: &Program,
+    pool: &mut ExprPool,
+    source: &Arc<SourceFile>,
+    value: &Expr,
+) -> Result<ExprId> {
+    lowered(program, (pool, true), source, |lowerer| {
         let id = lowerer.expr(value, NO_RENAMING)?;
         lowerer.whole(id, value.span())
     })
 }
 
-/// Lowers an expression into the pool of a finished program.
+/// Lowers an expression over a finished program into a pool with its expressions. The condition of the
+/// label "deadlock" is as large as the program, and made only where it is needed.
 fn lowered(
-    program: &mut Program,
+    program: &Program,
+    (pool, with_deadlock): (&mut ExprPool, bool),
     source: &Arc<SourceFile>,
     lower: impl FnOnce(&mut Lowerer<'_>) -> Option<ExprId>,
 ) -> Result<ExprId> {
-    let mut pool = std::mem::take(&mut program.pool);
-    let scope = scope(program, &mut pool);
-    let mut lowerer = Lowerer::new(source, scope, pool, &NoProgress);
+    let scope = scope(program, pool);
+    let mut lowerer = Lowerer::new(source, scope, std::mem::take(pool), &NoProgress);
     let mut labels: AHashMap<String, ExprId> = program.labels.iter().cloned().collect();
     labels.insert("init".to_owned(), program.initial);
-    if let Some(deadlock) = deadlock(program, &mut lowerer) {
-        labels.insert("deadlock".to_owned(), deadlock);
-    }
+    // Errors list the label in any case.
+    let deadlock = if with_deadlock { deadlock(program, &mut lowerer) } else { Some(program.initial) };
+    labels.extend(deadlock.map(|deadlock| (DEADLOCK.to_owned(), deadlock)));
     labels.extend(named_values(program, &mut lowerer.pool));
     lowerer.labels = Some(labels);
     let lowered = lower(&mut lowerer);
-    program.pool = lowerer.pool;
-    program.inexact = program.inexact.take().or(lowerer.inexact);
+    *pool = lowerer.pool;
+    pool.inexact = pool.inexact.take().or(lowerer.inexact);
     lowered.ok_or(Error::Input(lowerer.diagnostics))
 }
 

@@ -11,7 +11,7 @@ use ahash::AHashMap;
 use crate::combinations::{combinations, product};
 use crate::names::Names;
 use meliora_model::error::{Limit, Result};
-use meliora_model::expr::Binary;
+use meliora_model::expr::{Binary, ExprPool};
 use meliora_model::{Branch, Branches, Command, CommandId, Program, Synchronisation, VarId};
 
 /// Maximum number of commands of a merged program.
@@ -32,6 +32,7 @@ pub(super) fn merged(whole: &Arc<Program>) -> Result<Arc<Program>> {
     if classes.are_apart() {
         return Ok(Arc::new(program));
     }
+    program.pool = ExprPool::over(&program.pool).into();
     let mut merge = Merge { known: AHashMap::new(), commands: Vec::new(), numbers: AHashMap::new() };
     let mut synchronisations = Vec::new();
     for step in program.synchronisations.clone() {
@@ -167,8 +168,9 @@ impl Merge {
         let mut command = program.commands[ids[0].index()].clone();
         for id in &ids[1..] {
             let other = program.commands[id.index()].clone();
-            command.guard = program.pool.binary(Binary::And, command.guard, other.guard);
-            command.branches = both(program, &command.branches, &other.branches);
+            let pool = Arc::make_mut(&mut program.pool);
+            command.guard = pool.binary(Binary::And, command.guard, other.guard);
+            command.branches = both(pool, &command.branches, &other.branches);
         }
         // A single command keeps its label; a combination gets the label of its synchronisation.
         command.action = if ids.len() > 1 { action } else { command.action };
@@ -184,11 +186,11 @@ impl Merge {
 }
 
 /// Combines each branch of the left side with each branch of the right side.
-fn both(program: &mut Program, left: &[Branch], right: &[Branch]) -> Branches {
+fn both(pool: &mut ExprPool, left: &[Branch], right: &[Branch]) -> Branches {
     let mut all = Branches::new();
     for a in left {
         for b in right {
-            let probability = program.pool.binary(Binary::Mul, a.probability, b.probability);
+            let probability = pool.binary(Binary::Mul, a.probability, b.probability);
             let updates = a.updates.iter().chain(&b.updates).copied().collect();
             all.push(Branch { probability, updates });
         }

@@ -10,10 +10,11 @@ use super::normaliser::{Meaning, Normaliser};
 use super::wording::{text_of, wording};
 use crate::ast::{Expr, NodeKind, Span};
 use crate::automata::{Decision, Form, FormulaId, Formulas, Monitor, TooLarge, Tree, leaves};
-use crate::check::{lower_target, lower_value};
+use crate::check::{lower_condition, lower_value};
 use crate::names::Names;
 use meliora_model::error::{Diagnostic, Error, Limit, Result, Severity, SourceFile};
 use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
+use meliora_model::predicate::Predicates;
 use meliora_model::temporal::{Asks, Begin, Condition, MOST_DISJUNCTS, Monitors};
 use meliora_model::value::{Type, Value};
 use meliora_model::{Branch, Command, CommandId, Program, Synchronisation, VarId, Variable};
@@ -21,9 +22,11 @@ use meliora_model::{Branch, Command, CommandId, Program, Synchronisation, VarId,
 /// Maximum number of state formulas that one monitor reads.
 const MOST_ATOMS: usize = 100;
 
-/// A program to which monitors are being added.
+/// Monitors that are being added to a program.
 pub struct Monitoring<'p> {
-    pub(super) program: &'p mut Program,
+    program: &'p Program,
+    /// The conditions made so far.
+    pub(crate) predicates: Predicates,
     pub(super) formulas: Formulas,
     installed: Vec<Installed>,
     /// The marks of the formulas that have a monitor.
@@ -43,9 +46,10 @@ struct Installed {
 
 impl<'p> Monitoring<'p> {
     /// Starts without monitors.
-    pub fn new(program: &'p mut Program) -> Self {
+    pub fn new(program: &'p Program) -> Self {
         Monitoring {
             program,
+            predicates: Predicates::over(program),
             formulas: Formulas::new(),
             installed: Vec::new(),
             marks: AHashMap::new(),
@@ -59,7 +63,12 @@ impl<'p> Monitoring<'p> {
     /// # Errors
     /// Unknown names and wrong types; a limit on the size of normal forms and monitors or on the
     /// number of cases, with the part of the formula.
-    pub fn watch(&mut self, source: &Arc<SourceFile>, formula: &Formula, name: &str) -> Result<Condition> {
+    pub fn watch(
+        &mut self,
+        source: &Arc<SourceFile>,
+        formula: &Formula,
+        name: &str,
+    ) -> Result<Condition<ExprId>> {
         let normal = self.normal(source, formula)?;
         let tree = leaves(&mut self.formulas, normal).map_err(|found| too_large(source, found))?;
         let condition = self.condition(&tree, name).map_err(|found| too_large(source, found))?;
@@ -82,13 +91,14 @@ impl<'p> Monitoring<'p> {
     /// # Errors
     /// Unknown names and wrong types.
     pub(super) fn normal(&mut self, source: &Arc<SourceFile>, formula: &Formula) -> Result<FormulaId> {
-        let mut reader = Reader { program: self.program, source, texts: &mut self.texts };
+        let pool = self.predicates.pool();
+        let mut reader = Reader { program: self.program, pool, source, texts: &mut self.texts };
         Normaliser::new(&mut reader, &mut self.formulas).build(formula, true)
     }
 
     /// Returns the number of joint states of the monitors of a condition (the product of their
     /// sizes).
-    pub(crate) fn states_of(&self, condition: &Condition) -> u64 {
+    pub(crate) fn states_of(&self, condition: &Condition<ExprId>) -> u64 {
         let marks = condition.marks();
         let own = self.installed.iter().filter(|w| marks.contains(&w.mark));
         own.fold(1, |all, w| all.saturating_mul(w.monitor.states.len() as u64))
@@ -96,17 +106,17 @@ impl<'p> Monitoring<'p> {
 
     /// Returns the condition that the path so far, with the present state, satisfies a condition
     /// whatever follows. It is derived leaf by leaf, from the monitors alone.
-    pub(crate) fn decided(&mut self, condition: &Condition) -> ExprId {
+    pub(crate) fn decided(&mut self, condition: &Condition<ExprId>) -> ExprId {
         let (op, parts) = match condition {
-            Condition::Constant(value) => return self.program.pool.value(Value::Bool(*value)),
+            Condition::Constant(value) => return self.predicates.pool().value(Value::Bool(*value)),
             Condition::Leaf(asks, mark) => return self.leaf_decided(*asks, *mark),
             Condition::All(parts) => (Binary::And, parts),
             Condition::Any(parts) => (Binary::Or, parts),
         };
-        let mut whole = self.program.pool.value(Value::Bool(op == Binary::And));
+        let mut whole = self.predicates.pool().value(Value::Bool(op == Binary::And));
         for part in parts {
             let part = self.decided(part);
-            whole = self.program.pool.binary(op, whole, part);
+            whole = self.predicates.pool().binary(op, whole, part);
         }
         whole
     }
@@ -114,7 +124,7 @@ impl<'p> Monitoring<'p> {
     /// Returns [`Monitoring::decided`] for one leaf: a co-safe formula is decided by a mark, the
     /// others when all later steps have marks, or none has one.
     fn leaf_decided(&mut self, asks: Asks, mark: ExprId) -> ExprId {
-        let pool = &mut self.program.pool;
+        let pool = self.predicates.pool();
         let wanted = match asks {
             Asks::Accept => return mark,
             Asks::Again => true,
@@ -128,7 +138,7 @@ impl<'p> Monitoring<'p> {
         }
     }
 
-    fn condition(&mut self, tree: &Tree, name: &str) -> std::result::Result<Condition, TooLarge> {
+    fn condition(&mut self, tree: &Tree, name: &str) -> std::result::Result<Condition<ExprId>, TooLarge> {
         let mut all = |parts: &[Tree]| {
             parts.iter().map(|p| self.condition(p, name)).collect::<std::result::Result<Vec<_>, _>>()
         };
@@ -167,36 +177,41 @@ impl<'p> Monitoring<'p> {
         let variables = self.installed.iter().filter(|w| w.variable.is_some()).count();
         let variable = (monitor.states.len() > 1)
             .then(|| VarId(u32::try_from(self.program.variables.len() + variables).unwrap_or(u32::MAX)));
-        let mark = Values { pool: &mut self.program.pool, monitor: &monitor, variable }.mark();
+        let mark = Values { pool: self.predicates.pool(), monitor: &monitor, variable }.mark();
         let words = wording(&monitor, (asks, owes), &self.texts);
         self.installed.push(Installed { monitor, variable, mark, name: name.to_owned(), words });
         Ok(mark)
     }
 
-    /// Adds the monitors to the program, and returns the condition that all are in their initial
-    /// states.
+    /// Returns the conditions made so far, of which none needs a monitor.
+    pub fn without_monitors(self) -> Predicates {
+        self.predicates
+    }
+
+    /// Returns the product of the program with the monitors: a program of its own, with all conditions
+    /// made so far.
     ///
     /// They form a module whose command takes part in every synchronisation, and steps alone in
     /// deadlocks. A variable has the value `0` before anything is read.
     ///
     /// # Errors
     /// The condition for deadlocks cannot be built, which does not happen for a finished program.
-    pub fn finish(self, begin: Begin) -> Result<ExprId> {
-        let Monitoring { program, installed, .. } = self;
-        let deadlock = deadlock(program)?;
+    pub fn finish(self, begin: Begin) -> Result<Program> {
+        let Monitoring { program, mut predicates, installed, .. } = self;
+        let pool = predicates.pool();
+        let deadlock = deadlock(program, pool)?;
+        let mut program = program.clone();
         let mut names = Names::default();
         program.variables.iter().for_each(|v| drop(names.add(&v.name)));
         let (mut updates, mut variables) = (Vec::new(), Vec::new());
-        let mut fresh = program.pool.value(Value::Bool(true));
+        let mut fresh = pool.value(Value::Bool(true));
         let module = program.modules.len();
         for watcher in installed {
             let Some(variable) = watcher.variable else { continue };
             let next =
-                Values { pool: &mut program.pool, monitor: &watcher.monitor, variable: Some(variable) }
-                    .next();
+                Values { pool: &mut *pool, monitor: &watcher.monitor, variable: Some(variable) }.next();
             updates.push((variable, next));
             variables.push(variable);
-            let pool = &mut program.pool;
             let (own, start) = (pool.var(variable, Type::Int), pool.value(Value::Int(0)));
             let at_start = pool.binary(Binary::Eq, own, start);
             fresh = pool.binary(Binary::And, fresh, at_start);
@@ -212,29 +227,32 @@ impl<'p> Monitoring<'p> {
             });
         }
         let initial = program.initial;
-        program.initial = program.pool.binary(Binary::And, initial, fresh);
-        let command = join_in(program, module, &updates, deadlock);
+        program.initial = pool.binary(Binary::And, initial, fresh);
+        let command = join_in(&mut program, pool, module, &updates, deadlock);
         program.monitors = Some(Monitors { variables, module, command, deadlock, initial, fresh, begin });
-        Ok(fresh)
+        program.inexact = program.inexact.or(pool.inexact.take());
+        program.pool = predicates.into_pool();
+        Ok(program)
     }
 }
 
 /// Returns the condition that nothing is enabled, `None` if something is enabled everywhere.
-fn deadlock(program: &mut Program) -> Result<Option<ExprId>> {
+fn deadlock(program: &Program, pool: &mut ExprPool) -> Result<Option<ExprId>> {
     let label = Expr::of(NodeKind::Label("deadlock".into()), Span::default());
-    let deadlock = lower_target(program, &SourceFile::new("deadlock", ""), &label)?;
-    Ok((program.pool.literal(deadlock) != Some(Value::Bool(false))).then_some(deadlock))
+    let deadlock = lower_condition(program, pool, &SourceFile::new("deadlock", ""), &label)?;
+    Ok((pool.literal(deadlock) != Some(Value::Bool(false))).then_some(deadlock))
 }
 
 /// Adds the module of monitors, and returns the position of its command.
 fn join_in(
     program: &mut Program,
+    pool: &mut ExprPool,
     module: usize,
     updates: &[(VarId, ExprId)],
     deadlock: Option<ExprId>,
 ) -> usize {
     program.modules.push("observers".to_owned());
-    let probability = program.pool.value(Value::Real(1.0));
+    let probability = pool.value(Value::Real(1.0));
     let command = |action: Option<usize>, guard: ExprId| Command {
         module,
         action,
@@ -243,7 +261,7 @@ fn join_in(
         branches: [Branch { probability, updates: updates.into() }].into(),
         span: Span::default(),
     };
-    let (position, always) = (program.commands.len(), program.pool.value(Value::Bool(true)));
+    let (position, always) = (program.commands.len(), pool.value(Value::Bool(true)));
     program.commands.push(command(None, always));
     for synchronisation in &mut program.synchronisations {
         synchronisation.factors.push(vec![CommandId(position as u32)]);
@@ -337,9 +355,10 @@ fn choose(pool: &mut ExprPool, condition: ExprId, yes: ExprId, no: ExprId) -> Ex
     }
 }
 
-/// Reads state formulas into the pool of a program.
+/// Reads state formulas of a program into a pool.
 struct Reader<'a> {
-    program: &'a mut Program,
+    program: &'a Program,
+    pool: &'a mut ExprPool,
     source: &'a Arc<SourceFile>,
     texts: &'a mut AHashMap<(ExprId, bool), String>,
 }
@@ -347,7 +366,7 @@ struct Reader<'a> {
 impl Reader<'_> {
     /// Returns an atom and its sign.
     fn atom(&self, mut e: ExprId, mut positive: bool) -> (ExprId, bool) {
-        while let Node::Unary(Unary::Not, inner) = self.program.pool.node(e) {
+        while let Node::Unary(Unary::Not, inner) = self.pool.node(e) {
             (e, positive) = (inner, !positive);
         }
         (e, positive)
@@ -356,7 +375,7 @@ impl Reader<'_> {
 
 impl Meaning for Reader<'_> {
     fn state(&mut self, e: &Expr) -> Result<ExprId> {
-        lower_target(self.program, self.source, e)
+        lower_condition(self.program, self.pool, self.source, e)
     }
 
     fn name(&mut self, e: ExprId, span: Span) {
@@ -365,9 +384,9 @@ impl Meaning for Reader<'_> {
     }
 
     fn bound(&mut self, e: &Expr) -> Result<u64> {
-        let id = lower_value(self.program, self.source, e)?;
+        let id = lower_value(self.program, self.pool, self.source, e)?;
         let wrong = |message: &str| Diagnostic::new(self.source, e.span().range(), message);
-        match self.program.pool.literal(id) {
+        match self.pool.literal(id) {
             Some(Value::Int(n)) if n >= 0 => Ok(n as u64),
             Some(Value::Int(n)) => {
                 Err(wrong("a number of steps cannot be negative").label(format!("this is {n}")).into())
@@ -381,7 +400,7 @@ impl Meaning for Reader<'_> {
     }
 
     fn literal(&mut self, e: ExprId, positive: bool) -> Form {
-        match self.program.pool.literal(e) {
+        match self.pool.literal(e) {
             Some(Value::Bool(value)) => Form::Constant(value == positive),
             _ => {
                 let (e, positive) = self.atom(e, positive);
@@ -394,7 +413,7 @@ impl Meaning for Reader<'_> {
         let text = |&(e, positive): &(ExprId, bool)| text_of(self.texts, e, positive);
         let joined =
             literals.iter().map(text).collect::<Vec<_>>().join(if conjunction { " & " } else { " | " });
-        let pool = &mut self.program.pool;
+        let pool = &mut *self.pool;
         let signed = |&(e, positive): &(ExprId, bool)| (e, positive);
         let mut row: Vec<ExprId> = Vec::with_capacity(literals.len());
         for (e, positive) in literals.iter().map(signed) {

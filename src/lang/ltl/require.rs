@@ -26,7 +26,7 @@ impl Monitoring<'_> {
         &mut self,
         formulas: impl IntoIterator<Item = (&'f Arc<SourceFile>, &'f Formula)>,
         name: &str,
-    ) -> Result<Vec<Requirement>> {
+    ) -> Result<Vec<Requirement<ExprId>>> {
         let (mut lines, mut wrong) = (Vec::new(), Vec::new());
         for (source, formula) in formulas {
             match self.safe(source, formula) {
@@ -58,7 +58,7 @@ impl Monitoring<'_> {
     fn safe(&mut self, source: &Arc<SourceFile>, formula: &Formula) -> Result<Line> {
         let normal = self.normal(source, formula)?;
         let text = source.on_one_line(formula.span.range());
-        let invariant = invariant(&mut self.program.pool, &self.formulas, normal);
+        let invariant = invariant(self.predicates.pool(), &self.formulas, normal);
         match invariant.is_some() || self.formulas.is_safe(normal) {
             true => Ok(Line { text, formula: normal, invariant }),
             false => Err(not_safe(source, formula)),
@@ -76,7 +76,7 @@ impl Monitoring<'_> {
             other => other,
         })?;
         let states = self.states_of(&Condition::Leaf(Asks::Avoid, violated));
-        Ok((self.program.pool.unary(Unary::Not, violated), states))
+        Ok((self.predicates.pool().unary(Unary::Not, violated), states))
     }
 }
 

@@ -101,7 +101,7 @@ impl Frame<'_> {
         let (initial, labels) = lowering.labels(&table)?;
         let commands = lowering.commands;
         let program = Program { initial, labels, rewards, ..self.program(table, variables, commands) };
-        Ok(Checked { program: Program { pool, ..program }, warnings, properties: Vec::new() })
+        Ok(Checked { program: Program { pool: pool.into(), ..program }, warnings, properties: Vec::new() })
     }
 
     /// Returns a program without an initial state, labels, rewards and expressions.
@@ -113,7 +113,7 @@ impl Frame<'_> {
             constants: Vec::new(),
             given_constants: Vec::new(),
             initial: pool.value(Value::Bool(false)),
-            pool,
+            pool: pool.into(),
             variables,
             modules: vec!["model".to_owned()],
             synchronisations: synchronisations(&commands),

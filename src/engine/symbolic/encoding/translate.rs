@@ -13,7 +13,7 @@ use crate::symbolic::store::diagram::Bdd;
 use meliora_model::Program;
 use meliora_model::error::Result;
 use meliora_model::exact::{self, Exact};
-use meliora_model::expr::{Binary, ExprId, Node, Unary};
+use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use meliora_model::value::{self, Type};
 
 /// The value of an expression in every state.
@@ -54,6 +54,7 @@ impl Symbolic {
 /// Translates the expressions of one program and remembers every node.
 pub(in crate::symbolic) struct Translator<'a> {
     program: &'a Program,
+    pool: &'a ExprPool,
     encoding: &'a Encoding,
     store: &'a Store,
     known: RefCell<AHashMap<ExprId, Symbolic>>,
@@ -63,8 +64,18 @@ pub(in crate::symbolic) struct Translator<'a> {
 impl<'a> Translator<'a> {
     /// Creates a translator without results.
     pub(in crate::symbolic) fn new(program: &'a Program, encoding: &'a Encoding, store: &'a Store) -> Self {
+        Self::of(program, &program.pool, encoding, store)
+    }
+
+    /// Creates a translator of a pool over the variables of a program.
+    pub(in crate::symbolic) fn of(
+        program: &'a Program,
+        pool: &'a ExprPool,
+        encoding: &'a Encoding,
+        store: &'a Store,
+    ) -> Self {
         let charge = store.charge().into();
-        Translator { program, encoding, store, known: RefCell::default(), charge }
+        Translator { program, pool, encoding, store, known: RefCell::default(), charge }
     }
 
     /// Returns the states in which a Boolean expression is true, and those in which it has no
@@ -117,7 +128,7 @@ impl<'a> Translator<'a> {
     }
 
     fn operands(&self, e: ExprId) -> impl Iterator<Item = ExprId> + use<> {
-        let operands = match self.program.pool.node(e) {
+        let operands = match self.pool.node(e) {
             Node::Literal(_) | Node::Var(_) => [None; 3],
             Node::Unary(_, a) => [Some(a), None, None],
             Node::Binary(_, a, b) => [Some(a), Some(b), None],
@@ -134,7 +145,7 @@ impl<'a> Translator<'a> {
     /// Returns the bit patterns that are values of the variables of a node, from those of its
     /// operands.
     fn patterns(&self, e: ExprId) -> Result<Bdd> {
-        if let Node::Var(v) = self.program.pool.node(e) {
+        if let Node::Var(v) = self.pool.node(e) {
             return self.encoding.values_of(self.store, v);
         }
         let mut operands = self.operands(e).map(|o| self.get(o).within);
@@ -152,7 +163,7 @@ impl<'a> Translator<'a> {
 
     fn node(&self, e: ExprId) -> Result<Symbolic> {
         let sure = |meaning| Ok(self.symbolic(meaning, self.store.zero()));
-        match self.program.pool.node(e) {
+        match self.pool.node(e) {
             Node::Literal(_) => sure(self.literal(e)),
             Node::Var(v) => {
                 let bits = self.encoding.positions(v).iter().map(|&p| self.store.literal(2 * p, true));
@@ -175,7 +186,7 @@ impl<'a> Translator<'a> {
     }
 
     fn literal(&self, e: ExprId) -> Meaning {
-        match self.program.pool.exact_literal(e) {
+        match self.pool.exact_literal(e) {
             Some(Exact::Bool(true)) => Meaning::Bool(self.store.one()),
             Some(Exact::Bool(false)) | None => Meaning::Bool(self.store.zero()),
             Some(Exact::Int(i)) => Meaning::Int(SymbolicInteger::constant(self.store, i)),

@@ -84,7 +84,7 @@ impl Lowering<'_> {
             kind: self.model.kind,
             constants: self.constant_values,
             given_constants: bindings.iter().map(|b| b.name.name.clone()).collect(),
-            pool: self.lowerer.pool,
+            pool: self.lowerer.pool.into(),
             variables: self.variables,
             modules: self.instances.into_iter().map(|i| i.name).chain(joint).collect(),
             initial,

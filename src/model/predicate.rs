@@ -1,0 +1,136 @@
+//! Conditions over a program. Their expressions have pools of their own, so that a question neither
+//! changes nor copies the program.
+
+use std::cmp::Ordering;
+use std::fmt;
+use std::sync::Arc;
+
+use super::Program;
+use super::expr::{ExprId, ExprPool};
+use super::value::{EvalError, Value};
+use crate::error::{Diagnostic, Error, Result};
+
+/// A condition on the states of a program: an expression together with its pool, so that its number
+/// cannot be read in another pool.
+#[derive(Clone)]
+pub struct Predicate {
+    of: Predicates,
+    id: ExprId,
+}
+
+impl Predicate {
+    /// Returns the pool of the expression.
+    pub fn pool(&self) -> &ExprPool {
+        &self.of.pool
+    }
+
+    /// Returns the expression, a node of [`Predicate::pool`].
+    pub fn id(&self) -> ExprId {
+        self.id
+    }
+
+    /// Returns the first expression of the pool for whose exact value a double counts; those of the
+    /// program left out.
+    pub fn inexact(&self) -> Option<&Diagnostic> {
+        self.of.pool.inexact.as_ref()
+    }
+
+    /// Evaluates the condition in a state of the program.
+    ///
+    /// # Errors
+    /// The expression has no value in this state.
+    pub fn eval(&self, state: &[i64]) -> std::result::Result<Value, EvalError> {
+        self.of.pool.eval(self.id, state)
+    }
+
+    /// Checks that the condition has a meaning in the states of a program: it was made for this
+    /// program, or for the one to which monitors were added.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if it was made for another program.
+    pub fn check(&self, program: &Program) -> Result<()> {
+        match program.pool.rests_on(&self.of.program) {
+            true => Ok(()),
+            false => Err(Error::Usage("the condition was made for another program".to_owned())),
+        }
+    }
+}
+
+/// Equal numbers in the same pool.
+impl PartialEq for Predicate {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Predicate {}
+
+impl PartialOrd for Predicate {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// The order of the numbers; the order of pools has no meaning.
+impl Ord for Predicate {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let place = |p: &Predicate| (p.id, Arc::as_ptr(&p.of.pool));
+        place(self).cmp(&place(other))
+    }
+}
+
+impl fmt::Debug for Predicate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Predicate").field(&self.id).finish()
+    }
+}
+
+/// Conditions of a program, in a pool that rests on that of the program. Clones share the pool.
+#[derive(Clone)]
+pub struct Predicates {
+    /// The pool of the program.
+    program: Arc<ExprPool>,
+    pool: Arc<ExprPool>,
+}
+
+impl Predicates {
+    /// Starts a pool for conditions of a program, in which the expressions of the program keep their
+    /// numbers.
+    pub fn over(program: &Program) -> Self {
+        let pool = ExprPool::over(&program.pool).into();
+        Predicates { program: Arc::clone(&program.pool), pool }
+    }
+
+    /// Returns the expressions of a program's pool as conditions.
+    pub fn of(pool: Arc<ExprPool>) -> Self {
+        Predicates { program: Arc::clone(&pool), pool }
+    }
+
+    /// Returns the pool, to add conditions. If some have been handed out, they keep the pool as it was
+    /// then.
+    pub fn pool(&mut self) -> &mut ExprPool {
+        Arc::make_mut(&mut self.pool)
+    }
+
+    /// Returns the pool with the conditions added so far.
+    pub fn into_pool(self) -> Arc<ExprPool> {
+        self.pool
+    }
+
+    /// Returns an expression of the pool as a condition.
+    pub fn get(&self, id: ExprId) -> Predicate {
+        Predicate { of: self.clone(), id }
+    }
+}
+
+impl Program {
+    /// Returns the expressions of this program as conditions.
+    pub fn predicates(&self) -> Predicates {
+        Predicates::of(Arc::clone(&self.pool))
+    }
+
+    /// Returns an expression of this program as a condition.
+    pub fn predicate(&self, id: ExprId) -> Predicate {
+        self.predicates().get(id)
+    }
+}
