@@ -13,10 +13,10 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use ahash::AHashMap;
 
-use super::normaliser::Normaliser;
 use super::words::{Atoms, made, state};
-use super::{Formula, FormulaKind, Steps};
 use crate::automata::{FormulaId, Formulas, Leaf, Monitor, Tree, leaves};
+use crate::ltl::normaliser::Normaliser;
+use crate::ltl::{Formula, FormulaKind, Steps};
 use meliora_model::expr::ExprId;
 use meliora_model::temporal::Asks;
 use meliora_model::value::Value;

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 
-use super::normaliser::{Meaning, Normaliser};
-use super::{Formula, FormulaKind, Steps};
 use crate::ast::{BinaryOp, Expr, Node as Part, NodeKind, Span};
 use crate::automata::{Form, Formulas, Leaf, Monitor, Tree, leaves};
+use crate::ltl::normaliser::{Meaning, Normaliser};
+use crate::ltl::{Formula, FormulaKind, Steps, parse_formula};
 use meliora_model::VarId;
 use meliora_model::error::{Error, Limit, Result, SourceFile};
 use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
@@ -329,7 +329,7 @@ fn a_step_before_what_recurs_counts_where_it_matters() {
         "X ((G F a) & (G (a => F b)))",
         "X ((F G a) | (F (a & G b)))",
     ] {
-        let f = super::parse_formula(&SourceFile::new("formula", text)).unwrap();
+        let f = parse_formula(&SourceFile::new("formula", text)).unwrap();
         agrees(&f, &words);
     }
 }
@@ -337,7 +337,7 @@ fn a_step_before_what_recurs_counts_where_it_matters() {
 #[test]
 fn monitors_of_common_formulas_are_small() {
     let states = |text: &str| {
-        let f = super::parse_formula(&SourceFile::new("formula", text)).unwrap();
+        let f = parse_formula(&SourceFile::new("formula", text)).unwrap();
         let judge = Judge::new(&f).unwrap();
         judge.sizes()
     };
