@@ -13,6 +13,8 @@ mod explicit;
 #[cfg(unix)]
 mod files;
 mod generate;
+#[path = "../common/graphs.rs"]
+mod graphs;
 mod jani;
 mod json;
 mod json_page;

@@ -13,9 +13,7 @@ use meliora::lang;
 use meliora::model::Program;
 use meliora::model::preference::Preferences;
 use meliora::planning::result::AnalysisResult;
-use meliora::planning::{Analysis, Options};
-
-use crate::SAFETIES;
+use meliora::planning::{Analysis, Options, Safety};
 
 /// A world that numbers describe.
 fn world(seed: u64) -> (Arc<Program>, Arc<Preferences>) {
@@ -41,7 +39,7 @@ fn results<E: Engine>(engine: &Arc<E>, preferences: &Arc<Preferences>) -> Vec<An
         analysis.run(&mut |_| ()).unwrap();
         analysis.result().clone()
     };
-    SAFETIES.map(result).into()
+    Safety::ALL.iter().map(|&safety| result(safety)).collect()
 }
 
 /// The sizes of the four regions of the first target.

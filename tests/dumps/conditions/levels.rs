@@ -3,7 +3,7 @@
 use meliora::planning::Safety;
 
 use super::draft::{Draft, Members};
-use super::{Fault, HISTORIES, SAFETIES, cases, refuse};
+use super::{Fault, HISTORIES, cases, refuse};
 
 /// Two improvements in a row, each by chance: from 0 and 3 to 1 or 2, and from these to 7 or 8. Certain are only 4
 /// from states 0 and 3, 5 from state 1, and 6 from state 2.
@@ -36,7 +36,7 @@ fn ranks_are_not_infinite() {
         Fault { condition: "`sasi:unbounded` is the last level", forge: |d| unbounded(d, "sasi") },
         Fault { condition: "`spi:unbounded` is the last level", forge: |d| unbounded(d, "spi") },
     ];
-    refuse_for(&SAFETIES, &faults);
+    refuse_for(Safety::ALL, &faults);
 }
 
 /// Makes level 2 the fixpoint as well, with the choices that stay in it and no layers.
@@ -214,7 +214,7 @@ fn strategies_of_empty_levels_are_empty() {
             forge: |d| d.set("strategy:spi:unbounded", d.choices("again", 3)),
         },
     ];
-    refuse_for(&SAFETIES, &faults);
+    refuse_for(Safety::ALL, &faults);
 }
 
 /// Adds state 1 to level 2; it has no path to a goal edge of level 2.
@@ -303,7 +303,7 @@ fn no_level_is_empty() {
             forge: |d| one_more(d, "spi"),
         },
     ];
-    refuse_for(&SAFETIES, &faults);
+    refuse_for(Safety::ALL, &faults);
 }
 
 /// Each step around the ring improves or ends in state 3.
@@ -327,7 +327,7 @@ fn no_level_is_there_twice() {
         }
     };
     let condition = "`spi:2` has a state, and fewer than the level below";
-    refuse(&cases(RING, RING_PREFERENCES, &["history = play;"], &SAFETIES), &[Fault { condition, forge }]);
+    refuse(&cases(RING, RING_PREFERENCES, &["history = play;"], Safety::ALL), &[Fault { condition, forge }]);
 }
 
 /// The other conditions imply this one, which is reported first.
@@ -343,11 +343,11 @@ fn levels_decrease() {
             forge: |d| d.add("spi:2", &d.states(&[4])),
         },
     ];
-    refuse_for(&SAFETIES, &faults);
+    refuse_for(Safety::ALL, &faults);
 }
 
 #[test]
 fn a_search_that_was_not_cut_is_not_said_to_be() {
     let condition = "the search for levels stopped at the maximum level 3";
-    refuse_for(&SAFETIES, &[Fault { condition, forge: |d| d.manifest.max_level = Some(3) }]);
+    refuse_for(Safety::ALL, &[Fault { condition, forge: |d| d.manifest.max_level = Some(3) }]);
 }
