@@ -4,7 +4,6 @@ mod at;
 mod browser;
 mod choose;
 mod common;
-mod compare;
 mod dumps;
 mod exact;
 mod exchange;
@@ -21,6 +20,7 @@ mod json_page;
 #[cfg(unix)]
 mod limits;
 mod memory;
+mod models;
 mod output;
 mod properties;
 mod quantities;
