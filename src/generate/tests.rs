@@ -120,7 +120,7 @@ proptest! {
 
     /// A condition is satisfied in the cells of the set, and only there.
     #[test]
-    fn a_condition_says_its_set(rows in 1usize..8, cols in 1usize..8, bits in proptest::collection::vec(any::<bool>(), 64)) {
+    fn a_condition_holds_in_the_cells_of_its_set_alone(rows in 1usize..8, cols in 1usize..8, bits in proptest::collection::vec(any::<bool>(), 64)) {
         let set = CellSet { cols, members: bits[..rows * cols].to_vec() };
         let parts = condition(&set, "r", "c");
         prop_assume!(!set.is_empty());

@@ -12,7 +12,7 @@ fn permitted(state: &Value) -> Vec<&str> {
 }
 
 #[test]
-fn the_paper_s_story_is_told_on_the_robot() {
+fn the_robot_may_take_the_actions_that_the_paper_tells() {
     let at = "--at r=2,c=2,b=8 --at r=3,c=2,b=7 --at r=3,c=1,b=6";
     let sasi = run(&format!("strategy {ROBOT} --safety transition --kind sasi --json {at}")).expect(0).json();
     let spi = run(&format!("strategy {ROBOT} --safety transition --kind spi --json {at}")).expect(0).json();
@@ -69,7 +69,7 @@ fn transition_plays_take_the_branch_that_the_construction_drops() {
 }
 
 #[test]
-fn the_reasons_are_told() {
+fn each_action_is_shown_with_the_reason_why_it_is_not_permitted() {
     let of = |safety: &str| {
         let text = format!("strategy models/lateral.prism models/lateral.pref --safety {safety}");
         run(&text).expect(0).stdout

@@ -361,7 +361,7 @@ fn edited(dump: &mut Dump, random: &mut ChaCha8Rng) {
 
 /// Up to three edits at once. What is accepted must be true.
 #[test]
-fn no_false_bound_gets_past_verify() {
+fn verify_refuses_every_false_bound() {
     let mut random = ChaCha8Rng::seed_from_u64(11);
     let (mut accepted, mut refused) = (0, 0);
     for &safety in Safety::ALL {

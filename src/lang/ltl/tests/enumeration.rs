@@ -480,7 +480,7 @@ fn example(found: &Verdicts, expected: &Verdicts) -> String {
 }
 
 #[test]
-fn all_formulas_of_up_to_four_operators() {
+fn monitors_are_right_for_all_formulas_of_up_to_four_operators() {
     let formulas = Enumerated::up_to(3, &BINARY);
     let found: Vec<usize> = (0..=4).map(|size| compare(&formulas, size, 1)).collect();
     assert_eq!(found, [1, 14, 335, 9_987, 274_458]);
@@ -488,7 +488,7 @@ fn all_formulas_of_up_to_four_operators() {
 
 /// One of 50; the environment variable `FIVE_STEP=1` asks for all.
 #[test]
-fn some_formulas_of_five_operators() {
+fn monitors_are_right_for_some_formulas_of_five_operators() {
     let step = std::env::var("FIVE_STEP").map_or(50, |step| step.parse().unwrap());
     let found = compare(&Enumerated::up_to(3, &BINARY), 5, step);
     assert_eq!(found, ALL_OF_FIVE.div_ceil(step));

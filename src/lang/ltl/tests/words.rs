@@ -299,7 +299,7 @@ fn agrees(f: &Formula, words: &[Word]) {
 }
 
 #[test]
-fn all_formulas_of_up_to_two_operators() {
+fn monitors_are_right_for_all_formulas_of_up_to_two_operators() {
     let words = words(4);
     for size in 0..=2 {
         let all = formulas(size);
@@ -309,7 +309,7 @@ fn all_formulas_of_up_to_two_operators() {
 }
 
 #[test]
-fn every_fifth_formula_of_three_operators() {
+fn monitors_are_right_for_every_fifth_formula_of_three_operators() {
     let words = words(3);
     let all = formulas(3);
     all.iter().step_by(5).for_each(|f| agrees(f, &words));
@@ -473,17 +473,17 @@ proptest! {
     #![proptest_config(cases(3_000))]
 
     #[test]
-    fn random_formulas(f in formula(), words in prop::collection::vec(word(), 12)) {
+    fn monitors_are_right_for_random_formulas(f in formula(), words in prop::collection::vec(word(), 12)) {
         compare(&f, &words)?;
     }
 
     #[test]
-    fn random_combinations(f in combination(), words in prop::collection::vec(word(), 12)) {
+    fn monitors_are_right_for_random_combinations(f in combination(), words in prop::collection::vec(word(), 12)) {
         compare(&f, &words)?;
     }
 
     #[test]
-    fn what_is_always_true_or_never_by_construction(f in combination(), words in prop::collection::vec(word(), 12)) {
+    fn tautologies_hold_on_all_words_and_contradictions_on_none(f in combination(), words in prop::collection::vec(word(), 12)) {
         let not = made(FormulaKind::Not(Box::new(f.clone())));
         let true_and_false = [
             (made(FormulaKind::Or(vec![f.clone(), not.clone()])), true),
