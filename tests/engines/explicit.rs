@@ -126,8 +126,8 @@ fn more_sets_of_written_variables_than_the_operation_cache_tells_apart() {
 
 #[test]
 fn sets_without_a_pattern_have_large_diagrams() {
-    let model = "mdp module m x : [0..255]; y : [0..255];\n\
-        [up] x<255 -> 0.5: (x'=x+1) + 0.5: true; [right] y<255 -> (y'=y+1);\n\
+    let model = "mdp module m x : [0..255]; y : [0..127];\n\
+        [up] x<255 -> 0.5: (x'=x+1) + 0.5: true; [right] y<127 -> (y'=y+1);\n\
         [twice] x<128 & y>2 -> (x'=2*x) & (y'=y-2); [back] x=255 -> (x'=0); endmodule";
     let predicates = ["mod(x*y+7*x*x,251)<100", "mod(3*x+x*y*y,241)>90", "x<200"];
     let (program, predicates) = with_predicates(model, predicates);
