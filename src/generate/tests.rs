@@ -120,7 +120,7 @@ proptest! {
 
     /// A condition is satisfied in the cells of the set, and only there.
     #[test]
-    fn a_condition_says_its_set(rows in 1usize..8, cols in 1usize..8, bits in proptest::collection::vec(any::<bool>(), 64)) {
+    fn a_condition_holds_in_the_cells_of_its_set_alone(rows in 1usize..8, cols in 1usize..8, bits in proptest::collection::vec(any::<bool>(), 64)) {
         let set = CellSet { cols, members: bits[..rows * cols].to_vec() };
         let parts = condition(&set, "r", "c");
         prop_assume!(!set.is_empty());
@@ -142,11 +142,4 @@ fn the_largest_of_the_family_is_quick_and_small() {
     let generated = gridworld(&Parameters::new(128, 128, 12), &Choices::default()).unwrap();
     assert!(generated.model.len() < 200_000, "{} bytes", generated.model.len());
     assert!(generated.model.lines().all(|line| line.len() < 250));
-}
-
-#[test]
-fn the_draws_are_the_same_for_ever() {
-    let mut draw = Draw::new(1);
-    let numbers: Vec<usize> = (0..8).map(|_| draw.below(1000)).collect();
-    assert_eq!(numbers, [381, 294, 798, 916, 855, 139, 733, 784]);
 }

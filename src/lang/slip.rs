@@ -26,7 +26,7 @@ mod tests {
     use super::is_slip;
 
     #[test]
-    fn slips_are_recognised() {
+    fn words_with_one_slip_of_the_hand_are_alike() {
         for (a, b) in [
             ("count", "Count"),
             ("count", "coutn"),

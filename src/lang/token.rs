@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_becomes_one_token() {
+    fn characters_that_begin_no_word_become_one_token() {
         assert_eq!(kinds("@@é x"), [Token::Wrong, Token::Word, Token::End]);
         assert_eq!(kinds("\"abc"), [Token::Wrong, Token::End]);
     }

@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_moves_hides_or_turns_is_spelled_out() {
+    fn characters_that_move_or_hide_or_turn_text_are_spelled_out() {
         assert_eq!(line("a \u{1b}[2J\u{9b}b\r\n"), "a \\u{1b}[2J\\u{9b}b\\r\\n");
         assert_eq!(lines("é\n\u{202e}x"), "é\n\\u{202e}x");
         assert!(matches!(line("plain, é, ≥"), Cow::Borrowed(_)));

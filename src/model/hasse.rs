@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn what_follows_is_not_drawn() {
+    fn a_preference_that_follows_from_others_is_not_drawn() {
         use Relation::Strict;
         let found = hasse(3, &[(2, Strict, 1), (1, Strict, 0), (2, Strict, 0)]);
         assert_eq!(found.covers, [(1, 0), (2, 1)]);

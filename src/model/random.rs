@@ -69,6 +69,9 @@ mod tests {
         let mut draw = Draw::numbered(1, 2);
         let first: Vec<usize> = (0..4).map(|_| draw.below(1_000_000)).collect();
         assert_eq!(first, [329_749, 276_517, 477_770, 239_322]);
+        let mut draw = Draw::new(1);
+        let numbers: Vec<usize> = (0..8).map(|_| draw.below(1000)).collect();
+        assert_eq!(numbers, [381, 294, 798, 916, 855, 139, 733, 784]);
     }
 
     #[test]

@@ -96,7 +96,7 @@ mod tests {
     use crate::exact::{Real, decimal};
 
     #[test]
-    fn sums_are_one_or_nearly_or_not() {
+    fn a_sum_is_one_or_rounded_or_wrong() {
         for (sum, expected) in [
             ("1", Sum::One),
             ("0.9999999999", Sum::One),

@@ -101,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn verdicts_are_sentences() {
+    fn ranks_are_told_as_sentences() {
         use Rank::{Finite, Unbounded};
         for (sasi, spi, text) in [
             (Finite(2), Unbounded, "2 improvements are guaranteed, any number of improvements is possible."),

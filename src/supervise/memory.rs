@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn half_of_the_memory_is_something() {
+    fn the_memory_of_the_machine_and_of_the_process_is_found() {
         assert!(default_memory() > 1 << 20);
         assert!(peak_rss() > 1 << 16);
     }

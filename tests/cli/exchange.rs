@@ -5,26 +5,7 @@ use std::io::Read;
 use serde_json::Value as Json;
 
 use crate::common::{Finished, Scratch, meliora};
-
-/// Models with values for their constants.
-const MODELS: &[(&str, &str)] = &[
-    ("chain", "N=2"),
-    ("counter", ""),
-    ("courier", ""),
-    ("drone", ""),
-    ("fleet", "L=1"),
-    ("lateral", ""),
-    ("lateral_prefix", ""),
-    ("line", "K=1"),
-    ("network", "K=2,M=2"),
-    ("patrol", "N=3"),
-    ("rescue", "H=2"),
-    ("ring", "N=8,T=4"),
-    ("robot5x5", ""),
-    ("scramble", "cells=5"),
-    ("toy", ""),
-    ("workshop", "N=2"),
-];
+use crate::models::MODELS;
 
 fn json(arguments: &[&str], constants: &str) -> Json {
     let mut command = meliora();
@@ -53,9 +34,10 @@ fn renamed(text: &str) -> String {
 
 #[test]
 fn every_model_is_the_same_after_writing_and_reading() {
-    for (name, constants) in MODELS {
+    // The requirement of the model `pond` speaks of a label that its archive lacks.
+    let models = MODELS.into_iter().filter(|(name, _)| *name != "pond").map(|(name, of)| (name, "prism", of));
+    for (name, extension, constants) in models.chain([("workshop", "jani", "N=2")]) {
         let scratch = Scratch::new(&[]);
-        let extension = if *name == "workshop" { "jani" } else { "prism" };
         let (model, prefs) = (format!("models/{name}.{extension}"), format!("models/{name}.pref"));
         let out = scratch.show("out");
         json(&["export", &model, &prefs, "--format", "umb", "--out", &out], constants);

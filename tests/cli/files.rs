@@ -74,7 +74,7 @@ fn what_is_no_regular_file_is_written_through() {
 }
 
 #[test]
-fn standard_output_has_two_names() {
+fn a_hyphen_and_dev_stdout_name_standard_output() {
     let plain = run(&format!("report {TOY} --format dot -q")).expect(0).stdout;
     assert_eq!(run(&format!("report {TOY} --format dot -q --out -")).expect(0).stdout, plain);
     // A pipe, into which nothing else is told.

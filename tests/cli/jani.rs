@@ -32,7 +32,7 @@ fn answer(arguments: &[&str]) -> Json {
 }
 
 #[test]
-fn it_is_the_same_model_as_its_twin_in_the_modelling_language() {
+fn a_document_is_the_same_model_as_its_text_in_the_modelling_language() {
     let document = format!("\u{feff}{}", workshop());
     let scratch = Scratch::new(&[("m", &document), ("twin.prism", TWIN)]);
     for engine in ["symbolic", "explicit"] {

@@ -1,54 +1,20 @@
-//! The JSON of each command: keys, their order, their types.
+//! What the JSON of a command says. [`crate::json_page`] has the names, the order and the types of the fields.
 
 use serde_json::{Value, json};
 
-use crate::common::{Scratch, keys, run};
+use crate::common::{Scratch, run};
 
 const ROBOT: &str = "models/robot5x5.prism models/robot5x5.pref --scope all";
 
 #[test]
-fn check_has_the_keys_of_the_contract_in_their_order() {
+fn a_report_says_what_the_work_took() {
     let report = run(&format!("check {ROBOT} --safety transition --json")).expect(0).json();
-    assert_eq!(
-        keys(&report),
-        [
-            "schema",
-            "model",
-            "engine",
-            "engine_reason",
-            "scope",
-            "safety",
-            "empty",
-            "counts",
-            "objectives",
-            "classes",
-            "improvement",
-            "sasi",
-            "spi",
-            "initial",
-            "time",
-            "memory"
-        ]
-    );
-    assert_eq!(keys(&report["model"]), ["path", "type", "constants", "variables"]);
-    assert_eq!(keys(&report["model"]["variables"][0]), ["name", "type", "low", "high", "bits"]);
-    assert_eq!(keys(&report["counts"]), ["states", "choices", "transitions", "deadlocks", "initial"]);
-    assert_eq!(keys(&report["objectives"][0]), ["name", "target", "almost_sure", "positive"]);
-    assert_eq!(keys(&report["classes"][0]), ["most_preferred", "states"]);
-    assert_eq!(keys(&report["improvement"]), ["states", "transitions", "dropped"]);
-    assert_eq!(keys(&report["sasi"]), ["levels", "unbounded"]);
-    assert_eq!(
-        keys(&report["initial"][0]),
-        ["state", "most_preferred", "sasi_rank", "spi_rank", "sasi_actions", "spi_actions"]
-    );
-    assert_eq!(keys(&report["time"]), ["parse", "build", "outcomes", "improvement", "sasi", "spi", "total"]);
-    assert_eq!(keys(&report["memory"]), ["peak_nodes", "peak_rss_bytes"]);
     assert!(report["time"].as_object().unwrap().values().all(Value::is_f64), "{}", report["time"]);
     assert!(report["memory"]["peak_rss_bytes"].as_u64().unwrap() > 1 << 20);
 }
 
 #[test]
-fn the_papers_numbers_are_there() {
+fn the_robot_has_the_numbers_of_the_paper() {
     for engine in ["symbolic", "explicit"] {
         let report =
             run(&format!("check {ROBOT} --safety transition --json --engine {engine}")).expect(0).json();
@@ -91,43 +57,17 @@ fn a_search_cut_short_does_not_claim_to_know_the_fixpoint() {
 }
 
 #[test]
-fn reach_has_the_keys_of_the_contract_in_their_order() {
+fn reach_counts_the_states_of_each_region() {
     let report = run("reach models/toy.prism --target s=3 --json").expect(0).json();
-    assert_eq!(
-        keys(&report),
-        [
-            "schema",
-            "model",
-            "engine",
-            "engine_reason",
-            "scope",
-            "counts",
-            "target",
-            "pmax_one",
-            "pmax_positive",
-            "pmin_one",
-            "pmin_positive",
-            "initial",
-            "time",
-            "memory"
-        ]
-    );
-    assert_eq!(report["schema"], "meliora.reach/1");
     assert_eq!(report["target"], "1");
     assert_eq!(report["pmax_positive"], "2");
-    assert_eq!(keys(&report["initial"]), ["pmax_one", "pmax_positive", "pmin_one", "pmin_positive"]);
     assert_eq!(report["initial"]["pmax_positive"], "all");
     assert_eq!(report["initial"]["pmax_one"], "none");
 }
 
 #[test]
-fn info_has_the_keys_of_the_contract_in_their_order() {
+fn info_tells_of_order_and_nodes_where_there_are_diagrams() {
     let report = run("info models/toy.prism --json").expect(0).json();
-    assert_eq!(
-        keys(&report)[..8],
-        ["schema", "model", "engine", "engine_reason", "scope", "counts", "order", "nodes"]
-    );
-    assert_eq!(report["schema"], "meliora.info/1");
     assert_eq!(report["order"], json!(["s.2", "s.1", "s.0"]));
     assert!(report["nodes"]["transition"].as_u64().unwrap() > 0);
     assert!(report["nodes"]["reachable"].as_u64().unwrap() > 0);
@@ -149,12 +89,11 @@ fn compare_agrees_and_says_what_it_took() {
 }
 
 #[test]
-fn errors_are_objects_too() {
+fn errors_name_their_kind_and_place() {
     let scratch =
         Scratch::new(&[("m.prism", "mdp\nmodule m\n  x : [0..2] init 0;\n  [] x<2 -> (x'=y);\nendmodule\n")]);
     let path = scratch.show("m.prism");
     let error = run(&format!("info {path} --json")).expect(3).json();
-    assert_eq!(keys(&error), ["schema", "kind", "message", "file", "line", "column"]);
     assert_eq!((&error["schema"], &error["kind"]), (&json!("meliora.error/1"), &json!("input")));
     assert_eq!((&error["file"], &error["line"]), (&json!(path), &json!(4)));
     assert_eq!(run("info missing --json").expect(3).json()["file"], "missing");

@@ -1,6 +1,6 @@
 //! The types of the reports give a JSON schema of each `--json` object. `docs/schema` has these
-//! schemas, and `docs/json.md` shows the same fields with their types. Every output fits its schema,
-//! and every field occurs in some output.
+//! schemas, and `docs/json.md` shows the same fields with their types. Every output fits its schema, in the
+//! order of its fields too, and every field occurs in some output.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -109,6 +109,33 @@ fn add_fields(object: &Value, prefix: &str, fields: &mut BTreeMap<String, Field>
         }
         add_fields(inner, &format!("{path}."), fields);
     }
+}
+
+/// Checks that the fields of a value and of all its parts come in the order of the schema.
+fn in_order(schemas: &BTreeMap<String, Value>, schema: &Value, value: &Value) {
+    if schema["anyOf"][1].get("$ref").is_some() {
+        return in_order(schemas, &schemas[name_of(value)], value);
+    }
+    let schema = followed(schemas, schema);
+    match value {
+        Value::Object(fields) => {
+            let Some(named) = schema["properties"].as_object() else { return };
+            let place = |name: &String| named.keys().position(|other| other == name);
+            assert!(fields.keys().map(place).is_sorted(), "{:?}, not {:?}", fields.keys(), named.keys());
+            fields.iter().for_each(|(name, value)| in_order(schemas, &named[name], value));
+        }
+        Value::Array(items) => items.iter().for_each(|item| in_order(schemas, &schema["items"], item)),
+        _ => {}
+    }
+}
+
+/// Returns the schema to which a reference leads.
+fn followed<'s>(schemas: &'s BTreeMap<String, Value>, schema: &'s Value) -> &'s Value {
+    let reference = schema["$ref"].as_str().or(schema["anyOf"][0]["$ref"].as_str());
+    let Some(reference) = reference else { return schema };
+    let (file, place) = reference.split_once('#').unwrap_or((reference, ""));
+    let name = file.strip_suffix(".json").unwrap_or(COMMON);
+    schemas[name].pointer(place).unwrap()
 }
 
 /// Returns the type of a field in the words of the page.
@@ -311,6 +338,7 @@ fn every_output_fits_its_schema_and_every_field_occurs() {
         let faults = validators[name_of(&report)].iter_errors(&report);
         let faults: Vec<_> = faults.map(|fault| format!("{}: {fault}", fault.instance_path())).collect();
         assert!(faults.is_empty(), "{command}: {faults:#?}");
+        in_order(&schemas, &schemas[name_of(&report)], &report);
         notices(&validators[name_of(&report)], &fields[name_of(&report)], &report);
         let (section, _) = fields.get_key_value(name_of(&report)).unwrap();
         seen.add(section, "", report.as_object().unwrap());

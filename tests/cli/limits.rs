@@ -339,7 +339,7 @@ fn a_system_that_gives_no_memory_or_no_threads_is_a_limit_that_is_named() {
 #[test]
 fn a_model_that_is_too_large_to_read_is_a_limit_that_is_named() {
     let line = "[] x=1 & y>2 -> 0.5:(x'=3)&(y'=x) + 0.5:(y'=min(y+1,9));\n";
-    let text = format!("mdp module m x:[0..9]; y:[0..9];\n{}endmodule", line.repeat(200_000));
+    let text = format!("mdp module m x:[0..9]; y:[0..9];\n{}endmodule", line.repeat(300_000));
     let scratch = Scratch::new(&[("m.prism", &text)]);
     let path = scratch.show("m.prism");
     let finished = run(&format!("info {path} --memory 8MiB --json")).expect(4);

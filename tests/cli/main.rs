@@ -4,7 +4,6 @@ mod at;
 mod browser;
 mod choose;
 mod common;
-mod compare;
 mod dumps;
 mod exact;
 mod exchange;
@@ -13,12 +12,15 @@ mod explicit;
 #[cfg(unix)]
 mod files;
 mod generate;
+#[path = "../common/graphs.rs"]
+mod graphs;
 mod jani;
 mod json;
 mod json_page;
 #[cfg(unix)]
 mod limits;
 mod memory;
+mod models;
 mod output;
 mod properties;
 mod quantities;

@@ -44,7 +44,7 @@ fn warnings_go_to_stderr_and_q_silences_them() {
 }
 
 #[test]
-fn v_tells_of_phases_on_stderr_only() {
+fn the_option_v_tells_of_phases_on_stderr_only() {
     let plain = run("check models/toy.prism models/toy.pref --json").expect(0);
     let verbose = run("check models/toy.prism models/toy.pref --json -v").expect(0);
     assert_eq!(plain.stderr, "");

@@ -16,7 +16,7 @@ fn asked(more: &[&str]) -> Finished {
 }
 
 #[test]
-fn those_with_a_meaning_are_answered_and_the_others_have_a_reason() {
+fn properties_are_answered_or_have_a_reason_why_not() {
     for engine in ["symbolic", "explicit"] {
         let found = asked(&["--json", "--engine", engine]).expect(1).json();
         let all = found["properties"].as_array().unwrap();
@@ -33,7 +33,7 @@ fn those_with_a_meaning_are_answered_and_the_others_have_a_reason() {
 }
 
 #[test]
-fn one_of_them_is_asked_by_its_name() {
+fn one_property_of_a_file_is_asked_by_its_name() {
     let found = asked(&["--json", "--only", "sure"]).expect(0).json();
     assert_eq!(found["properties"].as_array().unwrap().len(), 1);
     asked(&["--only", "none"]).expect(2);

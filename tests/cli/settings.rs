@@ -4,6 +4,7 @@
 use serde_json::{Map, Value};
 
 use crate::common::{Finished, Scratch, meliora};
+use crate::models::{MODELS, given};
 
 /// The settings that every model is asked under; FILE is an order that nobody would choose.
 const SETTINGS: &[&str] = &[
@@ -34,15 +35,10 @@ fn answer(command: &str, options: &[&str]) -> Map<String, Value> {
     report
 }
 
-/// The option that gives constants their values, where there are any.
-fn given(constants: &str) -> Vec<&str> {
-    if constants.is_empty() { Vec::new() } else { vec!["-c", constants] }
-}
-
 /// All bits from the least significant ones of all variables up to the most significant ones.
 fn scattered(model: &str, constants: &str) -> String {
     let mut run = meliora();
-    run.args(["info", model, "--json", "--quiet"]).args(given(constants));
+    run.args(["info", model, "--json", "--quiet"]).args(constants.split_whitespace());
     let info = Finished::of(&mut run).expect(0).json();
     let mut bits: Vec<String> =
         info["order"].as_array().unwrap().iter().map(|b| b.as_str().unwrap().to_owned()).collect();
@@ -66,7 +62,7 @@ fn same_under_all_settings(name: &str, constants: &str) {
         let mut expected = None;
         for settings in SETTINGS {
             let settings = settings.replace("FILE", &order);
-            let options: Vec<&str> = given(constants).into_iter().chain(settings.split(' ')).collect();
+            let options: Vec<&str> = constants.split_whitespace().chain(settings.split(' ')).collect();
             let found = answer(&command, &options);
             match &expected {
                 None => expected = Some(found),
@@ -77,39 +73,23 @@ fn same_under_all_settings(name: &str, constants: &str) {
 }
 
 macro_rules! models {
-    ($($test:ident: $name:literal, $constants:literal;)*) => {$(
+    ($($name:ident)*) => {
+        $(
+            #[test]
+            fn $name() {
+                let constants = MODELS.iter().find(|(name, _)| *name == stringify!($name)).unwrap().1;
+                same_under_all_settings(stringify!($name), &given(constants));
+            }
+        )*
+
         #[test]
-        fn $test() {
-            same_under_all_settings($name, $constants);
+        fn every_model_has_a_test() {
+            assert_eq!([$(stringify!($name)),*], MODELS.map(|(name, _)| name));
         }
-    )*};
+    };
 }
 
 models! {
-    chain: "chain", "N=6";
-    counter: "counter", "";
-    courier: "courier", "";
-    drone: "drone", "";
-    fleet: "fleet", "L=1";
-    lateral: "lateral", "";
-    lateral_prefix: "lateral_prefix", "";
-    line: "line", "K=1";
-    network: "network", "K=5,M=2";
-    patrol: "patrol", "N=2";
-    pond: "pond", "";
-    rescue: "rescue", "H=2";
-    ring: "ring", "N=8,T=4";
-    robot: "robot5x5", "";
-    scramble: "scramble", "cells=97";
-    toy: "toy", "";
-}
-
-#[test]
-fn every_model_of_the_folder_is_asked() {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-    let count = std::fs::read_dir(folder)
-        .unwrap()
-        .filter(|e| e.as_ref().unwrap().path().extension().is_some_and(|e| e == "prism"))
-        .count();
-    assert_eq!(count, 16, "a new model needs a line above");
+    chain counter courier drone fleet lateral lateral_prefix line network patrol pond rescue ring robot5x5 scramble
+    toy
 }

@@ -78,6 +78,24 @@ impl Brute {
         Ok(Brute { initial: initial.iter().map(number).collect(), deadlocks, pairs, states })
     }
 
+    /// A model that lists the successors of each state and choice, without initial states.
+    pub fn of_graph(choices: &[Vec<Vec<usize>>]) -> Self {
+        let pairs_of = |(state, list): (usize, &Vec<Vec<usize>>)| {
+            let pair = |successors: &Vec<usize>| Pair {
+                state,
+                choice: Choice::Uniform,
+                successors: successors.iter().copied().collect(),
+            };
+            list.iter().map(pair).collect::<Vec<_>>()
+        };
+        Brute {
+            states: (0..choices.len()).map(|s| vec![s as i64]).collect(),
+            pairs: choices.iter().enumerate().flat_map(pairs_of).collect(),
+            initial: Set::new(),
+            deadlocks: Set::new(),
+        }
+    }
+
     pub fn all_states(&self) -> Set {
         (0..self.states.len()).collect()
     }

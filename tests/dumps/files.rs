@@ -52,7 +52,7 @@ fn refused(text: &str) -> (usize, String) {
 }
 
 #[test]
-fn the_dialect_is_fixed() {
+fn diagrams_are_written_as_they_were_ever() {
     let diagram = read(GOOD).unwrap();
     assert_eq!(written(&diagram), GOOD);
     let [not, yes] = diagram.roots[..] else { panic!() };
@@ -180,7 +180,7 @@ fn a_dump_of_a_million_nodes_answers() {
 }
 
 #[test]
-fn the_directory_is_whole_or_not_there() {
+fn a_directory_is_written_whole_or_not_at_all() {
     let scratch = tempfile::tempdir().unwrap();
     let occupied = scratch.path().join("mine");
     fs::create_dir(&occupied).unwrap();
@@ -301,7 +301,7 @@ fn diagrams() -> impl Strategy<Value = Diagram> {
 
 proptest! {
     #[test]
-    fn what_is_written_is_read(diagram in diagrams()) {
+    fn a_written_diagram_reads_back(diagram in diagrams()) {
         prop_assert_eq!(read(&written(&diagram)).unwrap(), diagram);
     }
 

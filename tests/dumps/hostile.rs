@@ -178,18 +178,18 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
-    fn soup_of_words_is_no_danger(text in soup()) {
+    fn keywords_in_any_order_never_panic(text in soup()) {
         everywhere(&text);
     }
 
     #[test]
-    fn bytes_are_no_danger(bytes in bytes()) {
+    fn bytes_never_panic(bytes in bytes()) {
         everywhere(&String::from_utf8_lossy(&bytes));
         entry::diagram(&bytes);
     }
 
     #[test]
-    fn a_mutated_model_is_no_danger(text in mutated(files("prism"))) {
+    fn a_mutated_model_never_panics(text in mutated(files("prism"))) {
         entry::model(&text);
     }
 
@@ -199,17 +199,17 @@ proptest! {
     }
 
     #[test]
-    fn mutated_values_are_no_danger(text in mutated(vec![VALUES.to_owned()])) {
+    fn mutated_values_never_panic(text in mutated(vec![VALUES.to_owned()])) {
         entry::values(text.as_bytes());
     }
 
     #[test]
-    fn mutated_preferences_are_no_danger(text in mutated(vec![entry::PREFERENCES.to_owned()])) {
+    fn mutated_preferences_never_panic(text in mutated(vec![entry::PREFERENCES.to_owned()])) {
         entry::preferences(&text);
     }
 
     #[test]
-    fn mutated_arguments_are_no_danger(
+    fn mutated_arguments_never_panic(
         text in mutated(["x=1,y=-2,b=true", "sasi:1 & !(spi:1 | class:nothing)", "P>=1 [ F x>0 ? b : \"l\" ]"]
             .map(str::to_owned).to_vec())
     ) {
@@ -221,7 +221,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
 
     #[test]
-    fn a_mutated_dump_is_no_danger(
+    fn a_mutated_dump_never_panics(
         manifest in mutated(vec![entry::exported().manifest.text().unwrap()]),
         diagram in mutated(vec![diagram_text()]),
     ) {

@@ -12,7 +12,7 @@ use meliora::planning::Safety;
 use proptest::prelude::*;
 
 use crate::mutation::same_regions;
-use crate::verify::{Case, SAFETIES};
+use crate::verify::Case;
 
 /// The files of a dump under the manifest of another one.
 fn under_the_manifest_of(truth: &Dump, other: &Dump) -> Dump {
@@ -44,7 +44,7 @@ fn states_that_only_the_model_reaches_are_missed() {
     let reached = "objective A = F s=1; objective B = F s=2; prefer B > A;";
     let temporal = "objective A = F (s=1 & F s=2); objective B = G F s=1; prefer B > A;";
     for (kind, preferences) in [("mdp", reached), ("mdp", temporal), ("dtmc", reached), ("dtmc", temporal)] {
-        for safety in SAFETIES {
+        for &safety in Safety::ALL {
             let truth = case(&model(kind, 2), preferences, Scope::Reachable, safety);
             let other = case(&model(kind, 1), preferences, Scope::Reachable, safety);
             let forged = under_the_manifest_of(&truth.dump, &other.dump);
@@ -65,7 +65,7 @@ fn dumps_with_a_branch_of_probability_0_or_without_a_tiny_one_are_refused() {
     for (true_p, other_p) in
         [("(0.1+0.2-0.3)", "1e-400"), ("1e-400", "0"), ("(1-(1-1e-30))", "0"), ("(s+0.1-0.1)", "(s+0.1)")]
     {
-        for (safety, scope) in SAFETIES.into_iter().flat_map(|s| [(s, Scope::Reachable), (s, Scope::All)]) {
+        for (safety, scope) in Safety::ALL.iter().flat_map(|&s| [(s, Scope::Reachable), (s, Scope::All)]) {
             let truth = case(&model(true_p), preferences, scope, safety);
             let other = case(&model(other_p), preferences, scope, safety);
             assert_eq!(truth.verify(&truth.dump).unwrap().violation, None);
@@ -82,7 +82,7 @@ fn states_of_monitors_that_are_left_out_are_missed() {
     let model =
         |first: &str| format!("mdp module m s:[0..1] init 0; [] s=0 -> {first}; [] s=1 -> (s'=1); endmodule");
     let preferences = "objective A = F (s=0 & X s=1); objective B = F G s=0; prefer B > A;";
-    for safety in SAFETIES {
+    for &safety in Safety::ALL {
         let truth = case(&model("0.5:(s'=1) + 0.5:(s'=0)"), preferences, Scope::All, safety);
         let other = case(&model("(s'=0)"), preferences, Scope::All, safety);
         let forged = under_the_manifest_of(&truth.dump, &other.dump);
@@ -193,7 +193,7 @@ proptest! {
         targets in [prop::collection::btree_set(0usize..4, 0..3), prop::collection::btree_set(0usize..4, 0..3)],
         whole_plays in any::<bool>(),
         all in any::<bool>(),
-        safety in prop::sample::select(&SAFETIES[..]),
+        safety in prop::sample::select(Safety::ALL),
         empty in prop::sample::select(vec!["bottom", "gain", "incomparable"]),
     ) {
         let scope = if all { Scope::All } else { Scope::Reachable };

@@ -8,9 +8,8 @@ use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::planning::Safety;
 
-use crate::verify::{Case, SAFETIES, replace};
-
-const SCOPES: [Scope; 2] = [Scope::Reachable, Scope::All];
+use crate::conditions::SCOPES;
+use crate::verify::{Case, replace};
 
 fn case(model: &str, constants: &str, preferences: &str, scope: Scope, safety: Safety) -> Case {
     let path = format!("models/{model}.prism");
@@ -32,7 +31,7 @@ fn every_dump_of_whole_plays_is_accepted() {
             _ => preferences_of(model),
         };
         for scope in SCOPES {
-            for safety in SAFETIES {
+            for &safety in Safety::ALL {
                 let case = case(model, constants, &preferences, scope, safety);
                 assert_eq!(case.dump.manifest.history.as_deref(), Some("play"));
                 let verdict = case.verify(&case.dump).unwrap();

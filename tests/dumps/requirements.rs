@@ -6,7 +6,7 @@ use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::planning::Safety;
 
-use crate::verify::{Case, SAFETIES, replace};
+use crate::verify::{Case, replace};
 
 const MODEL: &str = "mdp
     module m x : [0..7] init 0;
@@ -35,7 +35,7 @@ const REQUIREMENTS: [&str; 4] = [
 fn every_dump_under_requirements_is_accepted() {
     for text in REQUIREMENTS {
         for scope in [Scope::Reachable, Scope::All] {
-            for safety in SAFETIES {
+            for &safety in Safety::ALL {
                 let case = case(text, scope, safety);
                 assert!(!case.dump.manifest.requirements.is_empty());
                 let verdict = case.verify(&case.dump).unwrap();

@@ -14,8 +14,6 @@ use meliora::generate::{Choices, Parameters, gridworld};
 use meliora::lang;
 use meliora::planning::{Analysis, Options, Safety};
 
-use crate::verify::SAFETIES;
-
 /// The contents of all files of a dump.
 type Files = BTreeMap<String, Vec<u8>>;
 
@@ -48,7 +46,7 @@ fn dumps_are_the_same_byte_by_byte_with_each_number_of_threads() {
     for model in ["toy", "courier", "pond"] {
         let [text, preferences] =
             ["prism", "pref"].map(|e| fs::read_to_string(format!("models/{model}.{e}")).unwrap());
-        for safety in SAFETIES {
+        for &safety in Safety::ALL {
             let dumped = |threads| dumped((&text, &preferences), safety, (threads, 64 << 20)).unwrap();
             let expected = dumped(1);
             for threads in [2, 4] {

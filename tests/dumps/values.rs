@@ -23,8 +23,6 @@ use rand::rngs::ChaCha8Rng;
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
 
-use crate::verify::SAFETIES;
-
 const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
 const LEVELS: usize = 2;
 
@@ -171,7 +169,7 @@ fn the_values_of_a_model_under_requirements_are_confirmed() {
     ];
     for texts in required {
         for scope in [Scope::Reachable, Scope::All] {
-            for safety in SAFETIES {
+            for &safety in Safety::ALL {
                 let case = Case::of(texts, scope, safety, "steps");
                 assert_eq!(case.violated(&case.dump), None, "{safety} {scope:?}");
                 // The bounds of the whole model are refused, which are greater.
@@ -189,14 +187,14 @@ fn the_values_of_a_model_under_requirements_are_confirmed() {
 fn every_dump_with_values_is_accepted() {
     for name in ["toy", "drone", "lateral", "lateral_prefix", "robot5x5"] {
         let [model, preferences] = example(name);
-        for safety in SAFETIES {
+        for &safety in Safety::ALL {
             let case = Case::of([&model, &preferences], Scope::Reachable, safety, "steps");
             assert_eq!(case.violated(&case.dump), None, "{name} {safety}");
             assert!(case.width <= 1e-6, "{name} {safety}: {}", case.width);
             assert!(case.is_true(&case.dump), "{name} {safety}");
         }
     }
-    for safety in SAFETIES {
+    for &safety in Safety::ALL {
         for (texts, reward) in
             [([TRAPS, WISHES], "steps"), ([TRAPS, WISHES], "fuel"), ([WALK, WALK_WISHES], "steps")]
         {
@@ -363,10 +361,10 @@ fn edited(dump: &mut Dump, random: &mut ChaCha8Rng) {
 
 /// Up to three edits at once. What is accepted must be true.
 #[test]
-fn no_false_bound_gets_past_verify() {
+fn verify_refuses_every_false_bound() {
     let mut random = ChaCha8Rng::seed_from_u64(11);
     let (mut accepted, mut refused) = (0, 0);
-    for safety in SAFETIES {
+    for &safety in Safety::ALL {
         for reward in ["steps", "fuel"] {
             let case = Case::of([TRAPS, WISHES], Scope::All, safety, reward);
             for _ in 0..120 {

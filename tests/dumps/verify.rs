@@ -18,7 +18,6 @@ use meliora::planning::{Analysis, Options, Safety};
 use meliora::progress::NoProgress;
 
 const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
-pub(super) const SAFETIES: [Safety; 3] = [Safety::Action, Safety::Transition, Safety::Prefix];
 
 /// A dump with the model and the preferences that it was made from.
 pub(super) struct Case {
@@ -114,7 +113,7 @@ pub(super) fn replace(dump: &mut Dump, name: &str, by: &str) {
 fn every_dump_is_accepted() {
     for model in ["toy", "lateral", "lateral_prefix", "robot5x5"] {
         for scope in [Scope::Reachable, Scope::All] {
-            for safety in SAFETIES {
+            for &safety in Safety::ALL {
                 let case = case(model, scope, safety);
                 let verdict = case.verify(&case.dump).unwrap();
                 assert_eq!(verdict.violation, None, "{model} {scope:?} {safety}");

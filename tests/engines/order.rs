@@ -53,7 +53,7 @@ fn clocks_of_copies_stand_side_by_side() {
 }
 
 #[test]
-fn two_copies_stay_as_declared() {
+fn the_clocks_of_only_two_copies_stay_as_declared() {
     assert_eq!(auto(&stations(2, "time")), "b y s1 x1 k1 s2 x2 k2".split(' ').collect::<Vec<_>>());
 }
 

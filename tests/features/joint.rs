@@ -58,7 +58,7 @@ fn check(case: &RandomCase, settings: &Settings) -> usize {
 }
 
 #[test]
-fn what_is_achieved_together_is_a_conjunction() {
+fn objectives_are_achieved_together_where_their_conjunction_is() {
     let seen = std::cell::Cell::new(0);
     let config = Config { source_file: Some(file!()), ..config(60) };
     let outcome = TestRunner::new(config).run(&random_case(), |case| {

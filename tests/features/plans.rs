@@ -104,7 +104,7 @@ fn check(case: &RandomCase, seen: &mut Seen) {
 }
 
 #[test]
-fn what_is_sure_is_achieved() {
+fn a_sure_objective_is_achieved_by_its_strategy() {
     let seen = std::cell::RefCell::new(Seen::default());
     let config = Config { source_file: Some(file!()), ..config(80) };
     let outcome = TestRunner::new(config).run(&random_case(), |case| {

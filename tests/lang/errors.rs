@@ -49,7 +49,7 @@ fn target(text: &str) -> String {
 }
 
 #[test]
-fn syntax() {
+fn errors_of_syntax_are_shown_at_their_place() {
     snapshot(
         "syntax",
         all(
@@ -84,7 +84,7 @@ fn syntax() {
 }
 
 #[test]
-fn keywords_as_names() {
+fn a_keyword_is_no_name() {
     snapshot(
         "keywords_as_names",
         all(
@@ -101,7 +101,7 @@ fn keywords_as_names() {
 }
 
 #[test]
-fn not_supported() {
+fn what_is_not_supported_is_refused_by_name() {
     snapshot(
         "not_supported",
         all(
@@ -123,7 +123,7 @@ fn not_supported() {
 }
 
 #[test]
-fn names() {
+fn names_that_are_unknown_or_taken_are_errors() {
     snapshot(
         "names",
         all(
@@ -143,7 +143,7 @@ fn names() {
 }
 
 #[test]
-fn types() {
+fn operands_of_wrong_types_are_errors() {
     snapshot(
         "types",
         all(
@@ -168,7 +168,7 @@ fn types() {
 }
 
 #[test]
-fn constants() {
+fn constants_without_a_value_of_their_type_are_errors() {
     let two = "mdp\nconst int N;\nconst double p;\nconst bool fast;\nmodule m endmodule";
     let one = "mdp\nconst int N = 2;\nmodule m endmodule";
     let mut text = String::new();
@@ -197,7 +197,7 @@ fn constants() {
 }
 
 #[test]
-fn variables() {
+fn variables_without_a_range_or_a_value_in_it_are_errors() {
     snapshot(
         "variables",
         all(
@@ -215,7 +215,7 @@ fn variables() {
 }
 
 #[test]
-fn updates() {
+fn updates_that_cannot_be_made_are_errors() {
     snapshot(
         "updates",
         all(
@@ -231,7 +231,7 @@ fn updates() {
 }
 
 #[test]
-fn renaming() {
+fn renamings_that_name_no_module_or_leave_names_are_errors() {
     let base = "mdp\nmodule m\n x : [0..3];\n y : bool;\n [] true -> (x'=1) & (y'=true);\nendmodule\n";
     snapshot(
         "renaming",
@@ -251,7 +251,7 @@ fn renaming() {
 }
 
 #[test]
-fn composition() {
+fn compositions_of_wrong_modules_or_actions_are_errors() {
     let base = "mdp\nmodule a\n x : bool;\n [s] x -> true;\nendmodule\nmodule b = a [x=y] endmodule\n";
     snapshot(
         "composition",
@@ -273,7 +273,7 @@ fn composition() {
 }
 
 #[test]
-fn targets() {
+fn targets_that_are_no_conditions_are_errors() {
     snapshot(
         "targets",
         all(
@@ -292,7 +292,7 @@ fn targets() {
 }
 
 #[test]
-fn properties() {
+fn properties_that_cannot_be_read_are_errors() {
     snapshot(
         "properties",
         all(
@@ -325,7 +325,7 @@ fn properties() {
 }
 
 #[test]
-fn preferences() {
+fn preferences_that_cannot_be_read_or_met_are_errors() {
     snapshot(
         "preferences",
         all(
@@ -343,7 +343,7 @@ fn preferences() {
 }
 
 #[test]
-fn states() {
+fn states_that_do_not_exist_are_errors() {
     let checked =
         load(&SourceFile::new("m", SMALL), &SourceFile::new("--const", "")).expect("the model is right");
     snapshot(
@@ -355,7 +355,7 @@ fn states() {
 }
 
 #[test]
-fn constants_on_the_command_line() {
+fn given_constants_that_do_not_fit_are_errors() {
     snapshot(
         "constants_on_the_command_line",
         all(&["a=b", "=3", "a==3", "a=--1", "true=1"], |text| {
@@ -365,7 +365,7 @@ fn constants_on_the_command_line() {
 }
 
 #[test]
-fn nesting() {
+fn expressions_nested_too_deep_are_errors() {
     for (open, close) in [("(", ")"), ("!", ""), ("-", ""), ("max(1,", ")"), ("true ? 1 : (", ")")] {
         let text = format!("{}1{}", open.repeat(100_000), close.repeat(100_000));
         let shown = rendered(parse_expression(&SourceFile::new("--target", text)));
@@ -410,7 +410,7 @@ fn formulas_that_pile_up_too_high_are_an_error() {
 }
 
 #[test]
-fn what_other_languages_write() {
+fn what_other_languages_write_is_told_with_what_to_write_here() {
     let command = |text: &str| with_commands(text);
     let mut text = String::new();
     for case in [
@@ -431,7 +431,7 @@ fn what_other_languages_write() {
 }
 
 #[test]
-fn words_that_were_meant_to_be_others() {
+fn a_mistyped_keyword_is_told_with_the_one_that_was_meant() {
     let cases = [
         "mdp\nmodul m\n x : bool;\nendmodule",
         "mdp\nmodule m\n x : bool;\nendmodul\nmodule n\n y : bool;\nendmodule",
@@ -444,7 +444,7 @@ fn words_that_were_meant_to_be_others() {
 }
 
 #[test]
-fn what_is_missing_is_missing_at_the_end_of_a_line() {
+fn what_is_missing_is_shown_at_the_end_of_its_line() {
     let cases = [
         "mdp\nconst int N = 3\n\n// the module\nmodule m\n x : [0..N]\nendmodule",
         "mdp\nmodule m\n x : [0..3];\n [] (x=1\n -> true;\nendmodule",
@@ -455,7 +455,7 @@ fn what_is_missing_is_missing_at_the_end_of_a_line() {
 }
 
 #[test]
-fn files_in_place_of_others() {
+fn files_of_another_kind_are_named() {
     let mut text = String::new();
     for case in [
         "// preferences\nobjective A = F x=1;",
@@ -472,7 +472,7 @@ fn files_in_place_of_others() {
 }
 
 #[test]
-fn labels_and_names_that_were_taken_for_each_other() {
+fn a_label_written_as_a_name_is_told_with_its_quotes() {
     snapshot("labels_and_names", all(&["done", "\"low\"", "\"x\" = 1"], target));
 }
 

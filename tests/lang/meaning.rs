@@ -94,7 +94,7 @@ fn precedence_is_that_of_prism() {
 }
 
 #[test]
-fn functions_and_arithmetic() {
+fn functions_and_arithmetic_have_the_values_of_prism() {
     let model = "mdp\nmodule m\n x : [-3..8] init -3; y : [0..8] init 4;\nendmodule\n";
     for condition in [
         "mod(x-1,3)=2",
@@ -179,7 +179,7 @@ fn a_formula_renamed_by_name_is_read_as_it_stands() {
 }
 
 #[test]
-fn copies_of_copies() {
+fn a_copy_can_be_copied() {
     let program = program(
         "mdp\nmodule o = n [y=z, b=c] endmodule\nmodule n = m [x=y, a=b] endmodule\nmodule m\n x : [0..3];\n \
          [a] x<3 -> (x'=x+1);\nendmodule\n",
@@ -207,7 +207,7 @@ fn moves(system: &str) -> Vec<String> {
 }
 
 #[test]
-fn composition() {
+fn a_composition_says_which_commands_move_together() {
     let all = [": 3", ": 7", "s: 0|1 4", "t: 2 6", "u: 5"];
     assert_eq!(moves(""), all);
     assert_eq!(moves("system a || b || c endsystem"), all);

@@ -415,6 +415,6 @@ proptest! {
 }
 
 #[test]
-fn the_seed_is_a_model() {
+fn the_text_that_is_edited_is_a_model() {
     load(&SourceFile::new("m", SEED), &SourceFile::new("c", "")).expect("it is right");
 }

@@ -1,25 +1,19 @@
 //! Strategies that choose by value, as Markov chains with exact fractions: unfolded step by step with
-//! their memory, they have the values that were computed.
+//! their memory, they have the values that were computed. The tests of [`crate::quantities`] draw the cases.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use meliora::engine::{Engine, ExplicitEngine, Settings, SymbolicEngine};
+use meliora::engine::Engine;
 use meliora::model::State;
 use meliora::model::exact::Ratio;
-use meliora::model::preference::Empty;
-use meliora::planning::{Analysis, FiniteMemoryStrategy, Memory, Options, Safety};
+use meliora::planning::{Analysis, FiniteMemoryStrategy, Memory, Safety};
 use meliora::quantities::{Aim, Choose, Chooser, Steps, ValueOptions, Values};
 use num_traits::{One, Zero};
-use proptest::prelude::*;
 
 use crate::loaded::Loaded;
-use crate::quantities::{chain, exact, preferences};
-use crate::worlds::{World, factored, graph};
-use crate::{EMPTIES, SAFETIES};
-
-/// The greatest number of improvements that strategies aim at.
-const LEVELS: usize = 3;
+use crate::quantities::{chain, exact};
+use crate::worlds::World;
 
 /// Returns the probability that a strategy makes its improvements from a state, and the expected
 /// number of steps until the last one; 0 steps count where they are not certain.
@@ -54,19 +48,21 @@ fn evaluate<E: Engine>(strategy: &mut FiniteMemoryStrategy<E>, start: &State, k:
     (reaches, cost)
 }
 
-fn attained<E: Engine>(analysis: &Analysis<E>, world: &World, label: &str) {
-    let engine = analysis.engine();
-    let states = engine.list_states(&engine.all_states(), usize::MAX).unwrap();
-    let mut values = Values::new(ValueOptions { levels: LEVELS, exact: true, within: None });
-    values.explore(analysis, &world.program, &states, &Steps).unwrap();
-    values.solve(engine).unwrap();
+/// Checks that both strategies that choose by value attain from each state what is promised.
+pub(crate) fn check<E: Engine>(
+    analysis: &Analysis<E>,
+    world: &World,
+    states: &[State],
+    values: Values,
+    label: &str,
+) {
     let values = Arc::new(values);
     for choose in [Choose::Likely, Choose::Cheap] {
         let (aim, kind) = (choose.aim().unwrap(), choose.kind().unwrap());
         let chooser = Arc::new(Chooser::new(Arc::clone(&values), aim));
         let mut strategy = FiniteMemoryStrategy::new(analysis, &world.program, kind).unwrap();
         strategy.choose_by(Arc::clone(&chooser) as _);
-        for state in &states {
+        for state in states {
             let promised = chooser.attained(state).unwrap();
             let (reaches, cost) = evaluate(&mut strategy, state, promised.improvements);
             let name = choose.name();
@@ -76,37 +72,6 @@ fn attained<E: Engine>(analysis: &Analysis<E>, world: &World, label: &str) {
                 assert_eq!(cost, exact(expected), "cost by {name}, {label}, {state:?}");
             }
         }
-    }
-}
-
-fn check<E: Engine>(engine: &Arc<E>, world: &World, empty: Empty) {
-    let preferences = Arc::new(preferences(world, empty));
-    for safety in SAFETIES {
-        let mut analysis = Analysis::new(engine, &preferences, Options { safety, max_level: None });
-        analysis.run(&mut |_| ()).unwrap();
-        attained(&analysis, world, &format!("{safety}, {empty:?}"));
-    }
-}
-
-fn both(world: &World) {
-    let settings = || Settings { scope: world.scope, memory: 64 << 20, ..Settings::default() };
-    let explicit = Arc::new(ExplicitEngine::new(world.program.clone(), settings()).unwrap());
-    EMPTIES.iter().for_each(|&empty| check(&explicit, world, empty));
-    let symbolic = Arc::new(SymbolicEngine::new(world.program.clone(), settings()).unwrap());
-    check(&symbolic, world, Empty::Bottom);
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
-
-    #[test]
-    fn strategies_by_value_attain_it_on_graphs(graph in graph(9)) {
-        both(&graph.world());
-    }
-
-    #[test]
-    fn strategies_by_value_attain_it_on_programs(factored in factored()) {
-        both(&factored.world());
     }
 }
 

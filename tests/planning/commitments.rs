@@ -20,11 +20,11 @@ use meliora::planning::{
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 
+use crate::Case;
 use crate::generate::{case, order};
 use crate::graphs::{bottom_components, edges};
 use crate::literal::{Literal, Set, almost_sure};
 use crate::tiny::Mdp;
-use crate::{Case, EMPTIES, SAFETIES};
 
 /// Models in which a path chooses between two hubs, and each hub between four targets: with four
 /// objectives, going to one hub often loses objectives that are sure at the other.
@@ -241,7 +241,7 @@ fn check(case: &Case, empty: Empty, storage: Storage, seen: &mut Seen) {
     let literal = Literal::new(case, empty);
     let settings = Settings { scope: Scope::All, storage, memory: 16 << 20, ..Settings::default() };
     let engine = Arc::new(AnyEngine::new(Arc::clone(&program), settings).unwrap());
-    for safety in SAFETIES {
+    for &safety in Safety::ALL {
         let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
         analysis.run(&mut |_| ()).unwrap();
         let kind = StrategyKind::Plan;
@@ -265,7 +265,7 @@ fn check(case: &Case, empty: Empty, storage: Storage, seen: &mut Seen) {
 fn plans_keep_what_they_promise() {
     let seen = RefCell::new(Seen::default());
     let config = Config { cases: 400, failure_persistence: None, ..Config::default() };
-    let drawn = (prop_oneof![case(6), crossing()], prop::sample::select(EMPTIES.to_vec()), any::<bool>());
+    let drawn = (prop_oneof![case(6), crossing()], prop::sample::select(Empty::ALL), any::<bool>());
     let outcome = TestRunner::new(config).run(&drawn, |(case, empty, symbolic)| {
         let storage = if symbolic { Storage::Symbolic } else { Storage::Explicit };
         check(&case, empty, storage, &mut seen.borrow_mut());

@@ -11,7 +11,7 @@ use meliora::engine::{Engine, Settings};
 use meliora::engine::{Order, SymbolicEngine};
 use meliora::model::Program;
 use meliora::model::expr::ExprId;
-use meliora::model::preference::{Goal, Preferences, Requirement};
+use meliora::model::preference::{Empty, Goal, Preferences, Requirement};
 use meliora::planning::levels::{End, Level};
 use meliora::planning::strategy::{permitted_at_start, strategies};
 use meliora::planning::{Analysis, Kind, Levels, Options, Rank, Safety};
@@ -21,7 +21,7 @@ use crate::engines::brute::{Brute, Pair};
 use crate::literal::{Literal, Set, almost_sure, positive};
 use crate::tiny::{Mdp, Tiny};
 use crate::worlds::{World, factored, graph};
-use crate::{Case, EMPTIES, SAFETIES, analyse};
+use crate::{Case, analyse};
 
 /// A world as a case of plain vectors: state and choice numbers are those of the reference.
 struct Reference {
@@ -253,7 +253,7 @@ fn set(x: &[bool]) -> Set {
 
 /// All safeties and all values of nothing, on one engine.
 fn check<E: Engine>(engine: &Arc<E>, world: &World, reference: &Reference) {
-    for empty in EMPTIES {
+    for &empty in Empty::ALL {
         let literal = Literal::new(&reference.case, empty);
         let tiny_preferences = reference.case.preferences(&reference.tiny, empty);
         let mut preferences = Preferences::clone(&tiny_preferences);
@@ -264,7 +264,7 @@ fn check<E: Engine>(engine: &Arc<E>, world: &World, reference: &Reference) {
             |kept| Requirement { text: "G p".to_owned(), kept: world.program.predicate(kept), monitor: None };
         preferences.requirements.extend(world.requirement.map(requirement));
         let preferences = Arc::new(preferences);
-        for safety in SAFETIES {
+        for &safety in Safety::ALL {
             let tiny = analyse(&reference.tiny, &tiny_preferences, safety);
             let mut found = Analysis::new(engine, &preferences, Options { safety, max_level: None });
             found.run(&mut |_| ()).unwrap();

@@ -6,7 +6,7 @@ use meliora::planning::strategy::permitted_at_start;
 use meliora::planning::{Event, Kind, Phase, Rank, Safety};
 
 use crate::tiny::Mdp;
-use crate::{Case, EMPTIES, SAFETIES, analyse};
+use crate::{Case, analyse};
 
 fn above(pairs: &[(usize, usize)]) -> Vec<Statement> {
     pairs.iter().map(|&(left, right)| Statement { left, relation: Relation::Strict, right }).collect()
@@ -23,9 +23,9 @@ pub(crate) fn toy() -> Case {
 fn the_toy_has_one_improvement_by_b_or_c() {
     let case = toy();
     let engine = case.engine();
-    for empty in EMPTIES {
+    for &empty in Empty::ALL {
         let preferences = case.preferences(&engine, empty);
-        for safety in SAFETIES {
+        for &safety in Safety::ALL {
             let analysis = analyse(&engine, &preferences, safety);
             let sasi = analysis.levels(Kind::Sasi);
             assert_eq!(sasi.rank(&engine, &[0]).unwrap(), Rank::Finite(1));
@@ -55,9 +55,9 @@ pub(crate) fn circle(sink: &[usize]) -> Case {
 fn spi_can_be_unbounded_in_every_mode() {
     let case = circle(&[3]);
     let engine = case.engine();
-    for empty in EMPTIES {
+    for &empty in Empty::ALL {
         let preferences = case.preferences(&engine, empty);
-        for safety in SAFETIES {
+        for &safety in Safety::ALL {
             let analysis = analyse(&engine, &preferences, safety);
             let spi = analysis.levels(Kind::Spi);
             assert_eq!(spi.rank(&engine, &[0]).unwrap(), Rank::Unbounded, "{safety} {empty}");
@@ -108,9 +108,9 @@ fn a_fixpoint_strategy_stays_in_the_fixpoint() {
 fn a_model_without_objectives_has_one_class_and_no_level() {
     let case = Case { mdp: toy().mdp, targets: vec![], statements: vec![] };
     let engine = case.engine();
-    for empty in EMPTIES {
+    for &empty in Empty::ALL {
         let preferences = case.preferences(&engine, empty);
-        for safety in SAFETIES {
+        for &safety in Safety::ALL {
             let analysis = analyse(&engine, &preferences, safety);
             assert_eq!(analysis.classes().unwrap().list.len(), 1);
             assert_eq!(analysis.result().sasi.end, LevelsEnd::Empty);

@@ -26,7 +26,7 @@ fn paid(loaded: &Loaded, safety: Safety, levels: usize, exact: bool, costs: &dyn
 const TWO: &str = "objective A = F x=0; objective B = F x=1; prefer B > A;";
 
 #[test]
-fn a_third_is_exact() {
+fn a_fraction_that_no_double_has_is_exact() {
     let model =
         "mdp const double p = 1/3; module m x:[0..2] init 0; [] x=0 -> p:(x'=1) + 1-p:(x'=2); endmodule";
     let loaded = Loaded::new(model, "objective B = F x=1; empty = gain;");
@@ -57,7 +57,7 @@ fn a_long_chain_is_solved_without_recursion() {
 }
 
 #[test]
-fn a_tie_that_turns_in_a_circle_is_not_chosen() {
+fn of_equal_choices_one_that_makes_progress_is_chosen() {
     // Waiting in 0 and 3 is as good as trying, for ever.
     let model = "mdp module m x:[0..3] init 0; [wait] x=0 -> (x'=3); [back] x=3 -> (x'=0);\n\
         [try] x=0 -> 1/2:(x'=1) + 1/2:(x'=2); endmodule";

@@ -1,5 +1,5 @@
 //! The paper's definitions word by word: closure by Warshall, MP state by state, the doubled
-//! improvement MDP V = S × {0,1}, nested fixpoints. Shares nothing with the library but data types.
+//! improvement MDP V = S × {0,1}, the fixpoints of [`Brute`]. Shares nothing with the library but data types.
 
 use std::collections::BTreeSet;
 
@@ -7,41 +7,20 @@ use meliora::model::preference::{Empty, Relation};
 use meliora::planning::{Kind, Safety};
 
 use crate::Case;
+use crate::engines::brute::Brute;
+pub(crate) use crate::engines::brute::Set;
 use crate::tiny::Mdp;
-
-pub(crate) type Set = BTreeSet<usize>;
 
 /// PWin(F)
 pub(crate) fn positive(mdp: &Mdp, target: &Set) -> Set {
-    let all: Set = (0..mdp.0.len()).collect();
-    inner(mdp, target, &all, false)
+    let brute = Brute::of_graph(&mdp.0);
+    brute.can_reach(target, &brute.all_choices(), &[])
 }
 
-/// ASWin(F) = νY. μX. …
+/// ASWin(F)
 pub(crate) fn almost_sure(mdp: &Mdp, target: &Set) -> Set {
-    let mut y: Set = (0..mdp.0.len()).collect();
-    loop {
-        let x = inner(mdp, target, &y, true);
-        if x == y {
-            return y;
-        }
-        y = x;
-    }
-}
-
-/// μX. F ∪ { s : some a has succ(s,a) ∩ X ≠ ∅ and, if `inside`, succ(s,a) ⊆ Y }
-fn inner(mdp: &Mdp, target: &Set, y: &Set, inside: bool) -> Set {
-    let mut x = target.clone();
-    loop {
-        let good = |successors: &Vec<usize>| {
-            successors.iter().any(|t| x.contains(t)) && (!inside || successors.iter().all(|t| y.contains(t)))
-        };
-        let more: Set = (0..mdp.0.len()).filter(|&s| x.contains(&s) || mdp.0[s].iter().any(good)).collect();
-        if more == x {
-            return x;
-        }
-        x = more;
-    }
+    let brute = Brute::of_graph(&mdp.0);
+    brute.almost_surely_reach(target, &brute.all_choices()).0
 }
 
 /// A case with MP of every state and the strict order.

@@ -46,9 +46,6 @@ use meliora::planning::{Analysis, Options, Safety};
 
 use tiny::{Mdp, Tiny};
 
-pub(crate) const SAFETIES: [Safety; 3] = [Safety::Action, Safety::Transition, Safety::Prefix];
-pub(crate) const EMPTIES: [Empty; 3] = [Empty::Bottom, Empty::Gain, Empty::Incomparable];
-
 /// A model, targets and preferences.
 #[derive(Debug, Clone)]
 pub(crate) struct Case {

@@ -10,7 +10,7 @@ use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Options, Phase, Sa
 
 use crate::examples::{circle, toy};
 use crate::loaded::ladder;
-use crate::{Case, SAFETIES, analyse};
+use crate::{Case, analyse};
 
 /// Stops the work at one question, and never again.
 struct StopOnce(AtomicU64);
@@ -53,7 +53,7 @@ fn check_second_runs(case: &Case, safety: Safety, with_strategies: bool) {
 #[test]
 fn an_analysis_that_was_stopped_while_it_counted_is_completed_by_another_run() {
     for case in [toy(), circle(&[3])] {
-        for safety in SAFETIES {
+        for &safety in Safety::ALL {
             check_second_runs(&case, safety, false);
         }
     }

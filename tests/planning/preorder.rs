@@ -53,13 +53,13 @@ fn a_contradiction_shows_its_shortest_cycle() {
 }
 
 #[test]
-fn an_objective_above_itself_is_a_cycle_of_one() {
+fn an_objective_preferred_to_itself_is_a_cycle_of_one() {
     let error = Preorder::new(2, &[says(1, Relation::Strict, 1)]).unwrap_err();
     assert_eq!((error.cycle, error.statements), (vec![1], vec![0]));
 }
 
 #[test]
-fn sets_have_no_limit_of_64() {
+fn sets_and_orders_may_have_200_objectives() {
     let chain: Vec<Statement> = (0..199).map(|i| says(i, Relation::Strict, i + 1)).collect();
     let order = Preorder::new(200, &chain).unwrap();
     assert!(order.strictly(0, 199));

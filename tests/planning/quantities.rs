@@ -1,4 +1,4 @@
-//! Quantities against their equations. With fractions, a value is right if it satisfies the
+//! Quantities against their equations, and the strategies that choose by them. With fractions, a value is right if it satisfies the
 //! equations (so it is not too small, for costs not too large) and if the chosen actions attain it
 //! (so it is not too large, for costs not too small). Both are checked here from the definitions,
 //! with linear equations solved by plain elimination.
@@ -17,8 +17,8 @@ use num_rational::BigRational;
 use num_traits::{FromPrimitive, One, Signed, Zero};
 use proptest::prelude::*;
 
+use crate::choosing;
 use crate::worlds::{World, factored, graph};
-use crate::{EMPTIES, SAFETIES};
 
 /// The greatest number of improvements that is checked.
 const LEVELS: usize = 3;
@@ -276,7 +276,7 @@ pub(crate) fn preferences(world: &World, empty: Empty) -> Preferences {
 
 fn check<E: Engine>(engine: &Arc<E>, world: &World, empty: Empty) {
     let preferences = Arc::new(preferences(world, empty));
-    for safety in SAFETIES {
+    for &safety in Safety::ALL {
         let mut analysis = Analysis::new(engine, &preferences, Options { safety, max_level: None });
         analysis.run(&mut |_| ()).unwrap();
         let right = Check::new(world, &analysis, true);
@@ -292,13 +292,15 @@ fn check<E: Engine>(engine: &Arc<E>, world: &World, empty: Empty) {
                 }
             }
         }
+        let Check { values, states, .. } = right;
+        choosing::check(&analysis, world, &states, values, &format!("{safety}, {empty:?}"));
     }
 }
 
 fn both(world: &World) {
     let settings = || Settings { scope: world.scope, memory: 64 << 20, ..Settings::default() };
     let explicit = Arc::new(ExplicitEngine::new(world.program.clone(), settings()).unwrap());
-    EMPTIES.iter().for_each(|&empty| check(&explicit, world, empty));
+    Empty::ALL.iter().for_each(|&empty| check(&explicit, world, empty));
     let symbolic = Arc::new(SymbolicEngine::new(world.program.clone(), settings()).unwrap());
     check(&symbolic, world, Empty::Bottom);
 }
@@ -307,12 +309,12 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
     #[test]
-    fn values_satisfy_their_equations_and_are_attained_on_graphs(graph in graph(9)) {
+    fn values_satisfy_their_equations_and_strategies_attain_them_on_graphs(graph in graph(9)) {
         both(&graph.world());
     }
 
     #[test]
-    fn values_satisfy_their_equations_and_are_attained_on_programs(factored in factored()) {
+    fn values_satisfy_their_equations_and_strategies_attain_them_on_programs(factored in factored()) {
         both(&factored.world());
     }
 }

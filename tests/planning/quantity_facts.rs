@@ -16,7 +16,6 @@ use meliora::quantities::{Node, Steps, ValueOptions, Values};
 use num_traits::{One, Zero};
 use proptest::prelude::*;
 
-use crate::SAFETIES;
 use crate::quantities::{chain, exact};
 use crate::worlds::{World, graph};
 
@@ -80,7 +79,7 @@ fn levels_are_facts<E: Engine>(
 ) {
     let states = engine.list_states(&engine.all_states(), usize::MAX).unwrap();
     let action = analysed(engine, preferences, Safety::Action);
-    for safety in SAFETIES {
+    for &safety in Safety::ALL {
         let analysis = analysed(engine, preferences, safety);
         let values = solved(&analysis, program, &states, false);
         let everywhere = solved_everywhere(&analysis, program);

@@ -123,7 +123,7 @@ fn the_paper_s_numbers_follow_from_gain_and_transition() {
 }
 
 #[test]
-fn bottom_has_fewer_improvements() {
+fn the_robot_has_fewer_improvements_if_nothing_is_worth_least() {
     check(
         Empty::Bottom,
         &[
@@ -135,7 +135,7 @@ fn bottom_has_fewer_improvements() {
 }
 
 #[test]
-fn incomparable_hardly_improves() {
+fn the_robot_hardly_improves_if_nothing_is_incomparable() {
     check(
         Empty::Incomparable,
         &[
@@ -147,7 +147,7 @@ fn incomparable_hardly_improves() {
 }
 
 #[test]
-fn the_story_of_the_paper_is_told() {
+fn the_robot_may_take_the_actions_that_the_paper_tells() {
     let case = robot();
     let engine = case.engine();
     let preferences = case.preferences(&engine, Empty::Gain);

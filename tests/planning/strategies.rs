@@ -1,18 +1,14 @@
-//! Strategies, re-checked on the Markov chains that they induce.
+//! Strategies, re-checked on the Markov chains that they induce. The tests of [`crate::versus_literal`] draw the cases.
 
 use meliora::engine::Engine;
-use meliora::model::preference::Empty;
 use meliora::planning::improvement::Arena;
 use meliora::planning::levels::{Game, Level};
 use meliora::planning::strategy::{ArenaStrategy, is_goal, permitted_at_start, strategies};
 use meliora::planning::{Analysis, Kind, Safety};
-use proptest::prelude::*;
 
-use crate::generate::case;
 use crate::graphs::{bottom_components, reached};
 use crate::literal::{Literal, Set};
 use crate::tiny::Tiny;
-use crate::{Case, EMPTIES, SAFETIES, analyse};
 
 /// One arena at one level, with what the definitions say of its edges.
 struct Play<'a> {
@@ -145,58 +141,32 @@ fn check_level(
     assert_eq!(engine.sources(&start).unwrap(), level.states);
 }
 
-fn check(case: &Case) {
-    let engine = case.engine();
-    for empty in EMPTIES {
-        let preferences = case.preferences(&engine, empty);
-        let literal = Literal::new(case, empty);
-        for safety in SAFETIES {
-            let analysis = analyse(&engine, &preferences, safety);
-            for kind in [Kind::Sasi, Kind::Spi] {
-                let mut entered: Set = (0..case.mdp.0.len()).collect();
-                let levels = analysis.levels(kind);
-                for level in levels.found.iter().chain(levels.unbounded()) {
-                    check_level(&analysis, &literal, kind, level, &entered);
-                    entered = set(&level.states);
-                }
-            }
+/// Checks the strategies of all levels.
+pub(crate) fn check(analysis: &Analysis<Tiny>, literal: &Literal<'_>) {
+    for kind in [Kind::Sasi, Kind::Spi] {
+        let mut entered: Set = (0..literal.case.mdp.0.len()).collect();
+        let levels = analysis.levels(kind);
+        for level in levels.found.iter().chain(levels.unbounded()) {
+            check_level(analysis, literal, kind, level, &entered);
+            entered = set(&level.states);
         }
     }
 }
 
 /// Checks that no kept choice weakens the outcomes that the safety option protects.
-fn check_safety(case: &Case) {
-    let engine = case.engine();
-    let preferences = case.preferences(&engine, Empty::Bottom);
-    let literal = Literal::new(case, Empty::Bottom);
-    for safety in [Safety::Action, Safety::Prefix] {
-        let analysis = analyse(&engine, &preferences, safety);
-        let classes = analysis.classes().unwrap();
-        for arena in &analysis.improvement().unwrap().arenas {
-            for s in set(&arena.states) {
-                let from = match arena.reference {
-                    Some(c) => classes.list[c].most_preferred.iter().collect(),
-                    None => literal.mp[s].clone(),
-                };
-                for (a, successors) in case.mdp.0[s].iter().enumerate() {
-                    let safe = successors.iter().all(|&t| !literal.weakens(&from, &literal.mp[t]));
-                    assert!(!arena.choices[s][a] || safe, "{safety}: {s} by {a}");
-                }
+pub(crate) fn check_kept(analysis: &Analysis<Tiny>, literal: &Literal<'_>) {
+    let classes = analysis.classes().unwrap();
+    let improvement = analysis.improvement().unwrap();
+    for arena in &improvement.arenas {
+        for s in set(&arena.states) {
+            let from = match arena.reference {
+                Some(c) => classes.list[c].most_preferred.iter().collect(),
+                None => literal.mp[s].clone(),
+            };
+            for (a, successors) in literal.case.mdp.0[s].iter().enumerate() {
+                let safe = successors.iter().all(|&t| !literal.weakens(&from, &literal.mp[t]));
+                assert!(!arena.choices[s][a] || safe, "{}: {s} by {a}", improvement.safety);
             }
         }
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(800))]
-
-    #[test]
-    fn strategies_win_on_their_induced_chains(case in case(7)) {
-        check(&case);
-    }
-
-    #[test]
-    fn no_kept_choice_weakens(case in case(7)) {
-        check_safety(&case);
     }
 }

@@ -17,8 +17,6 @@ use meliora::model::preference::Preferences;
 use meliora::planning::levels::{End, Level};
 use meliora::planning::{Analysis, Kind, Options, Phase, Safety};
 
-use crate::SAFETIES;
-
 type Case = (Arc<Program>, Arc<Preferences>);
 
 fn case(model: &str, constants: &str, preferences: &str) -> Case {
@@ -80,7 +78,7 @@ fn everything((program, preferences): &Case, settings: Settings, safety: Safety)
 fn compare(name: &str, case: &Case, scopes: &[Scope]) {
     for &scope in scopes {
         for storage in Storage::ALL.iter().copied() {
-            for safety in SAFETIES {
+            for &safety in Safety::ALL {
                 let settings = |threads| Settings { scope, storage, ..settings(threads) };
                 let expected = everything(case, settings(1), safety);
                 for threads in [2, 4] {
@@ -147,7 +145,7 @@ fn a_cancellation_inside_a_worker_ends_the_run_and_another_run_completes_it() {
     let case = grid(3, "");
     // How often a worker gets work before the thread of the caller has done it all depends on the system.
     let mut cancelled = 0;
-    for safety in SAFETIES {
+    for &safety in Safety::ALL {
         let expected = everything(&case, settings(1), safety);
         for patience in [0, 3, 20, 60, 150, 400] {
             let sink = Arc::new(StopOthers { home: thread::current().id(), patience: patience.into() });

@@ -133,7 +133,7 @@ mod tests {
     use super::partner;
 
     #[test]
-    fn names_have_partners() {
+    fn names_of_rows_and_columns_are_paired() {
         for (name, row, column, expected) in [
             ("r", "r", "c", Some("c")),
             ("r1", "r", "c", Some("c1")),

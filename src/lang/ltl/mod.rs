@@ -5,18 +5,14 @@
 //! of the flat program (`install`), and the formula becomes a [`meliora_model::temporal::Condition`]
 //! on states.
 
-#[cfg(test)]
-mod enumeration;
 mod formula;
 mod install;
 mod normaliser;
 mod parse;
-#[cfg(test)]
-mod patterns;
 mod require;
-mod wording;
 #[cfg(test)]
-mod words;
+mod tests;
+mod wording;
 
 pub(crate) use formula::FormulaKind;
 pub use formula::{Formula, Steps};

@@ -187,7 +187,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_fit_a_cell() {
+    fn values_are_shortened_to_fit_a_cell() {
         for (x, text) in [
             (0.0, "0"),
             (0.065_843_6, "0.07"),
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn likely_and_soon_are_dark() {
+    fn likely_and_soon_values_are_dark() {
         let (p, c) = (Measure::Probability(1), Measure::Steps(1));
         assert_eq!(
             (p.share(1.0, (0.0, 1.0)), c.share(2.0, (2.0, 9.0)), c.share(9.0, (2.0, 9.0))),

@@ -127,7 +127,7 @@ mod tests {
     use super::ordinal;
 
     #[test]
-    fn ordinals_end_as_they_are_spoken() {
+    fn ordinals_are_words_up_to_ten_and_then_numbers() {
         let found = [1, 10, 11, 12, 13, 21, 22, 23, 24, 101, 111].map(ordinal).join(" ");
         assert_eq!(found, "first tenth 11th 12th 13th 21st 22nd 23rd 24th 101st 111th");
     }

@@ -3,7 +3,7 @@
 use meliora::planning::Safety;
 
 use super::draft::{Draft, Members};
-use super::{Fault, HISTORIES, SAFETIES, cases, refuse};
+use super::{Fault, HISTORIES, cases, refuse};
 
 /// Two improvements in a row, each by chance: from 0 and 3 to 1 or 2, and from these to 7 or 8. Certain are only 4
 /// from states 0 and 3, 5 from state 1, and 6 from state 2.
@@ -31,12 +31,12 @@ fn unbounded(draft: &mut Draft, kind: &str) {
 }
 
 #[test]
-fn ranks_are_not_infinite() {
+fn a_level_that_is_no_fixpoint_is_refused_as_unbounded() {
     let faults = [
         Fault { condition: "`sasi:unbounded` is the last level", forge: |d| unbounded(d, "sasi") },
         Fault { condition: "`spi:unbounded` is the last level", forge: |d| unbounded(d, "spi") },
     ];
-    refuse_for(&SAFETIES, &faults);
+    refuse_for(Safety::ALL, &faults);
 }
 
 /// Makes level 2 the fixpoint as well, with the choices that stay in it and no layers.
@@ -56,7 +56,7 @@ fn repeated(draft: &mut Draft, kind: &str, class: &str) {
 }
 
 #[test]
-fn the_last_level_is_not_a_fixpoint() {
+fn a_last_level_made_the_fixpoint_is_refused() {
     let faults = [
         Fault {
             condition: "each state of `sasi:unbounded` is in one of its layers",
@@ -97,7 +97,7 @@ fn leave_out_of_the_class(draft: &mut Draft, kind: &str, rounds: &[&Members]) {
 }
 
 #[test]
-fn the_last_level_is_not_left_out() {
+fn a_last_level_left_out_is_missed() {
     let faults = [
         Fault {
             condition: "no state lost in round 0 of `sasi:2` has a safe step out of the round",
@@ -122,7 +122,7 @@ fn the_last_level_is_not_left_out() {
 }
 
 #[test]
-fn the_last_level_is_not_left_out_of_a_class() {
+fn a_last_level_left_out_of_a_class_is_missed() {
     let faults = [
         Fault { condition: "no state wins `sasi:2`", forge: |d| leave_out(d, "sasi") },
         Fault { condition: "no state wins `spi:2`", forge: |d| leave_out(d, "spi") },
@@ -143,7 +143,7 @@ fn the_last_level_is_not_left_out_of_a_class() {
 }
 
 #[test]
-fn a_level_is_what_its_classes_win() {
+fn each_condition_on_levels_of_classes_is_needed() {
     let faults = [
         Fault {
             condition: "`sasi:2` is what its reference classes win",
@@ -166,7 +166,7 @@ fn a_level_is_what_its_classes_win() {
 }
 
 #[test]
-fn strategies_are_permissive() {
+fn a_strategy_that_lacks_or_adds_choices_is_refused() {
     let faults = [
         Fault {
             condition: "`strategy:sasi:2` are the kept choices that keep winning",
@@ -203,7 +203,7 @@ fn not_again(draft: &mut Draft, kind: &str) {
 }
 
 #[test]
-fn strategies_of_empty_levels_are_empty() {
+fn a_strategy_of_an_empty_level_is_refused() {
     let faults = [
         Fault {
             condition: "`strategy:sasi:unbounded` has no choice, as `sasi:unbounded` has no state",
@@ -214,7 +214,7 @@ fn strategies_of_empty_levels_are_empty() {
             forge: |d| d.set("strategy:spi:unbounded", d.choices("again", 3)),
         },
     ];
-    refuse_for(&SAFETIES, &faults);
+    refuse_for(Safety::ALL, &faults);
 }
 
 /// Adds state 1 to level 2; it has no path to a goal edge of level 2.
@@ -232,7 +232,7 @@ fn too_large_level_1(draft: &mut Draft) {
 }
 
 #[test]
-fn levels_are_not_too_large() {
+fn a_level_that_is_too_large_is_refused() {
     let faults = [
         Fault { condition: "each state of `sasi:2` is in one of its layers", forge: too_large_level_2 },
         Fault { condition: "each state of `spi:1` is in one of its layers", forge: too_large_level_1 },
@@ -253,7 +253,7 @@ fn levels_are_not_too_large() {
 
 /// A state without an improvement is said to win level 2 with the lowest class.
 #[test]
-fn levels_are_not_too_large_in_a_class() {
+fn a_level_that_is_too_large_in_a_class_is_refused() {
     let faults = [
         Fault {
             condition: "each state of `sasi:2@L` is in one of its layers",
@@ -292,7 +292,7 @@ fn one_more(draft: &mut Draft, kind: &str) {
 }
 
 #[test]
-fn no_level_is_empty() {
+fn an_empty_level_is_refused() {
     let faults = [
         Fault {
             condition: "`sasi:3` has a state, and fewer than the level below",
@@ -303,7 +303,7 @@ fn no_level_is_empty() {
             forge: |d| one_more(d, "spi"),
         },
     ];
-    refuse_for(&SAFETIES, &faults);
+    refuse_for(Safety::ALL, &faults);
 }
 
 /// Each step around the ring improves or ends in state 3.
@@ -318,7 +318,7 @@ pub(super) const RING_PREFERENCES: &str =
 
 /// The fixpoint is level 1; here it is level 2 as well.
 #[test]
-fn no_level_is_there_twice() {
+fn a_level_that_is_there_twice_is_refused() {
     let forge = |d: &mut Draft| {
         for name in d.names().iter().filter(|name| name.contains("spi:unbounded")) {
             let repeated = name.replace("spi:unbounded", "spi:2");
@@ -327,12 +327,12 @@ fn no_level_is_there_twice() {
         }
     };
     let condition = "`spi:2` has a state, and fewer than the level below";
-    refuse(&cases(RING, RING_PREFERENCES, &["history = play;"], &SAFETIES), &[Fault { condition, forge }]);
+    refuse(&cases(RING, RING_PREFERENCES, &["history = play;"], Safety::ALL), &[Fault { condition, forge }]);
 }
 
 /// The other conditions imply this one, which is reported first.
 #[test]
-fn levels_decrease() {
+fn levels_that_do_not_decrease_are_refused() {
     let faults = [
         Fault {
             condition: "each state of `sasi:2` is in the level below",
@@ -343,11 +343,11 @@ fn levels_decrease() {
             forge: |d| d.add("spi:2", &d.states(&[4])),
         },
     ];
-    refuse_for(&SAFETIES, &faults);
+    refuse_for(Safety::ALL, &faults);
 }
 
 #[test]
-fn a_search_that_was_not_cut_is_not_said_to_be() {
+fn a_search_that_is_falsely_said_to_be_cut_is_refused() {
     let condition = "the search for levels stopped at the maximum level 3";
-    refuse_for(&SAFETIES, &[Fault { condition, forge: |d| d.manifest.max_level = Some(3) }]);
+    refuse_for(Safety::ALL, &[Fault { condition, forge: |d| d.manifest.max_level = Some(3) }]);
 }

@@ -14,10 +14,10 @@ use meliora::engine::Scope;
 use meliora::planning::Safety;
 
 use crate::others::case;
-use crate::verify::{Case, SAFETIES};
+use crate::verify::Case;
 use draft::Draft;
 
-const SCOPES: [Scope; 2] = [Scope::Reachable, Scope::All];
+pub(super) const SCOPES: [Scope; 2] = [Scope::Reachable, Scope::All];
 /// Objectives are judged from the present state on, or over whole paths.
 const HISTORIES: [&str; 2] = ["history = state;", "history = play;"];
 

@@ -3,8 +3,10 @@
 //! B is almost sure everywhere and preferred to A, so that A decides no class: a fault in its sets has no effect on
 //! classes and levels.
 
+use meliora::planning::Safety;
+
 use super::draft::Draft;
-use super::{Fault, HISTORIES, SAFETIES, cases, refuse};
+use super::{Fault, HISTORIES, cases, refuse};
 
 /// State 1 is the target and state 2 a trap. The only choice of state 3 leads to either by chance.
 const MODEL: &str = "mdp module m s:[0..3] init 0;
@@ -15,7 +17,7 @@ const PREFERENCES: &str = "objective A = F s=1; objective B = F s>=0; prefer B >
 
 #[test]
 fn each_condition_on_targets_is_needed() {
-    let cases = |history: &str| cases(MODEL, PREFERENCES, &[history], &SAFETIES);
+    let cases = |history: &str| cases(MODEL, PREFERENCES, &[history], Safety::ALL);
     let fault = |condition| Fault { condition, forge: |d| d.set("target:A", [].into()) };
     refuse(&cases("history = state;"), &[fault("`target:A` are the states in which the target holds")]);
     refuse(
@@ -60,7 +62,7 @@ fn each_condition_on_positive_regions_is_needed() {
             },
         },
     ];
-    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &faults);
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL), &faults);
 }
 
 /// Makes the almost-sure region the target alone.
@@ -109,7 +111,7 @@ fn each_condition_on_almost_sure_regions_is_needed() {
             },
         },
     ];
-    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &faults);
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL), &faults);
 }
 
 /// The other conditions imply this one, which is reported first.
@@ -122,7 +124,7 @@ fn an_almost_sure_region_without_its_target_is_refused() {
         d.layers("almost-sure:A", &[]);
         d.rounds("almost-sure:A", &[&d.get("reachable")]);
     };
-    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &[Fault { condition, forge }]);
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL), &[Fault { condition, forge }]);
 }
 
 /// An empty layer or round, or a state that is lost twice, proves nothing false, but `export` never writes it.
@@ -142,7 +144,7 @@ fn layers_and_rounds_have_states_and_rounds_are_disjoint() {
             forge: |d| d.add("refuted:almost-sure:A:1", &d.get("refuted:almost-sure:A:0")),
         },
     ];
-    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &faults);
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL), &faults);
 }
 
 #[test]
@@ -157,5 +159,5 @@ fn each_condition_on_classes_is_needed() {
             forge: |d| d.set("class:nothing", d.states(&[0])),
         },
     ];
-    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &faults);
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL), &faults);
 }

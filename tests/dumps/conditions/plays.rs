@@ -5,7 +5,7 @@
 use meliora::planning::Safety;
 
 use super::draft::{Draft, Members};
-use super::{Fault, SAFETIES, cases, refuse};
+use super::{Fault, cases, refuse};
 
 const HISTORY: &[&str] = &["history = play;"];
 
@@ -17,8 +17,7 @@ const CHOSEN: &str =
 
 fn refuse_for(model: &str, formula: &str, faults: &[Fault]) {
     let preferences = format!("objective A = {formula}; objective B = F s>=0; prefer B > A;");
-    let safeties: &[Safety] = &SAFETIES;
-    refuse(&cases(model, &preferences, HISTORY, safeties), faults);
+    refuse(&cases(model, &preferences, HISTORY, Safety::ALL), faults);
 }
 
 /// Replaces the secured region, the layers towards its only mark, and the rounds of the other states.

@@ -4,7 +4,7 @@ use meliora::engine::Scope;
 use meliora::planning::Safety;
 
 use super::draft::{Draft, Members};
-use super::{Fault, HISTORIES, SAFETIES, case, cases, refuse, refused};
+use super::{Fault, HISTORIES, case, cases, refuse, refused};
 
 /// State 2 has a step to state 1 and no predecessor; state 1 is a deadlock. Two bits also encode 3, which is not a
 /// value.
@@ -28,14 +28,14 @@ fn each_condition_on_what_the_model_says_is_needed() {
             forge: |d| d.add("deadlock", &d.states(&[0])),
         },
     ];
-    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &faults);
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL), &faults);
 }
 
 /// The dump of the scope `reachable` under a manifest that says `all`.
 #[test]
 fn all_valuations_are_in_the_scope_all() {
     let condition = "`reachable` contains all valuations, as the scope `all` requires";
-    for safety in SAFETIES {
+    for &safety in Safety::ALL {
         let [reachable, all] = [Scope::Reachable, Scope::All]
             .map(|scope| case(MODEL, &format!("{PREFERENCES} history = state;"), scope, safety));
         let mut draft = Draft::of(&reachable.dump);
@@ -66,7 +66,7 @@ fn forget(draft: &mut Draft, gone: &Members) {
 #[test]
 fn states_in_which_plays_begin_are_not_left_out() {
     let condition = "each state in which paths start is in `reachable`";
-    for safety in SAFETIES {
+    for &safety in Safety::ALL {
         let preferences = format!("{PREFERENCES} history = play;");
         let case = case(MODEL, &preferences, Scope::All, safety);
         let mut draft = Draft::of(&case.dump);
@@ -80,7 +80,7 @@ fn states_in_which_plays_begin_are_not_left_out() {
 #[test]
 fn states_that_cannot_be_reached_are_refused() {
     let condition = "each state of `reachable` is in one of its layers";
-    for safety in SAFETIES {
+    for &safety in Safety::ALL {
         let [reachable, all] = [Scope::Reachable, Scope::All]
             .map(|scope| case(MODEL, &format!("{PREFERENCES} history = state;"), scope, safety));
         let mut draft = Draft::of(&all.dump);
@@ -112,5 +112,5 @@ fn all_sets_are_within_the_scope() {
     refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &[Safety::Prefix]), &faults);
     let condition = "each state of `reachable` has values in range";
     let forge = |d: &mut Draft| d.add("reachable", &no_values(d));
-    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &[Fault { condition, forge }]);
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL), &[Fault { condition, forge }]);
 }

@@ -10,18 +10,18 @@ use meliora::error::Error;
 use meliora::planning::Safety;
 
 use super::draft::Draft;
-use super::{Fault, HISTORIES, SAFETIES, SCOPES, accepted, cases, levels, refuse, refused, safe};
+use super::{Fault, HISTORIES, SCOPES, accepted, cases, levels, refuse, refused, safe};
 use crate::others::read;
 use crate::verify::Case;
 
 fn all_cases(model: &str, preferences: &str) -> Vec<(String, Case)> {
-    cases(model, preferences, &HISTORIES, &SAFETIES)
+    cases(model, preferences, &HISTORIES, Safety::ALL)
 }
 
 /// All regions of the manifest, and the safe regions of `prefix`.
 #[test]
 fn a_verdict_lists_each_region_once() {
-    let ring = cases(levels::RING, levels::RING_PREFERENCES, &["history = play;"], &SAFETIES);
+    let ring = cases(levels::RING, levels::RING_PREFERENCES, &["history = play;"], Safety::ALL);
     let others = [(levels::MODEL, levels::PREFERENCES), (safe::MODEL, safe::PREFERENCES)];
     let others = others.into_iter().flat_map(|(model, preferences)| all_cases(model, preferences));
     for (options, case) in others.chain(ring) {
@@ -44,7 +44,7 @@ fn a_verdict_lists_each_region_once() {
 fn a_search_that_was_cut_is_accepted() {
     for history in HISTORIES {
         for scope in SCOPES {
-            for safety in SAFETIES {
+            for &safety in Safety::ALL {
                 let (program, preferences) =
                     read(levels::MODEL, &format!("{} {history}", levels::PREFERENCES));
                 let case = Case::cut(program, preferences, scope, safety, Some(1));

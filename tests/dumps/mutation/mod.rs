@@ -109,7 +109,7 @@ fn forge(shop: &mut Shop, dump: &Dump, table: &mut Table, random: &mut ChaCha8Rn
 }
 
 #[test]
-fn nothing_false_gets_past_verify() {
+fn verify_refuses_every_mutation_that_is_false() {
     let mut random = ChaCha8Rng::seed_from_u64(7);
     let mut table = Table(BTreeMap::new());
     let mut shop = Shop::new(MODEL, PREFERENCES);

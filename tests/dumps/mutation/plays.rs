@@ -21,7 +21,7 @@ const PREFERENCES: &str = "objective A = (G F x=0) & (G F x=2); objective B = (F
 const CONSTANTS: &str = "K=4";
 
 #[test]
-fn nothing_false_of_whole_plays_gets_past_verify() {
+fn verify_refuses_false_mutations_of_whole_plays() {
     let mut random = ChaCha8Rng::seed_from_u64(8);
     let mut table = Table(BTreeMap::new());
     let mut shop = Shop::new(MODEL, PREFERENCES);
@@ -41,7 +41,7 @@ const NESTED: &str = "objective A = x!=3 U (G x=2); objective B = (F x=1) W x=2;
     objective C = G (x=1 => F (x=0 & G F x=2)); prefer A > B; prefer B > C;";
 
 #[test]
-fn nothing_false_of_nested_formulas_gets_past_verify() {
+fn verify_refuses_false_mutations_of_nested_formulas() {
     let mut random = ChaCha8Rng::seed_from_u64(10);
     let mut table = Table(BTreeMap::new());
     let mut shop = Shop::new(MODEL, NESTED);
@@ -54,7 +54,7 @@ fn nothing_false_of_nested_formulas_gets_past_verify() {
 }
 
 #[test]
-fn nothing_false_under_requirements_gets_past_verify() {
+fn verify_refuses_false_mutations_under_requirements() {
     let mut random = ChaCha8Rng::seed_from_u64(9);
     let mut table = Table(BTreeMap::new());
     for requirements in ["require G x!=1;", "require G (x=0 => X x!=3); require G (x=2 => X x!=0);"] {

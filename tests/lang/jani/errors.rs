@@ -36,7 +36,7 @@ const SMALL: &str = r#"{"jani-version": 1, "name": "small", "type": "mdp", "feat
 "system": {"elements": [{"automaton": "m"}], "syncs": [{"synchronise": ["go"]}]}}"#;
 
 #[test]
-fn syntax_and_shape() {
+fn errors_of_syntax_and_shape_are_shown_at_their_place() {
     assert_eq!(rendered(SMALL, ""), "accepted\n");
     snapshot(
         "syntax_and_shape",
@@ -53,7 +53,7 @@ fn syntax_and_shape() {
 }
 
 #[test]
-fn not_supported() {
+fn what_is_not_supported_is_refused_by_name() {
     let integer = "{\"kind\": \"bounded\", \"base\": \"int\", \"lower-bound\": 0, \"upper-bound\": 3}";
     snapshot(
         "not_supported",
@@ -72,7 +72,7 @@ fn not_supported() {
 }
 
 #[test]
-fn meaning() {
+fn what_has_no_meaning_is_shown_at_its_place() {
     snapshot(
         "meaning",
         &[
@@ -90,7 +90,7 @@ fn meaning() {
 }
 
 #[test]
-fn constants() {
+fn constants_without_a_value_of_their_type_are_errors() {
     let with =
         |list: &str| SMALL.replacen("\"variables\"", &format!("\"constants\": [{list}], \"variables\""), 1);
     let two = "{\"name\": \"A\", \"type\": \"int\"}, {\"name\": \"B\", \"type\": \"int\", \"value\": {\"op\": \"+\", \

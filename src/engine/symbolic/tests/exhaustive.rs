@@ -136,7 +136,7 @@ fn check((store, lists): &(Store, Arc<Lists>), width: usize, relations: &[Relati
 }
 
 #[test]
-fn all_relations_of_two_bits_that_touch_one_or_none() {
+fn operations_are_right_on_all_relations_of_two_bits_that_touch_one_or_none() {
     for support in [0, 1, 2] {
         let store = store(2, Thresholds::default());
         let tables: Table = if support == 0 { 1 << 4 } else { 1 << 8 };
@@ -150,7 +150,7 @@ fn all_relations_of_two_bits_that_touch_one_or_none() {
 }
 
 #[test]
-fn all_relations_of_two_bits_that_touch_both() {
+fn operations_are_right_on_all_relations_of_two_bits_that_touch_both() {
     let store = store(2, Thresholds::default());
     for table in 0..1 << 16 {
         let relation = [Relation::new(&store.0, 2, 3, table)];
@@ -232,14 +232,14 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2_000))]
 
     #[test]
-    fn lists_of_three_bits(relations in prop::collection::vec(relation(3), 0..4), x: u8, bound: u8, small: bool) {
+    fn operations_are_right_on_lists_of_relations_of_three_bits(relations in prop::collection::vec(relation(3), 0..4), x: u8, bound: u8, small: bool) {
         let store = store(3, if small { least() } else { Thresholds::default() });
         let relations = Vec::from_iter(relations.into_iter().map(|(support, t)| Relation::new(&store.0, 3, support, t)));
         check(&store, 3, &relations, x.into(), bound.into());
     }
 
     #[test]
-    fn attractors_of_three_bits(
+    fn attractors_are_right_on_three_bits(
         groups in prop::collection::vec(prop::collection::vec(relation(3), 1..3), 0..4),
         lost: u8,
         candidates: u8,
@@ -268,7 +268,7 @@ proptest! {
     }
 
     #[test]
-    fn parts_of_three_bits(
+    fn parts_are_right_on_three_bits(
         parts in prop::collection::vec((relation(3), any::<u8>(), any::<u8>()), 0..4),
         won: u8,
         new: u8,

@@ -13,10 +13,10 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use ahash::AHashMap;
 
-use super::normaliser::Normaliser;
 use super::words::{Atoms, made, state};
-use super::{Formula, FormulaKind, Steps};
 use crate::automata::{FormulaId, Formulas, Leaf, Monitor, Tree, leaves};
+use crate::ltl::normaliser::Normaliser;
+use crate::ltl::{Formula, FormulaKind, Steps};
 use meliora_model::expr::ExprId;
 use meliora_model::temporal::Asks;
 use meliora_model::value::Value;
@@ -480,16 +480,16 @@ fn example(found: &Verdicts, expected: &Verdicts) -> String {
 }
 
 #[test]
-fn all_formulas_of_up_to_four_operators() {
+fn monitors_are_right_for_all_formulas_of_up_to_four_operators() {
     let formulas = Enumerated::up_to(3, &BINARY);
     let found: Vec<usize> = (0..=4).map(|size| compare(&formulas, size, 1)).collect();
     assert_eq!(found, [1, 14, 335, 9_987, 274_458]);
 }
 
-/// One of 50; the environment variable `FIVE_STEP=1` asks for all.
+/// One of 250; the environment variable `FIVE_STEP=1` asks for all.
 #[test]
-fn some_formulas_of_five_operators() {
-    let step = std::env::var("FIVE_STEP").map_or(50, |step| step.parse().unwrap());
+fn monitors_are_right_for_some_formulas_of_five_operators() {
+    let step = std::env::var("FIVE_STEP").map_or(250, |step| step.parse().unwrap());
     let found = compare(&Enumerated::up_to(3, &BINARY), 5, step);
     assert_eq!(found, ALL_OF_FIVE.div_ceil(step));
 }

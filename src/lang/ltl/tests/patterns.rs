@@ -8,8 +8,8 @@
 
 use std::fmt::Write;
 
-use super::parse_formula;
 use super::words::Judge;
+use crate::ltl::parse_formula;
 use meliora_model::error::SourceFile;
 
 /// A formula, and the number of states of Spot's deterministic automaton: a single complete one, with

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 
-use super::normaliser::{Meaning, Normaliser};
-use super::{Formula, FormulaKind, Steps};
 use crate::ast::{BinaryOp, Expr, Node as Part, NodeKind, Span};
 use crate::automata::{Form, Formulas, Leaf, Monitor, Tree, leaves};
+use crate::ltl::normaliser::{Meaning, Normaliser};
+use crate::ltl::{Formula, FormulaKind, Steps, parse_formula};
 use meliora_model::VarId;
 use meliora_model::error::{Error, Limit, Result, SourceFile};
 use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
@@ -299,7 +299,7 @@ fn agrees(f: &Formula, words: &[Word]) {
 }
 
 #[test]
-fn all_formulas_of_up_to_two_operators() {
+fn monitors_are_right_for_all_formulas_of_up_to_two_operators() {
     let words = words(4);
     for size in 0..=2 {
         let all = formulas(size);
@@ -309,7 +309,7 @@ fn all_formulas_of_up_to_two_operators() {
 }
 
 #[test]
-fn every_fifth_formula_of_three_operators() {
+fn monitors_are_right_for_every_fifth_formula_of_three_operators() {
     let words = words(3);
     let all = formulas(3);
     all.iter().step_by(5).for_each(|f| agrees(f, &words));
@@ -329,7 +329,7 @@ fn a_step_before_what_recurs_counts_where_it_matters() {
         "X ((G F a) & (G (a => F b)))",
         "X ((F G a) | (F (a & G b)))",
     ] {
-        let f = super::parse_formula(&SourceFile::new("formula", text)).unwrap();
+        let f = parse_formula(&SourceFile::new("formula", text)).unwrap();
         agrees(&f, &words);
     }
 }
@@ -337,7 +337,7 @@ fn a_step_before_what_recurs_counts_where_it_matters() {
 #[test]
 fn monitors_of_common_formulas_are_small() {
     let states = |text: &str| {
-        let f = super::parse_formula(&SourceFile::new("formula", text)).unwrap();
+        let f = parse_formula(&SourceFile::new("formula", text)).unwrap();
         let judge = Judge::new(&f).unwrap();
         judge.sizes()
     };
@@ -473,17 +473,17 @@ proptest! {
     #![proptest_config(cases(3_000))]
 
     #[test]
-    fn random_formulas(f in formula(), words in prop::collection::vec(word(), 12)) {
+    fn monitors_are_right_for_random_formulas(f in formula(), words in prop::collection::vec(word(), 12)) {
         compare(&f, &words)?;
     }
 
     #[test]
-    fn random_combinations(f in combination(), words in prop::collection::vec(word(), 12)) {
+    fn monitors_are_right_for_random_combinations(f in combination(), words in prop::collection::vec(word(), 12)) {
         compare(&f, &words)?;
     }
 
     #[test]
-    fn what_is_always_true_or_never_by_construction(f in combination(), words in prop::collection::vec(word(), 12)) {
+    fn tautologies_hold_on_all_words_and_contradictions_on_none(f in combination(), words in prop::collection::vec(word(), 12)) {
         let not = made(FormulaKind::Not(Box::new(f.clone())));
         let true_and_false = [
             (made(FormulaKind::Or(vec![f.clone(), not.clone()])), true),

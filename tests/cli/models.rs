@@ -1,0 +1,56 @@
+//! The models in `models/`: both engines report the same results for each.
+
+use crate::common::run;
+
+/// The models with constants for which every command takes little time.
+pub(crate) const MODELS: [(&str, &str); 16] = [
+    ("chain", "N=6"),
+    ("counter", ""),
+    ("courier", ""),
+    ("drone", ""),
+    ("fleet", "L=1"),
+    ("lateral", ""),
+    ("lateral_prefix", ""),
+    // Under `prefix`, one component needs both methods for its numbers of improvements.
+    ("line", "K=1"),
+    ("network", "K=5,M=2"),
+    ("patrol", "N=2"),
+    ("pond", ""),
+    ("rescue", "H=1"),
+    ("ring", "N=8,T=4"),
+    ("robot5x5", ""),
+    ("scramble", "cells=29"),
+    ("toy", ""),
+];
+
+/// The option that gives constants their values, where there are any.
+pub(crate) fn given(constants: &str) -> String {
+    if constants.is_empty() { String::new() } else { format!("-c {constants}") }
+}
+
+#[test]
+fn every_model_of_the_folder_is_in_the_list() {
+    let folder = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/models")).unwrap();
+    let files = folder.map(|file| file.unwrap().path());
+    let mut names: Vec<String> = files
+        .filter(|path| path.extension().is_some_and(|e| e == "prism"))
+        .map(|path| path.file_stem().unwrap().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    assert_eq!(names, MODELS.map(|(name, _)| name));
+}
+
+#[test]
+fn both_engines_say_the_same_of_every_model_in_every_mode() {
+    for (name, constants) in MODELS {
+        for scope in ["reachable", "all"] {
+            for safety in ["action", "transition", "prefix"] {
+                let inputs = format!("models/{name}.prism models/{name}.pref {}", given(constants));
+                let arguments = format!("compare {inputs} --json --scope {scope} --safety {safety}");
+                let report = run(&arguments).expect(0).json();
+                assert_eq!(report["equal"], true, "{arguments}");
+                assert_eq!(report["membership"], report["counts"]["states"], "{arguments}");
+            }
+        }
+    }
+}
