@@ -187,7 +187,8 @@ pub mod model {
     #[doc(inline)]
     pub use meliora_model::{
         Branch, Command, CommandId, ModelKind, Optimum, Program, State, Synchronisation, VarId, Variable,
-        diagram, exact, expr, fault, members, preference, property, real, step, temporal, valuation, value,
+        diagram, exact, expr, fault, members, preference, property, real, step, temporal, trend, valuation,
+        value,
     };
 }
 

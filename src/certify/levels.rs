@@ -4,8 +4,8 @@ use super::arena::{Arena, arenas};
 use super::checker::Checker;
 use super::error::{CheckError, CheckResult};
 use super::outcomes::Class;
-use meliora_engine::symbolic::{ChoiceSet, StateSet};
-use meliora_engine::{Algebra, Engine};
+use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
+use meliora_engine::{Algebra, EdgeLabels, Engine};
 use meliora_model::names;
 
 /// Checks the levels of both kinds; returns the arenas.
@@ -121,22 +121,29 @@ fn whole(checker: &mut Checker<'_>, arenas: &[Arena], level: &Level<'_>, states:
 impl Level<'_> {
     /// Returns the choices with a goal edge: an edge that improves and enters the level below.
     fn goals(&self, checker: &Checker<'_>, arena: &Arena) -> CheckResult<ChoiceSet> {
-        arena.into(checker, |_, part| Ok(checker.engine.intersection(&part.goal, &self.entered)?))
+        let into = |part: &EdgeLabels<StateSet>| Ok(checker.engine.intersection(&part.goal, &self.entered)?);
+        arena.into(checker, &checker.engine, into)
     }
 
-    /// Returns the choices with a kept edge into X that is not a goal edge.
-    fn straying(&self, checker: &Checker<'_>, arena: &Arena, x: &StateSet) -> CheckResult<ChoiceSet> {
+    /// Returns the choices with a kept edge of the engine `by` into X that is not a goal edge.
+    fn straying(
+        &self,
+        checker: &Checker<'_>,
+        by: &SymbolicEngine,
+        arena: &Arena,
+        x: &StateSet,
+    ) -> CheckResult<ChoiceSet> {
         let engine = &checker.engine;
-        arena.into(checker, |_, part| {
+        arena.into(checker, by, |part| {
             let goal = engine.intersection(&part.goal, &self.entered)?;
             Ok(engine.difference(&engine.difference(x, &goal)?, &part.dropped)?)
         })
     }
 }
 
-/// Returns the choices with a kept edge into X.
-fn moving(checker: &Checker<'_>, arena: &Arena, x: &StateSet) -> CheckResult<ChoiceSet> {
-    arena.into(checker, |_, part| Ok(checker.engine.difference(x, &part.dropped)?))
+/// Returns the choices with a kept edge of the engine `by` into X.
+fn moving(checker: &Checker<'_>, by: &SymbolicEngine, arena: &Arena, x: &StateSet) -> CheckResult<ChoiceSet> {
+    arena.into(checker, by, |part| Ok(checker.engine.difference(x, &part.dropped)?))
 }
 
 /// Checks that the strategy is the permissive one, and that under it layers lead to a goal edge.
@@ -153,16 +160,16 @@ fn inside(
     let goals = level.goals(checker, arena)?;
     let expected = if level.kind == "sasi" {
         let out = engine.difference(&engine.all_states(), region)?;
-        engine.difference(&kept, &level.straying(checker, arena, &out)?)?
+        engine.difference(&kept, &level.straying(checker, engine, arena, &out)?)?
     } else {
-        let ahead = engine.union(&goals, &moving(checker, arena, region)?)?;
+        let ahead = engine.union(&goals, &moving(checker, engine, arena, region)?)?;
         engine.intersection(&kept, &ahead)?
     };
     let condition = || format!("`strategy:{name}` are the kept choices that keep winning");
     checker.equal_choices(strategy, &expected, condition)?;
     let start = engine.can_choose(&engine.intersection(strategy, &goals)?)?;
-    let step = |layer: &StateSet| {
-        let entering = moving(checker, arena, layer)?;
+    let step = |by: &SymbolicEngine, x: &StateSet| {
+        let entering = moving(checker, by, arena, x)?;
         Ok(engine.can_choose(&engine.intersection(strategy, &entering)?)?)
     };
     checker.layers(name, region, &start, step)
@@ -175,7 +182,7 @@ fn outside(checker: &Checker<'_>, arena: &Arena, level: &Level<'_>, region: &Sta
     let name = arena.name(&level.name);
     let goals = level.goals(checker, arena)?;
     if level.kind == "spi" {
-        let ahead = engine.union(&goals, &moving(checker, arena, region)?)?;
+        let ahead = engine.union(&goals, &moving(checker, engine, arena, region)?)?;
         let entering = engine.can_choose(&engine.intersection(&arena.kept, &ahead)?)?;
         return checker
             .subset(&entering, region, || format!("each state with a step towards `{name}` is in it"));
@@ -184,14 +191,20 @@ fn outside(checker: &Checker<'_>, arena: &Arena, level: &Level<'_>, region: &Sta
         Some(below) => arena.sets(checker).states(&arena.name(below))?,
         None => arena.states.clone(),
     };
-    let left = checker.rounds(&name, &below, |j, lost, left, rest| {
-        let gone = engine.difference(&engine.all_states(), left)?;
-        let safe = engine.choices_in(&arena.kept, lost)?;
-        let safe = engine.difference(&safe, &level.straying(checker, arena, &gone)?)?;
-        let ahead = engine.union(&goals, &moving(checker, arena, rest)?)?;
-        let saved = engine.can_choose(&engine.intersection(&safe, &ahead)?)?;
-        let condition = || format!("no state lost in round {j} of `{name}` has a safe step out of the round");
-        checker.subset(&saved, &engine.no_states(), condition)
+    let left = checker.rounds(&name, &below, |round| {
+        let gone = engine.difference(&engine.all_states(), round.left)?;
+        let safe = engine.choices_in(&arena.kept, round.lost)?;
+        let safe = engine.difference(&safe, &level.straying(checker, engine, arena, &gone)?)?;
+        let saved = match round.within {
+            Some(by) => engine.difference(&safe, &level.straying(checker, by, arena, round.lost)?)?,
+            None => {
+                let ahead = engine.union(&goals, &moving(checker, engine, arena, round.rest)?)?;
+                engine.intersection(&safe, &ahead)?
+            }
+        };
+        let condition =
+            || format!("no state lost in round {} of `{name}` has a safe step out of the round", round.number);
+        checker.subset(&engine.can_choose(&saved)?, &engine.no_states(), condition)
     })?;
     checker.subset(&left, region, || format!("each state outside of `{name}` is lost in some round"))
 }
