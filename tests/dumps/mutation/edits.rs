@@ -2,7 +2,6 @@
 
 use meliora::dump::manifest::{ChoiceNumber, File, Root, RootKind, SafetyMode};
 use meliora::dump::{Diagram, Dump, Edge, Manifest, Node, directory};
-use meliora::model::trend::Trend;
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 use rand::seq::{IndexedMutRandom, IndexedRandom, IteratorRandom};
@@ -11,7 +10,7 @@ use serde_json::Value as Json;
 use super::shop::{edge, text};
 
 /// The function with one more member or one less.
-fn toggled(diagram: &mut Diagram, from: Edge, level: u32, bits: u64) -> Edge {
+pub(super) fn toggled(diagram: &mut Diagram, from: Edge, level: u32, bits: u64) -> Edge {
     if level as usize == diagram.variables.len() {
         return from.complement();
     }
@@ -140,62 +139,6 @@ pub(super) const EDITS: &[(&str, Edit)] = &[
         let level = d.manifest.choices.order.len() as u32;
         d.regions.push(level, Edge::TRUE, Edge::FALSE).is_ok()
     }),
-    ("a layer or round has another trend", |d, r| {
-        let roots = proof(d).0.roots.iter_mut().filter(|root| is_step(&root.name));
-        let Some(root) = roots.choose(r) else { return false };
-        root.trend = *[None, Some(Trend::Falling), Some(Trend::Rising)].choose(r).unwrap();
-        true
-    }),
-    ("a region has a trend", |d, r| {
-        let file = if r.random_bool(0.5) { &mut d.manifest.regions } else { proof(d).0 };
-        root(file, r).trend = Some(Trend::Falling);
-        true
-    }),
-    ("all trends are turned around", |d, _| {
-        let roots = proof(d).0.roots.iter_mut();
-        roots.for_each(|root| root.trend = root.trend.map(|t| match t {
-            Trend::Falling => Trend::Rising,
-            Trend::Rising => Trend::Falling,
-        }));
-        true
-    }),
-    ("the variables are in another order", |d, r| {
-        let order = &mut proof(d).0.order;
-        match r.random_range(0..5) {
-            0 => order.clear(),
-            1 => drop(order.pop()),
-            2 => order.push("z".to_owned()),
-            3 => order.extend(order.first().cloned()),
-            _ => order.reverse(),
-        }
-        true
-    }),
-    ("a layer or round is left out, and the later ones move up", |d, r| {
-        let file = proof(d).0;
-        let Some((start, number)) = step(file, r) else { return false };
-        file.roots.retain(|root| root.name != format!("{start}{number}"));
-        (number + 1..).map_while(|k| rename(file, &format!("{start}{k}"), &format!("{start}{}", k - 1))).count();
-        true
-    }),
-    ("a layer or round comes before the one before it", |d, r| {
-        let file = proof(d).0;
-        let Some((start, number)) = step(file, r).filter(|(_, number)| *number > 0) else { return false };
-        let (first, second) = (format!("{start}{}", number - 1), format!("{start}{number}"));
-        rename(file, &first, "between").and_then(|()| rename(file, &second, &first));
-        rename(file, "between", &second).is_some()
-    }),
-    ("a layer or round has a state of the next one", |d, r| {
-        let (file, diagram) = proof(d);
-        let Some((start, number)) = step(file, r) else { return false };
-        let [own, next] = [number, number + 1].map(|k| position(file, &format!("{start}{k}")));
-        let (Some(own), Some(next)) = (own, next) else { return false };
-        let moved = first_member(diagram, file.roots[next].node);
-        let choice_bits = diagram.variables.iter().filter(|v| v.starts_with("choice@")).count() as u32;
-        for at in [own, next] {
-            file.roots[at].node = toggled(diagram, file.roots[at].node, choice_bits, moved);
-        }
-        true
-    }),
     ("the regions are listed in another order", |d, _| {
         d.manifest.regions.roots.reverse();
         true
@@ -219,39 +162,7 @@ pub(super) fn proof(dump: &mut Dump) -> (&mut File, &mut Diagram) {
     (dump.manifest.certificate.as_mut().unwrap(), dump.certificate.as_mut().unwrap())
 }
 
-fn is_step(name: &str) -> bool {
-    name.starts_with("layers:") || name.starts_with("refuted:")
-}
-
-/// The name of a layer or round without its number, and the number.
-fn step(file: &File, random: &mut ChaCha8Rng) -> Option<(String, usize)> {
-    let name = &file.roots.iter().filter(|root| is_step(&root.name)).choose(random)?.name;
-    let (start, number) = name.rsplit_once(':')?;
-    Some((format!("{start}:"), number.parse().ok()?))
-}
-
-fn position(file: &File, name: &str) -> Option<usize> {
-    file.roots.iter().position(|root| root.name == name)
-}
-
-fn rename(file: &mut File, from: &str, to: &str) -> Option<()> {
-    let at = position(file, from)?;
-    file.roots[at].name = to.to_owned();
-    Some(())
-}
-
-/// The bits of some member of a set of states.
-fn first_member(diagram: &Diagram, from: Edge) -> u64 {
-    let (mut at, mut bits) = (from, 0);
-    for level in 0..diagram.variables.len() as u32 {
-        let (then, otherwise) = diagram.cofactors(at, level);
-        bits |= u64::from(otherwise == Edge::FALSE) << level;
-        at = if otherwise == Edge::FALSE { then } else { otherwise };
-    }
-    bits
-}
-
-fn root<'f>(file: &'f mut File, random: &mut ChaCha8Rng) -> &'f mut Root {
+pub(super) fn root<'f>(file: &'f mut File, random: &mut ChaCha8Rng) -> &'f mut Root {
     let position = random.random_range(0..file.roots.len());
     &mut file.roots[position]
 }
