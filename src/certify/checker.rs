@@ -140,13 +140,16 @@ impl<'a> Checker<'a> {
                     }
                 }
                 None => {
-                    let condition = || format!("each state in layer {j} of `{name}` has a step into an earlier layer");
+                    let condition =
+                        || format!("each state in layer {j} of `{name}` has a step into an earlier layer");
                     self.subset(layer, &step(engine, &earlier)?, condition)?;
                 }
                 Some(trend) => {
                     let condition = || {
                         let trend = trend.name();
-                        format!("each state in layer {j} of `{name}` has a {trend} step into this layer or an earlier one")
+                        format!(
+                            "each state in layer {j} of `{name}` has a {trend} step into this layer or an earlier one"
+                        )
                     };
                     self.subset(layer, &step(self.trends.engine(*trend)?, &until)?, condition)?;
                 }
@@ -200,9 +203,8 @@ impl<'a> Checker<'a> {
             self.subset(&start, &all, || "each state in which paths start is in `reachable`".to_owned())?;
             let next = engine.post(&engine.all_choices())?;
             self.subset(&next, &all, || "each successor of a state of `reachable` is in it".to_owned())?;
-            let step = |e: &SymbolicEngine, x: &StateSet| {
-                Ok(e.post(&engine.choices_in(&engine.all_choices(), x)?)?)
-            };
+            let step =
+                |e: &SymbolicEngine, x: &StateSet| Ok(e.post(&engine.choices_in(&engine.all_choices(), x)?)?);
             self.layers(names::REACHABLE, &all, &start, step)?;
         } else {
             let condition = || "`reachable` contains all valuations, as the scope `all` requires".to_owned();

@@ -121,7 +121,8 @@ fn whole(checker: &mut Checker<'_>, arenas: &[Arena], level: &Level<'_>, states:
 impl Level<'_> {
     /// Returns the choices with a goal edge: an edge that improves and enters the level below.
     fn goals(&self, checker: &Checker<'_>, arena: &Arena) -> CheckResult<ChoiceSet> {
-        let into = |part: &EdgeLabels<StateSet>| Ok(checker.engine.intersection(&part.goal, &self.entered)?);
+        let into =
+            |part: &EdgeLabels<StateSet>| Ok(checker.engine.intersection(&part.goal, &self.entered)?);
         arena.into(checker, &checker.engine, into)
     }
 
@@ -202,8 +203,9 @@ fn outside(checker: &Checker<'_>, arena: &Arena, level: &Level<'_>, region: &Sta
                 engine.intersection(&safe, &ahead)?
             }
         };
-        let condition =
-            || format!("no state lost in round {} of `{name}` has a safe step out of the round", round.number);
+        let condition = || {
+            format!("no state lost in round {} of `{name}` has a safe step out of the round", round.number)
+        };
         checker.subset(&engine.can_choose(&saved)?, &engine.no_states(), condition)
     })?;
     checker.subset(&left, region, || format!("each state outside of `{name}` is lost in some round"))

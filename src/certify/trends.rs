@@ -46,8 +46,7 @@ fn order(engine: &SymbolicEngine, manifest: &Manifest, is_used: bool) -> CheckRe
     let all = if is_used { program.variables.len() } else { 0 };
     let distinct = order.iter().collect::<BTreeSet<_>>().len();
     if [names.len(), order.len(), distinct] != [all; 3] || !manifest.regions.order.is_empty() {
-        let condition =
-            "the certificate orders each variable of the model once if a layer or round has a trend, else none";
+        let condition = "the certificate orders each variable of the model once if a layer or round has a trend, else none";
         return Err(CheckError::violated(condition, None));
     }
     Ok(order)

@@ -155,7 +155,12 @@ fn mode(safety: Safety) -> SafetyMode {
 }
 
 /// Builds the diagram of a certificate, and its entry in the manifest without the hash.
-fn proof(engine: &SymbolicEngine, named: &[Named], order: &[VarId], bits: &[String]) -> Result<(File, Diagram)> {
+fn proof(
+    engine: &SymbolicEngine,
+    named: &[Named],
+    order: &[VarId],
+    bits: &[String],
+) -> Result<(File, Diagram)> {
     let (mut certificate, diagram) = file(engine, manifest::CERTIFICATE, named, bits)?;
     if named.iter().any(|set| set.trend.is_some()) {
         let variables = &engine.program().variables;

@@ -31,5 +31,8 @@ fn a_dump_with_layers_by_distance_is_accepted_and_refused_if_changed() {
         root.name = format!("layers:{to}");
     }
     let violation = verify(&program, &preferences, hashes, &dump, Settings::default()).unwrap().violation;
-    assert_eq!(violation.unwrap().condition, "each state in layer 1 of `positive:H` has a step into an earlier layer");
+    assert_eq!(
+        violation.unwrap().condition,
+        "each state in layer 1 of `positive:H` has a step into an earlier layer"
+    );
 }

@@ -24,10 +24,12 @@ pub(super) const EDITS: &[(&str, Edit)] = &[
     }),
     ("all trends are turned around", |d, _| {
         let roots = proof(d).0.roots.iter_mut();
-        roots.for_each(|root| root.trend = root.trend.map(|t| match t {
-            Trend::Falling => Trend::Rising,
-            Trend::Rising => Trend::Falling,
-        }));
+        roots.for_each(|root| {
+            root.trend = root.trend.map(|t| match t {
+                Trend::Falling => Trend::Rising,
+                Trend::Rising => Trend::Falling,
+            })
+        });
         true
     }),
     ("the variables are in another order", |d, r| {
@@ -45,7 +47,9 @@ pub(super) const EDITS: &[(&str, Edit)] = &[
         let file = proof(d).0;
         let Some((start, number)) = step(file, r) else { return false };
         file.roots.retain(|root| root.name != format!("{start}{number}"));
-        (number + 1..).map_while(|k| rename(file, &format!("{start}{k}"), &format!("{start}{}", k - 1))).count();
+        (number + 1..)
+            .map_while(|k| rename(file, &format!("{start}{k}"), &format!("{start}{}", k - 1)))
+            .count();
         true
     }),
     ("a layer or round comes before the one before it", |d, r| {
