@@ -122,19 +122,19 @@ impl Arena {
         if self.reference.is_some() { &checker.proof } else { &checker.regions }
     }
 
-    /// Returns the choices with an edge of the engine `by` from the states of a part into the target of
-    /// that part.
+    /// Returns the choices of C with an edge of the engine `by` from the states of a part into the
+    /// target of that part.
     pub(super) fn into(
         &self,
         checker: &Checker<'_>,
-        by: &SymbolicEngine,
+        (by, c): (&SymbolicEngine, &ChoiceSet),
         target: impl Fn(&EdgeLabels<StateSet>) -> CheckResult<StateSet>,
     ) -> CheckResult<ChoiceSet> {
         let engine = &checker.engine;
         let mut all = engine.no_choices();
         for part in &self.edge_labels {
-            let entering = by.pre(&engine.all_choices(), &target(part)?)?;
-            all = engine.union(&all, &engine.choices_in(&entering, &part.from)?)?;
+            let entering = by.pre(&engine.choices_in(c, &part.from)?, &target(part)?)?;
+            all = engine.union(&all, &entering)?;
         }
         Ok(all)
     }

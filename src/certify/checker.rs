@@ -111,8 +111,8 @@ impl<'a> Checker<'a> {
     }
 
     /// Checks that the layers of a region are a partition of it, and that each state has a way to
-    /// layer 0, which is `start`. `step(E, X)` returns the states with a step into X by an edge of the
-    /// engine E.
+    /// layer 0, which is `start`. `step(E, L, X)` returns the states of L with a step into X by an edge
+    /// of the engine E.
     ///
     /// A layer without a trend has steps into earlier layers. A layer with a trend has steps of this
     /// trend into earlier layers or into itself: their paths end, so they leave the layer.
@@ -121,7 +121,7 @@ impl<'a> Checker<'a> {
         name: &str,
         region: &StateSet,
         start: &StateSet,
-        step: impl Fn(&SymbolicEngine, &StateSet) -> CheckResult<StateSet>,
+        step: impl Fn(&SymbolicEngine, &StateSet, &StateSet) -> CheckResult<StateSet>,
     ) -> CheckResult {
         let engine = &self.engine;
         let (mut open, mut earlier) = (region.clone(), engine.no_states());
@@ -142,7 +142,7 @@ impl<'a> Checker<'a> {
                 None => {
                     let condition =
                         || format!("each state in layer {j} of `{name}` has a step into an earlier layer");
-                    self.subset(layer, &step(engine, &earlier)?, condition)?;
+                    self.subset(layer, &step(engine, layer, &earlier)?, condition)?;
                 }
                 Some(trend) => {
                     let condition = || {
@@ -151,7 +151,7 @@ impl<'a> Checker<'a> {
                             "each state in layer {j} of `{name}` has a {trend} step into this layer or an earlier one"
                         )
                     };
-                    self.subset(layer, &step(self.trends.engine(*trend)?, &until)?, condition)?;
+                    self.subset(layer, &step(self.trends.engine(*trend)?, layer, &until)?, condition)?;
                 }
             }
             open = engine.difference(&open, layer)?;
@@ -203,8 +203,10 @@ impl<'a> Checker<'a> {
             self.subset(&start, &all, || "each state in which paths start is in `reachable`".to_owned())?;
             let next = engine.post(&engine.all_choices())?;
             self.subset(&next, &all, || "each successor of a state of `reachable` is in it".to_owned())?;
-            let step =
-                |e: &SymbolicEngine, x: &StateSet| Ok(e.post(&engine.choices_in(&engine.all_choices(), x)?)?);
+            let step = |e: &SymbolicEngine, layer: &StateSet, x: &StateSet| {
+                let next = e.post(&engine.choices_in(&engine.all_choices(), x)?)?;
+                Ok(engine.intersection(&next, layer)?)
+            };
             self.layers(names::REACHABLE, &all, &start, step)?;
         } else {
             let condition = || "`reachable` contains all valuations, as the scope `all` requires".to_owned();

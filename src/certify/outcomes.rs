@@ -45,7 +45,9 @@ fn positive(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> Check
     checker.subset(target, &x, || format!("each state of the target is in `{region}`"))?;
     let entering = engine.can_choose(&engine.pre(&engine.all_choices(), &x)?)?;
     checker.subset(&entering, &x, || format!("each state with a step into `{region}` is in it"))?;
-    let step = |e: &SymbolicEngine, x: &StateSet| Ok(engine.can_choose(&e.pre(&engine.all_choices(), x)?)?);
+    let step = |e: &SymbolicEngine, layer: &StateSet, x: &StateSet| {
+        Ok(engine.can_choose(&e.pre(&engine.choices_in(&engine.all_choices(), layer)?, x)?)?)
+    };
     checker.layers(region, &x, target, step)?;
     checker.passed(region);
     Ok(())
@@ -64,13 +66,15 @@ fn almost_sure(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> Ch
     let strategy = names::strategy(region);
     let condition = || format!("`{strategy}` are the choices that stay in `{region}`");
     checker.equal_choices(&checker.regions.choices(&strategy)?, &staying, condition)?;
-    let step = |e: &SymbolicEngine, x: &StateSet| Ok(engine.can_choose(&e.pre(&staying, x)?)?);
+    let step = |e: &SymbolicEngine, layer: &StateSet, x: &StateSet| {
+        Ok(engine.can_choose(&e.pre(&engine.choices_in(&staying, layer)?, x)?)?)
+    };
     checker.layers(region, &x, target, step)?;
     let left = checker.rounds(region, &engine.all_states(), |round| {
         let &Round { number, lost, .. } = round;
         let condition = || format!("no state lost in round {number} of `{region}` is in the target");
         checker.subset(&engine.intersection(lost, target)?, &engine.no_states(), condition)?;
-        let safe = engine.choices_in(&engine.pre_within(&engine.all_choices(), round.left)?, lost)?;
+        let safe = engine.pre_within(&engine.choices_in(&engine.all_choices(), lost)?, round.left)?;
         let saved = match round.within {
             Some(within) => engine.difference(&safe, &within.pre(&safe, lost)?)?,
             None => engine.pre(&safe, round.rest)?,

@@ -37,8 +37,8 @@ impl Avoided<'_> {
         let condition = || format!("each state of {} has a choice that stays in it", self.safe);
         checker.subset(safe, &engine.can_choose(&staying)?, condition)?;
         let left = checker.rounds(name, &engine.all_states(), |round| {
-            let staying = engine.pre_within(&engine.all_choices(), round.left)?;
-            let mut staying = engine.choices_in(&staying, round.lost)?;
+            let choices = engine.choices_in(&engine.all_choices(), round.lost)?;
+            let mut staying = engine.pre_within(&choices, round.left)?;
             if let Some(within) = round.within {
                 staying = engine.difference(&staying, &within.pre(&staying, round.lost)?)?;
             }

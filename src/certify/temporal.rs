@@ -82,7 +82,9 @@ impl SecuredRegion {
         checker.subset(&self.region, &engine.can_choose(&staying)?, condition)?;
         for (index, mark) in self.again.iter().enumerate() {
             let start = engine.intersection(mark, &self.region)?;
-            let step = |e: &SymbolicEngine, x: &StateSet| Ok(engine.can_choose(&e.pre(&staying, x)?)?);
+            let step = |e: &SymbolicEngine, layer: &StateSet, x: &StateSet| {
+                Ok(engine.can_choose(&e.pre(&engine.choices_in(&staying, layer)?, x)?)?)
+            };
             checker.layers(&names::recurring(name, index + 1), &self.region, &start, step)?;
         }
         Ok(())
@@ -93,7 +95,7 @@ impl SecuredRegion {
         let left = checker.rounds(name, &engine.all_states(), |round| {
             let j = round.number;
             let open = engine.intersection(round.lost, &self.allowed)?;
-            let safe = engine.choices_in(&engine.pre_within(&engine.all_choices(), round.left)?, &open)?;
+            let safe = engine.pre_within(&engine.choices_in(&engine.all_choices(), &open)?, round.left)?;
             let saved = match round.within {
                 Some(within) => engine.difference(&safe, &within.pre(&safe, round.lost)?)?,
                 None => engine.pre(&safe, round.rest)?,
