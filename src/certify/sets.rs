@@ -27,8 +27,8 @@ pub(super) struct Sets {
 impl Sets {
     /// Loads all sets of a file, and checks their sizes in nodes against the manifest.
     pub(super) fn load(engine: &SymbolicEngine, file: &File, diagram: &Diagram) -> CheckResult<Self> {
-        let mut sets = Sets::default();
-        sets.trends = file.roots.iter().filter_map(|r| Some((r.name.clone(), r.trend?))).collect();
+        let trends = file.roots.iter().filter_map(|r| Some((r.name.clone(), r.trend?))).collect();
+        let mut sets = Sets { trends, ..Sets::default() };
         let (states, choices): (Vec<&Root>, Vec<&Root>) =
             file.roots.iter().partition(|r| r.kind == RootKind::States);
         let edges: Vec<Edge> = states.iter().map(|r| r.node).collect();

@@ -206,7 +206,17 @@ pub struct File {
     /// The variables in the order in which they make a state a number, the first one most significant;
     /// for roots with a trend.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub order: Vec<String>,
+    pub order: Vec<Digit>,
+}
+
+/// A variable as a digit of the number of a state.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Digit {
+    /// Its name.
+    pub variable: String,
+    /// True if greater values make the number smaller.
+    pub reversed: bool,
 }
 
 /// The file with bounds of quantities; see [`super::bounds`].

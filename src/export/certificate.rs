@@ -10,9 +10,9 @@ use super::{Named, whole_paths};
 use meliora_engine::edge_labels::winning;
 use meliora_engine::symbolic::{StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, EdgeLabels, Engine};
-use meliora_model::VarId;
 use meliora_model::error::Result;
 use meliora_model::names;
+use meliora_model::trend::Digit;
 use meliora_planning::improvement::Arena;
 use meliora_planning::levels::{End, entering};
 use meliora_planning::winning_regions::ObjectiveRegions;
@@ -21,7 +21,7 @@ use meliora_planning::{Analysis, Kind, strategy};
 type Of<'a> = Analysis<SymbolicEngine>;
 
 /// Returns all roots of the certificate, and the order of the variables that defines their trends.
-pub(super) fn all(analysis: &Of<'_>) -> Result<(Vec<Named>, Vec<VarId>)> {
+pub(super) fn all(analysis: &Of<'_>) -> Result<(Vec<Named>, Vec<Digit>)> {
     let (whole, engine) = (analysis.whole_engine(), analysis.engine());
     let trends = Trends::new(whole)?;
     let mut named = Vec::new();

@@ -8,15 +8,14 @@
 use super::Named;
 use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, EdgeLabels, Engine};
-use meliora_model::VarId;
 use meliora_model::error::Result;
 use meliora_model::names;
-use meliora_model::trend::Trend;
+use meliora_model::trend::{Digit, Trend};
 
 /// An engine, with the engines that have only its falling or rising edges.
 pub(super) struct Trends {
     /// The order of the variables that defines the trends.
-    pub(super) order: Vec<VarId>,
+    pub(super) order: Vec<Digit>,
     engines: [(Trend, SymbolicEngine); 2],
 }
 
@@ -25,7 +24,7 @@ pub(super) type Proof = Vec<(StateSet, Option<Trend>)>;
 
 impl Trends {
     pub(super) fn new(engine: &SymbolicEngine) -> Result<Self> {
-        let order = engine.by_drift()?;
+        let order = engine.falling_order()?;
         let [falling, rising] = Trend::ALL.map(|trend| engine.with_trend(&order, trend));
         let engines = [(Trend::Falling, falling?), (Trend::Rising, rising?)];
         Ok(Trends { order, engines })

@@ -53,10 +53,9 @@ use meliora_dump::manifest::{self, File, Root, RootKind, SafetyMode};
 use meliora_dump::{Diagram, Dump};
 use meliora_engine::symbolic::{Set, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};
-use meliora_model::VarId;
 use meliora_model::error::{Error, Result};
 use meliora_model::names;
-use meliora_model::trend::Trend;
+use meliora_model::trend::{Digit, Trend};
 use meliora_planning::levels::End;
 use meliora_planning::{Analysis, Kind, Safety};
 use meliora_query::describe;
@@ -158,13 +157,17 @@ fn mode(safety: Safety) -> SafetyMode {
 fn proof(
     engine: &SymbolicEngine,
     named: &[Named],
-    order: &[VarId],
+    order: &[Digit],
     bits: &[String],
 ) -> Result<(File, Diagram)> {
     let (mut certificate, diagram) = file(engine, manifest::CERTIFICATE, named, bits)?;
     if named.iter().any(|set| set.trend.is_some()) {
         let variables = &engine.program().variables;
-        certificate.order = order.iter().map(|v| variables[v.index()].name.clone()).collect();
+        let name = |digit: &Digit| variables[digit.variable.index()].name.clone();
+        certificate.order = order
+            .iter()
+            .map(|digit| manifest::Digit { variable: name(digit), reversed: digit.reversed })
+            .collect();
     }
     Ok((certificate, diagram))
 }

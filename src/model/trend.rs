@@ -2,6 +2,17 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::VarId;
+
+/// A variable as a digit of the number of a state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Digit {
+    /// The variable.
+    pub variable: VarId,
+    /// True if greater values make the number smaller.
+    pub reversed: bool,
+}
+
 /// The effect of a step on the number of a state. Along steps of one trend no state comes twice, so
 /// their paths end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]

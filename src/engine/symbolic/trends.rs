@@ -1,9 +1,11 @@
 //! Engines with only the edges that make a state smaller, or only those that make it greater.
 //!
-//! A state is read as a number: its variables in some order, the first one most significant. A path of
+//! A state is read as a number: its variables in some order are the digits, the first one most
+//! significant, and in some of them a greater value makes the number smaller. A path of
 //! falling edges never returns to a state, so a proof by falling edges needs no distances: if every
 //! state of X has a falling edge into X ∪ Y, then from every state of X there is a path into Y.
 
+use std::cmp::Reverse;
 use std::sync::{Arc, OnceLock};
 
 use num_traits::Zero;
@@ -17,7 +19,7 @@ use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::settings::Count;
 use meliora_model::VarId;
 use meliora_model::error::Result;
-use meliora_model::trend::Trend;
+use meliora_model::trend::{Digit, Trend};
 
 impl SymbolicEngine {
     /// Returns an engine of the same states and choices that has only the edges s → s' with s' < s
@@ -28,7 +30,7 @@ impl SymbolicEngine {
     ///
     /// # Errors
     /// A limit.
-    pub fn with_trend(&self, order: &[VarId], trend: Trend) -> Result<Self> {
+    pub fn with_trend(&self, order: &[Digit], trend: Trend) -> Result<Self> {
         let mut transitions = (*self.transitions).clone();
         for Piece { steps, .. } in &mut transitions.pieces {
             let has_trend = self.has_trend(order, &steps.support, trend)?;
@@ -50,18 +52,16 @@ impl SymbolicEngine {
 
     /// Returns the pairs of present and next values of a support in which the next ones are less, or
     /// greater.
-    fn has_trend(&self, order: &[VarId], support: &Support, trend: Trend) -> Result<Bdd> {
+    fn has_trend(&self, order: &[Digit], support: &Support, trend: Trend) -> Result<Bdd> {
         let store = &self.store;
         let mut decided = store.zero();
-        for &variable in order.iter().rev() {
+        for &Digit { variable, reversed } in order.iter().rev() {
             for &position in self.encoding.positions(variable) {
                 if support.bits().binary_search(&position).is_ok() {
                     let before = store.literal(2 * position, true)?;
                     let after = store.literal(2 * position + 1, true)?;
-                    let (more, less) = match trend {
-                        Trend::Falling => (before, after),
-                        Trend::Rising => (after, before),
-                    };
+                    let lowers = (trend == Trend::Falling) != reversed;
+                    let (more, less) = if lowers { (before, after) } else { (after, before) };
                     let greater = store.or(&more, &decided)?;
                     decided = store.ite(&less, &store.and(&more, &decided)?, &greater)?;
                 }
@@ -70,25 +70,26 @@ impl SymbolicEngine {
         Ok(decided)
     }
 
-    /// Returns the variables by how much they drift, most first: the difference between the numbers of
-    /// transitions that lower and that raise a variable. With the first of them most significant, as
-    /// many edges as possible have one trend.
+    /// Returns an order of the variables in which many edges fall. Most transitions that change a variable
+    /// make its digit smaller. The fewer make it greater, the more significant it is; of equals, the one
+    /// that more transitions make smaller.
     ///
     /// Cost: linear in the relations, for each variable that they change.
     ///
     /// # Errors
     /// A limit.
-    pub fn by_drift(&self) -> Result<Vec<VarId>> {
-        let mut drifts: Vec<(Count, VarId)> = Vec::new();
+    pub fn falling_order(&self) -> Result<Vec<Digit>> {
+        let mut all = Vec::new();
         for index in 0..self.encoding.variables().len() as u32 {
             let variable = VarId(index);
             let [falling, rising] = Trend::ALL.map(|trend| self.count_trend(variable, trend));
             let (falling, rising) = (falling?, rising?);
-            let drift = if falling > rising { falling - rising } else { rising - falling };
-            drifts.push((drift, variable));
+            let reversed = rising > falling;
+            let (most, least) = if reversed { (rising, falling) } else { (falling, rising) };
+            all.push((least, Reverse(most), Digit { variable, reversed }));
         }
-        drifts.sort_by(|(a, _), (b, _)| b.cmp(a));
-        Ok(drifts.into_iter().map(|(_, variable)| variable).collect())
+        all.sort_by(|a, b| (&a.0, &a.1).cmp(&(&b.0, &b.1)));
+        Ok(all.into_iter().map(|(_, _, digit)| digit).collect())
     }
 
     /// Returns the number of transitions that lower or raise a variable.
@@ -98,7 +99,8 @@ impl SymbolicEngine {
         for Piece { group, steps } in &self.transitions.pieces {
             let changed = own.bits().iter().any(|bit| steps.support.bits().binary_search(bit).is_ok());
             if changed {
-                let has_trend = self.has_trend(&[variable], &steps.support, trend)?;
+                let has_trend =
+                    self.has_trend(&[Digit { variable, reversed: false }], &steps.support, trend)?;
                 let relation = self.store.and(&steps.relation, &has_trend)?;
                 let steps = PartialRelation { relation, support: steps.support.clone() };
                 let piece = Piece { group: *group, steps };

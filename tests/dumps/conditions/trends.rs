@@ -84,7 +84,10 @@ fn trends_without_meaning_are_refused() {
         Fault { condition: ORDER, forge: |d| d.manifest.certificate.as_mut().unwrap().order.clear() },
         Fault {
             condition: ORDER,
-            forge: |d| d.manifest.certificate.as_mut().unwrap().order.push("z".to_owned()),
+            forge: |d| {
+                let order = &mut d.manifest.certificate.as_mut().unwrap().order;
+                order[0].variable = "z".to_owned();
+            },
         },
         Fault {
             condition: ORDER,
@@ -93,7 +96,10 @@ fn trends_without_meaning_are_refused() {
                 order.push(order[0].clone());
             },
         },
-        Fault { condition: ORDER, forge: |d| d.manifest.regions.order.push("s".to_owned()) },
+        Fault {
+            condition: ORDER,
+            forge: |d| d.manifest.regions.order.clone_from(&d.manifest.certificate.as_ref().unwrap().order),
+        },
     ];
     refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &faults);
 }

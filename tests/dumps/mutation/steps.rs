@@ -34,11 +34,14 @@ pub(super) const EDITS: &[(&str, Edit)] = &[
     }),
     ("the variables are in another order", |d, r| {
         let order = &mut proof(d).0.order;
-        match r.random_range(0..5) {
-            0 => order.clear(),
-            1 => drop(order.pop()),
-            2 => order.push("z".to_owned()),
-            3 => order.extend(order.first().cloned()),
+        let at = r.random_range(0..order.len().max(1));
+        match (order.get_mut(at), r.random_range(0..6)) {
+            (None, _) => return false,
+            (_, 0) => order.clear(),
+            (_, 1) => drop(order.pop()),
+            (Some(digit), 2) => digit.variable = "z".to_owned(),
+            (Some(digit), 3) => digit.reversed = !digit.reversed,
+            (_, 4) => order.extend(order.first().cloned()),
             _ => order.reverse(),
         }
         true
