@@ -111,11 +111,11 @@ impl<'a> Checker<'a> {
     }
 
     /// Checks that the layers of a region are a partition of it, and that each state has a way to
-    /// layer 0, which is `start`. `step(E, L, X)` returns the states of L with a step into X by an edge
-    /// of the engine E.
+    /// layer 0, which is `start`. `step(E, L, X)` returns the states of L with a step into X by an
+    /// edge of the engine E.
     ///
-    /// A layer without a trend has steps into earlier layers. A layer with a trend has steps of this
-    /// trend into earlier layers or into itself: their paths end, so they leave the layer.
+    /// A layer without a trend has steps into earlier layers. A layer with a trend has steps of
+    /// this trend into earlier layers or into itself: their paths end, so they leave the layer.
     pub(super) fn layers(
         &self,
         name: &str,

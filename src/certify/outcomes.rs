@@ -53,10 +53,10 @@ fn positive(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> Check
     Ok(())
 }
 
-/// Checks an almost-sure region, and returns it. Inside: the strategy stays in it, and under it each
-/// layer leads to an earlier one. Outside: each choice of a state removed in a round may lead to a
-/// state removed earlier, or does not enter the rest; in a round with a trend, it may lead to a state
-/// removed earlier, or by a step of the trend to one of the round.
+/// Checks an almost-sure region, and returns it. Inside: the strategy stays in it, and under it
+/// each layer leads to an earlier one. Outside: each choice of a state removed in a round may lead
+/// to a state removed earlier, or does not enter the rest; in a round with a trend, it may lead to
+/// a state removed earlier, or by a step of the trend to one of the round.
 fn almost_sure(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> CheckResult<StateSet> {
     let engine = &checker.engine;
     let x = checker.regions.states(region)?;

@@ -23,8 +23,8 @@ impl Avoided<'_> {
     /// Returns the choices that stay in it.
     ///
     /// Inside: no state is bad, and each has a choice that stays in `safe`. Outside: each state
-    /// removed in a round is bad, or each of its choices may lead to a state removed earlier or, by a
-    /// step of the round's trend, to one of the round.
+    /// removed in a round is bad, or each of its choices may lead to a state removed earlier or, by
+    /// a step of the round's trend, to one of the round.
     pub(super) fn check(
         &self,
         checker: &Checker<'_>,

@@ -83,8 +83,8 @@ impl Sets {
         self.states.contains_key(name)
     }
 
-    /// Returns the sets of states named `name(0)`, `name(1)`, … up to the first that is missing, each
-    /// with its trend.
+    /// Returns the sets of states named `name(0)`, `name(1)`, … up to the first that is missing,
+    /// each with its trend.
     pub(super) fn sequence(&self, name: impl Fn(usize) -> String) -> CheckResult<Vec<Proven>> {
         let names = (0..).map(name).take_while(|name| self.has(name));
         names.map(|name| Ok((self.states(&name)?, self.trends.get(&name).copied()))).collect()

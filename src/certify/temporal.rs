@@ -9,12 +9,12 @@
 //! each R_di. The strategy that takes them all at random never leaves U_d, and almost surely visits
 //! each R_di infinitely often.
 //!
-//! Outside: consider a state of P_d that is removed in a round. In a round with a trend, each of its
-//! choices may lead to a state removed earlier, or by a step of the trend to one of the round. In any
-//! other round, each of its choices may lead to a state removed earlier, or stays in the round; and for some R_di, no state of the round in R_di
-//! has a choice of the second sort. So no removed state can be in U_d: the first round with one
-//! would contain paths that stay in the round and never visit R_di. Without any R_di, all states
-//! count as one.
+//! Outside: consider a state of P_d that is removed in a round. In a round with a trend, each of
+//! its choices may lead to a state removed earlier, or by a step of the trend to one of the round.
+//! In any other round, each of its choices may lead to a state removed earlier, or stays in the
+//! round; and for some R_di, no state of the round in R_di has a choice of the second sort. So no
+//! removed state can be in U_d: the first round with one would contain paths that stay in the round
+//! and never visit R_di. Without any R_di, all states count as one.
 
 use super::checker::Checker;
 use super::error::CheckResult;

@@ -203,8 +203,8 @@ pub struct File {
     pub nodes: usize,
     /// The meaning of its roots.
     pub roots: Vec<Root>,
-    /// The variables in the order in which they make a state a number, the first one most significant;
-    /// for roots with a trend.
+    /// The variables in the order in which they make a state a number, the first one most
+    /// significant; for roots with a trend.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub order: Vec<Digit>,
 }
@@ -254,8 +254,8 @@ pub struct Root {
     /// Its DOT file, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dot: Option<String>,
-    /// The steps that lead to other members, in a layer or round of a certificate; none if all steps
-    /// lead to earlier layers or rounds.
+    /// The steps that lead to other members, in a layer or round of a certificate; none if all
+    /// steps lead to earlier layers or rounds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trend: Option<Trend>,
 }
@@ -312,7 +312,8 @@ impl File {
         self.roots.iter().find(|r| r.name == name)
     }
 
-    /// Checks that the roots are those of the diagram, each with its own name, and that the diagram is ordered.
+    /// Checks that the roots are those of the diagram, each with its own name, and that the diagram
+    /// is ordered.
     fn check(&self, diagram: &Diagram) -> Result<(), String> {
         self.check_names(&self.path)?;
         let (path, nodes) = (&self.path, diagram.nodes.len() + 1);

@@ -67,9 +67,9 @@ fn outcome_layers(
     Ok(())
 }
 
-/// Computes the states that do not reach a target almost surely, in rounds of attractor removal: the
-/// states that cannot reach the target by the choices that avoid all removed states, and those that
-/// must risk to enter them.
+/// Computes the states that do not reach a target almost surely, in rounds of attractor removal:
+/// the states that cannot reach the target by the choices that avoid all removed states, and those
+/// that must risk to enter them.
 fn lost_rounds(engine: &SymbolicEngine, trends: &Trends, target: &StateSet) -> Result<Proof> {
     let mut removal = Removal::new(engine, trends).with_won(target);
     loop {
@@ -187,8 +187,8 @@ fn name_in(
     }
 }
 
-/// Computes the rounds that remove the states of `before` that do not win a SASI level, and the states
-/// that are left. States outside of `before` count as removed.
+/// Computes the rounds that remove the states of `before` that do not win a SASI level, and the
+/// states that are left. States outside of `before` count as removed.
 fn level_rounds(
     engine: &SymbolicEngine,
     trends: &Trends,

@@ -92,8 +92,8 @@ impl Named {
     }
 }
 
-/// Builds the dump of a finished analysis. Cost: for the certificate, one fixpoint per layer or round of
-/// each region.
+/// Builds the dump of a finished analysis. Cost: for the certificate, one fixpoint per layer or
+/// round of each region.
 ///
 /// # Errors
 /// The content matches no region; an objective is called `nothing`; a limit is reached.

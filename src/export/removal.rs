@@ -72,8 +72,8 @@ impl<'a> Removal<'a> {
         Ok(())
     }
 
-    /// Removes the states without a choice. Each round closes them under steps of one trend; if there
-    /// are states without a choice after it, this continues with the other trend.
+    /// Removes the states without a choice. Each round closes them under steps of one trend; if
+    /// there are states without a choice after it, this continues with the other trend.
     fn attract(&mut self) -> Result<()> {
         let engine = self.engine;
         for (trend, by) in self.trends.all().iter().cycle() {

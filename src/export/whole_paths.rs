@@ -53,8 +53,8 @@ pub(super) fn witnesses(
 
 /// Computes the rounds that remove the states outside of U_d. The first round removes the states
 /// outside of P_d. A later round removes the states that cannot reach some mark with choices that
-/// avoid all removed states, or those that must risk to enter them. Without any recurring mark, every
-/// state counts as marked.
+/// avoid all removed states, or those that must risk to enter them. Without any recurring mark,
+/// every state counts as marked.
 fn lost_rounds(engine: &SymbolicEngine, trends: &Trends, disjunct: &Disjunct) -> Result<Proof> {
     let mut marks =
         disjunct.again.iter().map(|&mark| engine.states_where(mark)).collect::<Result<Vec<_>>>()?;

@@ -24,7 +24,8 @@ use meliora_model::trend::{Digit, Trend};
 impl SymbolicEngine {
     /// Returns an engine of the same states and choices that has only the edges s → s' with s' < s
     /// (falling) or s' > s (rising), where the first variable of `order` in which s and s' differ
-    /// decides. Edges that change no variable of `order` are left out. The engines share their sets.
+    /// decides. Edges that change no variable of `order` are left out. The engines share their
+    /// sets.
     ///
     /// Here a choice may have no edge. Cost: linear in the relations.
     ///
@@ -50,8 +51,8 @@ impl SymbolicEngine {
         })
     }
 
-    /// Returns the pairs of present and next values of a support in which the next ones are less, or
-    /// greater.
+    /// Returns the pairs of present and next values of a support in which the next ones are less,
+    /// or greater.
     fn has_trend(&self, order: &[Digit], support: &Support, trend: Trend) -> Result<Bdd> {
         let store = &self.store;
         let mut decided = store.zero();
@@ -70,9 +71,9 @@ impl SymbolicEngine {
         Ok(decided)
     }
 
-    /// Returns an order of the variables in which many edges fall. Most transitions that change a variable
-    /// make its digit smaller. The fewer make it greater, the more significant it is; of equals, the one
-    /// that more transitions make smaller.
+    /// Returns an order of the variables in which many edges fall. Most transitions that change a
+    /// variable make its digit smaller. The fewer make it greater, the more significant it is; of
+    /// equals, the one that more transitions make smaller.
     ///
     /// Cost: linear in the relations, for each variable that they change.
     ///
