@@ -187,7 +187,7 @@ pub mod model {
     #[doc(inline)]
     pub use meliora_model::{
         Branch, Command, CommandId, ModelKind, Optimum, Program, State, Synchronisation, VarId, Variable,
-        diagram, exact, expr, fault, members, predicate, preference, property, real, step, temporal,
+        diagram, exact, expr, fault, members, predicate, preference, property, real, step, temporal, trend,
         valuation, value,
     };
 }

@@ -6,7 +6,7 @@ use super::outcomes::Class;
 use super::safe::Avoided;
 use super::safety;
 use super::sets::Sets;
-use meliora_engine::symbolic::{ChoiceSet, StateSet};
+use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, EdgeLabels, Engine};
 use meliora_model::names;
 use meliora_model::preference::Change;
@@ -122,17 +122,19 @@ impl Arena {
         if self.reference.is_some() { &checker.proof } else { &checker.regions }
     }
 
-    /// Returns the choices with an edge from the states of a part into the target of that part.
+    /// Returns the choices of C with an edge of the engine `by` from the states of a part into the
+    /// target of that part.
     pub(super) fn into(
         &self,
         checker: &Checker<'_>,
-        target: impl Fn(usize, &EdgeLabels<StateSet>) -> CheckResult<StateSet>,
+        (by, c): (&SymbolicEngine, &ChoiceSet),
+        target: impl Fn(&EdgeLabels<StateSet>) -> CheckResult<StateSet>,
     ) -> CheckResult<ChoiceSet> {
         let engine = &checker.engine;
         let mut all = engine.no_choices();
-        for (index, part) in self.edge_labels.iter().enumerate() {
-            let entering = engine.pre(&engine.all_choices(), &target(index, part)?)?;
-            all = engine.union(&all, &engine.choices_in(&entering, &part.from)?)?;
+        for part in &self.edge_labels {
+            let entering = by.pre(&engine.choices_in(c, &part.from)?, &target(part)?)?;
+            all = engine.union(&all, &entering)?;
         }
         Ok(all)
     }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::Checked;
 use super::error::{CheckError, CheckResult};
 use super::sets::Sets;
+use super::trends::Trends;
 use meliora_dump::bounds::Row;
 use meliora_dump::manifest::RootKind;
 use meliora_dump::{Dump, Manifest};
@@ -17,6 +18,8 @@ use meliora_model::preference::Preferences;
 /// The sets of a dump, over an engine that has built only the transition relations.
 pub(super) struct Checker<'a> {
     pub(super) engine: SymbolicEngine,
+    /// The engines with only the edges of one trend, where the proof uses it.
+    trends: Trends,
     pub(super) preferences: &'a Preferences,
     pub(super) manifest: &'a Manifest,
     /// The regions: each set is defined by model, preferences and options.
@@ -26,6 +29,19 @@ pub(super) struct Checker<'a> {
     /// The bounds of quantities.
     pub(super) values: Option<&'a [Row]>,
     pub(super) checked: Vec<Checked>,
+}
+
+/// A round of states that are lost for the same reason.
+pub(super) struct Round<'a> {
+    pub(super) number: usize,
+    /// The states that it removes.
+    pub(super) lost: &'a StateSet,
+    /// The states that were not lost before.
+    pub(super) left: &'a StateSet,
+    /// The states that are left after it.
+    pub(super) rest: &'a StateSet,
+    /// The engine whose edges into the round itself count as losing; none if none do.
+    pub(super) within: Option<&'a SymbolicEngine>,
 }
 
 impl<'a> Checker<'a> {
@@ -50,8 +66,8 @@ impl<'a> Checker<'a> {
         let engine = SymbolicEngine::with_states(Arc::clone(program), order, settings, &dump.regions, all)?;
         let regions = Sets::load(&engine, &manifest.regions, &dump.regions)?;
         let proof = Sets::load(&engine, file, certificate)?;
-        let values = dump.values.as_deref();
-        Ok(Checker { engine, preferences, manifest, regions, proof, values, checked: Vec::new() })
+        let (trends, values) = (Trends::new(&engine, manifest)?, dump.values.as_deref());
+        Ok(Checker { engine, trends, preferences, manifest, regions, proof, values, checked: Vec::new() })
     }
 
     /// Records that a region has passed its checks.
@@ -94,48 +110,73 @@ impl<'a> Checker<'a> {
         Ok(())
     }
 
-    /// Checks that the layers of a region partition it by the distance from `start`.
+    /// Checks that the layers of a region are a partition of it, and that each state has a way to
+    /// layer 0, which is `start`. `step(E, L, X)` returns the states of L with a step into X by an
+    /// edge of the engine E.
+    ///
+    /// A layer without a trend has steps into earlier layers. A layer with a trend has steps of
+    /// this trend into earlier layers or into itself: their paths end, so they leave the layer.
     pub(super) fn layers(
         &self,
         name: &str,
         region: &StateSet,
         start: &StateSet,
-        step: impl Fn(&StateSet) -> CheckResult<StateSet>,
+        step: impl Fn(&SymbolicEngine, &StateSet, &StateSet) -> CheckResult<StateSet>,
     ) -> CheckResult {
-        let mut open = region.clone();
-        let mut next = start.clone();
-        let layers = self.proof.sequence(|j| names::layer(name, j))?;
-        for (j, layer) in layers.iter().enumerate() {
-            let condition = || match j {
-                0 => format!("layer 0 of `{name}` are the states at its goal"),
-                _ => format!("layer {j} of `{name}` are the further states with a step into layer {}", j - 1),
-            };
-            self.equal(layer, &self.engine.intersection(&next, &open)?, condition)?;
+        let engine = &self.engine;
+        let (mut open, mut earlier) = (region.clone(), engine.no_states());
+        for (j, (layer, trend)) in self.proof.sequence(|j| names::layer(name, j))?.iter().enumerate() {
             self.some(layer, || format!("layer {j} of `{name}` has a state"))?;
-            open = self.engine.difference(&open, layer)?;
-            if j + 1 < layers.len() {
-                next = step(layer)?;
+            let condition = || format!("layer {j} of `{name}` has further states of this region");
+            self.subset(layer, &open, condition)?;
+            let until = engine.union(&earlier, layer)?;
+            match trend {
+                _ if j == 0 => {
+                    let condition = || format!("layer 0 of `{name}` are the states at its goal");
+                    self.equal(layer, &engine.intersection(start, region)?, condition)?;
+                    if trend.is_some() {
+                        let condition = format!("layer 0 of `{name}` has no trend");
+                        return Err(CheckError::violated(condition, None));
+                    }
+                }
+                None => {
+                    let condition =
+                        || format!("each state in layer {j} of `{name}` has a step into an earlier layer");
+                    self.subset(layer, &step(engine, layer, &earlier)?, condition)?;
+                }
+                Some(trend) => {
+                    let condition = || {
+                        let trend = trend.name();
+                        format!(
+                            "each state in layer {j} of `{name}` has a {trend} step into this layer or an earlier one"
+                        )
+                    };
+                    self.subset(layer, &step(self.trends.engine(*trend)?, layer, &until)?, condition)?;
+                }
             }
+            open = engine.difference(&open, layer)?;
+            earlier = until;
         }
         let condition = || format!("each state of `{name}` is in one of its layers");
-        self.subset(&open, &self.engine.no_states(), condition)
+        self.subset(&open, &engine.no_states(), condition)
     }
 
     /// Checks the rounds that remove states from X. Each round is non-empty and disjoint from
-    /// earlier rounds. Calls `check` with the number of the round, its states, and the rest of X
-    /// before and after it. Returns the rest of X after the last round.
+    /// earlier rounds. Calls `check` with each round. Returns the rest of X after the last round.
     pub(super) fn rounds(
         &self,
         name: &str,
         x: &StateSet,
-        check: impl Fn(usize, &StateSet, &StateSet, &StateSet) -> CheckResult,
+        check: impl Fn(&Round<'_>) -> CheckResult,
     ) -> CheckResult<StateSet> {
         let mut left = x.clone();
-        for (j, lost) in self.proof.sequence(|j| names::refuted(name, j))?.iter().enumerate() {
-            self.some(lost, || format!("round {j} of `{name}` has a state"))?;
-            self.subset(lost, &left, || format!("no state lost in round {j} of `{name}` was lost before"))?;
+        for (number, (lost, trend)) in self.proof.sequence(|j| names::refuted(name, j))?.iter().enumerate() {
+            let within = trend.map(|trend| self.trends.engine(trend)).transpose()?;
+            self.some(lost, || format!("round {number} of `{name}` has a state"))?;
+            let condition = || format!("no state lost in round {number} of `{name}` was lost before");
+            self.subset(lost, &left, condition)?;
             let rest = self.engine.difference(&left, lost)?;
-            check(j, lost, &left, &rest)?;
+            check(&Round { number, lost, left: &left, rest: &rest, within })?;
             left = rest;
         }
         Ok(left)
@@ -162,7 +203,10 @@ impl<'a> Checker<'a> {
             self.subset(&start, &all, || "each state in which paths start is in `reachable`".to_owned())?;
             let next = engine.post(&engine.all_choices())?;
             self.subset(&next, &all, || "each successor of a state of `reachable` is in it".to_owned())?;
-            let step = |x: &StateSet| Ok(engine.post(&engine.choices_in(&engine.all_choices(), x)?)?);
+            let step = |e: &SymbolicEngine, layer: &StateSet, x: &StateSet| {
+                let next = e.post(&engine.choices_in(&engine.all_choices(), x)?)?;
+                Ok(engine.intersection(&next, layer)?)
+            };
             self.layers(names::REACHABLE, &all, &start, step)?;
         } else {
             let condition = || "`reachable` contains all valuations, as the scope `all` requires".to_owned();

@@ -4,7 +4,7 @@ use super::arena::{Arena, arenas};
 use super::checker::Checker;
 use super::error::{CheckError, CheckResult};
 use super::outcomes::Class;
-use meliora_engine::symbolic::{ChoiceSet, StateSet};
+use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};
 use meliora_model::names;
 
@@ -118,16 +118,26 @@ fn whole(checker: &mut Checker<'_>, arenas: &[Arena], level: &Level<'_>, states:
     Ok(())
 }
 
+/// Edges of an engine, from a set of choices.
+type Edges<'a> = (&'a SymbolicEngine, &'a ChoiceSet);
+
 impl Level<'_> {
-    /// Returns the choices with a goal edge: an edge that improves and enters the level below.
-    fn goals(&self, checker: &Checker<'_>, arena: &Arena) -> CheckResult<ChoiceSet> {
-        arena.into(checker, |_, part| Ok(checker.engine.intersection(&part.goal, &self.entered)?))
+    /// Returns the choices of C with a goal edge: an edge that improves and enters the level below.
+    fn goals(&self, checker: &Checker<'_>, arena: &Arena, c: &ChoiceSet) -> CheckResult<ChoiceSet> {
+        let engine = &checker.engine;
+        arena.into(checker, (engine, c), |part| Ok(engine.intersection(&part.goal, &self.entered)?))
     }
 
     /// Returns the choices with a kept edge into X that is not a goal edge.
-    fn straying(&self, checker: &Checker<'_>, arena: &Arena, x: &StateSet) -> CheckResult<ChoiceSet> {
+    fn straying(
+        &self,
+        checker: &Checker<'_>,
+        arena: &Arena,
+        edges: Edges<'_>,
+        x: &StateSet,
+    ) -> CheckResult<ChoiceSet> {
         let engine = &checker.engine;
-        arena.into(checker, |_, part| {
+        arena.into(checker, edges, |part| {
             let goal = engine.intersection(&part.goal, &self.entered)?;
             Ok(engine.difference(&engine.difference(x, &goal)?, &part.dropped)?)
         })
@@ -135,8 +145,8 @@ impl Level<'_> {
 }
 
 /// Returns the choices with a kept edge into X.
-fn moving(checker: &Checker<'_>, arena: &Arena, x: &StateSet) -> CheckResult<ChoiceSet> {
-    arena.into(checker, |_, part| Ok(checker.engine.difference(x, &part.dropped)?))
+fn moving(checker: &Checker<'_>, arena: &Arena, edges: Edges<'_>, x: &StateSet) -> CheckResult<ChoiceSet> {
+    arena.into(checker, edges, |part| Ok(checker.engine.difference(x, &part.dropped)?))
 }
 
 /// Checks that the strategy is the permissive one, and that under it layers lead to a goal edge.
@@ -150,20 +160,19 @@ fn inside(
 ) -> CheckResult {
     let engine = &checker.engine;
     let kept = engine.choices_in(&arena.kept, region)?;
-    let goals = level.goals(checker, arena)?;
     let expected = if level.kind == "sasi" {
         let out = engine.difference(&engine.all_states(), region)?;
-        engine.difference(&kept, &level.straying(checker, arena, &out)?)?
+        engine.difference(&kept, &level.straying(checker, arena, (engine, &kept), &out)?)?
     } else {
-        let ahead = engine.union(&goals, &moving(checker, arena, region)?)?;
-        engine.intersection(&kept, &ahead)?
+        let goals = level.goals(checker, arena, &kept)?;
+        engine.union(&goals, &moving(checker, arena, (engine, &kept), region)?)?
     };
     let condition = || format!("`strategy:{name}` are the kept choices that keep winning");
     checker.equal_choices(strategy, &expected, condition)?;
-    let start = engine.can_choose(&engine.intersection(strategy, &goals)?)?;
-    let step = |layer: &StateSet| {
-        let entering = moving(checker, arena, layer)?;
-        Ok(engine.can_choose(&engine.intersection(strategy, &entering)?)?)
+    let start = engine.can_choose(&level.goals(checker, arena, strategy)?)?;
+    let step = |by: &SymbolicEngine, layer: &StateSet, x: &StateSet| {
+        let permitted = engine.choices_in(strategy, layer)?;
+        Ok(engine.can_choose(&moving(checker, arena, (by, &permitted), x)?)?)
     };
     checker.layers(name, region, &start, step)
 }
@@ -173,10 +182,12 @@ fn inside(
 fn outside(checker: &Checker<'_>, arena: &Arena, level: &Level<'_>, region: &StateSet) -> CheckResult {
     let engine = &checker.engine;
     let name = arena.name(&level.name);
-    let goals = level.goals(checker, arena)?;
+    let ahead = |c: &ChoiceSet, x: &StateSet| -> CheckResult<ChoiceSet> {
+        let goals = level.goals(checker, arena, c)?;
+        Ok(engine.union(&goals, &moving(checker, arena, (engine, c), x)?)?)
+    };
     if level.kind == "spi" {
-        let ahead = engine.union(&goals, &moving(checker, arena, region)?)?;
-        let entering = engine.can_choose(&engine.intersection(&arena.kept, &ahead)?)?;
+        let entering = engine.can_choose(&ahead(&arena.kept, region)?)?;
         return checker
             .subset(&entering, region, || format!("each state with a step towards `{name}` is in it"));
     }
@@ -184,14 +195,20 @@ fn outside(checker: &Checker<'_>, arena: &Arena, level: &Level<'_>, region: &Sta
         Some(below) => arena.sets(checker).states(&arena.name(below))?,
         None => arena.states.clone(),
     };
-    let left = checker.rounds(&name, &below, |j, lost, left, rest| {
-        let gone = engine.difference(&engine.all_states(), left)?;
-        let safe = engine.choices_in(&arena.kept, lost)?;
-        let safe = engine.difference(&safe, &level.straying(checker, arena, &gone)?)?;
-        let ahead = engine.union(&goals, &moving(checker, arena, rest)?)?;
-        let saved = engine.can_choose(&engine.intersection(&safe, &ahead)?)?;
-        let condition = || format!("no state lost in round {j} of `{name}` has a safe step out of the round");
-        checker.subset(&saved, &engine.no_states(), condition)
+    let left = checker.rounds(&name, &below, |round| {
+        let gone = engine.difference(&engine.all_states(), round.left)?;
+        let own = engine.choices_in(&arena.kept, round.lost)?;
+        let safe = engine.difference(&own, &level.straying(checker, arena, (engine, &own), &gone)?)?;
+        let saved = match round.within {
+            Some(by) => {
+                engine.difference(&safe, &level.straying(checker, arena, (by, &safe), round.lost)?)?
+            }
+            None => ahead(&safe, round.rest)?,
+        };
+        let condition = || {
+            format!("no state lost in round {} of `{name}` has a safe step out of the round", round.number)
+        };
+        checker.subset(&engine.can_choose(&saved)?, &engine.no_states(), condition)
     })?;
     checker.subset(&left, region, || format!("each state outside of `{name}` is lost in some round"))
 }

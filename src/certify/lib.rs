@@ -19,10 +19,21 @@
 //! }
 //! ```
 //!
-//! Only the transition relation is rebuilt. A second evaluation, which shares no arithmetic with the
-//! first, confirms constants, and the choices and successors of some states. Each region is checked
-//! against a condition on one step. Induction over the layers and rounds of the dump then shows that
-//! the region is neither too large nor too small.
+//! Layers and rounds may have a *trend*. A state is read as a number, its variables in the order
+//! that the manifest names, the first one most significant; greater values of a reversed variable
+//! make it smaller. A step s → t falls if t < s. Let Y_0 = T, and let each state of a falling layer
+//! Y_j have a permitted choice with a falling step into Y_0 ∪ … ∪ Y_j. By induction over the number
+//! of a state within its layer, each reaches T: its step enters an earlier layer, or a smaller
+//! state of the same layer. Let each choice of each state of a falling round L_j have a step into
+//! L_0 ∪ … ∪ L_{j-1}, or a falling step into L_j. Then no L_j has a state of the region W: in the
+//! first one that had, the choice of a winning strategy in its least state of W would lead into W
+//! only, so neither into an earlier round nor to a smaller state of L_j. For rising ones, read
+//! *greater*. One pre-image thus checks a layer, however long its paths are.
+//!
+//! Only the transition relation is rebuilt. A second evaluation, which shares no arithmetic with
+//! the first, confirms constants, and the choices and successors of some states. Each region is
+//! checked against a condition on one step. Induction over the layers and rounds of the dump then
+//! shows that the region is neither too large nor too small.
 //!
 //! After the check of `unsafe`, all conditions are about the model that the requirements leave.
 //!
@@ -57,6 +68,7 @@ mod sample;
 mod sets;
 mod temporal;
 mod transitions;
+mod trends;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -112,7 +124,8 @@ pub struct Hashes<'a> {
 
 /// Checks a dump against the program and the preferences that it claims to be made from.
 ///
-/// Cost: two images per layer or round.
+/// Cost: at most two images per layer or round and part of its edges; for each trend that occurs,
+/// the relations with its steps.
 ///
 /// # Errors
 /// A limit is reached; a command has no meaning in a state of the dump.

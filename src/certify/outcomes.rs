@@ -1,9 +1,9 @@
 //! Checks of targets, positive and almost-sure regions, and classes.
 
-use super::checker::Checker;
+use super::checker::{Checker, Round};
 use super::error::CheckResult;
 use super::temporal;
-use meliora_engine::symbolic::StateSet;
+use meliora_engine::symbolic::{StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};
 use meliora_model::names;
 use meliora_model::preference::{Goal, ObjectiveSet};
@@ -45,15 +45,18 @@ fn positive(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> Check
     checker.subset(target, &x, || format!("each state of the target is in `{region}`"))?;
     let entering = engine.can_choose(&engine.pre(&engine.all_choices(), &x)?)?;
     checker.subset(&entering, &x, || format!("each state with a step into `{region}` is in it"))?;
-    let step = |layer: &StateSet| Ok(engine.can_choose(&engine.pre(&engine.all_choices(), layer)?)?);
+    let step = |e: &SymbolicEngine, layer: &StateSet, x: &StateSet| {
+        Ok(engine.can_choose(&e.pre(&engine.choices_in(&engine.all_choices(), layer)?, x)?)?)
+    };
     checker.layers(region, &x, target, step)?;
     checker.passed(region);
     Ok(())
 }
 
-/// Checks an almost-sure region, and returns it. Inside: the strategy stays in it, and from each
-/// layer some permitted choice enters the layer before. Outside: each choice of a state removed in
-/// a round may lead to a state removed earlier, or does not enter the rest.
+/// Checks an almost-sure region, and returns it. Inside: the strategy stays in it, and under it
+/// each layer leads to an earlier one. Outside: each choice of a state removed in a round may lead
+/// to a state removed earlier, or does not enter the rest; in a round with a trend, it may lead to
+/// a state removed earlier, or by a step of the trend to one of the round.
 fn almost_sure(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> CheckResult<StateSet> {
     let engine = &checker.engine;
     let x = checker.regions.states(region)?;
@@ -63,16 +66,22 @@ fn almost_sure(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> Ch
     let strategy = names::strategy(region);
     let condition = || format!("`{strategy}` are the choices that stay in `{region}`");
     checker.equal_choices(&checker.regions.choices(&strategy)?, &staying, condition)?;
-    let step = |layer: &StateSet| Ok(engine.can_choose(&engine.pre(&staying, layer)?)?);
+    let step = |e: &SymbolicEngine, layer: &StateSet, x: &StateSet| {
+        Ok(engine.can_choose(&e.pre(&engine.choices_in(&staying, layer)?, x)?)?)
+    };
     checker.layers(region, &x, target, step)?;
-    let left = checker.rounds(region, &engine.all_states(), |j, lost, left, rest| {
-        let condition = || format!("no state lost in round {j} of `{region}` is in the target");
+    let left = checker.rounds(region, &engine.all_states(), |round| {
+        let &Round { number, lost, .. } = round;
+        let condition = || format!("no state lost in round {number} of `{region}` is in the target");
         checker.subset(&engine.intersection(lost, target)?, &engine.no_states(), condition)?;
-        let safe = engine.choices_in(&engine.pre_within(&engine.all_choices(), left)?, lost)?;
-        let saved = engine.can_choose(&engine.pre(&safe, rest)?)?;
+        let safe = engine.pre_within(&engine.choices_in(&engine.all_choices(), lost)?, round.left)?;
+        let saved = match round.within {
+            Some(within) => engine.difference(&safe, &within.pre(&safe, lost)?)?,
+            None => engine.pre(&safe, round.rest)?,
+        };
         let condition =
-            || format!("no state lost in round {j} of `{region}` has a safe step out of the round");
-        checker.subset(&saved, &engine.no_states(), condition)
+            || format!("no state lost in round {number} of `{region}` has a safe step out of the round");
+        checker.subset(&engine.can_choose(&saved)?, &engine.no_states(), condition)
     })?;
     checker.subset(&left, &x, || format!("each state outside of `{region}` is lost in some round"))?;
     checker.passed(region);

@@ -23,7 +23,8 @@ impl Avoided<'_> {
     /// Returns the choices that stay in it.
     ///
     /// Inside: no state is bad, and each has a choice that stays in `safe`. Outside: each state
-    /// removed in a round is bad, or each of its choices may lead to a state removed earlier.
+    /// removed in a round is bad, or each of its choices may lead to a state removed earlier or, by
+    /// a step of the round's trend, to one of the round.
     pub(super) fn check(
         &self,
         checker: &Checker<'_>,
@@ -35,13 +36,17 @@ impl Avoided<'_> {
         let staying = engine.choices_in(&engine.pre_within(&engine.all_choices(), safe)?, safe)?;
         let condition = || format!("each state of {} has a choice that stays in it", self.safe);
         checker.subset(safe, &engine.can_choose(&staying)?, condition)?;
-        let left = checker.rounds(name, &engine.all_states(), |j, lost, left, _| {
-            let staying = engine.can_choose(&engine.pre_within(&engine.all_choices(), left)?)?;
+        let left = checker.rounds(name, &engine.all_states(), |round| {
+            let choices = engine.choices_in(&engine.all_choices(), round.lost)?;
+            let mut staying = engine.pre_within(&choices, round.left)?;
+            if let Some(within) = round.within {
+                staying = engine.difference(&staying, &within.pre(&staying, round.lost)?)?;
+            }
             let condition = || {
-                let does = self.does;
+                let (j, does) = (round.number, self.does);
                 format!("each state lost in round {j} of `{name}` {does}, or must risk an earlier round")
             };
-            let saved = engine.difference(&engine.intersection(lost, &staying)?, self.bad)?;
+            let saved = engine.difference(&engine.can_choose(&staying)?, self.bad)?;
             checker.subset(&saved, &engine.no_states(), condition)
         })?;
         checker

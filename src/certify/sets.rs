@@ -9,19 +9,26 @@ use meliora_dump::manifest::{File, Root, RootKind};
 use meliora_dump::{Diagram, Edge};
 use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Count};
+use meliora_model::trend::Trend;
+
+/// A layer or round, with the trend of the steps inside it that count.
+pub(super) type Proven = (StateSet, Option<Trend>);
 
 /// The sets of a file by name.
 #[derive(Default)]
 pub(super) struct Sets {
     states: BTreeMap<String, StateSet>,
     choices: BTreeMap<String, ChoiceSet>,
+    /// The trends of the roots that have one.
+    trends: BTreeMap<String, Trend>,
     asked: RefCell<BTreeSet<String>>,
 }
 
 impl Sets {
     /// Loads all sets of a file, and checks their sizes in nodes against the manifest.
     pub(super) fn load(engine: &SymbolicEngine, file: &File, diagram: &Diagram) -> CheckResult<Self> {
-        let mut sets = Sets::default();
+        let trends = file.roots.iter().filter_map(|r| Some((r.name.clone(), r.trend?))).collect();
+        let mut sets = Sets { trends, ..Sets::default() };
         let (states, choices): (Vec<&Root>, Vec<&Root>) =
             file.roots.iter().partition(|r| r.kind == RootKind::States);
         let edges: Vec<Edge> = states.iter().map(|r| r.node).collect();
@@ -76,9 +83,11 @@ impl Sets {
         self.states.contains_key(name)
     }
 
-    /// Returns the sets of states named `name(0)`, `name(1)`, … up to the first that is missing.
-    pub(super) fn sequence(&self, name: impl Fn(usize) -> String) -> CheckResult<Vec<StateSet>> {
-        (0..).map(name).take_while(|name| self.has(name)).map(|name| self.states(&name)).collect()
+    /// Returns the sets of states named `name(0)`, `name(1)`, … up to the first that is missing,
+    /// each with its trend.
+    pub(super) fn sequence(&self, name: impl Fn(usize) -> String) -> CheckResult<Vec<Proven>> {
+        let names = (0..).map(name).take_while(|name| self.has(name));
+        names.map(|name| Ok((self.states(&name)?, self.trends.get(&name).copied()))).collect()
     }
 
     /// Returns all sets of states with their names.

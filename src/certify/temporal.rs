@@ -9,15 +9,16 @@
 //! each R_di. The strategy that takes them all at random never leaves U_d, and almost surely visits
 //! each R_di infinitely often.
 //!
-//! Outside: consider a state of P_d that is removed in a round. Each of its choices may lead to a
-//! state removed earlier, or stays in the round; and for some R_di, no state of the round in R_di
-//! has a choice of the second sort. So no removed state can be in U_d: the first round with one
-//! would contain paths that stay in the round and never visit R_di. Without any R_di, all states
-//! count as one.
+//! Outside: consider a state of P_d that is removed in a round. In a round with a trend, each of
+//! its choices may lead to a state removed earlier, or by a step of the trend to one of the round.
+//! In any other round, each of its choices may lead to a state removed earlier, or stays in the
+//! round; and for some R_di, no state of the round in R_di has a choice of the second sort. So no
+//! removed state can be in U_d: the first round with one would contain paths that stay in the round
+//! and never visit R_di. Without any R_di, all states count as one.
 
 use super::checker::Checker;
 use super::error::CheckResult;
-use meliora_engine::symbolic::{ChoiceSet, StateSet};
+use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};
 use meliora_model::names;
 use meliora_model::temporal::{Condition, Disjunct};
@@ -81,7 +82,9 @@ impl SecuredRegion {
         checker.subset(&self.region, &engine.can_choose(&staying)?, condition)?;
         for (index, mark) in self.again.iter().enumerate() {
             let start = engine.intersection(mark, &self.region)?;
-            let step = |layer: &StateSet| Ok(engine.can_choose(&engine.pre(&staying, layer)?)?);
+            let step = |e: &SymbolicEngine, layer: &StateSet, x: &StateSet| {
+                Ok(engine.can_choose(&e.pre(&engine.choices_in(&staying, layer)?, x)?)?)
+            };
             checker.layers(&names::recurring(name, index + 1), &self.region, &start, step)?;
         }
         Ok(())
@@ -89,13 +92,20 @@ impl SecuredRegion {
 
     fn outside(&self, checker: &Checker<'_>) -> CheckResult {
         let (engine, name) = (&checker.engine, &self.name);
-        let left = checker.rounds(name, &engine.all_states(), |j, lost, left, rest| {
-            let open = engine.intersection(lost, &self.allowed)?;
-            let safe = engine.choices_in(&engine.pre_within(&engine.all_choices(), left)?, &open)?;
-            let saved = engine.can_choose(&engine.pre(&safe, rest)?)?;
+        let left = checker.rounds(name, &engine.all_states(), |round| {
+            let j = round.number;
+            let open = engine.intersection(round.lost, &self.allowed)?;
+            let safe = engine.pre_within(&engine.choices_in(&engine.all_choices(), &open)?, round.left)?;
+            let saved = match round.within {
+                Some(within) => engine.difference(&safe, &within.pre(&safe, round.lost)?)?,
+                None => engine.pre(&safe, round.rest)?,
+            };
             let condition =
                 || format!("no state lost in round {j} of `{name}` has a safe step out of the round");
-            checker.subset(&saved, &engine.no_states(), condition)?;
+            checker.subset(&engine.can_choose(&saved)?, &engine.no_states(), condition)?;
+            if round.within.is_some() {
+                return Ok(());
+            }
             let moving = engine.can_choose(&safe)?;
             for mark in &self.again {
                 if engine.is_empty(&engine.intersection(mark, &moving)?)? {

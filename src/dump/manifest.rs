@@ -13,6 +13,7 @@ use super::{Diagram, Edge};
 use meliora_model::error::{Error, Result, ensure};
 use meliora_model::escape::is_shown;
 use meliora_model::reading::each_once;
+use meliora_model::trend::Trend;
 
 /// The schema that this version writes and reads.
 pub const SCHEMA: &str = "meliora.dump/1";
@@ -202,6 +203,20 @@ pub struct File {
     pub nodes: usize,
     /// The meaning of its roots.
     pub roots: Vec<Root>,
+    /// The variables in the order in which they make a state a number, the first one most
+    /// significant; for roots with a trend.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub order: Vec<Digit>,
+}
+
+/// A variable as a digit of the number of a state.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Digit {
+    /// Its name.
+    pub variable: String,
+    /// True if greater values make the number smaller.
+    pub reversed: bool,
 }
 
 /// The file with bounds of quantities; see [`super::bounds`].
@@ -239,6 +254,10 @@ pub struct Root {
     /// Its DOT file, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dot: Option<String>,
+    /// The steps that lead to other members, in a layer or round of a certificate; none if all
+    /// steps lead to earlier layers or rounds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trend: Option<Trend>,
 }
 
 /// The sort of the members of a set.
@@ -293,7 +312,8 @@ impl File {
         self.roots.iter().find(|r| r.name == name)
     }
 
-    /// Checks that the roots are those of the diagram, each with its own name, and that the diagram is ordered.
+    /// Checks that the roots are those of the diagram, each with its own name, and that the diagram
+    /// is ordered.
     fn check(&self, diagram: &Diagram) -> Result<(), String> {
         self.check_names(&self.path)?;
         let (path, nodes) = (&self.path, diagram.nodes.len() + 1);

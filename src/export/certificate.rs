@@ -1,16 +1,18 @@
 //! The sets of the certificate, which let a checker confirm regions one step at a time.
 //!
-//! Layers confirm the states inside: each has a step to an earlier layer. Removal rounds refute the
-//! states outside: each can only reach states removed earlier, or never reaches the goal.
+//! Layers confirm the states inside: each has a way to an earlier layer. Removal rounds refute the
+//! states outside: each must risk to reach states removed earlier, or never reaches the goal.
 
-use super::layers::{backward, forward, layers, rounds};
+use super::layers::{Proof, Trends, layers, rounds};
 use super::regions::{class_name, numbered};
+use super::removal::Removal;
 use super::{Named, whole_paths};
-use meliora_engine::edge_labels::{plain_edges_into, winning};
+use meliora_engine::edge_labels::winning;
 use meliora_engine::symbolic::{StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, EdgeLabels, Engine};
 use meliora_model::error::Result;
 use meliora_model::names;
+use meliora_model::trend::Digit;
 use meliora_planning::improvement::Arena;
 use meliora_planning::levels::{End, entering};
 use meliora_planning::winning_regions::ObjectiveRegions;
@@ -18,100 +20,99 @@ use meliora_planning::{Analysis, Kind, strategy};
 
 type Of<'a> = Analysis<SymbolicEngine>;
 
-/// Returns all roots of the certificate.
-pub(super) fn all(analysis: &Of<'_>) -> Result<Vec<Named>> {
+/// Returns all roots of the certificate, and the order of the variables that defines their trends.
+pub(super) fn all(analysis: &Of<'_>) -> Result<(Vec<Named>, Vec<Digit>)> {
     let (whole, engine) = (analysis.whole_engine(), analysis.engine());
+    let trends = Trends::new(whole)?;
     let mut named = Vec::new();
     if let Some(start) = whole.beginnings()? {
-        layers(&mut named, names::REACHABLE, &forward(whole, start)?);
+        layers(&mut named, names::REACHABLE, trends.forward(whole, start)?);
     }
     if let Some(requirements) = analysis.requirements() {
         let violating = whole.difference(&whole.all_states(), &requirements.kept)?;
-        rounds(&mut named, names::UNSAFE, &risk_rounds(whole, violating)?.1);
+        rounds(&mut named, names::UNSAFE, risk_rounds(whole, &trends, violating)?.1);
     }
     for objective in 0..analysis.preferences().objectives.len() {
-        whole_paths::witnesses(engine, analysis, objective, &mut named)?;
+        whole_paths::witnesses(engine, &trends, analysis, objective, &mut named)?;
     }
     for (index, objective) in analysis.preferences().objectives.iter().enumerate() {
         if let Some(outcome) = analysis.outcomes().and_then(|o| o.get(index)) {
-            outcome_layers(engine, &objective.name, outcome, &mut named)?;
+            outcome_layers(engine, &trends, &objective.name, outcome, &mut named)?;
         }
     }
     if analysis.improvement().is_some_and(|i| i.safety.has_reference()) {
-        safe_regions(engine, analysis, &mut named)?;
+        safe_regions(engine, &trends, analysis, &mut named)?;
     }
     for &kind in Kind::ALL {
-        levels(engine, analysis, kind, &mut named)?;
+        levels(engine, &trends, analysis, kind, &mut named)?;
     }
-    Ok(named)
+    Ok((named, trends.order))
 }
 
 fn outcome_layers(
     engine: &SymbolicEngine,
+    trends: &Trends,
     name: &str,
     outcome: &ObjectiveRegions<SymbolicEngine>,
     named: &mut Vec<Named>,
 ) -> Result<()> {
-    let positive = backward(engine, &outcome.target, &engine.all_choices())?;
-    layers(named, &names::positive(name), &positive);
+    let positive = trends.backward(engine, &outcome.target, &engine.all_choices(), &[])?;
+    layers(named, &names::positive(name), positive);
     let staying = engine.pre_within(&engine.all_choices(), &outcome.almost_sure)?;
     let staying = engine.choices_in(&staying, &outcome.almost_sure)?;
-    let almost_sure = backward(engine, &outcome.target, &staying)?;
+    let almost_sure = trends.backward(engine, &outcome.target, &staying, &[])?;
     let region = names::almost_sure(name);
-    layers(named, &region, &almost_sure);
-    rounds(named, &region, &lost_rounds(engine, &outcome.target)?);
+    layers(named, &region, almost_sure);
+    rounds(named, &region, lost_rounds(engine, trends, &outcome.target)?);
     Ok(())
 }
 
-/// Computes the states that do not reach a target almost surely, in rounds of attractor removal.
-/// Each round removes the states that cannot reach the target with the choices that avoid all
-/// removed states.
-fn lost_rounds(engine: &SymbolicEngine, target: &StateSet) -> Result<Vec<StateSet>> {
-    let (mut left, mut choices, mut rounds) = (engine.all_states(), engine.all_choices(), Vec::new());
+/// Computes the states that do not reach a target almost surely, in rounds of attractor removal:
+/// the states that cannot reach the target by the choices that avoid all removed states, and those
+/// that must risk to enter them.
+fn lost_rounds(engine: &SymbolicEngine, trends: &Trends, target: &StateSet) -> Result<Proof> {
+    let mut removal = Removal::new(engine, trends).with_won(target);
     loop {
-        let reaching = engine.can_reach(target, &choices, &Vec::new())?;
-        let lost = engine.difference(&left, &reaching)?;
-        if engine.is_empty(&lost)? {
-            return Ok(rounds);
+        let reaching = engine.can_reach(target, &removal.choices, &[])?;
+        let lost = engine.difference(&removal.left, &reaching)?;
+        if !removal.remove(lost)? {
+            return Ok(removal.rounds);
         }
-        choices = engine.difference(&choices, &engine.pre(&choices, &lost)?)?;
-        left = engine.difference(&left, &lost)?;
-        rounds.push(lost);
     }
 }
 
 /// Adds, under `prefix`, the states from which a strategy can avoid weakening each class forever,
 /// and the rounds that remove all others.
-fn safe_regions(engine: &SymbolicEngine, analysis: &Of<'_>, named: &mut Vec<Named>) -> Result<()> {
+fn safe_regions(
+    engine: &SymbolicEngine,
+    trends: &Trends,
+    analysis: &Of<'_>,
+    named: &mut Vec<Named>,
+) -> Result<()> {
     for class in analysis.classes().iter().flat_map(|c| &c.list) {
         let name = names::safe(&class_name(analysis.preferences(), &class.most_preferred));
-        let (safe, lost) = risk_rounds(engine, class.worse.clone())?;
+        let (safe, lost) = risk_rounds(engine, trends, class.worse.clone())?;
         named.push(Named::states(&name, &safe));
-        rounds(named, &name, &lost);
+        rounds(named, &name, lost);
     }
     Ok(())
 }
 
 /// Computes the states from which a strategy avoids the bad states forever, and the other states in
-/// rounds: the bad states first, then those in which every choice may lead to an earlier round.
-fn risk_rounds(engine: &SymbolicEngine, bad: StateSet) -> Result<(StateSet, Vec<StateSet>)> {
-    let mut left = engine.difference(&engine.all_states(), &bad)?;
-    let mut choices = engine.all_choices();
-    let mut lost = vec![bad];
-    while let Some(last) = lost.last() {
-        if engine.is_empty(last)? {
-            break;
-        }
-        choices = engine.difference(&choices, &engine.pre(&choices, last)?)?;
-        let next = engine.difference(&left, &engine.can_choose(&choices)?)?;
-        left = engine.difference(&left, &next)?;
-        lost.push(next);
-    }
-    lost.pop();
-    Ok((left, lost))
+/// rounds: the bad states first, then those in which every choice may lead to a removed state.
+fn risk_rounds(engine: &SymbolicEngine, trends: &Trends, bad: StateSet) -> Result<(StateSet, Proof)> {
+    let mut removal = Removal::new(engine, trends);
+    removal.remove(bad)?;
+    Ok((removal.left, removal.rounds))
 }
 
-fn levels(engine: &SymbolicEngine, analysis: &Of<'_>, kind: Kind, named: &mut Vec<Named>) -> Result<()> {
+fn levels(
+    engine: &SymbolicEngine,
+    trends: &Trends,
+    analysis: &Of<'_>,
+    kind: Kind,
+    named: &mut Vec<Named>,
+) -> Result<()> {
     let Some(improvement) = analysis.improvement() else { return Ok(()) };
     let all = numbered(analysis, kind);
     for (index, arena) in improvement.arenas.iter().enumerate() {
@@ -119,19 +120,22 @@ fn levels(engine: &SymbolicEngine, analysis: &Of<'_>, kind: Kind, named: &mut Ve
         for (label, level) in &all {
             let Some(game) = level.games.get(index) else { continue };
             let name = name_in(analysis, arena, kind, label);
-            let strategy = strategy::strategy(engine, kind, arena, game)?;
+            let permissive = strategy::permissive(engine, kind, game)?;
             if arena.reference.is_some() {
                 named.push(Named::states(&name, &game.states));
-                named.push(Named::choices(names::strategy(&name), &strategy.permissive));
+                named.push(Named::choices(names::strategy(&name), &permissive));
             }
-            layers(named, &name, &strategy.layers);
+            let winning = winning(engine, &permissive, &game.edge_labels)?;
+            let goal = engine.can_choose(&winning)?;
+            layers(named, &name, trends.backward(engine, &goal, &permissive, &game.edge_labels)?);
             if kind == Kind::Sasi {
-                rounds(named, &name, &level_rounds(engine, arena, &game.edge_labels, &before)?);
+                let (_, lost) = level_rounds(engine, trends, arena, &game.edge_labels, &before)?;
+                rounds(named, &name, lost);
                 before = game.states.clone();
             }
         }
         if matches!(analysis.levels(kind).end, Some(End::Empty)) {
-            last_level(engine, analysis, kind, arena, &before, named)?;
+            last_level(engine, trends, analysis, kind, (arena, &before), named)?;
         }
     }
     Ok(())
@@ -141,10 +145,10 @@ fn levels(engine: &SymbolicEngine, analysis: &Of<'_>, kind: Kind, named: &mut Ve
 /// classes may win it in an arena without counting for it; those states get a root of their own.
 fn last_level(
     engine: &SymbolicEngine,
+    trends: &Trends,
     analysis: &Of<'_>,
     kind: Kind,
-    arena: &Arena<SymbolicEngine>,
-    before: &StateSet,
+    (arena, before): (&Arena<SymbolicEngine>, &StateSet),
     named: &mut Vec<Named>,
 ) -> Result<()> {
     let found = &analysis.levels(kind).found;
@@ -153,9 +157,9 @@ fn last_level(
     let edge_labels = entering(engine, arena, &entered)?;
     let left = match kind {
         Kind::Sasi => {
-            let lost = level_rounds(engine, arena, &edge_labels, before)?;
-            rounds(named, &name, &lost);
-            lost.iter().try_fold(before.clone(), |x, lost| engine.difference(&x, lost))?
+            let (left, lost) = level_rounds(engine, trends, arena, &edge_labels, before)?;
+            rounds(named, &name, lost);
+            left
         }
         Kind::Spi => {
             let winning = winning(engine, &engine.all_choices(), &edge_labels)?;
@@ -183,28 +187,23 @@ fn name_in(
     }
 }
 
-/// Computes the rounds that remove the states of `before` that do not win a SASI level. States
-/// outside of `before` count as removed.
+/// Computes the rounds that remove the states of `before` that do not win a SASI level, and the
+/// states that are left. States outside of `before` count as removed.
 fn level_rounds(
     engine: &SymbolicEngine,
+    trends: &Trends,
     arena: &Arena<SymbolicEngine>,
     edge_labels: &[EdgeLabels<StateSet>],
     before: &StateSet,
-) -> Result<Vec<StateSet>> {
+) -> Result<(StateSet, Proof)> {
     let winning = winning(engine, &engine.all_choices(), edge_labels)?;
-    let (mut left, mut rounds) = (before.clone(), Vec::new());
-    let mut lost = engine.difference(&engine.all_states(), before)?;
-    let mut choices = arena.choices.clone();
+    let mut removal = Removal::new(engine, trends).within(before, &arena.choices, edge_labels)?;
     loop {
-        choices = engine.difference(&choices, &plain_edges_into(engine, &choices, edge_labels, &lost)?)?;
-        choices = engine.choices_in(&choices, &left)?;
-        let seeds = engine.can_choose(&engine.intersection(&choices, &winning)?)?;
-        let reaching = engine.can_reach(&seeds, &choices, edge_labels)?;
-        lost = engine.difference(&left, &reaching)?;
-        if engine.is_empty(&lost)? {
-            return Ok(rounds);
+        let seeds = engine.can_choose(&engine.intersection(&removal.choices, &winning)?)?;
+        let reaching = engine.can_reach(&seeds, &removal.choices, edge_labels)?;
+        let lost = engine.difference(&removal.left, &reaching)?;
+        if !removal.remove(lost)? {
+            return Ok((removal.left, removal.rounds));
         }
-        left = engine.difference(&left, &lost)?;
-        rounds.push(lost.clone());
     }
 }

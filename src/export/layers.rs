@@ -1,46 +1,89 @@
-//! Layers and rounds: states by distance, and states by the round that removes them.
+//! Layers: the states of a region in an order that leads to its goal.
+//!
+//! Layers by distance are many, and in a product of modules each of them mixes the moves of all
+//! modules. Here a layer has all states that lead to earlier layers by steps of one trend: it is a
+//! fixpoint, as cheap as the region itself. Falling and rising steps take turns, and together they
+//! are all steps, so there are at most twice as many layers as distances.
 
 use super::Named;
 use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
-use meliora_engine::{Algebra, Engine};
+use meliora_engine::{Algebra, EdgeLabels, Engine};
 use meliora_model::error::Result;
 use meliora_model::names;
+use meliora_model::trend::{Digit, Trend};
 
-pub(super) fn layers(named: &mut Vec<Named>, region: &str, sets: &[StateSet]) {
-    named.extend(sets.iter().enumerate().map(|(j, x)| Named::states(names::layer(region, j), x)));
+/// An engine, with the engines that have only its falling or rising edges.
+pub(super) struct Trends {
+    /// The order of the variables that defines the trends.
+    pub(super) order: Vec<Digit>,
+    engines: [(Trend, SymbolicEngine); 2],
 }
 
-pub(super) fn rounds(named: &mut Vec<Named>, region: &str, sets: &[StateSet]) {
-    named.extend(sets.iter().enumerate().map(|(j, x)| Named::states(names::refuted(region, j), x)));
-}
+/// Layers or rounds, each with the trend of the steps inside it that count.
+pub(super) type Proof = Vec<(StateSet, Option<Trend>)>;
 
-/// Computes the states of the scope by their distance from the start states of paths.
-pub(super) fn forward(engine: &SymbolicEngine, start: StateSet) -> Result<Vec<StateSet>> {
-    let all = engine.all_choices();
-    by_distance(engine, start, |layer| engine.post(&engine.choices_in(&all, layer)?))
-}
-
-/// Computes the states that reach a target with the given choices, by their distance from it.
-pub(super) fn backward(
-    engine: &SymbolicEngine,
-    target: &StateSet,
-    within: &ChoiceSet,
-) -> Result<Vec<StateSet>> {
-    by_distance(engine, target.clone(), |layer| engine.can_choose(&engine.pre(within, layer)?))
-}
-
-fn by_distance(
-    engine: &SymbolicEngine,
-    start: StateSet,
-    step: impl Fn(&StateSet) -> Result<StateSet>,
-) -> Result<Vec<StateSet>> {
-    let mut open = engine.difference(&engine.all_states(), &start)?;
-    let (mut layer, mut layers) = (start, Vec::new());
-    while !engine.is_empty(&layer)? {
-        let next = engine.intersection(&step(&layer)?, &open)?;
-        layers.push(layer);
-        open = engine.difference(&open, &next)?;
-        layer = next;
+impl Trends {
+    pub(super) fn new(engine: &SymbolicEngine) -> Result<Self> {
+        let order = engine.falling_order()?;
+        let [falling, rising] = Trend::ALL.map(|trend| engine.with_trend(&order, trend));
+        let engines = [(Trend::Falling, falling?), (Trend::Rising, rising?)];
+        Ok(Trends { order, engines })
     }
-    Ok(layers)
+
+    /// Returns the engines with their trends.
+    pub(super) fn all(&self) -> &[(Trend, SymbolicEngine); 2] {
+        &self.engines
+    }
+
+    /// Computes the layers of the states that are reached from the start states of paths.
+    pub(super) fn forward(&self, engine: &SymbolicEngine, start: StateSet) -> Result<Proof> {
+        self.grow(engine, start, |by, reached| by.reached_from(reached))
+    }
+
+    /// Computes the layers of the states that reach a target by the given choices.
+    pub(super) fn backward(
+        &self,
+        engine: &SymbolicEngine,
+        target: &StateSet,
+        within: &ChoiceSet,
+        edge_labels: &[EdgeLabels<StateSet>],
+    ) -> Result<Proof> {
+        self.grow(engine, target.clone(), |by, reached| by.can_reach(reached, within, edge_labels))
+    }
+
+    /// Closes a set under the steps of both trends, one after the other, until nothing is new.
+    fn grow(
+        &self,
+        engine: &SymbolicEngine,
+        start: StateSet,
+        close: impl Fn(&SymbolicEngine, &StateSet) -> Result<StateSet>,
+    ) -> Result<Proof> {
+        if engine.is_empty(&start)? {
+            return Ok(Vec::new());
+        }
+        let (mut reached, mut unchanged) = (start.clone(), 0);
+        let mut layers = vec![(start, None)];
+        for (trend, by) in self.engines.iter().cycle() {
+            let more = close(by, &reached)?;
+            let layer = engine.difference(&more, &reached)?;
+            unchanged += 1;
+            if !engine.is_empty(&layer)? {
+                layers.push((layer, Some(*trend)));
+                (reached, unchanged) = (more, 1);
+            } else if unchanged > 1 {
+                break;
+            }
+        }
+        Ok(layers)
+    }
+}
+
+/// Names the layers of a region.
+pub(super) fn layers(named: &mut Vec<Named>, region: &str, sets: Proof) {
+    named.extend(sets.into_iter().enumerate().map(|(j, set)| Named::proof(names::layer(region, j), set)));
+}
+
+/// Names the rounds of a region.
+pub(super) fn rounds(named: &mut Vec<Named>, region: &str, sets: Proof) {
+    named.extend(sets.into_iter().enumerate().map(|(j, set)| Named::proof(names::refuted(region, j), set)));
 }

@@ -7,8 +7,8 @@
 //!
 //! | Roots of `certificate.dddmp` | meaning |
 //! | --- | --- |
-//! | `layers:R:j` | the states of region R by their distance from its goal; layer 0 is at the goal |
-//! | `layers:secured:A:d:i:j` | the states of `secured:A:d` by their distance from the i-th mark that recurs |
+//! | `layers:R:j` | the states of region R in layers that lead to its goal; layer 0 is at the goal |
+//! | `layers:secured:A:d:i:j` | the states of `secured:A:d` in layers that lead to the i-th mark that recurs |
 //! | `refuted:R:j` | the states outside of R, in the rounds that remove them; the rounds cover all such states |
 //! | `refuted:unsafe:j` | the states of `unsafe`, in the rounds that remove them |
 //! | `safe:C` | under `prefix`, the states from which a strategy avoids weakening class C forever |
@@ -45,6 +45,7 @@ pub mod explicit;
 mod layers;
 pub mod projections;
 mod regions;
+mod removal;
 mod shield;
 mod whole_paths;
 
@@ -54,6 +55,7 @@ use meliora_engine::symbolic::{Set, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};
 use meliora_model::error::{Error, Result};
 use meliora_model::names;
+use meliora_model::trend::{Digit, Trend};
 use meliora_planning::levels::End;
 use meliora_planning::{Analysis, Kind, Safety};
 use meliora_query::describe;
@@ -72,20 +74,26 @@ pub struct DumpContent<'a> {
 pub(crate) struct Named {
     pub(crate) name: String,
     pub(crate) set: Set,
+    pub(crate) trend: Option<Trend>,
 }
 
 impl Named {
     fn states(name: impl Into<String>, x: &meliora_engine::symbolic::StateSet) -> Self {
-        Named { name: name.into(), set: Set::States(x.clone()) }
+        Named { name: name.into(), set: Set::States(x.clone()), trend: None }
     }
 
     fn choices(name: impl Into<String>, c: &meliora_engine::symbolic::ChoiceSet) -> Self {
-        Named { name: name.into(), set: Set::Choices(c.clone()) }
+        Named { name: name.into(), set: Set::Choices(c.clone()), trend: None }
+    }
+
+    /// A layer or round.
+    fn proof(name: String, (x, trend): (meliora_engine::symbolic::StateSet, Option<Trend>)) -> Self {
+        Named { name, set: Set::States(x), trend }
     }
 }
 
-/// Builds the dump of a finished analysis. Cost: for the certificate, one image per layer of each
-/// region.
+/// Builds the dump of a finished analysis. Cost: for the certificate, one fixpoint per layer or
+/// round of each region.
 ///
 /// # Errors
 /// The content matches no region; an objective is called `nothing`; a limit is reached.
@@ -113,11 +121,11 @@ pub fn export(
         }
     }
     let certificate = content.certificate.then(|| certificate::all(analysis)).transpose()?;
-    let mut sets = named.iter().chain(certificate.iter().flatten());
+    let mut sets = named.iter().chain(certificate.iter().flat_map(|(named, _)| named));
     let paired = sets.any(|n| matches!(n.set, Set::Choices(_)));
     let choices = describe::choices(engine, paired);
     let (regions, diagram) = file(engine, manifest::REGIONS, &named, &choices.order)?;
-    let certified = certificate.map(|named| file(engine, manifest::CERTIFICATE, &named, &choices.order));
+    let certified = certificate.map(|(named, order)| proof(engine, &named, &order, &choices.order));
     let (certificate, layers) = certified.transpose()?.unzip();
     let options = analysis.options();
     let cut = |&kind: &Kind| matches!(analysis.levels(kind).end, Some(End::Cut));
@@ -145,6 +153,25 @@ fn mode(safety: Safety) -> SafetyMode {
     }
 }
 
+/// Builds the diagram of a certificate, and its entry in the manifest without the hash.
+fn proof(
+    engine: &SymbolicEngine,
+    named: &[Named],
+    order: &[Digit],
+    bits: &[String],
+) -> Result<(File, Diagram)> {
+    let (mut certificate, diagram) = file(engine, manifest::CERTIFICATE, named, bits)?;
+    if named.iter().any(|set| set.trend.is_some()) {
+        let variables = &engine.program().variables;
+        let name = |digit: &Digit| variables[digit.variable.index()].name.clone();
+        certificate.order = order
+            .iter()
+            .map(|digit| manifest::Digit { variable: name(digit), reversed: digit.reversed })
+            .collect();
+    }
+    Ok((certificate, diagram))
+}
+
 /// Builds the diagram of named sets, and its entry in the manifest without the hash.
 fn file(engine: &SymbolicEngine, path: &str, named: &[Named], bits: &[String]) -> Result<(File, Diagram)> {
     let sets: Vec<Set> = named.iter().map(|n| n.set.clone()).collect();
@@ -164,8 +191,10 @@ fn file(engine: &SymbolicEngine, path: &str, named: &[Named], bits: &[String]) -
             nodes: sizes[position],
             count: count.to_string(),
             dot: None,
+            trend: named.trend,
         });
     }
-    let file = File { path: path.to_owned(), sha256: String::new(), nodes: diagram.nodes.len() + 1, roots };
+    let (path, nodes, order) = (path.to_owned(), diagram.nodes.len() + 1, Vec::new());
+    let file = File { path, sha256: String::new(), nodes, roots, order };
     Ok((file, diagram))
 }

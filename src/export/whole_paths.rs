@@ -4,8 +4,9 @@
 //! almost surely from a state if the union of all U_d is reached almost surely.
 
 use super::Named;
-use super::layers::{backward, layers, rounds};
-use meliora_engine::symbolic::{StateSet, SymbolicEngine};
+use super::layers::{Proof, Trends, layers, rounds};
+use super::removal::Removal;
+use meliora_engine::symbolic::SymbolicEngine;
 use meliora_engine::{Algebra, Engine};
 use meliora_model::error::Result;
 use meliora_model::names;
@@ -35,45 +36,42 @@ pub(super) fn regions(analysis: &Analysis<SymbolicEngine>, objective: usize) -> 
 /// remove all other states.
 pub(super) fn witnesses(
     engine: &SymbolicEngine,
+    trends: &Trends,
     analysis: &Analysis<SymbolicEngine>,
     objective: usize,
     all: &mut Vec<Named>,
 ) -> Result<()> {
     for (name, region) in named(analysis, objective) {
         for (index, here) in region.again.iter().enumerate() {
-            let towards = backward(engine, here, &region.choices)?;
-            layers(all, &names::recurring(&name, index + 1), &towards);
+            let towards = trends.backward(engine, here, &region.choices, &[])?;
+            layers(all, &names::recurring(&name, index + 1), towards);
         }
-        rounds(all, &name, &lost_rounds(engine, &region.disjunct)?);
+        rounds(all, &name, lost_rounds(engine, trends, &region.disjunct)?);
     }
     Ok(())
 }
 
 /// Computes the rounds that remove the states outside of U_d. The first round removes the states
 /// outside of P_d. A later round removes the states that cannot reach some mark with choices that
-/// avoid all removed states. Without any recurring mark, every state counts as marked.
-fn lost_rounds(engine: &SymbolicEngine, disjunct: &Disjunct) -> Result<Vec<StateSet>> {
+/// avoid all removed states, or those that must risk to enter them. Without any recurring mark,
+/// every state counts as marked.
+fn lost_rounds(engine: &SymbolicEngine, trends: &Trends, disjunct: &Disjunct) -> Result<Proof> {
     let mut marks =
         disjunct.again.iter().map(|mark| engine.states_where(mark)).collect::<Result<Vec<_>>>()?;
     if marks.is_empty() {
         marks.push(engine.all_states());
     }
-    let (mut left, mut choices, mut rounds) = (engine.all_states(), engine.all_choices(), Vec::new());
-    let mut lost = engine.difference(&left, &temporal::allowed(engine, disjunct)?)?;
+    let mut removal = Removal::new(engine, trends);
+    removal.remove(engine.difference(&removal.left, &temporal::allowed(engine, disjunct)?)?)?;
     let mut unchanged = 0;
     for mark in marks.iter().cycle() {
-        if !engine.is_empty(&lost)? {
-            unchanged = 0;
-            choices = engine.difference(&choices, &engine.pre(&choices, &lost)?)?;
-            left = engine.difference(&left, &lost)?;
-            choices = engine.choices_in(&choices, &left)?;
-            rounds.push(lost);
-        } else if unchanged == marks.len() {
+        if unchanged == marks.len() {
             break;
         }
-        unchanged += 1;
+        let choices = engine.choices_in(&removal.choices, &removal.left)?;
         let moving = engine.intersection(mark, &engine.can_choose(&choices)?)?;
-        lost = engine.difference(&left, &engine.can_reach(&moving, &choices, &[])?)?;
+        let lost = engine.difference(&removal.left, &engine.can_reach(&moving, &choices, &[])?)?;
+        unchanged = if removal.remove(lost)? { 0 } else { unchanged + 1 };
     }
-    Ok(rounds)
+    Ok(removal.rounds)
 }

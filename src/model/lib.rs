@@ -44,6 +44,7 @@ pub mod span;
 pub mod stack;
 pub mod step;
 pub mod temporal;
+pub mod trend;
 pub mod valuation;
 pub mod value;
 mod weight;

@@ -89,9 +89,9 @@ pub fn safe(class: &str) -> String {
     format!("safe:{class}")
 }
 
-/// Returns `layers:sasi:1:0`: the states of a region at this distance from its goal.
-pub fn layer(region: &str, distance: usize) -> String {
-    format!("layers:{region}:{distance}")
+/// Returns `layers:sasi:1:0`: the states of a region in this layer on the way to its goal.
+pub fn layer(region: &str, layer: usize) -> String {
+    format!("layers:{region}:{layer}")
 }
 
 /// Returns `refuted:sasi:1:0`: the states outside of a region that this round removes.

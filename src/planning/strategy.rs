@@ -36,7 +36,7 @@ pub struct ArenaStrategy<E: Engine> {
 /// For SASI, these are the kept choices of the winning states whose kept edges all are goal edges
 /// or stay in the winning states. For SPI, these are the kept choices with a goal edge or a kept
 /// edge into the winning states. Cost: none for SASI; two pre-images per part for SPI.
-pub(crate) fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E::Choices> {
+pub fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E::Choices> {
     match kind {
         Kind::Sasi => Ok(game.choices.clone()),
         Kind::Spi => {

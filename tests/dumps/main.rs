@@ -7,6 +7,7 @@ mod corpus;
 mod entry;
 mod exchange;
 mod files;
+mod former;
 mod hostile;
 mod mutation;
 mod names;

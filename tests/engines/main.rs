@@ -14,3 +14,4 @@ mod order;
 mod stopping;
 mod temporal;
 mod threads;
+mod trends;

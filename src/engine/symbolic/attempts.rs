@@ -77,7 +77,8 @@ impl SymbolicEngine {
     ) -> Result<Option<(StateSet, bool)>> {
         let (store, loops) = (&self.store, &left.choices.0[self.groups.len()]);
         let outside = store.minus(&store.any(self.enabled.iter().cloned())?, &left.states.0)?;
-        let mut candidates = store.minus(&store.minus(&left.states.0, &won.0)?, loops)?;
+        let staying = store.or(loops, &self.without_edges(&left.choices)?)?;
+        let mut candidates = store.minus(&store.minus(&left.states.0, &won.0)?, &staying)?;
         if let Some(reaching) = self.recall(lost) {
             candidates = store.and(&candidates, &reaching.0)?;
         }

@@ -64,6 +64,7 @@ pub(super) fn build(
         rounded,
         choices: ChoiceSet(Arc::clone(&enabled)),
         enabled,
+        has_loops: true,
         reaching: Default::default(),
         workers: Default::default(),
         store: Arc::new(store),

@@ -12,7 +12,8 @@
 //! - `fixpoints`: reachability and the removal of losing states, as recursions over sets and lists of
 //!   relations at once.
 //!
-//! The other files are the engine itself: how it is built and copied, which of the methods for
+//! The other files are the engine itself: how it is built and copied, with all edges or only some
+//! (`trends`), which of the methods for
 //! a fixpoint it tries (`attempts`), and how its sets are listed and written.
 
 mod algebra;
@@ -28,6 +29,7 @@ mod relations;
 pub(crate) mod store;
 #[cfg(test)]
 mod tests;
+mod trends;
 mod workers;
 
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -93,6 +95,8 @@ pub struct SymbolicEngine {
     /// The enabled choices that the engine admits; fewer than `enabled` after
     /// [`Engine::restricted_to`].
     choices: ChoiceSet,
+    /// False if the self-loops of deadlocks are no edges; see [`SymbolicEngine::with_trend`].
+    has_loops: bool,
     /// The last targets, each with the states that can reach it by all choices.
     reaching: Arc<Mutex<Vec<(StateSet, StateSet)>>>,
     workers: Workers,
@@ -176,6 +180,11 @@ impl SymbolicEngine {
     /// The set belongs to another engine.
     pub fn size(&self, x: &StateSet) -> Result<usize> {
         self.store.size(self.diagram_of(x)?)
+    }
+
+    /// Returns the states of X with a self-loop of deadlocks among the choices.
+    fn loops_in(&self, choices: &[Bdd], x: &Bdd) -> Result<Bdd> {
+        if self.has_loops { self.store.and(x, &choices[self.groups.len()]) } else { Ok(self.store.zero()) }
     }
 
     fn reaching(&self) -> MutexGuard<'_, Vec<(StateSet, StateSet)>> {
@@ -316,7 +325,7 @@ impl Engine for SymbolicEngine {
                 store.and(&store.step(Direction::Backward, list, x, &store.one())?, allowed)?
             });
         }
-        found.push(store.and(x, &c[self.groups.len()])?);
+        found.push(self.loops_in(c, x)?);
         Ok(ChoiceSet(Arc::new(found)))
     }
 
@@ -324,7 +333,8 @@ impl Engine for SymbolicEngine {
     /// that a given scope is closed under steps would always succeed.
     fn post(&self, c: &ChoiceSet) -> Result<StateSet> {
         let c = self.groups_of(c)?;
-        let (anywhere, mut images) = (self.store.one(), vec![c[self.groups.len()].clone()]);
+        let anywhere = self.store.one();
+        let mut images = vec![self.loops_in(c, &anywhere)?];
         for (list, sources) in self.groups.iter().zip(c) {
             images.push(self.store.step(Direction::Forward, list, sources, &anywhere)?);
         }
@@ -411,7 +421,7 @@ impl Engine for SymbolicEngine {
     fn count_transitions(&self, c: &ChoiceSet, x: &StateSet) -> Result<Count> {
         let (c, x) = (self.groups_of(c)?, self.diagram_of(x)?);
         let target = (*x != self.states.0).then_some(x);
-        let loops = self.store.and(&c[self.enabled.len() - 1], x)?;
+        let loops = self.loops_in(c, x)?;
         let mut total = self.store.count(&loops, self.encoding.width() as u32)?;
         for piece in &self.transitions.pieces {
             total += self.count_piece(piece, &c[piece.group], target)?;

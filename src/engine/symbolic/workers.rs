@@ -109,6 +109,7 @@ impl SymbolicEngine {
             rounded: self.rounded.clone(),
             enabled: Arc::new(enabled),
             choices: ChoiceSet(Arc::new(choices)),
+            has_loops: self.has_loops,
             reaching: Arc::default(),
             workers: Workers::default(),
             store: Arc::new(store),

@@ -5,6 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use meliora::dump::manifest::{Root, RootKind};
 use meliora::dump::{Diagram, Dump, Edge, Manifest};
 
+use meliora::model::trend::Trend;
+
 use crate::mutation::sealed;
 
 /// The members of a set. A state is its values in the order of the manifest; a choice has its number before them.
@@ -16,6 +18,8 @@ struct Set {
     in_certificate: bool,
     kind: RootKind,
     members: Members,
+    /// The trend of a layer or round.
+    trend: Option<Trend>,
 }
 
 /// A dump that can be edited.
@@ -34,7 +38,7 @@ impl Draft {
         for (in_certificate, (file, diagram)) in [false, true].into_iter().zip(files) {
             for root in &file.roots {
                 let members = draft.members(diagram, root);
-                let set = Set { in_certificate, kind: root.kind, members };
+                let set = Set { in_certificate, kind: root.kind, members, trend: root.trend };
                 assert!(
                     draft.sets.insert(root.name.clone(), set).is_none(),
                     "{} is in both files",
@@ -122,7 +126,7 @@ impl Draft {
         self.get("choices").into_iter().filter(named).collect()
     }
 
-    /// Replaces or adds a set. Its kind and its file follow from its name.
+    /// Replaces or adds a set. Its kind and its file follow from its name; a trend stays.
     pub(super) fn set(&mut self, name: &str, members: Members) {
         let is_proof = ["layers:", "refuted:", "safe:"].iter().any(|start| name.starts_with(start));
         let kind = if name == "choices" || name.starts_with("strategy:") {
@@ -130,7 +134,8 @@ impl Draft {
         } else {
             RootKind::States
         };
-        let set = Set { in_certificate: is_proof || name.contains('@'), kind, members };
+        let trend = self.sets.get(name).and_then(|set| set.trend);
+        let set = Set { in_certificate: is_proof || name.contains('@'), kind, members, trend };
         self.sets.insert(name.to_owned(), set);
     }
 
@@ -159,12 +164,17 @@ impl Draft {
         self.sets = sets.into_iter().map(|(name, set)| (name.replace(from, to), set)).collect();
     }
 
-    /// Replaces all layers of a region.
+    /// Gives a layer or round another trend.
+    pub(super) fn set_trend(&mut self, name: &str, trend: Option<Trend>) {
+        self.sets.get_mut(name).unwrap().trend = trend;
+    }
+
+    /// Replaces all layers of a region by layers without a trend.
     pub(super) fn layers(&mut self, region: &str, layers: &[&Members]) {
         self.sequence(&format!("layers:{region}:"), layers);
     }
 
-    /// Replaces all rounds of a region.
+    /// Replaces all rounds of a region by rounds without a trend.
     pub(super) fn rounds(&mut self, region: &str, rounds: &[&Members]) {
         self.sequence(&format!("refuted:{region}:"), rounds);
     }
@@ -181,6 +191,9 @@ impl Draft {
     pub(super) fn dump(&self) -> Dump {
         let mut manifest = self.manifest.clone();
         let certificate = manifest.certificate.as_mut().unwrap();
+        if self.sets.values().all(|set| set.trend.is_none()) {
+            certificate.order.clear();
+        }
         let [regions, certificate] =
             [(false, &mut manifest.regions), (true, certificate)].map(|(which, file)| {
                 let variables: Vec<String> = self.manifest.variables().cloned().collect();
@@ -200,6 +213,7 @@ impl Draft {
                         nodes: 0,
                         count,
                         dot: None,
+                        trend: set.trend,
                     });
                 }
                 writer.diagram

@@ -241,8 +241,9 @@ fn a_level_that_is_too_large_is_refused() {
             forge: |d| d.layers("sasi:2", &[&d.get("sasi:2")]),
         },
         Fault {
-            condition: "layer 1 of `spi:1` are the further states with a step into layer 0",
+            condition: "each state in layer 1 of `spi:1` has a step into an earlier layer",
             forge: |d| {
+                d.set_trend("layers:spi:1:1", None);
                 too_large_level_1(d);
                 d.add("layers:spi:1:1", &d.states(&[4]));
             },

@@ -7,6 +7,7 @@ mod outcomes;
 mod plays;
 mod safe;
 mod scope;
+mod trends;
 mod verdict;
 
 use meliora::dump::Dump;

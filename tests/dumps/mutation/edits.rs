@@ -10,7 +10,7 @@ use serde_json::Value as Json;
 use super::shop::{edge, text};
 
 /// The function with one more member or one less.
-fn toggled(diagram: &mut Diagram, from: Edge, level: u32, bits: u64) -> Edge {
+pub(super) fn toggled(diagram: &mut Diagram, from: Edge, level: u32, bits: u64) -> Edge {
     if level as usize == diagram.variables.len() {
         return from.complement();
     }
@@ -162,7 +162,7 @@ pub(super) fn proof(dump: &mut Dump) -> (&mut File, &mut Diagram) {
     (dump.manifest.certificate.as_mut().unwrap(), dump.certificate.as_mut().unwrap())
 }
 
-fn root<'f>(file: &'f mut File, random: &mut ChaCha8Rng) -> &'f mut Root {
+pub(super) fn root<'f>(file: &'f mut File, random: &mut ChaCha8Rng) -> &'f mut Root {
     let position = random.random_range(0..file.roots.len());
     &mut file.roots[position]
 }

@@ -6,6 +6,7 @@
 mod edits;
 mod plays;
 mod shop;
+mod steps;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -88,7 +89,7 @@ fn forge(shop: &mut Shop, dump: &Dump, table: &mut Table, random: &mut ChaCha8Rn
     put(directory, &dump.manifest.text().unwrap(), &regions, &certificate);
     assert!(shop.verify(directory).is_some_and(|d| shop.is_harmless(&d)), "an honest dump is refused");
     for _ in 0..rounds {
-        for (kind, edit) in EDITS {
+        for (kind, edit) in EDITS.iter().chain(steps::EDITS) {
             let mut forged = dump.clone();
             if edit(&mut forged, random) {
                 let forged = sealed(forged);

@@ -118,12 +118,13 @@ pub(crate) fn same_regions(a: &Dump, b: &Dump) -> bool {
     same_sets(a, b, |d| (&d.manifest.regions, &d.regions), &|_| false)
 }
 
-/// Returns true for sets that only prove other sets and need not be unique: the rounds, and the supersets
-/// of the states that win the level after the last one.
+/// Returns true for sets that only prove other sets and need not be unique: the layers, the rounds, and the
+/// supersets of the states that win the level after the last one.
 fn is_witness(honest: &Dump, name: &str) -> bool {
     let after_the_last = |level: &str| honest.manifest.regions.root(level).is_none();
     let level = name.split_once('@').map(|(level, _)| level);
-    name.starts_with("refuted:")
+    name.starts_with("layers:")
+        || name.starts_with("refuted:")
         || level.is_some_and(|l| (l.starts_with("sasi:") || l.starts_with("spi:")) && after_the_last(l))
 }
 

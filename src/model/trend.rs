@@ -1,0 +1,38 @@
+//! Steps that make a state smaller or greater, where a state is read as a number.
+
+use serde::{Deserialize, Serialize};
+
+use super::VarId;
+
+/// A variable as a digit of the number of a state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Digit {
+    /// The variable.
+    pub variable: VarId,
+    /// True if greater values make the number smaller.
+    pub reversed: bool,
+}
+
+/// The effect of a step on the number of a state. Along steps of one trend no state comes twice, so
+/// their paths end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Trend {
+    /// The number becomes smaller.
+    Falling,
+    /// The number becomes greater.
+    Rising,
+}
+
+impl Trend {
+    /// Both trends.
+    pub const ALL: [Trend; 2] = [Trend::Falling, Trend::Rising];
+
+    /// Returns its name in manifests.
+    pub fn name(self) -> &'static str {
+        match self {
+            Trend::Falling => "falling",
+            Trend::Rising => "rising",
+        }
+    }
+}

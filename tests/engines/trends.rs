@@ -1,0 +1,105 @@
+//! Engines with only the falling or the rising edges, against the reference with only these edges.
+
+use std::cmp::Ordering;
+use std::sync::Arc;
+
+use meliora::advanced::symbolic::Thresholds;
+use meliora::engine::{Engine, Settings, SymbolicEngine};
+use meliora::model::trend::{Digit, Trend};
+use meliora::model::{Program, State};
+use proptest::prelude::*;
+
+use crate::common::agreement;
+use crate::common::brute::{Brute, Set};
+use crate::common::random_program::{random_predicate, random_program};
+use crate::explicit::numbers;
+
+/// Compares two states by the first variable of the order in which they differ.
+fn compare(order: &[Digit], s: &State, t: &State) -> Ordering {
+    let value =
+        |d: &Digit, s: &State| if d.reversed { -s[d.variable.index()] } else { s[d.variable.index()] };
+    let of = |s: &State| order.iter().map(|digit| value(digit, s)).collect::<Vec<_>>();
+    of(s).cmp(&of(t))
+}
+
+fn has_trend(order: &[Digit], trend: Trend, s: &State, t: &State) -> bool {
+    let wanted = match trend {
+        Trend::Falling => Ordering::Less,
+        Trend::Rising => Ordering::Greater,
+    };
+    compare(order, t, s) == wanted
+}
+
+/// The reference with only the edges of a trend.
+fn reference(program: &Program, order: &[Digit], trend: Trend) -> Brute {
+    let mut brute = Brute::new(program, Settings::default().scope).unwrap();
+    let states = brute.states.clone();
+    for pair in &mut brute.pairs {
+        let from = &states[pair.state];
+        pair.successors.retain(|&to| has_trend(order, trend, from, &states[to]));
+    }
+    brute
+}
+
+/// The states that are reached from X.
+fn reached(brute: &Brute, x: &Set) -> Set {
+    let next = x | &brute.post(&brute.choices_in(&brute.all_choices(), x));
+    if next == *x { next } else { reached(brute, &next) }
+}
+
+fn listed(brute: &Brute, x: &Set) -> Vec<State> {
+    x.iter().map(|&s| brute.states[s].clone()).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(150))]
+
+    #[test]
+    fn every_operation_is_that_of_the_reference_with_fewer_edges(
+        of in numbers(160),
+        first in numbers(20),
+        second in numbers(20),
+        keys in proptest::collection::vec(any::<u16>(), 16),
+    ) {
+        let mut program = random_program(&of, false);
+        let predicates = [random_predicate(&mut program, &first), random_predicate(&mut program, &second)];
+        let program = Arc::new(program);
+        let key = |digit: &Digit| keys.get(digit.variable.index()).copied().unwrap_or_default();
+        let digit = |variable| Digit { variable, reversed: false };
+        let mut order: Vec<Digit> = program.variable_ids().map(digit).collect();
+        order.sort_by_key(key);
+        order.iter_mut().for_each(|digit| digit.reversed = key(digit) & 1 == 1);
+        for relations_per_bit in [0, Thresholds::default().relations_per_bit] {
+            let thresholds = Thresholds { relations_per_bit, ..Thresholds::default() };
+            let settings = Settings { memory: 64 << 20, thresholds, ..Settings::default() };
+            let whole = SymbolicEngine::new(program.clone(), settings).unwrap();
+            for trend in Trend::ALL {
+                let brute = reference(&program, &order, trend);
+                let engine = whole.with_trend(&order, trend).unwrap();
+                agreement::check(&engine, &program, &brute, &predicates);
+                for predicate in predicates {
+                    let found = engine.reached_from(&whole.states_where(predicate).unwrap()).unwrap();
+                    let expected = reached(&brute, &brute.states_where(&program, predicate));
+                    prop_assert_eq!(whole.list_states(&found, usize::MAX).unwrap(), listed(&brute, &expected));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn variables_that_few_transitions_make_greater_come_first(of in numbers(160)) {
+        let program = Arc::new(random_program(&of, false));
+        let settings = Settings { memory: 64 << 20, ..Settings::default() };
+        let order = SymbolicEngine::new(program.clone(), settings).unwrap().falling_order().unwrap();
+        let counts = Vec::from_iter(order.iter().map(|digit| {
+            Trend::ALL.map(|trend| {
+                let brute = reference(&program, &[*digit], trend);
+                brute.count_transitions(&brute.all_choices(), &brute.all_states())
+            })
+        }));
+        prop_assert!(counts.iter().all(|[falling, rising]| falling >= rising), "{:?} {:?}", order, counts);
+        let key = |[falling, rising]: &[usize; 2]| (*rising, std::cmp::Reverse(*falling));
+        prop_assert!(counts.is_sorted_by_key(key), "{:?} {:?}", order, counts);
+        prop_assert_eq!(order.len(), program.variables.len());
+    }
+}
