@@ -11,7 +11,6 @@ use meliora_engine::{AnyEngine, Count, Engine, Selection, Settings, Storage};
 use meliora_engine::{Order, SymbolicEngine};
 use meliora_lang::ltl;
 use meliora_lang::named::{self, Property};
-use meliora_lang::property::Question as Asks;
 use meliora_lang::{self as lang, Document, Given};
 use meliora_model::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora_model::expr::ExprId;
@@ -302,7 +301,7 @@ pub(super) fn engine_for(
     selected: &mut Selection,
     sink: &Arc<TerminalSink>,
 ) -> Result<Arc<AnyEngine>, Error> {
-    let lists_states = questions.iter().any(|q| matches!(q.question, Some(Asks::Quantity(_))));
+    let lists_states = questions.iter().any(|q| q.asks_for_number());
     selected.build(program, settings(args, selected.storage, sink)?, lists_states).map(Arc::new)
 }
 

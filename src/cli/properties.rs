@@ -1,18 +1,22 @@
 //! `meliora reach` with several properties, from a file or from the command line.
 //!
 //! All reachability properties share one engine. A temporal formula has its own, with its monitors.
+//! Of each target, the regions are computed that its properties need: the cheapest of all targets
+//! first, then the next ones, and at last the numbers. So a limit leaves as many answers as possible.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use meliora::reach::{Asking, Under};
+use meliora::reach::{Asking, Target, Under};
+use meliora_engine::regions::Which;
 use meliora_engine::{Engine, Selection};
 use meliora_lang::{open_constants, parse_properties, split_constants};
 use meliora_model::Program;
 use meliora_model::error::{Error, SourceFile};
+use meliora_planning::RegionSearch;
 use meliora_planning::result::ModelCounts;
 use meliora_report::PropertiesReport;
-use meliora_report::properties::{PropertyAnswer, Sizes};
+use meliora_report::properties::PropertyAnswer;
 
 use super::exit::Status;
 use super::load::{self, Asked, Stated};
@@ -168,27 +172,92 @@ fn answer<E: Engine>(
         load::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap)?;
         job.update(|r| (r.counts, r.escape) = (Some(counts), under.escape.clone()));
     }
-    let engine = under.engine();
-    for &(asking, position) in questions {
-        let found = job.timed("regions", || asking.goal.regions(engine), |_, _| ())?;
-        let answer = || under.answer(asking, &asked.program, &found, precision);
-        let answer = job.timed("value", answer, |_, _| ())?;
-        job.update(|r| {
-            r.properties[position].answer(answer.holds, answer.value, answer.no_value);
-        });
-        answer.end?;
-        let found = asking.goal.restricted(engine, found)?;
-        let size = |x: &E::States| engine.count(x).map(|n| Some(n.into()));
-        let sizes = Sizes {
-            pmax_one: size(&found.pmax_one)?,
-            pmax_positive: size(&found.pmax_positive)?,
-            pmin_one: size(&found.pmin_one)?,
-            pmin_positive: size(&found.pmin_positive)?,
-        };
-        job.update(|r| {
-            r.properties[position].sizes = sizes;
-            r.memory.peak_nodes = r.memory.peak_nodes.max(engine.usage().peak_nodes);
-        });
+    let mut groups = groups(under.engine(), &asked.program, questions)?;
+    let answering = Answering { job, under: &under, program: &asked.program };
+    for round in 0..Which::ALL.len() {
+        for group in &mut groups {
+            answering.find(group, round)?;
+        }
+        groups.retain(|group| group.asks_for_numbers() || round + 1 < group.order.len());
     }
-    Ok(())
+    groups.iter().try_for_each(|group| answering.values(group, precision))
+}
+
+/// Properties with the same goal.
+struct Group<'a, E: Engine> {
+    /// The properties, with their positions in the report.
+    members: Vec<(&'a Asking, usize)>,
+    /// The regions that they need.
+    order: Vec<Which>,
+    search: RegionSearch<'a, E>,
+}
+
+/// Groups properties by their goals, in the order of the first of each.
+fn groups<'a, E: Engine>(
+    engine: &'a E,
+    program: &Arc<Program>,
+    questions: &[(&'a Asking, usize)],
+) -> Result<Vec<Group<'a, E>>, Error> {
+    let same = |a: &Asking, b: &Asking| match (&a.goal.target, &b.goal.target) {
+        (Target::States(one), Target::States(other)) => one == other,
+        _ => false,
+    };
+    let mut groups: Vec<Group<'a, E>> = Vec::new();
+    for &(asking, position) in questions {
+        match groups.iter_mut().find(|group| same(group.members[0].0, asking)) {
+            Some(group) => group.members.push((asking, position)),
+            None => {
+                let (members, search) = (vec![(asking, position)], asking.goal.search(engine)?);
+                groups.push(Group { members, order: Vec::new(), search });
+            }
+        }
+    }
+    for group in &mut groups {
+        let needed: Vec<Which> = group.members.iter().flat_map(|(q, _)| q.needed(program)).collect();
+        group.order = group.search.order(&needed);
+    }
+    Ok(groups)
+}
+
+impl<E: Engine> Group<'_, E> {
+    fn asks_for_numbers(&self) -> bool {
+        self.members.iter().any(|(asking, _)| asking.asks_for_number())
+    }
+}
+
+struct Answering<'a, E: Engine> {
+    job: &'a Job<PropertiesReport>,
+    under: &'a Under<'a, E>,
+    program: &'a Arc<Program>,
+}
+
+impl<E: Engine> Answering<'_, E> {
+    /// Computes the region of a round, and adds to the report what it decides.
+    fn find(&self, group: &mut Group<'_, E>, round: usize) -> Result<(), Error> {
+        let Some(&which) = group.order.get(round) else { return Ok(()) };
+        let states = self.job.timed(which.formula(), || group.search.region(which), |_, _| ())?;
+        let engine = self.under.engine();
+        for &(asking, position) in &group.members {
+            let judged = engine.intersection(&states, &asking.goal.judged(engine)?)?;
+            let size = engine.count(&judged)?;
+            let decided = self.under.decided(asking, self.program, group.search.known())?;
+            self.job.update(|r| {
+                r.properties[position].answer(&decided);
+                *r.properties[position].sizes.get_mut(which) = Some(size.into());
+                r.memory.peak_nodes = r.memory.peak_nodes.max(engine.usage().peak_nodes);
+            });
+        }
+        Ok(())
+    }
+
+    /// Answers the properties that ask for numbers.
+    fn values(&self, group: &Group<'_, E>, precision: f64) -> Result<(), Error> {
+        for &(asking, position) in group.members.iter().filter(|(asking, _)| asking.asks_for_number()) {
+            let answer = || self.under.answer(asking, self.program, group.search.known(), precision);
+            let answer = self.job.timed("value", answer, |_, _| ())?;
+            self.job.update(|r| r.properties[position].answer(&answer));
+            answer.end?;
+        }
+        Ok(())
+    }
 }
