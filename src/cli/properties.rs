@@ -4,13 +4,13 @@
 //! Of each target, the regions are computed that its properties need: the cheapest of all targets
 //! first, then the next ones, and at last the numbers. So a limit leaves as many answers as possible.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use meliora::reach::{Asking, Target, Under};
 use meliora_engine::regions::Which;
 use meliora_engine::{Engine, Selection};
-use meliora_lang::{open_constants, parse_properties, split_constants};
+use meliora_lang::{open_constants, outline_properties, parse_properties, split_constants};
 use meliora_model::Program;
 use meliora_model::error::{Error, SourceFile};
 use meliora_planning::RegionSearch;
@@ -75,6 +75,25 @@ pub(super) fn several(
     })
 }
 
+/// Returns the names of the properties of a file, or their texts where they have no name.
+///
+/// # Errors
+/// The file cannot be read; it has no such property.
+pub(super) fn titles(file: &Path, only: Option<&str>) -> Result<Vec<String>, Error> {
+    let source = load::read(file)?;
+    let all = outline_properties(&source)?.into_iter();
+    let chosen: Vec<_> =
+        all.filter(|(name, _)| only.is_none_or(|only| name.as_deref() == Some(only))).collect();
+    if let (Some(only), true) = (only, chosen.is_empty()) {
+        return Err(no_property(&source, only));
+    }
+    Ok(chosen.into_iter().map(|(name, text)| name.unwrap_or(text)).collect())
+}
+
+fn no_property(source: &SourceFile, name: &str) -> Error {
+    Error::Usage(format!("{} has no property with the name `{name}`", source.name))
+}
+
 /// Reads the model with the definitions of the file, the properties that can be answered, and their
 /// positions in the report.
 fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Vec<usize>), Error> {
@@ -89,7 +108,7 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
     if let Some(only) = &questions.only {
         stated.retain(|s| s.name.as_ref() == Some(only));
         if stated.is_empty() {
-            return Err(Error::Usage(format!("{} has no property with the name `{only}`", source.name)));
+            return Err(no_property(&source, only));
         }
     }
     let (mut open, mut asking) = (Vec::new(), Vec::new());

@@ -1,6 +1,6 @@
 //! `meliora reach`: the four qualitative regions of a target, or of a temporal formula.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use meliora::reach::{Asking, Target, Under};
@@ -59,13 +59,25 @@ pub(super) struct ReachArgs {
     shown: ShownArgs,
 }
 
+impl ReachArgs {
+    /// Returns what the rows of a sweep contain.
+    fn rows(&self) -> Result<sweep::Job, Error> {
+        let properties = match &self.properties {
+            Some(file) => properties::titles(file, self.only.as_deref())?,
+            None => self.property.clone(),
+        };
+        Ok(sweep::Job::Reach { regions: self.target.is_some() || self.property.len() == 1, properties })
+    }
+}
+
 /// Runs the command.
 ///
 /// # Errors
 /// The input is wrong, or a limit is hit.
 pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
-    if let Some(status) = args.sweep.run(&args.model, &[], sweep::Job::Reach, &args.shown)? {
+    let inputs: Vec<&Path> = args.properties.iter().map(PathBuf::as_path).collect();
+    if let Some(status) = args.sweep.run(&args.model, &inputs, || args.rows(), &args.shown)? {
         return Ok(status);
     }
     if let Some(file) = args.properties {

@@ -60,6 +60,26 @@ pub fn open_constants(source: &Arc<SourceFile>) -> Result<Vec<String>> {
     Ok(open)
 }
 
+/// Returns the properties of a file as they are written: the name, if it has one, and the text in one
+/// line.
+///
+/// # Errors
+/// The file is of another kind; too many statements.
+pub fn outline_properties(source: &Arc<SourceFile>) -> Result<Vec<(Option<String>, String)>> {
+    super::mistaken::no_properties(source)?;
+    let properties = statements(source)?.into_iter().filter(|range| !is_definition(source, range));
+    let outline = |range: Range<usize>| {
+        let (name, start) = named(&source.text[range.clone()]);
+        let words = source.text[range.start + start..range.end].split_whitespace();
+        (name, words.collect::<Vec<_>>().join(" "))
+    };
+    Ok(properties.map(outline).collect())
+}
+
+fn is_definition(source: &SourceFile, range: &Range<usize>) -> bool {
+    DEFINITIONS.contains(&word(&source.text[range.clone()]))
+}
+
 /// Parses a property file. Its constants, labels and formulas are added to the program; `given` are
 /// values for constants declared without one. A constant without any value is unknown to all
 /// properties.
@@ -75,9 +95,8 @@ pub fn parse_properties(
     super::mistaken::no_properties(source)?;
     let bindings = parse_constants(given)?;
     let mut file = File { given, bindings, open: Vec::new(), defined: AHashSet::new(), program };
-    let is_definition = |range: &Range<usize>| DEFINITIONS.contains(&word(&source.text[range.clone()]));
     let (definitions, properties): (Vec<_>, Vec<_>) =
-        statements(source)?.into_iter().partition(is_definition);
+        statements(source)?.into_iter().partition(|range| is_definition(source, range));
     definitions.into_iter().try_for_each(|range| file.define(source, place(&range)))?;
     for range in &properties {
         if let (Some(name), start) = named(&source.text[range.clone()]) {

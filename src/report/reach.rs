@@ -97,7 +97,9 @@ impl Findings for ReachFindings {
         if let Some(target) = &report.target {
             let _ = write!(out, "\n{}\n", style.bold(&format!("Reaching {}", report.expression)));
             let _ = writeln!(out, "  target states  {}", target.grouped());
-            out += &report.regions(style);
+            if report.sizes.any() {
+                out += &report.regions(style);
+            }
         } else if report.sizes.any() {
             let _ = write!(out, "\n{}\n", style.bold(&format!("Satisfying {}", report.expression)));
             out += &report.regions(style);

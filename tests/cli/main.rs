@@ -20,6 +20,7 @@ mod json_page;
 mod limits;
 mod memory;
 mod output;
+mod partial;
 mod properties;
 mod quantities;
 mod readme;

@@ -85,6 +85,12 @@ impl CsvFile {
         Ok(())
     }
 
+    /// Returns the rows that are known, without the constants, by the position of their instance.
+    pub(crate) fn known(&self, constants: usize) -> BTreeMap<usize, Vec<String>> {
+        let cells = |row: &StringRecord| row.iter().skip(constants).map(str::to_owned).collect();
+        self.rows.iter().map(|(&position, row)| (position, cells(row))).collect()
+    }
+
     /// Returns whether an instance has its row.
     pub(crate) fn has(&self, position: usize) -> bool {
         self.rows.contains_key(&position)

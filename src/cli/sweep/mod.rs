@@ -4,6 +4,7 @@
 //! limit, an error or the memory of one instance does not affect the others.
 
 mod file;
+mod plot;
 mod process;
 pub(super) mod ranges;
 mod row;
@@ -22,6 +23,7 @@ use super::exit::Status;
 use super::options::{ModelArgs, ShownArgs};
 use super::{signals, terminal, watch};
 use file::CsvFile;
+use plot::Plotted;
 use process::{Outcome, Pool};
 use ranges::Range;
 use row::Ended;
@@ -38,6 +40,10 @@ pub(super) struct SweepArgs {
     /// Write one row per instance to this file, as soon as the instance ends
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+
+    /// Draw the results over the first constant with a range, as a picture (SVG)
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
 
     /// Skip the instances that already have a row in the file; cuts off an incomplete last row
     #[arg(long, requires = "csv")]
@@ -70,25 +76,25 @@ impl SweepArgs {
         &self,
         model: &ModelArgs,
         inputs: &[&Path],
-        kind: Job,
+        kind: impl FnOnce() -> Result<Job, Error>,
         shown: &ShownArgs,
     ) -> Result<Option<Status>, Error> {
         if model.instance.is_some() {
             return Ok(None);
         }
         let ranges = ranges::parse(&model.constants())?;
-        let asked = self.csv.is_some() || self.jobs.is_some() || self.shard.is_some();
+        let asked = self.csv.is_some() || self.plot.is_some() || self.jobs.is_some() || self.shard.is_some();
         if !asked && !ranges.iter().any(|r| r.varies) {
             return Ok(None);
-        }
-        if model.model.as_os_str() == "-" {
-            let message = "a sweep reads the model once per instance; give a file instead of standard input";
-            return Err(Error::Usage(message.to_owned()));
         }
         terminal::set_color(shown.color);
         watch::limit_memory(model.memory());
         let inputs = [inputs, &[model.model.as_path(), Path::new(&model.order)]].concat();
-        Sweep::new(self, &inputs, ranges, kind)?.run(shown).map(Some)
+        if inputs.contains(&Path::new("-")) {
+            let message = "a sweep reads its files once per instance; give files instead of standard input";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        Sweep::new(self, &inputs, ranges, kind()?)?.run(shown).map(Some)
     }
 }
 
@@ -103,6 +109,7 @@ struct Sweep {
     kind: Job,
     instances: Vec<Instance>,
     file: Option<CsvFile>,
+    plot: Option<Plotted>,
     jobs: usize,
 }
 
@@ -113,6 +120,7 @@ impl Sweep {
         let own = all.skip(first - 1).step_by(every);
         let mut instances: Vec<Instance> =
             own.map(|(position, values)| Instance { position, values }).collect();
+        let plot = args.plot.as_ref().map(|path| Plotted::new(path, inputs, &ranges)).transpose()?;
         let mut file = None;
         if let Some(path) = &args.csv {
             let row = kind.row(&Json::Null, Ended::Done);
@@ -125,7 +133,12 @@ impl Sweep {
             csv.open()?;
             file = Some(csv);
         }
-        Ok(Sweep { ranges, kind, instances, file, jobs: usize::from(args.jobs.unwrap_or(1)) })
+        let jobs = usize::from(args.jobs.unwrap_or(1));
+        let mut sweep = Sweep { ranges, kind, instances, file, plot, jobs };
+        if let (Some(plot), Some(file)) = (&mut sweep.plot, &sweep.file) {
+            plot.rows = file.known(sweep.ranges.len());
+        }
+        Ok(sweep)
     }
 
     fn run(mut self, shown: &ShownArgs) -> Result<Status, Error> {
@@ -136,7 +149,8 @@ impl Sweep {
         let table = (!shown.json).then(|| self.table());
         if let Some(table) = &table {
             let style = terminal::stdout_style();
-            terminal::print(&table.heading().map(|line| style.dim(line.trim_end()) + "\n").concat())?;
+            let lines = table.heading().into_iter().map(|line| style.dim(line.trim_end()) + "\n");
+            terminal::print(&lines.collect::<String>())?;
         }
         let mut runs: Vec<(usize, Finished)> = Vec::new();
         let mut ends = Vec::new();
@@ -156,6 +170,7 @@ impl Sweep {
         let finished = ends.len() == self.instances.len();
         pool.stop();
         self.file.as_ref().map_or(Ok(()), CsvFile::finish)?;
+        self.plot.as_ref().map_or(Ok(()), |plot| plot.write(&self.ranges, &self.kind))?;
         if shown.json {
             terminal::print_json(&self.report(runs))?;
         }
@@ -197,6 +212,9 @@ impl Sweep {
             }
             terminal::print(&text)?;
         }
+        if let Some(plot) = &mut self.plot {
+            plot.rows.insert(instance.position, row.cells().map(str::to_owned).collect());
+        }
         if let Some(file) = &mut self.file {
             let values = instance.values.iter().map(String::as_str);
             file.add(instance.position, values.chain(row.cells()).collect())?;
@@ -221,7 +239,7 @@ impl Sweep {
         let varying = self.ranges.iter().filter(|r| r.varies);
         let ranges: Map<String, Json> =
             varying.map(|r| (r.name.clone(), r.values.iter().map(|v| value(v)).collect())).collect();
-        SweepReport::new(self.kind.into(), ranges, runs.into_iter().map(|(_, run)| run).collect())
+        SweepReport::new((&self.kind).into(), ranges, runs.into_iter().map(|(_, run)| run).collect())
     }
 }
 
