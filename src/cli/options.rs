@@ -26,8 +26,7 @@ pub(super) struct ModelArgs {
     #[arg(value_name = "MODEL")]
     pub(super) model: PathBuf,
 
-    /// Values of undefined constants, such as K=4,N=3 (repeatable); `check`, `reach` and `compare`
-    /// also accept ranges N=1:5, N=0:2:10 and lists N={2,4,8}
+    /// Values of undefined constants, such as K=4,N=3 (repeatable)
     #[arg(short = 'c', long = "const", value_name = "NAME=VALUE,…", value_parser = constant_list)]
     constants: Vec<String>,
 

@@ -36,9 +36,9 @@ pub(super) struct SimulateArgs {
     #[command(flatten)]
     choose: ChooseArgs,
 
-    /// Strategy to simulate
+    /// Which of the permitted actions runs take
     #[arg(long, value_parser = by_name::<Scheduler>(), default_value = Scheduler::Progress.name())]
-    strategy: Scheduler,
+    scheduler: Scheduler,
 
     /// Number of runs
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
@@ -72,7 +72,7 @@ const MOST_STEPS: u64 = 1_000_000;
 
 impl SimulateArgs {
     fn setup(&self) -> Setup {
-        Setup { scheduler: self.strategy, runs: self.runs, steps: self.steps, seed: self.seed }
+        Setup { scheduler: self.scheduler, runs: self.runs, steps: self.steps, seed: self.seed }
     }
 }
 
@@ -83,7 +83,7 @@ impl SimulateArgs {
 pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
     args.choose.validate()?;
-    validate_scheduler(args.choose.choose, args.strategy)?;
+    validate_scheduler(args.choose.choose, args.scheduler)?;
     let kind = args.choose.kind(StrategyKind::Plan)?;
     let header = args.engine.header(args.preferences.header(&args.model));
     let report = SimulateReport::of_setup(header, (kind, args.choose.shown()), args.setup());

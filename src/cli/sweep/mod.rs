@@ -33,6 +33,10 @@ use table::Table;
 /// The interval between checks for an interruption.
 const TICK: Duration = Duration::from_millis(100);
 
+/// The help of `--const` for commands with sweeps.
+pub(super) const CONSTANTS: &str = "Values of undefined constants, such as K=4,N=3 (repeatable), or ranges \
+    N=1:5, N=0:2:10 and lists N={2,4,8}: one run per combination";
+
 /// The options for sweeps.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Sweeps (constants with ranges or lists: -c N=1:5, N=0:2:10, N={2,4,8})")]
