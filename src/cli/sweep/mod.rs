@@ -20,6 +20,7 @@ use meliora_report::sweep::{Instance as Finished, SweepReport};
 use serde_json::{Map, Value as Json};
 
 use super::exit::Status;
+use super::files::Target;
 use super::options::{ModelArgs, ShownArgs};
 use super::{signals, terminal, watch};
 use file::CsvFile;
@@ -41,7 +42,7 @@ pub(super) const CONSTANTS: &str = "Values of undefined constants, such as K=4,N
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Sweeps (constants with ranges or lists: -c N=1:5, N=0:2:10, N={2,4,8})")]
 pub(super) struct SweepArgs {
-    /// Write one row per instance to this file, as soon as the instance ends
+    /// Write one row per instance to this file, as soon as the instance ends; `-` is standard output
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
 
@@ -98,7 +99,8 @@ impl SweepArgs {
             let message = "a sweep reads its files once per instance; give files instead of standard input";
             return Err(Error::Usage(message.to_owned()));
         }
-        Sweep::new(self, &inputs, ranges, kind()?)?.run(shown).map(Some)
+        let shown = shown.with_csv(Target::maybe(self.csv.as_deref(), &inputs)?.as_ref())?;
+        Sweep::new(self, &inputs, ranges, kind()?)?.run(&shown).map(Some)
     }
 }
 
@@ -150,7 +152,8 @@ impl Sweep {
         // The processes are ended below. The file has a row for each instance that has ended.
         let _ = signals::set_on_interrupt(&pool.stopped);
         let outcomes = pool.run(self.jobs, self.instances.iter().map(|i| self.arguments(i)).collect());
-        let table = (!shown.json).then(|| self.table());
+        let prints_rows = self.file.as_ref().is_some_and(CsvFile::is_stdout);
+        let table = (!shown.json && !prints_rows).then(|| self.table());
         if let Some(table) = &table {
             let style = terminal::stdout_style();
             let lines = table.heading().into_iter().map(|line| style.dim(line.trim_end()) + "\n");
