@@ -54,7 +54,7 @@ pub(super) fn run(args: CompareArgs) -> Result<Status, Error> {
     if let Some(status) = args.sweep.run(
         &args.model,
         &[&args.preferences.preferences],
-        || Ok(sweep::Job::Compare),
+        |_| Ok(sweep::Job::Compare),
         &args.shown,
     )? {
         return Ok(status);

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use meliora::reach::{Asking, Target, Under};
 use meliora_engine::regions::Which;
 use meliora_engine::{Engine, Selection};
-use meliora_lang::{open_constants, outline_properties, parse_properties, split_constants};
+use meliora_lang::{Document, open_constants, outline_properties, parse_properties, split_constants};
 use meliora_model::Program;
 use meliora_model::error::{Error, SourceFile};
 use meliora_planning::RegionSearch;
@@ -51,6 +51,12 @@ pub(super) fn run(questions: Questions, shown: &ShownArgs) -> Result<Status, Err
     })
 }
 
+/// Properties of the command line: their texts, or all that the model names.
+pub(super) enum Several {
+    Texts(Vec<String>),
+    Named,
+}
+
 /// Runs the command for properties of the command line.
 ///
 /// # Errors
@@ -58,19 +64,27 @@ pub(super) fn run(questions: Questions, shown: &ShownArgs) -> Result<Status, Err
 pub(super) fn several(
     model: ModelArgs,
     engine: EngineArgs,
-    (properties, require, precision): (Vec<String>, Vec<String>, f64),
+    (properties, require, precision): (Several, Vec<String>, f64),
     shown: &ShownArgs,
 ) -> Result<Status, Error> {
     let report = report(&model, engine);
     let (shown, limits) = (shown.of(&model), model.limits());
     supervise(report, limits, &shown, move |job| {
-        let read = || load::asked(&model, None, (&properties, &require), &job.sink);
-        let asked = job.timed("parse", read, |_, _| ())?;
-        let open: Vec<usize> = (0..asked.questions.len()).collect();
-        job.update(|r| {
-            let entry = |q: &Stated| PropertyAnswer::open(None, q.text.clone(), None);
-            r.properties = asked.questions.iter().map(entry).collect();
-        });
+        let read = || match &properties {
+            Several::Texts(texts) => {
+                let asked = load::asked(&model, None, (texts, &require), &job.sink)?;
+                let entry = |q: &Stated| PropertyAnswer::open(None, q.text.clone(), None);
+                let entries = asked.questions.iter().map(entry).collect();
+                Ok((asked, entries))
+            }
+            Several::Named => load::named(&model, &require, &job.sink).map(|(asked, unanswered)| {
+                let entry = |(name, reason)| PropertyAnswer::open(None, name, reason);
+                (asked, unanswered.into_iter().map(entry).collect())
+            }),
+        };
+        let (asked, entries): (Asked, Vec<PropertyAnswer>) = job.timed("parse", read, |_, _| ())?;
+        let open = (0..entries.len()).filter(|&at| entries[at].reason.is_none()).collect::<Vec<_>>();
+        job.update(|r| r.properties = entries);
         work(job, (&model, engine), &asked, &open, precision)
     })
 }
@@ -99,7 +113,13 @@ fn no_property(source: &SourceFile, name: &str) -> Error {
 fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Vec<usize>), Error> {
     let source = load::read(&questions.file)?;
     let given = SourceFile::new("--const", questions.model.constants());
-    let [theirs, others] = split_constants(&given, &open_constants(&source)?)?;
+    let mut open = open_constants(&source)?;
+    if !open.is_empty() && questions.model.model != Path::new("-") {
+        // A constant that both declare is refused at its place in the file.
+        let declared = Document::open(&questions.model.model)?.constants();
+        open.retain(|name| !declared.contains(name));
+    }
+    let [theirs, others] = split_constants(&given, &open)?;
     let model = questions.model.with_constants(&others.text);
     let (program, overlap) = load::program(&model, &job.sink)?;
     let mut program = Arc::unwrap_or_clone(program);

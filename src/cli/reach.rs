@@ -13,14 +13,14 @@ use meliora_report::{Number, ReachReport};
 use super::exit::Status;
 use super::load::{self, Asked, Stated};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
-use super::properties;
+use super::properties::{self, Several};
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
 
 /// Compute from which states a target is reached, or a temporal formula satisfied, surely or
 /// possibly
 #[derive(Debug, Clone, Args)]
-#[command(group = clap::ArgGroup::new("question").required(true))]
+#[command(group = clap::ArgGroup::new("question"))]
 pub(super) struct ReachArgs {
     #[command(flatten)]
     model: ModelArgs,
@@ -38,6 +38,10 @@ pub(super) struct ReachArgs {
     /// PRISM property file: answers the supported properties, and gives a reason for the others
     #[arg(long, value_name = "FILE", group = "question")]
     properties: Option<PathBuf>,
+
+    /// Answer all properties that a JANI model names
+    #[arg(long, group = "question")]
+    all_properties: bool,
 
     /// Check only the property with this name
     #[arg(long, value_name = "NAME", requires = "properties")]
@@ -60,10 +64,11 @@ pub(super) struct ReachArgs {
 }
 
 impl ReachArgs {
-    /// Returns what the rows of a sweep contain.
-    fn rows(&self) -> Result<sweep::Job, Error> {
+    /// Returns what the rows of a sweep contain; `constants` are those of the first instance.
+    fn rows(&self, constants: &str) -> Result<sweep::Job, Error> {
         let properties = match &self.properties {
             Some(file) => properties::titles(file, self.only.as_deref())?,
+            None if self.all_properties => load::names(&self.model, constants)?,
             None => self.property.clone(),
         };
         Ok(sweep::Job::Reach { regions: self.target.is_some() || self.property.len() == 1, properties })
@@ -77,7 +82,7 @@ impl ReachArgs {
 pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
     let inputs: Vec<&Path> = args.properties.iter().map(PathBuf::as_path).collect();
-    if let Some(status) = args.sweep.run(&args.model, &inputs, || args.rows(), &args.shown)? {
+    if let Some(status) = args.sweep.run(&args.model, &inputs, |first| args.rows(first), &args.shown)? {
         return Ok(status);
     }
     if let Some(file) = args.properties {
@@ -85,9 +90,10 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
         let questions = properties::Questions { model, engine, file, only, require, precision };
         return properties::run(questions, &shown);
     }
-    if args.property.len() > 1 {
-        let ReachArgs { model, engine, property, require, precision, shown, .. } = args;
-        return properties::several(model, engine, (property, require, precision), &shown);
+    if args.property.len() > 1 || args.all_properties {
+        let ReachArgs { model, engine, property, all_properties, require, precision, shown, .. } = args;
+        let asked = if all_properties { Several::Named } else { Several::Texts(property) };
+        return properties::several(model, engine, (asked, require, precision), &shown);
     }
     let asked = args.target.as_ref().or(args.property.first()).cloned().unwrap_or_default();
     let header = args.engine.header(args.model.header());

@@ -134,6 +134,9 @@ impl Parser<'_> {
             return Err(Failed);
         }
         self.advance();
+        if matches!(measure, Measure::Reward(_)) {
+            self.other_rewards()?;
+        }
         let formula = self.temporal_formula()?;
         self.expect(Token::RightBracket)?;
         self.eat(Token::Semicolon);
@@ -252,6 +255,26 @@ impl Parser<'_> {
             (Measure::Probability, Some((comparison, value))) => Ok(compared(extreme, comparison, value)),
             (measure, bound) => Ok(Question::Quantity(quantity(measure, extreme, bound))),
         }
+    }
+
+    /// Reports the rewards that PRISM has besides those until a target: `C<=k`, `C`, `I=k` and `S`.
+    fn other_rewards(&mut self) -> Parsed<()> {
+        let span = self.here();
+        let (message, help) = match self.text(span) {
+            "C" => (
+                "rewards that are accumulated over all steps, or over a number of steps, are not supported",
+                "for `C<=k`, count the steps in the model: declare `t : [0..k]`, add `(t'=min(t+1,k))` to each \
+                 command, and ask for the rewards until `F t=k`",
+            ),
+            "I" => (
+                "rewards of a single step are not supported",
+                "rewards are accumulated until a target: `R{\"name\"}min=? [ F condition ]`",
+            ),
+            "S" => ("long-run averages are not supported", "PRISM and Storm compute them"),
+            _ => return Ok(()),
+        };
+        self.report(self.unsupported(span, message).label("expected `F condition`").help(help));
+        Err(Failed)
     }
 
     /// Reports rewards that are not accumulated until a target is reached.

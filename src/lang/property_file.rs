@@ -18,7 +18,7 @@ use super::valuation::Binding;
 use crate::ltl::Monitoring;
 use crate::property::Property;
 use meliora_model::Program;
-use meliora_model::error::{Diagnostic, Error, Limit, Result, SourceFile};
+use meliora_model::error::{Diagnostic, Error, Limit, Result, Severity, SourceFile};
 use meliora_model::exact::{Exact, Real};
 use meliora_model::expr::ExprId;
 use meliora_model::progress::NoProgress;
@@ -94,7 +94,9 @@ pub fn parse_properties(
 ) -> Result<Vec<Stated>> {
     super::mistaken::no_properties(source)?;
     let bindings = parse_constants(given)?;
-    let mut file = File { given, bindings, open: Vec::new(), defined: AHashSet::new(), program };
+    let constants = program.constants.iter().map(|(name, _)| name.clone()).collect();
+    let (open, defined) = (Vec::new(), AHashSet::new());
+    let mut file = File { given, bindings, constants, open, defined, program };
     let (definitions, properties): (Vec<_>, Vec<_>) =
         statements(source)?.into_iter().partition(|range| is_definition(source, range));
     definitions.into_iter().try_for_each(|range| file.define(source, place(&range)))?;
@@ -119,6 +121,8 @@ fn place(range: &Range<usize>) -> Span {
 struct File<'a> {
     given: &'a Arc<SourceFile>,
     bindings: Vec<Binding>,
+    /// The constants of the model.
+    constants: AHashSet<String>,
     /// Constants without a value.
     open: Vec<String>,
     /// The labels and named properties.
@@ -181,7 +185,13 @@ impl File<'_> {
         let mut all = constants.chain(formulas).chain(variables).chain(&self.open);
         if all.any(|known| *known == name.name) {
             let message = format!("`{}` is declared already", name.name);
-            return Err(Diagnostic::new(source, name.span.range(), message).label("declared again").into());
+            let diagnostic = Diagnostic::new(source, name.span.range(), message).label("declared again");
+            return Err(match self.constants.contains(&name.name) {
+                true => diagnostic
+                    .help("the model declares it, and properties may use it: remove this declaration"),
+                false => diagnostic,
+            }
+            .into());
         }
         Ok(())
     }
@@ -257,7 +267,10 @@ fn known(program: &mut Program, source: &Arc<SourceFile>, property: &Property) -
 
 fn reason(error: &Error) -> String {
     match error {
-        Error::Input(diagnostics) => diagnostics.first().map_or_else(String::new, |d| d.message.clone()),
+        Error::Input(diagnostics) => diagnostics.first().map_or_else(String::new, |d| match &d.help {
+            Some(help) if d.severity == Severity::Unsupported => format!("{}; {help}", d.message),
+            _ => d.message.clone(),
+        }),
         other => other.to_string(),
     }
 }

@@ -73,7 +73,8 @@ fn shard(text: &str) -> Result<(usize, usize), String> {
 
 impl SweepArgs {
     /// Runs the sweep that the arguments ask for; returns `None` if they ask for one instance.
-    /// `inputs` are the files that are read in addition to the model.
+    /// `inputs` are the files that are read in addition to the model; `kind` says what the rows contain,
+    /// given the constants of the first instance.
     ///
     /// # Errors
     /// A range is wrong; the file cannot be written or belongs to another sweep.
@@ -81,7 +82,7 @@ impl SweepArgs {
         &self,
         model: &ModelArgs,
         inputs: &[&Path],
-        kind: impl FnOnce() -> Result<Job, Error>,
+        kind: impl FnOnce(&str) -> Result<Job, Error>,
         shown: &ShownArgs,
     ) -> Result<Option<Status>, Error> {
         if model.instance.is_some() {
@@ -100,7 +101,10 @@ impl SweepArgs {
             return Err(Error::Usage(message.to_owned()));
         }
         let shown = shown.with_csv(Target::maybe(self.csv.as_deref(), &inputs)?.as_ref())?;
-        Sweep::new(self, &inputs, ranges, kind()?)?.run(&shown).map(Some)
+        let first =
+            ranges.iter().map(|r| format!("{}={}", r.name, r.values[0])).collect::<Vec<_>>().join(",");
+        let kind = kind(&first)?;
+        Sweep::new(self, &inputs, ranges, kind)?.run(&shown).map(Some)
     }
 }
 
@@ -114,6 +118,8 @@ struct Sweep {
     ranges: Vec<Range>,
     kind: Job,
     instances: Vec<Instance>,
+    /// The number of instances that have a row in the file already.
+    skipped: usize,
     file: Option<CsvFile>,
     plot: Option<Plotted>,
     jobs: usize,
@@ -127,27 +133,42 @@ impl Sweep {
         let mut instances: Vec<Instance> =
             own.map(|(position, values)| Instance { position, values }).collect();
         let plot = args.plot.as_ref().map(|path| Plotted::new(path, inputs, &ranges)).transpose()?;
-        let mut file = None;
+        let (mut file, mut skipped) = (None, 0);
         if let Some(path) = &args.csv {
             let row = kind.row(&Json::Null, Ended::Done);
             let header = ranges.iter().map(|r| r.name.as_str()).chain(row.columns()).collect();
             let mut csv = CsvFile::new(path, inputs, header)?;
             if args.resume {
                 csv.resume(&instances.iter().map(|i| (i.values.as_slice(), i.position)).collect())?;
+                let all = instances.len();
                 instances.retain(|i| !csv.has(i.position));
+                skipped = all - instances.len();
             }
             csv.open()?;
             file = Some(csv);
         }
         let jobs = usize::from(args.jobs.unwrap_or(1));
-        let mut sweep = Sweep { ranges, kind, instances, file, plot, jobs };
+        let mut sweep = Sweep { ranges, kind, instances, skipped, file, plot, jobs };
         if let (Some(plot), Some(file)) = (&mut sweep.plot, &sweep.file) {
             plot.rows = file.known(sweep.ranges.len());
         }
         Ok(sweep)
     }
 
+    /// Says which instances are not run because the file has their rows.
+    fn tell_skipped(&self) {
+        let text = match (self.skipped, self.instances.len()) {
+            (0, _) => return,
+            (skipped, 0) => format!("all {skipped} instances have a row in the file; nothing is left to run"),
+            (skipped, left) => format!("{skipped} instances have a row in the file; {left} are left to run"),
+        };
+        terminal::message(&format!("note: {text}"));
+    }
+
     fn run(mut self, shown: &ShownArgs) -> Result<Status, Error> {
+        if !shown.quiet {
+            self.tell_skipped();
+        }
         let pool = Arc::new(Pool::default());
         // The processes are ended below. The file has a row for each instance that has ended.
         let _ = signals::set_on_interrupt(&pool.stopped);
