@@ -31,7 +31,7 @@ pub struct ReachFindings {
     /// The number of target states; absent with several properties, `null` if unknown or not a
     /// reachability question.
     pub target: Option<Number>,
-    /// The sizes of the regions.
+    /// The sizes of the regions; `None` if unknown, or not needed by the property.
     #[serde(flatten)]
     pub sizes: Sizes,
     /// The share of the initial states in each region; absent with several properties.
