@@ -172,10 +172,8 @@ impl Plot {
     fn told(&self, curve: &Curve, point: &Point) -> String {
         let value = self.values.get(point.at).map_or("", String::as_str);
         let others = if curve.name.is_empty() { String::new() } else { format!(", {}", curve.name) };
-        let result = match point.lower == point.upper {
-            true => number(point.lower),
-            false => format!("{} to {}", number(point.lower), number(point.upper)),
-        };
+        let [lower, upper] = [point.lower, point.upper].map(number);
+        let result = if lower == upper { lower } else { format!("{lower} to {upper}") };
         format!("{}={value}{others}: {result}", self.constant)
     }
 }
