@@ -57,8 +57,8 @@ pub(super) struct ExportArgs {
     #[arg(long, value_parser = by_name::<StrategyKind>())]
     kind: Option<StrategyKind>,
 
-    /// Which of the permitted actions the model of `--kind` has: permissive gives a smaller mdp,
-    /// progress a dtmc
+    /// Permitted actions that the model of `--kind` has: permissive gives a smaller mdp, progress a
+    /// dtmc
     #[arg(long, requires = "kind", value_parser = by_name::<Scheduler>(), default_value = Scheduler::Permissive.name())]
     scheduler: Scheduler,
 

@@ -1,8 +1,8 @@
 //! `meliora reach` with several properties, from a file or from the command line.
 //!
 //! All reachability properties share one engine. A temporal formula has its own, with its monitors.
-//! Of each target, the regions are computed that its properties need: the cheapest of all targets
-//! first, then the next ones, and at last the numbers. So a limit leaves as many answers as possible.
+//! The regions that the properties need are computed first, the cheapest of each target before the
+//! others, and the numbers last. Therefore a limit leaves as many answers as possible.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -271,7 +271,7 @@ struct Answering<'a, E: Engine> {
 }
 
 impl<E: Engine> Answering<'_, E> {
-    /// Computes the region of a round, and adds to the report what it decides.
+    /// Computes the region of a round, and adds it and the decided verdicts to the report.
     fn find(&self, group: &mut Group<'_, E>, round: usize) -> Result<(), Error> {
         let Some(&which) = group.order.get(round) else { return Ok(()) };
         let states = self.job.timed(which.formula(), || group.search.region(which), |_, _| ())?;

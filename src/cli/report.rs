@@ -78,7 +78,7 @@ pub(super) struct ReportArgs {
     #[arg(long, value_name = "NAME")]
     objective: Option<String>,
 
-    /// Which of the permitted actions the run takes
+    /// Permitted actions that the run takes
     #[arg(long, value_parser = by_name::<Scheduler>(), default_value = Scheduler::Progress.name())]
     scheduler: Scheduler,
 

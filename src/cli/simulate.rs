@@ -38,7 +38,7 @@ pub(super) struct SimulateArgs {
     #[command(flatten)]
     choose: ChooseArgs,
 
-    /// Which of the permitted actions runs take
+    /// Permitted actions that runs take
     #[arg(long, value_parser = by_name::<Scheduler>(), default_value = Scheduler::Progress.name())]
     scheduler: Scheduler,
 

@@ -12,7 +12,7 @@ pub(super) fn in_our_words(args: &[OsString]) -> Vec<OsString> {
     args[..end].iter().map(is_ours).chain(args[end..].iter().cloned()).collect()
 }
 
-/// Arguments in today's spelling, with the notes that say what was replaced.
+/// Arguments in today's spelling, with a note for each replaced option.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct Respelled {
     pub(super) args: Vec<OsString>,
@@ -67,7 +67,7 @@ impl Respelled {
         self.args.extend(new.into_iter().flat_map(|(option, value)| [option.into(), value.into()]));
     }
 
-    /// Says on standard error what was replaced.
+    /// Prints the notes on standard error.
     pub(super) fn tell(&self) {
         let is_quiet = |arg: &OsString| ["-q", "--quiet", "--instance"].iter().any(|quiet| arg == quiet);
         if !self.args.iter().any(is_quiet) {

@@ -17,7 +17,7 @@ pub struct RegionSearch<'a, E: Engine> {
     known: Regions<Option<E::States>>,
     /// The states from which the condition can be kept, if they are known.
     secured: Option<E::States>,
-    /// The same for its negation.
+    /// The states from which its negation can be kept, if they are known.
     against: Option<E::States>,
 }
 
@@ -88,7 +88,7 @@ impl<'a, E: Engine> RegionSearch<'a, E> {
     /// [`accepting_regions`] for the first region of Pmax and for the first one of Pmin.
     ///
     /// # Errors
-    /// A limit of the engine is reached, or a state formula has no value. What is known stays known.
+    /// A limit of the engine is reached, or a state formula has no value. Known regions stay known.
     pub fn region(&mut self, which: Which) -> Result<E::States> {
         if let Some(known) = self.known.get(which) {
             return Ok(known.clone());

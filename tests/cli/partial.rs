@@ -1,4 +1,4 @@
-//! `reach` computes the regions that a property needs, and says what is known when a limit ends it.
+//! `reach` computes the regions that a property needs, and prints the known results when a limit ends it.
 
 use serde_json::{Value as Json, json};
 

@@ -45,36 +45,38 @@ impl Plotted {
     }
 
     fn plot(&self, ranges: &[Range], kind: &Job) -> Result<Plot, Error> {
+        let curves = self.curves(ranges)?;
+        let row = kind.row(&serde_json::Value::Null, Ended::Done);
+        let titles: Vec<&str> = row.columns().collect();
+        let curve = |found: &Found<'_>, column: usize| Curve {
+            name: found.name.clone(),
+            points: found.rows.iter().filter_map(|(at, cells)| point(*at, &cells[column])).collect(),
+        };
+        let panel = |column: usize| Panel {
+            title: titles[column].to_owned(),
+            curves: curves.iter().map(|found| curve(found, column)).collect(),
+        };
+        let panels = kind.plotted().into_iter().map(panel).collect();
         let constant = &ranges[self.constant];
+        Ok(Plot { constant: constant.name.clone(), values: constant.values.clone(), panels })
+    }
+
+    /// Groups the rows by the values of the other constants, in the order of the instances.
+    fn curves(&self, ranges: &[Range]) -> Result<Vec<Found<'_>>, Error> {
         let all = instances(ranges)?;
-        // The curves in the order in which their first instance comes.
-        let mut curves: Vec<(String, Vec<(usize, &[String])>)> = Vec::new();
+        let mut curves: Vec<Found<'_>> = Vec::new();
         for (&position, cells) in &self.rows {
             let values = &all[position];
             let name = self.name(ranges, values);
-            let at = constant.values.iter().position(|value| *value == values[self.constant]).unwrap_or(0);
-            match curves.iter_mut().find(|(known, _)| *known == name) {
-                Some((_, points)) => points.push((at, cells)),
-                None => curves.push((name, vec![(at, cells)])),
+            let mut known = ranges[self.constant].values.iter();
+            let at = known.position(|value| *value == values[self.constant]).unwrap_or(0);
+            match curves.iter_mut().find(|found| found.name == name) {
+                Some(found) => found.rows.push((at, cells)),
+                None => curves.push(Found { name, rows: vec![(at, cells)] }),
             }
         }
-        for (_, points) in &mut curves {
-            points.sort_by_key(|(at, _)| *at);
-        }
-        let row = kind.row(&serde_json::Value::Null, Ended::Done);
-        let columns: Vec<&str> = row.columns().collect();
-        let panel = |column: usize| Panel {
-            title: columns[column].to_owned(),
-            curves: curves
-                .iter()
-                .map(|(name, points)| Curve {
-                    name: name.clone(),
-                    points: points.iter().filter_map(|(at, cells)| point(*at, &cells[column])).collect(),
-                })
-                .collect(),
-        };
-        let panels = kind.plotted().into_iter().map(panel).collect();
-        Ok(Plot { constant: constant.name.clone(), values: constant.values.clone(), panels })
+        curves.iter_mut().for_each(|found| found.rows.sort_by_key(|(at, _)| *at));
+        Ok(curves)
     }
 
     /// Returns the values of the other constants that vary.
@@ -83,6 +85,13 @@ impl Plotted {
         let others = others.filter(|(at, (range, _))| range.varies && *at != self.constant);
         others.map(|(_, (range, value))| format!("{}={value}", range.name)).collect::<Vec<_>>().join(", ")
     }
+}
+
+/// The rows with the same values of the other constants.
+struct Found<'a> {
+    name: String,
+    /// The cells, each with the position of the value of the constant.
+    rows: Vec<(usize, &'a [String])>,
 }
 
 /// Returns the point of a cell; `None` if it has no number.
