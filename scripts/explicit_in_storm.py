@@ -107,7 +107,7 @@ def main() -> int:
         folder = Path(name)
         for wanted in ("explicit", "drn"):
             meliora(given, "export", "--out", name, "--format", wanted)
-        meliora(given, "export", "--out", name, "--format", "drn", "--strategy", f"{given.kind}:progress")
+        meliora(given, "export", "--out", name, "--format", "drn", "--kind", given.kind, "--scheduler", "progress")
         good = same("drn", expected, sizes(stormpy.build_model_from_drn(str(folder / "model.drn"))))
         transitions, labels = for_storm(folder)
         good &= same("tra", expected, sizes(stormpy.build_model_from_explicit(str(transitions), str(labels))))

@@ -206,10 +206,10 @@ pub mod planning {
     #[doc(inline)]
     pub use meliora_planning::{
         Analysis, AnalysisResult, Class, Classes, Event, Explanation, FiniteMemoryStrategy, Improvement,
-        InducedModel, Kind, Levels, Memory, Options, Phase, Rank, Requirements, Safety, Sample, Scheduler,
-        Setup, Shield, ShieldNode, ShieldVariable, Simulation, StrategyKind, classes, explain, finite_memory,
-        improvement, induced_model, levels, regions, requirements, result, shield, simulate, strategy, tally,
-        temporal, winning_regions,
+        InducedModel, Kind, Levels, Memory, Options, Phase, Rank, RegionSearch, Requirements, Safety, Sample,
+        Scheduler, Setup, Shield, ShieldNode, ShieldVariable, Simulation, StrategyKind, classes, explain,
+        finite_memory, improvement, induced_model, levels, region_search, regions, requirements, result,
+        shield, simulate, strategy, tally, temporal, winning_regions,
     };
 }
 

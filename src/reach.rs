@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 pub use asking::Asking;
 use meliora_engine::Engine;
-use meliora_engine::regions::{Regions, regions};
+use meliora_engine::regions::Regions;
 use meliora_lang::lower_target;
 use meliora_lang::ltl::{Formula, Monitoring};
 use meliora_model::Program;
@@ -16,7 +16,7 @@ use meliora_model::expr::ExprId;
 use meliora_model::predicate::Predicate;
 use meliora_model::preference::Requirement;
 use meliora_model::temporal::{Begin, Condition};
-use meliora_planning::temporal;
+use meliora_planning::{RegionSearch, temporal};
 pub use under::Under;
 
 /// The name of the monitors of requirements.
@@ -122,17 +122,16 @@ impl Goal {
         }
     }
 
-    /// Computes the four regions over all states, with an engine for the program of the goal; those
-    /// with monitors that are not fresh among them. Cost: see
-    /// [`regions`] and [`temporal::regions`].
+    /// Begins the search for regions over all states, with an engine for the program of the
+    /// goal; states with monitors that are not fresh are among them. Cost: no image.
     ///
     /// # Errors
     /// A limit is reached, or a state formula has no value in some state.
-    pub fn regions<E: Engine>(&self, engine: &E) -> Result<Regions<E::States>> {
-        match &self.target {
-            Target::States(target) => regions(engine, &engine.states_where(target)?),
-            Target::Formula(condition) => temporal::regions(engine, condition),
-        }
+    pub fn search<'a, E: Engine>(&'a self, engine: &'a E) -> Result<RegionSearch<'a, E>> {
+        Ok(match &self.target {
+            Target::States(target) => RegionSearch::of_target(engine, engine.states_where(target)?),
+            Target::Formula(condition) => RegionSearch::of_condition(engine, condition),
+        })
     }
 
     /// Returns the regions within the states whose paths are judged.

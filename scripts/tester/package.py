@@ -112,7 +112,7 @@ def masked(context, where, entry, strategy, actions):
 def simulated(context, analysis):
     """Equal seeds give equal runs, so the counts are those of `simulate`."""
     kind, objective, variant = options_of(context)
-    options = ["--kind", kind, "--strategy", variant, "--runs", RUNS, "--steps", STEPS, "--seed", context.case.seed]
+    options = ["--kind", kind, "--scheduler", variant, "--runs", RUNS, "--steps", STEPS, "--seed", context.case.seed]
     options += ["--objective", objective] if objective else []
     strategy = analysis.strategy(kind, objective=objective)
     for play in context.program.about("simulate", *options)["plays"]:

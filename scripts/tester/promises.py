@@ -35,7 +35,7 @@ def options_of(context):
 def simulate(context):
     """Simulated paths are paths of the model, and keep the promises of their strategy."""
     kind, objective, variant = options_of(context)
-    options = ["--kind", kind, "--strategy", variant, "--runs", RUNS, "--steps", STEPS, "--seed", context.case.seed]
+    options = ["--kind", kind, "--scheduler", variant, "--runs", RUNS, "--steps", STEPS, "--seed", context.case.seed]
     options += ["--objective", objective] if objective else []
     for play in context.program.about("simulate", *options)["plays"]:
         name = key(play["state"])
@@ -255,7 +255,7 @@ def induced(context):
     if not starts(context):
         return
     folder = context.program.folder / "induced"
-    options = ["--format", "explicit", "--strategy", f"{kind}:{variant}", "--out", folder]
+    options = ["--format", "explicit", "--kind", kind, "--scheduler", variant, "--out", folder]
     options += ["--objective", objective] if objective else []
     context.program.about("export", *options)
     found = read_induced(context, folder / f"{kind}-{variant}")

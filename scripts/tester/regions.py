@@ -23,8 +23,9 @@ def reach(context):
         asked = [f"P>=1 [ {text} ]", f"Pmax=? [ {text} ]", f"Pmin=? [ {text} ]", *(text for text, _ in bounds)]
         report = reach_report(context, asked, options)
         entries = report["properties"]
-        for name, region in regions.items():
-            context.same(f"{name} of {text} with {options}", str(len(region)), entries[0][name])
+        for (asked_for, names), entry in zip(NEEDED.items(), entries):
+            of_property(context, f"{asked_for} [ {text} ] with {options}", regions, names, entry)
+        alone(context, text, options, regions, starts)
         unsafe = not question.unsafe().isdisjoint(starts)
         context.same("unsafe", unsafe, "unsafe" in report)
         if unsafe:
@@ -36,6 +37,33 @@ def reach(context):
         value_of(context, asked[2], least, entries[2]["value"])
         for (asked_for, holds), entry in zip(bounds, entries[3:]):
             context.same(f"holds of {asked_for} with {options}", holds, entry["holds"])
+
+
+NEEDED = {
+    "P>=1": ["pmin_one"],
+    "Pmax=?": ["pmax_one", "pmax_positive"],
+    "Pmin=?": ["pmin_one", "pmin_positive"],
+    "Pmax>=1": ["pmax_one"],
+    "Pmax>0": ["pmax_positive"],
+    "P>0": ["pmin_positive"],
+}
+
+
+def of_property(context, what, regions, needed, entry):
+    """The regions that an entry has are those of the reference, and those that the property needs are among them."""
+    known = {name: entry[name] for name in regions if entry[name] is not None}
+    context.same(f"regions of {what}", {name: str(len(regions[name])) for name in known}, known)
+    context.same(f"regions that {what} needs", [], [name for name in needed if name not in known])
+
+
+def alone(context, text, options, regions, starts):
+    """One property alone: the regions that it needs, and its verdict."""
+    asked_for = [*NEEDED][context.case.seed // 7 % len(NEEDED)]
+    report = reach_report(context, [f"{asked_for} [ {text} ]"], options)
+    what = f"{asked_for} [ {text} ] alone with {options}"
+    of_property(context, what, regions, NEEDED[asked_for], report)
+    if "unsafe" not in report and not asked_for.endswith("?"):
+        context.same(f"holds of {what}", set(starts) <= regions[NEEDED[asked_for][0]], report["holds"])
 
 
 def earned(context):

@@ -48,7 +48,7 @@ pub(super) fn run(args: CheckArgs) -> Result<Status, Error> {
     if let Some(status) = args.sweep.run(
         &args.model,
         &[&args.preferences.preferences],
-        sweep::Job::check(args.preferences.options().max_level),
+        |_| Ok(sweep::Job::check(args.preferences.options().max_level)),
         &args.shown,
     )? {
         return Ok(status);

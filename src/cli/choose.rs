@@ -169,7 +169,7 @@ pub(super) fn validate_scheduler(choose: Choose, scheduler: Scheduler) -> Result
     if choose == Choose::First || scheduler == Scheduler::Progress {
         return Ok(());
     }
-    let message = "`--strategy permissive` takes all permitted actions; `--choose` cannot be used with it";
+    let message = "`--scheduler permissive` takes all permitted actions; `--choose` cannot be used with it";
     Err(Error::Usage(message.to_owned()))
 }
 

@@ -51,9 +51,12 @@ pub(super) struct CompareArgs {
 /// # Errors
 /// The input is wrong, or a limit is hit.
 pub(super) fn run(args: CompareArgs) -> Result<Status, Error> {
-    if let Some(status) =
-        args.sweep.run(&args.model, &[&args.preferences.preferences], sweep::Job::Compare, &args.shown)?
-    {
+    if let Some(status) = args.sweep.run(
+        &args.model,
+        &[&args.preferences.preferences],
+        |_| Ok(sweep::Job::Compare),
+        &args.shown,
+    )? {
         return Ok(status);
     }
     let report = CompareReport::new(args.preferences.header(&args.model));

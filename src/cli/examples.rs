@@ -31,7 +31,7 @@ const EXAMPLES: &[(&str, [&str; 2])] = &[
         "simulate",
         [
             "meliora simulate models/robot5x5.prism models/robot5x5.pref",
-            "meliora simulate models/robot5x5.prism models/robot5x5.pref --kind spi --strategy permissive --seed 7",
+            "meliora simulate models/robot5x5.prism models/robot5x5.pref --kind spi --scheduler permissive --seed 7",
         ],
     ),
     (

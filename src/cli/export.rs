@@ -8,14 +8,15 @@ use meliora_dump::directory::{check_directory, sha256, write_directory};
 use meliora_export::bounds::Wanted;
 use meliora_export::{DumpContent, Inputs, export};
 use meliora_model::error::Error;
-use meliora_planning::{Analysis, Phase};
+use meliora_planning::{Analysis, Phase, Scheduler, StrategyKind};
 use meliora_quantities::choose::LEVELS;
 use meliora_quantities::{Steps, Values};
 use meliora_report::{ExportReport, Header};
 
+use super::by_name::by_name;
 use super::choose::costs;
 use super::exit::Status;
-use super::export_explicit::{self, Files, StrategyArg};
+use super::export_explicit::{self, Files, Induced};
 use super::load;
 use super::options::{self, ModelArgs, PreferenceArgs, ShownArgs};
 use super::phases;
@@ -51,19 +52,24 @@ pub(super) struct ExportArgs {
     #[arg(long, value_name = "STATES", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..))]
     limit: u32,
 
-    /// Write the model that a strategy induces, a dtmc (progress) or a smaller mdp (permissive),
-    /// and a table of its actions; for the formats explicit, drn and umb
-    #[arg(long, value_name = "sasi|spi|plan|achieve[:progress|permissive]", value_parser = StrategyArg::parse)]
-    strategy: Option<StrategyArg>,
+    /// Write the model that a strategy of this kind induces, and a table of its actions; for the
+    /// formats explicit, drn and umb
+    #[arg(long, value_parser = by_name::<StrategyKind>())]
+    kind: Option<StrategyKind>,
 
-    /// Objective that `--strategy achieve` achieves, and that `plan` pursues where it is a most
+    /// Permitted actions that the model of `--kind` has: permissive gives a smaller mdp, progress a
+    /// dtmc
+    #[arg(long, requires = "kind", value_parser = by_name::<Scheduler>(), default_value = Scheduler::Permissive.name())]
+    scheduler: Scheduler,
+
+    /// Objective that `--kind achieve` achieves, and that `plan` pursues where it is a most
     /// preferred one
-    #[arg(long, value_name = "NAME", requires = "strategy")]
+    #[arg(long, value_name = "NAME", requires = "kind")]
     objective: Option<String>,
 
     /// Write also `values.csv`: bounds of the probabilities and costs of improvements, each of which
     /// `verify` confirms by one step. With `--format umb`, write bounds as numbers of states
-    #[arg(long, conflicts_with_all = ["no_certificate", "region", "strategy"])]
+    #[arg(long, conflicts_with_all = ["no_certificate", "region", "kind"])]
     values: bool,
 
     /// Greatest number of improvements of `--values` [default: the levels found, at most 10]
@@ -121,8 +127,8 @@ impl ExportArgs {
             Format::Umb => Some(Files::Umb),
         };
         let wrong = match files {
-            None if self.strategy.is_some() => {
-                "`--strategy` needs `--format explicit`, `drn` or `umb`; a dump contains all strategies"
+            None if self.kind.is_some() => {
+                "`--kind` needs `--format explicit`, `drn` or `umb`; a dump contains all strategies"
             }
             Some(Files::Explicit | Files::Drn) if self.values => {
                 "`--values` belongs to dumps, `--format dddmp` or `dot`, and to `--format umb`"
@@ -144,7 +150,8 @@ pub(super) fn run(args: ExportArgs) -> Result<Status, Error> {
     if let Some(format) = args.files()? {
         let (levels, reward, precision) = (args.levels, args.reward().to_owned(), args.precision);
         let values = args.values.then_some(export_explicit::ValuesArgs { levels, reward, precision });
-        let ExportArgs { model, preferences, out, limit, strategy, objective, shown, .. } = args;
+        let strategy = args.kind.map(|kind| Induced { kind, scheduler: args.scheduler });
+        let ExportArgs { model, preferences, out, limit, objective, shown, .. } = args;
         let limit = usize::try_from(limit).unwrap_or(usize::MAX);
         return export_explicit::run(
             export_explicit::Wanted { model, preferences, out, format, limit, strategy, objective, values },

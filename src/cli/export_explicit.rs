@@ -24,26 +24,14 @@ use super::phases;
 use super::supervise::{Job, supervise};
 use super::{load, plan};
 
-/// `--strategy`: the strategy whose induced model is written.
+/// The strategy whose induced model is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct StrategyArg {
-    kind: StrategyKind,
-    scheduler: Scheduler,
+pub(super) struct Induced {
+    pub(super) kind: StrategyKind,
+    pub(super) scheduler: Scheduler,
 }
 
-impl StrategyArg {
-    /// Reads `sasi`, `spi:progress`, …
-    pub(super) fn parse(text: &str) -> Result<Self, String> {
-        let (kind, scheduler) = text.split_once(':').unwrap_or((text, "permissive"));
-        match (kind.parse(), scheduler.parse()) {
-            (Ok(kind), Ok(scheduler)) => Ok(StrategyArg { kind, scheduler }),
-            _ => {
-                Err("expected sasi, spi, plan or achieve, and then :progress or :permissive if wanted"
-                    .to_owned())
-            }
-        }
-    }
-
+impl Induced {
     fn name(self) -> String {
         format!("{}:{}", self.kind.name(), self.scheduler.name())
     }
@@ -68,7 +56,7 @@ pub(super) struct Wanted {
     pub(super) out: std::path::PathBuf,
     pub(super) format: Files,
     pub(super) limit: usize,
-    pub(super) strategy: Option<StrategyArg>,
+    pub(super) strategy: Option<Induced>,
     pub(super) objective: Option<String>,
     pub(super) values: Option<ValuesArgs>,
 }
@@ -104,7 +92,7 @@ impl ValuesArgs {
 pub(super) fn run(wanted: Wanted, shown: &ShownArgs) -> Result<Status, Error> {
     let header = Header { safety: Some(wanted.preferences.safety), ..wanted.model.header() };
     let directory = wanted.out.display().to_string();
-    let report = ExplicitReport::to_directory(header, &directory, wanted.strategy.map(StrategyArg::name));
+    let report = ExplicitReport::to_directory(header, &directory, wanted.strategy.map(Induced::name));
     supervise(report, wanted.model.limits(), shown, move |job| work(job, &wanted))
 }
 

@@ -68,6 +68,14 @@ impl Target {
         Ok(Target { given: given.to_owned(), place })
     }
 
+    /// Checks a destination if it is given.
+    ///
+    /// # Errors
+    /// The errors of [`Target::new`].
+    pub(super) fn maybe(given: Option<&Path>, inputs: &[&Path]) -> Result<Option<Self>, Error> {
+        given.map(|given| Target::new(given, inputs)).transpose()
+    }
+
     /// Returns whether a regular file exists there.
     pub(super) fn is_taken(&self) -> bool {
         matches!(&self.place, Place::File { old: Some(_), .. })

@@ -7,11 +7,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use meliora::reach::{Asking, Required};
 use meliora_dump::manifest;
-use meliora_engine::{AnyEngine, Count, Engine, Selection, Settings, Storage};
+use meliora_engine::{AnyEngine, Count, Engine, NoProgress, Selection, Settings, Storage};
 use meliora_engine::{Order, SymbolicEngine};
 use meliora_lang::ltl;
 use meliora_lang::named::{self, Property};
-use meliora_lang::property::Question as Asks;
 use meliora_lang::{self as lang, Document, Given};
 use meliora_model::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora_model::predicate::Predicate;
@@ -192,13 +191,12 @@ pub(super) fn asked(
         let asking = Asking::target(&program, &SourceFile::new("--target", text), &required)?;
         questions.push(Stated { text: text.to_owned(), asking });
     }
+    if target.is_none() && properties.is_empty() {
+        return Err(without_question(&named));
+    }
     for text in properties {
         let asking = match named.iter().find(|p| p.name == *text) {
-            Some(named) => {
-                let named::Asked { formula, question } = of_model(named)?;
-                let source = Arc::clone(&program.source);
-                Asking::of(&program, &source, (&formula, question), &required)?
-            }
+            Some(named) => of_name(&program, of_model(named)?, &required)?,
             None => {
                 let source = SourceFile::new("--property", text.as_str());
                 Asking::property(&program, &source, &required)?
@@ -215,6 +213,70 @@ pub(super) fn note_inexact<'p>(program: &mut Program, mut conditions: impl Itera
     if program.inexact.is_none() {
         program.inexact = conditions.find_map(Predicate::inexact).cloned();
     }
+}
+
+/// A name of a property, and the reason if it cannot be answered.
+pub(super) type Named = (String, Option<String>);
+
+/// Reads the model and all properties that it names. The questions are those that can be answered.
+///
+/// # Errors
+/// A file, the constants or the bounds are wrong; the model names no property.
+pub(super) fn named(
+    args: &ModelArgs,
+    texts: &[String],
+    sink: &TerminalSink,
+) -> Result<(Asked, Vec<Named>), Error> {
+    let Loaded { mut program, named, overlap } = parsed(args, sink)?;
+    if named.is_empty() {
+        return Err(without_question(&named));
+    }
+    let required = required(texts)?;
+    let (mut questions, mut all) = (Vec::new(), Vec::new());
+    for Property { name, asks } in named {
+        all.push((name.clone(), asks.as_ref().err().cloned()));
+        if let Ok(asked) = asks {
+            let asking = of_name(&program, asked, &required)?;
+            questions.push(Stated { text: name, asking });
+        }
+    }
+    Ok((Asked { program: Arc::new(program), questions, overlap }, all))
+}
+
+/// Returns the names of the properties that a model names, if its constants have these values.
+///
+/// # Errors
+/// A file or a value is wrong.
+pub(super) fn names(args: &ModelArgs, constants: &str) -> Result<Vec<String>, Error> {
+    let given = Given {
+        constants: SourceFile::new("--const", constants),
+        bounds: SourceFile::new("--bounds", args.bounds()),
+    };
+    let checked = document(&args.model)?.load(&given, &NoProgress)?;
+    Ok(checked.properties.into_iter().map(|property| property.name).collect())
+}
+
+fn of_name(program: &Program, asked: named::Asked, required: &[Required]) -> Result<Asking, Error> {
+    let source = Arc::clone(&program.source);
+    Asking::of(program, &source, (&asked.formula, asked.question), required)
+}
+
+/// Returns the error for `reach` without a question: it lists what the model can be asked.
+fn without_question(named: &[Property]) -> Error {
+    let names: Vec<String> = named.iter().map(|property| format!("`{}`", property.name)).collect();
+    let message = match names.as_slice() {
+        [] => {
+            "a question is missing: `--target EXPR`, `--property PROPERTY` or `--properties FILE`; the model \
+               itself names no properties"
+                .to_owned()
+        }
+        names => format!(
+            "a question is missing; the model names the properties {}: `--property NAME` answers one, \
+             `--all-properties` answers all, and `--target EXPR` or `--properties FILE` ask others",
+            names.join(", ")
+        ),
+    };
+    Error::Usage(message)
 }
 
 /// Reads `--require`.
@@ -311,7 +373,7 @@ pub(super) fn engine_for(
     selected: &mut Selection,
     sink: &Arc<TerminalSink>,
 ) -> Result<Arc<AnyEngine>, Error> {
-    let lists_states = questions.iter().any(|q| matches!(q.question, Some(Asks::Quantity(_))));
+    let lists_states = questions.iter().any(|q| q.asks_for_number());
     selected.build(program, settings(args, selected.storage, sink)?, lists_states).map(Arc::new)
 }
 

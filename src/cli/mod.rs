@@ -34,6 +34,7 @@ mod query;
 mod reach;
 mod report;
 mod simulate;
+mod spelling;
 mod strategy;
 mod values;
 mod verify;
@@ -48,6 +49,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use meliora_model::error::Error;
 
 use exit::Status;
+use spelling::Respelled;
 
 /// Exit statuses at the end of `--help`.
 const EXIT_STATUS: &str = "Exit status:
@@ -91,7 +93,9 @@ enum Command {
 
 /// Returns the command line with its examples.
 fn parser() -> clap::Command {
-    examples::with_examples(Cli::command())
+    let constants = |command: clap::Command| command.mut_arg("constants", |arg| arg.help(sweep::CONSTANTS));
+    let all = examples::with_examples(Cli::command());
+    ["check", "reach", "compare"].into_iter().fold(all, |all, sweeps| all.mut_subcommand(sweeps, constants))
 }
 
 /// Runs the command `meliora` with these arguments (the first one is the name of the program), and
@@ -104,8 +108,7 @@ pub(crate) fn command(args: &[OsString]) -> ExitCode {
 
 fn run(args: &[OsString], json: bool) -> Status {
     signals::prepare();
-    let parsed = parser().try_get_matches_from(in_our_words(args));
-    let cli = match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
+    let cli = match parsed(args) {
         Ok(cli) => cli,
         Err(error) => return terminal::show_clap(&with_tip(error, args), json),
     };
@@ -151,13 +154,18 @@ fn fail(error: &Error, json: bool) -> Status {
     Status::of(error)
 }
 
-/// Replaces `-const K=4`, as in PRISM, by `--const K=4`. (`-c onst` would give no constant a
-/// value.)
-fn in_our_words(args: &[OsString]) -> impl Iterator<Item = OsString> {
-    let is_ours = |a: &OsString| if a == "-const" { OsString::from("--const") } else { a.clone() };
-    let end = args.iter().position(|a| a == "--").unwrap_or(args.len());
-    let (options, rest) = args.split_at(end);
-    options.iter().map(is_ours).chain(rest.iter().cloned()).collect::<Vec<_>>().into_iter()
+/// Parses the arguments; older spellings are accepted, with a note.
+fn parsed(args: &[OsString]) -> Result<Cli, clap::Error> {
+    let args = spelling::in_our_words(args);
+    let parse = |args: &[OsString]| {
+        parser().try_get_matches_from(args).and_then(|matches| Cli::from_arg_matches(&matches))
+    };
+    parse(&args).or_else(|error| {
+        let respelled = Respelled::of(&args);
+        let cli = parse(&respelled.args).map_err(|_| error)?;
+        respelled.tell();
+        Ok(cli)
+    })
 }
 
 /// Returns whether the arguments ask for JSON; also works for arguments that do not parse.

@@ -12,6 +12,7 @@ use meliora_planning::{Options, Safety};
 use meliora_report::Header;
 
 use super::by_name::by_name;
+use super::files::Target;
 use super::supervise::Limits;
 use super::sweep::ranges;
 
@@ -26,8 +27,7 @@ pub(super) struct ModelArgs {
     #[arg(value_name = "MODEL")]
     pub(super) model: PathBuf,
 
-    /// Values of undefined constants, such as K=4,N=3 (repeatable); `check`, `reach` and `compare`
-    /// also accept ranges N=1:5, N=0:2:10 and lists N={2,4,8}
+    /// Values of undefined constants, such as K=4,N=3 (repeatable)
     #[arg(short = 'c', long = "const", value_name = "NAME=VALUE,…", value_parser = constant_list)]
     constants: Vec<String>,
 
@@ -235,9 +235,26 @@ pub(super) struct ShownArgs {
     /// Use of colours; auto: on a terminal, unless `NO_COLOR` is set
     #[arg(help_heading = OUTPUT, long, value_enum, default_value_t, value_name = "WHEN")]
     pub(super) color: Color,
+
+    /// True if standard output has comma-separated values in place of the text.
+    #[arg(skip)]
+    pub(super) csv: bool,
 }
 
 impl ShownArgs {
+    /// Returns the options for a run that also writes comma-separated values.
+    ///
+    /// # Errors
+    /// Both `--csv` and `--json` are on standard output.
+    pub(super) fn with_csv(&self, csv: Option<&Target>) -> Result<Self, Error> {
+        let csv = csv.is_some_and(Target::is_stdout);
+        if csv && self.json {
+            let message = "`--csv` and `--json` cannot both be on standard output; give `--csv` a file";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        Ok(ShownArgs { csv, ..self.clone() })
+    }
+
     /// Returns the options for a model: an instance of a sweep prints JSON, and warns only on
     /// request.
     pub(super) fn of(&self, model: &ModelArgs) -> Self {

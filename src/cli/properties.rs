@@ -1,18 +1,22 @@
 //! `meliora reach` with several properties, from a file or from the command line.
 //!
 //! All reachability properties share one engine. A temporal formula has its own, with its monitors.
+//! The regions that the properties need are computed first, the cheapest of each target before the
+//! others, and the numbers last. Therefore a limit leaves as many answers as possible.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use meliora::reach::{Asking, Under};
+use meliora::reach::{Asking, Target, Under};
+use meliora_engine::regions::Which;
 use meliora_engine::{Engine, Selection};
-use meliora_lang::{open_constants, parse_properties, split_constants};
+use meliora_lang::{Document, open_constants, outline_properties, parse_properties, split_constants};
 use meliora_model::Program;
 use meliora_model::error::{Error, SourceFile};
+use meliora_planning::RegionSearch;
 use meliora_planning::result::ModelCounts;
 use meliora_report::PropertiesReport;
-use meliora_report::properties::{PropertyAnswer, Sizes};
+use meliora_report::properties::PropertyAnswer;
 
 use super::exit::Status;
 use super::load::{self, Asked, Stated};
@@ -47,6 +51,12 @@ pub(super) fn run(questions: Questions, shown: &ShownArgs) -> Result<Status, Err
     })
 }
 
+/// Properties of the command line: their texts, or all that the model names.
+pub(super) enum Several {
+    Texts(Vec<String>),
+    Named,
+}
+
 /// Runs the command for properties of the command line.
 ///
 /// # Errors
@@ -54,21 +64,48 @@ pub(super) fn run(questions: Questions, shown: &ShownArgs) -> Result<Status, Err
 pub(super) fn several(
     model: ModelArgs,
     engine: EngineArgs,
-    (properties, require, precision): (Vec<String>, Vec<String>, f64),
+    (properties, require, precision): (Several, Vec<String>, f64),
     shown: &ShownArgs,
 ) -> Result<Status, Error> {
     let report = report(&model, engine);
     let (shown, limits) = (shown.of(&model), model.limits());
     supervise(report, limits, &shown, move |job| {
-        let read = || load::asked(&model, None, (&properties, &require), &job.sink);
-        let asked = job.timed("parse", read, |_, _| ())?;
-        let open: Vec<usize> = (0..asked.questions.len()).collect();
-        job.update(|r| {
-            let entry = |q: &Stated| PropertyAnswer::open(None, q.text.clone(), None);
-            r.properties = asked.questions.iter().map(entry).collect();
-        });
+        let read = || match &properties {
+            Several::Texts(texts) => {
+                let asked = load::asked(&model, None, (texts, &require), &job.sink)?;
+                let entry = |q: &Stated| PropertyAnswer::open(None, q.text.clone(), None);
+                let entries = asked.questions.iter().map(entry).collect();
+                Ok((asked, entries))
+            }
+            Several::Named => load::named(&model, &require, &job.sink).map(|(asked, unanswered)| {
+                let entry = |(name, reason)| PropertyAnswer::open(None, name, reason);
+                (asked, unanswered.into_iter().map(entry).collect())
+            }),
+        };
+        let (asked, entries): (Asked, Vec<PropertyAnswer>) = job.timed("parse", read, |_, _| ())?;
+        let open = (0..entries.len()).filter(|&at| entries[at].reason.is_none()).collect::<Vec<_>>();
+        job.update(|r| r.properties = entries);
         work(job, (&model, engine), &asked, &open, precision)
     })
+}
+
+/// Returns the names of the properties of a file, or their texts where they have no name.
+///
+/// # Errors
+/// The file cannot be read; it has no such property.
+pub(super) fn titles(file: &Path, only: Option<&str>) -> Result<Vec<String>, Error> {
+    let source = load::read(file)?;
+    let all = outline_properties(&source)?.into_iter();
+    let chosen: Vec<_> =
+        all.filter(|(name, _)| only.is_none_or(|only| name.as_deref() == Some(only))).collect();
+    if let (Some(only), true) = (only, chosen.is_empty()) {
+        return Err(no_property(&source, only));
+    }
+    Ok(chosen.into_iter().map(|(name, text)| name.unwrap_or(text)).collect())
+}
+
+fn no_property(source: &SourceFile, name: &str) -> Error {
+    Error::Usage(format!("{} has no property with the name `{name}`", source.name))
 }
 
 /// Reads the model with the definitions of the file, the properties that can be answered, and their
@@ -76,7 +113,13 @@ pub(super) fn several(
 fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Vec<usize>), Error> {
     let source = load::read(&questions.file)?;
     let given = SourceFile::new("--const", questions.model.constants());
-    let [theirs, others] = split_constants(&given, &open_constants(&source)?)?;
+    let mut open = open_constants(&source)?;
+    if !open.is_empty() && questions.model.model != Path::new("-") {
+        // A constant that both declare is refused at its place in the file.
+        let declared = Document::open(&questions.model.model)?.constants();
+        open.retain(|name| !declared.contains(name));
+    }
+    let [theirs, others] = split_constants(&given, &open)?;
     let model = questions.model.with_constants(&others.text);
     let (program, overlap) = load::program(&model, &job.sink)?;
     let mut program = Arc::unwrap_or_clone(program);
@@ -85,7 +128,7 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
     if let Some(only) = &questions.only {
         stated.retain(|s| s.name.as_ref() == Some(only));
         if stated.is_empty() {
-            return Err(Error::Usage(format!("{} has no property with the name `{only}`", source.name)));
+            return Err(no_property(&source, only));
         }
     }
     let (mut open, mut asking) = (Vec::new(), Vec::new());
@@ -169,27 +212,92 @@ fn answer<E: Engine>(
         load::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap.as_ref())?;
         job.update(|r| (r.counts, r.escape) = (Some(counts), under.escape.clone()));
     }
-    let engine = under.engine();
-    for &(asking, position) in questions {
-        let found = job.timed("regions", || asking.goal.regions(engine), |_, _| ())?;
-        let answer = || under.answer(asking, &asked.program, &found, precision);
-        let answer = job.timed("value", answer, |_, _| ())?;
-        job.update(|r| {
-            r.properties[position].answer(answer.holds, answer.value, answer.no_value);
-        });
-        answer.end?;
-        let found = asking.goal.restricted(engine, found)?;
-        let size = |x: &E::States| engine.count(x).map(|n| Some(n.into()));
-        let sizes = Sizes {
-            pmax_one: size(&found.pmax_one)?,
-            pmax_positive: size(&found.pmax_positive)?,
-            pmin_one: size(&found.pmin_one)?,
-            pmin_positive: size(&found.pmin_positive)?,
-        };
-        job.update(|r| {
-            r.properties[position].sizes = sizes;
-            r.memory.peak_nodes = r.memory.peak_nodes.max(engine.usage().peak_nodes);
-        });
+    let mut groups = groups(under.engine(), &asked.program, questions)?;
+    let answering = Answering { job, under: &under, program: &asked.program };
+    for round in 0..Which::ALL.len() {
+        for group in &mut groups {
+            answering.find(group, round)?;
+        }
+        groups.retain(|group| group.asks_for_numbers() || round + 1 < group.order.len());
     }
-    Ok(())
+    groups.iter().try_for_each(|group| answering.values(group, precision))
+}
+
+/// Properties with the same goal.
+struct Group<'a, E: Engine> {
+    /// The properties, with their positions in the report.
+    members: Vec<(&'a Asking, usize)>,
+    /// The regions that they need.
+    order: Vec<Which>,
+    search: RegionSearch<'a, E>,
+}
+
+/// Groups properties by their goals, in the order of the first of each.
+fn groups<'a, E: Engine>(
+    engine: &'a E,
+    program: &Arc<Program>,
+    questions: &[(&'a Asking, usize)],
+) -> Result<Vec<Group<'a, E>>, Error> {
+    let same = |a: &Asking, b: &Asking| match (&a.goal.target, &b.goal.target) {
+        (Target::States(one), Target::States(other)) => one == other,
+        _ => false,
+    };
+    let mut groups: Vec<Group<'a, E>> = Vec::new();
+    for &(asking, position) in questions {
+        match groups.iter_mut().find(|group| same(group.members[0].0, asking)) {
+            Some(group) => group.members.push((asking, position)),
+            None => {
+                let (members, search) = (vec![(asking, position)], asking.goal.search(engine)?);
+                groups.push(Group { members, order: Vec::new(), search });
+            }
+        }
+    }
+    for group in &mut groups {
+        let needed: Vec<Which> = group.members.iter().flat_map(|(q, _)| q.needed(program)).collect();
+        group.order = group.search.order(&needed);
+    }
+    Ok(groups)
+}
+
+impl<E: Engine> Group<'_, E> {
+    fn asks_for_numbers(&self) -> bool {
+        self.members.iter().any(|(asking, _)| asking.asks_for_number())
+    }
+}
+
+struct Answering<'a, E: Engine> {
+    job: &'a Job<PropertiesReport>,
+    under: &'a Under<'a, E>,
+    program: &'a Arc<Program>,
+}
+
+impl<E: Engine> Answering<'_, E> {
+    /// Computes the region of a round, and adds it and the decided verdicts to the report.
+    fn find(&self, group: &mut Group<'_, E>, round: usize) -> Result<(), Error> {
+        let Some(&which) = group.order.get(round) else { return Ok(()) };
+        let states = self.job.timed(which.formula(), || group.search.region(which), |_, _| ())?;
+        let engine = self.under.engine();
+        for &(asking, position) in &group.members {
+            let judged = engine.intersection(&states, &asking.goal.judged(engine)?)?;
+            let size = engine.count(&judged)?;
+            let decided = self.under.decided(asking, self.program, group.search.known())?;
+            self.job.update(|r| {
+                r.properties[position].answer(&decided);
+                *r.properties[position].sizes.get_mut(which) = Some(size.into());
+                r.memory.peak_nodes = r.memory.peak_nodes.max(engine.usage().peak_nodes);
+            });
+        }
+        Ok(())
+    }
+
+    /// Answers the properties that ask for numbers.
+    fn values(&self, group: &Group<'_, E>, precision: f64) -> Result<(), Error> {
+        for &(asking, position) in group.members.iter().filter(|(asking, _)| asking.asks_for_number()) {
+            let answer = || self.under.answer(asking, self.program, group.search.known(), precision);
+            let answer = self.job.timed("value", answer, |_, _| ())?;
+            self.job.update(|r| r.properties[position].answer(&answer));
+            answer.end?;
+        }
+        Ok(())
+    }
 }

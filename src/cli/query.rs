@@ -14,6 +14,7 @@ use meliora_report::QueryReport;
 use meliora_report::query::{Contained, Rows};
 
 use super::exit::Status;
+use super::files::Target;
 use super::load;
 use super::options::{self, ShownArgs};
 use super::supervise::{Job, Limits, supervise};
@@ -41,6 +42,11 @@ pub(super) struct QueryArgs {
     /// List at most this number of states
     #[arg(long, value_name = "N")]
     list: Option<usize>,
+
+    /// Write the listed states to this file as comma-separated values, all of them without `--list`; `-` is
+    /// standard output
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
 
     /// Restrict the region to states with this property, such as 'battery > 3 & !flag'
     #[arg(long = "where", value_name = "EXPR", allow_hyphen_values = true)]
@@ -91,11 +97,12 @@ pub(super) fn run(args: QueryArgs) -> Result<Status, Error> {
     let directory = args.directory.display().to_string();
     let mut report = QueryReport::of_region(&directory, &args.region, args.condition.as_deref());
     report.plain = args.count;
-    let (limits, shown) = (args.limits.limits(), args.shown.clone());
-    supervise(report, limits, &shown, move |job| work(job, &args))
+    let csv = Target::maybe(args.csv.as_deref(), &[])?;
+    let (limits, shown) = (args.limits.limits(), args.shown.with_csv(csv.as_ref())?);
+    supervise(report, limits, &shown, move |job| work(job, &args, csv.as_ref()))
 }
 
-fn work(job: &Job<QueryReport>, args: &QueryArgs) -> Result<(), Error> {
+fn work(job: &Job<QueryReport>, args: &QueryArgs, csv: Option<&Target>) -> Result<(), Error> {
     let settings = args.limits.settings(Scope::All, job);
     let open = || Archive::open(load::dump(&args.directory)?, args.condition.as_deref(), settings);
     let archive = job.timed("load", open, |_, _| ())?;
@@ -118,9 +125,13 @@ fn work(job: &Job<QueryReport>, args: &QueryArgs) -> Result<(), Error> {
         };
         job.update(|r| r.contains.push(found));
     }
-    if let Some(limit) = args.list {
-        let members = archive.list(&selected, limit)?;
-        job.update(|r| r.states = Some(Rows::new(archive.program(), members)));
+    if args.list.is_none() && csv.is_none() {
+        return Ok(());
     }
+    let rows = Rows::new(archive.program(), archive.list(&selected, args.list.unwrap_or(usize::MAX))?);
+    if let Some(csv) = csv {
+        csv.write(&rows.csv(matches!(selected, Selected::Choices(_))))?;
+    }
+    job.update(|r| r.states = args.list.map(|_| rows));
     Ok(())
 }

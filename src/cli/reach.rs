@@ -1,30 +1,26 @@
 //! `meliora reach`: the four qualitative regions of a target, or of a temporal formula.
 
-use std::path::PathBuf;
-use std::time::Instant;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use meliora::reach::{Asking, Target, Under};
-use meliora_engine::regions::{self, Step, Which};
 use meliora_engine::{Count, Engine};
 use meliora_model::error::Error;
-use meliora_model::predicate::Predicate;
-use meliora_planning::temporal;
-use meliora_quantities::answer::PRECISION;
-use meliora_report::ReachReport;
+use meliora_quantities::answer::{Answer, PRECISION};
 use meliora_report::reach::Share;
+use meliora_report::{Number, ReachReport};
 
 use super::exit::Status;
 use super::load::{self, Asked, Stated};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
-use super::properties;
+use super::properties::{self, Several};
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
 
 /// Compute from which states a target is reached, or a temporal formula satisfied, surely or
 /// possibly
 #[derive(Debug, Clone, Args)]
-#[command(group = clap::ArgGroup::new("question").required(true))]
+#[command(group = clap::ArgGroup::new("question"))]
 pub(super) struct ReachArgs {
     #[command(flatten)]
     model: ModelArgs,
@@ -42,6 +38,10 @@ pub(super) struct ReachArgs {
     /// PRISM property file: answers the supported properties, and gives a reason for the others
     #[arg(long, value_name = "FILE", group = "question")]
     properties: Option<PathBuf>,
+
+    /// Answer all properties that a JANI model names
+    #[arg(long, group = "question")]
+    all_properties: bool,
 
     /// Check only the property with this name
     #[arg(long, value_name = "NAME", requires = "properties")]
@@ -63,13 +63,26 @@ pub(super) struct ReachArgs {
     shown: ShownArgs,
 }
 
+impl ReachArgs {
+    /// Returns what the rows of a sweep contain; `constants` are those of the first instance.
+    fn rows(&self, constants: &str) -> Result<sweep::Job, Error> {
+        let properties = match &self.properties {
+            Some(file) => properties::titles(file, self.only.as_deref())?,
+            None if self.all_properties => load::names(&self.model, constants)?,
+            None => self.property.clone(),
+        };
+        Ok(sweep::Job::Reach { regions: self.target.is_some() || self.property.len() == 1, properties })
+    }
+}
+
 /// Runs the command.
 ///
 /// # Errors
 /// The input is wrong, or a limit is hit.
 pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
-    if let Some(status) = args.sweep.run(&args.model, &[], sweep::Job::Reach, &args.shown)? {
+    let inputs: Vec<&Path> = args.properties.iter().map(PathBuf::as_path).collect();
+    if let Some(status) = args.sweep.run(&args.model, &inputs, |first| args.rows(first), &args.shown)? {
         return Ok(status);
     }
     if let Some(file) = args.properties {
@@ -77,9 +90,10 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
         let questions = properties::Questions { model, engine, file, only, require, precision };
         return properties::run(questions, &shown);
     }
-    if args.property.len() > 1 {
-        let ReachArgs { model, engine, property, require, precision, shown, .. } = args;
-        return properties::several(model, engine, (property, require, precision), &shown);
+    if args.property.len() > 1 || args.all_properties {
+        let ReachArgs { model, engine, property, all_properties, require, precision, shown, .. } = args;
+        let asked = if all_properties { Several::Named } else { Several::Texts(property) };
+        return properties::several(model, engine, (asked, require, precision), &shown);
     }
     let asked = args.target.as_ref().or(args.property.first()).cloned().unwrap_or_default();
     let header = args.engine.header(args.model.header());
@@ -105,7 +119,7 @@ fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
     answer(job, &*engine, &asked, asking, args.precision)
 }
 
-/// Computes the four regions. Each is added to the report as soon as it is known.
+/// Computes the regions that the question needs. Each is added to the report as soon as it is known.
 fn answer<E: Engine>(
     job: &Job<ReachReport>,
     engine: &E,
@@ -120,91 +134,59 @@ fn answer<E: Engine>(
     load::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap.as_ref())?;
     job.update(|r| (r.counts, r.escape) = (Some(counts), under.escape.clone()));
     let engine = under.engine();
-    let judged = asking.goal.judged(engine)?;
-    let mut search = Search { job, engine, judged, start: Instant::now() };
-    let found = match &asking.goal.target {
-        Target::States(target) => {
-            let states = search.target(target)?;
-            regions::regions_by_step(engine, &states, &mut |step| search.hear(step))?
+    if let Target::States(target) = &asking.goal.target {
+        let size = engine.count(&engine.states_where(target)?)?;
+        if size == Count::ZERO {
+            job.sink.warn("no state satisfies the target");
         }
-        Target::Formula(condition) => {
-            temporal::regions_by_step(engine, condition, &mut |step| search.hear(step))?
-        }
-    };
-    let answered = || under.answer(asking, &asked.program, &found, precision);
-    let answer = job.timed("value", answered, |r, s| {
-        if asking.question.is_some() {
-            r.time.add("value", s);
-        }
-    })?;
-    job.update(|r| {
-        (r.holds, r.value, r.no_value) = (answer.holds, answer.value, answer.no_value);
-        if asking.question.is_some() {
-            r.list_property();
-        }
-    });
+        job.update(|r| r.target = Some(size.into()));
+    }
+    if asking.question.is_some() {
+        job.update(|r| r.answer(&Answer::of(None)));
+    }
+    let mut search = asking.goal.search(engine)?;
+    for which in search.order(&asking.needed(&asked.program)) {
+        let start = job.begin(which.formula());
+        let states = search.region(which)?;
+        job.end(which.formula(), start, |r, s| r.time.add(which.name(), s));
+        let found = Found::of(engine, &engine.intersection(&states, &asking.goal.judged(engine)?)?)?;
+        let decided = under.decided(asking, &asked.program, search.known())?;
+        job.update(|r| {
+            *r.sizes.get_mut(which) = Some(found.size);
+            *r.initial.get_mut(which) = Some(found.share);
+            r.memory.peak_nodes = engine.usage().peak_nodes;
+            if asking.question.is_some() {
+                r.answer(&decided);
+            }
+        });
+    }
+    if asking.question.is_none() {
+        return Ok(());
+    }
+    let answered = || under.answer(asking, &asked.program, search.known(), precision);
+    let answer = job.timed("value", answered, |r, s| r.time.add("value", s))?;
+    job.update(|r| r.answer(&answer));
     answer.end
 }
 
-/// Returns the name of a region as a phase.
-fn phase(which: Which) -> &'static str {
-    match which {
-        Which::PmaxPositive => "Pmax > 0",
-        Which::PmaxOne => "Pmax = 1",
-        Which::PminPositive => "Pmin > 0",
-        Which::PminOne => "Pmin = 1",
-    }
+/// The size of a region, and its share of the initial states.
+struct Found {
+    size: Number,
+    share: Share,
 }
 
-struct Search<'a, E: Engine> {
-    job: &'a Job<ReachReport>,
-    engine: &'a E,
-    /// The states whose paths are judged: with monitors, the states where these are fresh.
-    judged: E::States,
-    /// The time at which the search for the present region began.
-    start: Instant,
-}
-
-impl<E: Engine> Search<'_, E> {
-    /// Returns the states of a target and adds their number to the report.
-    fn target(&self, target: &Predicate) -> Result<E::States, Error> {
-        let states = self.engine.states_where(target)?;
-        let size = self.engine.count(&states)?;
-        if size == Count::ZERO {
-            self.job.sink.warn("no state satisfies the target");
-        }
-        self.job.update(|r| r.target = Some(size.into()));
-        Ok(states)
-    }
-
-    /// Adds the judged states of each region to the report.
-    fn hear(&mut self, step: Step<'_, E::States>) -> Result<(), Error> {
-        let (which, states) = match step {
-            Step::Begun(which) => {
-                self.start = self.job.begin(phase(which));
-                return Ok(());
-            }
-            Step::Found(which, states) => (which, states),
+impl Found {
+    fn of<E: Engine>(engine: &E, states: &E::States) -> Result<Self, Error> {
+        let size = engine.count(states)?.into();
+        let initial = engine.initial_states();
+        let inside = engine.intersection(&initial, states)?;
+        let share = if engine.same(&inside, &initial)? {
+            Share::All
+        } else if engine.is_empty(&inside)? {
+            Share::None
+        } else {
+            Share::Some
         };
-        let judged = self.engine.intersection(states, &self.judged)?;
-        self.job.end(phase(which), self.start, |r, s| r.time.add(which.name(), s));
-        let size = self.engine.count(&judged)?;
-        let share = self.share(&judged)?;
-        self.job.update(|r| {
-            *r.sizes.get_mut(which) = Some(size.into());
-            *r.initial.get_mut(which) = Some(share);
-            r.memory.peak_nodes = self.engine.usage().peak_nodes;
-        });
-        Ok(())
-    }
-
-    /// Returns how many of the initial states are in the set: all, some or none.
-    fn share(&self, states: &E::States) -> Result<Share, Error> {
-        let initial = self.engine.initial_states();
-        let inside = self.engine.intersection(&initial, states)?;
-        if self.engine.same(&inside, &initial)? {
-            return Ok(Share::All);
-        }
-        Ok(if self.engine.is_empty(&inside)? { Share::None } else { Share::Some })
+        Ok(Found { size, share })
     }
 }

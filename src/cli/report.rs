@@ -78,9 +78,9 @@ pub(super) struct ReportArgs {
     #[arg(long, value_name = "NAME")]
     objective: Option<String>,
 
-    /// Strategy of the run
+    /// Permitted actions that the run takes
     #[arg(long, value_parser = by_name::<Scheduler>(), default_value = Scheduler::Progress.name())]
-    strategy: Scheduler,
+    scheduler: Scheduler,
 
     /// Action of the run among the permitted ones [default: by value, likely for spi and cheap for
     /// sasi, if the model is small enough for values; else first]
@@ -145,7 +145,7 @@ impl ReportArgs {
             let (choose, kind) = (choose.name(), kind.name());
             return Err(Error::Usage(format!("`--choose {choose}` cannot be used with `--kind {kind}`")));
         }
-        validate_scheduler(self.choose.unwrap_or_default(), self.strategy)?;
+        validate_scheduler(self.choose.unwrap_or_default(), self.scheduler)?;
         match (self.format, self.picture) {
             (Format::Svg, _) | (_, None) | (Format::Dot, Some(Picture::Hasse)) => Ok(()),
             (Format::Dot, Some(_)) => Err(Error::Usage(
@@ -302,12 +302,12 @@ impl PageWriter<'_> {
         if !improves && strategy.start(start)?.pursuit.is_none() {
             return Ok(None);
         }
-        let by_value = self.args.choose != Some(Choose::First) && self.args.strategy == Scheduler::Progress;
+        let by_value = self.args.choose != Some(Choose::First) && self.args.scheduler == Scheduler::Progress;
         let choose = match outlook.filter(|_| by_value && improves) {
             Some(outlook) => outlook.attach(&mut strategy),
             None => Choose::First,
         };
-        let (scheduler, seed) = (self.args.strategy, self.args.seed);
+        let (scheduler, seed) = (self.args.scheduler, self.args.seed);
         let setup = Setup { scheduler, runs: RUNS, steps: STEPS, seed };
         let (told, end) = Simulation::new(&mut strategy, setup).telling(start)?;
         let trace = TraceReport::new(program, &self.question.preferences, start, &told);

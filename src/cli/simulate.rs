@@ -1,11 +1,12 @@
 //! `meliora simulate`: random runs under a strategy.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
 use meliora_engine::Engine;
-use meliora_model::State;
 use meliora_model::error::Error;
+use meliora_model::{Program, State};
 use meliora_planning::{Analysis, Kind, Phase, Rank, Scheduler, Setup, Simulation, StrategyKind, improvable};
 use meliora_quantities::Choose;
 use meliora_quantities::cost::Costs;
@@ -16,6 +17,7 @@ use super::at::{self, At};
 use super::by_name::by_name;
 use super::choose::{ChooseArgs, validate_scheduler};
 use super::exit::Status;
+use super::files::Target;
 use super::load::Question;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, Arguments};
@@ -36,9 +38,9 @@ pub(super) struct SimulateArgs {
     #[command(flatten)]
     choose: ChooseArgs,
 
-    /// Strategy to simulate
+    /// Permitted actions that runs take
     #[arg(long, value_parser = by_name::<Scheduler>(), default_value = Scheduler::Progress.name())]
-    strategy: Scheduler,
+    scheduler: Scheduler,
 
     /// Number of runs
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
@@ -61,6 +63,11 @@ pub(super) struct SimulateArgs {
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..))]
     limit: u32,
 
+    /// Write to this file how many runs made each number of improvements, and the steps until then, as
+    /// comma-separated values; `-` is standard output
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+
     #[command(flatten)]
     engine: EngineArgs,
     #[command(flatten)]
@@ -72,7 +79,7 @@ const MOST_STEPS: u64 = 1_000_000;
 
 impl SimulateArgs {
     fn setup(&self) -> Setup {
-        Setup { scheduler: self.strategy, runs: self.runs, steps: self.steps, seed: self.seed }
+        Setup { scheduler: self.scheduler, runs: self.runs, steps: self.steps, seed: self.seed }
     }
 }
 
@@ -83,22 +90,31 @@ impl SimulateArgs {
 pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
     args.choose.validate()?;
-    validate_scheduler(args.choose.choose, args.strategy)?;
+    validate_scheduler(args.choose.choose, args.scheduler)?;
     let kind = args.choose.kind(StrategyKind::Plan)?;
     let header = args.engine.header(args.preferences.header(&args.model));
     let report = SimulateReport::of_setup(header, (kind, args.choose.shown()), args.setup());
-    let (limits, shown) = (args.model.limits(), args.shown.clone());
-    supervise(report, limits, &shown, move |job| work(job, &args, kind))
+    let inputs = [args.model.model.as_path(), args.preferences.preferences.as_path()];
+    let csv = Target::maybe(args.csv.as_deref(), &inputs)?;
+    let (limits, shown) = (args.model.limits(), args.shown.with_csv(csv.as_ref())?);
+    supervise(report, limits, &shown, move |job| {
+        let program = work(job, &args, kind)?;
+        let Some(csv) = &csv else { return Ok(()) };
+        let mut lines = String::new();
+        job.update(|r| lines = r.csv(&program));
+        csv.write(&lines)
+    })
 }
 
-fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> Result<(), Error> {
+fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> Result<Arc<Program>, Error> {
     let given = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
     let (question, engine, (at, costs)) = plan::prepared(job, given, |question| {
         let at = At::read(&question.program, &args.at)?;
         args.choose.objective(kind, &question.preferences)?;
         Ok((at, args.choose.costs(&question.program, &job.sink)?))
     })?;
-    simulate(job, &engine, (&question, kind, costs), args, &at)
+    simulate(job, &engine, (&question, kind, costs), args, &at)?;
+    Ok(question.program)
 }
 
 fn simulate<E: Engine>(

@@ -1,5 +1,6 @@
 //! `meliora strategy`: the actions that a strategy permits, with reasons.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
@@ -19,6 +20,7 @@ use meliora_report::{StrategyReport, strategy_table};
 use super::at::{self, At};
 use super::choose::ChooseArgs;
 use super::exit::Status;
+use super::files::Target;
 use super::load::Question;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, Arguments};
@@ -55,9 +57,9 @@ pub(super) struct StrategyArgs {
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
     limit: u32,
 
-    /// Print one line of comma-separated values per state and action
-    #[arg(long, conflicts_with = "json")]
-    csv: bool,
+    /// Write one line of comma-separated values per state and action to this file; `-` is standard output
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
 
     /// Print the paths under the permissive strategy as a graph in the DOT language
     #[arg(long, conflicts_with_all = ["json", "csv"])]
@@ -93,18 +95,25 @@ pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
     let kind = args.choose.kind(StrategyKind::Sasi)?;
     let header = args.engine.header(args.preferences.header(&args.model));
     let report = StrategyReport::of_kind(header, kind, args.choose.shown());
-    let (limits, shown) = (args.model.limits(), args.shown.clone());
-    supervise(report, limits, &shown, move |job| work(job, &args, kind))
+    let inputs = [args.model.model.as_path(), args.preferences.preferences.as_path()];
+    let csv = Target::maybe(args.csv.as_deref(), &inputs)?;
+    let (limits, shown) = (args.model.limits(), args.shown.with_csv(csv.as_ref())?);
+    supervise(report, limits, &shown, move |job| work(job, &args, kind, csv.as_ref()))
 }
 
-fn work(job: &Job<StrategyReport>, args: &StrategyArgs, kind: StrategyKind) -> Result<(), Error> {
+fn work(
+    job: &Job<StrategyReport>,
+    args: &StrategyArgs,
+    kind: StrategyKind,
+    csv: Option<&Target>,
+) -> Result<(), Error> {
     let given = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
     let (question, engine, (at, costs)) = plan::prepared(job, given, |question| {
         let at = At::read(&question.program, &args.at)?;
         args.choose.objective(kind, &question.preferences)?;
         Ok((at, args.choose.costs(&question.program, &job.sink)?))
     })?;
-    answer(job, &engine, (&question, kind, costs), args, &at)
+    answer(job, &engine, (&question, kind, costs), args, (&at, csv))
 }
 
 fn answer<E: Engine>(
@@ -112,7 +121,7 @@ fn answer<E: Engine>(
     engine: &Arc<E>,
     (question, kind, costs): (&Question, StrategyKind, Costs),
     args: &StrategyArgs,
-    at: &At,
+    (at, csv): (&At, Option<&Target>),
 ) -> Result<(), Error> {
     let most = (args.model.scope, args.limit as usize);
     let states = at.states(&**engine, &question.program, most, &job.sink)?;
@@ -121,7 +130,7 @@ fn answer<E: Engine>(
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
     let strategy = args.choose.strategy(&analysis, &question.program, kind)?;
     let mut answering =
-        Answering { job, question, args, analysis: &analysis, strategy, costs, chooser: None };
+        Answering { job, question, args, csv, analysis: &analysis, strategy, costs, chooser: None };
     job.timed("answer", || answering.answer(states), |r, s| r.time.add("answer", s))?;
     job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
     Ok(())
@@ -132,6 +141,7 @@ struct Answering<'a, E: Engine> {
     job: &'a Job<StrategyReport>,
     question: &'a Question,
     args: &'a StrategyArgs,
+    csv: Option<&'a Target>,
     analysis: &'a Analysis<E>,
     strategy: FiniteMemoryStrategy<E>,
     costs: Costs,
@@ -150,21 +160,28 @@ impl<'a, E: Engine> Answering<'a, E> {
         if self.args.dot {
             return self.draw(&states);
         }
-        if self.args.csv {
-            self.job.update(|r| r.streamed = true);
-            terminal::print(&strategy_table::csv_heading(&self.question.program))?;
-        }
         let style = (!self.args.shown.json).then(terminal::stdout_style);
+        let streams = self.streams();
+        let mut lines = strategy_table::csv_heading(&self.question.program);
         for state in states {
             self.job.sink.check()?;
+            if streams {
+                terminal::print(&std::mem::take(&mut lines))?;
+            }
             let report = self.state(&state)?;
-            if self.args.csv {
-                terminal::print(&strategy_table::csv_rows(&report))?;
-            } else {
+            if self.csv.is_some() {
+                lines += &strategy_table::csv_rows(&report);
+            }
+            if !streams {
                 self.job.update(|r| r.push(&report, style));
             }
         }
-        Ok(())
+        self.csv.map_or(Ok(()), |target| target.write(&lines))
+    }
+
+    /// Returns whether the lines are printed as soon as they are known, in place of the text.
+    fn streams(&self) -> bool {
+        self.csv.is_some_and(Target::is_stdout)
     }
 
     /// Returns the states of the requested rank, or else the initial states, up to the limit.
@@ -195,7 +212,7 @@ impl<'a, E: Engine> Answering<'a, E> {
         // In a list of states, the induced model is left out.
         let mut unfolded = None;
         if self.args.rank.is_none()
-            && !self.args.csv
+            && !self.streams()
             && (memory.level != Rank::Finite(0) || memory.pursuit.is_some())
         {
             let (starts, scheduler) = ([state.to_vec()], Scheduler::Progress);

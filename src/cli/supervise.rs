@@ -137,7 +137,9 @@ fn try_lock<R>(report: &Mutex<R>) -> Option<MutexGuard<'_, R>> {
 }
 
 fn show(report: &impl Report, shown: &ShownArgs) -> Result<(), Error> {
-    if shown.json {
+    if shown.csv {
+        Ok(())
+    } else if shown.json {
         terminal::print_json(report)
     } else {
         terminal::print_report(report, terminal::stdout_style())

@@ -93,10 +93,10 @@ pub(super) struct ValuesArgs {
 pub(super) fn run(args: ValuesArgs) -> Result<Status> {
     args.engine.validate(&args.model)?;
     let inputs = [args.model.model.as_path(), args.preferences.preferences.as_path()];
-    let csv = args.csv.as_deref().map(|path| Target::new(path, &inputs)).transpose()?;
+    let csv = Target::maybe(args.csv.as_deref(), &inputs)?;
     let header = args.engine.header(args.preferences.header(&args.model));
     let report = ValuesReport::of_cost(header, &args.reward, args.precision);
-    let (limits, shown) = (args.model.limits(), args.shown.clone());
+    let (limits, shown) = (args.model.limits(), args.shown.with_csv(csv.as_ref())?);
     supervise(report, limits, &shown, move |job| work(job, &args, csv.as_ref()))
 }
 

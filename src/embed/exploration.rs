@@ -147,8 +147,9 @@ impl Exploration {
                 of(secured(&engine, &accepting_regions(&engine, condition, &engine.all_choices())?)?)
             }
         };
-        let found = goal.regions(&engine)?;
-        let answer = Under::new(&engine, program, goal)?.answer(&asking, program, &found, precision)?;
+        let found = goal.search(&engine)?.all()?;
+        let known = found.clone().map(Some);
+        let answer = Under::new(&engine, program, goal)?.answer(&asking, program, &known, precision)?;
         answer.end?;
         Ok(Reached {
             target,

@@ -20,7 +20,24 @@ pub struct Regions<S> {
     pub pmin_positive: S,
 }
 
+impl<S> Regions<Option<S>> {
+    /// Returns whether there is a region.
+    pub fn any(&self) -> bool {
+        Which::ALL.into_iter().any(|which| self.get(which).is_some())
+    }
+}
+
 impl<S> Regions<S> {
+    /// Returns the region of a name.
+    pub fn get(&self, which: Which) -> &S {
+        match which {
+            Which::PmaxPositive => &self.pmax_positive,
+            Which::PmaxOne => &self.pmax_one,
+            Which::PminPositive => &self.pmin_positive,
+            Which::PminOne => &self.pmin_one,
+        }
+    }
+
     /// Returns the region of a name.
     pub fn get_mut(&mut self, which: Which) -> &mut S {
         match which {
@@ -73,7 +90,7 @@ pub fn pmin_one<E: Engine>(engine: &E, target: &E::States, positive: &E::States)
     engine.difference(&engine.all_states(), &losing)
 }
 
-/// The names of the four regions.
+/// The names of the four regions, in the order of their usual cost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 pub enum Which {
@@ -88,95 +105,83 @@ pub enum Which {
 }
 
 impl Which {
+    /// All names, in their order.
+    pub const ALL: [Which; 4] = [Which::PmaxPositive, Which::PmaxOne, Which::PminPositive, Which::PminOne];
+
+    /// Returns whether the region is contained in another one, whatever the target is.
+    fn is_within(self, other: Which) -> bool {
+        self == other || self == Which::PminOne || other == Which::PmaxPositive
+    }
+
+    /// Returns the formula that the states of the region satisfy, for progress.
+    pub fn formula(self) -> &'static str {
+        match self {
+            Which::PmaxPositive => "Pmax > 0",
+            Which::PmaxOne => "Pmax = 1",
+            Which::PminPositive => "Pmin > 0",
+            Which::PminOne => "Pmin = 1",
+        }
+    }
+
     /// Returns the name in reports.
     pub fn name(self) -> &'static str {
         self.into()
     }
 }
 
-/// A step of the search for four regions, for a listener.
-#[derive(Debug, Clone, Copy)]
-pub enum Step<'a, S> {
-    /// The search for a region begins.
-    Begun(Which),
-    /// The region is known.
-    Found(Which, &'a S),
-}
-
-/// Computes all four regions. Cost: that of [`pmin_positive`], [`pmax_one`], [`pmax_positive`] and
-/// [`pmin_one`].
+/// Computes all four regions. Cost: that of [`pmax_positive`], [`pmax_one`], [`pmin_positive`] and
+/// [`pmin_one`]; in a Markov chain, where Pmin = Pmax, that of the first two.
 pub fn regions<E: Engine>(engine: &E, target: &E::States) -> Result<Regions<E::States>> {
-    regions_by_step(engine, target, &mut |_| Ok(()))
-}
-
-/// Computes all four regions, and tells the listener each step. The region Pmin > 0 is computed once
-/// and used twice. In a Markov chain, Pmin = Pmax, so two regions are computed.
-///
-/// # Errors
-/// The errors of [`regions`] and of the listener.
-pub fn regions_by_step<E: Engine>(
-    engine: &E,
-    target: &E::States,
-    listener: &mut dyn FnMut(Step<'_, E::States>) -> Result<()>,
-) -> Result<Regions<E::States>> {
-    listener(Step::Begun(Which::PmaxPositive))?;
-    let pmax_positive = pmax_positive(engine, target)?;
-    listener(Step::Found(Which::PmaxPositive, &pmax_positive))?;
-    listener(Step::Begun(Which::PmaxOne))?;
-    let pmax_one = pmax_one(engine, target)?;
-    listener(Step::Found(Which::PmaxOne, &pmax_one))?;
-    if engine.is_markov_chain() {
-        return of_markov_chain(pmax_positive, pmax_one, listener);
-    }
-    listener(Step::Begun(Which::PminPositive))?;
-    let pmin_positive = pmin_positive(engine, target)?;
-    listener(Step::Found(Which::PminPositive, &pmin_positive))?;
-    listener(Step::Begun(Which::PminOne))?;
-    let pmin_one = pmin_one(engine, target, &pmin_positive)?;
-    listener(Step::Found(Which::PminOne, &pmin_one))?;
+    let (pmax_positive, pmax_one) = (pmax_positive(engine, target)?, pmax_one(engine, target)?);
+    let (pmin_positive, pmin_one) = if engine.is_markov_chain() {
+        (pmax_positive.clone(), pmax_one.clone())
+    } else {
+        let positive = pmin_positive(engine, target)?;
+        let one = pmin_one(engine, target, &positive)?;
+        (positive, one)
+    };
     Ok(Regions { pmax_one, pmax_positive, pmin_one, pmin_positive })
 }
 
-/// Returns the four regions of a Markov chain: those of Pmin are those of Pmax. Cost: no image.
-///
-/// # Errors
-/// The errors of the listener.
-pub fn of_markov_chain<S: Clone>(
-    positive: S,
-    one: S,
-    listener: &mut dyn FnMut(Step<'_, S>) -> Result<()>,
-) -> Result<Regions<S>> {
-    for (which, region) in [(Which::PminPositive, &positive), (Which::PminOne, &one)] {
-        listener(Step::Begun(which))?;
-        listener(Step::Found(which, region))?;
+/// Returns the region that decides a property, and whether the initial states must be inside or
+/// outside.
+pub fn deciding(strategies: Strategies, bound: Bound) -> (Which, bool) {
+    match (strategies, bound) {
+        (Strategies::Some, Bound::One) => (Which::PmaxOne, true),
+        (Strategies::Some, Bound::Positive) => (Which::PmaxPositive, true),
+        (Strategies::All, Bound::One) => (Which::PminOne, true),
+        (Strategies::All, Bound::Positive) => (Which::PminPositive, true),
+        // A property is true for every strategy if no strategy violates it, and vice versa.
+        (Strategies::Some, Bound::BelowOne) => (Which::PminOne, false),
+        (Strategies::Some, Bound::Zero) => (Which::PminPositive, false),
+        (Strategies::All, Bound::BelowOne) => (Which::PmaxOne, false),
+        (Strategies::All, Bound::Zero) => (Which::PmaxPositive, false),
     }
-    Ok(Regions {
-        pmax_one: one.clone(),
-        pmax_positive: positive.clone(),
-        pmin_one: one,
-        pmin_positive: positive,
-    })
 }
 
-/// Returns whether a property with these regions is true in all initial states.
+/// Returns whether a property is true in all initial states; `None` if the known regions do not
+/// decide it. A region that contains the deciding one, or is contained in it, may decide, too.
+///
+/// # Errors
+/// A limit is reached.
 pub fn holds<E: Engine>(
     engine: &E,
     (strategies, bound): (Strategies, Bound),
-    found: &Regions<E::States>,
-) -> Result<bool> {
+    known: &Regions<Option<E::States>>,
+) -> Result<Option<bool>> {
+    let (deciding, inside) = deciding(strategies, bound);
     let initial = engine.initial_states();
-    let inside = |region| engine.difference(&initial, region);
-    let outside = |region| engine.intersection(&initial, region);
-    let violating = match (strategies, bound) {
-        (Strategies::Some, Bound::One) => inside(&found.pmax_one),
-        (Strategies::Some, Bound::Positive) => inside(&found.pmax_positive),
-        (Strategies::All, Bound::One) => inside(&found.pmin_one),
-        (Strategies::All, Bound::Positive) => inside(&found.pmin_positive),
-        // A property is true for every strategy if no strategy violates it, and vice versa.
-        (Strategies::Some, Bound::BelowOne) => outside(&found.pmin_one),
-        (Strategies::Some, Bound::Zero) => outside(&found.pmin_positive),
-        (Strategies::All, Bound::BelowOne) => outside(&found.pmax_one),
-        (Strategies::All, Bound::Zero) => outside(&found.pmax_positive),
-    };
-    engine.is_empty(&violating?)
+    for which in Which::ALL {
+        let Some(region) = known.get(which) else { continue };
+        let violating = match inside {
+            true => engine.difference(&initial, region)?,
+            false => engine.intersection(&initial, region)?,
+        };
+        let truth = engine.is_empty(&violating)?;
+        let (contains, is_contained) = (deciding.is_within(which), which.is_within(deciding));
+        if (contains && truth != inside) || (is_contained && truth == inside) {
+            return Ok(Some(truth));
+        }
+    }
+    Ok(None)
 }

@@ -5,8 +5,10 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
+use super::ast::Item;
 use super::check::Checked;
 use super::load::load_given;
+use super::parse::parse_model;
 use super::table::{self, Frame};
 use super::valuation::Given;
 use crate::umb::archive::{self, Files};
@@ -62,6 +64,17 @@ impl Document {
     /// Returns the document of a text.
     pub fn of(source: Arc<SourceFile>) -> Self {
         Document { source, archive: None, beside: [None, None] }
+    }
+
+    /// Returns the names of the constants that a model in PRISM's language declares; none for other
+    /// models, and where the text is wrong.
+    pub fn constants(&self) -> Vec<String> {
+        let items = parse_model(&self.source).map(|model| model.items).unwrap_or_default();
+        let constant = |item| match item {
+            Item::Const(constant) => Some(constant.name.name),
+            _ => None,
+        };
+        items.into_iter().filter_map(constant).collect()
     }
 
     /// Reads the model and flattens it.

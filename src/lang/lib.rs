@@ -47,6 +47,6 @@ pub use parse::{parse_expression, parse_model};
 pub use pref::parse_preferences;
 pub use preferences::{load_preferences, outline_preferences};
 pub use property::parse_property;
-pub use property_file::{open_constants, parse_properties};
+pub use property_file::{open_constants, outline_properties, parse_properties};
 pub use valuation::split_constants;
 pub use valuation::{Given, Place, parse_constants, parse_state, parse_states};

@@ -124,6 +124,41 @@ pub(crate) fn property_at(source: &Arc<SourceFile>, place: Span) -> Result<Prope
 
 impl Parser<'_> {
     fn property(&mut self) -> Parsed<Property> {
+        let is_filter = self.text(self.here()) == "filter";
+        let property = if is_filter { self.filter()? } else { self.asked()? };
+        self.eat(Token::Semicolon);
+        self.expect(Token::End)?;
+        Ok(property)
+    }
+
+    /// Parses `filter(forall, P>=1 [ … ], "init")` or `filter(range, Pmax=? [ … ], "init")`. The answer
+    /// is that of the property inside: whether it holds in all initial states, or the least and the
+    /// greatest value in them.
+    fn filter(&mut self) -> Parsed<Property> {
+        let start = self.here();
+        self.advance();
+        self.expect(Token::LeftParen)?;
+        let operator = self.text(self.here()).to_owned();
+        self.advance();
+        self.expect(Token::Comma)?;
+        let property = self.asked()?;
+        let is_value = matches!(&property.question, Question::Quantity(quantity) if quantity.bound.is_none());
+        let is_initial =
+            self.eat(Token::Comma) && self.peek() == Token::Quoted && self.text(self.here()) == "\"init\"";
+        if is_initial && operator == if is_value { "range" } else { "forall" } {
+            self.advance();
+            self.expect(Token::RightParen)?;
+            return Ok(property);
+        }
+        let message = "of the filters, those of all initial states are supported";
+        let help = "write `filter(forall, P>=1 [ … ], \"init\")` or `filter(range, Pmax=? [ … ], \"init\")`; \
+                    the regions of `reach` are what `filter(count, …)` counts";
+        self.report(self.unsupported(start.to(self.before()), message).help(help));
+        Err(Failed)
+    }
+
+    /// Parses an operator with its formula.
+    fn asked(&mut self) -> Parsed<Property> {
         let start = self.here();
         let (measure, extreme) = self.operator()?;
         let bound = self.bound()?;
@@ -134,10 +169,11 @@ impl Parser<'_> {
             return Err(Failed);
         }
         self.advance();
+        if matches!(measure, Measure::Reward(_)) {
+            self.other_rewards()?;
+        }
         let formula = self.temporal_formula()?;
         self.expect(Token::RightBracket)?;
-        self.eat(Token::Semicolon);
-        self.expect(Token::End)?;
         let question = self.question(measure, extreme, bound, whole)?;
         self.check_rewards(&question, &formula)?;
         Ok(Property { question, operator: whole, formula })
@@ -156,7 +192,7 @@ impl Parser<'_> {
                 let rewards = self.reward_structure()?;
                 Ok((Measure::Reward(rewards), self.extreme(word)))
             }
-            word @ ("S" | "E" | "A" | "filter" | "multi") => {
+            word @ ("S" | "E" | "A" | "multi") => {
                 let help = "supported are `P>=1 [ F … ]`, `Pmax=? [ … ]` and `R{\"name\"}min=? [ F … ]`";
                 let message = format!("properties with `{word}` are not supported");
                 self.report(self.unsupported(span, message).help(help));
@@ -252,6 +288,26 @@ impl Parser<'_> {
             (Measure::Probability, Some((comparison, value))) => Ok(compared(extreme, comparison, value)),
             (measure, bound) => Ok(Question::Quantity(quantity(measure, extreme, bound))),
         }
+    }
+
+    /// Reports the rewards that PRISM has besides those until a target: `C<=k`, `C`, `I=k` and `S`.
+    fn other_rewards(&mut self) -> Parsed<()> {
+        let span = self.here();
+        let (message, help) = match self.text(span) {
+            "C" => (
+                "rewards that are accumulated over all steps, or over a number of steps, are not supported",
+                "for `C<=k`, count the steps in the model: declare `t : [0..k]`, add `(t'=min(t+1,k))` to each \
+                 command, and ask for the rewards until `F t=k`",
+            ),
+            "I" => (
+                "rewards of a single step are not supported",
+                "rewards are accumulated until a target: `R{\"name\"}min=? [ F condition ]`",
+            ),
+            "S" => ("long-run averages are not supported", "PRISM and Storm compute them"),
+            _ => return Ok(()),
+        };
+        self.report(self.unsupported(span, message).label("expected `F condition`").help(help));
+        Err(Failed)
     }
 
     /// Reports rewards that are not accumulated until a target is reached.

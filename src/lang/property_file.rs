@@ -18,7 +18,7 @@ use super::valuation::Binding;
 use crate::ltl::Monitoring;
 use crate::property::Property;
 use meliora_model::Program;
-use meliora_model::error::{Diagnostic, Error, Limit, Result, SourceFile};
+use meliora_model::error::{Diagnostic, Error, Limit, Result, Severity, SourceFile};
 use meliora_model::exact::{Exact, Real};
 use meliora_model::expr::{ExprId, ExprPool};
 use meliora_model::progress::NoProgress;
@@ -60,6 +60,26 @@ pub fn open_constants(source: &Arc<SourceFile>) -> Result<Vec<String>> {
     Ok(open)
 }
 
+/// Returns the properties of a file as they are written: the name, if it has one, and the text in one
+/// line.
+///
+/// # Errors
+/// The file is of another kind; too many statements.
+pub fn outline_properties(source: &Arc<SourceFile>) -> Result<Vec<(Option<String>, String)>> {
+    super::mistaken::no_properties(source)?;
+    let properties = statements(source)?.into_iter().filter(|range| !is_definition(source, range));
+    let outline = |range: Range<usize>| {
+        let (name, start) = named(&source.text[range.clone()]);
+        let words = source.text[range.start + start..range.end].split_whitespace();
+        (name, words.collect::<Vec<_>>().join(" "))
+    };
+    Ok(properties.map(outline).collect())
+}
+
+fn is_definition(source: &SourceFile, range: &Range<usize>) -> bool {
+    DEFINITIONS.contains(&word(&source.text[range.clone()]))
+}
+
 /// Parses a property file. Its constants, labels and formulas are added to the program, whose names
 /// its properties and all later conditions can use; `given` are values for constants declared without
 /// one. A constant without any value is unknown to all properties.
@@ -74,11 +94,12 @@ pub fn parse_properties(
 ) -> Result<Vec<Stated>> {
     super::mistaken::no_properties(source)?;
     let bindings = parse_constants(given)?;
+    let constants = program.constants.iter().map(|(name, _)| name.clone()).collect();
+    let (open, defined) = (Vec::new(), AHashSet::new());
     let pool = ExprPool::over(&program.pool);
-    let mut file = File { given, bindings, open: Vec::new(), defined: AHashSet::new(), pool, program };
-    let is_definition = |range: &Range<usize>| DEFINITIONS.contains(&word(&source.text[range.clone()]));
+    let mut file = File { given, bindings, constants, open, defined, pool, program };
     let (definitions, properties): (Vec<_>, Vec<_>) =
-        statements(source)?.into_iter().partition(is_definition);
+        statements(source)?.into_iter().partition(|range| is_definition(source, range));
     definitions.into_iter().try_for_each(|range| file.define(source, place(&range)))?;
     file.program.inexact = file.program.inexact.take().or(file.pool.inexact.take());
     file.program.pool = std::mem::take(&mut file.pool).into();
@@ -103,6 +124,8 @@ fn place(range: &Range<usize>) -> Span {
 struct File<'a> {
     given: &'a Arc<SourceFile>,
     bindings: Vec<Binding>,
+    /// The constants of the model.
+    constants: AHashSet<String>,
     /// Constants without a value.
     open: Vec<String>,
     /// The labels and named properties.
@@ -167,7 +190,13 @@ impl File<'_> {
         let mut all = constants.chain(formulas).chain(variables).chain(&self.open);
         if all.any(|known| *known == name.name) {
             let message = format!("`{}` is declared already", name.name);
-            return Err(Diagnostic::new(source, name.span.range(), message).label("declared again").into());
+            let diagnostic = Diagnostic::new(source, name.span.range(), message).label("declared again");
+            return Err(match self.constants.contains(&name.name) {
+                true => diagnostic
+                    .help("the model declares it, and properties may use it: remove this declaration"),
+                false => diagnostic,
+            }
+            .into());
         }
         Ok(())
     }
@@ -243,7 +272,10 @@ fn known(program: &Program, source: &Arc<SourceFile>, property: &Property) -> Re
 
 fn reason(error: &Error) -> String {
     match error {
-        Error::Input(diagnostics) => diagnostics.first().map_or_else(String::new, |d| d.message.clone()),
+        Error::Input(diagnostics) => diagnostics.first().map_or_else(String::new, |d| match &d.help {
+            Some(help) if d.severity == Severity::Unsupported => format!("{}; {help}", d.message),
+            _ => d.message.clone(),
+        }),
         other => other.to_string(),
     }
 }

@@ -62,6 +62,11 @@ pub fn readable(x: f64) -> String {
     if x == 0.0 || (1e-5..1e16).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
 }
 
+/// Formats a number with at most six significant digits.
+pub fn rounded(x: f64) -> String {
+    readable(format!("{x:.5e}").parse().unwrap_or(x))
+}
+
 /// Returns the integer m and the exponent n of a fraction m / 10^n; `None` if it is not a decimal
 /// number.
 pub fn scaled(x: &Ratio) -> Option<(BigInt, u64)> {

@@ -4,8 +4,8 @@
 //! from which the disjunct d can be kept forever. A path that satisfies the condition almost surely
 //! reaches one of these sets (L. de Alfaro, *Formal verification of probabilistic systems*, 1997).
 
-use super::winning_regions::almost_sure_within;
-use meliora_engine::regions::{self, Regions, Step, Which};
+use super::region_search::RegionSearch;
+use meliora_engine::regions::Regions;
 use meliora_engine::{Engine, Region};
 use meliora_model::error::Result;
 use meliora_model::predicate::Predicate;
@@ -105,40 +105,7 @@ pub fn secured<E: Engine>(engine: &E, all: &[AcceptingRegion<E>]) -> Result<E::S
 /// # Errors
 /// The errors of `accepting_region`.
 pub fn regions<E: Engine>(engine: &E, condition: &Condition) -> Result<Regions<E::States>> {
-    regions_by_step(engine, condition, &mut |_| Ok(()))
-}
-
-/// Computes the four regions, and tells the listener each step. A state from which no strategy
-/// satisfies the negation is a state from which every strategy satisfies the condition.
-///
-/// # Errors
-/// The errors of [`regions()`] and of the listener.
-pub fn regions_by_step<E: Engine>(
-    engine: &E,
-    condition: &Condition,
-    listener: &mut dyn FnMut(Step<'_, E::States>) -> Result<()>,
-) -> Result<Regions<E::States>> {
-    let (states, choices) = (engine.all_states(), engine.all_choices());
-    listener(Step::Begun(Which::PmaxPositive))?;
-    let own = secured(engine, &accepting_regions(engine, condition, &choices)?)?;
-    let pmax_positive = regions::pmax_positive(engine, &own)?;
-    listener(Step::Found(Which::PmaxPositive, &pmax_positive))?;
-    listener(Step::Begun(Which::PmaxOne))?;
-    let pmax_one = almost_sure_within(engine, &own, &pmax_positive)?;
-    listener(Step::Found(Which::PmaxOne, &pmax_one))?;
-    if engine.is_markov_chain() {
-        return regions::of_markov_chain(pmax_positive, pmax_one, listener);
-    }
-    listener(Step::Begun(Which::PminOne))?;
-    let against = secured(engine, &accepting_regions(engine, &condition.negated(), &choices)?)?;
-    let threatened = regions::pmax_positive(engine, &against)?;
-    let pmin_one = engine.difference(&states, &threatened)?;
-    listener(Step::Found(Which::PminOne, &pmin_one))?;
-    listener(Step::Begun(Which::PminPositive))?;
-    let violated = almost_sure_within(engine, &against, &threatened)?;
-    let pmin_positive = engine.difference(&states, &violated)?;
-    listener(Step::Found(Which::PminPositive, &pmin_positive))?;
-    Ok(Regions { pmax_one, pmax_positive, pmin_one, pmin_positive })
+    RegionSearch::of_condition(engine, condition).all()
 }
 
 /// Restricts regions to the states with fresh monitors: formulas are judged from these states on.

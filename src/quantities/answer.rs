@@ -3,15 +3,16 @@
 use std::cmp::Ordering;
 
 use super::cost::check_rewards;
+use super::number::Number;
 use super::path_values::{self, Value, Wanted};
 use super::state_values::Bound;
-use super::{Earned, Interval};
+use super::{Bounds, Earned, Interval};
 use meliora_engine::Engine;
-use meliora_engine::regions::{Regions, holds};
+use meliora_engine::regions::{Regions, Which, deciding, holds};
 use meliora_model::error::{Error, Limit, Result};
 use meliora_model::exact::{Ratio, Real};
 use meliora_model::predicate::Predicate;
-use meliora_model::property::{Inequality, Measure, Quantity, Question};
+use meliora_model::property::{Bound as Likely, Inequality, Measure, Quantity, Question, Strategies};
 use meliora_model::{Optimum, Program};
 
 /// The width of a value that is usually enough, absolute for probabilities, relative above 1 for
@@ -57,24 +58,71 @@ pub struct Asked<'a> {
     pub wrong: Option<&'a Predicate>,
 }
 
-/// Answers a property from the regions of its formula, and a target without a property not at all.
-/// The regions contain all states, also those with monitors that are not fresh.
+/// Returns the regions that a question needs; a target without a question needs all four.
+pub fn needed(question: Option<&Question>, program: &Program) -> Vec<Which> {
+    match question {
+        None => Which::ALL.to_vec(),
+        Some(Question::Qualitative(strategies, bound)) => vec![deciding(*strategies, *bound).0],
+        Some(Question::Quantity(quantity)) => {
+            path_values::needed(&quantity.measure, optimum(quantity, program)).to_vec()
+        }
+    }
+}
+
+/// Returns the strategies that a quantity is about; without a word, all have the same value.
+fn optimum(quantity: &Quantity, program: &Program) -> Optimum {
+    quantity.strategies(program).unwrap_or(Optimum::Max)
+}
+
+/// Answers a property as far as the known regions decide it: a qualitative one, or a probability
+/// that is 0 or 1 in all initial states. Cost: no image.
+///
+/// # Errors
+/// A limit is hit.
+pub fn decided<E: Engine>(
+    engine: &E,
+    asked: &Asked<'_>,
+    known: &Regions<Option<E::States>>,
+) -> Result<Answer> {
+    let quantity = match asked.question {
+        Some(Question::Qualitative(strategies, bound)) => {
+            return Ok(Answer::of(holds(engine, (*strategies, *bound), known)?));
+        }
+        Some(Question::Quantity(quantity)) if quantity.measure == Measure::Probability => quantity,
+        _ => return Ok(Answer::of(None)),
+    };
+    let (one, zero) = match optimum(quantity, asked.program) {
+        Optimum::Max => (Strategies::Some, Strategies::All),
+        Optimum::Min => (Strategies::All, Strategies::Some),
+    };
+    let value = if holds(engine, (one, Likely::One), known)? == Some(true) {
+        Ratio::one()
+    } else if holds(engine, (zero, Likely::Zero), known)? == Some(true) {
+        Ratio::zero()
+    } else {
+        return Ok(Answer::of(None));
+    };
+    let values = [Value::Finite(Bounds::of(&value))];
+    let holds = quantity.bound.as_ref().and_then(|bound| truth(&values, bound));
+    Ok(Answer { value: over(&values), ..Answer::of(holds) })
+}
+
+/// Answers a property from the regions of its formula that it needs, and a target without a property
+/// not at all. The regions contain all states, also those with monitors that are not fresh.
 ///
 /// # Errors
 /// A limit is hit, or a reward is wrong.
 pub fn answer<E: Engine>(
     engine: &E,
     asked: &Asked<'_>,
-    regions: &Regions<E::States>,
+    regions: &Regions<Option<E::States>>,
     precision: f64,
 ) -> Result<Answer> {
-    let quantity = match asked.question {
-        None => return Ok(Answer::of(None)),
-        Some(Question::Qualitative(strategies, bound)) => {
-            return Ok(Answer::of(Some(holds(engine, (*strategies, *bound), regions)?)));
-        }
-        Some(Question::Quantity(quantity)) => quantity,
-    };
+    let decided = decided(engine, asked, regions)?;
+    let Some(Question::Quantity(quantity)) = asked.question else { return Ok(decided) };
+    if decided.value.is_some() {
+        return Ok(decided);
+    }
     let program = asked.program;
     let target = match asked.target {
         Some(target) => engine.states_where(target)?,
@@ -89,7 +137,7 @@ pub fn answer<E: Engine>(
     if states.len() > MOST_STATES {
         return Err(Limit::Listed(MOST_STATES as u64).into());
     }
-    let optimum = quantity.strategies(program).unwrap_or(Optimum::Max);
+    let optimum = optimum(quantity, program);
     let wanted = wanted(program, quantity, &target)?;
     let values = |exact| path_values::values(engine, program, (&wanted, optimum), regions, &states, exact);
     let mut found = values(false)?;

@@ -17,10 +17,11 @@ use super::meter::Meter;
 use super::number::{Bounds, Interval, Number};
 use super::solve::{Quantity, SMALL, System};
 use meliora_engine::explicit::weighted::{Code, Codec, Walk, Walker};
-use meliora_engine::regions::Regions;
+use meliora_engine::regions::{Regions, Which};
 use meliora_engine::{Engine, position as position_of};
-use meliora_model::error::Result;
+use meliora_model::error::{Error, Result};
 use meliora_model::exact::Ratio;
+use meliora_model::property::Measure;
 use meliora_model::{Optimum, Program, State};
 
 /// The node of all states where the path ends.
@@ -63,40 +64,55 @@ pub struct Answer {
     pub end: Result<()>,
 }
 
-/// Computes a quantity in some states of the scope, from the regions of the formula; for a reward,
-/// these are the regions of reaching the target. With `exact`, computes with fractions, which can
+/// Returns the regions from which [`values`] computes a quantity.
+pub fn needed(measure: &Measure, optimum: Optimum) -> &'static [Which] {
+    match (measure, optimum) {
+        (Measure::Probability, Optimum::Max) => &[Which::PmaxPositive, Which::PmaxOne],
+        (Measure::Probability, Optimum::Min) => &[Which::PminPositive, Which::PminOne],
+        (Measure::Reward(_), Optimum::Min) => &[Which::PmaxOne],
+        (Measure::Reward(_), Optimum::Max) => &[Which::PminOne],
+    }
+}
+
+/// Computes a quantity in some states of the scope, from the regions of the formula that [`needed`]
+/// names; for a reward, these are the regions of reaching the target. With `exact`, computes with fractions, which can
 /// become very long.
 ///
 /// Cost: one evaluation of the commands, and some membership tests, per state between the regions
 /// that the given states reach.
 ///
 /// # Errors
-/// A limit is reached before bounds are known; a command or a reward has no meaning in some state.
+/// A limit is reached before bounds are known; a command or a reward has no meaning in some state; a
+/// region is missing.
 pub fn values<E: Engine>(
     engine: &E,
     program: &Program,
     (wanted, optimum): (&Wanted<'_, E::States>, Optimum),
-    regions: &Regions<E::States>,
+    regions: &Regions<Option<E::States>>,
     states: &[State],
     exact: bool,
 ) -> Result<Answer> {
     let all = engine.all_states();
-    let negated = |x: &E::States| engine.difference(&all, x);
+    let region = |which: Which| {
+        let unknown = || Error::Usage(format!("the region {} is not known", which.name()));
+        regions.get(which).clone().ok_or_else(unknown)
+    };
+    let others = |which: Which| engine.difference(&all, &region(which)?);
     let search = match (wanted, optimum) {
         (Wanted::Probability, Optimum::Max) => {
-            let (end, inside) = (regions.pmax_one.clone(), regions.pmax_positive.clone());
+            let (end, inside) = (region(Which::PmaxOne)?, region(Which::PmaxPositive)?);
             Search { engine, program, end, inside, quantity: Quantity::Probability(1), cost: None }
         }
         (Wanted::Probability, Optimum::Min) => {
-            let (end, inside) = (negated(&regions.pmin_positive)?, negated(&regions.pmin_one)?);
+            let (end, inside) = (others(Which::PminPositive)?, others(Which::PminOne)?);
             Search { engine, program, end, inside, quantity: Quantity::Probability(1), cost: None }
         }
         (Wanted::Reward(cost, target), Optimum::Min) => {
-            let (end, inside) = ((*target).clone(), regions.pmax_one.clone());
+            let (end, inside) = ((*target).clone(), region(Which::PmaxOne)?);
             Search { engine, program, end, inside, quantity: Quantity::Cost(1), cost: Some(*cost) }
         }
         (Wanted::Reward(cost, target), Optimum::Max) => {
-            let (end, inside) = ((*target).clone(), regions.pmin_one.clone());
+            let (end, inside) = ((*target).clone(), region(Which::PminOne)?);
             Search { engine, program, end, inside, quantity: Quantity::Reward, cost: Some(*cost) }
         }
     };

@@ -2,13 +2,15 @@
 
 use std::sync::Arc;
 
-use super::{Goal, Required};
+use super::{Goal, Required, Target};
+use meliora_engine::regions::Which;
 use meliora_lang::ltl::{self, Formula};
 use meliora_lang::property::{Measure, Question};
 use meliora_lang::{lower_target, parse_expression, parse_property};
 use meliora_model::Program;
 use meliora_model::error::{Result, SourceFile};
 use meliora_model::predicate::Predicate;
+use meliora_quantities::answer;
 
 /// The operators with which a property begins; they are keywords.
 const OPERATORS: [&str; 6] = ["P", "Pmin", "Pmax", "R", "Rmin", "Rmax"];
@@ -55,6 +57,26 @@ impl Asking {
     ) -> Result<Self> {
         let wrong = wrong_rewards(program, &question);
         Ok(Asking { goal: Goal::of(program, source, formula, required)?, question: Some(question), wrong })
+    }
+
+    /// Returns whether the answer is a number, or depends on one.
+    pub fn asks_for_number(&self) -> bool {
+        matches!(self.question, Some(Question::Quantity(_)))
+    }
+
+    /// Returns the regions that the question needs, for a program of the goal.
+    pub fn needed(&self, model: &Arc<Program>) -> Vec<Which> {
+        answer::needed(self.question.as_ref(), self.goal.program(model))
+    }
+
+    /// Returns the question over the program of the goal.
+    pub(super) fn asked<'a>(&'a self, model: &'a Arc<Program>) -> answer::Asked<'a> {
+        let target = match &self.goal.target {
+            Target::States(target) => Some(target),
+            Target::Formula(_) => None,
+        };
+        let program = &**self.goal.program(model);
+        answer::Asked { program, question: self.question.as_ref(), target, wrong: self.wrong.as_ref() }
     }
 
     /// Reads a target `x = 3`, a formula `F x = 3`, or a property `P>=1 [ F x = 3 ]`.

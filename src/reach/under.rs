@@ -11,7 +11,7 @@ use meliora_planning::Requirements;
 use meliora_planning::result::{Escape, ModelCounts};
 use meliora_quantities::answer::{self, Answer};
 
-use super::{Asking, Goal, Target};
+use super::{Asking, Goal};
 
 /// The reason why a quantity has no value.
 const UNSAFE: &str = "no strategy keeps the requirements from some initial state";
@@ -68,27 +68,42 @@ impl<'a, E: Engine> Under<'a, E> {
         &self,
         asking: &Asking,
         model: &Arc<Program>,
-        regions: &Regions<E::States>,
+        regions: &Regions<Option<E::States>>,
         precision: f64,
     ) -> Result<Answer> {
-        if self.escape.is_some() {
-            let asks_for_value = |question: &Question| match question {
-                Question::Qualitative(..) => false,
-                Question::Quantity(quantity) => quantity.bound.is_none(),
-            };
-            return Ok(match &asking.question {
-                None => Answer::of(None),
-                Some(question) if asks_for_value(question) => Answer::without_value(UNSAFE),
-                Some(_) => Answer::of(Some(false)),
-            });
+        match self.unsafe_answer(asking) {
+            Some(answer) => Ok(answer),
+            None => answer::answer(self.engine(), &asking.asked(model), regions, precision),
         }
-        let target = match &asking.goal.target {
-            Target::States(target) => Some(target),
-            Target::Formula(_) => None,
+    }
+
+    /// Answers a property as far as the known regions decide it.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub fn decided(
+        &self,
+        asking: &Asking,
+        model: &Arc<Program>,
+        known: &Regions<Option<E::States>>,
+    ) -> Result<Answer> {
+        match self.unsafe_answer(asking) {
+            Some(answer) => Ok(answer),
+            None => answer::decided(self.engine(), &asking.asked(model), known),
+        }
+    }
+
+    /// Returns the answer to a property if no strategy keeps the requirements initially.
+    fn unsafe_answer(&self, asking: &Asking) -> Option<Answer> {
+        self.escape.as_ref()?;
+        let asks_for_value = |question: &Question| match question {
+            Question::Qualitative(..) => false,
+            Question::Quantity(quantity) => quantity.bound.is_none(),
         };
-        let program = &**asking.goal.program(model);
-        let (question, wrong) = (asking.question.as_ref(), asking.wrong.as_ref());
-        let asked = answer::Asked { program, question, target, wrong };
-        answer::answer(self.engine(), &asked, regions, precision)
+        Some(match &asking.question {
+            None => Answer::of(None),
+            Some(question) if asks_for_value(question) => Answer::without_value(UNSAFE),
+            Some(_) => Answer::of(Some(false)),
+        })
     }
 }

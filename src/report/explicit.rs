@@ -17,7 +17,7 @@ pub struct ExplicitFindings {
     /// The directory as given by `--out`.
     pub directory: String,
     /// The strategy whose induced model is written, such as `sasi:progress`; absent in a dump, `null`
-    /// without `--strategy`.
+    /// without `--kind`.
     pub strategy: Option<String>,
     /// The names of the files in the directory; absent in a dump.
     pub files: Vec<String>,

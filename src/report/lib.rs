@@ -27,6 +27,7 @@ pub(crate) mod header;
 pub mod info;
 pub(crate) mod number;
 pub mod page;
+pub mod plot;
 pub mod properties;
 pub mod query;
 pub mod reach;

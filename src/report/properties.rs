@@ -8,9 +8,10 @@ use serde::Serialize;
 use super::envelope::{Envelope, Findings};
 use super::text::Grid;
 use super::{Number, Style, unsafe_start};
-use meliora_engine::regions::Regions;
+use meliora_engine::regions::{Regions, Which};
 use meliora_model::decimal::readable;
 use meliora_planning::result::{Escape, ModelCounts};
+use meliora_quantities::answer::Answer;
 use meliora_quantities::state_values::Bound;
 
 /// The answers to the properties of a file or of the command line.
@@ -61,36 +62,46 @@ impl PropertyAnswer {
         PropertyAnswer { name, property, holds: None, value: None, sizes: Sizes::default(), reason }
     }
 
-    /// Adds the answer; `no_value` is the reason why a quantity that was asked for has no value.
-    pub fn answer(&mut self, holds: Option<bool>, value: Option<Bound>, no_value: Option<&str>) {
-        self.holds = holds;
-        self.value = value.map(Some).or(no_value.map(|_| None));
-        self.reason = no_value.map(str::to_owned);
+    /// Adds the answer; so far, it may be incomplete.
+    pub fn answer(&mut self, answer: &Answer) {
+        self.holds = answer.holds;
+        self.value = answer.value.clone().map(Some).or(answer.no_value.map(|_| None));
+        self.reason = answer.no_value.map(str::to_owned);
+    }
+}
+
+impl PropertyAnswer {
+    /// Returns whether there is neither an answer nor a reason for none: a limit was hit.
+    pub(super) fn is_open(&self) -> bool {
+        self.holds.is_none() && self.value.is_none() && self.reason.is_none()
+    }
+
+    /// Formats the answer: the verdict, the value, or both.
+    fn text(&self) -> String {
+        let holds = self.holds.map(|holds| if holds { "holds" } else { "does not hold" }.to_owned());
+        let value = self.value.iter().flatten().map(shown);
+        let words: Vec<String> = holds.into_iter().chain(value).collect();
+        if words.is_empty() { "not decided".to_owned() } else { words.join(": ") }
     }
 }
 
 impl PropertiesFindings {
     fn table(&self, style: Style) -> String {
-        let headings = ["property", "Pmax = 1", "Pmax > 0", "Pmin = 1", "Pmin > 0", "in the initial states"];
+        let answered = || self.properties.iter().filter(|p| p.reason.is_none());
+        let columns = [Which::PmaxOne, Which::PmaxPositive, Which::PminOne, Which::PminPositive];
+        let is_known = |which: &Which| answered().any(|p| p.sizes.get(*which).is_some());
+        let columns: Vec<Which> = columns.into_iter().filter(is_known).collect();
+        let names = columns.iter().map(|which| which.formula());
+        let headings: Vec<&str> =
+            ["property"].into_iter().chain(names).chain(["in the initial states"]).collect();
         let mut grid = Grid::new(&headings, style);
-        for answer in self.properties.iter().filter(|p| p.reason.is_none()) {
-            let count = |n: &Option<Number>| n.as_ref().map_or_else(String::new, Number::grouped);
-            let holds = match answer.holds {
-                Some(true) => "holds",
-                Some(false) => "does not hold",
-                None => "",
-            };
-            let value = answer.value.iter().flatten().map(shown).collect();
-            let words = [holds.to_owned(), value];
-            let answered: Vec<String> = words.into_iter().filter(|w| !w.is_empty()).collect();
-            grid.row(vec![
-                title(answer),
-                count(&answer.sizes.pmax_one),
-                count(&answer.sizes.pmax_positive),
-                count(&answer.sizes.pmin_one),
-                count(&answer.sizes.pmin_positive),
-                answered.join(": "),
-            ]);
+        for answer in answered() {
+            let count =
+                |which: &Which| answer.sizes.get(*which).as_ref().map_or_else(String::new, Number::grouped);
+            let mut row = vec![title(answer)];
+            row.extend(columns.iter().map(count));
+            row.push(answer.text());
+            grid.row(row);
         }
         grid.text(style)
     }

@@ -59,6 +59,18 @@ impl Rows {
         Rows { program: Arc::clone(program), members: Arc::new(members) }
     }
 
+    /// Returns the states as lines of comma-separated values, with a heading; `choices` says whether
+    /// each has its actions in the last column.
+    pub fn csv(&self, choices: bool) -> String {
+        let variables = self.program.variables.iter().map(|variable| variable.name.clone());
+        let heading: Vec<String> = variables.chain(choices.then(|| "choices".to_owned())).collect();
+        let rows = self.listed().map(|listed| {
+            let actions = listed.choices.map(|names| names.join(" "));
+            listed.state.values().map(ToString::to_string).chain(actions).collect::<Vec<_>>()
+        });
+        meliora_model::csv::lines([heading].into_iter().chain(rows))
+    }
+
     fn listed(&self) -> impl Iterator<Item = Listed> {
         self.members.iter().map(|member| Listed::of(&self.program, member))
     }

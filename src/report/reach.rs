@@ -12,6 +12,7 @@ use super::text::Grid;
 use super::{Number, Style, unsafe_start};
 use meliora_engine::regions::Regions;
 use meliora_planning::result::{Escape, ModelCounts};
+use meliora_quantities::answer::Answer;
 use meliora_quantities::state_values::Bound;
 
 /// The results of `reach`, in the order of the JSON fields.
@@ -30,7 +31,7 @@ pub struct ReachFindings {
     /// The number of target states; absent with several properties, `null` if unknown or not a
     /// reachability question.
     pub target: Option<Number>,
-    /// The sizes of the regions.
+    /// The sizes of the regions; `None` if unknown, or not needed by the property.
     #[serde(flatten)]
     pub sizes: Sizes,
     /// The share of the initial states in each region; absent with several properties.
@@ -96,8 +97,10 @@ impl Findings for ReachFindings {
         if let Some(target) = &report.target {
             let _ = write!(out, "\n{}\n", style.bold(&format!("Reaching {}", report.expression)));
             let _ = writeln!(out, "  target states  {}", target.grouped());
-            out += &report.regions(style);
-        } else if report.sizes.pmax_positive.is_some() {
+            if report.sizes.any() {
+                out += &report.regions(style);
+            }
+        } else if report.sizes.any() {
             let _ = write!(out, "\n{}\n", style.bold(&format!("Satisfying {}", report.expression)));
             out += &report.regions(style);
         }
@@ -111,17 +114,21 @@ impl Findings for ReachFindings {
             let verdict = if holds { style.good("holds") } else { style.bad("does not hold") };
             let _ = write!(out, "\nThe property {verdict} in all initial states.\n");
         }
+        if report.properties.iter().any(PropertyAnswer::is_open) {
+            let _ = write!(out, "\nThe property is not decided.\n");
+        }
         out
     }
 }
 
 impl ReachFindings {
-    /// Adds the property with its answer to the list.
-    pub fn list_property(&mut self) {
-        let mut answer = PropertyAnswer::open(None, self.expression.clone(), None);
-        answer.answer(self.holds, self.value.clone(), self.no_value);
-        answer.sizes = self.sizes.clone();
-        self.properties = vec![answer];
+    /// Adds the answer to a property; so far, it may be incomplete.
+    pub fn answer(&mut self, answer: &Answer) {
+        (self.holds, self.value, self.no_value) = (answer.holds, answer.value.clone(), answer.no_value);
+        let mut listed = PropertyAnswer::open(None, self.expression.clone(), None);
+        listed.answer(answer);
+        listed.sizes = self.sizes.clone();
+        self.properties = vec![listed];
     }
 
     fn regions(&self, style: Style) -> String {

@@ -30,9 +30,6 @@ pub struct StrategyFindings {
     /// The DOT graph, which replaces the text report.
     #[serde(skip)]
     pub drawing: Option<String>,
-    /// True if CSV rows were already written.
-    #[serde(skip)]
-    pub streamed: bool,
 }
 
 /// The report with times and memory.
@@ -53,7 +50,7 @@ impl StrategyReport {
     /// Creates a report without results.
     pub fn of_kind(header: Header, kind: StrategyKind, choosing: Choosing) -> Self {
         let (asked, states, drawing) = (None, Vec::new(), None);
-        Envelope::of(header, StrategyFindings { kind, choosing, asked, states, drawing, streamed: false })
+        Envelope::of(header, StrategyFindings { kind, choosing, asked, states, drawing })
     }
 }
 
@@ -117,7 +114,6 @@ impl Findings for StrategyFindings {
     fn text(report: &StrategyReport, style: Style) -> String {
         match &report.drawing {
             Some(drawing) => drawing.clone(),
-            None if report.streamed => String::new(),
             None => report.full_text(style),
         }
     }

@@ -247,7 +247,9 @@ fn the_file_of_a_sweep_is_none_of_its_inputs() {
     for (out, status) in [("m.prism", 2), ("m.pref", 2), ("", 3), ("rows", 0), ("rows", 0)] {
         run(&format!("{sweep} {}", scratch.show(out))).expect(status);
     }
-    run(&format!("{sweep} -")).expect(2);
+    run(&format!("{sweep} - --json")).expect(2);
+    let printed = run(&format!("{sweep} -")).expect(0).stdout;
+    assert!(printed.starts_with("N,states,") && printed.lines().count() == 3, "{printed}");
     assert_eq!(fs::read_to_string(scratch.path("m.prism")).unwrap(), text);
     assert_eq!(fs::read_to_string(scratch.path("rows")).unwrap().lines().count(), 3);
     assert_eq!(names(&scratch.path("")), ["m.pref", "m.prism", "rows"]);

@@ -195,3 +195,27 @@ fn formulas_that_are_not_supported_are_refused_by_name() {
         assert!(found.contains(reason), "{reason}: {found}");
     }
 }
+
+#[test]
+fn a_model_that_names_properties_lists_them_and_answers_all() {
+    let model = ["reach", "models/workshop.jani"];
+    let missing = Finished::of(meliora().args(model).args(["-c", "N=2"])).expect(2).stderr;
+    for word in ["`all made`", "`surely`", "`time`", "`--all-properties`"] {
+        assert!(missing.contains(word), "{word}: {missing}");
+    }
+    let all = Finished::of(meliora().args(model).args(["-c", "N=2", "--all-properties", "--json"])).expect(1);
+    let all = all.json();
+    for entry in all["properties"].as_array().unwrap() {
+        let name = entry["property"].as_str().unwrap();
+        let one = ["-c", "N=2", "--json", "--property", name];
+        let one = Finished::of(meliora().args(model).args(one)).json();
+        for field in ["holds", "value"] {
+            assert_eq!(one["properties"][0].get(field), entry.get(field), "{name}");
+        }
+    }
+    assert_eq!(all["properties"].as_array().unwrap().len(), 3);
+    let swept = ["-c", "N=1:2", "--all-properties", "--csv", "-"];
+    let rows = Finished::of(meliora().args(model).args(swept)).expect(1).stdout;
+    assert!(rows.lines().next().unwrap().contains(",all made,surely,time,"), "{rows}");
+    assert!(rows.lines().skip(1).all(|row| row.contains(",false,") && row.ends_with(",done")), "{rows}");
+}

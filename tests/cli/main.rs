@@ -22,6 +22,7 @@ mod limits;
 mod memory;
 mod models;
 mod output;
+mod partial;
 mod properties;
 mod quantities;
 mod readme;

@@ -84,3 +84,48 @@ fn files_in_place_of_property_files_are_named() {
     assert!(refused("m.prism").contains("this is a model, not a list of properties"));
     assert!(refused("m.pref").contains("this is a preference file, not a list of properties"));
 }
+
+#[test]
+fn a_constant_that_the_model_declares_is_refused_at_its_place() {
+    let model = MODEL.replace("mdp", "mdp\nconst int n;").replace("init 0", "init n");
+    let scratch = Scratch::new(&[("m.prism", &model), ("m.props", "P>0 [ F x=n ];\nconst int n;\n")]);
+    let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
+    let ask = ["reach", &model, "--properties", &file, "-c", "n=1"];
+    let refused = Finished::of(meliora().args(ask)).expect(3).stderr;
+    assert!(refused.contains("m.props:2:11") && refused.contains("`n` is declared already"), "{refused}");
+    assert!(refused.contains("remove this declaration"), "{refused}");
+}
+
+#[test]
+fn sums_of_rewards_that_are_not_supported_are_named_with_a_way_out() {
+    let ask = |property: &str| {
+        let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", property)]);
+        let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
+        let alone = Finished::of(meliora().args(["reach", &model, "--property", property])).expect(3).stderr;
+        let among = Finished::of(meliora().args(["reach", &model, "--properties", &file])).expect(0).stdout;
+        [alone, among]
+    };
+    for (property, message, help) in [
+        ("Rmin=? [ C<=5 ]", "over a number of steps, are not supported", "count the steps in the model"),
+        ("Rmax=? [ C ]", "accumulated over all steps", "count the steps in the model"),
+        ("Rmin=? [ I=3 ]", "rewards of a single step", "accumulated until a target"),
+        ("Rmin=? [ S ]", "long-run averages are not supported", "PRISM and Storm compute them"),
+    ] {
+        for said in ask(property) {
+            assert!(said.contains(message) && said.contains(help), "{property}: {said}");
+        }
+    }
+}
+
+#[test]
+fn a_question_is_asked_for() {
+    let scratch = Scratch::new(&[("m.prism", MODEL)]);
+    let missing = Finished::of(meliora().args(["reach", &scratch.show("m.prism")])).expect(2).stderr;
+    assert!(
+        missing.contains("`--property PROPERTY`") && missing.contains("names no properties"),
+        "{missing}"
+    );
+    let none =
+        Finished::of(meliora().args(["reach", &scratch.show("m.prism"), "--all-properties"])).expect(2);
+    assert!(none.stderr.contains("names no properties"), "{}", none.stderr);
+}

@@ -362,3 +362,73 @@ fn the_chosen_action_is_that_of_the_progress_strategy_unless_values_choose() {
     // An objective is pursued at rank 0.
     assert_eq!(of("--at s=4 --kind plan"), named(["go", "go"]));
 }
+
+#[test]
+fn older_spellings_of_options_work_and_say_what_is_new() {
+    let scratch = Scratch::new(&[]);
+    let toy = "models/toy.prism models/toy.pref";
+    for (old, new, note) in [
+        (
+            "simulate TOY --strategy permissive",
+            "simulate TOY --scheduler permissive",
+            "--scheduler permissive",
+        ),
+        ("strategy TOY --csv", "strategy TOY --csv -", "`--csv -`"),
+        ("strategy --csv TOY", "strategy --csv - TOY", "`--csv -`"),
+        (
+            "export TOY --format drn --strategy sasi:progress --out OUT",
+            "export TOY --format drn --kind sasi --scheduler progress --out OUT",
+            "--kind sasi --scheduler progress",
+        ),
+    ] {
+        let filled = |text: &str| text.replace("TOY", toy).replace("OUT", &scratch.show("out"));
+        let [old, new] = [old, new].map(|text| run(&filled(text)).expect(0));
+        let kept = |text: &str| text.lines().filter(|l| !l.contains(" µs") && !l.contains("MiB")).count();
+        assert_eq!(kept(&old.stdout), kept(&new.stdout));
+        assert!(old.stderr.contains(note) && !new.stderr.contains("note"), "{} {}", old.stderr, new.stderr);
+    }
+}
+
+#[test]
+fn csv_goes_to_a_file_or_to_standard_output_in_place_of_the_text() {
+    let scratch = Scratch::new(&[]);
+    let (file, dump) = (scratch.show("x.csv"), scratch.show("dump"));
+    run(&format!("export models/toy.prism models/toy.pref --out {dump}")).expect(0);
+    for (command, heading) in [
+        ("strategy models/toy.prism models/toy.pref", "most_preferred,"),
+        ("values models/toy.prism models/toy.pref", "sasi_rank"),
+        ("simulate models/toy.prism models/toy.pref --runs 10", "rank,improvements,runs,steps_least,"),
+        ("check models/chain.prism models/chain.pref -c N=2:4", "N,states,"),
+    ]
+    .into_iter()
+    .chain([(&*format!("query {dump} reachable"), "")])
+    {
+        let text = run(&format!("{command} --csv {file}")).expect(0).stdout;
+        let written = std::fs::read_to_string(&file).unwrap();
+        assert!(written.lines().next().unwrap().contains(heading), "{command}: {written}");
+        assert!(!text.contains(written.lines().next().unwrap()), "{command}: {text}");
+        let printed = run(&format!("{command} --csv -")).expect(0).stdout;
+        let without_times = |text: &str| match command.starts_with("check") {
+            true => text.lines().map(|line| line.split(',').take(3).collect::<Vec<_>>().join(",")).collect(),
+            false => text.to_owned(),
+        };
+        let (printed, written): (String, String) = (without_times(&printed), without_times(&written));
+        assert_eq!(printed, written, "{command}");
+        run(&format!("{command} --csv - --json")).expect(2);
+    }
+}
+
+#[test]
+fn only_commands_with_sweeps_promise_ranges() {
+    for (command, sweeps) in [
+        ("check", true),
+        ("reach", true),
+        ("compare", true),
+        ("info", false),
+        ("strategy", false),
+        ("export", false),
+    ] {
+        let help = run(&format!("{command} --help")).expect(0).stdout;
+        assert_eq!(help.contains("N=1:5"), sweeps, "{command}: {help}");
+    }
+}

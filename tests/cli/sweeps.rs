@@ -175,3 +175,81 @@ fn reach_and_compare_sweep_too() {
     let found = Finished::of(meliora().args(compare)).expect(0).json();
     assert_eq!(found["runs"][1]["result"]["equal"], true);
 }
+
+const ANSWERS: &str = "\"sure\": Pmax>=1 [ F x=N ];\n\"least\": Pmin=? [ F x=N ];\nPmax=? [ F<=8 x=N ];\n\
+    \"unknown\": P>=1 [ F y=1 ];\n\"half\": Pmax>=0.5 [ F<=2 x=N ]\n";
+
+fn reach(scratch: &Scratch, arguments: &[&str]) -> Finished {
+    Finished::of(meliora().args(["reach", &scratch.show("m.prism")]).args(arguments))
+}
+
+/// The cells of the columns with these names, row by row.
+fn columns(scratch: &Scratch, file: &str, names: &[&str]) -> Vec<Vec<String>> {
+    let mut reader = csv::Reader::from_path(scratch.path(file)).unwrap();
+    let header: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
+    let at =
+        |name: &&str| header.iter().position(|h| h == name).unwrap_or_else(|| panic!("{name}: {header:?}"));
+    let positions: Vec<usize> = names.iter().map(at).collect();
+    let row = |row: csv::StringRecord| positions.iter().map(|&at| row[at].to_owned()).collect();
+    reader.records().map(|found| row(found.unwrap())).collect()
+}
+
+#[test]
+fn each_property_has_a_column_with_its_answer() {
+    let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", ANSWERS)]);
+    let (csv, props) = (scratch.show("r.csv"), scratch.show("m.props"));
+    let shown = reach(&scratch, &["-c", "N=1:3,K=1", "--properties", &props, "--csv", &csv]).expect(1).stdout;
+    let names = ["N", "sure", "least", "Pmax=? [ F<=8 x=N ]", "unknown", "half", "status"];
+    let found = columns(&scratch, "r.csv", &names);
+    assert_eq!(found[0][..3], ["1", "true", "0"]);
+    let bounds: Vec<f64> = found[0][3].split("..").map(|bound| bound.parse().unwrap()).collect();
+    assert!(bounds.iter().all(|bound| (bound - 0.99609375).abs() < 1e-6), "{bounds:?}");
+    assert_eq!(found[0][4..], ["not answered", "true", "done"]);
+    assert_eq!((&*found[2][1], &*found[2][5]), ("true", "false"));
+    assert!(shown.lines().nth(1).unwrap().contains("Pmax=? [ F<=8 x=N ]"), "{shown}");
+    assert!(shown.lines().nth(2).unwrap().contains("0.996094"), "{shown}");
+    let asked = ["--property", "Pmin=? [ F x=N ]", "--property", "P>=1 [ F x=N ]"];
+    reach(&scratch, &[&["-c", "N=1:2,K=1", "--csv", &csv], &asked[..]].concat()).expect(1);
+    assert_eq!(columns(&scratch, "r.csv", &[asked[1], asked[3]]), [["0", "false"], ["0", "false"]]);
+    // A single one keeps the columns of its regions.
+    reach(&scratch, &["-c", "N=1:2,K=1", "--csv", &csv, "--property", "Pmax>=1 [ F x=N ]"]).expect(0);
+    let names = ["target", "pmax_one", "pmin_one", "Pmax>=1 [ F x=N ]"];
+    assert_eq!(columns(&scratch, "r.csv", &names), [["1", "2", "", "true"], ["1", "3", "", "true"]]);
+}
+
+#[test]
+fn a_limit_leaves_the_answer_empty_and_says_so() {
+    let scratch = Scratch::new(&[("m.prism", MODEL)]);
+    let csv = scratch.show("r.csv");
+    let asked = ["--property", "P>=1 [ F x=N ]", "--property", "Pmax>0 [ F x=N ]"];
+    reach(&scratch, &[&["-c", "N=1:2,K=1", "--csv", &csv, "--timeout", "1ns"], &asked[..]].concat())
+        .expect(4);
+    let found = columns(&scratch, "r.csv", &[asked[1], asked[3], "status"]);
+    assert_eq!(found, [["", "", "limit"], ["", "", "limit"]]);
+}
+
+#[test]
+fn a_plot_shows_each_result_over_the_first_constant() {
+    let scratch = Scratch::new(&[("m.prism", MODEL), ("m.pref", PREFS), ("m.props", ANSWERS)]);
+    let (plot, csv, props) = (scratch.show("p.svg"), scratch.show("r.csv"), scratch.show("m.props"));
+    let ranges = ["-c", "N=1:4,K=1:2", "--properties", &props, "--plot", &plot, "--csv", &csv];
+    reach(&scratch, &ranges).expect(1);
+    let drawn = std::fs::read_to_string(scratch.path("p.svg")).unwrap();
+    assert_eq!(drawn.matches("<g class=\"curve\">").count(), 10, "five panels with two curves");
+    assert!(drawn.contains("<title>N=1, K=2: 0.996094</title>"), "{drawn}");
+    assert_eq!(drawn.matches("<circle").count(), 4 * 8 + 2, "unanswered properties have no points");
+    // A resumed sweep draws the rows of the file, too.
+    let again = reach(&scratch, &[&ranges[..], &["--resume"]].concat()).expect(0);
+    assert!(again.stderr.contains("all 8 instances have a row in the file"), "{}", again.stderr);
+    assert_eq!(std::fs::read_to_string(scratch.path("p.svg")).unwrap(), drawn);
+    for (wrong, reason) in [("p.png", ".svg"), ("m.prism.svg/x.svg", "does not exist")] {
+        let refused =
+            reach(&scratch, &["-c", "N=1:2,K=1", "--target", "x=N", "--plot", &scratch.show(wrong)]);
+        assert!(refused.stderr.contains(reason), "{}", refused.stderr);
+    }
+    let one = reach(&scratch, &["-c", "N=1,K=1", "--target", "x=N", "--plot", &plot]).expect(2);
+    assert!(one.stderr.contains("give one a range"), "{}", one.stderr);
+    sweep(&scratch, &["-c", "N=2:4,K=1", "--plot", &plot]).expect(0);
+    let drawn = std::fs::read_to_string(scratch.path("p.svg")).unwrap();
+    assert!(["sasi_rank", "spi_rank", "sasi_1", "spi_1"].iter().all(|name| drawn.contains(name)), "{drawn}");
+}

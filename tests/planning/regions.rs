@@ -1,15 +1,16 @@
 //! The four regions against all memoryless strategies, each an induced Markov chain.
 
 use meliora::engine::Engine;
-use meliora::engine::regions::regions;
+use meliora::engine::regions::{Regions, Which, deciding, holds, regions};
 use meliora::model::preference::Empty;
-use meliora::planning::Safety;
+use meliora::model::property::{Bound, Strategies};
+use meliora::planning::{RegionSearch, Safety};
 use proptest::prelude::*;
 
 use crate::generate::case;
 use crate::graphs::{bottom_components, reached};
 use crate::literal::Set;
-use crate::tiny::Mdp;
+use crate::tiny::{Mdp, Tiny};
 use crate::{Case, analyse};
 
 /// All ways to fix one choice per state.
@@ -61,8 +62,45 @@ fn compare(case: &Case) {
         let r = regions(&*engine, &engine.states_where(&engine.target(i)).unwrap()).unwrap();
         let found = [&r.pmax_one, &r.pmax_positive, &r.pmin_one, &r.pmin_positive].map(|x| set(x));
         assert_eq!(found, expected);
+        each_region_alone(&*engine, &engine.states_where(&engine.target(i)).unwrap(), &r);
+        known_regions_decide_what_all_of_them_do(&*engine, &r);
         let outcome = analysis.outcomes().unwrap().get(i).unwrap();
         assert_eq!([set(&outcome.almost_sure), set(&outcome.positive)], expected[..2]);
+    }
+}
+
+/// A region that is asked for first is the same as the one among all.
+fn each_region_alone(engine: &Tiny, target: &Vec<bool>, all: &Regions<Vec<bool>>) {
+    for which in Which::ALL {
+        let mut search = RegionSearch::of_target(engine, target.clone());
+        let order = search.order(&[which]);
+        assert_eq!(order.last(), Some(&which));
+        assert_eq!(search.region(which).unwrap(), *all.get(which), "{which:?}");
+        let known: Vec<Which> = Which::ALL.into_iter().filter(|w| search.known().get(*w).is_some()).collect();
+        assert!(known.len() == order.len() && known.iter().all(|which| order.contains(which)), "{order:?}");
+    }
+}
+
+/// Some regions decide a property as all four do, or not at all; the one that it needs decides it.
+fn known_regions_decide_what_all_of_them_do<E: Engine>(engine: &E, all: &Regions<E::States>) {
+    for strategies in [Strategies::All, Strategies::Some] {
+        for bound in [Bound::One, Bound::Positive, Bound::BelowOne, Bound::Zero] {
+            let question = (strategies, bound);
+            let whole = holds(engine, question, &all.clone().map(Some)).unwrap();
+            assert!(whole.is_some());
+            for subset in 0..16 {
+                let mut known = Regions::default();
+                for (at, which) in Which::ALL.into_iter().enumerate() {
+                    *known.get_mut(which) = (subset >> at & 1 == 1).then(|| all.get(which).clone());
+                }
+                let is_needed = known.get(deciding(strategies, bound).0).is_some();
+                let found = holds(engine, question, &known).unwrap();
+                assert!(
+                    found == whole || (found.is_none() && !is_needed),
+                    "{question:?} {subset}: {found:?}"
+                );
+            }
+        }
     }
 }
 

@@ -31,10 +31,6 @@ impl CsvFile {
     /// The file cannot be written, or is an input of the sweep.
     pub(crate) fn new(path: &Path, inputs: &[&Path], header: StringRecord) -> Result<Self, Error> {
         let target = Target::new(path, inputs)?;
-        if target.is_stdout() {
-            let message = "`--csv` needs a file: standard output is used for the table or the JSON object";
-            return Err(Error::Usage(message.to_owned()));
-        }
         Ok(CsvFile { target, header, rows: BTreeMap::new(), out: None, is_sorted: true })
     }
 
@@ -85,6 +81,17 @@ impl CsvFile {
         Ok(())
     }
 
+    /// Returns the rows that are known, without the constants, by the position of their instance.
+    pub(crate) fn known(&self, constants: usize) -> BTreeMap<usize, Vec<String>> {
+        let cells = |row: &StringRecord| row.iter().skip(constants).map(str::to_owned).collect();
+        self.rows.iter().map(|(&position, row)| (position, cells(row))).collect()
+    }
+
+    /// Returns whether the rows are printed in place of the table.
+    pub(crate) fn is_stdout(&self) -> bool {
+        self.target.is_stdout()
+    }
+
     /// Returns whether an instance has its row.
     pub(crate) fn has(&self, position: usize) -> bool {
         self.rows.contains_key(&position)
@@ -95,6 +102,9 @@ impl CsvFile {
     /// # Errors
     /// The file cannot be written.
     pub(crate) fn open(&mut self) -> Result<(), Error> {
+        if self.is_stdout() {
+            return self.target.write(&self.text());
+        }
         let out = self.target.begin(&self.text())?;
         self.out = Some(Writer::from_writer(out));
         Ok(())
@@ -106,6 +116,9 @@ impl CsvFile {
     /// The file cannot be written.
     pub(crate) fn add(&mut self, position: usize, row: StringRecord) -> Result<(), Error> {
         self.is_sorted &= self.rows.last_key_value().is_none_or(|(&last, _)| last < position);
+        if self.is_stdout() {
+            self.target.write(&meliora_model::csv::lines([&row]))?;
+        }
         if let Some(out) = &mut self.out {
             let written = out.write_record(&row).map_err(Into::into).and_then(|()| out.flush());
             written.map_err(|e| Error::writing(self.target.path(), &e))?;

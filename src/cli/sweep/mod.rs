@@ -4,6 +4,7 @@
 //! limit, an error or the memory of one instance does not affect the others.
 
 mod file;
+mod plot;
 mod process;
 pub(super) mod ranges;
 mod row;
@@ -19,9 +20,11 @@ use meliora_report::sweep::{Instance as Finished, SweepReport};
 use serde_json::{Map, Value as Json};
 
 use super::exit::Status;
+use super::files::Target;
 use super::options::{ModelArgs, ShownArgs};
 use super::{signals, terminal, watch};
 use file::CsvFile;
+use plot::Plotted;
 use process::{Outcome, Pool};
 use ranges::Range;
 use row::Ended;
@@ -31,13 +34,21 @@ use table::Table;
 /// The interval between checks for an interruption.
 const TICK: Duration = Duration::from_millis(100);
 
+/// The help of `--const` for commands with sweeps.
+pub(super) const CONSTANTS: &str = "Values of undefined constants, such as K=4,N=3 (repeatable), or ranges \
+    N=1:5, N=0:2:10 and lists N={2,4,8}: one run per combination";
+
 /// The options for sweeps.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Sweeps (constants with ranges or lists: -c N=1:5, N=0:2:10, N={2,4,8})")]
 pub(super) struct SweepArgs {
-    /// Write one row per instance to this file, as soon as the instance ends
+    /// Write one row per instance to this file, as soon as the instance ends; `-` is standard output
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+
+    /// Draw the results over the first constant with a range, as a picture (SVG)
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
 
     /// Skip the instances that already have a row in the file; cuts off an incomplete last row
     #[arg(long, requires = "csv")]
@@ -62,7 +73,8 @@ fn shard(text: &str) -> Result<(usize, usize), String> {
 
 impl SweepArgs {
     /// Runs the sweep that the arguments ask for; returns `None` if they ask for one instance.
-    /// `inputs` are the files that are read in addition to the model.
+    /// `inputs` are the files that are read in addition to the model; `kind` says what the rows contain,
+    /// given the constants of the first instance.
     ///
     /// # Errors
     /// A range is wrong; the file cannot be written or belongs to another sweep.
@@ -70,25 +82,29 @@ impl SweepArgs {
         &self,
         model: &ModelArgs,
         inputs: &[&Path],
-        kind: Job,
+        kind: impl FnOnce(&str) -> Result<Job, Error>,
         shown: &ShownArgs,
     ) -> Result<Option<Status>, Error> {
         if model.instance.is_some() {
             return Ok(None);
         }
         let ranges = ranges::parse(&model.constants())?;
-        let asked = self.csv.is_some() || self.jobs.is_some() || self.shard.is_some();
+        let asked = self.csv.is_some() || self.plot.is_some() || self.jobs.is_some() || self.shard.is_some();
         if !asked && !ranges.iter().any(|r| r.varies) {
             return Ok(None);
-        }
-        if model.model.as_os_str() == "-" {
-            let message = "a sweep reads the model once per instance; give a file instead of standard input";
-            return Err(Error::Usage(message.to_owned()));
         }
         terminal::set_color(shown.color);
         watch::limit_memory(model.memory());
         let inputs = [inputs, &[model.model.as_path(), Path::new(&model.order)]].concat();
-        Sweep::new(self, &inputs, ranges, kind)?.run(shown).map(Some)
+        if inputs.contains(&Path::new("-")) {
+            let message = "a sweep reads its files once per instance; give files instead of standard input";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        let shown = shown.with_csv(Target::maybe(self.csv.as_deref(), &inputs)?.as_ref())?;
+        let first =
+            ranges.iter().map(|r| format!("{}={}", r.name, r.values[0])).collect::<Vec<_>>().join(",");
+        let kind = kind(&first)?;
+        Sweep::new(self, &inputs, ranges, kind)?.run(&shown).map(Some)
     }
 }
 
@@ -102,7 +118,10 @@ struct Sweep {
     ranges: Vec<Range>,
     kind: Job,
     instances: Vec<Instance>,
+    /// The number of instances that have a row in the file already.
+    skipped: usize,
     file: Option<CsvFile>,
+    plot: Option<Plotted>,
     jobs: usize,
 }
 
@@ -113,30 +132,53 @@ impl Sweep {
         let own = all.skip(first - 1).step_by(every);
         let mut instances: Vec<Instance> =
             own.map(|(position, values)| Instance { position, values }).collect();
-        let mut file = None;
+        let plot = args.plot.as_ref().map(|path| Plotted::new(path, inputs, &ranges)).transpose()?;
+        let (mut file, mut skipped) = (None, 0);
         if let Some(path) = &args.csv {
             let row = kind.row(&Json::Null, Ended::Done);
             let header = ranges.iter().map(|r| r.name.as_str()).chain(row.columns()).collect();
             let mut csv = CsvFile::new(path, inputs, header)?;
             if args.resume {
                 csv.resume(&instances.iter().map(|i| (i.values.as_slice(), i.position)).collect())?;
+                let all = instances.len();
                 instances.retain(|i| !csv.has(i.position));
+                skipped = all - instances.len();
             }
             csv.open()?;
             file = Some(csv);
         }
-        Ok(Sweep { ranges, kind, instances, file, jobs: usize::from(args.jobs.unwrap_or(1)) })
+        let jobs = usize::from(args.jobs.unwrap_or(1));
+        let mut sweep = Sweep { ranges, kind, instances, skipped, file, plot, jobs };
+        if let (Some(plot), Some(file)) = (&mut sweep.plot, &sweep.file) {
+            plot.rows = file.known(sweep.ranges.len());
+        }
+        Ok(sweep)
+    }
+
+    /// Says which instances are not run because the file has their rows.
+    fn tell_skipped(&self) {
+        let text = match (self.skipped, self.instances.len()) {
+            (0, _) => return,
+            (skipped, 0) => format!("all {skipped} instances have a row in the file; nothing is left to run"),
+            (skipped, left) => format!("{skipped} instances have a row in the file; {left} are left to run"),
+        };
+        terminal::message(&format!("note: {text}"));
     }
 
     fn run(mut self, shown: &ShownArgs) -> Result<Status, Error> {
+        if !shown.quiet {
+            self.tell_skipped();
+        }
         let pool = Arc::new(Pool::default());
         // The processes are ended below. The file has a row for each instance that has ended.
         let _ = signals::set_on_interrupt(&pool.stopped);
         let outcomes = pool.run(self.jobs, self.instances.iter().map(|i| self.arguments(i)).collect());
-        let table = (!shown.json).then(|| self.table());
+        let prints_rows = self.file.as_ref().is_some_and(CsvFile::is_stdout);
+        let table = (!shown.json && !prints_rows).then(|| self.table());
         if let Some(table) = &table {
             let style = terminal::stdout_style();
-            terminal::print(&table.heading().map(|line| style.dim(line.trim_end()) + "\n").concat())?;
+            let lines = table.heading().into_iter().map(|line| style.dim(line.trim_end()) + "\n");
+            terminal::print(&lines.collect::<String>())?;
         }
         let mut runs: Vec<(usize, Finished)> = Vec::new();
         let mut ends = Vec::new();
@@ -156,6 +198,7 @@ impl Sweep {
         let finished = ends.len() == self.instances.len();
         pool.stop();
         self.file.as_ref().map_or(Ok(()), CsvFile::finish)?;
+        self.plot.as_ref().map_or(Ok(()), |plot| plot.write(&self.ranges, &self.kind))?;
         if shown.json {
             terminal::print_json(&self.report(runs))?;
         }
@@ -197,6 +240,9 @@ impl Sweep {
             }
             terminal::print(&text)?;
         }
+        if let Some(plot) = &mut self.plot {
+            plot.rows.insert(instance.position, row.cells().map(str::to_owned).collect());
+        }
         if let Some(file) = &mut self.file {
             let values = instance.values.iter().map(String::as_str);
             file.add(instance.position, values.chain(row.cells()).collect())?;
@@ -221,7 +267,7 @@ impl Sweep {
         let varying = self.ranges.iter().filter(|r| r.varies);
         let ranges: Map<String, Json> =
             varying.map(|r| (r.name.clone(), r.values.iter().map(|v| value(v)).collect())).collect();
-        SweepReport::new(self.kind.into(), ranges, runs.into_iter().map(|(_, run)| run).collect())
+        SweepReport::new((&self.kind).into(), ranges, runs.into_iter().map(|(_, run)| run).collect())
     }
 }
 

@@ -49,7 +49,9 @@ fn given_value(
     let constant = &constants[index];
     if constant.is_defined {
         let diagnostic = at(format!("the constant `{name}` already has a value in the model"));
-        return Err(Box::new(with_undefined(diagnostic, constants)));
+        let help =
+            format!("write `const {} {name};` in the model, and the value can be given here", constant.ty);
+        return Err(Box::new(diagnostic.help(help)));
     }
     match (constant.ty, &binding.value) {
         (Type::Real, Exact::Int(i)) => Ok((index, Exact::Real(Real::from(*i)))),

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use maud::{Markup, html};
 
 use super::layered::{HEIGHT, Layered};
-use super::{letters, map};
+use super::{drawing, letters};
 use meliora_model::hasse::Hasse;
 use meliora_model::preference::{Empty, Preorder};
 
@@ -77,7 +77,7 @@ pub(super) fn svg(order: &Order, alone: bool) -> Markup {
         svg.hasse xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width:.0} {height:.0}"))
             role="img" aria-label="The preference order, the most preferred objectives on top"
             style=(format!("max-width:{:.0}px", width * 1.25)) {
-            @if alone { (map::style()) (map::paper(width as usize + 1, height as usize + 1)) }
+            @if alone { (drawing::style()) (drawing::paper(width as usize + 1, height as usize + 1)) }
             @for (corners, &(_, low)) in drawing.arcs.iter().zip(&layered.arcs) {
                 (line(corners, if low < groups { "cover" } else { "cover weak" }))
             }
@@ -96,7 +96,7 @@ fn too_large(order: &Order, alone: bool) -> Markup {
     html! {
         @if alone {
             svg.hasse xmlns="http://www.w3.org/2000/svg" viewBox="0 0 640 40" {
-                (map::style()) (map::paper(640, 40)) text.small x="4" y="24" { (text) }
+                (drawing::style()) (drawing::paper(640, 40)) text.small x="4" y="24" { (text) }
             }
         } @else {
             p { (text) " Use " code { "--format dot" } " and a program that draws graphs." }

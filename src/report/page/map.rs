@@ -3,8 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use maud::{Markup, PreEscaped, html};
+use maud::{Markup, html};
 
+use super::drawing::{paper, style};
 use super::heat::Heat;
 use super::letters::{shortened, width as text_width};
 use super::paint::{Found, Look, Paint, ROOMY, SIDE};
@@ -22,11 +23,6 @@ const UNGROUPED: usize = 8;
 const MOST_SPOTS: usize = 200;
 /// Maximum number of them that are marked by letters.
 const MOST_LETTERS: usize = 20;
-
-/// Returns the style of a separate drawing, so that it looks as in the page.
-pub(super) fn style() -> Markup {
-    html! { style { (PreEscaped(include_str!("picture.css"))) } }
-}
 
 /// Renders a map as a separate drawing, with a title and a legend.
 pub(super) fn svg(content: &Content<'_>, projections: &Projections, picture: Picture) -> Markup {
@@ -57,11 +53,6 @@ pub(super) fn svg(content: &Content<'_>, projections: &Projections, picture: Pic
             }
         }
     }
-}
-
-/// Renders the background of a separate drawing, so that it is readable on dark pages.
-pub(super) fn paper(width: usize, height: usize) -> Markup {
-    html! { rect.paper width=(width) height=(height) {} }
 }
 
 /// Breaks a list at its commas into lines of about `width` characters.

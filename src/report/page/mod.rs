@@ -6,6 +6,7 @@
 
 mod bars;
 mod data;
+pub(crate) mod drawing;
 mod hasse;
 mod heat;
 mod html;

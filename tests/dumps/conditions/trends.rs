@@ -4,9 +4,10 @@
 //! B is almost sure everywhere and preferred to A, so that A decides no class.
 
 use meliora::model::trend::Trend;
+use meliora::planning::Safety;
 
 use super::draft::Draft;
-use super::{Fault, HISTORIES, SAFETIES, cases, refuse};
+use super::{Fault, HISTORIES, cases, refuse};
 
 /// State 1 is the target. States 2 and 3 lead to each other. States 4 and 5 lead to each other or to the target, by
 /// chance; states 6 and 7 in the same way to each other or to state 2.
@@ -44,7 +45,7 @@ fn no_cycle_is_a_layer() {
             forge: |d| trapped(d, Some(Trend::Rising)),
         },
     ];
-    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &faults);
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL), &faults);
 }
 
 /// States that may return to each other before they reach the target are said to be lost.
@@ -65,7 +66,7 @@ fn no_cycle_is_a_round() {
         Fault { condition: CONDITION, forge: |d| lost(d, Some(Trend::Falling)) },
         Fault { condition: CONDITION, forge: |d| lost(d, Some(Trend::Rising)) },
     ];
-    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &faults);
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL), &faults);
 }
 
 #[test]
@@ -101,13 +102,13 @@ fn trends_without_meaning_are_refused() {
             forge: |d| d.manifest.regions.order.clone_from(&d.manifest.certificate.as_ref().unwrap().order),
         },
     ];
-    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &SAFETIES), &faults);
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL), &faults);
 }
 
 /// Layers by distance, and rounds without trends, are what dumps had before.
 #[test]
 fn layers_by_distance_are_accepted() {
-    for (options, case) in cases(MODEL, PREFERENCES, &["history = state;"], &SAFETIES) {
+    for (options, case) in cases(MODEL, PREFERENCES, &["history = state;"], Safety::ALL) {
         let mut draft = Draft::of(&case.dump);
         let (target, cycle, first) = (draft.get("target:A"), draft.states(&[4, 5]), draft.states(&[0]));
         draft.layers("positive:A", &[&target, &cycle, &first]);
