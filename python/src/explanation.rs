@@ -19,9 +19,11 @@ pub(crate) struct Explanation {
     most_preferred: Py<PyTuple>,
     /// The rank of the state: an int, or `math.inf`.
     rank: Py<PyAny>,
-    /// The objective that the strategy pursues; None while it improves, and for strategies that
-    /// achieve none.
+    /// The objective that the strategy pursues, or several as "C and D"; None while it improves, and for
+    /// strategies that achieve none.
     pursues: Option<String>,
+    /// The pursued objectives that are not achieved yet: several if they are pursued together.
+    left: Py<PyTuple>,
     /// True if the plan commits to the objective that it pursues: kept actions alone do not achieve
     /// it, and its steps may give up others.
     commits: bool,
@@ -98,7 +100,8 @@ impl Explanation {
             r#unsafe: at.is_unsafe,
             most_preferred: PyTuple::new(py, words.names(&at.most_preferred))?.unbind(),
             rank: rank_of(py, rank)?.unbind(),
-            pursues: at.pursued().map(|o| words.preferences.objectives[o].name.clone()),
+            pursues: words.pursued(at),
+            left: PyTuple::new(py, words.names(&at.left))?.unbind(),
             commits: at.commits() && !at.is_achieved(),
             achieved: PyTuple::new(py, words.names(&at.achieved))?.unbind(),
             progress_action: at.pick.map(|pick| at.actions[pick].name.clone()),

@@ -296,8 +296,8 @@ impl PageWriter<'_> {
             );
             return Err(Error::Usage(message));
         }
-        let objective = kind.objective(self.analysis.preferences(), self.args.objective.as_deref())?;
-        let mut strategy = plan::finite_memory(self.analysis, program, kind, levels, objective)?;
+        let objectives = kind.objectives(self.analysis.preferences(), self.args.objective.as_deref())?;
+        let mut strategy = plan::finite_memory(self.analysis, program, kind, levels, &objectives)?;
         let improves = strategy.rank(start)? != Rank::Finite(0) && kind != StrategyKind::Achieve;
         if !improves && strategy.start(start)?.pursuit.is_none() {
             return Ok(None);

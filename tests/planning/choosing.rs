@@ -9,7 +9,7 @@ use meliora::model::State;
 use meliora::model::exact::Ratio;
 use meliora::model::preference::Empty;
 use meliora::planning::{Analysis, FiniteMemoryStrategy, Memory, Options, Safety};
-use meliora::quantities::{Aim, Choose, Chooser, Steps, ValueOptions, Values};
+use meliora::quantities::{Aim, Choose, Chooser, Steps, ValueOptions, ValuedRule, Values};
 use num_traits::{One, Zero};
 use proptest::prelude::*;
 
