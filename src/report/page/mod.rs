@@ -16,6 +16,7 @@ mod paint;
 mod palette;
 mod report;
 mod sentence;
+mod signs;
 mod words;
 
 pub use report::PageReport;
