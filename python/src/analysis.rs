@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use meliora::advanced::names;
 use meliora::engine::Engine;
-use meliora::model::{Program, State};
+use meliora::model::Program;
 use meliora::output::check::Subject;
 use meliora::output::page::Picture;
 use meliora::output::{CheckReport, Report, Style};

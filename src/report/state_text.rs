@@ -179,7 +179,8 @@ fn paths_text((words, choose): (Words<'_>, Choose), unfolded: &InducedModel, sty
         ]);
     }
     let name = match choose {
-        Choose::First if words.kind.achieves() => words.kind.name(),
+        Choose::First if words.kind == StrategyKind::Plan => "plan",
+        Choose::First if words.kind == StrategyKind::Achieve => "strategy",
         Choose::First => "progress strategy",
         Choose::Likely if words.kind == StrategyKind::Achieve => "most likely strategy",
         Choose::Likely => "strategy that is most likely to improve",
