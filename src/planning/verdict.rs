@@ -160,6 +160,7 @@ mod tests {
             lost: ObjectiveSet::new(),
             dropped,
             goal,
+            achieves: ObjectiveSet::new(),
             stays,
             next: Memory { level: Rank::Finite(0), arena: None, pursuit: None },
             improves: false,

@@ -397,7 +397,8 @@ const AIMS: [(StrategyKind, Option<&str>); 5] = [
 /// almost surely: those that cannot reach a node from which it cannot be achieved.
 fn achieving(shield: &Shield) -> Vec<bool> {
     let nodes = &shield.nodes;
-    let next = |v: usize| nodes[v].actions.iter().filter(|a| a.permitted).flat_map(|a| a.next.iter().copied());
+    let next =
+        |v: usize| nodes[v].actions.iter().filter(|a| a.permitted).flat_map(|a| a.next.iter().copied());
     let mut can: Vec<bool> = nodes.iter().map(|node| node.achieved).collect();
     for _ in 0..nodes.len() {
         (0..nodes.len()).for_each(|v| can[v] = can[v] || next(v).any(|to| can[to]));

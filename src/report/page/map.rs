@@ -411,7 +411,7 @@ fn size_class(text: &str) -> &'static str {
     match text.chars().count() {
         0..=2 => "value short",
         3 => "value",
-        4..=5 => "value long",
+        4 => "value long",
         _ => "value longer",
     }
 }

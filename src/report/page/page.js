@@ -36,7 +36,7 @@
     const fills = found.slice(0, data.squares).map((c) => c.fill);
     if (found.length <= data.squares) return { text: '■'.repeat(fills.length), fills };
     fills[data.squares - 1] = 'currentColor';
-    return { text: '■'.repeat(data.squares - 1) + '…', fills };
+    return { text: '■'.repeat(data.squares - 1) + '+', fills };
   }
 
   function placed(row, column) {
@@ -182,8 +182,8 @@
       }
       part.textContent = found.text;
       part.classList.toggle('short', found.text.length <= 2);
-      part.classList.toggle('long', [4, 5].includes(found.text.length));
-      part.classList.toggle('longer', found.text.length > 5);
+      part.classList.toggle('long', found.text.length === 4);
+      part.classList.toggle('longer', found.text.length > 4);
     }
   }
 

@@ -109,8 +109,7 @@ impl<'a> Paint<'a> {
         let greatest = |l: &Ladder| l.levels.len() - usize::from(l.unbounded.is_some());
         let opening = projections.opening();
         let targets = targets(content, projections);
-        let hidden: Vec<bool> = targets.iter().map(Option::is_none).collect();
-        let signs = Signs::new(projections, &hidden);
+        let signs = Signs::new(projections, &targets);
         let cells = found((content, projections), &opening, &targets, &signs);
         Paint {
             projections,
@@ -158,7 +157,7 @@ impl<'a> Paint<'a> {
         let mut text = "■".repeat(squares.len());
         if classes.len() > MOST_SQUARES {
             squares[MOST_SQUARES - 1] = "currentColor".to_owned();
-            text = "■".repeat(MOST_SQUARES - 1) + "…";
+            text = "■".repeat(MOST_SQUARES - 1) + "+";
         }
         let fill = "var(--several, #d8d4e8)".to_owned();
         Look { fill, ink: "currentColor", text, squares }
@@ -293,7 +292,7 @@ fn corner_letters(letters: &Option<Vec<String>>, targets: &[usize]) -> Vec<Strin
 
 /// Returns the maximum number of characters of a text in a cell.
 pub(super) fn longest(projections: &Projections) -> usize {
-    if projections.columns().len() > ROOMY { 4 } else { 8 }
+    if projections.columns().len() > ROOMY { 4 } else { 6 }
 }
 
 /// Returns the texts of the classes in cells: their names or, if one is too long, numbers.
@@ -324,11 +323,11 @@ fn places(content: &Content<'_>, projections: &Projections) -> Vec<Option<usize>
 }
 
 /// Returns the states that show where each objective is achieved: its target or, if that has states in
-/// all four corners of the plane, those of a label that is called like the objective.
+/// most cells, those of a label that is called like the objective.
 fn targets(content: &Content<'_>, projections: &Projections) -> Vec<Option<Edge>> {
     let target = |objective: usize| {
         let own = projections.targets[objective];
-        if !signs::in_all_corners(projections, own) {
+        if !signs::is_wide(projections, own) {
             return Some(own);
         }
         signs::place_of(content, projections, objective).map(|label| projections.labels[label].1)

@@ -1,8 +1,8 @@
 //! Marks for the labels of a model: chargers, doors, forbidden zones.
 
-use meliora_export::projections::{Projections, View};
-
 use super::Content;
+use meliora_export::projections::{Projections, View};
+use meliora_model::diagram::Edge;
 
 /// The marks, one per label in the order of declaration.
 const GLYPHS: [&str; 6] = ["▲", "●", "★", "▼", "✚", "◗"];
@@ -14,18 +14,17 @@ pub(super) struct Signs {
 }
 
 impl Signs {
-    /// Selects the labels that belong to some cells: not those of all corners, nor those with the cells
-    /// of a target, which has a letter.
-    pub(super) fn new(projections: &Projections, everywhere: &[bool]) -> Self {
+    /// Selects the labels that belong to some cells: not those of most cells, nor those with the cells of
+    /// a target, which has a letter.
+    pub(super) fn new(projections: &Projections, targets: &[Option<Edge>]) -> Self {
         let cells = |edge| -> Vec<bool> {
             all_views(projections).iter().map(|view| projections.holds(edge, view)).collect()
         };
-        let shown = projections.targets.iter().zip(everywhere).filter(|(_, everywhere)| !**everywhere);
-        let targets: Vec<Vec<bool>> = shown.map(|(&target, _)| cells(target)).collect();
+        let targets: Vec<Vec<bool>> = targets.iter().flatten().map(|&edge| cells(edge)).collect();
         let belongs = |label: &usize| {
             let edge = projections.labels[*label].1;
             let own = cells(edge);
-            own.contains(&true) && !in_all_corners(projections, edge) && !targets.contains(&own)
+            own.contains(&true) && !is_wide(projections, edge) && !targets.contains(&own)
         };
         Signs { drawn: (0..projections.labels.len()).filter(belongs).take(GLYPHS.len()).collect() }
     }
@@ -52,19 +51,20 @@ pub(super) fn place_of(content: &Content<'_>, projections: &Projections, objecti
         let label = label.strip_prefix("at_").unwrap_or(label);
         label.eq_ignore_ascii_case(name)
     };
-    projections
-        .labels
-        .iter()
-        .position(|(label, edge)| is_called(label) && !in_all_corners(projections, *edge))
+    projections.labels.iter().position(|(label, edge)| is_called(label) && !is_wide(projections, *edge))
 }
 
-/// Returns whether a set has states in all four corners of the plane.
-pub(super) fn in_all_corners(projections: &Projections, edge: meliora_model::diagram::Edge) -> bool {
+/// Returns whether a set is too large to mark its cells: it has states in all four corners of the plane,
+/// or in more than half of the cells.
+pub(super) fn is_wide(projections: &Projections, edge: Edge) -> bool {
     let open: View = vec![None; projections.variables.len()];
     let ends = |values: Vec<i64>| [values.first().copied().unwrap_or(0), values.last().copied().unwrap_or(0)];
     let corners =
         ends(projections.rows()).into_iter().flat_map(|r| ends(projections.columns()).map(|c| (r, c)));
-    corners.into_iter().all(|(row, column)| projections.holds(edge, &projections.view(&open, row, column)))
+    let holds = |(row, column)| projections.holds(edge, &projections.view(&open, row, column));
+    let all = all_views(projections);
+    let count = |edge| all.iter().filter(|view| projections.holds(edge, view)).count();
+    corners.into_iter().all(holds) || 2 * count(edge) > all.len()
 }
 
 /// Returns the views of all cells, with any values of the other variables.
