@@ -56,8 +56,8 @@ pub(super) struct ExportArgs {
     #[arg(long, value_name = "sasi|spi|plan|achieve[:progress|permissive]", value_parser = StrategyArg::parse)]
     strategy: Option<StrategyArg>,
 
-    /// Objective that `--strategy achieve` achieves, and that `plan` pursues where it is a most
-    /// preferred one
+    /// Objective that `--strategy achieve` achieves (`C,D`: both in one path), and that `plan` pursues
+    /// where it is a most preferred one
     #[arg(long, value_name = "NAME", requires = "strategy")]
     objective: Option<String>,
 

@@ -98,6 +98,8 @@ fn an_objective_that_is_not_sure_is_achieved_as_likely_as_possible() {
     ] {
         assert!(text.contains(line), "{line}{text}");
     }
+    let page = run(&format!("report {drone} --choose likely --seed 3")).expect(0).stdout;
+    assert!(page.contains("the permitted action with the greatest probability of success"), "{page}");
     for engine in ["symbolic", "explicit"] {
         let given = format!("{drone} --choose likely --engine {engine} --json");
         let runs = &run(&format!("simulate {given} --runs 3000")).expect(0).json()["plays"][0];
