@@ -60,7 +60,7 @@ fn the_text_says_what_is_left_of_objectives_that_go_together() {
     let out = scratch.path("out");
     let export = "--strategy achieve:progress --objective C,D --format explicit";
     run(&format!("export {hall} {export} --out {}", out.display())).expect(0);
-    // What was reached is part of the states.
+    // The states contain the reached targets.
     let states = std::fs::read_to_string(out.join("achieve-progress.sta")).unwrap();
     assert!(states.lines().count() > 6, "{states}");
 }

@@ -40,7 +40,7 @@ fn ends(unfolded: &InducedModel, is_temporal: bool) {
     }
 }
 
-/// Whether the objectives are formulas on whole paths: all are, or none.
+/// Returns true if the objectives are formulas on whole paths: all are, or none.
 fn is_temporal(of: &Analysed) -> bool {
     matches!(of.analysis.preferences().objectives[0].goal, Goal::Satisfy { .. })
 }

@@ -384,7 +384,7 @@ fn shields_of_choices_with_one_label_can_make_the_improvements_ahead() {
     assert!(ahead > 100, "{ahead}");
 }
 
-/// The kinds that achieve objectives, with what they are to achieve.
+/// The kinds that achieve objectives, with the names of these.
 const AIMS: [(StrategyKind, Option<&str>); 5] = [
     (StrategyKind::Plan, None),
     (StrategyKind::Plan, Some("C")),
@@ -393,7 +393,7 @@ const AIMS: [(StrategyKind, Option<&str>); 5] = [
     (StrategyKind::Achieve, Some("A,C")),
 ];
 
-/// Returns the nodes from which permitted actions that are taken at random achieve what is pursued,
+/// Returns the nodes from which permitted actions that are taken at random achieve the pursued objective
 /// almost surely: those that cannot reach a node from which it cannot be achieved.
 fn achieving(shield: &Shield) -> Vec<bool> {
     let nodes = &shield.nodes;
