@@ -53,3 +53,7 @@ def test_unsafe_states_have_no_rank_in_arrays_and_numbers() -> None:
     values = found.values(states)
     assert [value["state"] for value in values] == states
     assert [value.get("unsafe", False) for value in values] == [state in unsafe for state in states]
+    at = found.strategy("sasi").explain({"x": 2})
+    assert at.unsafe and math.isnan(at.rank) and str(at).startswith("{'x': 2}: unsafe\n")
+    ranks_after = {s.state["x"]: s.rank for s in found.strategy("sasi").explain({"x": 0}).actions[0].successors}
+    assert ranks_after[1] == 0 and math.isnan(ranks_after[2])

@@ -712,8 +712,8 @@ class Levels:
         """
     def rank(self, state: _State) -> _Rank:
         """Returns the rank of a state: the number of possible or sure improvements, an int or
-        `math.inf`; `math.nan` for unsafe states, which have none. If `max_level` ended the search, the true rank of a state in
-        the last level may be larger; see `complete`.
+        `math.inf`; `math.nan` for unsafe states, which have none. If `max_level` ended the search,
+        the true rank of a state in the last level may be larger; see `complete`.
 
         Raises:
             UsageError: A variable is missing or unknown.
@@ -1086,7 +1086,7 @@ class Explanation:
         """The most preferred objectives of the state; empty if it is unsafe."""
     @property
     def rank(self) -> _Rank:
-        """The rank of the state: an int, or `math.inf`."""
+        """The rank of the state: an int, or `math.inf`; `math.nan` if it is unsafe."""
     @property
     def pursues(self) -> str | None:
         """The objective that the strategy pursues, or several as "C and D"; None while it improves, and for
@@ -1158,7 +1158,7 @@ class Successor:
         """The most preferred objectives of this successor; empty if it is unsafe."""
     @property
     def rank(self) -> _Rank:
-        """Its rank: an int, or `math.inf`."""
+        """Its rank: an int, or `math.inf`; `math.nan` if it is unsafe."""
     @property
     def change(self) -> Literal["improving", "weakening", "lateral"]:
         """The kind of the step: `"improving"`, `"weakening"` or `"lateral"`."""
