@@ -176,7 +176,11 @@ fn figure(
                     li.wall-key { span.swatch.wall {} "unreachable" }
                 }
                 @if matches!(layer, Layer::Ranks(Picture::Classes)) {
-                    li.several hidden[!several] { span.swatch.several {} "several classes, each with a square: select a cell to see their names" }
+                    li.several hidden[!several] {
+                        span.swatch.several {}
+                        (if is_large(projections) { "several classes" } else { "several classes, each with a square" })
+                        ": select a cell to see their names"
+                    }
                 }
             }
         }
