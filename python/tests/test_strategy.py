@@ -246,6 +246,8 @@ def test_objectives_that_go_together_and_one_that_is_not_sure() -> None:
     assert likely.simulate(base, runs=2000, seed=1).value["agrees"]
     with pytest.raises(meliora.UsageError, match="choose='cheap'|choose=\"cheap\""):
         drone.strategy("achieve", objective="Cabin", choose="cheap")
+    with pytest.raises(meliora.UsageError, match="are about improvements"):
+        drone.strategy("achieve", objective="Cabin", choose="likely", levels=2)
 
     toy = meliora.Model.from_string(
         "mdp module m x : [0..4] init 2; [left] x>0 -> (x'=x-1); [right] x<4 -> (x'=x+1); endmodule"

@@ -78,7 +78,17 @@ impl ChooseArgs {
             None if !self.choose.fits(default) => StrategyKind::Spi,
             kind => kind.unwrap_or(default),
         };
-        if self.choose.fits(kind) { Ok(kind) } else { Err(Error::Usage(self.choose_with(kind))) }
+        if !self.choose.fits(kind) {
+            return Err(Error::Usage(self.choose_with(kind)));
+        }
+        let given = [("--reward", self.reward.is_some()), ("--levels", self.levels.is_some())];
+        match given.into_iter().find(|(_, given)| *given && kind == StrategyKind::Achieve) {
+            Some((name, _)) => {
+                let message = format!("`{name}` is about improvements; `--kind achieve` aims at none");
+                Err(Error::Usage(message))
+            }
+            None => Ok(kind),
+        }
     }
 
     /// Says which values fit a kind of strategy.

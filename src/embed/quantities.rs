@@ -50,6 +50,10 @@ impl Analysis {
     ) -> Result<Option<Arc<dyn ValuedRule>>> {
         let Some(aim) = choose.aim() else { return Ok(None) };
         if strategy.kind() == StrategyKind::Achieve {
+            if wanted.levels.is_some() || wanted.reward.as_deref().is_some_and(|name| name != Steps::NAME) {
+                let message = "`levels` and `reward` are about improvements; the kind `achieve` aims at none";
+                return Err(Error::Usage(message.to_owned()));
+            }
             let rule = Arc::new(Achiever::compute(self, self.program(), states, strategy.objectives())?);
             strategy.choose_by(Arc::clone(&rule) as _);
             return Ok(Some(rule));

@@ -73,6 +73,7 @@ fn several_objectives_are_refused_where_they_have_no_meaning() {
         ("--kind plan --objective C,D", "takes one objective; `achieve` achieves several together"),
         ("--kind achieve --objective C,X", "no objective is called `X`; there are C, D, E"),
         ("--kind achieve --objective C,D --choose likely", "`likely` is for one objective"),
+        ("--kind achieve --objective C --choose likely --levels 2", "`--levels` is about improvements"),
     ] {
         let found = run(&format!("strategy {hall} {options}")).expect(2).stderr;
         assert!(found.contains(message), "{found}");
