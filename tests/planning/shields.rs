@@ -259,7 +259,7 @@ fn a_step_to_nowhere_is_refused() {
 fn kinds_modes_and_names_of_a_shield_are_known_and_occur_once() {
     let set = |key: &'static str, value: Json| refused_after(move |table| table[key] = value.clone());
     for (refusal, end) in [
-        (set("kind", "plan".into()), "the kind is `plan`, expected `sasi` or `spi`"),
+        (set("kind", "best".into()), "the kind is `best`, expected `sasi` or `spi` or `plan` or `achieve`"),
         (
             set("safety", "transition".into()),
             "the safety mode is `transition`, expected `action` or `prefix`",
@@ -438,11 +438,12 @@ fn what_a_shield_pursues_is_achieved_almost_surely() {
 #[test]
 fn a_table_that_gives_up_what_it_pursues_is_refused() {
     let mut refused = 0;
-    for seed in 0..50 {
+    for seed in 0..300 {
         let analysis = analysed(seed, Safety::Action);
-        let mut strategy = analysis.strategy_of(StrategyKind::Achieve, Choose::First, Some("C")).unwrap();
+        let mut strategy = analysis.strategy_of(StrategyKind::Achieve, Choose::First, Some("A")).unwrap();
         let shield = Shield::new(&mut strategy, 1000).unwrap();
-        for v in (0..shield.nodes.len()).filter(|&v| !shield.nodes[v].pursues.is_empty()) {
+        let pursues = |v: &usize| !shield.nodes[*v].pursues.is_empty() && !shield.nodes[*v].achieved;
+        for v in (0..shield.nodes.len()).filter(pursues) {
             let lost = shield.nodes[v].actions.iter().any(|action| !action.permitted);
             let mut changed = shield.clone();
             changed.nodes[v].actions.iter_mut().for_each(|action| action.permitted = true);
@@ -450,7 +451,7 @@ fn a_table_that_gives_up_what_it_pursues_is_refused() {
             refused += usize::from(lost);
             let mut changed = shield.clone();
             changed.nodes.iter_mut().for_each(|node| node.achieved = false);
-            assert!(changed.fault().unwrap().contains("cannot achieve them"));
+            assert!(changed.fault().is_some(), "seed {seed}");
         }
     }
     assert!(refused > 20, "{refused}");

@@ -230,13 +230,14 @@ impl Shield {
     }
 
     /// Checks that from each node that pursues objectives, permitted steps lead to nodes that do so,
-    /// too, and can lead to one where they are achieved.
+    /// too, and can lead to one where they are achieved. Nothing is promised about steps after that.
     pub(super) fn check_pursuit(&self) -> Check {
         let mut before = vec![Vec::new(); self.nodes.len()];
-        for (v, node) in self.nodes.iter().enumerate().filter(|(_, node)| !node.pursues.is_empty()) {
+        let pursues = |node: &ShieldNode| !node.pursues.is_empty();
+        for (v, node) in self.nodes.iter().enumerate().filter(|(_, node)| pursues(node) && !node.achieved) {
             let steps = node.actions.iter().filter(|action| action.permitted);
             for (action, &to) in steps.flat_map(|action| action.next.iter().map(move |to| (action, to))) {
-                ensure(!self.nodes[to].pursues.is_empty(), || {
+                ensure(pursues(&self.nodes[to]), || {
                     let (name, aims) = (self.name(action), plain(&node.pursues.join(" and ")));
                     self.at(v, &format!("after the permitted action `{name}`, {aims} may not be sure"))
                 })?;
@@ -251,7 +252,7 @@ impl Shield {
             }
         }
         self.each(|shield, v| {
-            ensure(able[v] || shield.nodes[v].pursues.is_empty(), || {
+            ensure(able[v] || !pursues(&shield.nodes[v]), || {
                 "objectives are pursued, but permitted steps cannot achieve them".to_owned()
             })
         })
