@@ -228,9 +228,15 @@ fn monitors_show_words_at_sliders_and_axes() {
 
 #[test]
 fn targets_have_letters_in_maps_of_any_size() {
+    let row = "mdp module m x : [0..5] init 0; [] x<5 -> (x'=x+1); endmodule";
+    let wishes = "objective Child = F x=1; objective Climber = F x=2;";
+    let scratch = Scratch::new(&[("row.prism", row), ("row.pref", wishes)]);
+    let two = run(&format!("report {} {}", scratch.show("row.prism"), scratch.show("row.pref")));
+    let two = two.expect(0).stdout;
+    assert!(two.contains("letters mark targets (Ch = Child, Cl = Climber)"), "{two}");
+    // A target in most cells has no letter.
     let rescue = run("report models/rescue.prism models/rescue.pref -c H=2").expect(0).stdout;
-    assert!(rescue.contains("letters mark targets (Ch = Child"), "{rescue}");
-    let scratch = Scratch::new(&[]);
+    assert!(!rescue.contains("letters mark targets"), "{rescue}");
     let large = "generate gridworld --rows 26 --cols 26 --battery none --items 4 --seed 5 --out";
     run(&format!("{large} {}", scratch.show("large"))).expect(0);
     let page = run(&format!("report {} {}", scratch.show("large.prism"), scratch.show("large.pref")));

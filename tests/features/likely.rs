@@ -78,7 +78,7 @@ fn picks(strategy: &mut FiniteMemoryStrategy, states: &[State]) -> BTreeMap<Stat
 #[test]
 fn an_objective_that_is_not_sure_is_achieved_with_the_greatest_probability() {
     let between = std::cell::Cell::new(0);
-    let config = Config { source_file: Some(file!()), ..config(60) };
+    let config = Config { source_file: Some(file!()), ..config(200) };
     let outcome = TestRunner::new(config).run(&random_case(), |case: RandomCase| {
         let [symbolic, explicit, _] = Analysed::all(&case);
         for of in [symbolic, explicit] {
@@ -89,5 +89,5 @@ fn an_objective_that_is_not_sure_is_achieved_with_the_greatest_probability() {
         Ok(())
     });
     outcome.unwrap_or_else(|e| panic!("{e}"));
-    assert!(between.get() > 50, "{between:?}");
+    assert!(between.get() > 40, "{between:?}");
 }
