@@ -128,7 +128,7 @@ pub use meliora_planning::{
     Scheduler, Setup, Shield, StrategyKind,
 };
 #[doc(inline)]
-pub use meliora_quantities::{Choose, Chooser};
+pub use meliora_quantities::{Achiever, Choose, Chooser, ValuedRule};
 
 /// The check of a dump, from [`meliora_certify`].
 pub mod certify {
@@ -208,8 +208,8 @@ pub mod planning {
         Analysis, AnalysisResult, Class, Classes, Event, Explanation, FiniteMemoryStrategy, Improvement,
         InducedModel, Kind, Levels, Memory, Options, Phase, Rank, RegionSearch, Requirements, Safety, Sample,
         Scheduler, Setup, Shield, ShieldNode, ShieldVariable, Simulation, StrategyKind, classes, explain,
-        finite_memory, improvement, induced_model, levels, region_search, regions, requirements, result,
-        shield, simulate, strategy, tally, temporal, winning_regions,
+        finite_memory, improvement, induced_model, joint, levels, region_search, regions, requirements,
+        result, shield, simulate, strategy, tally, temporal, winning_regions,
     };
 }
 
@@ -217,8 +217,9 @@ pub mod planning {
 pub mod quantities {
     #[doc(inline)]
     pub use meliora_quantities::{
-        Aim, Bounds, ChoiceValues, Choose, Chooser, Cost, Earned, Interval, Node, Steps, ValueOptions,
-        Values, all_states, answer, choose, confirmed, cost, outlook, path_values, state_values, values,
+        Achiever, Aim, Bounds, ChoiceValues, Choose, Chooser, Cost, Earned, Interval, Node, Steps,
+        ValueOptions, ValuedRule, Values, all_states, answer, choose, confirmed, cost, outlook, path_values,
+        state_values, values,
     };
     #[doc(hidden)]
     pub use meliora_quantities::{ValueOptions as Setup, path_values as reach};

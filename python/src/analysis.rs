@@ -1,10 +1,11 @@
 //! Analyses under preferences.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use meliora::advanced::names;
 use meliora::engine::Engine;
-use meliora::model::{Program, State};
+use meliora::model::Program;
 use meliora::output::check::Subject;
 use meliora::output::page::Picture;
 use meliora::output::{CheckReport, Report, Style};
@@ -23,10 +24,7 @@ use crate::region::Region;
 use crate::strategy::Strategy;
 use crate::values::{counts_dict, plain};
 use crate::worker::Call;
-use crate::{display, options};
-
-/// Maximum number of initial states with values.
-const MOST_STATES: usize = 1 << 20;
+use crate::{display, dump, options};
 
 /// The result of `Model.check`: the states from which improvements are possible or sure, and how
 /// many.
@@ -94,25 +92,6 @@ impl Analysis {
     fn report(&self, py: Python<'_>) -> PyResult<CheckReport> {
         let source = Arc::clone(&self.origin.preferences.get().source);
         self.handle.long(py, move |analysis| analysis.report(&source.name))
-    }
-
-    /// Returns the given states of the scope; without any, the initial states.
-    fn states(&self, py: Python<'_>, states: Option<Vec<Bound<'_, PyAny>>>) -> PyResult<Vec<State>> {
-        let Some(states) = states else {
-            return self.handle.quick(py, |analysis| {
-                analysis.engine().list_states(&analysis.engine().initial_states(), MOST_STATES)
-            });
-        };
-        let names = &self.handle.space.names;
-        let states: Vec<State> = states.iter().map(|state| names.state(state)).collect::<PyResult<_>>()?;
-        for state in &states {
-            let all =
-                |a: &meliora::Analysis| a.whole_engine().contains(&a.whole_engine().all_states(), state);
-            if !self.handle.quick(py, all)? {
-                return Err(usage(format!("{} is no state of the scope", names.program.show_state(state))));
-            }
-        }
-        Ok(states)
     }
 
     fn levels(&self, kind: Kind) -> Levels {
@@ -223,20 +202,20 @@ impl Analysis {
     /// almost surely.
     #[getter]
     fn target<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        self.objective_regions(py, "target")
+        self.handle.objective_regions(py, "target")
     }
 
     /// The almost-sure regions by objective: some strategy reaches the target with probability one.
     #[getter]
     fn almost_sure<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        self.objective_regions(py, "almost-sure")
+        self.handle.objective_regions(py, "almost-sure")
     }
 
     /// The positive regions by objective: some strategy reaches the target with positive
     /// probability.
     #[getter]
     fn positive<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        self.objective_regions(py, "positive")
+        self.handle.objective_regions(py, "positive")
     }
 
     /// The states of each class. The keys are the most preferred objectives, as tuples of names in
@@ -360,7 +339,7 @@ impl Analysis {
         timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Py<PyAny>> {
-        let (call, states) = (Call::new(timeout, progress)?, self.states(py, states)?);
+        let (call, states) = (Call::new(timeout, progress)?, self.handle.states(py, states)?);
         let wanted = Wanted { levels, reward: Some(reward.to_owned()), exact, within };
         let work = move |analysis: &meliora::Analysis| analysis.state_values(&states, &wanted);
         let found = self.handle.call(py, &call, "values", work)?;
@@ -371,13 +350,13 @@ impl Analysis {
     ///
     /// Args:
     ///     kind: "sasi" or "spi" improves; "plan" makes all guaranteed improvements and then achieves a
-    ///         most preferred objective; "achieve" achieves one objective. None for "spi" with
-    ///         `choose="likely"`, else "sasi".
-    ///     objective: The objective that "achieve" achieves, and that "plan" pursues where it is a most
-    ///         preferred one; None for the first of these.
-    ///     choose: The permitted action that the strategy takes: "first" that makes progress;
-    ///         "likely" attains the greatest probability of all possible improvements (SPI); "cheap"
-    ///         the least expected cost until the last certain one (SASI).
+    ///         most preferred objective; "achieve" achieves one objective, or several together. None for
+    ///         "spi" with `choose="likely"`, else "sasi".
+    ///     objective: The objective that "achieve" achieves ("C,D": both in one path), and that "plan"
+    ///         pursues where it is a most preferred one; None for the first of these.
+    ///     choose: The permitted action that the strategy takes: "first" that makes progress; "likely"
+    ///         attains the greatest probability of all possible improvements (SPI) or of the objective
+    ///         ("achieve"); "cheap" the least expected cost until the last certain one (SASI).
     ///     states: The states where paths may start with `choose="likely"` or "cheap"; None for the
     ///         initial states.
     ///     levels, reward: As in `values`.
@@ -412,8 +391,29 @@ impl Analysis {
             return Err(usage(format!("choose={choose:?} is for kind={fits:?}, not {kind:?}")));
         }
         let wanted = Wanted { levels, reward: Some(reward.to_owned()), ..Wanted::default() };
-        let states = if fits.is_some() { self.states(py, states)? } else { Vec::new() };
+        let states = if fits.is_some() { self.handle.states(py, states)? } else { Vec::new() };
         Strategy::new((py, &call), &self.handle, (kind, objective), choose, states, wanted)
+    }
+
+    /// Writes all regions and strategies as decision diagrams into a folder, with a certificate, as
+    /// `meliora export` does. `Dump` reads them, and `verify` checks them. An older dump is replaced.
+    ///
+    /// Raises:
+    ///     OSError: The folder contains something else, or cannot be written.
+    #[pyo3(signature = (folder, *, timeout=None, progress=None))]
+    fn export(
+        &self,
+        py: Python<'_>,
+        folder: PathBuf,
+        timeout: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<()> {
+        dump::export(
+            (py, &Call::new(timeout, progress)?),
+            &self.handle,
+            self.origin.preferences.get(),
+            folder,
+        )
     }
 
     /// Returns the report of `meliora check --json` as a dictionary; its counts are decimal
@@ -481,20 +481,5 @@ impl Analysis {
     fn __reduce__(&self) -> PyResult<Py<PyAny>> {
         let instead = "pickle its `model` and `preferences` and check again, or pickle `to_dict()`";
         Err(unpicklable("an Analysis", instead))
-    }
-}
-
-impl Analysis {
-    fn objective_regions<'py>(&self, py: Python<'py>, what: &str) -> PyResult<Bound<'py, PyDict>> {
-        let found = self.handle.quick(py, |analysis| {
-            let region = |name: &String| Some((name.clone(), analysis.region(&format!("{what}:{name}"))?));
-            let objectives = analysis.preferences().objectives.iter().map(|objective| &objective.name);
-            Ok(objectives.filter_map(region).collect::<Vec<_>>())
-        })?;
-        let all = PyDict::new(py);
-        for (name, states) in found {
-            all.set_item(name, Py::new(py, self.handle.space.region(states))?)?;
-        }
-        Ok(all)
     }
 }

@@ -6,7 +6,7 @@ use meliora::planning::explain::{Action as Enabled, Explanation as Explained, Su
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use crate::values::{Names, rank_of};
+use crate::values::{Names, rank_of_safe};
 
 /// A state under a strategy, with every enabled action.
 #[pyclass(frozen, get_all, module = "meliora")]
@@ -17,11 +17,13 @@ pub(crate) struct Explanation {
     r#unsafe: bool,
     /// The most preferred objectives of the state; empty if it is unsafe.
     most_preferred: Py<PyTuple>,
-    /// The rank of the state: an int, or `math.inf`.
+    /// The rank of the state: an int, or `math.inf`; `math.nan` if it is unsafe.
     rank: Py<PyAny>,
-    /// The objective that the strategy pursues; None while it improves, and for strategies that
-    /// achieve none.
+    /// The objective that the strategy pursues, or several as "C and D"; None while it improves, and for
+    /// strategies that achieve none.
     pursues: Option<String>,
+    /// The pursued objectives that are not achieved yet: several if they are pursued together.
+    left: Py<PyTuple>,
     /// True if the plan commits to the objective that it pursues: kept actions alone do not achieve
     /// it, and its steps may give up others.
     commits: bool,
@@ -67,7 +69,7 @@ pub(crate) struct Successor {
     r#unsafe: bool,
     /// The most preferred objectives of this successor; empty if it is unsafe.
     most_preferred: Py<PyTuple>,
-    /// Its rank: an int, or `math.inf`.
+    /// Its rank: an int, or `math.inf`; `math.nan` if it is unsafe.
     rank: Py<PyAny>,
     /// The kind of the step: `"improving"`, `"weakening"` or `"lateral"`.
     change: &'static str,
@@ -97,8 +99,9 @@ impl Explanation {
             state: names.dict(py, &at.state)?.unbind(),
             r#unsafe: at.is_unsafe,
             most_preferred: PyTuple::new(py, words.names(&at.most_preferred))?.unbind(),
-            rank: rank_of(py, rank)?.unbind(),
-            pursues: at.pursued().map(|o| words.preferences.objectives[o].name.clone()),
+            rank: rank_of_safe(py, at.is_unsafe, rank)?.unbind(),
+            pursues: words.pursued(at),
+            left: PyTuple::new(py, words.names(&at.left))?.unbind(),
             commits: at.commits() && !at.is_achieved(),
             achieved: PyTuple::new(py, words.names(&at.achieved))?.unbind(),
             progress_action: at.pick.map(|pick| at.actions[pick].name.clone()),
@@ -136,7 +139,7 @@ impl Successor {
             probability: reached.probability,
             r#unsafe: reached.is_unsafe,
             most_preferred: PyTuple::new(py, words.names(&reached.most_preferred))?.unbind(),
-            rank: rank_of(py, reached.rank)?.unbind(),
+            rank: rank_of_safe(py, reached.is_unsafe, reached.rank)?.unbind(),
             change: reached.change.name(),
             gained: PyTuple::new(py, words.names(&reached.gained))?.unbind(),
             lost: PyTuple::new(py, words.names(&reached.lost))?.unbind(),
@@ -163,8 +166,11 @@ impl Explanation {
     }
 
     fn __str__(&self, py: Python<'_>) -> PyResult<String> {
-        let ahead = improvements(self.rank.bind(py))?;
-        let mut text = format!("{}: {ahead} ahead\n", self.state.bind(py).str()?);
+        let ahead = match self.r#unsafe {
+            true => "unsafe".to_owned(),
+            false => format!("{} ahead", improvements(self.rank.bind(py))?),
+        };
+        let mut text = format!("{}: {ahead}\n", self.state.bind(py).str()?);
         for action in self.actions.bind(py) {
             let action = action.cast::<Action>()?.get();
             let mark = match (action.permitted, action.progress) {

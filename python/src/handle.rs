@@ -2,13 +2,19 @@
 
 use std::sync::{Arc, Mutex};
 
+use meliora::engine::Engine;
+use meliora::model::State;
 use meliora::supervise::{Reporter, lock, run_phases};
 use meliora::{Analysis, AnalysisResult, Event, Phase, Result};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
-use crate::errors::Failure;
+use crate::errors::{Failure, usage};
 use crate::region::Space;
 use crate::worker::Call;
+
+/// Maximum number of initial states with values.
+const MOST_STATES: usize = 1 << 20;
 
 /// An analysis, its results while it runs, and the origin of its regions.
 #[derive(Clone)]
@@ -86,5 +92,42 @@ impl Handle {
             query(&lock(&analysis))
         };
         self.space.worker.run(py, call, work).map_err(|failure| failure.raise(py))
+    }
+
+    /// Returns a region of each objective by its name: `almost-sure`, `positive` or `target`.
+    pub(crate) fn objective_regions<'py>(&self, py: Python<'py>, what: &str) -> PyResult<Bound<'py, PyDict>> {
+        let found = self.quick(py, |analysis| {
+            let region = |name: &String| Some((name.clone(), analysis.region(&format!("{what}:{name}"))?));
+            let objectives = analysis.preferences().objectives.iter().map(|objective| &objective.name);
+            Ok(objectives.filter_map(region).collect::<Vec<_>>())
+        })?;
+        let all = PyDict::new(py);
+        for (name, states) in found {
+            all.set_item(name, Py::new(py, self.space.region(states))?)?;
+        }
+        Ok(all)
+    }
+
+    /// Returns the given states of the scope; without any, the initial states.
+    pub(crate) fn states(
+        &self,
+        py: Python<'_>,
+        states: Option<Vec<Bound<'_, PyAny>>>,
+    ) -> PyResult<Vec<State>> {
+        let Some(states) = states else {
+            return self.quick(py, |analysis| {
+                analysis.engine().list_states(&analysis.engine().initial_states(), MOST_STATES)
+            });
+        };
+        let names = &self.space.names;
+        let states: Vec<State> = states.iter().map(|state| names.state(state)).collect::<PyResult<_>>()?;
+        for state in &states {
+            let all =
+                |a: &meliora::Analysis| a.whole_engine().contains(&a.whole_engine().all_states(), state);
+            if !self.quick(py, all)? {
+                return Err(usage(format!("{} is no state of the scope", names.program.show_state(state))));
+            }
+        }
+        Ok(states)
     }
 }

@@ -11,7 +11,7 @@ use crate::errors::{unpicklable, usage};
 use crate::handle::Handle;
 use crate::region::{Region, View, shape};
 use crate::strategy::Strategy;
-use crate::values::rank_of;
+use crate::values::rank_of_safe;
 use crate::worker::Call;
 
 /// The levels of one kind. Level k contains the states from which k improvements can be made,
@@ -138,15 +138,17 @@ impl Levels {
     }
 
     /// Returns the rank of a state: the number of possible or sure improvements, an int or
-    /// `math.inf`; 0 for unsafe states. If `max_level` ended the search, the true rank of a state in
-    /// the last level may be larger; see `complete`.
+    /// `math.inf`; `math.nan` for unsafe states, which have none. If `max_level` ended the search,
+    /// the true rank of a state in the last level may be larger; see `complete`.
     ///
     /// Raises:
     ///     UsageError: A variable is missing or unknown.
     fn rank<'py>(&self, py: Python<'py>, state: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let state = self.handle.space.names.state(state)?;
-        let rank = self.handle.quick(py, |analysis| analysis.rank(self.kind, &state))?;
-        rank_of(py, rank)
+        let found =
+            |analysis: &Analysis| Ok((analysis.is_unsafe(&state)?, analysis.rank(self.kind, &state)?));
+        let (is_unsafe, rank) = self.handle.quick(py, found)?;
+        rank_of_safe(py, is_unsafe, rank)
     }
 
     /// Returns the greatest ranks over one or two integer variables. The result is an array of

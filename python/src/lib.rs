@@ -9,11 +9,12 @@
 //! - `files`, `shield_table`, `values`, `worker`
 //! - `options`, `preferences`, `region`
 //! - `explanation`, `handle`, `shield`, `simulation`
-//! - `strategy`, `levels`, `analysis`, `exploration`, `model`, each of which may use those before it
+//! - `strategy`, `levels`, `analysis`, `exploration`, `model`, `dump`, each of which may use the others
 
 mod analysis;
 mod arrays;
 mod display;
+mod dump;
 mod errors;
 mod explanation;
 mod exploration;
@@ -55,5 +56,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<explanation::Successor>()?;
     module.add_class::<simulation::Simulation>()?;
     module.add_class::<progress::Progress>()?;
+    module.add_class::<dump::Dump>()?;
+    module.add_class::<dump::Verdict>()?;
+    module.add_function(wrap_pyfunction!(dump::verify, module)?)?;
     Ok(())
 }

@@ -29,7 +29,7 @@ use crate::{display, files};
 /// Models are immutable values: they can be pickled, and used by several threads.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Model {
-    inner: meliora::Model,
+    pub(crate) inner: meliora::Model,
     names: Arc<Names>,
     constants: String,
     bounds: String,

@@ -166,7 +166,7 @@ type Pickled<'py> = (Bound<'py, PyBytes>, Option<usize>, Option<usize>);
 
 #[pymethods]
 impl Shield {
-    /// `"sasi"` or `"spi"`.
+    /// `"sasi"`, `"spi"`, `"plan"` or `"achieve"`.
     #[getter]
     fn kind(&self) -> &str {
         &self.table.shield.kind
@@ -296,6 +296,18 @@ impl Shield {
             Some(level) => level.into_pyobject(py)?.into_any(),
             None => f64::INFINITY.into_pyobject(py)?.into_any(),
         })
+    }
+
+    /// Returns the objectives that the shield pursues in this state, together if there are several: with
+    /// permitted actions they stay sure.
+    fn pursues<'py>(&self, state: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(state.py(), &self.table.shield.nodes[self.observe(state, false)?].pursues)
+    }
+
+    /// Returns True if the pursued objectives are achieved or, for those that no step achieves, kept from
+    /// here on.
+    fn achieved(&self, state: &Bound<'_, PyAny>) -> PyResult<bool> {
+        Ok(self.table.shield.nodes[self.observe(state, false)?].achieved)
     }
 
     /// Returns the most preferred objectives of the present state.

@@ -8,7 +8,7 @@ use meliora::output::reason::Words;
 use meliora::planning::explain::Explanation as Explained;
 use meliora::planning::{Memory, Scheduler, Setup};
 use meliora::supervise::{Reporter, lock};
-use meliora::{Choose, Chooser, Error, Rank, Result, StrategyKind, Wanted};
+use meliora::{Choose, Error, Rank, Result, StrategyKind, ValuedRule, Wanted};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use serde_json::to_string;
@@ -40,7 +40,7 @@ struct SharedStrategy {
     inner: Arc<Mutex<meliora::Strategy>>,
     choose: Choose,
     /// The rule that chooses by value.
-    chooser: Option<Arc<Chooser>>,
+    chooser: Option<Arc<dyn ValuedRule>>,
     space: Space,
 }
 
@@ -195,7 +195,7 @@ impl Strategy {
     fn of(
         handle: &Handle,
         choose: Choose,
-        (inner, chooser): (meliora::Strategy, Option<Arc<Chooser>>),
+        (inner, chooser): (meliora::Strategy, Option<Arc<dyn ValuedRule>>),
     ) -> Self {
         let (kind, inner) = (inner.kind(), Arc::new(Mutex::new(inner)));
         Strategy { shared: SharedStrategy { kind, inner, choose, chooser, space: handle.space.clone() } }
@@ -301,8 +301,8 @@ impl Strategy {
     ///     timeout, progress: As in `Model.explore`.
     ///
     /// Raises:
-    ///     UsageError: The strategy is a plan, achieves an objective or chooses by value, or the safety
-    ///         mode is "transition", which promises nothing about single steps.
+    ///     UsageError: The strategy chooses by value, or the safety mode is "transition", which promises
+    ///         nothing about single steps; or choices with one label cannot be permitted together.
     ///     TooLarge: There are more than `limit` states with memory.
     #[pyo3(signature = (*, limit=1_000_000, timeout=None, progress=None))]
     fn shield(
@@ -447,19 +447,21 @@ impl Play {
             let at = lock(&self.at);
             (at.state.clone(), at.memory)
         };
-        let Some(pursuit) = memory.pursuit else { return Ok(memory.level == Rank::Finite(0)) };
-        self.shared.quick(py, |strategy| Ok(strategy.achieved(&state)?.contains(pursuit.objective)))
+        if memory.pursuit.is_none() {
+            return Ok(memory.level == Rank::Finite(0));
+        }
+        self.shared.quick(py, |strategy| Ok(strategy.left(memory, &state)?.is_empty()))
     }
 
-    /// The objective that the run pursues, once no improvement is left; None for strategies that
-    /// achieve none.
+    /// The objective that the run pursues, once no improvement is left, or several as "C and D"; None
+    /// for strategies that achieve none.
     #[getter]
     fn pursues(&self, py: Python<'_>) -> PyResult<Option<String>> {
-        let Some(pursuit) = lock(&self.at).memory.pursuit else { return Ok(None) };
-        let name = |strategy: &meliora::Strategy| {
-            Ok(strategy.preferences().objectives[pursuit.objective].name.clone())
-        };
-        self.shared.quick(py, name).map(Some)
+        let memory = lock(&self.at).memory;
+        self.shared.quick(py, |strategy| {
+            let pursued = strategy.pursued(memory);
+            Ok((!pursued.is_empty()).then(|| strategy.preferences().names(&pursued).join(" and ")))
+        })
     }
 
     /// Returns the actions of the present state, as `Strategy.actions`.

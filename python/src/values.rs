@@ -223,6 +223,11 @@ pub(crate) fn rank_of<'py>(py: Python<'py>, rank: Rank) -> PyResult<Bound<'py, P
     })
 }
 
+/// Converts the rank of a state to an int, or infinity; NaN for an unsafe state, which has none.
+pub(crate) fn rank_of_safe<'py>(py: Python<'py>, is_unsafe: bool, rank: Rank) -> PyResult<Bound<'py, PyAny>> {
+    if is_unsafe { Ok(PyFloat::new(py, f64::NAN).into_any()) } else { rank_of(py, rank) }
+}
+
 /// Converts the sizes of a model to a dictionary.
 pub(crate) fn counts_dict<'py>(py: Python<'py>, counts: &ModelCounts) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);

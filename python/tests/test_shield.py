@@ -128,12 +128,46 @@ def test_a_shield_follows_monitors() -> None:
 def test_what_promises_nothing_has_no_shield() -> None:
     with pytest.raises(meliora.UsageError, match="there is no shield"):
         world(safety="transition").strategy("sasi").shield()
-    with pytest.raises(meliora.UsageError, match="shields are for"):
-        world().strategy("plan").shield()
     with pytest.raises(meliora.UsageError, match="does not choose by value"):
         world().strategy(choose="cheap").shield()
     with pytest.raises(meliora.TooLarge, match="more than 3 states"):
         world().strategy("sasi").shield(limit=3)
+
+
+def test_shields_of_plans_achieve_what_they_pursue(tmp_path: Path) -> None:
+    hall = """mdp
+module hall
+  x : [0..4] init 2;
+  [left] x>0 -> 9/10: (x'=x-1) + 1/10: true;
+  [right] x<4 -> (x'=x+1);
+  [fall] x=1 -> (x'=1);
+endmodule
+"""
+    found = meliora.Model.from_string(hall).check(
+        meliora.Preferences.from_string("objective C = F x=0; objective D = F x=4; objective E = F x=3;")
+    )
+    aims: list[tuple[Literal["plan", "achieve"], str | None]] = [("plan", None), ("plan", "D"), ("achieve", "C,D")]
+    for kind, aim in aims:
+        shield = found.strategy(kind, objective=aim).shield()
+        shield.save(tmp_path / "shield")
+        shield = pickle.loads(pickle.dumps(meliora.Shield.load(tmp_path / "shield")))
+        assert shield.kind == kind
+        draw, visited = random.Random(4), set()
+        for _ in range(20):
+            state = 2
+            shield.reset(state)
+            pursued = set(shield.pursues(state))
+            for _ in range(10_000):
+                visited.add(state)
+                if shield.achieved(state):
+                    break
+                assert shield.pursues(state)
+                action = shield.correct(state, draw.choice(shield.actions))
+                after = found.strategy("sasi").successors({"x": state})[action]
+                state = draw.choice(after)[1]["x"]
+            assert shield.achieved(state)
+            assert aim is None or pursued == set(aim.split(","))
+        assert aim != "C,D" or {0, 4} <= visited
 
 
 def test_a_shield_is_saved_and_loaded_without_the_model(tmp_path: Path) -> None:
@@ -279,7 +313,7 @@ def test_a_shield_is_pickled_and_copied_with_its_episode() -> None:
     # The episode of the original did not move.
     assert shield.allowed((0, True)) == ("roll", "wait")
     restore, (table, node, taken) = shield.__reduce__()
-    for wrong in ((table[:-1], node, taken), (table, 10**6, taken), (table, node, 99), (table.replace(b'"sasi"', b'"plan"'), node, taken)):
+    for wrong in ((table[:-1], node, taken), (table, 10**6, taken), (table, node, 99), (table.replace(b'"sasi"', b'"best"'), node, taken)):
         with pytest.raises(meliora.UsageError, match="the pickled shield is damaged"):
             restore(*wrong)
 

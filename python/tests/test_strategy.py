@@ -233,3 +233,33 @@ def test_a_plan_names_what_it_gives_up(engine: Engine) -> None:
     play = plan.play(model.state())
     play.step({"s": 1})
     assert play.pursues == "C" and play.explain().commits and play.actions() == ["c"]
+
+
+def test_objectives_that_go_together_and_one_that_is_not_sure() -> None:
+    drone = meliora.Model.from_file(MODELS / "drone.prism").check(MODELS / "drone.pref")
+    base = drone.model.state()
+    likely = drone.strategy("achieve", objective="Cabin", choose="likely")
+    value = likely.attains(base)
+    assert value is not None and value["objective"] == "Cabin"
+    assert value["probability"]["lower"] <= 1 / 6 <= value["probability"]["upper"]
+    assert likely.actions(base, "chosen") == ["survey"]
+    assert likely.simulate(base, runs=2000, seed=1).value["agrees"]
+    with pytest.raises(meliora.UsageError, match="choose='cheap'|choose=\"cheap\""):
+        drone.strategy("achieve", objective="Cabin", choose="cheap")
+    with pytest.raises(meliora.UsageError, match="are about improvements"):
+        drone.strategy("achieve", objective="Cabin", choose="likely", levels=2)
+
+    toy = meliora.Model.from_string(
+        "mdp module m x : [0..4] init 2; [left] x>0 -> (x'=x-1); [right] x<4 -> (x'=x+1); endmodule"
+    )
+    found = toy.check(meliora.Preferences({"C": "F x=0", "D": "F x=4"}))
+    both = found.strategy("achieve", objective="C,D")
+    play = both.play({"x": 2})
+    assert play.pursues == "C and D"
+    for x in (1, 0, 1, 2, 3):
+        play.step({"x": x})
+    assert play.explain().left == ("D",) and play.actions("chosen") == ["right"] and not play.over
+    play.step({"x": 4})
+    assert play.over
+    runs = both.simulate({"x": 2}, runs=10)
+    assert runs.achieved["C"].shape == runs.achieved["D"].shape == (10,)

@@ -77,6 +77,7 @@ use serde::Serialize;
 
 use checker::Checker;
 use error::CheckError;
+use meliora_dump::directory::read_directory;
 use meliora_dump::manifest::FILE;
 use meliora_dump::{Dump, dot};
 use meliora_engine::{ProgressSink, Settings};
@@ -120,6 +121,23 @@ pub struct Hashes<'a> {
     pub model: &'a str,
     /// The SHA-256 of the preferences.
     pub preferences: &'a str,
+}
+
+/// Reads the dump in a directory once, for all checks. Returns it with the fault of its pictures, if
+/// there is one. Cost: no image.
+///
+/// # Errors
+/// A file cannot be read, or is not that of a dump; the work is cancelled.
+pub fn read(directory: &Path, sink: &dyn ProgressSink) -> Result<(Dump, Option<Violation>)> {
+    let mut dump = read_directory(directory, true, sink)?;
+    loop {
+        let picture = pictures(directory, &dump, sink)?;
+        let again = picture.as_ref().map(|_| read_directory(directory, true, sink)).transpose()?;
+        match again.filter(|again| again.manifest != dump.manifest) {
+            Some(again) => dump = again,
+            None => return Ok((dump, picture)),
+        }
+    }
 }
 
 /// Checks a dump against the program and the preferences that it claims to be made from.

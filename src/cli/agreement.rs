@@ -6,10 +6,11 @@ use std::sync::Arc;
 
 use meliora_engine::{Engine, ProgressSink, Storage};
 use meliora_model::error::Error;
+use meliora_model::preference::{Goal, ObjectiveSet};
 use meliora_model::{Program, State};
 use meliora_planning::explain::{Action, Explanation};
 use meliora_planning::regions::regions;
-use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, StrategyKind};
+use meliora_planning::{Analysis, Class, FiniteMemoryStrategy, Kind, StrategyKind};
 
 use meliora_report::CheckReport;
 use serde_json::Value as Json;
@@ -142,19 +143,18 @@ fn actions<E: Engine, F: Engine>(
     program: &Arc<Program>,
 ) -> Result<u64, Error> {
     let states = selected(left)?;
-    let objectives = 0..left.preferences().objectives.len().min(GROUPS);
-    let achieve = objectives.map(|objective| (StrategyKind::Achieve, Some(objective)));
-    let others = [StrategyKind::Sasi, StrategyKind::Spi, StrategyKind::Plan].map(|kind| (kind, None));
-    for (kind, objective) in others.into_iter().chain(achieve) {
+    let achieve = aims(left).into_iter().map(|aim| (StrategyKind::Achieve, aim));
+    let others =
+        [StrategyKind::Sasi, StrategyKind::Spi, StrategyKind::Plan].map(|kind| (kind, ObjectiveSet::new()));
+    for (kind, aim) in others.into_iter().chain(achieve) {
         let levels = kind.levels();
-        let mut mine = plan::finite_memory(left, program, kind, levels, objective)?;
-        let mut theirs = plan::finite_memory(right, program, kind, levels, objective)?;
+        let mut mine = plan::finite_memory(left, program, kind, levels, &aim)?;
+        let mut theirs = plan::finite_memory(right, program, kind, levels, &aim)?;
         for state in &states {
             let (mine, theirs) = (explained(&mut mine, state)?, explained(&mut theirs, state)?);
             if mine != theirs {
-                let name = objective.map(|o| format!(" {}", left.preferences().objectives[o].name));
-                let strategy = format!("{kind}{}", name.unwrap_or_default());
-                let at = program.show_state(state);
+                let strategy = format!("{kind} {}", left.preferences().names(&aim).join(","));
+                let (strategy, at) = (strategy.trim_end(), program.show_state(state));
                 tally.difference =
                     Some(format!("strategy {strategy} at {at}: {}", difference(&mine, &theirs)));
                 return Ok(states.len() as u64);
@@ -162,6 +162,18 @@ fn actions<E: Engine, F: Engine>(
         }
     }
     Ok(states.len() as u64)
+}
+
+/// Returns the first objectives, each alone, and two targets of each of the first classes together.
+fn aims<E: Engine>(analysis: &Analysis<E>) -> BTreeSet<ObjectiveSet> {
+    let objectives = &analysis.preferences().objectives;
+    let alone = (0..objectives.len().min(GROUPS)).map(|objective| std::iter::once(objective).collect());
+    let classes = analysis.classes().into_iter().flat_map(|classes| &classes.list).take(GROUPS);
+    let targets = |class: &Class<E>| -> ObjectiveSet {
+        let is_target = |&objective: &usize| matches!(objectives[objective].goal, Goal::Reach(_));
+        class.most_preferred.iter().filter(is_target).take(2).collect()
+    };
+    alone.chain(classes.map(targets).filter(|pair| pair.len() == 2)).collect()
 }
 
 /// Returns the first initial states, and the first states of each rank and of each class.

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use clap::Args;
 use meliora_engine::Engine;
 use meliora_model::error::{Error, Result};
-use meliora_model::preference::Preferences;
+use meliora_model::preference::{ObjectiveSet, Preferences};
 use meliora_model::{Program, State};
 use meliora_planning::{Analysis, FiniteMemoryStrategy, Scheduler, StrategyKind};
 use meliora_quantities::cost::Costs;
-use meliora_quantities::{Choose, Chooser, Steps};
+use meliora_quantities::{Achiever, Choose, Chooser, Steps, ValuedRule};
 use meliora_report::choose::Choosing;
 use meliora_report::envelope::Times;
 
@@ -25,8 +25,8 @@ pub(super) struct ChooseArgs {
     #[arg(long, value_parser = by_name::<StrategyKind>())]
     kind: Option<StrategyKind>,
 
-    /// Objective to achieve: needed with `--kind achieve`; with `--kind plan` it is pursued where it
-    /// is a most preferred one [default: the first of these]
+    /// Objective to achieve: needed with `--kind achieve`, where `C,D` achieves both in the same path;
+    /// with `--kind plan` it is pursued where it is a most preferred one [default: the first of these]
     #[arg(long, value_name = "NAME")]
     objective: Option<String>,
 
@@ -78,7 +78,17 @@ impl ChooseArgs {
             None if !self.choose.fits(default) => StrategyKind::Spi,
             kind => kind.unwrap_or(default),
         };
-        if self.choose.fits(kind) { Ok(kind) } else { Err(Error::Usage(self.choose_with(kind))) }
+        if !self.choose.fits(kind) {
+            return Err(Error::Usage(self.choose_with(kind)));
+        }
+        let given = [("--reward", self.reward.is_some()), ("--levels", self.levels.is_some())];
+        match given.into_iter().find(|(_, given)| *given && kind == StrategyKind::Achieve) {
+            Some((name, _)) => {
+                let message = format!("`{name}` is about improvements; `--kind achieve` aims at none");
+                Err(Error::Usage(message))
+            }
+            None => Ok(kind),
+        }
     }
 
     /// Says which values fit a kind of strategy.
@@ -86,23 +96,25 @@ impl ChooseArgs {
         let (choose, name) = (self.choose.name(), kind.name());
         let does = match self.choose {
             Choose::First => "takes the first action that makes progress",
-            Choose::Likely => "maximizes the probability of all possible improvements (SPI)",
+            Choose::Likely => {
+                "maximizes the probability of all possible improvements (SPI), or of an objective"
+            }
             Choose::Cheap => "minimizes the cost until the last certain improvement (SASI)",
         };
         let advice = match kind {
-            StrategyKind::Spi => "use `--choose likely`",
+            StrategyKind::Spi | StrategyKind::Achieve => "use `--choose likely`",
             StrategyKind::Sasi => "use `--choose cheap`",
-            StrategyKind::Plan | StrategyKind::Achieve => "leave it out",
+            StrategyKind::Plan => "leave it out",
         };
         format!("`--choose {choose}` {does}; with `--kind {name}`, {advice}")
     }
 
-    /// Finds the objective to achieve.
+    /// Finds the objectives to achieve.
     ///
     /// # Errors
-    /// The errors of [`StrategyKind::objective`].
-    pub(super) fn objective(&self, kind: StrategyKind, preferences: &Preferences) -> Result<Option<usize>> {
-        kind.objective(preferences, self.objective.as_deref())
+    /// The errors of [`StrategyKind::objectives`].
+    pub(super) fn objectives(&self, kind: StrategyKind, preferences: &Preferences) -> Result<ObjectiveSet> {
+        kind.objectives(preferences, self.objective.as_deref())
     }
 
     /// Creates the strategy of a finished analysis.
@@ -115,8 +127,8 @@ impl ChooseArgs {
         program: &Arc<Program>,
         kind: StrategyKind,
     ) -> Result<FiniteMemoryStrategy<E>> {
-        let objective = self.objective(kind, analysis.preferences())?;
-        plan::finite_memory(analysis, program, kind, self.choose.levels(kind), objective)
+        let objectives = self.objectives(kind, analysis.preferences())?;
+        plan::finite_memory(analysis, program, kind, self.choose.levels(kind), &objectives)
     }
 
     /// Returns the options as reports show them.
@@ -151,8 +163,13 @@ impl ChooseArgs {
         program: &Program,
         states: &[State],
         strategy: &mut FiniteMemoryStrategy<E>,
-    ) -> Result<Option<Arc<Chooser>>> {
+    ) -> Result<Option<Arc<dyn ValuedRule>>> {
         let Some(aim) = self.choose.aim() else { return Ok(None) };
+        if strategy.kind() == StrategyKind::Achieve {
+            let rule = Arc::new(Achiever::compute(analysis, program, states, strategy.objectives())?);
+            strategy.choose_by(Arc::clone(&rule) as _);
+            return Ok(Some(rule));
+        }
         let costs = costs.check(analysis.engine(), program)?;
         let levels = self.levels.map(|k| k as usize);
         let chooser = Arc::new(Chooser::compute(analysis, program, states, (aim, levels), &*costs)?);

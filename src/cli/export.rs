@@ -62,8 +62,8 @@ pub(super) struct ExportArgs {
     #[arg(long, requires = "kind", value_parser = by_name::<Scheduler>(), default_value = Scheduler::Permissive.name())]
     scheduler: Scheduler,
 
-    /// Objective that `--kind achieve` achieves, and that `plan` pursues where it is a most
-    /// preferred one
+    /// Objective that `--kind achieve` achieves (`C,D`: both in one path), and that `plan` pursues
+    /// where it is a most preferred one
     #[arg(long, value_name = "NAME", requires = "kind")]
     objective: Option<String>,
 

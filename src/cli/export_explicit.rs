@@ -136,8 +136,8 @@ fn listed<E: Engine>(
     program: &Arc<Program>,
 ) -> Result<Graph, Error> {
     let Some(asked) = wanted.strategy else { return explored(analysis, program, wanted.limit) };
-    let objective = asked.kind.objective(analysis.preferences(), wanted.objective.as_deref())?;
-    let mut strategy = plan::finite_memory(analysis, program, asked.kind, asked.kind.levels(), objective)?;
+    let objectives = asked.kind.objectives(analysis.preferences(), wanted.objective.as_deref())?;
+    let mut strategy = plan::finite_memory(analysis, program, asked.kind, asked.kind.levels(), &objectives)?;
     induced(analysis, program, &mut strategy, asked.scheduler, wanted.limit)
 }
 

@@ -227,7 +227,7 @@ pub(super) fn named(
     texts: &[String],
     sink: &TerminalSink,
 ) -> Result<(Asked, Vec<Named>), Error> {
-    let Loaded { mut program, named, overlap } = parsed(args, sink)?;
+    let Loaded { program, named, overlap } = parsed(args, sink)?;
     if named.is_empty() {
         return Err(without_question(&named));
     }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use meliora_engine::{AnyEngine, Engine};
 use meliora_model::Program;
 use meliora_model::error::Error;
+use meliora_model::preference::ObjectiveSet;
 use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, Phase, StrategyKind};
 use meliora_report::envelope::{Envelope, Findings};
 
@@ -74,8 +75,8 @@ pub(super) fn finite_memory<E: Engine>(
     program: &Arc<Program>,
     kind: StrategyKind,
     levels: Kind,
-    objective: Option<usize>,
+    objectives: &ObjectiveSet,
 ) -> Result<FiniteMemoryStrategy<E>, Error> {
     let missing = || Error::Usage(format!("the levels of {levels} are not known"));
-    FiniteMemoryStrategy::of_kind(analysis, program, kind, levels, objective)?.ok_or_else(missing)
+    FiniteMemoryStrategy::of_kind(analysis, program, kind, levels, objectives.iter())?.ok_or_else(missing)
 }

@@ -1,6 +1,7 @@
 //! `meliora report`: the results of `check` as an interactive page or a picture.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
 use meliora::supervise::memory;
@@ -9,9 +10,9 @@ use meliora_export::projections::{self, Plane, Projections};
 use meliora_model::State;
 use meliora_model::error::Error;
 use meliora_planning::{Analysis, Kind, Rank, Scheduler, Setup, Simulation, StrategyKind};
-use meliora_quantities::Choose;
 use meliora_quantities::all_states::MOST_STATES;
 use meliora_quantities::outlook::Outlook;
+use meliora_quantities::{Achiever, Choose};
 use meliora_report::page::{Content, Picture, ShownRun, Written};
 use meliora_report::report::Report;
 use meliora_report::simulate::TraceReport;
@@ -73,8 +74,8 @@ pub(super) struct ReportArgs {
     #[arg(long, value_parser = by_name::<StrategyKind>())]
     kind: Option<StrategyKind>,
 
-    /// Objective that `--kind achieve` achieves, and that `--kind plan` pursues where it is a most
-    /// preferred one
+    /// Objective that `--kind achieve` achieves (`C,D`: both in one path), and that `--kind plan` pursues
+    /// where it is a most preferred one
     #[arg(long, value_name = "NAME")]
     objective: Option<String>,
 
@@ -276,8 +277,8 @@ impl PageWriter<'_> {
         let improves =
             |kind| Ok::<_, Error>(self.analysis.levels(kind).rank(engine, start)? != Rank::Finite(0));
         let kind = self.args.kind.unwrap_or(StrategyKind::Plan);
-        let levels = match self.args.choose.and_then(Choose::kind) {
-            Some(levels) => levels,
+        let levels = match self.args.choose.filter(|choose| choose.kind().is_some()) {
+            Some(choose) => choose.levels(kind),
             None if kind == StrategyKind::Plan && !improves(Kind::Sasi)? && improves(Kind::Spi)? => Kind::Spi,
             None => kind.levels(),
         };
@@ -288,7 +289,8 @@ impl PageWriter<'_> {
     fn best_run(&self, start: &State, outlook: Option<&Outlook>) -> Result<Option<ShownRun>, Error> {
         let (kind, levels) = self.kind(start)?;
         let program = &self.question.program;
-        if !outlook.is_some_and(Outlook::has_values)
+        if kind != StrategyKind::Achieve
+            && !outlook.is_some_and(Outlook::has_values)
             && self.args.choose.is_some_and(|choose| choose != Choose::First)
         {
             let message = format!(
@@ -296,15 +298,22 @@ impl PageWriter<'_> {
             );
             return Err(Error::Usage(message));
         }
-        let objective = kind.objective(self.analysis.preferences(), self.args.objective.as_deref())?;
-        let mut strategy = plan::finite_memory(self.analysis, program, kind, levels, objective)?;
+        let objectives = kind.objectives(self.analysis.preferences(), self.args.objective.as_deref())?;
+        let mut strategy = plan::finite_memory(self.analysis, program, kind, levels, &objectives)?;
+        let is_likely = kind == StrategyKind::Achieve && self.args.choose == Some(Choose::Likely);
+        if is_likely {
+            let (starts, objectives) = (std::slice::from_ref(start), strategy.objectives());
+            let rule = Achiever::compute(self.analysis, program, starts, objectives)?;
+            strategy.choose_by(Arc::new(rule));
+        }
         let improves = strategy.rank(start)? != Rank::Finite(0) && kind != StrategyKind::Achieve;
-        if !improves && strategy.start(start)?.pursuit.is_none() {
+        if !improves && strategy.pursued(strategy.start(start)?).is_empty() {
             return Ok(None);
         }
         let by_value = self.args.choose != Some(Choose::First) && self.args.scheduler == Scheduler::Progress;
         let choose = match outlook.filter(|_| by_value && improves) {
             Some(outlook) => outlook.attach(&mut strategy),
+            None if is_likely => Choose::Likely,
             None => Choose::First,
         };
         let (scheduler, seed) = (self.args.scheduler, self.args.seed);

@@ -110,7 +110,7 @@ fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> R
     let given = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
     let (question, engine, (at, costs)) = plan::prepared(job, given, |question| {
         let at = At::read(&question.program, &args.at)?;
-        args.choose.objective(kind, &question.preferences)?;
+        args.choose.objectives(kind, &question.preferences)?;
         Ok((at, args.choose.costs(&question.program, &job.sink)?))
     })?;
     simulate(job, &engine, (&question, kind, costs), args, &at)?;

@@ -10,7 +10,7 @@ use meliora_model::error::Error;
 use meliora_planning::{
     Analysis, FiniteMemoryStrategy, InducedModel, Kind, Phase, Rank, Scheduler, StrategyKind,
 };
-use meliora_quantities::Chooser;
+use meliora_quantities::ValuedRule;
 use meliora_quantities::cost::Costs;
 use meliora_report::choose::Attains;
 use meliora_report::reason::Words;
@@ -110,7 +110,7 @@ fn work(
     let given = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
     let (question, engine, (at, costs)) = plan::prepared(job, given, |question| {
         let at = At::read(&question.program, &args.at)?;
-        args.choose.objective(kind, &question.preferences)?;
+        args.choose.objectives(kind, &question.preferences)?;
         Ok((at, args.choose.costs(&question.program, &job.sink)?))
     })?;
     answer(job, &engine, (&question, kind, costs), args, (&at, csv))
@@ -146,7 +146,7 @@ struct Answering<'a, E: Engine> {
     strategy: FiniteMemoryStrategy<E>,
     costs: Costs,
     /// The decision rule of the strategy, if it depends on values.
-    chooser: Option<Arc<Chooser>>,
+    chooser: Option<Arc<dyn ValuedRule>>,
 }
 
 impl<'a, E: Engine> Answering<'a, E> {
@@ -213,7 +213,7 @@ impl<'a, E: Engine> Answering<'a, E> {
         let mut unfolded = None;
         if self.args.rank.is_none()
             && !self.streams()
-            && (memory.level != Rank::Finite(0) || memory.pursuit.is_some())
+            && (memory.level != Rank::Finite(0) || !at.aims.is_empty())
         {
             let (starts, scheduler) = ([state.to_vec()], Scheduler::Progress);
             unfolded = Some(InducedModel::unfold(&mut self.strategy, &starts, scheduler, MOST_NODES)?);

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use meliora_certify::{self as certify, Violation};
-use meliora_dump::directory::{read_directory, sha256};
+use meliora_certify as certify;
+use meliora_dump::Manifest;
+use meliora_dump::directory::sha256;
 use meliora_dump::manifest::FILE;
-use meliora_dump::{Dump, Manifest};
 use meliora_engine::Scope;
 use meliora_lang::Given;
 use meliora_model::error::{Error, SourceFile};
@@ -15,7 +15,6 @@ use meliora_report::VerifyReport;
 use super::exit::Status;
 use super::load;
 use super::options::ShownArgs;
-use super::progress::TerminalSink;
 use super::query::LimitArgs;
 use super::supervise::{Job, supervise};
 
@@ -58,7 +57,8 @@ pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
 }
 
 fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
-    let (dump, picture) = job.timed("load", || read(args, job.sink.as_ref()), |_, _| ())?;
+    let (dump, picture) =
+        job.timed("load", || certify::read(load::dump(&args.directory)?, job.sink.as_ref()), |_, _| ())?;
     let manifest = &dump.manifest;
     let given = Given {
         constants: SourceFile::new("the constants of the dump", manifest.given_constants()),
@@ -80,20 +80,6 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
     verdict.violation = verdict.violation.or(picture);
     job.update(|r| r.set(&question.program, &verdict));
     Ok(())
-}
-
-/// Reads the dump once, for all checks. Returns it with the fault of its pictures, if there is one.
-fn read(args: &VerifyArgs, sink: &TerminalSink) -> Result<(Dump, Option<Violation>), Error> {
-    let directory = load::dump(&args.directory)?;
-    let mut dump = read_directory(directory, true, sink)?;
-    loop {
-        let picture = certify::pictures(directory, &dump, sink)?;
-        let again = picture.as_ref().map(|_| read_directory(directory, true, sink)).transpose()?;
-        match again.filter(|again| again.manifest != dump.manifest) {
-            Some(again) => dump = again,
-            None => return Ok((dump, picture)),
-        }
-    }
 }
 
 fn scope(manifest: &Manifest, directory: &Path) -> Result<Scope, Error> {

@@ -8,9 +8,10 @@
 //! Clones are cheap: they share results.
 //!
 //! Each file imports only files before it: `states`, `members`, `analysis`, `exploration`,
-//! `projection`, `model`, `results`, `quantities`, `report`.
+//! `projection`, `model`, `results`, `quantities`, `report`, `dumps`.
 
 mod analysis;
+mod dumps;
 mod exploration;
 mod members;
 mod model;

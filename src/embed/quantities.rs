@@ -5,11 +5,11 @@ use std::sync::Arc;
 use super::Analysis;
 use meliora_model::State;
 use meliora_model::error::{Error, Result};
-use meliora_planning::FiniteMemoryStrategy;
+use meliora_planning::{FiniteMemoryStrategy, StrategyKind};
 use meliora_quantities::choose::LEVELS;
 use meliora_quantities::cost::Costs;
 use meliora_quantities::state_values::StateValues;
-use meliora_quantities::{Choose, Chooser, Cost, Steps, ValueOptions, Values};
+use meliora_quantities::{Achiever, Choose, Chooser, Cost, Steps, ValueOptions, ValuedRule, Values};
 
 /// The quantities that are wanted.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -47,8 +47,17 @@ impl Analysis {
         choose: Choose,
         states: &[State],
         wanted: &Wanted,
-    ) -> Result<Option<Arc<Chooser>>> {
+    ) -> Result<Option<Arc<dyn ValuedRule>>> {
         let Some(aim) = choose.aim() else { return Ok(None) };
+        if strategy.kind() == StrategyKind::Achieve {
+            if wanted.levels.is_some() || wanted.reward.as_deref().is_some_and(|name| name != Steps::NAME) {
+                let message = "`levels` and `reward` are about improvements; the kind `achieve` aims at none";
+                return Err(Error::Usage(message.to_owned()));
+            }
+            let rule = Arc::new(Achiever::compute(self, self.program(), states, strategy.objectives())?);
+            strategy.choose_by(Arc::clone(&rule) as _);
+            return Ok(Some(rule));
+        }
         let costs = self.cost(wanted.reward.as_deref())?;
         let chooser = Chooser::compute(self, self.program(), states, (aim, wanted.levels), &*costs)?;
         let chooser = Arc::new(chooser);

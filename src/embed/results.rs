@@ -86,8 +86,8 @@ impl Analysis {
     }
 
     /// Returns the strategy of a kind, before values are attached to it. [`StrategyKind::Achieve`]
-    /// needs the name of an objective, and [`StrategyKind::Plan`] accepts one. Cost: one pre-image
-    /// per objective.
+    /// needs the name of an objective, or several as `C,D`, and [`StrategyKind::Plan`] accepts one. Cost:
+    /// one pre-image per objective; for several, one almost-sure fixpoint per subset.
     ///
     /// # Errors
     /// [`Error::Usage`] if the objective does not fit, or before the levels of this kind were computed;
@@ -96,11 +96,12 @@ impl Analysis {
         &self,
         kind: StrategyKind,
         choose: Choose,
-        objective: Option<&str>,
+        objectives: Option<&str>,
     ) -> Result<FiniteMemoryStrategy> {
-        let objective = kind.objective(self.preferences(), objective)?;
+        let objectives = kind.objectives(self.preferences(), objectives)?;
         let missing = || Error::Usage("strategies need the levels; run the analysis first".to_owned());
         let levels = choose.levels(kind);
-        FiniteMemoryStrategy::of_kind(self, self.program(), kind, levels, objective)?.ok_or_else(missing)
+        FiniteMemoryStrategy::of_kind(self, self.program(), kind, levels, objectives.iter())?
+            .ok_or_else(missing)
     }
 }

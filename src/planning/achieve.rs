@@ -6,6 +6,8 @@
 //! that keep this disjunct, and approaches its recurring marks one after the other. Each of these
 //! parts is a *stage*.
 //!
+//! Objectives that are named together are one more objective, their conjunction; see `together`.
+//!
 //! A plan takes only choices that the safety mode keeps, if these suffice to achieve the objective.
 //! Its stages are then those of the model that has only these choices.
 
@@ -38,27 +40,30 @@ pub enum Manner {
 /// The objective that a run is to achieve, and the stage of its strategy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Pursuit {
-    /// The objective, by its position.
+    /// The objective, by its position; after the last one, all named objectives together.
     pub objective: usize,
     /// The choices with which it is pursued.
     pub manner: Manner,
-    /// The stage; 0 approaches the target.
+    /// The stage; 0 approaches the target. For targets that are to be reached together, bit i says
+    /// that the path has reached the i-th of them.
     pub stage: usize,
 }
 
 /// One stage: the states and choices in which it stays, and the states that it approaches.
-struct Stage<E: Engine> {
-    region: Region<E::States, E::Choices>,
-    goal: E::States,
+pub(super) struct Stage<E: Engine> {
+    pub(super) region: Region<E::States, E::Choices>,
+    pub(super) goal: E::States,
     /// True if the strategy goes on from the goal, with the next stage.
-    recurs: bool,
+    pub(super) recurs: bool,
 }
 
 /// The stages of one objective, with some choices.
-struct Stages<E: Engine> {
-    all: Vec<Stage<E>>,
+pub(super) struct Stages<E: Engine> {
+    pub(super) all: Vec<Stage<E>>,
     /// The stages of each disjunct.
-    disjuncts: Vec<Range<usize>>,
+    pub(super) disjuncts: Vec<Range<usize>>,
+    /// The objectives that are to be reached together, if there are several.
+    pub(super) together: Vec<usize>,
 }
 
 /// The strategies that achieve the objectives of an analysis, computed on demand.
@@ -70,8 +75,10 @@ pub(super) struct Achieving<E: Engine> {
     achieved: Vec<E::States>,
     /// The target of each objective.
     targets: Vec<E::States>,
-    /// The stages of each objective, with all choices.
+    /// The stages of each objective, and then of the named ones together, with all choices.
     free: Vec<Stages<E>>,
+    /// The objectives that are named together.
+    named: ObjectiveSet,
     /// For each arena, and then for no arena, the stages of each objective with kept choices.
     kept: Vec<Vec<OnceLock<Stages<E>>>>,
     strategies: BTreeMap<(Pursuit, Option<usize>), ArenaStrategy<E>>,
@@ -102,8 +109,70 @@ impl<E: Engine> Achieving<E> {
         let kept = (0..=improvement.arenas.len()).map(|_| row()).collect();
         let (engine, preferences) = (Arc::clone(engine), Arc::clone(preferences));
         let improvement = Arc::clone(improvement);
-        let strategies = BTreeMap::new();
-        Ok(Some(Achieving { engine, preferences, improvement, achieved, targets, free, kept, strategies }))
+        let (strategies, named) = (BTreeMap::new(), ObjectiveSet::new());
+        Ok(Some(Achieving {
+            engine,
+            preferences,
+            improvement,
+            achieved,
+            targets,
+            free,
+            named,
+            kept,
+            strategies,
+        }))
+    }
+
+    /// Prepares to achieve several objectives together. Cost: one almost-sure fixpoint per subset.
+    ///
+    /// # Errors
+    /// [`Error::Usage`](meliora_model::error::Error) for too many objectives; a limit of the engine is
+    /// reached.
+    pub(super) fn join(&mut self, analysis: &Analysis<E>, objectives: ObjectiveSet) -> Result<()> {
+        self.free.push(Stages::together(analysis, &objectives)?);
+        self.named = objectives;
+        Ok(())
+    }
+
+    /// Returns the position of the objectives in pursuits: that of the only one, or of all together.
+    pub(super) fn position(&self, objectives: &ObjectiveSet) -> Option<usize> {
+        match objectives.len() {
+            0 | 1 => objectives.iter().next(),
+            _ => Some(self.preferences.objectives.len()),
+        }
+    }
+
+    /// Returns the objectives of a pursuit.
+    pub(super) fn pursued(&self, pursuit: Pursuit) -> ObjectiveSet {
+        match pursuit.objective < self.preferences.objectives.len() {
+            true => std::iter::once(pursuit.objective).collect(),
+            false => self.named.clone(),
+        }
+    }
+
+    /// Returns the objectives of a pursuit that the path has not achieved when it is in a state.
+    ///
+    /// # Errors
+    /// The errors of [`Engine::contains`].
+    pub(super) fn left(&self, pursuit: Pursuit, state: &[i64]) -> Result<ObjectiveSet> {
+        let here = self.achieved(state)?;
+        let together = self.free.get(pursuit.objective).map_or(&[][..], |stages| &stages.together);
+        let bits = together.iter().enumerate().filter(|(i, _)| pursuit.stage >> i & 1 == 1);
+        let reached: ObjectiveSet = bits.map(|(_, &objective)| objective).collect();
+        let is_left = |&objective: &usize| !here.contains(objective) && !reached.contains(objective);
+        Ok(self.pursued(pursuit).iter().filter(is_left).collect())
+    }
+
+    /// Returns whether a pursuit keeps its objective: it has gone on from the target.
+    pub(super) fn keeps(&self, pursuit: Pursuit) -> bool {
+        pursuit.stage > 0 && self.free.get(pursuit.objective).is_some_and(|stages| stages.together.is_empty())
+    }
+
+    /// Returns the stage after a path has come to a state, if targets are to be reached together.
+    fn reached(&self, together: &[usize], stage: usize, state: &[i64]) -> Result<usize> {
+        let here = self.achieved(state)?;
+        let bits = together.iter().enumerate().filter(|(_, objective)| here.contains(**objective));
+        Ok(bits.fold(stage, |stage, (i, _)| stage | 1 << i))
     }
 
     /// Returns the stages of a pursuit that takes place in an arena. Cost: with kept choices, that of
@@ -154,10 +223,14 @@ impl<E: Engine> Achieving<E> {
         (manner, arena): (Manner, Option<usize>),
         state: &[i64],
     ) -> Result<Option<Pursuit>> {
-        let Stages { all, disjuncts } = self.stages(objective, manner, arena)?;
+        let Stages { all, disjuncts, together } = self.stages(objective, manner, arena)?;
         let within = |stage: usize| self.engine.contains(&all[stage].region.states, state);
         if !within(0)? {
             return Ok(None);
+        }
+        if !together.is_empty() {
+            let stage = self.reached(together, 0, state)?;
+            return Ok(Some(Pursuit { objective, manner, stage }));
         }
         let kept = position(disjuncts, |stages| within(stages.start))?;
         Ok(Some(Pursuit { objective, manner, stage: kept.map_or(0, |kept| disjuncts[kept].start) }))
@@ -180,7 +253,8 @@ impl<E: Engine> Achieving<E> {
         Ok(candidates.first().map(commit).transpose()?.flatten())
     }
 
-    /// Returns the pursuit after a step: the next stage of a disjunct after a marked state.
+    /// Returns the pursuit after a step: the next stage of a disjunct after a marked state, or of
+    /// targets that are to be reached together.
     ///
     /// # Errors
     /// The errors of [`Engine::contains`].
@@ -191,8 +265,11 @@ impl<E: Engine> Achieving<E> {
         (from, to): (&[i64], &[i64]),
     ) -> Result<Option<Pursuit>> {
         let Pursuit { objective, manner, stage } = pursuit;
-        let Stages { all, disjuncts } = self.stages(objective, manner, arena)?;
+        let Stages { all, disjuncts, together } = self.stages(objective, manner, arena)?;
         let stays = self.engine.contains(&all[stage].region.states, to)?;
+        if stays && !together.is_empty() {
+            return Ok(Some(Pursuit { stage: self.reached(together, stage, to)?, ..pursuit }));
+        }
         let kept = disjuncts.iter().find(|range| range.contains(&stage));
         let Some(range) = kept.filter(|_| stays) else { return self.enter(objective, (manner, arena), to) };
         let next = if stage + 1 == range.end { range.start } else { stage + 1 };
@@ -212,6 +289,14 @@ impl<E: Engine> Achieving<E> {
             }
         }
         Ok(achieved)
+    }
+
+    /// Returns the objectives that a step achieves of those that are left or, if none is, of all pursued
+    /// ones.
+    pub(super) fn achieves(&self, pursuit: Pursuit, from: &[i64], to: &[i64]) -> Result<ObjectiveSet> {
+        let (left, achieved) = (self.left(pursuit, from)?, self.achieved(to)?);
+        let asked = if left.is_empty() { self.pursued(pursuit) } else { left };
+        Ok(asked.iter().filter(|&objective| achieved.contains(objective)).collect())
     }
 
     /// Returns whether a pursuit can go on in a state: its choices suffice there.
@@ -252,7 +337,7 @@ fn key(pursuit: Pursuit, arena: Option<usize>) -> (Pursuit, Option<usize>) {
 impl<E: Engine> Stages<E> {
     /// Returns the stage that approaches the target within `sure`, then a stage for each recurring
     /// mark of each disjunct, and one for a disjunct without marks. Cost: one pre-image.
-    fn new(
+    pub(super) fn new(
         engine: &E,
         target: &E::States,
         sure: &E::States,
@@ -273,6 +358,6 @@ impl<E: Engine> Stages<E> {
             }));
             disjuncts.push(start..all.len());
         }
-        Ok(Stages { all, disjuncts })
+        Ok(Stages { all, disjuncts, together: Vec::new() })
     }
 }

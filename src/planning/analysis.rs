@@ -428,23 +428,32 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             rule: None,
             kind: kind.into(),
             achieving: None,
-            objective: None,
+            objectives: ObjectiveSet::new(),
         })
     }
 
-    /// Creates the strategy of a kind that makes improvements of the kind `levels`, with the objective
-    /// that it achieves: needed for [`StrategyKind::Achieve`], optional for [`StrategyKind::Plan`].
-    /// Returns `None` before the results that it needs are known. Cost: one pre-image per
-    /// objective if the kind achieves one.
+    /// Creates the strategy of a kind that makes improvements of the kind `levels`, with the objectives
+    /// that it achieves: one, or several together, for [`StrategyKind::Achieve`], at most one for
+    /// [`StrategyKind::Plan`]. Returns `None` before the results that it needs are known. Cost: one
+    /// pre-image per objective if the kind achieves one; for several, one almost-sure fixpoint per
+    /// subset.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if the kind does not achieve several; a limit is reached.
     pub fn of_kind(
         analysis: &Analysis<E>,
         program: &Arc<Program>,
         kind: StrategyKind,
         levels: Kind,
-        objective: Option<usize>,
+        objectives: impl IntoIterator<Item = usize>,
     ) -> Result<Option<Self>> {
+        let objectives: ObjectiveSet = objectives.into_iter().collect();
+        kind.check(&objectives)?;
         let Some(strategy) = Self::new(analysis, program, levels) else { return Ok(None) };
-        let achieving = if kind.achieves() { Achieving::new(analysis, &strategy)? } else { None };
-        Ok(Some(FiniteMemoryStrategy { kind, achieving, objective, ..strategy }))
+        let mut achieving = if kind.achieves() { Achieving::new(analysis, &strategy)? } else { None };
+        if let Some(achieving) = achieving.as_mut().filter(|_| objectives.len() > 1) {
+            achieving.join(analysis, objectives.clone())?;
+        }
+        Ok(Some(FiniteMemoryStrategy { kind, achieving, objectives, ..strategy }))
     }
 }

@@ -27,6 +27,10 @@ pub struct Explanation {
     pub reference: ObjectiveSet,
     /// The objectives that are achieved in the state; empty if the strategy achieves none.
     pub achieved: ObjectiveSet,
+    /// The objectives that the strategy pursues, together if there are several; empty while it improves.
+    pub aims: ObjectiveSet,
+    /// The objectives of `aims` that the path has not achieved.
+    pub left: ObjectiveSet,
     /// All enabled actions in the order of the program.
     pub actions: Vec<Action>,
     /// The position of the action that a deterministic strategy takes: the first one that makes
@@ -35,9 +39,9 @@ pub struct Explanation {
 }
 
 impl Explanation {
-    /// Returns the objective that the strategy pursues.
+    /// Returns the objective that the strategy pursues; `None` if there are several or none.
     pub fn pursued(&self) -> Option<usize> {
-        self.memory.pursuit.map(|pursuit| pursuit.objective)
+        self.aims.iter().next().filter(|_| self.aims.len() == 1)
     }
 
     /// Returns whether the strategy has committed to the objective that it pursues: it takes all
@@ -49,6 +53,22 @@ impl Explanation {
     /// Returns whether the strategy is a plan that achieves its objective by kept choices alone.
     pub fn keeps(&self) -> bool {
         self.memory.pursuit.is_some_and(|pursuit| pursuit.manner == Manner::Kept)
+    }
+
+    /// Permits the action that a rule takes to achieve an objective that is not almost sure, and no
+    /// other one.
+    fn permit_pick(&mut self) {
+        for (position, action) in self.actions.iter_mut().enumerate() {
+            action.permitted = self.pick == Some(position);
+            action.progress = action.permitted;
+            let is_unsafe = action.successors.iter().position(|step| step.is_unsafe);
+            action.verdict = match (self.pick, is_unsafe) {
+                (Some(_), _) if action.permitted => Verdict::Likeliest,
+                (_, Some(index)) => Verdict::Violates(Some(index)),
+                (Some(_), None) => Verdict::PassedOver,
+                (None, None) => Verdict::Impossible,
+            };
+        }
     }
 
     /// Returns the objectives that an action may give up.
@@ -63,9 +83,9 @@ impl Explanation {
         if self.commits() { step.lost.clone() } else { ObjectiveSet::new() }
     }
 
-    /// Returns whether the pursued objective is achieved; a run ends here.
+    /// Returns whether all pursued objectives are achieved; a run ends here.
     pub fn is_achieved(&self) -> bool {
-        self.pursued().is_some_and(|objective| self.achieved.contains(objective))
+        !self.aims.is_empty() && self.left.is_empty()
     }
 }
 
@@ -107,9 +127,11 @@ pub struct Successor {
     pub lost: ObjectiveSet,
     /// True if the improvement MDP drops this branch; the real system may still take it.
     pub dropped: bool,
-    /// True if the step is a goal edge of the level, or achieves the pursued objective. A goal edge
+    /// True if the step is a goal edge of the level, or achieves a pursued objective. A goal edge
     /// belongs to a kept action; an action that violates the requirements has none.
     pub goal: bool,
+    /// The pursued objectives that the step achieves.
+    pub achieves: ObjectiveSet,
     /// True if the successor is a winning state of the level or stage, so that the strategy can
     /// continue there.
     pub stays: bool,
@@ -140,6 +162,8 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             is_unsafe,
             most_preferred: self.most_preferred(state)?,
             achieved: self.achieved(state)?,
+            aims: self.pursued(memory),
+            left: self.left(memory, state)?,
             pick: None,
             state: state.to_vec(),
             memory,
@@ -151,6 +175,9 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             Some(rule) if memory.pursuit.is_none() => rule.pick(memory, state),
             _ => at.actions.iter().position(|a| a.progress),
         };
+        if self.is_likely(memory) && !is_unsafe {
+            at.permit_pick();
+        }
         Ok(at)
     }
 
@@ -211,11 +238,12 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         let if_compared = |set: ObjectiveSet| if compared { set } else { ObjectiveSet::new() };
         let change = self.change(memory, from, &to)?;
         let (next, improves) = self.after(memory, from, &to)?;
+        let mut achieves = ObjectiveSet::new();
         let (goal, stays) = match (self.game(memory), memory.pursuit, &self.achieving) {
-            (_, Some(pursuit), Some(achieving)) => (
-                achieving.achieved(&to)?.contains(pursuit.objective),
-                achieving.is_sure(pursuit, memory.arena, &to)?,
-            ),
+            (_, Some(pursuit), Some(achieving)) => {
+                achieves = achieving.achieves(pursuit, from, &to)?;
+                (!achieves.is_empty(), achieving.is_sure(pursuit, memory.arena, &to)?)
+            }
             (Some(game), ..) => (
                 super::strategy::is_goal(&*self.engine, game, from, &to)?,
                 self.engine.contains(&game.states, &to)?,
@@ -233,6 +261,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             state: to,
             change,
             goal,
+            achieves,
             stays,
             next,
             improves,

@@ -88,7 +88,7 @@ pub enum StrategyKind {
     /// Make the improvements that are almost sure (with `--choose likely`: possible), then achieve a
     /// most preferred objective.
     Plan,
-    /// Achieve one objective almost surely.
+    /// Achieve one objective almost surely, or several together.
     Achieve,
 }
 
@@ -114,27 +114,49 @@ impl StrategyKind {
         matches!(self, StrategyKind::Plan | StrategyKind::Achieve)
     }
 
-    /// Returns the position of the objective that a strategy of this kind is to achieve, by its name.
+    /// Returns the objectives that a strategy of this kind is to achieve, by their names: `C`, or `C,D`
+    /// for objectives that are to be achieved together.
     ///
     /// # Errors
-    /// [`Error::Usage`] if there is no such objective, if the kind needs one, or if it achieves none.
-    pub fn objective(self, preferences: &Preferences, name: Option<&str>) -> Result<Option<usize>> {
+    /// [`Error::Usage`] if there is no such objective, if the kind needs one, or if it does not achieve
+    /// any or several.
+    pub fn objectives(self, preferences: &Preferences, names: Option<&str>) -> Result<ObjectiveSet> {
         let objectives = &preferences.objectives;
         let known = || objectives.iter().map(|o| o.name.as_str()).collect::<Vec<_>>().join(", ");
-        let wrong = match (self, name) {
-            (StrategyKind::Achieve, None) => {
-                format!("the kind `achieve` needs an objective; there are {}", known())
-            }
-            (StrategyKind::Sasi | StrategyKind::Spi, Some(_)) => {
-                format!("the kind `{}` takes no objective; `plan` and `achieve` do", self.name())
-            }
-            (_, None) => return Ok(None),
-            (_, Some(name)) => match objectives.iter().position(|o| o.name == name) {
-                Some(position) => return Ok(Some(position)),
-                None => format!("no objective is called `{name}`; there are {}", known()),
-            },
+        let Some(names) = names else {
+            return match self {
+                StrategyKind::Achieve => {
+                    Err(Error::Usage(format!("the kind `achieve` needs an objective; there are {}", known())))
+                }
+                _ => Ok(ObjectiveSet::new()),
+            };
         };
-        Err(Error::Usage(wrong))
+        if !self.achieves() {
+            let name = self.name();
+            return Err(Error::Usage(format!(
+                "the kind `{name}` takes no objective; `plan` and `achieve` do"
+            )));
+        }
+        let position = |name: &str| {
+            let found = objectives.iter().position(|o| o.name == name);
+            found.ok_or_else(|| {
+                Error::Usage(format!("no objective is called `{name}`; there are {}", known()))
+            })
+        };
+        let found = names.split(',').map(|name| position(name.trim())).collect::<Result<ObjectiveSet>>()?;
+        self.check(&found)?;
+        Ok(found)
+    }
+
+    /// Refuses several objectives unless they are achieved together.
+    pub(super) fn check(self, objectives: &ObjectiveSet) -> Result<()> {
+        if objectives.len() < 2 || self == StrategyKind::Achieve {
+            return Ok(());
+        }
+        let name = self.name();
+        Err(Error::Usage(format!(
+            "the kind `{name}` takes one objective; `achieve` achieves several together"
+        )))
     }
 }
 
@@ -173,8 +195,8 @@ pub struct FiniteMemoryStrategy<E: Engine = AnyEngine> {
     pub(super) kind: StrategyKind,
     /// The strategies that achieve objectives, if this one does.
     pub(super) achieving: Option<Achieving<E>>,
-    /// The objective to achieve; a plan pursues it where it is a most preferred one.
-    pub(super) objective: Option<usize>,
+    /// The objectives to achieve together; a plan pursues one where it is a most preferred one.
+    pub(super) objectives: ObjectiveSet,
 }
 
 impl<E: Engine> FiniteMemoryStrategy<E> {
@@ -193,9 +215,9 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         self.levels.kind
     }
 
-    /// Returns the objective that was named, if one was.
-    pub fn objective(&self) -> Option<usize> {
-        self.objective
+    /// Returns the objectives that were named.
+    pub fn objectives(&self) -> &ObjectiveSet {
+        &self.objectives
     }
 
     /// Returns the preferences.
@@ -263,7 +285,15 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     /// The errors of [`Engine::contains`]; [`Error::Usage`] if the rule does not know the state.
     pub fn start(&self, state: &[i64]) -> Result<Memory> {
         let memory = match self.kind {
-            StrategyKind::Achieve => self.at_rest(state)?,
+            StrategyKind::Achieve => {
+                let memory = self.at_rest(state)?;
+                // An unsafe state has no values.
+                let unknown = |rule: &dyn DecisionRule| rule.level(memory.arena, state).is_none();
+                if self.rule.as_deref().is_some_and(unknown) && !self.is_unsafe(state)? {
+                    return Err(self.unknown(state));
+                }
+                memory
+            }
             StrategyKind::Sasi | StrategyKind::Spi | StrategyKind::Plan => self.improving(state)?,
         };
         self.pursuing(memory, state)
@@ -304,6 +334,10 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         let improves = self.change(memory, from, to)? == Change::Improving;
         if let Some(pursuit) = memory.pursuit {
             return self.after_pursuing((memory, pursuit), (from, to), improves);
+        }
+        // The objective was not almost sure.
+        if self.kind == StrategyKind::Achieve {
+            return Ok((self.pursuing(self.at_rest(to)?, to)?, improves));
         }
         let (memory, counted) = self.after_improving(memory, (from, to), improves)?;
         Ok((self.pursuing(memory, to)?, counted))

@@ -44,15 +44,31 @@ impl<E: Engine> Joint<E> {
         };
         let mut joint = Joint { regions: BTreeMap::new() };
         for class in classes.list.iter().filter(|class| !is_too_large(&class.most_preferred)) {
-            joint.add(analysis, class)?;
+            joint.add(analysis, &class.most_preferred)?;
         }
         Ok(joint)
     }
 
-    /// Adds all subsets of a class, smaller ones first. A set whose subset is nowhere achieved is left
+    /// Computes the regions of all subsets of at most [`MOST`] objectives. Cost: as [`Joint::new`].
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
+    pub(super) fn of_set(analysis: &Analysis<E>, objectives: &ObjectiveSet) -> Result<Self> {
+        let mut joint = Joint { regions: BTreeMap::new() };
+        joint.add(analysis, objectives)?;
+        Ok(joint)
+    }
+
+    /// Returns the states from which one strategy achieves all objectives of a set; `None` if there
+    /// are none.
+    pub(super) fn states(&self, objectives: &ObjectiveSet) -> Option<&E::States> {
+        self.regions.get(objectives)
+    }
+
+    /// Adds all subsets of a set, smaller ones first. A set whose subset is nowhere achieved is left
     /// out.
-    fn add(&mut self, analysis: &Analysis<E>, class: &Class<E>) -> Result<()> {
-        let members: Vec<usize> = class.most_preferred.iter().collect();
+    fn add(&mut self, analysis: &Analysis<E>, objectives: &ObjectiveSet) -> Result<()> {
+        let members: Vec<usize> = objectives.iter().collect();
         let subset = |bits: u32| -> ObjectiveSet {
             members.iter().enumerate().filter(|(at, _)| bits >> at & 1 == 1).map(|(_, &o)| o).collect()
         };

@@ -17,7 +17,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         let pursuit = match self.kind {
             StrategyKind::Achieve => {
                 let enter = |objective| achieving.enter(objective, (Manner::Free, None), state);
-                self.objective.map(enter).transpose()?.flatten()
+                achieving.position(&self.objectives).map(enter).transpose()?.flatten()
             }
             _ => self.planned(memory.arena, state, |_| true)?,
         };
@@ -41,7 +41,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         let Some(achieving) = &self.achieving else { return Ok(None) };
         let most_preferred = self.most_preferred(state)?;
         let candidates: Vec<usize> = most_preferred.iter().filter(|&objective| accept(objective)).collect();
-        match self.objective.filter(|named| candidates.contains(named)) {
+        match self.objectives.iter().find(|named| candidates.contains(named)) {
             Some(named) => achieving.begin(&[named], arena, state),
             None => achieving.begin(&candidates, arena, state),
         }
@@ -94,6 +94,38 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             None if is_plan => self.pursuing(fresh, to),
             next => Ok(Memory { pursuit: next, ..if kept { memory } else { fresh } }),
         }
+    }
+
+    /// Returns the objectives that are pursued; empty while the strategy improves, and where the
+    /// objective is not almost sure unless a rule makes it as likely as possible.
+    pub fn pursued(&self, memory: Memory) -> ObjectiveSet {
+        match memory.pursuit.zip(self.achieving.as_ref()) {
+            Some((pursuit, achieving)) => achieving.pursued(pursuit),
+            None if self.is_likely(memory) => self.objectives.clone(),
+            None => ObjectiveSet::new(),
+        }
+    }
+
+    /// Returns whether a rule takes the choices to achieve an objective that is not almost sure.
+    pub(super) fn is_likely(&self, memory: Memory) -> bool {
+        self.kind == StrategyKind::Achieve && self.rule.is_some() && memory.pursuit.is_none()
+    }
+
+    /// Returns the pursued objectives that a path has not achieved when it is in a state.
+    ///
+    /// # Errors
+    /// The errors of [`Engine::contains`].
+    pub fn left(&self, memory: Memory, state: &[i64]) -> Result<ObjectiveSet> {
+        match memory.pursuit.zip(self.achieving.as_ref()) {
+            Some((pursuit, achieving)) => achieving.left(pursuit, state),
+            None => Ok(self.pursued(memory)),
+        }
+    }
+
+    /// Returns whether a pursuit keeps its objective: no step achieves it, but the steps that follow can
+    /// satisfy it almost surely without a further condition.
+    pub(super) fn keeps(&self, pursuit: Pursuit) -> bool {
+        self.achieving.as_ref().is_some_and(|achieving| achieving.keeps(pursuit))
     }
 
     /// Returns the objectives that are achieved in a state; empty if the strategy achieves none.

@@ -9,6 +9,9 @@
 //!
 //! In a node that is not secure, a shield permits the actions of the permissive strategy or the
 //! kept ones, and all actions if there are none.
+//!
+//! While a plan, or a strategy of the kind `achieve`, pursues an objective, a shield permits the actions
+//! with which it stays sure. Permitted steps then lead to nodes that pursue one, too, and can achieve it.
 
 mod fault;
 
@@ -82,10 +85,24 @@ pub struct ShieldNode {
     pub ahead: Option<usize>,
     /// True if no permitted step ever weakens from here on.
     pub secure: bool,
+    /// The objectives that are pursued here, together if there are several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pursues: Vec<String>,
+    /// True if they are achieved or, if no step achieves them, kept from here on without a further
+    /// condition.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub achieved: bool,
     /// The enabled actions.
     pub actions: Vec<ShieldAction>,
     /// The permitted action that a correction takes, a position in `actions`.
     pub pick: usize,
+}
+
+impl ShieldNode {
+    /// Returns whether nothing is ahead: no improvement, and no objective.
+    fn is_at_rest(&self) -> bool {
+        self.ahead == Some(0) && self.pursues.is_empty()
+    }
 }
 
 /// An enabled action of a node: all choices with one label.
@@ -121,12 +138,12 @@ struct Builder<'s, E: Engine> {
 }
 
 impl Shield {
-    /// Computes the shield of a strategy of the kinds `sasi` and `spi`, for episodes that start in
-    /// any state of the scope. Cost: that of [`FiniteMemoryStrategy::explain`] per node.
+    /// Computes the shield of a strategy, for episodes that start in any state of the scope. Cost: that of [`FiniteMemoryStrategy::explain`] per node.
     ///
     /// # Errors
     /// The errors of [`FiniteMemoryStrategy::explain`]; [`Limit::Size`] if there are more than
-    /// `limit` nodes; [`Error::Usage`] for other strategies, and with `safety = transition`.
+    /// `limit` nodes; [`Error::Usage`] for strategies that choose by value, with `safety = transition`,
+    /// and if choices with one label cannot be permitted together.
     pub fn new<E: Engine>(strategy: &mut FiniteMemoryStrategy<E>, limit: usize) -> Result<Self> {
         strategy.fits_shields()?;
         let mut builder = Builder {
@@ -145,6 +162,11 @@ impl Shield {
         }
         let mut shield = builder.finish(starts);
         shield.secure();
+        let together = |fault| {
+            let advice = "a shield permits choices with one label together; give them different labels";
+            Error::Usage(format!("{fault}: {advice}"))
+        };
+        shield.check_pursuit().map_err(together)?;
         Ok(shield)
     }
 
@@ -169,7 +191,7 @@ impl Shield {
             let keeps: Vec<bool> = self.nodes[v].actions.iter().map(enters).collect();
             let node = &mut self.nodes[v];
             node.secure = secure[v];
-            if node.secure && node.ahead == Some(0) {
+            if node.secure && node.is_at_rest() {
                 node.actions.iter_mut().zip(keeps).for_each(|(action, keeps)| action.permitted &= keeps);
             }
             if node.actions.iter().all(|action| !action.permitted) {
@@ -190,9 +212,9 @@ impl Shield {
         let node = &self.nodes[v];
         let permitted = || node.actions.iter().filter(|action| action.permitted);
         let enters = |action| self.enters(v, action, |to| secure[to]);
-        match node.ahead {
-            Some(0) => permitted().any(enters),
-            _ => permitted().count() > 0 && permitted().all(enters),
+        match node.is_at_rest() {
+            true => permitted().any(enters),
+            false => permitted().count() > 0 && permitted().all(enters),
         }
     }
 
@@ -210,9 +232,7 @@ impl Shield {
 impl<E: Engine> FiniteMemoryStrategy<E> {
     fn fits_shields(&self) -> Result<()> {
         let safety = self.improvement.safety;
-        let wrong = if self.kind.achieves() {
-            "shields are for the kinds `sasi` and `spi`".to_owned()
-        } else if !safety.never_weakens() {
+        let wrong = if !safety.never_weakens() {
             let others = fault::either(&safe_modes());
             format!(
                 "under safety `{safety}`, permitted actions may weaken, so there is no shield; choose {others}"
@@ -279,7 +299,10 @@ impl<E: Engine> Builder<'_, E> {
         let (actions, pick) = together(labels);
         let class = (!at.is_unsafe).then(|| self.class(&at.most_preferred));
         let reference = self.class(&at.reference);
-        Ok(ShieldNode { state: at.state, class, reference, ahead, secure: false, actions, pick })
+        let pursues = self.strategy.preferences.owned_names(&at.aims);
+        let kept = memory.pursuit.is_some_and(|pursuit| self.strategy.keeps(pursuit));
+        let (secure, achieved) = (false, kept || at.is_achieved());
+        Ok(ShieldNode { state: at.state, class, reference, ahead, secure, pursues, achieved, actions, pick })
     }
 
     /// Returns the error of a state in which every label with a choice that makes progress also has one
@@ -388,10 +411,10 @@ fn permit(actions: &mut [ShieldAction], wanted: &[bool]) {
 }
 
 /// Returns whether a shield may permit an action: one of the permissive strategy, or a kept one at
-/// level 0.
+/// level 0 if no objective is pursued.
 fn permits(at: &Explanation, action: &Action) -> bool {
     match at.memory.level {
-        Rank::Finite(0) => action.kept,
+        Rank::Finite(0) if at.aims.is_empty() => action.kept,
         _ => action.permitted,
     }
 }

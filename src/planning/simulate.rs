@@ -7,7 +7,7 @@ use ahash::AHashMap;
 
 use super::estimate::Sample;
 use super::explain::{Explanation, lost};
-use super::finite_memory::{FiniteMemoryStrategy, Memory};
+use super::finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
 use super::induced_model::Scheduler;
 use super::levels::Rank;
 use super::tally::{Achievements, Ending, RunEnd, Tally, Trace, Turn};
@@ -111,18 +111,26 @@ impl<'b, E: Engine> Simulation<'b, E> {
     pub fn run_each(&mut self, start: &[i64], each: &mut dyn FnMut(&Trace)) -> Result<Tally> {
         let mut tally = Tally::new(start, self.strategy.rank(start)?);
         tally.is_unsafe = self.strategy.is_unsafe(start)?;
-        tally.achieved = self.strategy.kind().achieves().then(Achievements::default);
+        let together = self.strategy.objectives().len() > 1;
+        let none = || Achievements { together, ..Achievements::default() };
+        tally.achieved = self.strategy.kind().achieves().then(none);
         let mut sample = match self.strategy.rule {
             Some(_) => Some(Sample::new(aim(self.strategy.start(start)?))),
             None => None,
         };
+        let achieves = self.strategy.kind() == StrategyKind::Achieve;
         let sink = Arc::clone(&self.strategy.engine.settings().sink);
         let runs = self.setup.runs;
         for run in 1..=runs {
             sink.progress("runs", &|| format!("run {run} of {runs}"));
             let Run { trace, last, settled, end } = self.simulate(start, run)?;
             each(&trace);
-            if let Some(sample) = &mut sample {
+            if let Some(sample) = sample.as_mut().filter(|_| achieves) {
+                match end {
+                    Ending::Achieved | Ending::Kept => sample.reach(0.0),
+                    Ending::Open => sample.miss(!settled),
+                }
+            } else if let Some(sample) = &mut sample {
                 match trace.cost_until(sample.improvements) {
                     Some(cost) => sample.reach(cost),
                     None => sample.miss(trace.improvements() + aim(last) >= sample.improvements),
@@ -189,7 +197,7 @@ impl<'b, E: Engine> Simulation<'b, E> {
         let settled = self.played(&at).is_empty() || self.stays(&at);
         let end = match at.memory.pursuit {
             Some(_) if at.is_achieved() => Ending::Achieved,
-            Some(pursuit) if pursuit.stage > 0 => Ending::Kept,
+            Some(pursuit) if self.strategy.keeps(pursuit) => Ending::Kept,
             _ => Ending::Open,
         };
         Ok(Run { trace, last: memory, settled, end })

@@ -57,6 +57,8 @@ pub struct Tally {
 /// The objectives that runs achieved.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Achievements {
+    /// True if the runs pursue several objectives together.
+    pub together: bool,
     /// For each objective that some run achieved, the number of steps until then.
     pub waits: BTreeMap<usize, Wait>,
     /// The number of runs that ended because they had achieved the objective that they pursued.

@@ -46,6 +46,13 @@ pub enum Verdict {
     Forfeits(usize),
     /// Not permitted: no strategy achieves the objective almost surely from here.
     Unachievable,
+    /// Permitted: no action achieves the pursued objective with a greater probability.
+    Likeliest,
+    /// Not permitted: the strategy takes another action, with which the probability of the pursued
+    /// objective is not smaller.
+    PassedOver,
+    /// Not permitted: no strategy achieves the objective with positive probability from here.
+    Impossible,
 }
 
 impl Verdict {
@@ -153,6 +160,7 @@ mod tests {
             lost: ObjectiveSet::new(),
             dropped,
             goal,
+            achieves: ObjectiveSet::new(),
             stays,
             next: Memory { level: Rank::Finite(0), arena: None, pursuit: None },
             improves: false,

@@ -8,9 +8,11 @@ use strum::{EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 use super::cost::Cost;
 use super::number::Bounds;
+use super::path_values::Likely;
 use super::values::{Aim, Node, ValueOptions, Values};
 use meliora_engine::Engine;
-use meliora_model::error::Result;
+use meliora_model::error::{Error, Result};
+use meliora_model::preference::ObjectiveSet;
 use meliora_model::{Program, State};
 use meliora_planning::{Analysis, DecisionRule, Kind, Memory, Rank, StrategyKind};
 
@@ -39,7 +41,8 @@ pub enum Choose {
     /// The first one that comes closer to an improvement.
     #[default]
     First,
-    /// The one with the greatest probability of all possible improvements (SPI).
+    /// The one with the greatest probability of all possible improvements (SPI), or of the objective to
+    /// achieve.
     Likely,
     /// The one with the least expected cost until the last certain improvement (SASI).
     Cheap,
@@ -67,8 +70,7 @@ impl Choose {
     pub fn fits(self, kind: StrategyKind) -> bool {
         match (self, kind) {
             (Choose::First, _) | (_, StrategyKind::Plan) => true,
-            (_, StrategyKind::Achieve) => false,
-            (Choose::Likely, kind) => kind == StrategyKind::Spi,
+            (Choose::Likely, kind) => matches!(kind, StrategyKind::Spi | StrategyKind::Achieve),
             (Choose::Cheap, kind) => kind == StrategyKind::Sasi,
         }
     }
@@ -76,7 +78,10 @@ impl Choose {
     /// Returns the kind of improvements that a strategy makes: a plan makes those of its values, else
     /// the guaranteed ones.
     pub fn levels(self, kind: StrategyKind) -> Kind {
-        self.kind().unwrap_or(kind.levels())
+        match kind {
+            StrategyKind::Achieve => kind.levels(),
+            _ => self.kind().unwrap_or(kind.levels()),
+        }
     }
 
     /// Returns the kind of improvements that the values are about; `None` for both.
@@ -89,12 +94,20 @@ impl Choose {
     }
 }
 
+/// A decision rule with values.
+pub trait ValuedRule: DecisionRule {
+    /// Returns the value of a state where planning starts; `None` if the state was not explored.
+    fn attained(&self, state: &[i64]) -> Option<Attained>;
+}
+
 /// The value that a strategy attains from a state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Attained {
+    /// The objective that the strategy achieves, if it does nothing else.
+    pub objective: Option<String>,
     /// The number of improvements k that the strategy aims at.
     pub improvements: usize,
-    /// P_k
+    /// P_k, or the probability of the objective.
     pub probability: Bounds,
     /// C_k, if the improvements are certain.
     pub cost: Option<Bounds>,
@@ -146,19 +159,20 @@ impl Chooser {
         &self.values
     }
 
-    /// Returns the value of a state where planning starts; `None` if the state was not explored.
-    pub fn attained(&self, state: &[i64]) -> Option<Attained> {
-        let node = self.values.start(state)?;
-        let improvements = self.values.aimed(node, self.aim);
-        let probability = self.values.probability(node, improvements);
-        let cost = self.values.cost(node, improvements);
-        Some(Attained { improvements, probability, cost })
-    }
-
     /// Returns the node of a state and the number of improvements that are aimed at.
     fn at(&self, memory: Memory, state: &[i64]) -> Option<(Node, usize)> {
         let Rank::Finite(level) = memory.level else { return None };
         Some((self.values.node(memory.arena, state)?, level))
+    }
+}
+
+impl ValuedRule for Chooser {
+    fn attained(&self, state: &[i64]) -> Option<Attained> {
+        let node = self.values.start(state)?;
+        let improvements = self.values.aimed(node, self.aim);
+        let probability = self.values.probability(node, improvements);
+        let cost = self.values.cost(node, improvements);
+        Some(Attained { objective: None, improvements, probability, cost })
     }
 }
 
@@ -182,5 +196,66 @@ impl DecisionRule for Chooser {
         let (node, level) = self.at(memory, from)?;
         let (next, left) = self.values.successor(node, level, self.aim, to)?;
         Some((left.min(self.values.aimed(next, self.aim)), left < level))
+    }
+}
+
+/// The decision rule that achieves an objective with the greatest probability. Where the objective is
+/// almost sure, the strategy needs no rule.
+#[derive(Debug)]
+pub struct Achiever {
+    objective: String,
+    likely: Likely,
+}
+
+impl Achiever {
+    /// Computes the probabilities of some states for a rule; it knows the states that they reach.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for several objectives, or before the winning regions are known; a limit is
+    /// reached, or a command has no meaning in some state.
+    pub fn compute<E: Engine>(
+        analysis: &Analysis<E>,
+        program: &Program,
+        states: &[State],
+        objectives: &ObjectiveSet,
+    ) -> Result<Self> {
+        let mut all = objectives.iter();
+        let (Some(objective), None) = (all.next(), all.next()) else {
+            let message =
+                "`likely` is for one objective; with `history = play`, one objective can be the conjunction";
+            return Err(Error::Usage(message.to_owned()));
+        };
+        let regions = analysis.outcomes().and_then(|outcomes| outcomes.get(objective));
+        let missing = || Error::Usage("the winning regions are not known; run the analysis first".to_owned());
+        let regions = regions.ok_or_else(missing)?;
+        let both = (&regions.almost_sure, &regions.positive);
+        let likely = Likely::compute(analysis.engine(), program, both, states)?;
+        let objective = analysis.preferences().objectives[objective].name.clone();
+        Ok(Achiever { objective, likely })
+    }
+}
+
+impl ValuedRule for Achiever {
+    fn attained(&self, state: &[i64]) -> Option<Attained> {
+        let probability = self.likely.probability(state)?;
+        Some(Attained { objective: Some(self.objective.clone()), improvements: 0, probability, cost: None })
+    }
+}
+
+impl DecisionRule for Achiever {
+    fn level(&self, _: Option<usize>, state: &[i64]) -> Option<usize> {
+        self.likely.probability(state).map(|_| 0)
+    }
+
+    fn pick(&self, _: Memory, state: &[i64]) -> Option<usize> {
+        self.likely.pick(state)
+    }
+
+    fn cost(&self, _: Memory, _: &[i64]) -> f64 {
+        0.0
+    }
+
+    fn after(&self, _: Memory, _: &[i64], _: &[i64]) -> Option<(usize, bool)> {
+        Some((0, false))
     }
 }

@@ -121,7 +121,7 @@ pub mod state_values;
 mod tests;
 pub mod values;
 
-pub use choose::{Choose, Chooser};
+pub use choose::{Achiever, Choose, Chooser, ValuedRule};
 pub use cost::{Cost, Earned, Steps};
 pub use number::{Bounds, Interval};
 pub use values::{Aim, ChoiceValues, Node, ValueOptions, Values};

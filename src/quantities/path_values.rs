@@ -15,7 +15,8 @@ use super::cost::{Cost, Earned};
 use super::graph::{Closed, EVERY, Edge, Graph, LOST, Rank};
 use super::meter::Meter;
 use super::number::{Bounds, Interval, Number};
-use super::solve::{Quantity, SMALL, System};
+use super::solution::Solution;
+use super::solve::{NONE, Quantity, SMALL, System};
 use meliora_engine::explicit::weighted::{Code, Codec, Walk, Walker};
 use meliora_engine::regions::{Regions, Which};
 use meliora_engine::{Engine, position as position_of};
@@ -132,6 +133,58 @@ fn complemented(value: Value) -> Value {
     Value::Finite(Bounds { interval: Interval { lower, upper }, exact: exact.map(|x| Ratio::one() - x) })
 }
 
+/// The greatest probabilities with which some states achieve an objective, and the choices that attain
+/// them.
+#[derive(Debug)]
+pub(super) struct Likely {
+    graph: Graph,
+    codec: Codec,
+    index: AHashMap<Code, u32>,
+    solution: Solution<Interval>,
+}
+
+impl Likely {
+    /// Computes the values of some states and of those that they reach until the objective is almost
+    /// sure, or impossible: the regions `sure` and `possible`. Cost: as [`values`].
+    ///
+    /// # Errors
+    /// The errors of [`values`].
+    pub(super) fn compute<E: Engine>(
+        engine: &E,
+        program: &Program,
+        (sure, possible): (&E::States, &E::States),
+        states: &[State],
+    ) -> Result<Self> {
+        let (end, inside) = (sure.clone(), possible.clone());
+        let search = Search { engine, program, end, inside, quantity: Quantity::Probability(1), cost: None };
+        let Solved { graph, codec, index, solution, end, .. } = search.solved(states)?;
+        end.map(|()| Likely { graph, codec, index, solution })
+    }
+
+    /// Returns the node of a state; `None` if it was not explored.
+    fn node(&self, state: &[i64]) -> Option<u32> {
+        self.index.get(&self.codec.known(state).ok()?).copied()
+    }
+
+    /// Returns the greatest probability; `None` if the state was not explored.
+    pub(super) fn probability(&self, state: &[i64]) -> Option<Bounds> {
+        Some(match self.node(state)? {
+            END => Bounds::point(1),
+            LOST => Bounds::point(0),
+            node => self.solution.get(node).map_or_else(|| Bounds::any(1.0), |x| Bounds::of(x).at_most_one()),
+        })
+    }
+
+    /// Returns the choice that attains the probability, by its position in the order of the program;
+    /// `None` where the objective is almost sure or impossible.
+    pub(super) fn pick(&self, state: &[i64]) -> Option<usize> {
+        let node = self.node(state).filter(|node| *node != END && *node != LOST)?;
+        Some(self.solution.pick(node))
+            .filter(|choice| *choice != NONE)
+            .map(|choice| self.graph.position(choice))
+    }
+}
+
 /// A search for the states that have equations.
 struct Search<'a, E: Engine> {
     engine: &'a E,
@@ -151,9 +204,37 @@ struct Found {
     queue: VecDeque<(u32, Code)>,
 }
 
+/// The states that have equations, with their solution.
+struct Solved<N> {
+    graph: Graph,
+    codec: Codec,
+    index: AHashMap<Code, u32>,
+    /// The nodes of the states asked for.
+    starts: Vec<u32>,
+    solution: Solution<N>,
+    /// An error if a limit was reached.
+    end: Result<()>,
+}
+
 impl<E: Engine> Search<'_, E> {
     /// Returns the values of some states.
     fn run<N: Number>(&self, states: &[State]) -> Result<Answer> {
+        let Solved { starts, solution, end, .. } = self.solved::<N>(states)?;
+        let value = |node: &u32| match *node {
+            END => Value::Finite(Bounds::of(&if self.cost.is_some() { N::zero() } else { N::one() })),
+            LOST if self.cost.is_some() => Value::Infinite,
+            LOST => Value::Finite(Bounds::of(&N::zero())),
+            node => Value::Finite(match solution.get(node).map(Bounds::of) {
+                None => self.anything(),
+                Some(bounds) if self.cost.is_some() => bounds,
+                Some(bounds) => bounds.at_most_one(),
+            }),
+        };
+        Ok(Answer { values: starts.iter().map(value).collect(), end })
+    }
+
+    /// Finds the states that some states reach, and solves their equations.
+    fn solved<N: Number>(&self, states: &[State]) -> Result<Solved<N>> {
         let mut meter = Meter::new(self.engine);
         let (mut graph, mut found) = (Graph::default(), Found::default());
         graph.add_node(Rank::default(), false, &mut meter)?;
@@ -172,22 +253,17 @@ impl<E: Engine> Search<'_, E> {
             graph.close(node, choices, &mut meter)?;
         }
         let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
-        let (graph, fractions) = (&graph, &fractions);
-        let system =
-            System { graph, quantity: self.quantity, below: None, fractions, small: SMALL, margin: None };
+        let system = System {
+            graph: &graph,
+            quantity: self.quantity,
+            below: None,
+            fractions: &fractions,
+            small: SMALL,
+            margin: None,
+        };
         let mut solution = system.start(&mut meter)?;
         let end = system.solve(&mut solution, &mut meter);
-        let value = |node: &u32| match *node {
-            END => Value::Finite(Bounds::of(&if self.cost.is_some() { N::zero() } else { N::one() })),
-            LOST if self.cost.is_some() => Value::Infinite,
-            LOST => Value::Finite(Bounds::of(&N::zero())),
-            node => Value::Finite(match solution.get(node).map(Bounds::of) {
-                None => self.anything(),
-                Some(bounds) if self.cost.is_some() => bounds,
-                Some(bounds) => bounds.at_most_one(),
-            }),
-        };
-        Ok(Answer { values: starts.iter().map(value).collect(), end })
+        Ok(Solved { graph, codec, index: found.index, starts, solution, end })
     }
 
     /// Returns the bounds of a value of which nothing is known.

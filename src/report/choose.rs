@@ -37,9 +37,12 @@ impl Choosing {
 /// The value that a strategy attains from a state.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Attains {
+    /// The objective that it achieves with this probability; absent unless it does nothing else.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub objective: Option<String>,
     /// The number of improvements that it aims at.
     pub improvements: usize,
-    /// The probability of these improvements.
+    /// The probability of these improvements, or of the objective.
     pub probability: Bound,
     /// The expected cost until the last of them; `null` where the probability is below 1.
     pub cost: Option<Bound>,
@@ -49,10 +52,16 @@ impl Attains {
     /// Copies a value.
     pub fn new(attained: &Attained) -> Self {
         Attains {
+            objective: attained.objective.clone(),
             improvements: attained.improvements,
             probability: Bound::new(&attained.probability, false),
             cost: attained.cost.as_ref().map(|cost| Bound::new(cost, false)),
         }
+    }
+
+    /// Returns `2 improvements`, or the name of the objective.
+    fn aim(&self) -> String {
+        self.objective.clone().unwrap_or_else(|| plural(self.improvements, "improvement"))
     }
 
     /// Returns `2 improvements with probability 0.25`, or with the expected cost.
@@ -60,6 +69,7 @@ impl Attains {
         let improvements = plural(self.improvements, "improvement");
         let p = number(&self.probability);
         match &self.cost {
+            _ if self.objective.is_some() => format!("{} with probability {p}", self.aim()),
             _ if self.improvements == 0 => "no improvement".to_owned(),
             Some(cost) => {
                 format!("{improvements} with probability {p}, {} expected", amount(cost, cost_name))
@@ -96,7 +106,7 @@ impl Comparison {
     /// Renders the computed and the measured numbers.
     pub(super) fn text(&self, cost_name: &str) -> String {
         let (value, sample) = (&self.value, &self.sample);
-        if value.improvements == 0 {
+        if value.improvements == 0 && value.objective.is_none() {
             return String::new();
         }
         let percent = 100.0 * CONFIDENCE;
@@ -105,7 +115,7 @@ impl Comparison {
         };
         let mut out = format!(
             "  Probability of {}: {} computed,\n    {} measured ({}).\n",
-            plural(value.improvements, "improvement"),
+            value.aim(),
             number(&value.probability),
             digits(sample.share()),
             interval(sample.probability()),

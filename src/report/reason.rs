@@ -91,29 +91,56 @@ impl Words<'_> {
         }
     }
 
-    /// Returns the name of the pursued objective.
-    pub(super) fn pursued(&self, at: &Explanation) -> Option<&str> {
-        Some(self.preferences.objectives.get(at.pursued()?)?.name.as_str())
+    /// Formats the pursued objectives as `A and B`; `None` if none is pursued.
+    pub fn pursued(&self, at: &Explanation) -> Option<String> {
+        (!at.aims.is_empty()).then(|| self.names(&at.aims).join(" and "))
+    }
+
+    /// Formats the pursued objectives that are left, or all of them if none is.
+    pub(super) fn left(&self, at: &Explanation) -> String {
+        self.names(if at.left.is_empty() { &at.aims } else { &at.left }).join(" and ")
+    }
+
+    /// Formats the objectives that an action achieves as `C or D`, and says if others are left.
+    fn achieves(&self, at: &Explanation, action: &Action) -> String {
+        let mut sets: Vec<String> = Vec::new();
+        for successor in action.successors.iter().filter(|s| s.goal) {
+            let set = self.names(&successor.achieves).join(" and ");
+            if !sets.contains(&set) {
+                sets.push(set);
+            }
+        }
+        let leaves = action.successors.iter().any(|s| s.goal && s.achieves.len() < at.left.len());
+        format!("{}{}", sets.join(" or "), if leaves { "; the rest stays sure" } else { "" })
     }
 
     /// Returns the reason why an action is permitted or not while an objective is pursued.
     fn achieving(&self, at: &Explanation, action: &Action) -> String {
-        let name = self.pursued(at).unwrap_or("the objective");
+        let (name, verb) = (self.left(at), if at.left.len() > 1 { "are" } else { "is" });
         let reason = match action.verdict {
-            _ if action.permitted && at.is_achieved() => return format!("{name} is achieved"),
-            Verdict::Achieves => format!("achieves {name}"),
+            _ if action.permitted && at.is_achieved() => {
+                let verb = if at.aims.len() > 1 { "are" } else { "is" };
+                return format!("{name} {verb} achieved");
+            }
+            Verdict::Achieves => format!("achieves {}", self.achieves(at, action)),
+            Verdict::MayAchieve if at.left.len() > 1 => format!("may achieve {}", self.achieves(at, action)),
             Verdict::MayAchieve => format!("may achieve {name}, which remains sure"),
             Verdict::Nears => format!("comes closer to {name}"),
             Verdict::Forfeits(index) => {
                 let how = if action.successors.len() == 1 { "leads" } else { "may lead" };
                 let place = action.successors.get(index).map(|s| self.changed(&at.state, &s.state));
                 let place = place.unwrap_or_default();
+                let together = if at.left.len() > 1 { " together" } else { "" };
                 let otherwise = if at.keeps() { " without steps that may weaken" } else { "" };
-                return format!("{how} to {place}, where {name} is not sure{otherwise}");
+                return format!("{how} to {place}, where {name} {verb} not sure{together}{otherwise}");
             }
             Verdict::Unachievable => {
-                return "no strategy achieves the objective almost surely from here".to_owned();
+                return "no strategy achieves this almost surely from here".to_owned();
             }
+            Verdict::Likeliest => format!("makes {name} as likely as possible"),
+            Verdict::PassedOver => format!("does not make {name} more likely than the action that is taken"),
+            Verdict::Impossible => format!("no strategy can achieve {name} from here"),
+            _ if at.left.len() > 1 => format!("keeps {name} sure together, but comes no closer"),
             _ => format!("keeps {name} sure, but comes no closer to it"),
         };
         match at.given_up(action) {

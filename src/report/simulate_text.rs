@@ -106,6 +106,7 @@ fn promise(report: &SimulateReport, found: &RunsReport, style: Style) -> String 
 /// States how many runs achieved, or kept, the objective that they pursued.
 fn pursued(report: &SimulateReport, achieved: &Achievements, style: Style) -> String {
     let which = match report.kind {
+        StrategyKind::Achieve if achieved.together => "the objectives",
         StrategyKind::Achieve => "the objective",
         _ => "a most preferred objective of their last state",
     };
@@ -119,7 +120,7 @@ fn pursued(report: &SimulateReport, achieved: &Achievements, style: Style) -> St
     }
     if kept > 0 {
         let kept = if kept == report.runs { "All runs".to_owned() } else { plural_runs(kept) };
-        let which = if runs > 0 { "one" } else { which };
+        let which = if runs > 0 && !achieved.together { "one" } else { which };
         parts.push(format!("{} kept {which}", style.good(&kept)));
     }
     if let Some(open) = report.runs.checked_sub(runs + kept).filter(|&open| open > 0) {

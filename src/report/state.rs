@@ -62,7 +62,8 @@ impl StateReport<'_> {
             actions: at.actions.iter().map(|action| self.action(action)).collect(),
             longest_play: self.unfolded.as_ref().and_then(InducedModel::longest_path),
             aims: words.kind.achieves().then(|| AimsJson {
-                pursues: words.pursued(at).map(str::to_owned),
+                pursues: words.pursued(at),
+                left: words.names(&at.left),
                 achieved: words.names(&at.achieved),
                 commits: self.commits(),
                 gives_up: words.names(&self.gives_up()),
@@ -136,10 +137,13 @@ pub(crate) struct StateJson {
 /// The objective that a strategy pursues from a state, in JSON; absent for `sasi` and `spi`.
 #[derive(Serialize, JsonSchema)]
 struct AimsJson {
-    /// The objective that the strategy pursues; `null` while it improves; absent for `sasi` and
-    /// `spi`.
+    /// The objective that the strategy pursues, or several as `C and D`; `null` while it improves; absent
+    /// for `sasi` and `spi`.
     #[schemars(extend("nullable" = true))]
     pursues: Option<String>,
+    /// The pursued objectives that are not achieved yet: several if they are pursued together; absent for
+    /// `sasi` and `spi`.
+    left: Vec<String>,
     /// The objectives that are achieved in the state; absent for `sasi` and `spi`.
     achieved: Vec<String>,
     /// The plan commits to the objective that it pursues: kept actions alone do not achieve it;

@@ -28,10 +28,14 @@ pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
             let _ = writeln!(out, "  {advice}");
         }
         if let Some(name) = words.pursued(at) {
-            let text = if at.is_achieved() { "Achieved" } else { "Achieves almost surely" };
+            let text = match at.memory.pursuit {
+                _ if at.is_achieved() => "Achieved",
+                Some(_) => "Achieves almost surely",
+                None => "Makes as likely as possible",
+            };
             let _ = writeln!(out, "  {text}: {name}");
             if state.commits() {
-                let commitment = commitment(name, &words.names(&state.gives_up()));
+                let commitment = commitment(&name, &words.names(&state.gives_up()));
                 let _ = writeln!(out, "  The plan {commitment}: kept actions do not achieve {name}");
             }
         }
@@ -52,8 +56,12 @@ pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
 fn advice(state: &StateReport<'_>) -> Option<String> {
     let (words, at, [_, spi]) = (state.words, &state.at, state.ranks);
     match words.kind {
-        StrategyKind::Achieve if words.pursued(at).is_none() => {
-            Some("No strategy achieves the objective almost surely from here.".to_owned())
+        StrategyKind::Achieve if at.memory.pursuit.is_none() => {
+            let fact = "No strategy achieves this almost surely from here";
+            Some(match state.choosing.choose {
+                Choose::First => format!("{fact}.\n  `--choose likely` makes it as likely as possible."),
+                _ => format!("{fact}."),
+            })
         }
         StrategyKind::Sasi | StrategyKind::Spi if spi == Rank::Finite(0) && !at.most_preferred.is_empty() => {
             Some(format!("`--kind plan` shows how to achieve {}.", words.either(&at.most_preferred)))
@@ -66,7 +74,7 @@ fn action_text(state: &StateReport<'_>, action: &Action, style: Style) -> String
     let words = state.words;
     let picked = state.picked_action().is_some_and(|picked| picked.name == action.name);
     let verdict = match (action.permitted, picked) {
-        (true, true) => style.good(&format!("permitted, {}", picked_name(state.choosing.choose))),
+        (true, true) => style.good(&format!("permitted, {}", picked_name(state))),
         (true, false) => style.good("permitted"),
         (false, _) => style.dim("not permitted"),
     };
@@ -92,8 +100,10 @@ fn action_text(state: &StateReport<'_>, action: &Action, style: Style) -> String
 }
 
 /// Returns the name of the action that the strategy takes.
-fn picked_name(choose: Choose) -> &'static str {
-    match choose {
+fn picked_name(state: &StateReport<'_>) -> &'static str {
+    match state.choosing.choose {
+        _ if state.at.memory.pursuit.is_some() => "progress action",
+        Choose::Likely if state.words.kind == StrategyKind::Achieve => "most likely",
         Choose::First => "progress action",
         Choose::Likely => "most likely to improve",
         Choose::Cheap => "cheapest",
@@ -148,7 +158,7 @@ fn then(words: Words<'_>, node: &Node) -> String {
 /// Formats the level, or the pursued objective as `to A`.
 fn level(words: Words<'_>, node: &Node) -> String {
     match words.pursued(&node.at) {
-        Some(name) => format!("to {name}"),
+        Some(_) => format!("to {}", words.left(&node.at)),
         None => ranks::cell(node.at.memory.level),
     }
 }
@@ -169,8 +179,10 @@ fn paths_text((words, choose): (Words<'_>, Choose), unfolded: &InducedModel, sty
         ]);
     }
     let name = match choose {
-        Choose::First if words.kind.achieves() => words.kind.name(),
+        Choose::First if words.kind == StrategyKind::Plan => "plan",
+        Choose::First if words.kind == StrategyKind::Achieve => "strategy",
         Choose::First => "progress strategy",
+        Choose::Likely if words.kind == StrategyKind::Achieve => "most likely strategy",
         Choose::Likely => "strategy that is most likely to improve",
         Choose::Cheap => "cheapest strategy",
     };

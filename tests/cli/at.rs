@@ -94,7 +94,7 @@ fn where_nothing_can_be_improved_the_plan_is_named() {
     assert!(simulated("at=2").contains("No improvement is guaranteed here (SASI), and none is possible."));
     assert!(simulated("at=3").contains("`--choose likely` tries possible ones"));
     let cabin = "strategy models/drone.prism models/drone.pref --kind achieve --objective";
-    let unsure = "No strategy achieves the objective almost surely from here.";
+    let unsure = "No strategy achieves this almost surely from here.";
     assert!(run(&format!("{cabin} Cabin")).expect(0).stdout.contains(unsure));
     assert!(!run(&format!("{cabin} Shore")).expect(0).stdout.contains(unsure));
 }

@@ -250,6 +250,8 @@ const COMMANDS: &[(i32, &str)] = &[
     (0, "values models/courier.prism models/courier.pref --safety transition"),
     (4, "values TINY models/scramble.pref"),
     (0, "strategy TOY --choose cheap"),
+    (0, "strategy models/drone.prism models/drone.pref --kind achieve --objective Cabin --choose likely"),
+    (0, "simulate models/drone.prism models/drone.pref --kind achieve --objective Cabin --choose likely"),
     (0, "simulate TOY --runs 3"),
     (0, "simulate TOY --choose cheap"),
     (0, "simulate POND --runs 1"),

@@ -1,5 +1,6 @@
 //! The command line as users see it: standard output, standard error and exit statuses.
 
+mod aims;
 mod at;
 mod browser;
 mod choose;

@@ -179,11 +179,18 @@ fn values_have_maps_a_sentence_and_the_run() {
 #[test]
 fn cells_and_legends_name_the_classes() {
     let page = run(ROBOT).expect(0).stdout;
-    // A cell that stands for states of several classes shows what fits, and names all.
-    assert!(
-        page.contains("data-row=\"3\" data-col=\"1\" data-value=\"\"><title>B or C; B or F; nothing</title>")
-    );
-    assert!(page.contains(">B/C|…</text>"), "{page}");
+    // A cell that stands for states of several classes has a square for each, and names all.
+    let map = &page[page.find("id=\"map-classes\"").unwrap()..];
+    let cell = |row: i32, column: i32| {
+        let start = map.find(&format!("data-row=\"{row}\" data-col=\"{column}\"")).unwrap();
+        &map[start..start + map[start..].find("</g>").unwrap()]
+    };
+    assert!(cell(3, 1).contains("<title>B or C; B or F; nothing</title>"), "{}", cell(3, 1));
+    assert_eq!(cell(3, 1).matches("■</tspan>").count(), 3, "{}", cell(3, 1));
+    assert_eq!(cell(2, 0).matches("</tspan>").count(), 0, "{}", cell(2, 0));
+    // More than four are three squares and a sign.
+    assert_eq!(cell(1, 1).matches("■</tspan>").count(), 3, "{}", cell(1, 1));
+    assert!(cell(1, 1).contains("+</tspan>"), "{}", cell(1, 1));
     // The legend of many classes is grouped by the first of their objectives.
     let group = &page[page.find("<li class=\"group\"><b>A</b>").unwrap()..];
     let group = &group[..group.find("</ul>").unwrap()];
@@ -221,9 +228,15 @@ fn monitors_show_words_at_sliders_and_axes() {
 
 #[test]
 fn targets_have_letters_in_maps_of_any_size() {
+    let row = "mdp module m x : [0..5] init 0; [] x<5 -> (x'=x+1); endmodule";
+    let wishes = "objective Child = F x=1; objective Climber = F x=2;";
+    let scratch = Scratch::new(&[("row.prism", row), ("row.pref", wishes)]);
+    let two = run(&format!("report {} {}", scratch.show("row.prism"), scratch.show("row.pref")));
+    let two = two.expect(0).stdout;
+    assert!(two.contains("letters mark targets (Ch = Child, Cl = Climber)"), "{two}");
+    // A target in most cells has no letter.
     let rescue = run("report models/rescue.prism models/rescue.pref -c H=2").expect(0).stdout;
-    assert!(rescue.contains("letters mark targets (Ch = Child"), "{rescue}");
-    let scratch = Scratch::new(&[]);
+    assert!(!rescue.contains("letters mark targets"), "{rescue}");
     let large = "generate gridworld --rows 26 --cols 26 --battery none --items 4 --seed 5 --out";
     run(&format!("{large} {}", scratch.show("large"))).expect(0);
     let page = run(&format!("report {} {}", scratch.show("large.prism"), scratch.show("large.pref")));
@@ -259,4 +272,42 @@ fn values_are_left_out_of_large_pages() {
     let drone = "report models/drone.prism models/drone.pref --choose cheap";
     assert!(run(&format!("{drone} --kind spi")).expect(2).stderr.contains("`--kind spi`"));
     assert!(run(&format!("{drone} --strategy permissive")).expect(2).stderr.contains("permissive"));
+}
+
+/// A robot picks up a box: that is a flag, and a label says where it is set.
+const STORE: [(&str, &str); 2] = [
+    (
+        "store.prism",
+        "mdp module robot r : [0..3] init 0; c : [0..3] init 0; box : bool init false;\n\
+         [n] r<3 -> (r'=r+1); [e] c<3 -> (c'=c+1); [s] r>0 -> (r'=r-1); [w] c>0 -> (c'=c-1);\n\
+         [pick] r=1 & c=2 -> (box'=true); endmodule\n\
+         label \"Boxed\" = r=1 & c=2; label \"charger\" = r=3 & c=0; label \"wet\" = r=2 & c=2;\n\
+         label \"anywhere\" = r>=0; label \"exit\" = r=3 & c=3;",
+    ),
+    ("store.pref", "objective Boxed = F box; objective Out = F \"exit\"; require G !\"wet\";"),
+];
+
+#[test]
+fn labels_have_marks_and_flags_are_where_a_label_says() {
+    let scratch = Scratch::new(&STORE);
+    let store = format!("{} {}", scratch.show("store.prism"), scratch.show("store.pref"));
+    let page = run(&format!("report {store}")).expect(0).stdout;
+    let map = &page[page.find("id=\"map-sasi\"").unwrap()..page.find("id=\"map-spi\"").unwrap()];
+    let cell = |row: i32, column: i32| {
+        let start = map.find(&format!("data-row=\"{row}\" data-col=\"{column}\"")).unwrap();
+        &map[start..start + map[start..].find("</g>").unwrap()]
+    };
+    let legend = &map[map.find("<ul class=\"legend\">").unwrap()..];
+    // The labels of the targets have letters; a label of all cells says nothing.
+    for (sign, label) in [("▲", "charger"), ("●", "wet")] {
+        assert!(legend.contains(&format!("<span class=\"glyph\">{sign}</span>{label}")), "{legend}");
+    }
+    assert_eq!(legend.matches("class=\"glyph\"").count(), 2, "{legend}");
+    assert!(cell(3, 0).contains(">▲</text>") && cell(2, 2).contains(">●</text>"), "{map}");
+    assert!(cell(2, 2).contains("data-value=\"×\""), "{}", cell(2, 2));
+    assert!(cell(1, 2).contains(">B</text>") && cell(3, 3).contains(">O</text>"), "{map}");
+    assert_eq!(map.matches("class=\"label\"").count(), 2, "{map}");
+    assert!(!cell(0, 0).contains(">B</text>"), "{}", cell(0, 0));
+    let svg = run(&format!("report {store} --format svg --picture spi")).expect(0).stdout;
+    assert!(svg.contains("▲ charger") && svg.contains(">▲</text>"), "{svg}");
 }

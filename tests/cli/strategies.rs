@@ -211,7 +211,7 @@ fn a_kind_and_an_objective_that_do_not_fit_are_refused() {
         ),
         ("--kind plan --objective Fourth", "no objective is called `Fourth`"),
         ("--kind spi --objective First", "the kind `spi` takes no objective"),
-        ("--kind achieve --objective First --choose cheap", "with `--kind achieve`, leave it out"),
+        ("--kind achieve --objective First --choose cheap", "with `--kind achieve`, use `--choose likely`"),
         ("--kind sasi --choose likely", "with `--kind sasi`, use `--choose cheap`"),
     ] {
         for command in ["strategy", "simulate", "report"] {

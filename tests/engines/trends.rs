@@ -78,7 +78,7 @@ proptest! {
                 let engine = whole.with_trend(&order, trend).unwrap();
                 agreement::check(&engine, &program, &brute, &predicates);
                 for predicate in predicates {
-                    let found = engine.reached_from(&whole.states_where(predicate).unwrap()).unwrap();
+                    let found = engine.reached_from(&whole.states_where(&program.predicate(predicate)).unwrap()).unwrap();
                     let expected = reached(&brute, &brute.states_where(&program, predicate));
                     prop_assert_eq!(whole.list_states(&found, usize::MAX).unwrap(), listed(&brute, &expected));
                 }

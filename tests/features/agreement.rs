@@ -14,7 +14,7 @@ fn agree(one: &Analysed, other: &Analysed) {
     let prospects = |of: &Analysed| of.analysis.initial_prospects(&of.program, usize::MAX).unwrap();
     assert_eq!(prospects(one), prospects(other));
     for (mut mine, mut others) in one.strategies().into_iter().zip(other.strategies()) {
-        let label = format!("{:?} {:?}", mine.kind(), mine.objective());
+        let label = format!("{:?} {:?}", mine.kind(), mine.objectives());
         let unfold = |strategy: &mut _| {
             let unfolded = InducedModel::unfold(strategy, &states, Scheduler::Permissive, 10_000).unwrap();
             assert!(unfolded.complete);

@@ -5,10 +5,12 @@ mod certificates;
 #[path = "../common/graphs.rs"]
 mod graphs;
 mod joint;
+mod likely;
 mod plans;
 mod promises;
 #[path = "../common/random_case.rs"]
 mod random_case;
+mod together;
 mod values;
 
 use std::sync::Arc;

@@ -8,7 +8,7 @@ use meliora::engine::Engine;
 use meliora::model::State;
 use meliora::model::exact::Ratio;
 use meliora::planning::{Analysis, FiniteMemoryStrategy, Memory, Safety};
-use meliora::quantities::{Aim, Choose, Chooser, Steps, ValueOptions, Values};
+use meliora::quantities::{Aim, Choose, Chooser, Steps, ValueOptions, ValuedRule, Values};
 use num_traits::{One, Zero};
 
 use crate::loaded::Loaded;

@@ -2,7 +2,7 @@
 
 use meliora::export::{read_shield, write_shield};
 use meliora::planning::{Shield, ShieldNode};
-use meliora::{Error, Kind, Model, Options, Safety, Settings, SourceFile};
+use meliora::{Choose, Error, Kind, Model, Options, Safety, Settings, SourceFile, StrategyKind};
 use rand::RngExt;
 use rand::SeedableRng;
 use rand::rngs::SmallRng;
@@ -259,7 +259,7 @@ fn a_step_to_nowhere_is_refused() {
 fn kinds_modes_and_names_of_a_shield_are_known_and_occur_once() {
     let set = |key: &'static str, value: Json| refused_after(move |table| table[key] = value.clone());
     for (refusal, end) in [
-        (set("kind", "plan".into()), "the kind is `plan`, expected `sasi` or `spi`"),
+        (set("kind", "best".into()), "the kind is `best`, expected `sasi` or `spi` or `plan` or `achieve`"),
         (
             set("safety", "transition".into()),
             "the safety mode is `transition`, expected `action` or `prefix`",
@@ -382,4 +382,77 @@ fn shields_of_choices_with_one_label_can_make_the_improvements_ahead() {
         }
     }
     assert!(ahead > 100, "{ahead}");
+}
+
+/// The kinds that achieve objectives, with the names of these.
+const AIMS: [(StrategyKind, Option<&str>); 5] = [
+    (StrategyKind::Plan, None),
+    (StrategyKind::Plan, Some("C")),
+    (StrategyKind::Achieve, Some("A")),
+    (StrategyKind::Achieve, Some("C")),
+    (StrategyKind::Achieve, Some("A,C")),
+];
+
+/// Returns the nodes from which permitted actions that are taken at random achieve the pursued objective
+/// almost surely: those that cannot reach a node from which it cannot be achieved.
+fn achieving(shield: &Shield) -> Vec<bool> {
+    let nodes = &shield.nodes;
+    let next =
+        |v: usize| nodes[v].actions.iter().filter(|a| a.permitted).flat_map(|a| a.next.iter().copied());
+    let mut can: Vec<bool> = nodes.iter().map(|node| node.achieved).collect();
+    for _ in 0..nodes.len() {
+        (0..nodes.len()).for_each(|v| can[v] = can[v] || next(v).any(|to| can[to]));
+    }
+    let mut sure = can;
+    for _ in 0..nodes.len() {
+        for v in (0..nodes.len()).filter(|&v| !nodes[v].achieved) {
+            sure[v] = sure[v] && next(v).all(|to| sure[to]);
+        }
+    }
+    sure
+}
+
+#[test]
+fn what_a_shield_pursues_is_achieved_almost_surely() {
+    let (mut pursuing, mut achieved, mut together) = (0, 0, 0);
+    for seed in 0..100 {
+        for (safety, (kind, aim)) in
+            [Safety::Action, Safety::Prefix].into_iter().flat_map(|safety| AIMS.map(|aims| (safety, aims)))
+        {
+            let analysis = analysed(seed, safety);
+            let mut strategy = analysis.strategy_of(kind, Choose::First, aim).unwrap();
+            let shield = Shield::new(&mut strategy, 1000).unwrap();
+            assert_eq!(shield.fault(), None, "seed {seed}");
+            let sure = achieving(&shield);
+            for (v, node) in shield.nodes.iter().enumerate().filter(|(_, node)| !node.pursues.is_empty()) {
+                assert!(sure[v], "seed {seed}, {kind} {aim:?}, node {v}");
+                pursuing += 1;
+                achieved += usize::from(node.achieved);
+                together += usize::from(node.pursues.len() > 1);
+            }
+        }
+    }
+    assert!(pursuing > 1000 && achieved > 100 && together > 10, "{pursuing} {achieved} {together}");
+}
+
+#[test]
+fn a_table_that_gives_up_what_it_pursues_is_refused() {
+    let mut refused = 0;
+    for seed in 0..300 {
+        let analysis = analysed(seed, Safety::Action);
+        let mut strategy = analysis.strategy_of(StrategyKind::Achieve, Choose::First, Some("A")).unwrap();
+        let shield = Shield::new(&mut strategy, 1000).unwrap();
+        let pursues = |v: &usize| !shield.nodes[*v].pursues.is_empty() && !shield.nodes[*v].achieved;
+        for v in (0..shield.nodes.len()).filter(pursues) {
+            let lost = shield.nodes[v].actions.iter().any(|action| !action.permitted);
+            let mut changed = shield.clone();
+            changed.nodes[v].actions.iter_mut().for_each(|action| action.permitted = true);
+            assert_eq!(changed.fault().is_some(), lost, "seed {seed}, node {v}");
+            refused += usize::from(lost);
+            let mut changed = shield.clone();
+            changed.nodes.iter_mut().for_each(|node| node.achieved = false);
+            assert!(changed.fault().is_some(), "seed {seed}");
+        }
+    }
+    assert!(refused > 20, "{refused}");
 }

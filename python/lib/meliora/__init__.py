@@ -9,13 +9,15 @@
 
 ``Model`` and ``Preferences`` are parsed texts. ``Model.check`` returns an ``Analysis`` with its ``Region`` objects,
 ``Levels``, and a ``Strategy`` of each kind. ``Model.explore`` returns an ``Exploration`` for many queries. ``sweep``
-analyses a model for many values of its constants.
+analyses a model for many values of its constants. ``Analysis.export`` writes a dump, which ``Dump`` reads and
+``verify`` checks.
 Long calls release the interpreter, stop on Ctrl-C, and accept ``timeout`` in seconds and a ``progress`` callback.
 """
 
 from ._native import (
     Action,
     Analysis,
+    Dump,
     Explanation,
     Exploration,
     Levels,
@@ -31,7 +33,9 @@ from ._native import (
     Strategy,
     Successor,
     Variable,
+    Verdict,
     __version__,
+    verify,
 )
 from ._sweep import sweep
 from .errors import Error, InputError, LimitError, OutOfMemory, OutOfTime, Problem, TooLarge, UsageError
@@ -39,6 +43,7 @@ from .errors import Error, InputError, LimitError, OutOfMemory, OutOfTime, Probl
 __all__ = [
     "Action",
     "Analysis",
+    "Dump",
     "Error",
     "Explanation",
     "Exploration",
@@ -62,6 +67,8 @@ __all__ = [
     "TooLarge",
     "UsageError",
     "Variable",
+    "Verdict",
     "__version__",
     "sweep",
+    "verify",
 ]

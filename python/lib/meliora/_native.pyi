@@ -27,6 +27,9 @@ __all__ = [
     "Successor",
     "Simulation",
     "Progress",
+    "Dump",
+    "Verdict",
+    "verify",
 ]
 
 __version__: str
@@ -609,13 +612,13 @@ class Analysis:
 
         Args:
             kind: "sasi" or "spi" improves; "plan" makes all guaranteed improvements and then achieves a
-                most preferred objective; "achieve" achieves one objective. None for "spi" with
-                `choose="likely"`, else "sasi".
-            objective: The objective that "achieve" achieves, and that "plan" pursues where it is a most
-                preferred one; None for the first of these.
-            choose: The permitted action that the strategy takes: "first" that makes progress;
-                "likely" attains the greatest probability of all possible improvements (SPI); "cheap"
-                the least expected cost until the last certain one (SASI).
+                most preferred objective; "achieve" achieves one objective, or several together. None for
+                "spi" with `choose="likely"`, else "sasi".
+            objective: The objective that "achieve" achieves ("C,D": both in one path), and that "plan"
+                pursues where it is a most preferred one; None for the first of these.
+            choose: The permitted action that the strategy takes: "first" that makes progress; "likely"
+                attains the greatest probability of all possible improvements (SPI) or of the objective
+                ("achieve"); "cheap" the least expected cost until the last certain one (SASI).
             states: The states where paths may start with `choose="likely"` or "cheap"; None for the
                 initial states.
             levels, reward: As in `values`.
@@ -624,6 +627,13 @@ class Analysis:
         Raises:
             UsageError: A limit ended the work before the levels of this kind were computed; or the
                 options do not fit together.
+        """
+    def export(self, folder: _Path, *, timeout: _Timeout | None = None, progress: _Progress | None = None) -> None:
+        """Writes all regions and strategies as decision diagrams into a folder, with a certificate, as
+        `meliora export` does. `Dump` reads them, and `verify` checks them. An older dump is replaced.
+
+        Raises:
+            OSError: The folder contains something else, or cannot be written.
         """
     def to_dict(self) -> dict[str, Any]:
         """Returns the report of `meliora check --json` as a dictionary; its counts are decimal
@@ -702,8 +712,8 @@ class Levels:
         """
     def rank(self, state: _State) -> _Rank:
         """Returns the rank of a state: the number of possible or sure improvements, an int or
-        `math.inf`; 0 for unsafe states. If `max_level` ended the search, the true rank of a state in
-        the last level may be larger; see `complete`.
+        `math.inf`; `math.nan` for unsafe states, which have none. If `max_level` ended the search,
+        the true rank of a state in the last level may be larger; see `complete`.
 
         Raises:
             UsageError: A variable is missing or unknown.
@@ -863,8 +873,8 @@ class Strategy:
             timeout, progress: As in `Model.explore`.
 
         Raises:
-            UsageError: The strategy is a plan, achieves an objective or chooses by value, or the safety
-                mode is "transition", which promises nothing about single steps.
+            UsageError: The strategy chooses by value, or the safety mode is "transition", which promises
+                nothing about single steps; or choices with one label cannot be permitted together.
             TooLarge: There are more than `limit` states with memory.
         """
     def play(self, state: _State) -> Play:
@@ -915,8 +925,8 @@ class Shield:
     A shield has one episode, and must not be used by several threads at once; `copy` is cheap.
     """
     @property
-    def kind(self) -> _Kind:
-        """`"sasi"` or `"spi"`."""
+    def kind(self) -> _StrategyKind:
+        """`"sasi"`, `"spi"`, `"plan"` or `"achieve"`."""
     @property
     def safety(self) -> Literal["action", "prefix"]:
         """`"action"` or `"prefix"`."""
@@ -985,6 +995,14 @@ class Shield:
         """Returns the number of improvements that the shield still aims for in this state: an int, or
         `math.inf`.
         """
+    def pursues(self, state: _ShieldState) -> tuple[str, ...]:
+        """Returns the objectives that the shield pursues in this state, together if there are several: with
+        permitted actions they stay sure.
+        """
+    def achieved(self, state: _ShieldState) -> bool:
+        """Returns True if the pursued objectives are achieved or, for those that no step achieves, kept from
+        here on.
+        """
     def most_preferred(self, state: _ShieldState) -> tuple[str, ...]:
         """Returns the most preferred objectives of the present state."""
     def save(self, folder: _Path) -> None:
@@ -1037,8 +1055,8 @@ class Play:
         """
     @property
     def pursues(self) -> str | None:
-        """The objective that the run pursues, once no improvement is left; None for strategies that
-        achieve none.
+        """The objective that the run pursues, once no improvement is left, or several as "C and D"; None
+        for strategies that achieve none.
         """
     def actions(self, which: _Which = "permitted") -> list[str]:
         """Returns the actions of the present state, as `Strategy.actions`."""
@@ -1068,12 +1086,15 @@ class Explanation:
         """The most preferred objectives of the state; empty if it is unsafe."""
     @property
     def rank(self) -> _Rank:
-        """The rank of the state: an int, or `math.inf`."""
+        """The rank of the state: an int, or `math.inf`; `math.nan` if it is unsafe."""
     @property
     def pursues(self) -> str | None:
-        """The objective that the strategy pursues; None while it improves, and for strategies that
-        achieve none.
+        """The objective that the strategy pursues, or several as "C and D"; None while it improves, and for
+        strategies that achieve none.
         """
+    @property
+    def left(self) -> tuple[str, ...]:
+        """The pursued objectives that are not achieved yet: several if they are pursued together."""
     @property
     def commits(self) -> bool:
         """True if the plan commits to the objective that it pursues: kept actions alone do not achieve
@@ -1137,7 +1158,7 @@ class Successor:
         """The most preferred objectives of this successor; empty if it is unsafe."""
     @property
     def rank(self) -> _Rank:
-        """Its rank: an int, or `math.inf`."""
+        """Its rank: an int, or `math.inf`; `math.nan` if it is unsafe."""
     @property
     def change(self) -> Literal["improving", "weakening", "lateral"]:
         """The kind of the step: `"improving"`, `"weakening"` or `"lateral"`."""
@@ -1250,3 +1271,70 @@ class Progress:
     @property
     def elapsed(self) -> float:
         """Seconds since the call began."""
+
+@final
+class Dump:
+    """A dump that `Analysis.export` or `meliora export` wrote: regions and strategies, without the model.
+
+    An expression joins names of `regions` by `&`, `|`, `!` and parentheses: "sasi:1 & !sasi:2".
+
+    Args:
+        folder: The folder of the dump.
+        where: A condition over its variables and constants that restricts all answers, such as "r > 2".
+
+    Raises:
+        Error: The dump is invalid.
+        InputError: The condition is invalid.
+        OSError: A file cannot be read.
+    """
+    def __new__(cls, folder: _Path, where: str | None = None) -> Self: ...
+    @property
+    def regions(self) -> tuple[str, ...]:
+        """The names of the regions and strategies."""
+    @property
+    def manifest(self) -> dict[str, Any]:
+        """The manifest as a dictionary: variables, constants, the hashes of the texts, and so on."""
+    def count(self, regions: str) -> int:
+        """Returns the number of states of an expression; of a strategy, the number of pairs of a state and
+        an action.
+
+        Raises:
+            InputError: A name is unknown, or the expression is invalid.
+        """
+    def contains(self, regions: str, state: _State) -> bool:
+        """Returns True if a state is in an expression."""
+    def actions(self, regions: str, state: _State) -> tuple[str, ...]:
+        """Returns the actions of a state in an expression with strategies, such as "strategy:sasi:1".
+
+        Raises:
+            UsageError: The expression has no strategy: it is a set of states.
+        """
+    def states(self, regions: str, limit: int = 1000) -> list[dict[str, Any]]:
+        """Returns up to `limit` states of an expression as dictionaries, in the order of their values."""
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class Verdict:
+    """The result of `verify`."""
+    @property
+    def accepted(self) -> bool:
+        """True if all conditions hold."""
+    @property
+    def checked(self) -> tuple[str, ...]:
+        """The names of the regions that were checked."""
+    @property
+    def violation(self) -> str | None:
+        """The first condition that does not hold; None if the dump is accepted."""
+    @property
+    def state(self) -> dict[str, Any] | None:
+        """A state for which it does not hold; None if there is none."""
+    def __bool__(self) -> bool: ...
+
+def verify(
+    folder: _Path,
+    model: Model,
+    preferences: Preferences | _Path,
+    *,
+    timeout: _Timeout | None = None,
+    progress: _Progress | None = None,
+) -> Verdict: ...

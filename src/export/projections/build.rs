@@ -6,7 +6,7 @@ use super::{Ladder, Plane, Projections, directions, levels};
 use meliora_engine::symbolic::{ChoiceSet, Set, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Dumpable, Engine};
 use meliora_model::diagram::{Diagram, Edge};
-use meliora_model::error::Result;
+use meliora_model::error::{Error, Result};
 use meliora_model::preference::ObjectiveSet;
 use meliora_model::{Program, VarId};
 use meliora_planning::levels::{End, Level};
@@ -16,6 +16,9 @@ use meliora_query::describe;
 /// The maximum number of choices for which a page shows the states that permit them.
 const MOST_CHOICES: usize = 256;
 
+/// The maximum number of labels that a page shows.
+const MOST_LABELS: usize = 64;
+
 /// The sets, in the order in which they become roots.
 struct Sets {
     scope: StateSet,
@@ -23,6 +26,7 @@ struct Sets {
     ladders: [Rungs; 2],
     classes: Vec<(ObjectiveSet, StateSet)>,
     targets: Vec<StateSet>,
+    labels: Vec<(String, StateSet)>,
 }
 
 /// The sets of a [`Ladder`].
@@ -87,6 +91,7 @@ pub fn build<E: Dumpable>(
         spi,
         classes: sets.classes.into_iter().map(|(class, _)| (class, next())).collect(),
         targets: sets.targets.iter().map(|_| next()).collect(),
+        labels: sets.labels.into_iter().map(|(name, _)| (name, next())).collect(),
         choices,
         projected,
         diagram: Diagram { roots: Vec::new(), ..diagram },
@@ -114,6 +119,7 @@ impl Sets {
                 .map(|c| Ok((c.most_preferred.clone(), diagram(&c.states)?)))
                 .collect::<Result<_>>()?,
             targets: (0..objectives).map(target).collect::<Result<_>>()?,
+            labels: labels(analysis.whole_engine().diagrams()?)?,
         })
     }
 
@@ -126,6 +132,7 @@ impl Sets {
         }
         all.extend(self.classes.iter().map(|(_, states)| states));
         all.extend(&self.targets);
+        all.extend(self.labels.iter().map(|(_, states)| states));
         all.into_iter().cloned().map(Set::States).collect()
     }
 
@@ -139,6 +146,7 @@ impl Sets {
         }
         all.extend(self.classes.iter_mut().map(|(_, states)| states));
         all.extend(&mut self.targets);
+        all.extend(self.labels.iter_mut().map(|(_, states)| states));
         for set in all {
             *set = engine.projection(set, &onto)?;
         }
@@ -172,6 +180,21 @@ impl Rungs {
             permitted: self.permitted.iter().map(|_| next()).collect(),
         }
     }
+}
+
+/// Returns the labels of the model with their states, up to [`MOST_LABELS`], without those that have no
+/// value in some state.
+fn labels(engine: &SymbolicEngine) -> Result<Vec<(String, StateSet)>> {
+    let program = engine.program();
+    let mut found = Vec::new();
+    for (name, id) in program.labels.iter().take(MOST_LABELS) {
+        match engine.states_where(&program.predicate(*id)) {
+            Ok(states) => found.push((name.clone(), states)),
+            Err(Error::Input(_)) => {}
+            Err(other) => return Err(other),
+        }
+    }
+    Ok(found)
 }
 
 /// Returns the permitted choices of start states, each state at the level of its rank.

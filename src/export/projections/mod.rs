@@ -49,6 +49,8 @@ pub struct Projections {
     pub classes: Vec<(ObjectiveSet, Edge)>,
     /// The target of each objective.
     pub targets: Vec<Edge>,
+    /// The labels of the model, with their states; unsafe ones are among them.
+    pub labels: Vec<(String, Edge)>,
     /// The choices, by their numbers in the strategies of the ladders; empty if there are too many.
     pub choices: Vec<Direction>,
     /// True if the sets are projected onto the plane, because the full sets would be too large.

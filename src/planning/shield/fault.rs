@@ -3,7 +3,7 @@
 //! A shield that is read from a file is untrusted. Its promises follow from its table if the table
 //! is well formed, every step is known, secure nodes permit only steps to secure nodes that weaken
 //! nothing and keep the reference or improve on it, and permitted steps can make the improvements
-//! that are ahead.
+//! that are ahead, and keep and achieve the objectives that are pursued.
 
 use std::fmt::Display;
 use std::hash::Hash;
@@ -11,7 +11,6 @@ use std::hash::Hash;
 use ahash::{AHashMap, AHashSet};
 
 use super::{Shield, ShieldAction, ShieldNode, ShieldVariable, safe_modes};
-use crate::levels::Kind;
 use crate::{Safety, StrategyKind};
 use meliora_model::error::ensure;
 
@@ -25,7 +24,7 @@ impl Shield {
     /// twice, and numbers are in range. Every action has a successor, and the state of a successor
     /// tells its node. References are those of the safety mode. Permitted steps of secure nodes enter
     /// secure nodes and weaken nothing. From nodes with improvements ahead, permitted steps can make
-    /// the next one. Cost: linear in the size of the table.
+    /// the next one, and from nodes that pursue objectives they keep and can achieve them. Cost: linear in the size of the table.
     pub fn fault(&self) -> Option<String> {
         self.check().err()
     }
@@ -45,7 +44,8 @@ impl Shield {
         self.each(Self::check_successors)?;
         self.each(Self::check_reference)?;
         self.each(Self::check_promise)?;
-        self.check_progress()
+        self.check_progress()?;
+        self.check_pursuit()
     }
 
     /// Runs a check of every node; a fault says which node has it.
@@ -71,8 +71,8 @@ impl Shield {
     }
 
     fn check_modes(&self) -> Check {
-        let kinds = Kind::ALL.iter().map(|&kind| StrategyKind::from(kind).name());
-        one_of("kind", &self.kind, &kinds.collect::<Vec<_>>())?;
+        let kinds: Vec<&str> = StrategyKind::ALL.iter().map(|kind| kind.name()).collect();
+        one_of("kind", &self.kind, &kinds)?;
         one_of("safety mode", &self.safety, &safe_modes())
     }
 
@@ -225,6 +225,35 @@ impl Shield {
         self.each(|shield, v| {
             ensure(able[v] || shield.nodes[v].ahead == Some(0), || {
                 "improvements are ahead, but permitted steps cannot make the next one".to_owned()
+            })
+        })
+    }
+
+    /// Checks that from each node that pursues objectives, permitted steps lead to nodes that do so,
+    /// too, and can lead to one where they are achieved. Nothing is promised about steps after that.
+    pub(super) fn check_pursuit(&self) -> Check {
+        let mut before = vec![Vec::new(); self.nodes.len()];
+        let pursues = |node: &ShieldNode| !node.pursues.is_empty();
+        for (v, node) in self.nodes.iter().enumerate().filter(|(_, node)| pursues(node) && !node.achieved) {
+            let steps = node.actions.iter().filter(|action| action.permitted);
+            for (action, &to) in steps.flat_map(|action| action.next.iter().map(move |to| (action, to))) {
+                ensure(pursues(&self.nodes[to]), || {
+                    let (name, aims) = (self.name(action), plain(&node.pursues.join(" and ")));
+                    self.at(v, &format!("after the permitted action `{name}`, {aims} may not be sure"))
+                })?;
+                before[to].push(v);
+            }
+        }
+        let (mut queue, mut able) = (Vec::new(), vec![false; self.nodes.len()]);
+        queue.extend((0..self.nodes.len()).filter(|&v| self.nodes[v].achieved));
+        while let Some(v) = queue.pop() {
+            if !std::mem::replace(&mut able[v], true) {
+                queue.append(&mut before[v]);
+            }
+        }
+        self.each(|shield, v| {
+            ensure(able[v] || !pursues(&shield.nodes[v]), || {
+                "objectives are pursued, but permitted steps cannot achieve them".to_owned()
             })
         })
     }

@@ -3,7 +3,7 @@
 use serde_json::{Value as Json, json};
 
 use super::heat::Heat;
-use super::paint::{Paint, UNSAFE, arrow, longest};
+use super::paint::{MOST_SQUARES, Paint, UNSAFE, arrow};
 use super::{Content, Picture, palette};
 use meliora_export::projections::{Ladder, Projections};
 use meliora_model::diagram::Edge;
@@ -26,7 +26,7 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         "columns": projections.columns(),
         "at": projections.at,
         "opening": paint.opening,
-        "longest": longest(projections),
+        "squares": MOST_SQUARES,
         "projected": projections.projected,
         "width": projections.diagram.variables.len(),
         "nodes": nodes(projections),
@@ -39,6 +39,7 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         "classes": classes,
         "objectives": content.preferences.objectives.iter().map(|o| o.name.as_str()).collect::<Vec<_>>(),
         "targets": edges(&projections.targets),
+        "labels": projections.labels.iter().map(|(name, edge)| json!({"name": name, "edge": edge.number()})).collect::<Vec<_>>(),
         "choices": projections.choices.iter().map(choice).collect::<Vec<_>>(),
         "play": run,
         "heat": content.heat().as_ref().map(Heat::data),

@@ -306,7 +306,7 @@ fn strategy_name(kind: StrategyKind) -> &'static str {
         StrategyKind::Sasi => "SASI strategy",
         StrategyKind::Spi => "SPI strategy",
         StrategyKind::Plan => "plan (first improve, then achieve a most preferred objective)",
-        StrategyKind::Achieve => "strategy that achieves one objective",
+        StrategyKind::Achieve => "strategy that achieves the named objectives",
     }
 }
 

@@ -29,6 +29,8 @@ pub(super) fn svg(content: &Content<'_>, projections: &Projections, picture: Pic
     let paint = Paint::new(content, projections);
     let mut legend = paint.legend(picture);
     legend.extend(paint.unsafe_legend());
+    let signs = paint.signs.legend(projections).into_iter().filter(|_| !is_large(projections));
+    legend.extend(signs.map(|(glyph, name)| (palette::NONE, format!("{glyph} {name}"))));
     let size = size(projections);
     let width = size.0.max(320);
     let view = lines(&view_text(projections, &paint.opening), width / 7);
@@ -158,11 +160,18 @@ fn figure(
             ul.legend {
                 (legend)
                 @if let Some(entry) = paint.unsafe_legend() { (plain_legend(&[entry])) }
+                @if !is_large(projections) {
+                    @for (glyph, name) in paint.signs.legend(projections) { li { span.glyph { (glyph) } (name) } }
+                }
                 @if content.check.header.scope == Some(Scope::Reachable) {
                     li.wall-key { span.swatch.wall {} "unreachable" }
                 }
                 @if matches!(layer, Layer::Ranks(Picture::Classes)) {
-                    li.several hidden[!several] { span.swatch.several {} "several classes: select a cell to see all" }
+                    li.several hidden[!several] {
+                        span.swatch.several {}
+                        (if is_large(projections) { "several classes" } else { "several classes, each with a square" })
+                        ": select a cell to see their names"
+                    }
                 }
             }
         }
@@ -359,7 +368,13 @@ fn cell(layer: Layer<'_>, paint: &Paint<'_>, number: usize, (x, y): (usize, usiz
             @if matches!(layer, Layer::Ranks(Picture::Classes)) { title { (paint.named(found)) } }
             rect width=(SIDE) height=(SIDE) fill=(look.fill) {}
             @if !is_large(paint.projections) {
-                text class=(size_class(&look.text)) x=(SIDE / 2) y="26" fill=(look.ink) { (look.text) }
+                @if look.squares.is_empty() {
+                    text class=(size_class(&look.text)) x=(SIDE / 2) y="26" fill=(look.ink) { (look.text) }
+                } @else {
+                    text.value.squares x=(SIDE / 2) y="26" fill=(look.ink) {
+                        @for (fill, square) in look.squares.iter().zip(look.text.chars()) { tspan fill=(fill) { (square) } }
+                    }
+                }
                 @if let Some(arrows) = arrows { path.arrows fill=(look.ink) d=(arrows) {} }
                 @for (corner, letter) in found.letters.iter().enumerate() {
                     @if place && found.letters.len() == 1 {
@@ -368,6 +383,7 @@ fn cell(layer: Layer<'_>, paint: &Paint<'_>, number: usize, (x, y): (usize, usiz
                         (corner_letter(corner, letter, if place { 17 } else { 12 }))
                     }
                 }
+                @if !found.signs.is_empty() { text.label x=(SIDE - 3) y=(SIDE - 4) { (found.signs.join("")) } }
             }
         }
     }
@@ -390,7 +406,7 @@ fn size_class(text: &str) -> &'static str {
     match text.chars().count() {
         0..=2 => "value short",
         3 => "value",
-        4..=5 => "value long",
+        4 => "value long",
         _ => "value longer",
     }
 }

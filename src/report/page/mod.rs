@@ -17,6 +17,7 @@ mod paint;
 mod palette;
 mod report;
 mod sentence;
+mod signs;
 mod words;
 
 pub use report::PageReport;

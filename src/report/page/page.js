@@ -28,16 +28,15 @@
   function classOf(pattern) {
     const found = classes.filter((c) => diagram.meets(c.edge, pattern));
     if (found.length === 1) return { text: found[0].mark, color: found[0], found };
-    return { text: several(found.map((c) => c.mark)), color: { fill: 'var(--several)', ink: 'var(--ink)' }, found };
+    return { ...squares(found), color: { fill: 'var(--several)', ink: 'var(--ink)' }, found };
   }
 
-  /** Returns as many of the marks of classes as fit a cell. */
-  function several(marks) {
-    for (let n = marks.length; n > 0; n -= 1) {
-      const text = marks.slice(0, n).join('|') + (n < marks.length ? '|…' : '');
-      if (text.length <= data.longest) return text;
-    }
-    return '…';
+  /** Returns the text and the colours of a square per class; the last one stands for all others. */
+  function squares(found) {
+    const fills = found.slice(0, data.squares).map((c) => c.fill);
+    if (found.length <= data.squares) return { text: '■'.repeat(fills.length), fills };
+    fills[data.squares - 1] = 'currentColor';
+    return { text: '■'.repeat(data.squares - 1) + '+', fills };
   }
 
   function placed(row, column) {
@@ -176,11 +175,23 @@
       part.setAttribute('fill', found.color.ink);
       if (part.localName === 'path') part.setAttribute('d', path);
       if (!part.classList.contains('value')) continue;
+      part.classList.toggle('squares', Boolean(found.fills));
+      if (found.fills) {
+        part.replaceChildren(...found.fills.map((fill, i) => square(fill, found.text[i])));
+        continue;
+      }
       part.textContent = found.text;
       part.classList.toggle('short', found.text.length <= 2);
-      part.classList.toggle('long', [4, 5].includes(found.text.length));
-      part.classList.toggle('longer', found.text.length > 5);
+      part.classList.toggle('long', found.text.length === 4);
+      part.classList.toggle('longer', found.text.length > 4);
     }
+  }
+
+  function square(fill, text) {
+    const part = document.createElementNS('http://www.w3.org/2000/svg', 'tspan');
+    part.setAttribute('fill', fill);
+    part.textContent = text;
+    return part;
   }
 
   const named = ({ found }) => found.map((c) => c.name).join('; ');
@@ -258,6 +269,9 @@
       for (const measure of measures) line(measure.title.toLowerCase(), best(measure, chosen.row, chosen.column, others).text);
       if (here.length) line('target of', here.join(', '));
     }
+    const any = diagram.pattern(variables, variables.map((_, i) => (i === data.row ? chosen.row : i === data.column ? chosen.column : null)));
+    const labels = data.labels.filter((label) => diagram.meets(label.edge, any)).map((label) => label.name);
+    if (labels.length) line('labels', labels.join(', '));
     box.append(list);
   }
 

@@ -1,9 +1,11 @@
 //! The colours and texts of cells, computed once for all maps.
 
 use super::palette::{self, Rgb};
+use super::signs::{self, Signs};
 use super::{Content, Picture};
 use crate::{ranks, text};
 use meliora_export::projections::{Cell, Direction, Inside, Ladder, Projections, View};
+use meliora_model::diagram::Edge;
 use meliora_model::preference::ObjectiveSet;
 use meliora_planning::Rank;
 
@@ -11,6 +13,9 @@ use meliora_planning::Rank;
 pub(super) const SIDE: usize = 40;
 /// Maximum number of columns for texts of several words or letters of targets next to numbers.
 pub(super) const ROOMY: usize = 12;
+
+/// Maximum number of squares for the classes of a cell.
+pub(super) const MOST_SQUARES: usize = 4;
 
 /// The text of a cell with unsafe states.
 pub(super) const UNSAFE: &str = "×";
@@ -27,6 +32,8 @@ pub(super) struct Paint<'a> {
     greatest: [usize; 2],
     /// The opening view.
     pub(super) opening: View,
+    /// The labels that have marks.
+    pub(super) signs: Signs,
     /// The cells, row by row from the top.
     pub(super) cells: Vec<Vec<Found>>,
 }
@@ -47,6 +54,8 @@ pub(super) struct Found {
     pub(super) targets: Vec<usize>,
     /// Their letters, one per corner.
     pub(super) letters: Vec<String>,
+    /// The marks of labels whose states are there.
+    pub(super) signs: Vec<&'static str>,
 }
 
 impl Found {
@@ -61,12 +70,14 @@ pub(super) struct Look {
     pub(super) fill: String,
     pub(super) ink: &'static str,
     pub(super) text: String,
+    /// The colours of the characters of the text, if they differ.
+    pub(super) squares: Vec<String>,
 }
 
 impl Look {
     /// Returns the look of a place without states.
     pub(super) fn wall() -> Self {
-        Look { fill: "url(#wall)".to_owned(), ink: "currentColor", text: String::new() }
+        Look { fill: "url(#wall)".to_owned(), ink: "currentColor", text: String::new(), squares: Vec::new() }
     }
 
     /// Returns the look of unsafe states.
@@ -76,13 +87,13 @@ impl Look {
 
     /// Returns a text on a colour.
     pub(super) fn colored(color: Rgb, text: String) -> Self {
-        Look { fill: palette::css(color), ink: palette::ink(color), text }
+        Look { fill: palette::css(color), ink: palette::ink(color), text, squares: Vec::new() }
     }
 
     /// Returns a text on the colour of a share.
     pub(super) fn scaled(share: f64, text: String) -> Self {
         let (fill, ink) = palette::scaled(share);
-        Look { fill, ink, text }
+        Look { fill, ink, text, squares: Vec::new() }
     }
 
     /// Returns a text on the colour for nothing.
@@ -97,13 +108,17 @@ impl<'a> Paint<'a> {
         // The fixpoint has its own colour.
         let greatest = |l: &Ladder| l.levels.len() - usize::from(l.unbounded.is_some());
         let opening = projections.opening();
+        let targets = targets(content, projections);
+        let signs = Signs::new(projections, &targets);
+        let cells = found((content, projections), &opening, &targets, &signs);
         Paint {
             projections,
             names: projections.classes.iter().map(|(class, _)| name(class)).collect(),
             marks: marks(content, projections),
             places: places(content, projections),
             greatest: [greatest(&projections.sasi), greatest(&projections.spi)],
-            cells: found(content, projections, &opening),
+            signs,
+            cells,
             opening,
         }
     }
@@ -128,22 +143,24 @@ impl<'a> Paint<'a> {
             (Picture::Classes, &[index]) => {
                 return Look::colored(self.class(index).0, self.marks[index].clone());
             }
-            (Picture::Classes, classes) => {
-                let fill = "var(--several, #d8d4e8)".to_owned();
-                return Look { fill, ink: "currentColor", text: self.several(classes) };
-            }
+            (Picture::Classes, classes) => return self.squares(classes),
             (Picture::Spi, _) => cell.spi,
             (Picture::Sasi | Picture::Hasse, _) => cell.sasi,
         };
         Look::colored(palette::rank(rank, self.most(picture)), ranks::mark(Some(rank)))
     }
 
-    /// Returns the text for a cell with states of several classes: as many of their marks as fit.
-    fn several(&self, classes: &[usize]) -> String {
-        let marks: Vec<&str> = classes.iter().map(|&class| self.marks[class].as_str()).collect();
-        let text = |n: usize| marks[..n].join("|") + if n < marks.len() { "|…" } else { "" };
-        let fits = |text: &String| text.chars().count() <= longest(self.projections);
-        (1..=marks.len()).rev().map(text).find(fits).unwrap_or_else(|| "…".to_owned())
+    /// Returns a square of each class, at most four, the last one for all others.
+    fn squares(&self, classes: &[usize]) -> Look {
+        let all = classes.iter().map(|&class| palette::css(self.class(class).0));
+        let mut squares: Vec<String> = all.take(MOST_SQUARES).collect();
+        let mut text = "■".repeat(squares.len());
+        if classes.len() > MOST_SQUARES {
+            squares[MOST_SQUARES - 1] = "currentColor".to_owned();
+            text = "■".repeat(MOST_SQUARES - 1) + "+";
+        }
+        let fill = "var(--several, #d8d4e8)".to_owned();
+        Look { fill, ink: "currentColor", text, squares }
     }
 
     /// Returns the names of the classes of a cell: `A or B; C`.
@@ -219,14 +236,18 @@ fn ladder(projections: &Projections, picture: Picture) -> &Ladder {
 }
 
 /// Returns the cells of a view.
-fn found(content: &Content<'_>, projections: &Projections, view: &View) -> Vec<Vec<Found>> {
+fn found(
+    (content, projections): (&Content<'_>, &Projections),
+    view: &View,
+    targets: &[Option<Edge>],
+    signs: &Signs,
+) -> Vec<Vec<Found>> {
     let open: View = vec![None; projections.variables.len()];
-    let everywhere = everywhere(projections);
     let letters = letters(content);
     let one = |row: i64, column: i64| {
         let any = projections.view(&open, row, column);
-        let targets: Vec<usize> =
-            projections.targets_at(&any).into_iter().filter(|&i| !everywhere[i]).collect();
+        let holds = |objective: &usize| targets[*objective].is_some_and(|edge| projections.holds(edge, &any));
+        let targets: Vec<usize> = (0..targets.len()).filter(holds).collect();
         let (inside, exact) = projections.found(view, row, column).unzip();
         let is_unsafe = inside == Some(Inside::Unsafe);
         let cell = match inside {
@@ -241,6 +262,7 @@ fn found(content: &Content<'_>, projections: &Projections, view: &View) -> Vec<V
             elsewhere: exact == Some(false),
             letters: corner_letters(&letters, &targets),
             targets,
+            signs: signs.at(projections, &any),
         }
     };
     let columns = projections.columns();
@@ -270,7 +292,7 @@ fn corner_letters(letters: &Option<Vec<String>>, targets: &[usize]) -> Vec<Strin
 
 /// Returns the maximum number of characters of a text in a cell.
 pub(super) fn longest(projections: &Projections) -> usize {
-    if projections.columns().len() > ROOMY { 4 } else { 8 }
+    if projections.columns().len() > ROOMY { 4 } else { 6 }
 }
 
 /// Returns the texts of the classes in cells: their names or, if one is too long, numbers.
@@ -300,16 +322,17 @@ fn places(content: &Content<'_>, projections: &Projections) -> Vec<Option<usize>
     (0..projections.classes.len()).map(|c| order.iter().position(|&o| o == c)).collect()
 }
 
-/// Returns for each objective whether its target has states in all four corners of the plane: such
-/// a target is not shown.
-fn everywhere(projections: &Projections) -> Vec<bool> {
-    let open: View = vec![None; projections.variables.len()];
-    let (rows, columns) = (projections.rows(), projections.columns());
-    let ends = |values: &[i64]| [values.first().copied().unwrap_or(0), values.last().copied().unwrap_or(0)];
-    let corners = ends(&rows).into_iter().flat_map(|r| ends(&columns).map(|c| (r, c)));
-    let found: Vec<Vec<usize>> =
-        corners.map(|(r, c)| projections.targets_at(&projections.view(&open, r, c))).collect();
-    (0..projections.targets.len()).map(|i| found.iter().all(|here| here.contains(&i))).collect()
+/// Returns the states that show where each objective is achieved: its target or, if that has states in
+/// most cells, those of a label that is called like the objective.
+fn targets(content: &Content<'_>, projections: &Projections) -> Vec<Option<Edge>> {
+    let target = |objective: usize| {
+        let own = projections.targets[objective];
+        if !signs::is_wide(projections, own) {
+            return Some(own);
+        }
+        signs::place_of(content, projections, objective).map(|label| projections.labels[label].1)
+    };
+    (0..projections.targets.len()).map(target).collect()
 }
 
 /// Returns a triangle at the edge of a cell, on the side to which the choice leads; empty if it

@@ -1,0 +1,73 @@
+//! Objectives that one strategy achieves together, in the same path.
+//!
+//! Targets can be far apart, so a path needs a memory of those that it has reached. While Q are the
+//! others, it stays in W(Q), from where one strategy reaches all of Q, and approaches their union. A
+//! state of W(Q) in a target of i ∈ Q is in W(Q \ {i}), because that asks for less. So each entered
+//! target leaves less to reach, and the path almost surely reaches all of them.
+//!
+//! Temporal objectives have monitors, which are this memory: together they are their conjunction.
+
+use super::achieve::{Stage, Stages};
+use super::joint::{Joint, MOST, is_too_large};
+use super::{Analysis, temporal};
+use meliora_engine::{Engine, Region};
+use meliora_model::error::{Error, Result};
+use meliora_model::preference::{Goal, ObjectiveSet};
+use meliora_model::temporal::Condition;
+
+impl<E: Engine> Stages<E> {
+    /// Computes the stages of objectives that are to be achieved together. Cost: one almost-sure
+    /// fixpoint per subset; for temporal objectives, those of their conjunction.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for more than [`MOST`] objectives; a limit of the engine is reached.
+    pub(super) fn together(analysis: &Analysis<E>, objectives: &ObjectiveSet) -> Result<Self> {
+        if is_too_large(objectives) {
+            let count = objectives.len();
+            let message = format!("at most {MOST} objectives are achieved together, and {count} are named");
+            return Err(Error::Usage(message));
+        }
+        let engine = analysis.engine();
+        let joint = Joint::of_set(analysis, objectives)?;
+        let sure = joint.states(objectives).cloned().unwrap_or_else(|| engine.no_states());
+        let goals = objectives.iter().map(|objective| &analysis.preferences().objectives[objective].goal);
+        let condition = |goal: &Goal| match goal {
+            Goal::Satisfy { condition, .. } => Some(condition.clone()),
+            Goal::Reach(_) => None,
+        };
+        // Either all objectives are targets, or all are temporal.
+        match goals.map(condition).collect::<Option<Vec<_>>>() {
+            Some(all) => {
+                let choices = engine.all_choices();
+                let accepting = temporal::accepting_regions(engine, &Condition::All(all), &choices)?;
+                let target = temporal::secured(engine, &accepting)?;
+                Stages::new(engine, &target, &sure, &choices, &accepting)
+            }
+            None => Stages::of_targets(analysis, &joint, objectives),
+        }
+    }
+
+    /// Returns a stage for each set of targets that a path has reached. Cost: one pre-image per set.
+    fn of_targets(analysis: &Analysis<E>, joint: &Joint<E>, objectives: &ObjectiveSet) -> Result<Self> {
+        let engine = analysis.engine();
+        let together: Vec<usize> = objectives.iter().collect();
+        let mut all = Vec::with_capacity(1 << together.len());
+        for reached in 0..1usize << together.len() {
+            let left = together.iter().enumerate().filter(|(i, _)| reached >> i & 1 == 0);
+            let left: ObjectiveSet = left.map(|(_, &objective)| objective).collect();
+            let states = match joint.states(&left) {
+                Some(states) => states.clone(),
+                None if left.is_empty() => engine.all_states(),
+                None => engine.no_states(),
+            };
+            let mut goal = engine.no_states();
+            for regions in left.iter().filter_map(|objective| analysis.outcomes()?.get(objective)) {
+                goal = engine.union(&goal, &regions.target)?;
+            }
+            let staying = engine.pre_within(&engine.all_choices(), &states)?;
+            let region = Region { choices: engine.choices_in(&staying, &states)?, states };
+            all.push(Stage { region, goal, recurs: false });
+        }
+        Ok(Stages { all, disjuncts: Vec::new(), together })
+    }
+}
