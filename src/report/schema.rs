@@ -74,7 +74,8 @@ fn titled(name: &str, schema: Json) -> Json {
     Json::Object(titled)
 }
 
-/// Turns a schema into one for objects of either kind: the fields that are not in both are optional.
+/// Turns a schema into one for objects of either kind: the fields that are not in both are optional. Each field keeps its
+/// place behind the one before it.
 fn either(one: &mut Json, mut other: Json) {
     let required =
         |schema: &Json, name: &Json| schema["required"].as_array().is_some_and(|r| r.contains(name));
@@ -86,12 +87,18 @@ fn either(one: &mut Json, mut other: Json) {
     else {
         return;
     };
+    let mut place = 0;
     for (name, schema) in std::mem::take(others) {
-        match fields.get_mut(&name) {
-            Some(own) if own.get("properties").is_some() => either(own, schema),
-            Some(_) => {}
-            None => _ = fields.insert(name, schema),
+        match fields.keys().position(|own| *own == name) {
+            Some(at) => {
+                place = at;
+                if fields[&name].get("properties").is_some() {
+                    either(&mut fields[&name], schema);
+                }
+            }
+            None => _ = fields.shift_insert(place, name, schema),
         }
+        place += 1;
     }
 }
 

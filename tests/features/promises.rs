@@ -140,7 +140,7 @@ fn induce(of: &Analysed, formulas: &[String]) -> usize {
 }
 
 proptest! {
-    #![proptest_config(config(60))]
+    #![proptest_config(config(30))]
 
     #[test]
     fn runs_take_permitted_steps_that_never_weaken_and_are_never_unsafe(case in random_case()) {

@@ -287,7 +287,7 @@ fn both(world: &World) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(100))]
+    #![proptest_config(ProptestConfig::with_cases(60))]
 
     #[test]
     fn both_engines_find_what_is_defined_on_factored_programs(factored in factored()) {
