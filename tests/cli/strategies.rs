@@ -474,4 +474,6 @@ fn only_commands_with_sweeps_promise_ranges() {
         let help = run(&format!("{command} --help")).expect(0).stdout;
         assert_eq!(help.contains("N=1:5"), sweeps, "{command}: {help}");
     }
+    let refused = run("info models/chain.prism -c N=2:3").expect(2).stderr;
+    assert!(refused.contains("only `check`, `reach` and `compare` accept ranges"), "{refused}");
 }
