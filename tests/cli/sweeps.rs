@@ -218,17 +218,6 @@ fn each_property_has_a_column_with_its_answer() {
 }
 
 #[test]
-fn a_limit_leaves_the_answer_empty_and_says_so() {
-    let scratch = Scratch::new(&[("m.prism", MODEL)]);
-    let csv = scratch.show("r.csv");
-    let asked = ["--property", "P>=1 [ F x=N ]", "--property", "Pmax>0 [ F x=N ]"];
-    reach(&scratch, &[&["-c", "N=1:2,K=1", "--csv", &csv, "--timeout", "1ns"], &asked[..]].concat())
-        .expect(4);
-    let found = columns(&scratch, "r.csv", &[asked[1], asked[3], "status"]);
-    assert_eq!(found, [["", "", "limit"], ["", "", "limit"]]);
-}
-
-#[test]
 fn a_plot_shows_each_result_over_the_first_constant() {
     let scratch = Scratch::new(&[("m.prism", MODEL), ("m.pref", PREFS), ("m.props", ANSWERS)]);
     let (plot, csv, props) = (scratch.show("p.svg"), scratch.show("r.csv"), scratch.show("m.props"));
