@@ -267,7 +267,7 @@ fn a_kind_and_an_objective_that_do_not_fit_are_refused() {
         }
     }
     let found = run(&format!("export {toy} --objective First --out never")).expect(2).stderr;
-    assert!(found.contains("--strategy"), "{found}");
+    assert!(found.contains("--kind"), "{found}");
 }
 
 #[test]
