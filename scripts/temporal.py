@@ -19,7 +19,9 @@ REGIONS = ["pmax_one", "pmax_positive", "pmin_one", "pmin_positive"]
 
 
 def ask(arguments, model, constants, formula, engine):
-    command = [arguments.meliora, "reach", model, "--property", f"P>=1 [ {formula} ]", "--json", "--engine", engine]
+    # Together, these need all four regions.
+    properties = [word for asked in ("Pmax>=1", "P>0") for word in ("--property", f"{asked} [ {formula} ]")]
+    command = [arguments.meliora, "reach", model, *properties, "--json", "--engine", engine]
     if constants:
         command += ["--const", constants]
     try:
@@ -28,7 +30,10 @@ def ask(arguments, model, constants, formula, engine):
         return None, f"more than {arguments.timeout} s"
     if done.returncode not in (0, 1):
         return None, f"status {done.returncode}: {done.stderr.strip()[:300]}"
-    return json.loads(done.stdout), None
+    report = json.loads(done.stdout)
+    for name in REGIONS:
+        report[name] = next(entry[name] for entry in report["properties"] if entry[name] is not None)
+    return report, None
 
 
 def main():

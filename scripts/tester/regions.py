@@ -23,8 +23,8 @@ def reach(context):
         asked = [f"P>=1 [ {text} ]", f"Pmax=? [ {text} ]", f"Pmin=? [ {text} ]", *(text for text, _ in bounds)]
         report = reach_report(context, asked, options)
         entries = report["properties"]
-        for (asked_for, names), entry in zip(NEEDED.items(), entries):
-            of_property(context, f"{asked_for} [ {text} ] with {options}", regions, names, entry)
+        for asked_for, entry in zip(("P>=1", "Pmax=?", "Pmin=?"), entries):
+            of_property(context, f"{asked_for} [ {text} ] with {options}", regions, NEEDED[asked_for], entry)
         alone(context, text, options, regions, starts)
         unsafe = not question.unsafe().isdisjoint(starts)
         context.same("unsafe", unsafe, "unsafe" in report)

@@ -23,7 +23,7 @@ const EXAMPLES: &[(&str, [&str; 2])] = &[
     (
         "strategy",
         [
-            "meliora strategy models/robot5x5.prism models/robot5x5.pref --rank 1 --limit 20 --csv",
+            "meliora strategy models/robot5x5.prism models/robot5x5.pref --rank 1 --limit 20 --csv states.csv",
             "meliora strategy models/drone.prism models/drone.pref --choose likely",
         ],
     ),

@@ -20,6 +20,7 @@ use meliora_report::Number;
 
 use super::options::{ModelArgs, PreferenceArgs};
 use super::progress::TerminalSink;
+use super::sweep::ranges;
 
 /// True once standard input has been read.
 static INPUT_READ: AtomicBool = AtomicBool::new(false);
@@ -96,6 +97,11 @@ fn standard_input() -> Result<io::Stdin, Error> {
 }
 
 fn parsed(args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Error> {
+    if let Some(range) = ranges::parse(&args.constants())?.iter().find(|range| range.varies) {
+        let message =
+            format!("`{}` has several values; only `check`, `reach` and `compare` accept ranges", range.name);
+        return Err(Error::Usage(message));
+    }
     let given = Given {
         constants: SourceFile::new("--const", args.constants()),
         bounds: SourceFile::new("--bounds", args.bounds()),

@@ -220,7 +220,7 @@ fn combinations_without_a_meaning_are_refused_by_name() {
     for (options, message) in [
         ("--choose likely --kind sasi", "with `--kind sasi`, use `--choose cheap`"),
         ("--choose cheap --kind spi", "with `--kind spi`, use `--choose likely`"),
-        ("--choose cheap --strategy permissive", "`--strategy permissive` takes all permitted actions"),
+        ("--choose cheap --scheduler permissive", "`--scheduler permissive` takes all permitted actions"),
         ("--reward fuel", "`--reward` needs computed values"),
         ("--levels 2", "`--levels` needs computed values"),
         ("--choose cheap --reward fuel", "no such reward structure; there are steps"),

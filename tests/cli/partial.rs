@@ -125,3 +125,17 @@ fn numbers_need_two_regions_and_rewards_one() {
         assert_eq!(found.iter().map(|(name, _)| *name).collect::<Vec<_>>(), needed, "{property}");
     }
 }
+
+/// The rows of a sweep have the answers that are known when a limit ends an instance.
+#[test]
+fn a_row_has_the_answers_that_are_known() {
+    let model = lists(14).replacen("mdp", "mdp const int N;", 1);
+    let ranges = ["-c", "N=1:2", "--csv", "-"];
+    let found =
+        reach(&model, &[&SMALL[..], &ranges].concat(), &["P>0 [ F bad ]", "Pmax>=1 [ F bad ]"]).expect(4);
+    let rows: Vec<&str> = found.stdout.lines().collect();
+    assert!(rows[0].contains(",P>0 [ F bad ],Pmax>=1 [ F bad ],") && rows.len() == 3, "{rows:?}");
+    for row in &rows[1..] {
+        assert!(row.contains(",,true,") && row.ends_with(",limit"), "{row}");
+    }
+}

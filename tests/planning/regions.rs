@@ -62,7 +62,7 @@ fn compare(case: &Case) {
         let r = regions(&*engine, &engine.states_where(&engine.target(i)).unwrap()).unwrap();
         let found = [&r.pmax_one, &r.pmax_positive, &r.pmin_one, &r.pmin_positive].map(|x| set(x));
         assert_eq!(found, expected);
-        each_region_alone(&*engine, &engine.states_where(&engine.target(i)).unwrap(), &r);
+        each_region_alone(&engine, engine.states_where(&engine.target(i)).unwrap(), &r);
         known_regions_decide_what_all_of_them_do(&*engine, &r);
         let outcome = analysis.outcomes().unwrap().get(i).unwrap();
         assert_eq!([set(&outcome.almost_sure), set(&outcome.positive)], expected[..2]);
@@ -70,7 +70,7 @@ fn compare(case: &Case) {
 }
 
 /// A region that is asked for first is the same as the one among all.
-fn each_region_alone(engine: &Tiny, target: &Vec<bool>, all: &Regions<Vec<bool>>) {
+fn each_region_alone(engine: &Tiny, target: Vec<bool>, all: &Regions<Vec<bool>>) {
     for which in Which::ALL {
         let mut search = RegionSearch::of_target(engine, target.clone());
         let order = search.order(&[which]);
