@@ -87,19 +87,29 @@ proptest! {
     }
 
     #[test]
-    fn variables_that_few_transitions_make_greater_come_first(of in numbers(160)) {
+    fn digits_that_few_transitions_make_greater_come_first(of in numbers(160)) {
         let program = Arc::new(random_program(&of, false));
         let settings = Settings { memory: 64 << 20, ..Settings::default() };
         let order = SymbolicEngine::new(program.clone(), settings).unwrap().falling_order().unwrap();
-        let counts = Vec::from_iter(order.iter().map(|digit| {
-            Trend::ALL.map(|trend| {
-                let brute = reference(&program, &[*digit], trend);
-                brute.count_transitions(&brute.all_choices(), &brute.all_states())
-            })
-        }));
-        prop_assert!(counts.iter().all(|[falling, rising]| falling >= rising), "{:?} {:?}", order, counts);
-        let key = |[falling, rising]: &[usize; 2]| (*rising, std::cmp::Reverse(*falling));
-        prop_assert!(counts.is_sorted_by_key(key), "{:?} {:?}", order, counts);
         prop_assert_eq!(order.len(), program.variables.len());
+        // The numbers of transitions that keep the digits before, and make this one greater or smaller.
+        let key = |before: &[Digit], digit: Digit| {
+            let [falling, rising] = Trend::ALL.map(|trend| {
+                let of = |order: &[Digit]| {
+                    let brute = reference(&program, order, trend);
+                    brute.count_transitions(&brute.all_choices(), &brute.all_states())
+                };
+                of(&[before, &[digit]].concat()) - of(before)
+            });
+            (rising, std::cmp::Reverse(falling))
+        };
+        for (at, &digit) in order.iter().enumerate() {
+            let own = key(&order[..at], digit);
+            prop_assert!(own.0 <= own.1.0, "{:?}", order);
+            for &other in &order[at..] {
+                let turned = Digit { reversed: !other.reversed, ..other };
+                prop_assert!(own <= key(&order[..at], other).min(key(&order[..at], turned)), "{:?}", order);
+            }
+        }
     }
 }

@@ -21,6 +21,38 @@ use meliora_model::VarId;
 use meliora_model::error::Result;
 use meliora_model::trend::{Digit, Trend};
 
+/// The transitions of a piece that make each variable smaller, and those that make it greater.
+struct Changes {
+    piece: Piece,
+    counts: Vec<(VarId, [Count; 2])>,
+}
+
+impl Changes {
+    fn writes(&self, variable: VarId) -> bool {
+        self.counts.iter().any(|(own, _)| *own == variable)
+    }
+
+    fn add_to(&self, totals: &mut [[Count; 2]]) {
+        for (variable, [falling, rising]) in &self.counts {
+            let [less, more] = &mut totals[variable.index()];
+            *less += falling;
+            *more += rising;
+        }
+    }
+
+    fn take_from(&self, totals: &mut [[Count; 2]]) {
+        for (variable, [falling, rising]) in &self.counts {
+            let [less, more] = &mut totals[variable.index()];
+            *less -= falling;
+            *more -= rising;
+        }
+    }
+}
+
+fn has(support: &Support, bit: u32) -> bool {
+    support.bits().binary_search(&bit).is_ok()
+}
+
 impl SymbolicEngine {
     /// Returns an engine of the same states and choices that has only the edges s → s' with s' < s
     /// (falling) or s' > s (rising), where the first variable of `order` in which s and s' differ
@@ -58,7 +90,7 @@ impl SymbolicEngine {
         let mut decided = store.zero();
         for &Digit { variable, reversed } in order.iter().rev() {
             for &position in self.encoding.positions(variable) {
-                if support.bits().binary_search(&position).is_ok() {
+                if has(support, position) {
                     let before = store.literal(2 * position, true)?;
                     let after = store.literal(2 * position + 1, true)?;
                     let lowers = (trend == Trend::Falling) != reversed;
@@ -71,44 +103,69 @@ impl SymbolicEngine {
         Ok(decided)
     }
 
-    /// Returns an order of the variables in which many edges fall. Most transitions that change a
-    /// variable make its digit smaller. The fewer make it greater, the more significant it is; of
-    /// equals, the one that more transitions make smaller.
+    /// Returns an order of the variables in which many edges fall. Each digit is one that, of the
+    /// transitions that keep all digits before it, the fewest make greater; of equals, the most make
+    /// smaller. So a counter of rounds comes before the clocks that each round sets back.
     ///
-    /// Cost: linear in the relations, for each variable that they change.
+    /// Cost: linear in the relations, for each pair of variables that one of them changes.
     ///
     /// # Errors
     /// A limit.
     pub fn falling_order(&self) -> Result<Vec<Digit>> {
-        let mut all = Vec::new();
-        for index in 0..self.encoding.variables().len() as u32 {
-            let variable = VarId(index);
-            let [falling, rising] = Trend::ALL.map(|trend| self.count_trend(variable, trend));
-            let (falling, rising) = (falling?, rising?);
-            let reversed = rising > falling;
-            let (most, least) = if reversed { (rising, falling) } else { (falling, rising) };
-            all.push((least, Reverse(most), Digit { variable, reversed }));
-        }
-        all.sort_by(|a, b| (&a.0, &a.1).cmp(&(&b.0, &b.1)));
-        Ok(all.into_iter().map(|(_, _, digit)| digit).collect())
-    }
-
-    /// Returns the number of transitions that lower or raise a variable.
-    fn count_trend(&self, variable: VarId, trend: Trend) -> Result<Count> {
-        let own = Support::new(self.encoding.positions(variable).iter().copied());
-        let mut total = Count::zero();
-        for Piece { group, steps } in &self.transitions.pieces {
-            let changed = own.bits().iter().any(|bit| steps.support.bits().binary_search(bit).is_ok());
-            if changed {
-                let has_trend =
-                    self.has_trend(&[Digit { variable, reversed: false }], &steps.support, trend)?;
-                let relation = self.store.and(&steps.relation, &has_trend)?;
-                let steps = PartialRelation { relation, support: steps.support.clone() };
-                let piece = Piece { group: *group, steps };
-                total += self.count_piece(&piece, &self.choices.0[*group], None)?;
+        let all = self.transitions.pieces.iter().map(|piece| self.changes(piece.clone()));
+        let mut all = all.collect::<Result<Vec<_>>>()?;
+        let mut left: Vec<VarId> = self.program.variable_ids().collect();
+        let mut totals = vec![[Count::zero(), Count::zero()]; left.len()];
+        all.iter().for_each(|changes| changes.add_to(&mut totals));
+        let mut order = Vec::new();
+        while let Some(at) = (0..left.len()).min_by_key(|&at| {
+            let [falling, rising] = &totals[left[at].index()];
+            (falling.min(rising), Reverse(falling.max(rising)))
+        }) {
+            let variable = left.remove(at);
+            let [falling, rising] = &totals[variable.index()];
+            order.push(Digit { variable, reversed: rising > falling });
+            for changes in all.iter_mut().filter(|changes| changes.writes(variable)) {
+                changes.take_from(&mut totals);
+                let PartialRelation { relation, support } = &changes.piece.steps;
+                let kept = self.keeping(variable, support)?;
+                let steps =
+                    PartialRelation { relation: self.store.and(relation, &kept)?, support: support.clone() };
+                *changes = self.changes(Piece { group: changes.piece.group, steps })?;
+                changes.add_to(&mut totals);
             }
         }
-        Ok(total)
+        Ok(order)
+    }
+
+    /// Counts the transitions of a piece that change each variable.
+    fn changes(&self, piece: Piece) -> Result<Changes> {
+        let mut counts = Vec::new();
+        let support = &piece.steps.support;
+        let written = |v: &VarId| self.encoding.positions(*v).iter().any(|bit| has(support, *bit));
+        let is_empty = self.store.is_zero(&piece.steps.relation);
+        for variable in self.program.variable_ids().filter(|v| !is_empty && written(v)) {
+            let [falling, rising] = Trend::ALL.map(|trend| {
+                let trend = self.has_trend(&[Digit { variable, reversed: false }], support, trend)?;
+                let relation = self.store.and(&piece.steps.relation, &trend)?;
+                let steps = PartialRelation { relation, support: support.clone() };
+                self.count_piece(&Piece { group: piece.group, steps }, &self.choices.0[piece.group], None)
+            });
+            counts.push((variable, [falling?, rising?]));
+        }
+        Ok(Changes { piece, counts })
+    }
+
+    /// Returns the pairs of present and next values of a support in which a variable has the same
+    /// value.
+    fn keeping(&self, variable: VarId, support: &Support) -> Result<Bdd> {
+        let mut kept = self.store.one();
+        for &bit in self.encoding.positions(variable).iter().filter(|bit| has(support, **bit)) {
+            let (before, after) =
+                (self.store.literal(2 * bit, true)?, self.store.literal(2 * bit + 1, true)?);
+            kept = self.store.and(&kept, &self.store.iff(&before, &after)?)?;
+        }
+        Ok(kept)
     }
 
     /// Computes μX. T ∪ { s' ∈ S : some s ∈ X has an edge into s' }.

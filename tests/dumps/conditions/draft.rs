@@ -158,6 +158,16 @@ impl Draft {
         self.sets.retain(|name, _| !chosen(name));
     }
 
+    /// Removes a layer or round; the later ones move up.
+    pub(super) fn leave_out(&mut self, name: &str) {
+        self.sets.remove(name);
+        let (start, number) = name.rsplit_once(':').unwrap();
+        for number in number.parse::<usize>().unwrap().. {
+            let Some(set) = self.sets.remove(&format!("{start}:{}", number + 1)) else { break };
+            self.sets.insert(format!("{start}:{number}"), set);
+        }
+    }
+
     /// Replaces a part of the names of all sets.
     pub(super) fn rename(&mut self, from: &str, to: &str) {
         let sets = std::mem::take(&mut self.sets);

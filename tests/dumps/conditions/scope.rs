@@ -45,21 +45,22 @@ fn all_valuations_are_in_the_scope_all() {
     }
 }
 
-/// Takes states and their choices out of all sets.
+/// Takes states and their choices out of all sets. Layers and rounds of which nothing remains are left out.
 fn forget(draft: &mut Draft, gone: &Members) {
     assert!(!gone.is_empty());
+    let mut empty = Vec::new();
     for name in draft.names() {
         let members = draft.get(&name);
         let is_kept = |m: &Vec<i64>| !gone.contains(m) && !gone.contains(&m[1..]);
         let kept: Members = members.iter().filter(|m| is_kept(m)).cloned().collect();
-        if kept != members {
-            assert!(
-                !kept.is_empty() || !name.starts_with("layers:") && !name.starts_with("refuted:"),
-                "{name}"
-            );
+        let is_step = name.starts_with("layers:") || name.starts_with("refuted:");
+        if kept.is_empty() && is_step {
+            empty.push(name);
+        } else if kept != members {
             draft.set(&name, kept);
         }
     }
+    empty.iter().rev().for_each(|name| draft.leave_out(name));
 }
 
 /// A state in which paths may begin, and which has no predecessor, is left out.
