@@ -158,11 +158,15 @@ fn panic_message(panic: &(dyn Any + Send)) -> String {
 #[cfg(test)]
 mod tests {
     use std::convert::Infallible;
+    use std::sync::Mutex;
     use std::sync::mpsc::channel;
 
     use super::super::supervisor::TimeLimit;
     use super::*;
     use meliora_model::progress::ProgressSink;
+
+    /// Taken by the tests that measure the memory of the process, so that none frees memory that another has counted.
+    static MEASURES_MEMORY: Mutex<()> = Mutex::new(());
 
     /// Works until it is cancelled.
     fn endless(supervisor: &Supervisor) -> Result<()> {
@@ -203,6 +207,7 @@ mod tests {
 
     #[test]
     fn an_interrupt_a_time_limit_and_a_memory_limit_cancel_the_work() {
+        let _alone = MEASURES_MEMORY.lock().unwrap();
         let supervisor = Arc::new(Supervisor::new());
         let interrupted = run(&supervisor, |own, _| {
             own.interrupt();
@@ -246,6 +251,7 @@ mod tests {
 
     #[test]
     fn work_that_needs_more_and_more_memory_without_asking_is_left_behind() {
+        let _alone = MEASURES_MEMORY.lock().unwrap();
         let supervisor = Arc::new(Supervisor::new());
         supervisor.limit_growth(0);
         let (free, blocked) = channel::<()>();
