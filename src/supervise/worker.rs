@@ -256,7 +256,8 @@ mod tests {
         supervisor.limit_growth(0);
         let (free, blocked) = channel::<()>();
         let worker = spawn(&supervisor, move |_| {
-            let bytes = vec![1_u8; 160 << 20];
+            // Enough even if the work of the other test frees its 80 MiB only now.
+            let bytes = vec![1_u8; 320 << 20];
             Ok((blocked.recv().is_ok(), bytes.len()))
         });
         let found = worker.unwrap().wait(|_| Ok::<_, Infallible>(()));
