@@ -1,5 +1,5 @@
 //! Strategies that choose by value, as Markov chains with exact fractions: unfolded step by step with
-//! their memory, they have the values that were computed. The tests of [`crate::quantities`] draw the cases.
+//! their memory, they have the values that were computed. Cases come from [`crate::quantities`].
 
 use std::collections::HashMap;
 use std::sync::Arc;
