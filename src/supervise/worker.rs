@@ -158,11 +158,15 @@ fn panic_message(panic: &(dyn Any + Send)) -> String {
 #[cfg(test)]
 mod tests {
     use std::convert::Infallible;
+    use std::sync::Mutex;
     use std::sync::mpsc::channel;
 
     use super::super::supervisor::TimeLimit;
     use super::*;
     use meliora_model::progress::ProgressSink;
+
+    /// Taken by the tests that measure the memory of the process, so that none frees memory that another has counted.
+    static MEASURES_MEMORY: Mutex<()> = Mutex::new(());
 
     /// Works until it is cancelled.
     fn endless(supervisor: &Supervisor) -> Result<()> {
@@ -203,6 +207,7 @@ mod tests {
 
     #[test]
     fn an_interrupt_a_time_limit_and_a_memory_limit_cancel_the_work() {
+        let _alone = MEASURES_MEMORY.lock().unwrap();
         let supervisor = Arc::new(Supervisor::new());
         let interrupted = run(&supervisor, |own, _| {
             own.interrupt();
@@ -246,11 +251,13 @@ mod tests {
 
     #[test]
     fn work_that_needs_more_and_more_memory_without_asking_is_left_behind() {
+        let _alone = MEASURES_MEMORY.lock().unwrap();
         let supervisor = Arc::new(Supervisor::new());
         supervisor.limit_growth(0);
         let (free, blocked) = channel::<()>();
         let worker = spawn(&supervisor, move |_| {
-            let bytes = vec![1_u8; 160 << 20];
+            // Enough even if the work of the other test frees its 80 MiB only now.
+            let bytes = vec![1_u8; 320 << 20];
             Ok((blocked.recv().is_ok(), bytes.len()))
         });
         let found = worker.unwrap().wait(|_| Ok::<_, Infallible>(()));

@@ -1,4 +1,4 @@
-//! What the JSON of a command says. [`crate::json_page`] has the names, the order and the types of the fields.
+//! The JSON of some commands. [`crate::json_page`] checks names, order and types of all fields.
 
 use serde_json::{Value, json};
 

@@ -1,5 +1,5 @@
-//! Strategies that choose by value, as Markov chains with exact fractions: unfolded step by step with
-//! their memory, they have the values that were computed. The tests of [`crate::quantities`] draw the cases.
+//! Strategies that choose by value, as Markov chains with exact fractions: unfolded with their memory, they have the
+//! values that were computed. Cases come from [`crate::quantities`].
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -48,7 +48,7 @@ fn evaluate<E: Engine>(strategy: &mut FiniteMemoryStrategy<E>, start: &State, k:
     (reaches, cost)
 }
 
-/// Checks that both strategies that choose by value attain from each state what is promised.
+/// Checks both strategies by value: each attains what it promises in every state.
 pub(crate) fn check<E: Engine>(
     analysis: &Analysis<E>,
     world: &World,

@@ -1,4 +1,4 @@
-//! Strategies, re-checked on the Markov chains that they induce. The tests of [`crate::versus_literal`] draw the cases.
+//! Strategies, re-checked on the Markov chains that they induce. Cases come from [`crate::versus_literal`].
 
 use meliora::engine::Engine;
 use meliora::planning::improvement::Arena;
