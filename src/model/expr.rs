@@ -105,23 +105,17 @@ impl ExprPool {
 
     /// Returns the node of `id`.
     pub fn node(&self, id: ExprId) -> Node {
-        match id.index().checked_sub(self.first) {
-            Some(own) => self.nodes[own],
-            None => self.layer(id, |pool, at| pool.nodes[at]),
+        match &self.base {
+            Some(base) if id.index() < self.first => base.node(id),
+            _ => self.nodes[id.index() - self.first],
         }
     }
 
     fn known(&self, id: ExprId) -> Known {
-        match id.index().checked_sub(self.first) {
-            Some(own) => self.known[own],
-            None => self.layer(id, |pool, at| pool.known[at]),
+        match &self.base {
+            Some(base) if id.index() < self.first => base.known(id),
+            _ => self.known[id.index() - self.first],
         }
-    }
-
-    /// Reads from the pool below that `id` is in, at its place there.
-    fn layer<T>(&self, id: ExprId, read: impl Fn(&ExprPool, usize) -> T) -> T {
-        let pool = self.layers().find(|pool| id.index() >= pool.first).unwrap_or(self);
-        read(pool, id.index() - pool.first)
     }
 
     /// Returns the type of `id`.
