@@ -181,7 +181,7 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
     }
     check_directory(&args.out)?;
     let read = || {
-        let mut question = load::question(&args.model, &args.preferences, &job.sink)?;
+        let mut question = load::question("export", &args.model, &args.preferences, &job.sink)?;
         let costs = costs(&mut question.program, args.reward(), &job.sink)?;
         Ok((question, costs))
     };

@@ -25,6 +25,9 @@ use super::progress::TerminalSink;
 /// True once standard input has been read.
 static INPUT_READ: AtomicBool = AtomicBool::new(false);
 
+/// The commands that honour the players of a game. All others refuse games.
+const WITH_PLAYERS: &[&str] = &[];
+
 /// The name of standard input in messages.
 const STANDARD_INPUT: &str = "standard input";
 
@@ -96,47 +99,53 @@ fn standard_input() -> Result<io::Stdin, Error> {
     Ok(io::stdin())
 }
 
-fn parsed(args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Error> {
+fn parsed(command: &str, args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Error> {
     let given = Given {
         constants: SourceFile::new("--const", args.constants()),
         bounds: SourceFile::new("--bounds", args.bounds()),
     };
-    loaded(&args.model, &given, sink)
+    loaded(command, &args.model, &given, sink)
 }
 
-fn loaded(model: &Path, given: &Given, sink: &TerminalSink) -> Result<Loaded, Error> {
+/// Reads a model for a command, which must honour the players of a game.
+fn loaded(command: &str, model: &Path, given: &Given, sink: &TerminalSink) -> Result<Loaded, Error> {
     let checked = document(model)?.load(given, sink)?;
+    if !WITH_PLAYERS.contains(&command) {
+        checked.program.of_one_player(&format!("`{command}`"))?;
+    }
     sink.warn_at(&checked.warnings);
     let mut program = checked.program;
     let overlap = match program.kind {
         ModelKind::Dtmc => Some(program.overlap()),
-        ModelKind::Mdp => None,
+        ModelKind::Mdp | ModelKind::Smg => None,
     };
     Ok(Loaded { program, named: checked.properties, overlap })
 }
 
-/// Reads the model. Returns it with [`Loaded::overlap`].
+/// Reads the model for a command. Returns it with [`Loaded::overlap`].
 ///
 /// # Errors
 /// A file, the constants, the bounds or an expression is wrong.
 pub(super) fn program(
+    command: &str,
     args: &ModelArgs,
     sink: &TerminalSink,
 ) -> Result<(Arc<Program>, Option<ExprId>), Error> {
-    let Loaded { program, overlap, .. } = parsed(args, sink)?;
+    let Loaded { program, overlap, .. } = parsed(command, args, sink)?;
     Ok((Arc::new(program), overlap))
 }
 
-/// Reads the model and the preferences.
+/// Reads the model and the preferences for a command.
 ///
 /// # Errors
 /// A file, the constants or the bounds are wrong.
 pub(super) fn question(
+    command: &str,
     model: &ModelArgs,
     args: &PreferenceArgs,
     sink: &TerminalSink,
 ) -> Result<Question, Error> {
-    preferring(model, &args.preferences, sink)
+    preferring(command, model, &args.preferences, sink)
 }
 
 /// Does the same as [`question`] for a preference file without options.
@@ -144,11 +153,12 @@ pub(super) fn question(
 /// # Errors
 /// A file, the constants or the bounds are wrong.
 pub(super) fn preferring(
+    command: &str,
     model: &ModelArgs,
     preferences: &Path,
     sink: &TerminalSink,
 ) -> Result<Question, Error> {
-    preferred(parsed(model, sink)?, preferences, sink)
+    preferred(parsed(command, model, sink)?, preferences, sink)
 }
 
 fn preferred(loaded: Loaded, preferences: &Path, sink: &TerminalSink) -> Result<Question, Error> {
@@ -171,7 +181,7 @@ pub(super) fn certified(
     given: &Given,
     sink: &TerminalSink,
 ) -> Result<Question, Error> {
-    preferred(loaded(model, given, sink)?, preferences, sink)
+    preferred(loaded("verify", model, given, sink)?, preferences, sink)
 }
 
 /// Reads the model, and the target or the properties.
@@ -184,7 +194,7 @@ pub(super) fn asked(
     (properties, texts): (&[String], &[String]),
     sink: &TerminalSink,
 ) -> Result<Asked, Error> {
-    let Loaded { mut program, named, overlap } = parsed(args, sink)?;
+    let Loaded { mut program, named, overlap } = parsed("reach", args, sink)?;
     let required = required(texts)?;
     let mut questions = Vec::new();
     if let Some(text) = target {

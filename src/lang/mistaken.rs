@@ -16,6 +16,8 @@ const MODEL_WORDS: &[&str] = &[
     "dtmc",
     "ctmc",
     "pomdp",
+    "smg",
+    "player",
     "nondeterministic",
     "probabilistic",
     "module",
