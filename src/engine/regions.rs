@@ -8,6 +8,9 @@ use meliora_model::error::Result;
 use meliora_model::property::{Bound, Strategies};
 
 /// The regions of a target T as sets of states, or something for each of them: a size, for example.
+///
+/// In a game, those of `pmax` hold against every strategy of the opponent; those of `pmin` hold if the
+/// opponent has a strategy with which they hold against every strategy of ours.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct Regions<S> {
     /// Some strategy reaches T with probability one.
@@ -65,7 +68,13 @@ pub fn pmin_positive<E: Engine>(engine: &E, target: &E::States) -> Result<E::Sta
 /// Computes { s : Pmin(◇T) = 1 }: the states from which no strategy can reach, without visiting T,
 /// a state where T can surely be avoided. `positive` must be the result of [`pmin_positive`] (Baier
 /// and Katoen, section 10.6.2). Cost: one backward fixpoint.
+///
+/// In a game, that is [`pmax_one`] of the opponent: what remains has to be searched again after states
+/// are lost, as the opponent cannot take every choice.
 pub fn pmin_one<E: Engine>(engine: &E, target: &E::States, positive: &E::States) -> Result<E::States> {
+    if let Some(opponent) = engine.exchanged()? {
+        return pmax_one(&opponent, target);
+    }
     let avoiding = engine.difference(&engine.all_states(), positive)?;
     let outside = engine.difference(&engine.all_states(), target)?;
     let choices = engine.choices_in(&engine.all_choices(), &outside)?;

@@ -22,6 +22,7 @@ mod draft;
 mod dump;
 mod encoding;
 mod fixpoints;
+mod games;
 pub mod order;
 mod pick;
 mod relations;
@@ -46,6 +47,7 @@ use super::settings::{Count, Settings, Usage};
 use encoding::transitions::{Piece, Transitions};
 use encoding::translate::Translator;
 use fixpoints::clusters::Clusters;
+use games::Game;
 use meliora_model::error::Result;
 use meliora_model::expr::ExprId;
 use meliora_model::step::Choice;
@@ -93,6 +95,8 @@ pub struct SymbolicEngine {
     /// The enabled choices that the engine admits; fewer than `enabled` after
     /// [`Engine::restricted_to`].
     choices: ChoiceSet,
+    /// The players of a game; `None` for other models.
+    game: Option<Game>,
     /// The last targets, each with the states that can reach it by all choices.
     reaching: Arc<Mutex<Vec<(StateSet, StateSet)>>>,
     workers: Workers,
@@ -313,6 +317,26 @@ impl Engine for SymbolicEngine {
         Ok(StateSet(self.store.any(self.diagrams_of(c)?.iter().cloned())?))
     }
 
+    fn can_choose(&self, c: &ChoiceSet) -> Result<StateSet> {
+        self.without_escapes(self.sources(c)?, c)
+    }
+
+    fn theirs(&self) -> Option<StateSet> {
+        self.opponent_states()
+    }
+
+    fn player_states(&self) -> Vec<StateSet> {
+        self.game.iter().flat_map(|game| &game.players).cloned().map(StateSet).collect()
+    }
+
+    fn coalition(&self) -> Vec<bool> {
+        self.game.as_ref().map_or_else(Vec::new, |game| game.coalition.clone())
+    }
+
+    fn with_coalition(&self, coalition: &[bool]) -> Result<Self> {
+        self.played_by(coalition)
+    }
+
     fn pre(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
         let (store, c, x) = (&self.store, self.groups_of(c)?, self.diagram_of(x)?);
         let large = store.has_nodes(x, store.thresholds().large_set)?;
@@ -350,6 +374,10 @@ impl Engine for SymbolicEngine {
     ) -> Result<StateSet> {
         self.check_owned(edge_labels)?;
         let bound = self.groups_of(within)?;
+        if let Some(opponent) = self.opponent() {
+            self.diagram_of(target)?;
+            return self.attract_in_game(opponent, target, &self.no_choices(), within, edge_labels);
+        }
         let dropped: Vec<(Bdd, Bdd)> = edge_labels::dropped(self, edge_labels)?
             .into_iter()
             .map(|(from, into)| (from.0, into.0))
@@ -380,6 +408,21 @@ impl Engine for SymbolicEngine {
             self.remember(target, &found);
         }
         Ok(found)
+    }
+
+    fn can_win(
+        &self,
+        winning: &ChoiceSet,
+        within: &ChoiceSet,
+        edge_labels: &[EdgeLabels<StateSet>],
+    ) -> Result<StateSet> {
+        if let Some(opponent) = self.opponent() {
+            self.check_owned(edge_labels)?;
+            self.groups_of(within).and(self.groups_of(winning))?;
+            return self.attract_in_game(opponent, &self.no_states(), winning, within, edge_labels);
+        }
+        let seeds = self.can_choose(&self.intersection(within, winning)?)?;
+        self.can_reach(&seeds, within, edge_labels)
     }
 
     fn remove_attractor(
