@@ -12,6 +12,7 @@ use meliora_model::expr::ExprId;
 use meliora_planning::result::ModelCounts;
 use meliora_report::InfoReport;
 use meliora_report::info::{FlatReport, Nodes, RewardSummary};
+use meliora_report::players::PlayerSummary;
 
 use super::exit::Status;
 use super::load;
@@ -100,8 +101,9 @@ fn count<E: Engine>(
 ) -> Result<(), Error> {
     let counts = job.timed("count", || ModelCounts::of(engine), |r, s| r.time.add("count", s))?;
     load::warn_of_states(&job.sink, engine, program, &counts.deadlocks, overlap)?;
+    let players = PlayerSummary::all(program, engine)?;
     job.update(|r| {
-        r.counts = Some(counts);
+        (r.counts, r.players) = (Some(counts), players);
         r.memory.peak_nodes = engine.usage().peak_nodes;
     });
     Ok(())

@@ -26,7 +26,7 @@ use super::progress::TerminalSink;
 static INPUT_READ: AtomicBool = AtomicBool::new(false);
 
 /// The commands that honour the players of a game. All others refuse games.
-const WITH_PLAYERS: &[&str] = &[];
+const WITH_PLAYERS: &[&str] = &["check", "compare", "info", "reach"];
 
 /// The name of standard input in messages.
 const STANDARD_INPUT: &str = "standard input";
@@ -104,7 +104,17 @@ fn parsed(command: &str, args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded
         constants: SourceFile::new("--const", args.constants()),
         bounds: SourceFile::new("--bounds", args.bounds()),
     };
-    loaded(command, &args.model, &given, sink)
+    let mut loaded = loaded(command, &args.model, &given, sink)?;
+    play_as(args, &mut loaded.program)?;
+    Ok(loaded)
+}
+
+/// Lets us be the players of `--coalition`, if it is given.
+fn play_as(args: &ModelArgs, program: &mut Program) -> Result<(), Error> {
+    let Some(names) = &args.coalition else { return Ok(()) };
+    let coalition = lang::parse_coalition(program, &SourceFile::new("--coalition", names.as_str()))?;
+    program.players.iter_mut().for_each(|players| players.take(&coalition));
+    Ok(())
 }
 
 /// Reads a model for a command, which must honour the players of a game.
@@ -158,7 +168,10 @@ pub(super) fn preferring(
     preferences: &Path,
     sink: &TerminalSink,
 ) -> Result<Question, Error> {
-    preferred(parsed(command, model, sink)?, preferences, sink)
+    let mut question = preferred(parsed(command, model, sink)?, preferences, sink)?;
+    // The preference file may name players, too.
+    play_as(model, Arc::make_mut(&mut question.program))?;
+    Ok(question)
 }
 
 fn preferred(loaded: Loaded, preferences: &Path, sink: &TerminalSink) -> Result<Question, Error> {

@@ -94,8 +94,10 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
         let entry = PropertyAnswer::open(stated.name, stated.text.clone(), reason);
         job.update(|r| r.properties.push(entry));
         if let Ok(property) = stated.property {
+            let coalition = property.coalition_in(&program, &stated.source)?;
             let asks = (&property.formula, property.question);
             let own = Asking::of(&mut program, &stated.source, asks, &required)?;
+            let own = Asking { coalition, ..own };
             asking.push(Stated { text: stated.text, asking: own });
             open.push(position);
         }
@@ -168,15 +170,21 @@ fn answer<E: Engine>(
         load::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap)?;
         job.update(|r| (r.counts, r.escape) = (Some(counts), under.escape.clone()));
     }
-    let engine = under.engine();
     for &(asking, position) in questions {
+        let played = asking.played(engine)?;
+        let own =
+            played.as_ref().map(|engine| Under::new(engine, &asked.program, &asking.goal)).transpose()?;
+        let under = own.as_ref().unwrap_or(&under);
+        let engine = under.engine();
         let found = job.timed("regions", || asking.goal.regions(engine), |_, _| ())?;
         let answer = || under.answer(asking, &asked.program, &found, precision);
         let answer = job.timed("value", answer, |_, _| ())?;
         job.update(|r| {
             r.properties[position].answer(answer.holds, answer.value, answer.no_value);
         });
-        answer.end?;
+        if answer.no_value.is_none() {
+            answer.end?;
+        }
         let found = asking.goal.restricted(engine, found)?;
         let size = |x: &E::States| engine.count(x).map(|n| Some(n.into()));
         let sizes = Sizes {

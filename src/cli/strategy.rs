@@ -98,7 +98,12 @@ pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
 }
 
 fn work(job: &Job<StrategyReport>, args: &StrategyArgs, kind: StrategyKind) -> Result<(), Error> {
-    let given = Arguments { command: "strategy", model: &args.model, preferences: &args.preferences, engine: &args.engine };
+    let given = Arguments {
+        command: "strategy",
+        model: &args.model,
+        preferences: &args.preferences,
+        engine: &args.engine,
+    };
     let (question, engine, (at, costs)) = plan::prepared(job, given, |question| {
         let at = At::read(&question.program, &args.at)?;
         args.choose.objective(kind, &question.preferences)?;

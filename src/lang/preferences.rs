@@ -7,6 +7,7 @@ use ahash::AHashMap;
 use super::check::{MAX_ERRORS, lower_target};
 use crate::ast::{Ident, Span};
 use crate::ltl::{Formula, Monitoring};
+use crate::players;
 use crate::pref::{self, Chain};
 use meliora_model::Program;
 use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
@@ -43,6 +44,13 @@ pub(crate) fn lower_preferences(
 ) -> Result<Preferences> {
     let mut checker = Checker { source, known: AHashMap::new(), diagnostics: Vec::new() };
     let history = checker.history(tree);
+    if let Some((names, span)) = &tree.coalition {
+        match players::coalition(program, source, names, *span) {
+            Ok(coalition) => program.players.iter_mut().for_each(|players| players.take(&coalition)),
+            Err(Error::Input(wrong)) => wrong.into_iter().for_each(|d| checker.report(d)),
+            Err(other) => return Err(other),
+        }
+    }
     let (objectives, requirements) = match history {
         History::State => {
             let objectives = checker.objectives(tree, |o| target(program, source, o))?;

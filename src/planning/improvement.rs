@@ -127,8 +127,10 @@ pub(super) fn action<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Aren
 /// attractor.
 fn without_bad_states<E: Engine>(engine: &E, c: E::Choices) -> Result<E::Choices> {
     let Some(theirs) = engine.theirs() else { return Ok(c) };
-    let bad = engine.difference(&engine.intersection(&theirs, &engine.sources(&engine.all_choices())?)?,
-        &engine.can_choose(&c)?)?;
+    let bad = engine.difference(
+        &engine.intersection(&theirs, &engine.sources(&engine.all_choices())?)?,
+        &engine.can_choose(&c)?,
+    )?;
     if engine.is_empty(&bad)? {
         return Ok(c);
     }

@@ -80,6 +80,7 @@ pub fn values<E: Engine>(
     states: &[State],
     exact: bool,
 ) -> Result<Answer> {
+    program.of_one_player("a number")?;
     let all = engine.all_states();
     let negated = |x: &E::States| engine.difference(&all, x);
     let search = match (wanted, optimum) {

@@ -12,6 +12,7 @@ mod expect;
 mod explicit;
 #[cfg(unix)]
 mod files;
+mod games;
 mod generate;
 mod jani;
 mod json;

@@ -173,7 +173,8 @@ impl Task<'_> {
     }
 
     fn finish<const W: usize>(&self, exploring: Exploring<'_, W>) -> Explored {
-        let Exploring { mut space, mut graph, mut initial, deadlocks, rounded, started, players, .. } = exploring;
+        let Exploring { mut space, mut graph, mut initial, deadlocks, rounded, started, players, .. } =
+            exploring;
         if let Space::Indexed(index) = &mut space {
             index.shrink();
             if self.settings.scope == Scope::Reachable {

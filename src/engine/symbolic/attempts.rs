@@ -71,7 +71,7 @@ impl SymbolicEngine {
         let outside = store.minus(&store.any(self.enabled.iter().cloned())?, &left.states.0)?;
         let mut candidates = store.minus(&store.minus(&left.states.0, &won.0)?, loops)?;
         let opponent = self.opponent();
-        // In a game, what was reached is not all that may lose.
+        // In a game, more states may lose than these.
         if let (None, Some(reaching)) = (opponent, self.recall(lost)) {
             candidates = store.and(&candidates, &reaching.0)?;
         }

@@ -125,7 +125,7 @@ impl SymbolicEngine {
         };
         let (players, groups) = (game.players.clone(), Arc::clone(&game.groups));
         let game = Some(Game::new(&self.store, players, groups, coalition.to_vec())?);
-        // What was reached before was reached by other choices of the opponent.
+        // The remembered results belong to the former coalition.
         Ok(SymbolicEngine { game, reaching: Arc::default(), workers: Default::default(), ..self.clone() })
     }
 

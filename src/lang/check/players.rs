@@ -124,7 +124,9 @@ impl<'a> Lowerer<'a> {
             SystemKind::Full(parts) | SystemKind::Interleaved(parts) => {
                 parts.iter().for_each(|part| self.refuse_other_names(part));
             }
-            SystemKind::Parallel(a, _, b) => [a, b].into_iter().for_each(|part| self.refuse_other_names(part)),
+            SystemKind::Parallel(a, _, b) => {
+                [a, b].into_iter().for_each(|part| self.refuse_other_names(part))
+            }
             SystemKind::Hide(..) | SystemKind::Rename(..) => {
                 let message = "actions of a game cannot be hidden or renamed in `system … endsystem`";
                 let diagnostic = self.wrong(system.span, message).severity(Severity::Unsupported);
