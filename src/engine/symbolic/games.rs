@@ -10,6 +10,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::encoding::Encoding;
 use super::encoding::transitions::Transitions;
+use super::fixpoints::parts::{Budget, Part};
 use super::relations::lists::RelationList;
 use super::relations::partial_relation::PartialRelation;
 use super::relations::tuples::{ListTuple, ListTuples};
@@ -187,8 +188,8 @@ impl SymbolicEngine {
     /// Computes μX. T ∪ { s : we can choose a pair of C that is in W, or has an edge into X that is not
     /// dropped }.
     ///
-    /// The recursion over lists and layers of the fixpoint take turns; each continues from the states
-    /// that are found. Dropped edges depend on the state that they leave, so lists cannot have them.
+    /// The recursion over parts comes first, where it is expected to pay off. If it gives up, the recursion
+    /// over lists and layers of the fixpoint take turns; each continues from the states that are found. Dropped edges depend on the state that they leave, so lists cannot have them.
     pub(super) fn attract_in_game(
         &self,
         opponent: &Opponent,
@@ -206,6 +207,12 @@ impl SymbolicEngine {
             true => Some(self.search_lists(opponent, &winning, within)?),
             false => None,
         };
+        if let Some(lists) = &lists
+            && let Some(all) = self.search_parts(lists, opponent, (&found, &candidates), &winning)?
+        {
+            return Ok(all);
+        }
+        let lists = lists.map(|lists| opponent.tuples.of_lists(&self.store, &lists)).transpose()?;
         let mut steps = self.store.thresholds().lose_steps.max(1);
         loop {
             if let Some(lists) = &lists {
@@ -231,14 +238,45 @@ impl SymbolicEngine {
         }
     }
 
-    /// Returns the lists for the search of [`SymbolicEngine::attract_in_game`]: all choices of ours that
-    /// are in C are one, and each group of the opponent is one, without the pairs of W.
+    /// Computes [`SymbolicEngine::attract_in_game`] by a recursion over parts, one per list: each has the
+    /// candidates in which a step of the list is needed. Returns `None` if the recursion is not expected
+    /// to pay off or gives up.
+    fn search_parts(
+        &self,
+        lists: &[Arc<RelationList>],
+        opponent: &Opponent,
+        (found, candidates): (&StateSet, &StateSet),
+        winning: &ChoiceSet,
+    ) -> Result<Option<StateSet>> {
+        if !self.has_few_parts()? {
+            return Ok(None);
+        }
+        let store = &self.store;
+        let open = store.minus(&candidates.0, &found.0)?;
+        let mut allowed = vec![store.minus(&open, &opponent.states)?];
+        for group in (0..self.groups.len()).filter(|&group| opponent.has(group)) {
+            let needed = store.minus(&self.enabled[group], &winning.0[group])?;
+            allowed.push(store.and(&open, &needed)?);
+        }
+        let part = |(list, allowed): (&Arc<RelationList>, Bdd)| Part {
+            allowed,
+            except: store.zero(),
+            list: Arc::clone(list),
+        };
+        let parts: Vec<Part> = lists.iter().zip(allowed).map(part).collect();
+        let most = Budget::of(store, &parts)?;
+        let all = store.remove_attractor(&found.0, &parts, most)?;
+        Ok(all.map(|all| StateSet(all.lost)))
+    }
+
+    /// Returns the lists for the search of [`SymbolicEngine::attract_in_game`]: first all choices of ours
+    /// that are in C as one, then each group of the opponent, without the pairs of W.
     fn search_lists(
         &self,
         opponent: &Opponent,
         winning: &ChoiceSet,
         within: &ChoiceSet,
-    ) -> Result<Arc<ListTuple>> {
+    ) -> Result<Vec<Arc<RelationList>>> {
         let confined = |group: usize| Some(within.0[group].clone()).filter(|own| *own != self.enabled[group]);
         let mut lists = vec![self.merged(|group| (!opponent.has(group)).then(|| confined(group)))?];
         for (group, list) in self.groups.iter().enumerate().filter(|(group, _)| opponent.has(*group)) {
@@ -250,6 +288,6 @@ impl SymbolicEngine {
                 self.merged(|other| (other == group).then(|| Some(open.clone())))?
             });
         }
-        opponent.tuples.of_lists(&self.store, &lists)
+        Ok(lists)
     }
 }

@@ -26,12 +26,13 @@ mod games;
 pub mod order;
 mod pick;
 mod relations;
+mod remembered;
 pub(crate) mod store;
 #[cfg(test)]
 mod tests;
 mod workers;
 
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock};
 
 pub use dump::Set;
 pub use encoding::Encoding;
@@ -102,10 +103,6 @@ pub struct SymbolicEngine {
     workers: Workers,
     store: Arc<Store>,
 }
-
-/// Number of results of backward reachability that are kept: about the number of objectives of a
-/// model.
-const MOST_REMEMBERED: usize = 16;
 
 /// The sizes of the diagrams of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -196,22 +193,6 @@ impl SymbolicEngine {
     /// The set belongs to another engine.
     pub fn size(&self, x: &StateSet) -> Result<usize> {
         self.store.size(self.diagram_of(x)?)
-    }
-
-    fn reaching(&self) -> MutexGuard<'_, Vec<(StateSet, StateSet)>> {
-        self.reaching.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn recall(&self, target: &StateSet) -> Option<StateSet> {
-        self.reaching().iter().find(|(t, _)| t.0 == target.0).map(|(_, found)| found.clone())
-    }
-
-    fn remember(&self, target: &StateSet, found: &StateSet) {
-        let mut known = self.reaching();
-        if known.len() >= MOST_REMEMBERED {
-            known.remove(0);
-        }
-        known.push((target.clone(), found.clone()));
     }
 
     /// Returns for each group `None` if `within` contains all its enabled choices, else the states
