@@ -12,8 +12,8 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
 
-use crate::raw::{Enforced, Raw, Won, loaded};
-use crate::{settings, some_game, thresholds};
+use super::raw::{Enforced, Raw, Won, loaded};
+use super::{settings, some_game, thresholds};
 
 type Set = BTreeSet<usize>;
 

@@ -16,7 +16,7 @@ use meliora::engine::{Scope, Settings};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-use raw::Raw;
+use self::raw::Raw;
 
 /// The usual order of attempts; recursions over lists alone; turns of them and layers.
 fn thresholds() -> [Thresholds; 4] {

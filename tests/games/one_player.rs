@@ -13,8 +13,8 @@ use meliora::model::{ModelKind, Program, State};
 use meliora::planning::{Analysis, AnalysisResult, Options, Safety};
 use proptest::prelude::*;
 
-use crate::random_program::{random_predicate, random_program};
-use crate::{settings, thresholds};
+use super::random_program::{random_predicate, random_program};
+use super::{settings, thresholds};
 
 /// Turns a program into a game of one player.
 fn as_game(program: &Program) -> Program {

@@ -9,8 +9,8 @@ use meliora::model::Program;
 use meliora::model::expr::ExprId;
 use proptest::prelude::*;
 
-use crate::raw::{Enforced, Raw, Won, program};
-use crate::{settings, some_game, thresholds};
+use super::raw::{Enforced, Raw, Won, program};
+use super::{settings, some_game, thresholds};
 
 /// Returns the regions as one entry per state of the raw game, whose states have these values.
 fn found<E: Engine>(engine: &E, target: ExprId, values: &[Vec<i64>]) -> Regions<Won> {

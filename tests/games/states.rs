@@ -9,7 +9,7 @@ use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Options, Safety, S
 use meliora::quantities::{Steps, ValueOptions, Values};
 use meliora::{Model, lang};
 
-use crate::raw::{loaded, program};
+use super::raw::{loaded, program};
 
 const GAME: &str = "smg
 player p1 one, [go] endplayer
@@ -125,7 +125,9 @@ fn the_library_refuses_work_for_one_player() {
         assert!(error.to_string().contains(expected), "{error}");
     }
     refused(Model::parse(GAME, ""), "an analysis by this library of a game");
-    let (program, preferences) = loaded(GAME, "objective A = F x=1; objective B = F y=1; prefer B > A;");
+    let text = GAME.replace("x=0 -> (x'=1)", "x=0 -> 1/2:(x'=1) + 1/2:(x'=2)");
+    let wishes = "empty = gain; objective A = F x=0; objective B = F y=1; prefer B > A;";
+    let (program, preferences) = loaded(&text, wishes);
     let engine = Arc::new(AnyEngine::new(program.clone(), Settings::default()).unwrap());
     let mut analysis = Analysis::new(&engine, &preferences, Options::default());
     analysis.run(&mut |_| ()).unwrap();
@@ -135,15 +137,15 @@ fn the_library_refuses_work_for_one_player() {
         Analysis::new(&engine, &preferences, transition).run(&mut |_| ()),
         "`--safety transition` of a game",
     );
-    assert!(FiniteMemoryStrategy::new(&analysis, &program, Kind::Sasi).is_none());
+    assert!(FiniteMemoryStrategy::new(&analysis, &program, Kind::Spi).is_none());
     let kind = StrategyKind::Plan;
     refused(
-        FiniteMemoryStrategy::of_kind(&analysis, &program, kind, Kind::Sasi, None),
+        FiniteMemoryStrategy::of_kind(&analysis, &program, kind, Kind::Spi, None),
         "a strategy of a game",
     );
-    let levels = analysis.levels(Kind::Sasi);
+    let levels = analysis.levels(Kind::Spi);
     let (arena, game) = (&analysis.improvement().unwrap().arenas[0], &levels.found[0].games[0]);
-    refused(strategy(&*engine, Kind::Sasi, arena, game), "a strategy of a game");
+    refused(strategy(&*engine, Kind::Spi, arena, game), "a strategy of a game");
     let options = ValueOptions { levels: 1, exact: false, within: None };
     refused(Values::compute(options, &analysis, &program, &[vec![0, 0]], &Steps), "a value of a game");
     refused(lang::flat(&program), "the flat program of a game");

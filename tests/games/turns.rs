@@ -10,8 +10,8 @@ use meliora::model::value::{Type, Value};
 use meliora::model::{ModelKind, Program, State, VarId, Variable};
 use proptest::prelude::*;
 
-use crate::random_program::{random_predicate, random_program};
-use crate::{settings, thresholds};
+use super::random_program::{random_predicate, random_program};
+use super::{settings, thresholds};
 
 /// Lets two players own the modules and actions of a program and take turns: a command is enabled in
 /// its player's turn only, and its branches pass on the turn as the bits say.
