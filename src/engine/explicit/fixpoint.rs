@@ -47,7 +47,12 @@ impl ExplicitEngine {
             removal.remove_attractor(state, &Plain)?;
         }
         removal.remove_stuck(x, &Plain)?;
-        Ok(Region { states: removal.states, choices: removal.choices })
+        // A state of the opponent is lost with its first choice, and may have others.
+        let choices = match self.opponent() {
+            None => removal.choices,
+            Some(_) => self.choices_of_states(&removal.choices, &removal.states)?,
+        };
+        Ok(Region { states: removal.states, choices })
     }
 
     /// Counts a step and checks the progress sink every [`PATIENCE`] steps.
