@@ -177,8 +177,8 @@ pub mod lang {
     #[doc(inline)]
     pub use meliora_lang::{
         Checked, Document, Given, flat, load, load_given, load_preferences, load_with_progress, lower_target,
-        outline_preferences, parse_constants, parse_expression, parse_model, parse_preferences,
-        parse_property, parse_state,
+        outline_preferences, parse_coalition, parse_constants, parse_expression, parse_model,
+        parse_preferences, parse_property, parse_state,
     };
 }
 
@@ -187,8 +187,8 @@ pub mod model {
     #[doc(inline)]
     pub use meliora_model::{
         Branch, Command, CommandId, ModelKind, Optimum, Program, State, Synchronisation, VarId, Variable,
-        diagram, exact, expr, fault, members, predicate, preference, property, real, step, temporal, trend,
-        valuation, value,
+        diagram, exact, expr, fault, members, players, predicate, preference, property, real, step, temporal,
+        trend, valuation, value,
     };
 }
 

@@ -268,6 +268,7 @@ impl Model {
         match self.inner.kind() {
             ModelKind::Mdp => "mdp",
             ModelKind::Dtmc => "dtmc",
+            ModelKind::Smg => "smg",
         }
     }
 

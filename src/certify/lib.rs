@@ -154,6 +154,7 @@ pub fn verify(
     dump: &Dump,
     settings: Settings,
 ) -> Result<Verdict> {
+    program.of_one_player("a certificate")?;
     let mut checked = Vec::new();
     match run(program, preferences, hashes, dump, settings, &mut checked) {
         Ok(()) => Ok(Verdict { checked, violation: None }),

@@ -124,7 +124,7 @@ impl<'p> Stepper<'p> {
             return Ok(Some(vec![(Choice::Deadlock, BTreeSet::from([self.state.clone()]))]));
         }
         Ok(Some(match self.program.kind {
-            ModelKind::Mdp => all,
+            ModelKind::Mdp | ModelKind::Smg => all,
             ModelKind::Dtmc => {
                 vec![(Choice::Uniform, all.into_iter().flat_map(|(_, successors)| successors).collect())]
             }

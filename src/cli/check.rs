@@ -8,6 +8,7 @@ use meliora_model::error::Error;
 use meliora_planning::{Analysis, Event, Phase};
 use meliora_report::CheckReport;
 use meliora_report::check::LISTED;
+use meliora_report::players::PlayerSummary;
 
 use super::exit::Status;
 use super::load::{self, Question};
@@ -72,7 +73,12 @@ impl Checked for CheckReport {
 }
 
 fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
-    let given = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
+    let given = Arguments {
+        command: "check",
+        model: &args.model,
+        preferences: &args.preferences,
+        engine: &args.engine,
+    };
     let (question, engine, ()) = plan::prepared(job, given, |question| {
         read(job, question);
         Ok(())
@@ -170,6 +176,8 @@ impl<E: Engine, R: Checked> Checking<'_, E, R> {
                 let engine = self.analysis.engine();
                 let (question, sink) = (self.question, &self.job.sink);
                 let overlap = question.overlap.as_ref();
+                let players = PlayerSummary::all(&question.program, self.analysis.whole_engine())?;
+                self.job.update(|r| r.check().players = players);
                 load::warn_of_states(sink, engine, &question.program, &counts.deadlocks, overlap)
             }
             None => Ok(()),

@@ -12,6 +12,7 @@ use meliora_model::predicate::Predicate;
 use meliora_planning::result::ModelCounts;
 use meliora_report::InfoReport;
 use meliora_report::info::{FlatReport, Nodes, RewardSummary};
+use meliora_report::players::PlayerSummary;
 
 use super::exit::Status;
 use super::load;
@@ -58,7 +59,7 @@ fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
     let (limits, shown) = (args.model.limits(), args.shown.clone());
     let args = args.clone();
     supervise(FlatReport::default(), limits, &shown, move |job| {
-        let (program, _) = load::program(&args.model, &job.sink)?;
+        let (program, _) = load::program("info", &args.model, &job.sink)?;
         let flat = Flat::of(&program)?;
         job.update(|r| r.flat = Some(flat));
         Ok(())
@@ -67,9 +68,9 @@ fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
 
 fn work(job: &Job<InfoReport>, args: &InfoArgs, storage: Storage) -> Result<(), Error> {
     let read = || match &args.preferences {
-        None => load::program(&args.model, &job.sink),
+        None => load::program("info", &args.model, &job.sink),
         Some(file) => {
-            let question = load::preferring(&args.model, file, &job.sink)?;
+            let question = load::preferring("info", &args.model, file, &job.sink)?;
             Ok((question.program, question.overlap))
         }
     };
@@ -100,8 +101,9 @@ fn count<E: Engine>(
 ) -> Result<(), Error> {
     let counts = job.timed("count", || ModelCounts::of(engine), |r, s| r.time.add("count", s))?;
     load::warn_of_states(&job.sink, engine, program, &counts.deadlocks, overlap)?;
+    let players = PlayerSummary::all(program, engine)?;
     job.update(|r| {
-        r.counts = Some(counts);
+        (r.counts, r.players) = (Some(counts), players);
         r.memory.peak_nodes = engine.usage().peak_nodes;
     });
     Ok(())

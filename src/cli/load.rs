@@ -25,6 +25,9 @@ use super::sweep::ranges;
 /// True once standard input has been read.
 static INPUT_READ: AtomicBool = AtomicBool::new(false);
 
+/// The commands that honour the players of a game. All others refuse games.
+const WITH_PLAYERS: &[&str] = &["check", "compare", "info", "reach"];
+
 /// The name of standard input in messages.
 const STANDARD_INPUT: &str = "standard input";
 
@@ -96,7 +99,7 @@ fn standard_input() -> Result<io::Stdin, Error> {
     Ok(io::stdin())
 }
 
-fn parsed(args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Error> {
+fn parsed(command: &str, args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Error> {
     if let Some(range) = ranges::parse(&args.constants())?.iter().find(|range| range.varies) {
         let message =
             format!("`{}` has several values; only `check`, `reach` and `compare` accept ranges", range.name);
@@ -106,42 +109,58 @@ fn parsed(args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Error> {
         constants: SourceFile::new("--const", args.constants()),
         bounds: SourceFile::new("--bounds", args.bounds()),
     };
-    loaded(&args.model, &given, sink)
+    let mut loaded = loaded(command, &args.model, &given, sink)?;
+    play_as(args, &mut loaded.program)?;
+    Ok(loaded)
 }
 
-fn loaded(model: &Path, given: &Given, sink: &TerminalSink) -> Result<Loaded, Error> {
+/// Lets us be the players of `--coalition`, if it is given.
+fn play_as(args: &ModelArgs, program: &mut Program) -> Result<(), Error> {
+    let Some(names) = &args.coalition else { return Ok(()) };
+    let coalition = lang::parse_coalition(program, &SourceFile::new("--coalition", names.as_str()))?;
+    program.players.iter_mut().for_each(|players| players.take(&coalition));
+    Ok(())
+}
+
+/// Reads a model for a command, which must honour the players of a game.
+fn loaded(command: &str, model: &Path, given: &Given, sink: &TerminalSink) -> Result<Loaded, Error> {
     let checked = document(model)?.load(given, sink)?;
+    if !WITH_PLAYERS.contains(&command) {
+        checked.program.of_one_player(&format!("`{command}`"))?;
+    }
     sink.warn_at(&checked.warnings);
     let program = checked.program;
     let overlap = match program.kind {
         ModelKind::Dtmc => Some(program.overlap()),
-        ModelKind::Mdp => None,
+        ModelKind::Mdp | ModelKind::Smg => None,
     };
     Ok(Loaded { program, named: checked.properties, overlap })
 }
 
-/// Reads the model. Returns it with [`Loaded::overlap`].
+/// Reads the model for a command. Returns it with [`Loaded::overlap`].
 ///
 /// # Errors
 /// A file, the constants, the bounds or an expression is wrong.
 pub(super) fn program(
+    command: &str,
     args: &ModelArgs,
     sink: &TerminalSink,
 ) -> Result<(Arc<Program>, Option<Predicate>), Error> {
-    let Loaded { program, overlap, .. } = parsed(args, sink)?;
+    let Loaded { program, overlap, .. } = parsed(command, args, sink)?;
     Ok((Arc::new(program), overlap))
 }
 
-/// Reads the model and the preferences.
+/// Reads the model and the preferences for a command.
 ///
 /// # Errors
 /// A file, the constants or the bounds are wrong.
 pub(super) fn question(
+    command: &str,
     model: &ModelArgs,
     args: &PreferenceArgs,
     sink: &TerminalSink,
 ) -> Result<Question, Error> {
-    preferring(model, &args.preferences, sink)
+    preferring(command, model, &args.preferences, sink)
 }
 
 /// Does the same as [`question`] for a preference file without options.
@@ -149,11 +168,15 @@ pub(super) fn question(
 /// # Errors
 /// A file, the constants or the bounds are wrong.
 pub(super) fn preferring(
+    command: &str,
     model: &ModelArgs,
     preferences: &Path,
     sink: &TerminalSink,
 ) -> Result<Question, Error> {
-    preferred(parsed(model, sink)?, preferences, sink)
+    let mut question = preferred(parsed(command, model, sink)?, preferences, sink)?;
+    // The preference file may name players, too.
+    play_as(model, Arc::make_mut(&mut question.program))?;
+    Ok(question)
 }
 
 fn preferred(loaded: Loaded, preferences: &Path, sink: &TerminalSink) -> Result<Question, Error> {
@@ -177,7 +200,7 @@ pub(super) fn certified(
     given: &Given,
     sink: &TerminalSink,
 ) -> Result<Question, Error> {
-    preferred(loaded(model, given, sink)?, preferences, sink)
+    preferred(loaded("verify", model, given, sink)?, preferences, sink)
 }
 
 /// Reads the model, and the target or the properties.
@@ -190,7 +213,7 @@ pub(super) fn asked(
     (properties, texts): (&[String], &[String]),
     sink: &TerminalSink,
 ) -> Result<Asked, Error> {
-    let Loaded { mut program, named, overlap } = parsed(args, sink)?;
+    let Loaded { mut program, named, overlap } = parsed("reach", args, sink)?;
     let required = required(texts)?;
     let mut questions = Vec::new();
     if let Some(text) = target {
@@ -233,7 +256,7 @@ pub(super) fn named(
     texts: &[String],
     sink: &TerminalSink,
 ) -> Result<(Asked, Vec<Named>), Error> {
-    let Loaded { program, named, overlap } = parsed(args, sink)?;
+    let Loaded { program, named, overlap } = parsed("reach", args, sink)?;
     if named.is_empty() {
         return Err(without_question(&named));
     }

@@ -35,6 +35,11 @@ pub(super) struct ModelArgs {
     #[arg(long, value_name = "NAME=LOW..HIGH,…")]
     bounds: Vec<String>,
 
+    /// Players of a game who we are, such as p1,p3; all others are the opponent [default: those of the
+    /// preference file, else the first player]
+    #[arg(long, value_name = "PLAYER,…")]
+    pub(super) coalition: Option<String>,
+
     /// Valuations of the variables that count as states
     #[arg(long, value_parser = by_name::<Scope>(), default_value = Scope::default().name())]
     pub(super) scope: Scope,

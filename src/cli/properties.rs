@@ -121,7 +121,7 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
     }
     let [theirs, others] = split_constants(&given, &open)?;
     let model = questions.model.with_constants(&others.text);
-    let (program, overlap) = load::program(&model, &job.sink)?;
+    let (program, overlap) = load::program("reach", &model, &job.sink)?;
     let mut program = Arc::unwrap_or_clone(program);
     let mut stated = parse_properties(&source, &theirs, &mut program)?;
     let required = load::required(&questions.require)?;
@@ -137,8 +137,10 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
         let entry = PropertyAnswer::open(stated.name, stated.text.clone(), reason);
         job.update(|r| r.properties.push(entry));
         if let Ok(property) = stated.property {
+            let coalition = property.coalition_in(&program, &stated.source)?;
             let asks = (&property.formula, property.question);
             let own = Asking::of(&program, &stated.source, asks, &required)?;
+            let own = Asking { coalition, ..own };
             asking.push(Stated { text: stated.text, asking: own });
             open.push(position);
         }
@@ -212,8 +214,37 @@ fn answer<E: Engine>(
         load::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap.as_ref())?;
         job.update(|r| (r.counts, r.escape) = (Some(counts), under.escape.clone()));
     }
-    let mut groups = groups(under.engine(), &asked.program, questions)?;
-    let answering = Answering { job, under: &under, program: &asked.program };
+    for questions in by_coalition(questions) {
+        let (first, _) = questions[0];
+        let played = first.played(engine)?;
+        let own = played.as_ref().map(|game| Under::new(game, &asked.program, &first.goal)).transpose()?;
+        answer_under(job, own.as_ref().unwrap_or(&under), &asked.program, &questions, precision)?;
+    }
+    Ok(())
+}
+
+/// Separates the properties of a game by the players who choose.
+fn by_coalition<'a>(questions: &[(&'a Asking, usize)]) -> Vec<Vec<(&'a Asking, usize)>> {
+    let mut all: Vec<Vec<(&Asking, usize)>> = Vec::new();
+    for &question in questions {
+        match all.iter_mut().find(|own| own[0].0.coalition == question.0.coalition) {
+            Some(own) => own.push(question),
+            None => all.push(vec![question]),
+        }
+    }
+    all
+}
+
+/// Answers properties of the same players.
+fn answer_under<E: Engine>(
+    job: &Job<PropertiesReport>,
+    under: &Under<'_, E>,
+    program: &Arc<Program>,
+    questions: &[(&Asking, usize)],
+    precision: f64,
+) -> Result<(), Error> {
+    let mut groups = groups(under.engine(), program, questions)?;
+    let answering = Answering { job, under, program };
     for round in 0..Which::ALL.len() {
         for group in &mut groups {
             answering.find(group, round)?;
@@ -239,7 +270,7 @@ fn groups<'a, E: Engine>(
     questions: &[(&'a Asking, usize)],
 ) -> Result<Vec<Group<'a, E>>, Error> {
     let same = |a: &Asking, b: &Asking| match (&a.goal.target, &b.goal.target) {
-        (Target::States(one), Target::States(other)) => one == other,
+        (Target::States(one), Target::States(other)) => one.is_same(other),
         _ => false,
     };
     let mut groups: Vec<Group<'a, E>> = Vec::new();
@@ -296,7 +327,10 @@ impl<E: Engine> Answering<'_, E> {
             let answer = || self.under.answer(asking, self.program, group.search.known(), precision);
             let answer = self.job.timed("value", answer, |_, _| ())?;
             self.job.update(|r| r.properties[position].answer(&answer));
-            answer.end?;
+            // A number of a game that is not supported leaves the others.
+            if answer.no_value.is_none() {
+                answer.end?;
+            }
         }
         Ok(())
     }

@@ -127,6 +127,8 @@ fn answer<E: Engine>(
     asking: &Asking,
     precision: f64,
 ) -> Result<(), Error> {
+    let played = asking.played(engine)?;
+    let engine = played.as_ref().unwrap_or(engine);
     let under = Under::new(engine, &asked.program, &asking.goal)?;
     // Counting is a part of building.
     let count = || under.counts(&asking.goal);

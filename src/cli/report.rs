@@ -167,7 +167,7 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
         return Err(Error::Usage(message.to_owned()));
     }
     let read = || {
-        let question = load::question(&args.model, &args.preferences, &job.sink)?;
+        let question = load::question("report", &args.model, &args.preferences, &job.sink)?;
         let plane = match &args.grid {
             Some(names) => Some(Plane::named(&question.program, names)?),
             None => Plane::guess(&question.program),

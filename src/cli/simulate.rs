@@ -107,7 +107,12 @@ pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
 }
 
 fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> Result<Arc<Program>, Error> {
-    let given = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
+    let given = Arguments {
+        command: "simulate",
+        model: &args.model,
+        preferences: &args.preferences,
+        engine: &args.engine,
+    };
     let (question, engine, (at, costs)) = plan::prepared(job, given, |question| {
         let at = At::read(&question.program, &args.at)?;
         args.choose.objectives(kind, &question.preferences)?;

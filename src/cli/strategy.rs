@@ -107,7 +107,12 @@ fn work(
     kind: StrategyKind,
     csv: Option<&Target>,
 ) -> Result<(), Error> {
-    let given = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
+    let given = Arguments {
+        command: "strategy",
+        model: &args.model,
+        preferences: &args.preferences,
+        engine: &args.engine,
+    };
     let (question, engine, (at, costs)) = plan::prepared(job, given, |question| {
         let at = At::read(&question.program, &args.at)?;
         args.choose.objectives(kind, &question.preferences)?;

@@ -23,7 +23,7 @@ impl Model {
     /// Reads a file. `constants` gives values to undefined constants: `K=4,N=3`, or the empty text.
     ///
     /// # Errors
-    /// The file cannot be read, or is invalid; each error has its place.
+    /// The file cannot be read, or is invalid; each error has its place. Games are refused.
     pub fn open(path: impl AsRef<Path>, constants: &str) -> Result<Self> {
         Self::of(&Document::open(path.as_ref())?, constants)
     }
@@ -58,6 +58,7 @@ impl Model {
     /// See [`Model::given`].
     pub fn loaded(document: &Document, given: &Given, sink: &dyn ProgressSink) -> Result<Self> {
         let checked = document.load(given, sink)?;
+        checked.program.of_one_player("an analysis by this library")?;
         Ok(Model { program: Arc::new(checked.program), warnings: checked.warnings })
     }
 

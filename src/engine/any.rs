@@ -271,6 +271,34 @@ impl Engine for AnyEngine {
         count_transitions(c: AnyChoices, x: AnyStates) -> Count;
     }
 
+    fn theirs(&self) -> Option<AnyStates> {
+        on!(self, e => e.theirs().map(AnyStates::from))
+    }
+
+    fn player_states(&self) -> Vec<AnyStates> {
+        on!(self, e => e.player_states().into_iter().map(AnyStates::from).collect())
+    }
+
+    fn coalition(&self) -> Vec<bool> {
+        on!(self, e => e.coalition())
+    }
+
+    fn with_coalition(&self, coalition: &[bool]) -> Result<Self> {
+        let inner = match &self.inner {
+            Inner::Symbolic(e) => Inner::Symbolic(Arc::new(e.with_coalition(coalition)?)),
+            Inner::Explicit(e) => Inner::Explicit(Arc::new(e.with_coalition(coalition)?)),
+        };
+        Ok(AnyEngine { inner })
+    }
+
+    fn exchanged(&self) -> Result<Option<Self>> {
+        let inner = match &self.inner {
+            Inner::Symbolic(e) => e.exchanged()?.map(|e| Inner::Symbolic(Arc::new(e))),
+            Inner::Explicit(e) => e.exchanged()?.map(|e| Inner::Explicit(Arc::new(e))),
+        };
+        Ok(inner.map(|inner| AnyEngine { inner }))
+    }
+
     fn is_markov_chain(&self) -> bool {
         on!(self, e => e.is_markov_chain())
     }
@@ -322,6 +350,18 @@ impl Engine for AnyEngine {
         edge_labels: &[EdgeLabels<AnyStates>],
     ) -> Result<AnyStates> {
         on!(self, e => Ok(e.can_reach(target.of(e)?, within.of(e)?, &edge_labels_of(e, edge_labels)?)?.into()))
+    }
+
+    fn can_win(
+        &self,
+        winning: &AnyChoices,
+        within: &AnyChoices,
+        edge_labels: &[EdgeLabels<AnyStates>],
+    ) -> Result<AnyStates> {
+        on!(self, e => {
+            let edge_labels = edge_labels_of(e, edge_labels)?;
+            Ok(e.can_win(winning.of(e)?, within.of(e)?, &edge_labels)?.into())
+        })
     }
 
     fn remove_attractor(

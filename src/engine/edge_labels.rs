@@ -68,6 +68,23 @@ pub fn dropped<E: Engine>(engine: &E, edge_labels: &[EdgeLabels<E::States>]) -> 
     grouped(engine, edge_labels.iter().map(|labels| (labels.from.clone(), labels.dropped.clone())).collect())
 }
 
+/// Returns { (s,a) ∈ C : some edge enters X that is not among the dropped ones }, with dropped edges as
+/// [`dropped`] returns them. Cost: one pre-image, and one per group of dropped edges.
+pub fn kept_into<E: Engine>(
+    engine: &E,
+    choices: &E::Choices,
+    dropped: &[(E::States, E::States)],
+    x: &E::States,
+) -> Result<E::Choices> {
+    let mut found = engine.pre(choices, x)?;
+    for (from, into) in dropped {
+        let own = engine.choices_in(choices, from)?;
+        let kept = engine.pre(&own, &engine.difference(x, into)?)?;
+        found = engine.union(&engine.difference(&found, &own)?, &kept)?;
+    }
+    Ok(found)
+}
+
 /// Returns ⋃ over (X, Y) of { (s,a) ∈ C : s ∈ X, succ(s,a) ∩ Y ≠ ∅ }. Cost: one pre-image per
 /// distinct non-empty Y with a non-empty X.
 pub fn pairs_into<E: Engine>(
@@ -148,8 +165,7 @@ pub(super) fn almost_surely_win<E: Engine>(
     let within = start.choices.clone();
     let mut left = start;
     loop {
-        let seeds = engine.can_choose(&engine.intersection(&left.choices, &winning)?)?;
-        let reaching = engine.can_reach(&seeds, &left.choices, edge_labels)?;
+        let reaching = engine.can_win(&winning, &left.choices, edge_labels)?;
         let lost = engine.difference(&left.states, &reaching)?;
         left.states = engine.intersection(&left.states, &reaching)?;
         if engine.is_empty(&lost)? {

@@ -3,7 +3,7 @@
 use super::edge_labels::{self, EdgeLabels};
 use super::parallel::Sets;
 use super::settings::{Count, Settings, Usage};
-use meliora_model::error::Result;
+use meliora_model::error::{Error, Result};
 use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
 use meliora_model::{State, VarId};
@@ -156,10 +156,46 @@ pub trait Engine:
     fn choices_in(&self, c: &Self::Choices, x: &Self::States) -> Result<Self::Choices>;
     /// Returns { s : (s,a) ∈ C for some a }, whoever chooses in s.
     fn sources(&self, c: &Self::Choices) -> Result<Self::States>;
-    /// Returns the states in which we can choose a pair of C: { s : (s,a) ∈ C for some a }. The only
-    /// operator of one step whose result depends on who chooses in s; here, every state is ours.
+    /// Returns the states in which the play surely takes a pair of C if we want it to: { our s : (s,a) ∈
+    /// C for some a } ∪ { their s : (s,a) ∈ C for every enabled a }. The only operator of one step whose
+    /// result depends on who chooses in s; here, every state is ours.
     fn can_choose(&self, c: &Self::Choices) -> Result<Self::States> {
         self.sources(c)
+    }
+
+    /// Returns the states of a game in which the opponent chooses; `None` if every state is ours, as
+    /// in an `mdp`.
+    fn theirs(&self) -> Option<Self::States> {
+        None
+    }
+    /// Returns for each player of a game the states in which it chooses; empty for other models.
+    /// Deadlocks belong to nobody.
+    fn player_states(&self) -> Vec<Self::States> {
+        Vec::new()
+    }
+    /// Returns for each player of a game whether it is one of us; empty for other models.
+    fn coalition(&self) -> Vec<bool> {
+        Vec::new()
+    }
+    /// Returns an engine for the same game in which we are the players of another coalition. It shares
+    /// the sets of this engine.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if the coalition does not have one entry per player.
+    fn with_coalition(&self, _coalition: &[bool]) -> Result<Self>
+    where
+        Self: Sized,
+    {
+        Err(Error::Usage("a model with one player has no coalitions".to_owned()))
+    }
+    /// Returns an engine for the same game seen by the opponent: their states are ours, and ours are
+    /// theirs. `None` if every state is ours.
+    fn exchanged(&self) -> Result<Option<Self>>
+    where
+        Self: Sized,
+    {
+        let others: Vec<bool> = self.coalition().into_iter().map(|ours| !ours).collect();
+        self.theirs().map(|_| self.with_coalition(&others)).transpose()
     }
 
     /// Returns { (s,a) ∈ C : succ(s,a) ∩ X ≠ ∅ }.
@@ -172,7 +208,8 @@ pub trait Engine:
     /// Returns { s' : s' ∈ succ(s,a) for some (s,a) ∈ C }.
     fn post(&self, c: &Self::Choices) -> Result<Self::States>;
 
-    /// Computes μX. T ∪ { s : some (s,a) ∈ C has an edge into X that is not dropped }.
+    /// Computes μX. T ∪ { s : we can choose a pair of C with an edge into X that is not dropped }; see
+    /// [`Engine::can_choose`].
     fn can_reach(
         &self,
         target: &Self::States,
@@ -180,9 +217,24 @@ pub trait Engine:
         edge_labels: &[EdgeLabels<Self::States>],
     ) -> Result<Self::States>;
 
+    /// Computes μX. { s : we can choose a pair of C that is in W, or has an edge into X that is not
+    /// dropped }. W are the pairs with a goal edge; see [`edge_labels::winning`].
+    ///
+    /// Cost: that of [`Engine::can_reach`].
+    fn can_win(
+        &self,
+        winning: &Self::Choices,
+        within: &Self::Choices,
+        edge_labels: &[EdgeLabels<Self::States>],
+    ) -> Result<Self::States> {
+        let seeds = self.can_choose(&self.intersection(within, winning)?)?;
+        self.can_reach(&seeds, within, edge_labels)
+    }
+
     /// Removes the attractor of `lost` from the game `left` and returns the rest. Removes every
     /// pair that may step into a lost state by an edge that is not safe. States that have no pair
-    /// left and are not in `won` are lost too, and so on until nothing changes.
+    /// left and are not in `won` are lost too, and so on until nothing changes. A state of the opponent
+    /// is lost with its first pair; more of its pairs may be removed then.
     ///
     /// The caller has already removed `lost` from `left.states`. The pairs of `left` are those of
     /// `within` that were not removed before; no pair of a state lost before leads to a state that
@@ -204,8 +256,8 @@ pub trait Engine:
         edge_labels::remove_attractor(self, left, within, won, edge_labels, lost)
     }
 
-    /// Computes the greatest Z ⊆ X in which every state has a pair of C with all successors in Z,
-    /// together with these pairs.
+    /// Computes the greatest Z ⊆ X in which every state of ours has a pair of C with all successors in
+    /// Z, and every pair of the opponent's states is such a pair, together with these pairs.
     ///
     /// Cost: one pre-image of the removed states per round.
     fn stay_within(
@@ -229,8 +281,8 @@ pub trait Engine:
         Ok(self.stay_within(x, within)?.states)
     }
 
-    /// Computes νY. μX. T ∪ { s : some (s,a) ∈ C has all successors in Y and one in X }, together
-    /// with the pairs of C outside T that stay inside the result.
+    /// Computes νY. μX. T ∪ { s : we can choose a pair of C with all successors in Y and one in X },
+    /// together with the pairs of C outside T that stay inside the result.
     ///
     /// Removes losing states first (Baier and Katoen, Principles of Model Checking, Algorithm 45,
     /// on sets). A state is lost if it has no pair, or if it cannot reach T with the pairs still
@@ -265,9 +317,9 @@ pub trait Engine:
         }
     }
 
-    /// Computes νY. μX. { s ∈ S : some (s,a) ∈ C has only goal edges and edges into Y, and one goal
-    /// edge or edge into X }, ignoring dropped edges, together with the pairs of C that stay.
-    /// `start` contains S and C.
+    /// Computes νY. μX. { s ∈ S : we can choose a pair of C that has only goal edges and edges into Y,
+    /// and one goal edge or edge into X }, ignoring dropped edges, together with the pairs of C that
+    /// stay. `start` contains S and C.
     ///
     /// Every pair of C must have its state in S, and each of its edges must be a goal edge or lead
     /// into S.

@@ -8,6 +8,9 @@ use meliora_model::error::Result;
 use meliora_model::property::{Bound, Strategies};
 
 /// The regions of a target T as sets of states, or something for each of them: a size, for example.
+///
+/// In a game, those of `pmax` hold against every strategy of the opponent; those of `pmin` hold if the
+/// opponent has a strategy with which they hold against every strategy of ours.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, schemars::JsonSchema)]
 pub struct Regions<S> {
     /// Some strategy reaches T with probability one.
@@ -82,7 +85,13 @@ pub fn pmin_positive<E: Engine>(engine: &E, target: &E::States) -> Result<E::Sta
 /// Computes { s : Pmin(◇T) = 1 }: the states from which no strategy can reach, without visiting T,
 /// a state where T can surely be avoided. `positive` must be the result of [`pmin_positive`] (Baier
 /// and Katoen, section 10.6.2). Cost: one backward fixpoint.
+///
+/// In a game, that is [`pmax_one`] of the opponent: what remains has to be searched again after states
+/// are lost, as the opponent cannot take every choice.
 pub fn pmin_one<E: Engine>(engine: &E, target: &E::States, positive: &E::States) -> Result<E::States> {
+    if let Some(opponent) = engine.exchanged()? {
+        return pmax_one(&opponent, target);
+    }
     let avoiding = engine.difference(&engine.all_states(), positive)?;
     let outside = engine.difference(&engine.all_states(), target)?;
     let choices = engine.choices_in(&engine.all_choices(), &outside)?;
@@ -108,9 +117,14 @@ impl Which {
     /// All names, in their order.
     pub const ALL: [Which; 4] = [Which::PmaxPositive, Which::PmaxOne, Which::PminPositive, Which::PminOne];
 
-    /// Returns whether the region is contained in another one, whatever the target is.
-    fn is_within(self, other: Which) -> bool {
-        self == other || self == Which::PminOne || other == Which::PmaxPositive
+    /// Returns whether the region is contained in another one, whatever the target is. In a game, what
+    /// the opponent can enforce says nothing of what we can.
+    fn is_within(self, other: Which, is_game: bool) -> bool {
+        match (self, other) {
+            (Which::PmaxOne, Which::PmaxPositive) | (Which::PminOne, Which::PminPositive) => true,
+            (Which::PminOne, _) | (_, Which::PmaxPositive) => self == other || !is_game,
+            _ => self == other,
+        }
     }
 
     /// Returns the formula that the states of the region satisfy, for progress.
@@ -170,7 +184,7 @@ pub fn holds<E: Engine>(
     known: &Regions<Option<E::States>>,
 ) -> Result<Option<bool>> {
     let (deciding, inside) = deciding(strategies, bound);
-    let initial = engine.initial_states();
+    let (initial, is_game) = (engine.initial_states(), !engine.coalition().is_empty());
     for which in Which::ALL {
         let Some(region) = known.get(which) else { continue };
         let violating = match inside {
@@ -178,7 +192,8 @@ pub fn holds<E: Engine>(
             false => engine.intersection(&initial, region)?,
         };
         let truth = engine.is_empty(&violating)?;
-        let (contains, is_contained) = (deciding.is_within(which), which.is_within(deciding));
+        let contains = deciding.is_within(which, is_game);
+        let is_contained = which.is_within(deciding, is_game);
         if (contains && truth != inside) || (is_contained && truth == inside) {
             return Ok(Some(truth));
         }

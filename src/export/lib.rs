@@ -102,6 +102,7 @@ pub fn export(
     inputs: &Inputs,
     content: &DumpContent<'_>,
 ) -> Result<Dump> {
+    analysis.whole_engine().program().of_one_player("an export")?;
     if analysis.preferences().objectives.iter().any(|o| o.name == names::NOTHING) {
         let message =
             "in a dump, the objective `nothing` cannot be distinguished from the class `nothing`; rename it";

@@ -240,6 +240,8 @@ pub enum Item {
     Init(Span),
     /// `system … endsystem`
     System(Box<System>),
+    /// `player … endplayer`
+    Player(Box<Player>),
 }
 
 /// The declared type of a constant.
@@ -372,6 +374,24 @@ pub struct RewardItem {
     pub guard: Span,
     /// Value of the reward.
     pub value: Span,
+}
+
+/// A player of a game.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Player {
+    /// Name.
+    pub name: Ident,
+    /// The modules and actions that it owns.
+    pub items: Vec<PlayerItem>,
+}
+
+/// A part of a model that a player owns.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PlayerItem {
+    /// `m`: the unlabelled commands of a module.
+    Module(Ident),
+    /// `[a]`: all choices with an action.
+    Action(Ident),
 }
 
 /// A composition of modules.

@@ -30,8 +30,9 @@ impl Flat {
     /// allow. Locations become the numbers of their values, which a comment lists.
     ///
     /// # Errors
-    /// Modules that the language cannot express separately have too many commands when merged.
+    /// Modules that the language cannot express separately have too many commands when merged; a game.
     pub fn of(program: &Arc<Program>) -> Result<Self> {
+        program.of_one_player("the flat program")?;
         merge::merged(program).map(identifiers::with_identifiers).map(Flat)
     }
 }

@@ -9,13 +9,15 @@ use meliora_model::error::{Diagnostic, Error, Result, Severity, SourceFile};
 const BEGINNING: usize = 1 << 12;
 
 /// First words of preference files.
-const PREFERENCE_WORDS: &[&str] = &["objective", "prefer", "empty", "history", "require"];
+const PREFERENCE_WORDS: &[&str] = &["objective", "prefer", "empty", "history", "require", "coalition"];
 /// First words of models.
 const MODEL_WORDS: &[&str] = &[
     "mdp",
     "dtmc",
     "ctmc",
     "pomdp",
+    "smg",
+    "player",
     "nondeterministic",
     "probabilistic",
     "module",

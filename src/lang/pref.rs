@@ -24,6 +24,8 @@ pub struct Preferences {
     pub empty: Option<(Empty, Span)>,
     /// `history = …;`
     pub history: Option<(History, Span)>,
+    /// `coalition p1, p3;`: the players of a game that we are.
+    pub coalition: Option<(Vec<Ident>, Span)>,
 }
 
 /// An objective: a temporal formula to satisfy.
@@ -65,7 +67,7 @@ pub fn parse_preferences(source: &Arc<SourceFile>) -> Result<Preferences> {
 }
 
 /// The words that statements begin with.
-const STATEMENTS: [&str; 5] = ["objective", "prefer", "require", "empty", "history"];
+const STATEMENTS: [&str; 6] = ["objective", "prefer", "require", "empty", "history", "coalition"];
 
 impl Parser<'_> {
     fn preference(&mut self, preferences: &mut Preferences) -> Parsed<()> {
@@ -86,10 +88,14 @@ impl Parser<'_> {
             self.setting(start, names, &mut preferences.empty)?;
         } else if self.eat_word("history") {
             self.setting(start, "`state` or `play`", &mut preferences.history)?;
+        } else if self.eat_word("coalition") {
+            let names = self.list(Self::player_name)?;
+            let span = start.to(self.expect(Token::Semicolon)?);
+            self.given_once(start, (names, span), &mut preferences.coalition);
         } else {
             let failed = match self.slip(&STATEMENTS) {
                 Some(_) => Failed,
-                None => self.expected("`objective`, `prefer`, `require`, `empty` or `history`"),
+                None => self.expected("`objective`, `prefer`, `require`, `empty`, `history` or `coalition`"),
             };
             self.advance();
             return Err(failed);
@@ -162,18 +168,34 @@ impl Parser<'_> {
 
     /// Parses `keyword = name;`, which may be given once.
     fn setting<T: FromStr>(&mut self, start: Span, names: &str, given: &mut Option<(T, Span)>) -> Parsed<()> {
-        let keyword = self.text(start);
         self.expect(Token::Eq)?;
         let Ok(value) = self.text(self.here()).parse() else {
             return Err(self.expected(names));
         };
         self.advance();
         let span = start.to(self.expect(Token::Semicolon)?);
+        self.given_once(start, (value, span), given);
+        Ok(())
+    }
+
+    /// Sets a value, which may be given once; `start` is the keyword.
+    fn given_once<T>(&mut self, start: Span, (value, span): (T, Span), given: &mut Option<(T, Span)>) {
         if let Some((_, first)) = given {
-            let diagnostic = self.wrong(span, format!("`{keyword}` is given twice")).label("given again");
+            let message = format!("`{}` is given twice", self.text(start));
+            let diagnostic = self.wrong(span, message).label("given again");
             self.report(diagnostic.related(first.range(), "given here first"));
         }
         *given = Some((value, span));
-        Ok(())
+    }
+
+    /// Parses a player: its name, or its number.
+    pub(crate) fn player_name(&mut self) -> Parsed<Ident> {
+        match self.peek() {
+            Token::Word | Token::Int => {
+                let span = self.advance();
+                Ok(self.named(span))
+            }
+            _ => Err(self.expected("the name of a player")),
+        }
     }
 }

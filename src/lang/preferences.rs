@@ -8,6 +8,7 @@ use ahash::AHashMap;
 use super::check::{MAX_ERRORS, lower_condition};
 use crate::ast::{Ident, Span};
 use crate::ltl::{Formula, Monitoring};
+use crate::players;
 use crate::pref::{self, Chain};
 use meliora_model::Program;
 use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
@@ -27,7 +28,8 @@ const MOST_PAIRS: usize = 1_000_000;
 
 /// Parses a preference file, and checks it: targets refer to names of the model, objectives are known
 /// and declared once, and the order has no contradiction. Targets have pools of their own. With
-/// monitors, as for `history = play`, the program is replaced by its product with them.
+/// monitors, as for `history = play`, the program is replaced by its product with them; with a
+/// coalition, by the game in which these players are ours.
 ///
 /// # Errors
 /// Returns as many errors as can be distinguished: syntax errors, or else errors of meaning, each with
@@ -43,11 +45,13 @@ pub fn load_preferences<P: Borrow<Program> + From<Program>>(
     Ok(preferences)
 }
 
-/// Returns the preferences of a file and, for whole paths, the product that judges them.
+/// Returns the preferences of a file and, for whole paths or a coalition, the program that replaces the
+/// given one: the product that judges paths, the game in which the coalition is ours.
 fn lower_preferences(source: &Arc<SourceFile>, program: &Program) -> Result<(Preferences, Option<Program>)> {
     let tree = &pref::parse_preferences(source)?;
     let mut checker = Checker { source, known: AHashMap::new(), diagnostics: Vec::new() };
     let history = checker.history(tree);
+    let coalition = checker.coalition(program, tree)?;
     let mut watching = Monitoring::new(program);
     let goals = checker.goals(tree, |objective| match history {
         History::State => target(program, watching.predicates.pool(), source, objective),
@@ -67,6 +71,10 @@ fn lower_preferences(source: &Arc<SourceFile>, program: &Program) -> Result<(Pre
             (product.predicates(), Some(product))
         }
     };
+    let replaced = match coalition {
+        Some(coalition) => Some(product.unwrap_or_else(|| program.clone()).played_by(&coalition)),
+        None => product,
+    };
     let of = |id| predicates.get(id);
     let objective = |(declared, goal): (&pref::Objective, Goal<ExprId>)| Objective {
         name: declared.name.name.clone(),
@@ -75,7 +83,7 @@ fn lower_preferences(source: &Arc<SourceFile>, program: &Program) -> Result<(Pre
     };
     let objectives = tree.objectives.iter().zip(goals).map(objective).collect();
     let requirements = requirements.into_iter().map(|requirement| requirement.map(&of)).collect();
-    Ok((Preferences { objectives, order, empty, history, requirements }, product))
+    Ok((Preferences { objectives, order, empty, history, requirements }, replaced))
 }
 
 /// Parses a preference file without a model; the names in its formulas are not checked.
@@ -162,6 +170,16 @@ struct Checker<'a> {
 }
 
 impl<'a> Checker<'a> {
+    /// Returns the players that the file makes ours, an entry for each; `None` if it names none.
+    fn coalition(&mut self, program: &Program, tree: &pref::Preferences) -> Result<Option<Vec<bool>>> {
+        let Some((names, span)) = &tree.coalition else { return Ok(None) };
+        match players::coalition(program, self.source, names, *span) {
+            Err(Error::Input(wrong)) => wrong.into_iter().for_each(|diagnostic| self.report(diagnostic)),
+            known => return known.map(Some),
+        }
+        Ok(None)
+    }
+
     /// Returns the part of a path that counts: by default all of it if some objective is more than
     /// a reachability.
     fn history(&self, tree: &pref::Preferences) -> History {

@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use num_traits::{One, Zero};
 
-use super::ast::Span;
+use super::ast::{Ident, Span};
 use super::ltl::Formula;
 use super::parse::{Failed, Parsed, Parser};
+use super::players;
 use super::token::Token;
 pub use meliora_model::Optimum;
 use meliora_model::Program;
-use meliora_model::error::{Diagnostic, Result, SourceFile};
+use meliora_model::error::{Diagnostic, Result, Severity, SourceFile};
 use meliora_model::exact::{Ratio, Real};
 use meliora_model::progress::NoProgress;
 pub use meliora_model::property::{Bound, Inequality, Measure, Quantity, Question, Rewards, Strategies};
@@ -25,6 +26,17 @@ pub struct Property {
     pub operator: Span,
     /// Formula on paths.
     pub formula: Formula,
+    /// `<<p1,p2>>`: the players of a game who choose to make the property true.
+    pub coalition: Option<Coalition>,
+}
+
+/// The players in front of a property of a game.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coalition {
+    /// The players, each by its name or its number; `None` for `*`, all players.
+    pub(crate) players: Option<Vec<Ident>>,
+    /// Place from `<<` to `>>`.
+    pub(crate) span: Span,
 }
 
 impl Property {
@@ -32,13 +44,16 @@ impl Property {
     ///
     /// # Errors
     /// A reward structure does not exist, or the property of an `mdp` does not say which strategies
-    /// it asks about.
+    /// it asks about. A property of a game does not name its players or asks for a reward, or another
+    /// one names players.
     pub fn check(&self, program: &Program, source: &Arc<SourceFile>) -> Result<()> {
+        self.coalition_in(program, source)?;
         let Question::Quantity(quantity) = &self.question else { return Ok(()) };
         let wrong = |message: &str| Diagnostic::new(source, self.operator.range(), message);
         if quantity.strategies(program).is_none() {
             let help = "write `Pmin=?` or `Pmax=?`, for rewards `Rmin=?` or `Rmax=?`";
-            return Err(wrong("an `mdp` has a least and a greatest value")
+            let kind = <&str>::from(program.kind);
+            return Err(wrong(&format!("an `{kind}` has a least and a greatest value"))
                 .label("which one?")
                 .help(help)
                 .into());
@@ -54,6 +69,39 @@ impl Property {
                 Err(wrong("unknown reward structure").label("not in the model").help(help).into())
             }
             _ => Ok(()),
+        }
+    }
+}
+
+impl Property {
+    /// Returns the players of a game who choose to make the property true, as an entry per player; `None`
+    /// for other models.
+    ///
+    /// # Errors
+    /// A property of a game does not name its players or asks for a reward, or another one names players.
+    pub fn coalition_in(&self, program: &Program, source: &Arc<SourceFile>) -> Result<Option<Vec<bool>>> {
+        let wrong = |message: &str| Diagnostic::new(source, self.operator.range(), message);
+        let (game, named) = match (&program.players, &self.coalition) {
+            (None, None) => return Ok(None),
+            (Some(_), None) => {
+                let diagnostic = wrong("a property of a game names the players who choose to make it true");
+                return Err(diagnostic.help("write `<<p1>> P>=1 [ … ]` or `<<p1,p2>> Pmax=? [ … ]`").into());
+            }
+            (None, Some(named)) => (None, named),
+            (Some(game), Some(named)) => (Some(game), named),
+        };
+        if let (Some(_), Question::Quantity(Quantity { measure: Measure::Reward(_), .. })) =
+            (game, &self.question)
+        {
+            let diagnostic = wrong("rewards of a game are not supported");
+            return Err(diagnostic.severity(Severity::Unsupported).label("not supported").into());
+        }
+        match (game, &named.players) {
+            (Some(game), None) => Ok(Some(vec![true; game.list.len()])),
+            (_, players) => {
+                let names = players.as_deref().unwrap_or(&[]);
+                players::coalition(program, source, names, named.span).map(Some)
+            }
         }
     }
 }
@@ -85,6 +133,22 @@ pub(crate) fn compared(extreme: Extreme, comparison: Inequality, value: Ratio) -
         _ => Strategies::All,
     };
     Question::Qualitative(strategies, bound)
+}
+
+/// Returns the question of a property of a game: a bound must hold for some strategy of the coalition,
+/// whatever the other players do.
+fn chosen(question: Question) -> Question {
+    match question {
+        Question::Qualitative(_, bound) => Question::Qualitative(Strategies::Some, bound),
+        Question::Quantity(Quantity { measure, optimum, bound }) => {
+            let optimum = match &bound {
+                Some((Inequality::Ge | Inequality::Gt, _)) => Some(Optimum::Max),
+                Some(_) => Some(Optimum::Min),
+                None => optimum,
+            };
+            Question::Quantity(Quantity { measure, optimum, bound })
+        }
+    }
 }
 
 /// Returns a quantity. A bound without a name must hold for every strategy: a lower bound for the
@@ -159,6 +223,7 @@ impl Parser<'_> {
 
     /// Parses an operator with its formula.
     fn asked(&mut self) -> Parsed<Property> {
+        let coalition = self.coalition()?;
         let start = self.here();
         let (measure, extreme) = self.operator()?;
         let bound = self.bound()?;
@@ -174,9 +239,35 @@ impl Parser<'_> {
         }
         let formula = self.temporal_formula()?;
         self.expect(Token::RightBracket)?;
+        if coalition.is_some() && bound.is_some() && extreme != Extreme::Unnamed {
+            let diagnostic = self.wrong(whole, "the players of a coalition say who chooses");
+            let help = "write `<<p1>> P>=1 [ … ]`, without `min` or `max`, or ask for the value by `=?`";
+            self.report(diagnostic.help(help));
+            return Err(Failed);
+        }
         let question = self.question(measure, extreme, bound, whole)?;
+        let question = if coalition.is_some() { chosen(question) } else { question };
         self.check_rewards(&question, &formula)?;
-        Ok(Property { question, operator: whole, formula })
+        Ok(Property { question, operator: whole, formula, coalition })
+    }
+
+    /// Parses the players of a game, `<<p1,p2>>`, if they are there.
+    fn coalition(&mut self) -> Parsed<Option<Coalition>> {
+        if self.peek() != Token::Lt {
+            return Ok(None);
+        }
+        let start = self.advance();
+        self.expect(Token::Lt)?;
+        let players = if self.eat(Token::Star) {
+            None
+        } else if self.peek() == Token::Gt {
+            Some(Vec::new())
+        } else {
+            Some(self.list(Self::player_name)?)
+        };
+        self.expect(Token::Gt)?;
+        let span = start.to(self.expect(Token::Gt)?);
+        Ok(Some(Coalition { players, span }))
     }
 
     /// Parses the operator before the bound: `P`, `Pmax`, `R{"name"}min` and so on.

@@ -7,7 +7,8 @@ use super::exact::Real;
 use super::predicate::Predicate;
 use super::step::{MOST_WAYS, StepError};
 use super::{CommandId, Program};
-use crate::error::{Diagnostic, Error, Limit, Severity};
+use crate::error::{Diagnostic, Error, Limit, Result, Severity};
+use crate::step::Choice;
 
 /// Returns the error for a state in which [`Program::steps`] fails.
 pub fn in_state(program: &Program, state: &[i64]) -> Error {
@@ -58,6 +59,34 @@ pub fn error(program: &Program, fault: &StepError, state: &[i64]) -> Error {
             Limit::Size { what }.into()
         }
     }
+}
+
+/// Returns the error for a state of a game in which two players have a choice.
+///
+/// # Errors
+/// A command has no meaning in the state, or it has too many choices.
+pub fn of_two_players(program: &Program, state: &[i64]) -> Result<Error> {
+    let choices = program.choices(state).map_err(|fault| error(program, &fault, state))?;
+    let mut moves: Vec<(usize, String, Range<usize>)> = Vec::new();
+    for (choice, name) in choices {
+        let Choice::Combination { synchronisation, commands } = choice else { continue };
+        let player = program.player_of(&program.synchronisations[synchronisation]);
+        let (Some(player), Some(&command)) = (player, commands.first()) else { continue };
+        if moves.iter().all(|(other, ..)| *other != player) {
+            moves.push((player, name, span(program, command)));
+        }
+    }
+    let named = |(player, action, _): &(usize, String, _)| {
+        let list = program.players.as_ref().map_or(&[][..], |players| &players.list);
+        format!("`{}` by `{action}`", list.get(*player).map_or("?", |player| player.name.as_str()))
+    };
+    let all = moves.iter().map(named).collect::<Vec<_>>().join(" and ");
+    let message = format!("several players may move in the state {}: {all}", program.show_state(state));
+    let spans = |at: usize| moves.get(at).map_or(0..0, |(_, _, span)| span.clone());
+    let label = |at: usize| moves.get(at).map_or_else(String::new, |(_, name, _)| format!("`{name}`"));
+    let help = "in a turn-based game each state belongs to one player: let guards say whose turn it is";
+    let found = diagnostic(program, spans(1), message, label(1), Some(help.to_owned()));
+    Ok(found.related(spans(0), format!("{} is enabled, too", label(0))).into())
 }
 
 /// Formats a number that is not a probability, or a wrong sum, by the nearest double, which may be

@@ -30,6 +30,7 @@ pub mod hasse;
 pub mod members;
 pub mod names;
 mod overlap;
+pub mod players;
 pub mod predicate;
 pub mod preference;
 pub mod progress;
@@ -56,6 +57,7 @@ use crate::error::{Diagnostic, SourceFile};
 use crate::span::Span;
 use exact::Exact;
 use expr::{ExprId, ExprPool};
+use players::Players;
 use rewards::RewardStructure;
 use smallvec::SmallVec;
 use strum::IntoStaticStr;
@@ -95,6 +97,8 @@ pub enum ModelKind {
     Mdp,
     /// All enabled combinations form a single choice, which selects one of them uniformly.
     Dtmc,
+    /// A turn-based game: choices are those of an `mdp`, and each state belongs to one player.
+    Smg,
 }
 
 /// The extreme of a value over all strategies.
@@ -111,7 +115,7 @@ pub enum Optimum {
 pub struct Program {
     /// The text that all spans of this program point into.
     pub source: Arc<SourceFile>,
-    /// `mdp` or `dtmc`.
+    /// `mdp`, `dtmc` or `smg`.
     pub kind: ModelKind,
     /// All constants with their values, in the order of declaration.
     pub constants: Vec<(String, Exact)>,
@@ -142,6 +146,8 @@ pub struct Program {
     pub inexact: Option<Diagnostic>,
     /// The monitors for temporal formulas, which are the last module.
     pub monitors: Option<temporal::Monitors>,
+    /// The players of a game (`smg`); `None` for all other models.
+    pub players: Option<Players>,
 }
 
 /// A variable with its range.

@@ -5,8 +5,10 @@ use std::cmp::Ordering;
 use std::fmt;
 use std::sync::Arc;
 
+use ahash::AHashSet;
+
 use super::Program;
-use super::expr::{ExprId, ExprPool};
+use super::expr::{ExprId, ExprPool, Node};
 use super::value::{EvalError, Value};
 use crate::error::{Diagnostic, Error, Result};
 
@@ -41,6 +43,40 @@ impl Predicate {
     /// The expression has no value in this state.
     pub fn eval(&self, state: &[i64]) -> std::result::Result<Value, EvalError> {
         self.of.pool.eval(self.id, state)
+    }
+
+    /// Returns whether this is the same expression over the same program as another condition, whose
+    /// pool may be another one. Two different expressions can still hold in the same states.
+    pub fn is_same(&self, other: &Predicate) -> bool {
+        if !Arc::ptr_eq(&self.of.program, &other.of.program) {
+            return false;
+        }
+        let (mut open, mut seen) = (vec![(self.id, other.id)], AHashSet::new());
+        while let Some((one, two)) = open.pop() {
+            let is_shared = one == two && one.index() < self.of.program.len();
+            if is_shared || !seen.insert((one, two)) {
+                continue;
+            }
+            let is_equal = match (self.pool().node(one), other.pool().node(two)) {
+                (Node::Unary(a, x), Node::Unary(b, y)) if a == b => {
+                    open.push((x, y));
+                    true
+                }
+                (Node::Binary(a, x, u), Node::Binary(b, y, v)) if a == b => {
+                    open.extend([(x, y), (u, v)]);
+                    true
+                }
+                (Node::Ite(a, x, u), Node::Ite(b, y, v)) => {
+                    open.extend([(a, b), (x, y), (u, v)]);
+                    true
+                }
+                (a, b) => a == b && self.pool().fraction(one) == other.pool().fraction(two),
+            };
+            if !is_equal {
+                return false;
+            }
+        }
+        true
     }
 
     /// Checks that the condition has a meaning in the states of a program: it was made for this

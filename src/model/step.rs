@@ -127,7 +127,7 @@ impl Program {
             steps.push(Step { choice: Choice::Combination { synchronisation, commands }, name, successors });
         }
         Ok(match self.kind {
-            ModelKind::Mdp => steps,
+            ModelKind::Mdp | ModelKind::Smg => steps,
             ModelKind::Dtmc => vec![uniform(steps)],
         })
     }

@@ -116,6 +116,7 @@ impl<E: Engine> Analysis<E> {
         let clock = Arc::clone(&self.engine.settings().sink);
         let start = clock.clock();
         listener(Event::Started(phase));
+        self.check_game()?;
         self.restrict()?;
         match phase {
             Phase::Counts => self.run_counts()?,
@@ -136,6 +137,20 @@ impl<E: Engine> Analysis<E> {
             Phase::Improvement => self.improvement.is_some(),
             Phase::Sasi => self.result.sasi.end != LevelsEnd::Open,
             Phase::Spi => self.result.spi.end != LevelsEnd::Open,
+        }
+    }
+
+    /// Refuses options and objectives that are not supported for games.
+    fn check_game(&self) -> Result<()> {
+        let refused = |what: &str| Err(Error::Usage(format!("{what} of a game is not supported")));
+        let watched = |objective: &Objective| matches!(objective.goal, Goal::Satisfy { .. });
+        if self.whole.coalition().is_empty() {
+            return Ok(());
+        }
+        match self.options.safety {
+            Safety::Transition => refused("`--safety transition`"),
+            _ if self.preferences.objectives.iter().any(watched) => refused("`history = play`"),
+            _ => Ok(()),
         }
     }
 
@@ -413,8 +428,11 @@ impl<E: Engine> Analysis<E> {
 
 impl<E: Engine> FiniteMemoryStrategy<E> {
     /// Creates the finite-memory strategy of an analysis; `None` before the search for levels of
-    /// this kind has ended.
+    /// this kind has ended, and for a game.
     pub fn new(analysis: &Analysis<E>, program: &Arc<Program>, kind: Kind) -> Option<Self> {
+        if program.players.is_some() {
+            return None;
+        }
         let LevelSearch::Ended(levels) = analysis.search(kind) else { return None };
         Some(FiniteMemoryStrategy {
             whole: analysis.whole.clone(),
@@ -449,6 +467,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     ) -> Result<Option<Self>> {
         let objectives: ObjectiveSet = objectives.into_iter().collect();
         kind.check(&objectives)?;
+        program.of_one_player("a strategy")?;
         let Some(strategy) = Self::new(analysis, program, levels) else { return Ok(None) };
         let mut achieving = if kind.achieves() { Achieving::new(analysis, &strategy)? } else { None };
         if let Some(achieving) = achieving.as_mut().filter(|_| objectives.len() > 1) {

@@ -110,15 +110,34 @@ impl<E: Engine> Improvement<E> {
 }
 
 /// Computes the arena under [`Safety::Action`]: all enabled choices minus ⋃ over c of [c] ∩
-/// pre(Worse(c)).
+/// pre(Worse(c)); in a game, without those that may step into a state where the opponent can weaken.
 pub(super) fn action<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
     let weakening = pairs_into(engine, &engine.all_choices(), by_worse(classes))?;
+    let choices = engine.difference(&engine.all_choices(), &weakening)?;
     Ok(Arena {
         reference: None,
         states: engine.all_states(),
-        choices: engine.difference(&engine.all_choices(), &weakening)?,
+        choices: without_bad_states(engine, choices)?,
         edge_labels: edge_labels(engine, classes, |_| engine.no_states())?,
     })
+}
+
+/// Removes the choices of the opponent's bad states, and those that may step into one. A state of the
+/// opponent is bad if one of its choices is not in C, or has a bad successor. Cost: one removal of an
+/// attractor.
+fn without_bad_states<E: Engine>(engine: &E, c: E::Choices) -> Result<E::Choices> {
+    let Some(theirs) = engine.theirs() else { return Ok(c) };
+    let bad = engine.difference(
+        &engine.intersection(&theirs, &engine.sources(&engine.all_choices())?)?,
+        &engine.can_choose(&c)?,
+    )?;
+    if engine.is_empty(&bad)? {
+        return Ok(c);
+    }
+    let ours = engine.difference(&engine.all_states(), &theirs)?;
+    let left = Region { states: engine.difference(&engine.all_states(), &bad)?, choices: c.clone() };
+    let Region { states, choices } = engine.remove_attractor(left, &c, &ours, &[], bad)?;
+    engine.choices_in(&choices, &states)
 }
 
 /// Computes the arena under [`Safety::Transition`]: all enabled choices minus ⋃ over c of [c] ∩

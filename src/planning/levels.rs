@@ -365,8 +365,7 @@ fn positively<E: Engine>(
 ) -> Result<Game<E>> {
     let within = before.map_or(&arena.choices, |game| &game.choices);
     let goals = winning(engine, &engine.all_choices(), &edge_labels)?;
-    let seeds = engine.can_choose(&engine.intersection(within, &goals)?)?;
-    let states = engine.can_reach(&seeds, within, &edge_labels)?;
+    let states = engine.can_win(&goals, within, &edge_labels)?;
     let choices = engine.choices_in(within, &states)?;
     Ok(Game { edge_labels, states, choices })
 }

@@ -22,8 +22,16 @@ impl<E: Engine> Analysis<E> {
         let choices = program.choices(state).map_err(|fault| fault::error(program, &fault, state))?;
         let most_preferred = self.most_preferred(state)?;
         let names = |set: &_| self.preferences().owned_names(set);
+        let engine = self.whole_engine();
+        let is_theirs = match engine.theirs() {
+            Some(theirs) => engine.contains(&theirs, state)?,
+            None => false,
+        };
+        // The opponent's moves are neither permitted nor forbidden.
+        let choices = if is_theirs { Vec::new() } else { choices };
         Ok(Prospects {
             state: state.to_vec(),
+            owner: is_theirs.then_some("opponent"),
             values: Valuation::of(program, state),
             escape: self.escape(program, state)?,
             most_preferred: most_preferred.into_iter().map(str::to_owned).collect(),

@@ -233,6 +233,8 @@ pub struct EscapeStep {
 pub struct Prospects {
     /// The state.
     pub state: State,
+    /// `opponent` for a state of a game in which the opponent chooses.
+    pub owner: Option<&'static str>,
     /// Its values by variable.
     pub values: Valuation,
     /// For a state from which the requirements cannot be kept, a path to a violation.
@@ -262,6 +264,10 @@ pub struct Plan {
 struct Initial {
     /// The values of the state.
     state: Valuation,
+    /// `opponent`: in this state of a game the opponent chooses, so no actions are listed; absent for
+    /// other states.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    owner: Option<&'static str>,
     /// The state is unsafe: no strategy keeps the requirements, and the other fields are empty or 0;
     /// absent for other states.
     #[serde(rename = "unsafe", skip_serializing_if = "Option::is_none")]
@@ -288,6 +294,7 @@ impl From<Prospects> for Initial {
         let ((sasi_rank, sasi_actions), (spi_rank, spi_actions)) = (split(of.sasi), split(of.spi));
         Initial {
             state: of.values,
+            owner: of.owner,
             escape: of.escape,
             most_preferred: of.most_preferred,
             jointly: of.jointly,

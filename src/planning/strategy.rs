@@ -10,7 +10,7 @@ use super::improvement::{Arena, Improvement};
 use super::levels::{Game, Kind, Level};
 use meliora_engine::edge_labels::{keeping, winning};
 use meliora_engine::{EdgeLabels, Engine, Region, position};
-use meliora_model::error::Result;
+use meliora_model::error::{Error, Result};
 
 /// The two strategies of one level in one arena.
 pub struct ArenaStrategy<E: Engine> {
@@ -50,12 +50,18 @@ pub fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E
 
 /// Computes both strategies of a level in one arena, layer by layer. Cost: one pre-image per layer
 /// and part.
+///
+/// # Errors
+/// A limit of the engine is reached; the model is a game.
 pub fn strategy<E: Engine>(
     engine: &E,
     kind: Kind,
     arena: &Arena<E>,
     game: &Game<E>,
 ) -> Result<ArenaStrategy<E>> {
+    if !engine.coalition().is_empty() {
+        return Err(Error::Usage("a strategy of a game is not supported".to_owned()));
+    }
     let (all, permissive) = (engine.all_choices(), permissive(engine, kind, game)?);
     let first = engine.intersection(&permissive, &winning(engine, &all, &game.edge_labels)?)?;
     let goal = engine.can_choose(&first)?;

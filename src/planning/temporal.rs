@@ -7,7 +7,7 @@
 use super::region_search::RegionSearch;
 use meliora_engine::regions::Regions;
 use meliora_engine::{Engine, Region};
-use meliora_model::error::Result;
+use meliora_model::error::{Error, Result};
 use meliora_model::predicate::Predicate;
 use meliora_model::temporal::{Condition, Disjunct};
 
@@ -56,6 +56,9 @@ pub(crate) fn accepting_region<E: Engine>(
     disjunct: Disjunct,
     within: &E::Choices,
 ) -> Result<AcceptingRegion<E>> {
+    if !engine.coalition().is_empty() {
+        return Err(Error::Usage("a temporal formula of a game is not supported".to_owned()));
+    }
     let allowed = allowed(engine, &disjunct)?;
     let recurring =
         disjunct.again.iter().map(|mark| engine.states_where(mark)).collect::<Result<Vec<_>>>()?;

@@ -123,6 +123,9 @@ pub fn answer<E: Engine>(
     if decided.value.is_some() {
         return Ok(decided);
     }
+    if !engine.coalition().is_empty() {
+        return in_game(engine, quantity, regions);
+    }
     let program = asked.program;
     let target = match asked.target {
         Some(target) => engine.states_where(target)?,
@@ -154,6 +157,48 @@ pub fn answer<E: Engine>(
     }
     let holds = quantity.bound.as_ref().and_then(|bound| truth(&found.values, bound));
     Ok(Answer { value: over(&found.values), holds, no_value: None, end: found.end })
+}
+
+/// The reason why a quantity of a game has no value here.
+const BETWEEN: &str = "values of a game other than 0 and 1 are not supported";
+
+/// Answers a property of a game about a probability if it is 0 or 1 in all initial states.
+///
+/// # Errors
+/// A limit is reached.
+fn in_game<E: Engine>(
+    engine: &E,
+    quantity: &Quantity,
+    regions: &Regions<Option<E::States>>,
+) -> Result<Answer> {
+    let (one, positive) = match quantity.optimum.unwrap_or(Optimum::Max) {
+        Optimum::Max => (&regions.pmax_one, &regions.pmax_positive),
+        Optimum::Min => (&regions.pmin_one, &regions.pmin_positive),
+    };
+    let (Some(one), Some(positive)) = (one, positive) else {
+        return Err(Error::Usage("the regions of the property are not known".to_owned()));
+    };
+    let initial = engine.initial_states();
+    let is_empty = |x: E::States| engine.is_empty(&x);
+    let mut values = Vec::new();
+    if !is_empty(engine.difference(&initial, positive)?)? {
+        values.push(Value::Finite(Bounds::point(0)));
+    }
+    if !is_empty(engine.intersection(&initial, one)?)? {
+        values.push(Value::Finite(Bounds::point(1)));
+    }
+    let between = engine.difference(&engine.intersection(&initial, positive)?, one)?;
+    let truth = quantity.bound.as_ref().and_then(|bound| truth(&values, bound));
+    if is_empty(between)? {
+        return Ok(Answer { value: over(&values), holds: truth, no_value: None, end: Ok(()) });
+    }
+    match truth {
+        Some(false) => Ok(Answer::of(Some(false))),
+        _ => {
+            let refused = Error::Usage(format!("the property cannot be answered: {BETWEEN}"));
+            Ok(Answer { end: Err(refused), ..Answer::without_value(BETWEEN) })
+        }
+    }
 }
 
 fn wanted<'p, S>(program: &'p Program, quantity: &Quantity, target: &'p S) -> Result<Wanted<'p, S>> {

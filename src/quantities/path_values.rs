@@ -93,6 +93,7 @@ pub fn values<E: Engine>(
     states: &[State],
     exact: bool,
 ) -> Result<Answer> {
+    program.of_one_player("a number")?;
     let all = engine.all_states();
     let region = |which: Which| {
         let unknown = || Error::Usage(format!("the region {} is not known", which.name()));

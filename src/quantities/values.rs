@@ -133,6 +133,7 @@ impl Values {
         starts: &[State],
         costs: &dyn Cost,
     ) -> Result<()> {
+        program.of_one_player("a value")?;
         self.explore_from(analysis, program, costs, |explorer| {
             let mut nodes = Vec::with_capacity(starts.len());
             for start in starts {
@@ -154,6 +155,7 @@ impl Values {
         program: &Program,
         costs: &dyn Cost,
     ) -> Result<()> {
+        program.of_one_player("a value")?;
         self.explore_from(
             analysis,
             program,

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::{Goal, Required, Target};
+use meliora_engine::Engine;
 use meliora_engine::regions::Which;
 use meliora_lang::ltl::{self, Formula};
 use meliora_lang::property::{Measure, Question};
@@ -23,6 +24,8 @@ pub struct Asking {
     pub question: Option<Question>,
     /// The states in which the rewards that the question names are wrong.
     pub wrong: Option<Predicate>,
+    /// For a property of a game, whether each player chooses to make it true.
+    pub coalition: Option<Vec<bool>>,
 }
 
 impl Asking {
@@ -32,7 +35,12 @@ impl Asking {
     /// The text or a requirement is wrong; each error has its place.
     pub fn target(program: &Program, source: &Arc<SourceFile>, required: &[Required]) -> Result<Self> {
         let target = lower_target(program, source, &parse_expression(source)?)?;
-        Ok(Asking { goal: Goal::reach(program, target, required)?, question: None, wrong: None })
+        Ok(Asking {
+            goal: Goal::reach(program, target, required)?,
+            question: None,
+            wrong: None,
+            coalition: None,
+        })
     }
 
     /// Reads a property such as `P>=1 [ F x = 3 ]`.
@@ -42,7 +50,19 @@ impl Asking {
     pub fn property(program: &Program, source: &Arc<SourceFile>, required: &[Required]) -> Result<Self> {
         let property = parse_property(source)?;
         property.check(program, source)?;
-        Asking::of(program, source, (&property.formula, property.question), required)
+        let coalition = property.coalition_in(program, source)?;
+        let asking = Asking::of(program, source, (&property.formula, property.question), required)?;
+        Ok(Asking { coalition, ..asking })
+    }
+
+    /// Returns the engine of a game in which the coalition of the question is ours; `None` if that is the
+    /// coalition of the engine.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub fn played<E: Engine>(&self, engine: &E) -> Result<Option<E>> {
+        let other = self.coalition.as_ref().filter(|coalition| **coalition != engine.coalition());
+        other.map(|coalition| engine.with_coalition(coalition)).transpose()
     }
 
     /// Combines a formula and a question about it.
@@ -56,7 +76,8 @@ impl Asking {
         required: &[Required],
     ) -> Result<Self> {
         let wrong = wrong_rewards(program, &question);
-        Ok(Asking { goal: Goal::of(program, source, formula, required)?, question: Some(question), wrong })
+        let (goal, question) = (Goal::of(program, source, formula, required)?, Some(question));
+        Ok(Asking { goal, question, wrong, coalition: None })
     }
 
     /// Returns whether the answer is a number, or depends on one.
@@ -89,11 +110,12 @@ impl Asking {
         }
         let is_word = |c: char| c.is_alphanumeric() || c == '_';
         let first = source.text.trim_start().split(|c| !is_word(c)).next();
-        if first.is_some_and(|word| OPERATORS.contains(&word)) {
+        let names_players = source.text.trim_start().starts_with("<<");
+        if names_players || first.is_some_and(|word| OPERATORS.contains(&word)) {
             return Asking::property(program, source, &[]);
         }
         let goal = Goal::of(program, source, &ltl::parse_formula(source)?, &[])?;
-        Ok(Asking { goal, question: None, wrong: None })
+        Ok(Asking { goal, question: None, wrong: None, coalition: None })
     }
 }
 

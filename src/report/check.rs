@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::envelope::{Envelope, Findings, Phase};
 use super::number::grouped;
+use super::players::{self, PlayerSummary};
 use super::text::{self, Grid};
 use super::{Header, Style, ranks, unsafe_start};
 use meliora_engine::{Engine, Scope, Storage};
@@ -20,6 +21,9 @@ use meliora_planning::{Analysis, AnalysisResult, Rank, Safety};
 #[derive(Debug, Clone, Default, Serialize, JsonSchema)]
 #[schemars(rename = "check")]
 pub struct CheckFindings {
+    /// The players of a game; absent for other models, and if unknown.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub players: Vec<PlayerSummary>,
     /// The results of the analysis.
     #[serde(flatten)]
     pub result: AnalysisResult,
@@ -83,6 +87,7 @@ impl CheckReport {
             safety: analysis.options().safety,
         });
         report.header.read_conditions(read.predicates());
+        report.players = PlayerSummary::all(program, analysis.whole_engine())?;
         report.result = analysis.result().clone();
         report.initial = analysis.initial_prospects(program, LISTED)?;
         report.memory.peak_nodes = engine.usage().peak_nodes;
@@ -114,6 +119,7 @@ impl Findings for CheckFindings {
         let escape = report.initial.iter().find_map(|initial| initial.escape.as_ref());
         let mut out = unsafe_start::text(escape, style);
         out += &report.header.sizes(report.result.counts.as_ref(), style);
+        out += &players::text(&report.players, style);
         out += &objectives(report, style);
         out += &classes(&report.result, style);
         out += &improvement(&report.result, style);
@@ -212,6 +218,9 @@ fn initial(report: &CheckFindings, style: Style) -> String {
         if initial.escape.is_some() {
             let _ = writeln!(out, "  {}", style.bad("unsafe: no strategy keeps the requirements"));
             continue;
+        }
+        if let Some(owner) = initial.owner {
+            let _ = writeln!(out, "  to move: the {owner}");
         }
         let _ = writeln!(out, "  sure: {}", text::either(&initial.most_preferred));
         let several = initial.jointly.iter().flatten().filter(|set| set.len() > 1);

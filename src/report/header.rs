@@ -105,6 +105,12 @@ impl Header {
         self.empty = self.empty.map(|_| Some(preferences.empty.name()));
     }
 
+    /// Returns whether the model is a game.
+    pub(super) fn is_game(&self) -> bool {
+        let kind = self.model.as_ref().and_then(|model| model.kind);
+        kind == Some(ModelKind::Smg.into())
+    }
+
     /// Returns the path of the model.
     pub(crate) fn path(&self) -> &str {
         self.model.as_ref().map_or("", |model| &model.path)

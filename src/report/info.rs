@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::Style;
 use super::envelope::{Envelope, Findings, Phase};
+use super::players::{self, PlayerSummary};
 use super::report::{Failure, Report};
 use super::text::{self, Grid};
 use meliora_lang::flat::Flat;
@@ -33,6 +34,9 @@ pub struct InfoFindings {
     pub order_reason: Option<String>,
     /// The reward structures; empty if unknown.
     pub rewards: Vec<RewardSummary>,
+    /// The players of a game; absent for other models, and if unknown.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub players: Vec<PlayerSummary>,
 }
 
 /// The report with times and memory.
@@ -142,7 +146,7 @@ impl Findings for InfoFindings {
             true => String::new(),
             false => report.variables(style) + &report.reward_structures(style),
         };
-        sizes + &variables + &report.diagrams(style)
+        sizes + &players::text(&report.players, style) + &variables + &report.diagrams(style)
     }
 }
 

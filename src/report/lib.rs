@@ -27,6 +27,7 @@ pub(crate) mod header;
 pub mod info;
 pub(crate) mod number;
 pub mod page;
+pub mod players;
 pub mod plot;
 pub mod properties;
 pub mod query;

@@ -54,6 +54,22 @@ pub struct ReachFindings {
 /// The report with times and memory.
 pub type ReachReport = Envelope<ReachFindings>;
 
+/// The regions in their order.
+const NAMES: [&str; 4] = [
+    "some strategy, surely     (Pmax = 1)",
+    "some strategy, possibly   (Pmax > 0)",
+    "every strategy, surely    (Pmin = 1)",
+    "every strategy, possibly  (Pmin > 0)",
+];
+
+/// The regions of a game in their order.
+const NAMES_IN_GAMES: [&str; 4] = [
+    "we can enforce it surely              (Pmax = 1)",
+    "we can enforce it possibly            (Pmax > 0)",
+    "the opponent can enforce it surely    (Pmin = 1)",
+    "the opponent can enforce it possibly  (Pmin > 0)",
+];
+
 /// A share of the initial states.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, strum::Display)]
 #[serde(rename_all = "lowercase")]
@@ -98,11 +114,11 @@ impl Findings for ReachFindings {
             let _ = write!(out, "\n{}\n", style.bold(&format!("Reaching {}", report.expression)));
             let _ = writeln!(out, "  target states  {}", target.grouped());
             if report.sizes.any() {
-                out += &report.regions(style);
+                out += &report.regions(report.header.is_game(), style);
             }
         } else if report.sizes.any() {
             let _ = write!(out, "\n{}\n", style.bold(&format!("Satisfying {}", report.expression)));
-            out += &report.regions(style);
+            out += &report.regions(report.header.is_game(), style);
         }
         if let Some(value) = &report.value {
             let _ = write!(out, "\nThe value in the initial states: {}\n", style.bold(&shown(value)));
@@ -131,16 +147,17 @@ impl ReachFindings {
         self.properties = vec![listed];
     }
 
-    fn regions(&self, style: Style) -> String {
+    fn regions(&self, is_game: bool, style: Style) -> String {
         let mut grid = Grid::new(&["", "states", "of the initial states"], style);
         let (sizes, initial) = (&self.sizes, &self.initial);
         let rows = [
-            ("some strategy, surely     (Pmax = 1)", &sizes.pmax_one, initial.pmax_one),
-            ("some strategy, possibly   (Pmax > 0)", &sizes.pmax_positive, initial.pmax_positive),
-            ("every strategy, surely    (Pmin = 1)", &sizes.pmin_one, initial.pmin_one),
-            ("every strategy, possibly  (Pmin > 0)", &sizes.pmin_positive, initial.pmin_positive),
+            (&sizes.pmax_one, initial.pmax_one),
+            (&sizes.pmax_positive, initial.pmax_positive),
+            (&sizes.pmin_one, initial.pmin_one),
+            (&sizes.pmin_positive, initial.pmin_positive),
         ];
-        for (name, region, share) in rows {
+        let names = if is_game { NAMES_IN_GAMES } else { NAMES };
+        for (name, (region, share)) in names.into_iter().zip(rows) {
             if let Some(region) = region {
                 let share = share.map_or_else(String::new, |share| share.to_string());
                 grid.row(vec![name.to_owned(), region.grouped(), share]);

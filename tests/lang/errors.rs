@@ -109,7 +109,7 @@ fn what_is_not_supported_is_refused_by_name() {
                 "ctmc\nmodule m endmodule",
                 "stochastic\nmodule m endmodule",
                 "pta\nmodule m\n t : clock;\n invariant t<3 endinvariant\n [] true -> true;\nendmodule",
-                "smg\nplayer p1 m endplayer\nmodule m endmodule",
+                "csg\nmodule m endmodule",
                 "pomdp\nobservables x endobservables\nmodule m\n x : bool;\nendmodule",
                 "ma\nmodule m endmodule",
                 "mdp\nmodule m\n x : int;\n y : double;\nendmodule",

@@ -230,11 +230,15 @@ fn item() -> impl Strategy<Value = String> {
         }),
         text().prop_map(|e| format!("init {e} endinit")),
         system().prop_map(|(s, _)| format!("system {s} endsystem")),
+        (name(), vec(name(), 0..3), vec(name(), 1..3)).prop_map(|(name, modules, actions)| {
+            let items = modules.into_iter().chain(actions.into_iter().map(|action| format!("[{action}]")));
+            format!("player {name} {} endplayer", items.collect::<Vec<_>>().join(", "))
+        }),
     ]
 }
 
 fn model() -> impl Strategy<Value = String> {
-    let kind = prop::sample::select(vec!["", "mdp\n", "dtmc\n"]);
+    let kind = prop::sample::select(vec!["", "mdp\n", "dtmc\n", "smg\n"]);
     let items = vec(item().prop_map(|i| i + "\n"), 0..5);
     (kind, items).prop_map(|(kind, items)| kind.to_owned() + &items.concat())
 }
@@ -250,6 +254,7 @@ fn written(model: &Model, text: &str) -> String {
     let kind = match model.kind {
         Some((ModelKind::Mdp, _)) => "mdp\n",
         Some((ModelKind::Dtmc, _)) => "dtmc\n",
+        Some((ModelKind::Smg, _)) => "smg\n",
         None => "",
     };
     let items = model.items.iter().map(|item| written_item(item, &|e| &text[e.range()]) + "\n");
@@ -290,6 +295,13 @@ fn written_item<'t>(item: &Item, at: &dyn Fn(Span) -> &'t str) -> String {
         }
         Item::Init(e) => format!("init {} endinit", at(*e)),
         Item::System(s) => format!("system {} endsystem", written_system(s)),
+        Item::Player(p) => {
+            let items = p.items.iter().map(|item| match item {
+                PlayerItem::Module(module) => module.name.clone(),
+                PlayerItem::Action(action) => format!("[{}]", action.name),
+            });
+            format!("player {} {} endplayer", p.name.name, items.collect::<Vec<_>>().join(", "))
+        }
     }
 }
 

@@ -139,6 +139,7 @@ impl Graph {
             rewards: Vec::new(),
             inexact: None,
             monitors: None,
+            players: None,
             modules: vec!["m".into()],
             actions: vec![],
             pool: pool.into(),

@@ -39,6 +39,21 @@ impl Rules for Entering<'_> {
     }
 }
 
+/// The rules of staying: all edges are plain.
+pub(super) struct Plain;
+
+impl Rules for Plain {
+    #[inline]
+    fn keeps(&self, _: usize, _: usize) -> bool {
+        true
+    }
+
+    #[inline]
+    fn wins(&self, _: usize, _: usize) -> bool {
+        false
+    }
+}
+
 /// Rules given by [`EdgeLabels`], with the position of the entry for each state.
 pub(super) struct Table<'a> {
     entry: Array<u32>,
@@ -97,6 +112,9 @@ impl ExplicitEngine {
         choices: BitSet,
         rules: &R,
     ) -> Result<Region<BitSet, BitSet>> {
+        if self.opponent().is_some() {
+            return self.pursue_in_game(states, choices, rules);
+        }
         let graph = self.graph.predecessors()?;
         let by = Array::filled(&self.meter, self.graph.states(), NOBODY)?;
         let level = Array::filled(&self.meter, self.graph.states(), 0)?;

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use num_bigint::BigUint;
 
+use super::games::PlayersFound;
 use super::graph::Graph;
-use super::index::Index;
+use super::index::{Index, NOBODY};
 use super::initial::Search;
 use super::layout::{Layout, width};
-use super::meter::Meter;
+use super::meter::{Array, Meter};
 use super::program::Prepared;
 use super::set::{self, BitSet};
 use super::stepper::{Broken, Stepper, sum};
@@ -39,6 +40,8 @@ pub(super) struct Explored {
     pub(super) deadlocks: BitSet,
     /// The first state in which probabilities sum to 1 only after rounding.
     pub(super) rounded: Option<State>,
+    /// For a game, the player of each state; [`NOBODY`] for deadlocks.
+    pub(super) players: Option<Array<u32>>,
 }
 
 /// The input of an exploration.
@@ -129,7 +132,16 @@ impl Task<'_> {
             initial: Vec::new(),
             deadlocks: Vec::new(),
             rounded: None,
+            players: self.players(),
         })
+    }
+
+    /// Returns the players of a game.
+    fn players(&self) -> Option<PlayersFound> {
+        self.program.players.as_ref()?;
+        let player = |s| self.program.player_of(s).map_or(NOBODY, |player| player as u32);
+        let players = self.program.synchronisations.iter().map(player).collect();
+        Some(PlayersFound::new(players, Array::new(self.meter)))
     }
 
     /// Computes the steps from a state and tests whether it is an initial state.
@@ -149,6 +161,11 @@ impl Task<'_> {
             }
         }
         exploring.stepper.expand().map_err(|broken| self.broken(broken, code))?;
+        if let Some(players) = &mut exploring.players
+            && !players.add(|synchronisation| exploring.stepper.combinations(synchronisation))?
+        {
+            return Err(fault::of_two_players(self.program, &self.values(code))?);
+        }
         if exploring.stepper.rounded {
             exploring.rounded.get_or_insert_with(|| self.values(code));
         }
@@ -156,7 +173,8 @@ impl Task<'_> {
     }
 
     fn finish<const W: usize>(&self, exploring: Exploring<'_, W>) -> Explored {
-        let Exploring { mut space, mut graph, mut initial, deadlocks, rounded, started, .. } = exploring;
+        let Exploring { mut space, mut graph, mut initial, deadlocks, rounded, started, players, .. } =
+            exploring;
         if let Space::Indexed(index) = &mut space {
             index.shrink();
             if self.settings.scope == Scope::Reachable {
@@ -170,7 +188,8 @@ impl Task<'_> {
             bits
         };
         let (initial, deadlocks) = (bits(initial), bits(deadlocks));
-        Explored { initial, deadlocks, rounded, space, graph }
+        let players = players.map(|players| players.of_state);
+        Explored { initial, deadlocks, rounded, space, graph, players }
     }
 
     fn initial_states<const W: usize>(&self) -> Result<Index> {
@@ -226,6 +245,7 @@ struct Exploring<'a, const W: usize> {
     initial: Vec<usize>,
     deadlocks: Vec<usize>,
     rounded: Option<State>,
+    players: Option<PlayersFound>,
 }
 
 impl<const W: usize> Exploring<'_, W> {

@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering::Relaxed;
 
 use super::ExplicitEngine;
-use super::almost_sure::Rules;
+use super::almost_sure::{Plain, Rules};
 use super::graph::Predecessors;
 use super::meter::Array;
 use super::set::{BitSet, clear, set, test};
@@ -38,22 +38,21 @@ impl ExplicitEngine {
         Ok(found)
     }
 
-    /// Computes the greatest Z ⊆ X in which every state has a pair of C with all successors in Z,
-    /// together with these pairs.
+    /// Computes [`Engine::stay_within`](crate::Engine::stay_within).
     pub(super) fn remain(&self, x: &BitSet, within: &BitSet) -> Result<Region<BitSet, BitSet>> {
         let graph = self.graph.predecessors()?;
         let mut removal = Removal::new(self, graph, x.copy()?, self.choices_of_states(within, x)?)?;
         let outside = self.every_state.zip(x, |all, x| all & !x)?;
         for state in outside.iter() {
-            removal.remove_attractor(state)?;
+            removal.remove_attractor(state, &Plain)?;
         }
-        for state in x.iter() {
-            if test(removal.states.words(), state) && removal.left[state] == 0 {
-                clear(removal.states.words_mut(), state);
-                removal.remove_attractor(state)?;
-            }
-        }
-        Ok(Region { states: removal.states, choices: removal.choices })
+        removal.remove_stuck(x, &Plain)?;
+        // A state of the opponent is lost with its first choice, and may have others.
+        let choices = match self.opponent() {
+            None => removal.choices,
+            Some(_) => self.choices_of_states(&removal.choices, &removal.states)?,
+        };
+        Ok(Region { states: removal.states, choices })
     }
 
     /// Counts a step and checks the progress sink every [`PATIENCE`] steps.
@@ -75,44 +74,64 @@ impl ExplicitEngine {
 }
 
 /// The remaining states and choices while states are removed one after the other.
-struct Removal<'a> {
+pub(super) struct Removal<'a> {
     engine: &'a ExplicitEngine,
     graph: &'a Predecessors,
-    states: BitSet,
-    choices: BitSet,
-    /// For each state, the number of its remaining choices.
+    pub(super) states: BitSet,
+    pub(super) choices: BitSet,
+    /// For each state, the number of its choices that have to be removed before it is lost.
     left: Array<u32>,
     work: Array<u32>,
 }
 
 impl<'a> Removal<'a> {
-    fn new(
+    pub(super) fn new(
         engine: &'a ExplicitEngine,
         graph: &'a Predecessors,
         states: BitSet,
         choices: BitSet,
     ) -> Result<Self> {
-        let mut left = Array::filled(&engine.meter, engine.graph.states(), 0u32)?;
-        for choice in choices.iter() {
-            left[graph.owner(choice as u32) as usize] += 1;
-        }
+        let left = engine.removable(&choices)?;
         Ok(Removal { engine, graph, states, choices, left, work: Array::new(&engine.meter) })
     }
 
-    /// Removes the choices that may step into `state`, which is already removed; removes states
-    /// without a remaining choice, and so on.
-    fn remove_attractor(&mut self, state: usize) -> Result<()> {
+    /// Removes the states of X that are lost without a removed choice.
+    pub(super) fn remove_stuck(&mut self, x: &BitSet, rules: &impl Rules) -> Result<()> {
+        for state in x.iter() {
+            if test(self.states.words(), state) && self.left[state] == 0 {
+                clear(self.states.words_mut(), state);
+                self.remove_attractor(state, rules)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes the states of X.
+    pub(super) fn remove(&mut self, x: &BitSet, rules: &impl Rules) -> Result<()> {
+        for state in x.iter() {
+            if test(self.states.words(), state) {
+                clear(self.states.words_mut(), state);
+                self.remove_attractor(state, rules)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes the choices that may step into `state`, which is already removed, by a plain edge;
+    /// removes states that are lost then, and so on.
+    pub(super) fn remove_attractor(&mut self, state: usize, rules: &impl Rules) -> Result<()> {
         let (states, choices) = (self.states.words_mut(), self.choices.words_mut());
         self.work.push(state as u32)?;
         while let Some(state) = self.work.pop() {
             self.engine.tick()?;
             for &choice in self.graph.of(state as usize) {
-                if !test(choices, choice as usize) {
+                let from = self.graph.owner(choice) as usize;
+                let is_plain = || rules.keeps(from, state as usize) && !rules.wins(from, state as usize);
+                if !test(choices, choice as usize) || !is_plain() {
                     continue;
                 }
                 clear(choices, choice as usize);
-                let from = self.graph.owner(choice) as usize;
-                self.left[from] -= 1;
+                self.left[from] = self.left[from].saturating_sub(1);
                 if self.left[from] == 0 && test(states, from) {
                     clear(states, from);
                     self.work.push(from as u32)?;

@@ -3,15 +3,17 @@
 //!
 //! States are codes of a few words (`layout`). The program is compiled (`compile`, `machine`,
 //! `program`) and explored state by state (`stepper`, `explore`). A hash index numbers the codes
-//! (`index`). Fixpoints use work lists over a reversed graph (`fixpoint`, `almost_sure`, `graph`).
+//! (`index`). Fixpoints use work lists over a reversed graph (`fixpoint`, `almost_sure`, `games`, `graph`).
 
 mod almost_sure;
 mod bounds;
 mod compile;
 mod explore;
 mod fixpoint;
+mod games;
 mod graph;
 mod guard_index;
+mod images;
 mod index;
 mod initial;
 mod layout;
@@ -31,6 +33,7 @@ use std::sync::atomic::AtomicUsize;
 
 use super::settings::{Settings, Storage};
 use explore::{Explored, Space, Task};
+use games::Game;
 use graph::Graph;
 use layout::Layout;
 use meliora_model::error::{Error, Limit, Result};
@@ -77,6 +80,8 @@ pub struct ExplicitEngine {
     initial: BitSet,
     deadlocks: BitSet,
     rounded: Option<State>,
+    /// The players of a game; `None` for other models.
+    game: Option<Game>,
     /// The number of work list steps, which decides when to check the progress sink.
     ticks: Arc<AtomicUsize>,
 }
@@ -100,10 +105,14 @@ impl ExplicitEngine {
             prepared: &prepared,
             meter: &meter,
         };
-        let Explored { space, graph, initial, deadlocks, rounded } = task.run()?;
+        let Explored { space, graph, initial, deadlocks, rounded, players } = task.run()?;
         let every_state = BitSet::full(&meter, graph.states());
         let every_choice = BitSet::full(&meter, graph.choices());
+        let coalition = program.players.iter().flat_map(|players| players.coalition()).collect();
+        let empty = || BitSet::empty(&meter, graph.states());
+        let game = players.map(|players| Game::new(Arc::new(players), coalition, empty()));
         Ok(ExplicitEngine {
+            game,
             program,
             settings,
             layout: Arc::new(layout),

@@ -1,7 +1,5 @@
 //! The operators of the engine interface on bit sets.
 
-use std::ops::Range;
-
 use super::almost_sure::{Entering, Table};
 use super::compile::Compiler;
 use super::machine::Machine;
@@ -160,6 +158,26 @@ impl Engine for ExplicitEngine {
         Ok(StateSet(found))
     }
 
+    fn can_choose(&self, c: &ChoiceSet) -> Result<StateSet> {
+        Ok(StateSet(self.without_escapes(self.sources(c)?.0, self.bits(c)?)?))
+    }
+
+    fn theirs(&self) -> Option<StateSet> {
+        self.opponent().map(|theirs| StateSet(theirs.clone()))
+    }
+
+    fn player_states(&self) -> Vec<StateSet> {
+        self.states_by_player()
+    }
+
+    fn coalition(&self) -> Vec<bool> {
+        self.game.as_ref().map_or_else(Vec::new, |game| game.coalition.clone())
+    }
+
+    fn with_coalition(&self, coalition: &[bool]) -> Result<Self> {
+        self.played_by(coalition)
+    }
+
     fn pre(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
         let into = self.choices_into(self.bits(x)?)?;
         Ok(ChoiceSet(into.zip(self.bits(c)?, |into, c| into & c)?))
@@ -185,11 +203,32 @@ impl Engine for ExplicitEngine {
     ) -> Result<StateSet> {
         let (target, within) = (self.bits(target)?, self.bits(within)?);
         self.check_owned(edge_labels)?;
-        let found = match edge_labels.iter().all(|labels| labels.dropped.0.is_empty()) {
-            true => self.attract(target, within, &Entering(target))?,
-            false => self.attract(target, within, &Table::new(self, edge_labels)?)?,
-        };
-        Ok(StateSet(found))
+        let plain = edge_labels.iter().all(|labels| labels.dropped.0.is_empty());
+        Ok(StateSet(match (self.opponent(), plain) {
+            (None, true) => self.attract(target, within, &Entering(target))?,
+            (None, false) => self.attract(target, within, &Table::new(self, edge_labels)?)?,
+            (Some(_), true) => self.attract_in_game(target, None, within, &Entering(target))?,
+            (Some(_), false) => {
+                self.attract_in_game(target, None, within, &Table::new(self, edge_labels)?)?
+            }
+        }))
+    }
+
+    fn can_win(
+        &self,
+        winning: &ChoiceSet,
+        within: &ChoiceSet,
+        edge_labels: &[EdgeLabels<StateSet>],
+    ) -> Result<StateSet> {
+        if self.opponent().is_none() {
+            let seeds = self.can_choose(&self.intersection(within, winning)?)?;
+            return self.can_reach(&seeds, within, edge_labels);
+        }
+        let (winning, within) = (self.bits(winning)?, self.bits(within)?);
+        self.check_owned(edge_labels)?;
+        let rules = Table::new(self, edge_labels)?;
+        let nothing = BitSet::empty(&self.meter, self.graph.states());
+        Ok(StateSet(self.attract_in_game(&nothing, Some(winning), within, &rules)?))
     }
 
     fn remove_attractor(
@@ -399,60 +438,5 @@ impl ExplicitEngine {
             rank = rank * enabled.len() + position;
         }
         Ok(Some(before + rank))
-    }
-
-    /// Returns { (s,a) ∈ C : s ∈ X }.
-    pub(super) fn choices_of_states(&self, c: &BitSet, x: &BitSet) -> Result<BitSet> {
-        if self.graph.choices() == self.graph.states() {
-            return c.zip(x, |c, x| c & x);
-        }
-        if x.count() == self.graph.states() as u64 {
-            return Ok(c.clone());
-        }
-        let mut found = BitSet::empty(&self.meter, self.graph.choices());
-        let words = found.words_mut();
-        for state in x.iter() {
-            set_range(words, self.graph.choices_of(state));
-        }
-        for (found, &c) in words.iter_mut().zip(c.words()) {
-            *found &= c;
-        }
-        Ok(found)
-    }
-
-    /// Returns { (s,a) enabled : succ(s,a) ∩ X ≠ ∅ }.
-    fn choices_into(&self, x: &BitSet) -> Result<BitSet> {
-        let mut found = BitSet::empty(&self.meter, self.graph.choices());
-        let words = found.words_mut();
-        match self.graph.known_predecessors() {
-            // For a small set, the search along reversed edges is faster.
-            Some(graph) if x.count() < self.graph.states() as u64 / 4 => {
-                for state in x.iter() {
-                    self.tick()?;
-                    graph.of(state).iter().for_each(|&choice| set(words, choice as usize));
-                }
-            }
-            _ => {
-                let inside = x.words();
-                for choice in 0..self.graph.choices() {
-                    self.tick()?;
-                    if self.graph.successors_of(choice).iter().any(|&s| test(inside, s as usize)) {
-                        set(words, choice);
-                    }
-                }
-            }
-        }
-        Ok(found)
-    }
-}
-
-/// Sets the bits of a range.
-fn set_range(words: &mut [u64], range: Range<usize>) {
-    let mut at = range.start;
-    while at < range.end {
-        let bit = at & 63;
-        let n = (64 - bit).min(range.end - at);
-        words[at >> 6] |= (u64::MAX >> (64 - n)) << bit;
-        at += n;
     }
 }

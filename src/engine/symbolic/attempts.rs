@@ -7,7 +7,6 @@ use super::fixpoints::attractor::Removed;
 use super::fixpoints::parts::{self, Budget, Part};
 use super::relations::lists::{RelationList, stay_few};
 use super::relations::tuples::{ListTuple, ListTuples};
-use super::store::Store;
 use super::store::diagram::Bdd;
 use super::store::walk::Direction;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
@@ -79,7 +78,9 @@ impl SymbolicEngine {
         let outside = store.minus(&store.any(self.enabled.iter().cloned())?, &left.states.0)?;
         let staying = store.or(loops, &self.without_edges(&left.choices)?)?;
         let mut candidates = store.minus(&store.minus(&left.states.0, &won.0)?, &staying)?;
-        if let Some(reaching) = self.recall(lost) {
+        let opponent = self.opponent();
+        // In a game, more states may lose than these.
+        if let (None, Some(reaching)) = (opponent, self.recall(lost)) {
             candidates = store.and(&candidates, &reaching.0)?;
         }
         for ((list, own), enabled) in self.groups.iter().zip(&*left.choices.0).zip(&*self.enabled) {
@@ -90,7 +91,8 @@ impl SymbolicEngine {
                 }
             }
         }
-        let (found, done) = store.lose(&outside, &candidates, self.tuple()?, steps)?;
+        let lists = opponent.map_or_else(|| self.tuple(), |opponent| self.removal_lists(opponent))?;
+        let (found, done) = store.lose(&outside, &candidates, lists, steps)?;
         Ok(Some((StateSet(store.or(&lost.0, &store.minus(&found, &outside)?)?), done)))
     }
 
@@ -174,14 +176,15 @@ fn remove_attractor(
         store.work.given_up.fetch_add(1, Relaxed);
         return Ok(None);
     };
-    let choices = game.left(store, lost, within, &loss)?;
+    let choices = game.left(engine, lost, within, &loss)?;
     Ok(Some((StateSet(loss.lost), choices)))
 }
 
 /// The choices that are left, split by edge labels.
 struct Game {
     parts: Vec<Part>,
-    /// The group of each part; one past the last group for the states that have won.
+    /// The group of each part; one past the last group for the states that have won, and two past it
+    /// for all choices of the opponent.
     groups: Vec<usize>,
 }
 
@@ -201,13 +204,24 @@ impl Game {
         let safe = safe.collect::<Result<Vec<_>>>()?;
         let mut game = Game { parts: Vec::new(), groups: Vec::new() };
         // The self-loops of deadlocks do not leave their state.
+        let opponent = engine.opponent();
+        let mut theirs = store.zero();
         for (group, list) in engine.groups.iter().chain([&nothing]).enumerate() {
+            if opponent.is_some_and(|opponent| opponent.has(group)) {
+                theirs = store.or(&theirs, &within.0[group])?;
+                continue;
+            }
             let left = store.minus(&within.0[group], &lost.0)?;
             game.add(group, parts::by_exception(store, &left, &safe)?, list);
         }
         // States that have won stay, as if they had a choice without successors.
         let won = store.minus(&won.0, &lost.0)?;
         game.add(within.0.len(), parts::by_exception(store, &won, &[])?, &nothing);
+        if let Some(opponent) = opponent {
+            let left = store.minus(&theirs, &lost.0)?;
+            let list = engine.their_list(opponent)?;
+            game.add(within.0.len() + 1, parts::by_exception(store, &left, &safe)?, &list);
+        }
         Ok(game)
     }
 
@@ -222,16 +236,27 @@ impl Game {
     ///
     /// The choices of states that were lost before are kept, since they cannot lead to a win. A
     /// group without losses then keeps its diagram, and cached results of it stay usable.
-    fn left(&self, store: &Store, lost: &StateSet, within: &ChoiceSet, loss: &Removed) -> Result<ChoiceSet> {
+    ///
+    /// The opponent's states lose all choices with the first one.
+    fn left(
+        &self,
+        engine: &SymbolicEngine,
+        lost: &StateSet,
+        within: &ChoiceSet,
+        loss: &Removed,
+    ) -> Result<ChoiceSet> {
+        let (store, all_theirs) = (&engine.store, within.0.len() + 1);
         let mut choices = Vec::with_capacity(within.0.len());
         for (group, before) in within.0.iter().enumerate() {
-            let own = |index: &usize| self.groups[*index] == group;
+            let is_theirs = engine.opponent().is_some_and(|opponent| opponent.has(group));
+            let own = |index: &usize| self.groups[*index] == if is_theirs { all_theirs } else { group };
             let parts = Vec::from_iter((0..self.parts.len()).filter(own));
             let same = parts.iter().all(|&p| self.parts[p].allowed == loss.allowed[p]);
             choices.push(if same {
                 before.clone()
             } else {
                 let left = store.any(parts.into_iter().map(|p| loss.allowed[p].clone()))?;
+                let left = if is_theirs { store.and(before, &left)? } else { left };
                 store.or(&left, &store.and(before, &lost.0)?)?
             });
         }

@@ -6,6 +6,7 @@ use super::draft::{Draft, Translated};
 use super::encoding::Encoding;
 use super::encoding::transitions::{Piece, Transitions};
 use super::encoding::translate::Translator;
+use super::games::Game;
 use super::order::Bit;
 use super::relations::lists::Lists;
 use super::relations::partial_relation::PartialRelation;
@@ -45,6 +46,7 @@ pub(super) fn build(
     if program.kind == ModelKind::Dtmc {
         transitions.pieces = disjoint(&store, &lists, std::mem::take(&mut transitions.pieces), &states)?;
     }
+    let game = Game::of(&program, (&encoding, &store), &transitions, &enabled)?;
     let groups = transitions.lists(&store, &lists)?;
     let enabled = Arc::new(enabled);
     Ok(SymbolicEngine {
@@ -65,6 +67,7 @@ pub(super) fn build(
         choices: ChoiceSet(Arc::clone(&enabled)),
         enabled,
         has_loops: true,
+        game,
         reaching: Default::default(),
         workers: Default::default(),
         store: Arc::new(store),

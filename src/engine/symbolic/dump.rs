@@ -73,7 +73,7 @@ impl SymbolicEngine {
     pub fn numbered_choices(&self) -> Vec<Numbered> {
         let mut all = match self.program.kind {
             ModelKind::Dtmc => vec![Numbered::Uniform; self.enabled.len() - 1],
-            ModelKind::Mdp => self.transitions.combinations(&self.program),
+            ModelKind::Mdp | ModelKind::Smg => self.transitions.combinations(&self.program),
         };
         all.push(Numbered::Deadlock);
         all

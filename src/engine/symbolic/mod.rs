@@ -23,16 +23,18 @@ mod draft;
 mod dump;
 mod encoding;
 mod fixpoints;
+mod games;
 pub mod order;
 mod pick;
 mod relations;
+mod remembered;
 pub(crate) mod store;
 #[cfg(test)]
 mod tests;
 mod trends;
 mod workers;
 
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock};
 
 pub use dump::Set;
 pub use encoding::Encoding;
@@ -48,6 +50,7 @@ use super::settings::{Count, Settings, Usage};
 use encoding::transitions::{Piece, Transitions};
 use encoding::translate::Translator;
 use fixpoints::clusters::Clusters;
+use games::Game;
 use meliora_model::error::Result;
 use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
@@ -97,15 +100,13 @@ pub struct SymbolicEngine {
     choices: ChoiceSet,
     /// False if the self-loops of deadlocks are no edges; see [`SymbolicEngine::with_trend`].
     has_loops: bool,
+    /// The players of a game; `None` for other models.
+    game: Option<Game>,
     /// The last targets, each with the states that can reach it by all choices.
     reaching: Arc<Mutex<Vec<(StateSet, StateSet)>>>,
     workers: Workers,
     store: Arc<Store>,
 }
-
-/// Number of results of backward reachability that are kept: about the number of objectives of a
-/// model.
-const MOST_REMEMBERED: usize = 16;
 
 /// The sizes of the diagrams of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -185,22 +186,6 @@ impl SymbolicEngine {
     /// Returns the states of X with a self-loop of deadlocks among the choices.
     fn loops_in(&self, choices: &[Bdd], x: &Bdd) -> Result<Bdd> {
         if self.has_loops { self.store.and(x, &choices[self.groups.len()]) } else { Ok(self.store.zero()) }
-    }
-
-    fn reaching(&self) -> MutexGuard<'_, Vec<(StateSet, StateSet)>> {
-        self.reaching.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn recall(&self, target: &StateSet) -> Option<StateSet> {
-        self.reaching().iter().find(|(t, _)| t.0 == target.0).map(|(_, found)| found.clone())
-    }
-
-    fn remember(&self, target: &StateSet, found: &StateSet) {
-        let mut known = self.reaching();
-        if known.len() >= MOST_REMEMBERED {
-            known.remove(0);
-        }
-        known.push((target.clone(), found.clone()));
     }
 
     /// Returns for each group `None` if `within` contains all its enabled choices, else the states
@@ -314,6 +299,26 @@ impl Engine for SymbolicEngine {
         Ok(StateSet(self.store.any(self.diagrams_of(c)?.iter().cloned())?))
     }
 
+    fn can_choose(&self, c: &ChoiceSet) -> Result<StateSet> {
+        self.without_escapes(self.sources(c)?, c)
+    }
+
+    fn theirs(&self) -> Option<StateSet> {
+        self.opponent_states()
+    }
+
+    fn player_states(&self) -> Vec<StateSet> {
+        self.game.iter().flat_map(|game| &game.players).cloned().map(StateSet).collect()
+    }
+
+    fn coalition(&self) -> Vec<bool> {
+        self.game.as_ref().map_or_else(Vec::new, |game| game.coalition.clone())
+    }
+
+    fn with_coalition(&self, coalition: &[bool]) -> Result<Self> {
+        self.played_by(coalition)
+    }
+
     fn pre(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
         let (store, c, x) = (&self.store, self.groups_of(c)?, self.diagram_of(x)?);
         let large = store.has_nodes(x, store.thresholds().large_set)?;
@@ -352,6 +357,10 @@ impl Engine for SymbolicEngine {
     ) -> Result<StateSet> {
         self.check_owned(edge_labels)?;
         let bound = self.groups_of(within)?;
+        if let Some(opponent) = self.opponent() {
+            self.diagram_of(target)?;
+            return self.attract_in_game(opponent, target, &self.no_choices(), within, edge_labels);
+        }
         let dropped: Vec<(Bdd, Bdd)> = edge_labels::dropped(self, edge_labels)?
             .into_iter()
             .map(|(from, into)| (from.0, into.0))
@@ -382,6 +391,21 @@ impl Engine for SymbolicEngine {
             self.remember(target, &found);
         }
         Ok(found)
+    }
+
+    fn can_win(
+        &self,
+        winning: &ChoiceSet,
+        within: &ChoiceSet,
+        edge_labels: &[EdgeLabels<StateSet>],
+    ) -> Result<StateSet> {
+        if let Some(opponent) = self.opponent() {
+            self.check_owned(edge_labels)?;
+            self.groups_of(within).and(self.groups_of(winning))?;
+            return self.attract_in_game(opponent, &self.no_states(), winning, within, edge_labels);
+        }
+        let seeds = self.can_choose(&self.intersection(within, winning)?)?;
+        self.can_reach(&seeds, within, edge_labels)
     }
 
     fn remove_attractor(

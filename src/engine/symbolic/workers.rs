@@ -86,11 +86,13 @@ impl SymbolicEngine {
         let mut clusters = (*self.clusters).clone();
         let mut enabled = (*self.enabled).clone();
         let mut choices = (*self.choices.0).clone();
+        let mut players = self.game.as_ref().map_or_else(Vec::new, |game| game.players.clone());
         let mut sets = [&self.domain, &self.states.0, &self.initial.0, &self.deadlocks.0].map(Bdd::clone);
-        let own = sets.iter_mut().chain(&mut enabled).chain(&mut choices);
+        let own = sets.iter_mut().chain(&mut enabled).chain(&mut choices).chain(&mut players);
         store.adopt_all(&self.store, own.chain(transitions.diagrams()).chain(clusters.diagrams()))?;
         let lists = Lists::new(&store);
         clusters.relist(&store, &lists)?;
+        let game = self.game.as_ref().map(|game| game.moved(&store, players)).transpose()?;
         let [domain, states, initial, deadlocks] = sets;
         Ok(SymbolicEngine {
             program: self.program.clone(),
@@ -110,6 +112,7 @@ impl SymbolicEngine {
             enabled: Arc::new(enabled),
             choices: ChoiceSet(Arc::new(choices)),
             has_loops: self.has_loops,
+            game,
             reaching: Arc::default(),
             workers: Workers::default(),
             store: Arc::new(store),

@@ -16,6 +16,7 @@ use meliora_planning::Analysis;
 /// # Errors
 /// There are more than `limit` states; the model has no meaning in a state; a limit is reached.
 pub fn explored<E: Engine>(analysis: &Analysis<E>, program: &Program, limit: usize) -> Result<Graph> {
+    program.of_one_player("a list of the states")?;
     let engine = analysis.whole_engine();
     let states = engine.list_states(&engine.all_states(), limit.saturating_add(1))?;
     fits(states.len().saturating_sub(1), limit)?;

@@ -8,7 +8,7 @@ use super::limits::{MOST_COMMANDS, MOST_MODULES, MOST_RENAMINGS, MOST_VARIABLES}
 use super::lowerer::Lowerer;
 use super::scope::{Definition, Env, NO_RENAMING, Renaming, Symbol};
 use crate::ast::{
-    ConstDef, Ident, Item, Model, Module, NamedExpr, RenamedModule, Rewards, Span, System, VarDecl,
+    ConstDef, Ident, Item, Model, Module, NamedExpr, Player, RenamedModule, Rewards, Span, System, VarDecl,
 };
 use meliora_model::VarId;
 use meliora_model::value::Type;
@@ -46,6 +46,7 @@ pub(super) struct Parts<'a> {
     pub(super) init: Option<Span>,
     pub(super) system: Option<&'a System>,
     pub(super) rewards: Vec<&'a Rewards>,
+    pub(super) players: Vec<&'a Player>,
     /// First place of each label and of each module.
     label_at: AHashMap<&'a str, Span>,
     module_at: AHashMap<&'a str, Span>,
@@ -79,6 +80,7 @@ impl<'a> Parts<'a> {
                 Item::System(s) => self.system(s, lowerer),
                 Item::Rewards(r) => self.rewards.push(r),
                 Item::Const(c) => self.constants.push(c),
+                Item::Player(p) => self.players.push(p),
             }
         }
         if self.modules.is_empty() && lowerer.diagnostics.is_empty() {

@@ -10,6 +10,7 @@ mod limits;
 mod lowerer;
 mod modules;
 mod ops;
+mod players;
 mod rewards;
 mod scope;
 mod system;
@@ -104,6 +105,7 @@ impl<'a> Lowerer<'a> {
         let composed = self.synchronisations(parts, &commands, actions);
         let (actions, synchronisations) = composed?;
         let rewards = self.rewards(parts, &actions);
+        let players = self.players(model.kind, parts, (&actions, commands.as_deref().unwrap_or(&[])));
         Some(Program {
             source: Arc::clone(&self.source),
             kind: model.kind.map_or(ModelKind::Mdp, |(kind, _)| kind),
@@ -121,6 +123,7 @@ impl<'a> Lowerer<'a> {
             rewards,
             inexact: self.inexact.take(),
             monitors: None,
+            players,
         })
     }
 

@@ -24,7 +24,7 @@ const MOST_ATOMS: usize = 100;
 
 /// Monitors that are being added to a program.
 pub struct Monitoring<'p> {
-    program: &'p Program,
+    pub(super) program: &'p Program,
     /// The conditions made so far.
     pub(crate) predicates: Predicates,
     pub(super) formulas: Formulas,
@@ -62,13 +62,16 @@ impl<'p> Monitoring<'p> {
     ///
     /// # Errors
     /// Unknown names and wrong types; a limit on the size of normal forms and monitors or on the
-    /// number of cases, with the part of the formula.
+    /// number of cases, with the part of the formula; the model is a game.
     pub fn watch(
         &mut self,
         source: &Arc<SourceFile>,
         formula: &Formula,
         name: &str,
     ) -> Result<Condition<ExprId>> {
+        if self.program.players.is_some() {
+            return Err(of_a_game(source, formula));
+        }
         let normal = self.normal(source, formula)?;
         let tree = leaves(&mut self.formulas, normal).map_err(|found| too_large(source, found))?;
         let condition = self.condition(&tree, name).map_err(|found| too_large(source, found))?;
@@ -437,6 +440,14 @@ impl Meaning for Reader<'_> {
 }
 
 /// Names the part of a formula that exceeds a limit.
+/// Returns the error for a formula over whole paths of a game.
+pub(super) fn of_a_game(source: &Arc<SourceFile>, formula: &Formula) -> Error {
+    let message = "temporal formulas over whole paths of a game are not supported";
+    let diagnostic = Diagnostic::new(source, formula.span.range(), message).severity(Severity::Unsupported);
+    let help = "supported are `F condition` under `history = state`, and `G condition` as a requirement";
+    diagnostic.label("not supported").help(help).into()
+}
+
 fn too_large(source: &Arc<SourceFile>, TooLarge { span, limit }: TooLarge) -> Error {
     match limit {
         Error::Limit(Limit::Size { what }) => {

@@ -1,7 +1,9 @@
 //! The parts of a model file outside of modules.
 
 use super::parser::{Failed, Parsed, Parser};
-use crate::ast::{ConstDef, ConstType, Ident, Item, Model, NamedExpr, RewardItem, Rewards, Span};
+use crate::ast::{
+    ConstDef, ConstType, Ident, Item, Model, NamedExpr, Player, PlayerItem, RewardItem, Rewards, Span,
+};
 use crate::token::Token;
 use meliora_model::ModelKind;
 
@@ -18,6 +20,8 @@ pub(super) const ITEM_WORDS: &[&str] = &[
     "dtmc",
     "nondeterministic",
     "probabilistic",
+    "smg",
+    "player",
     "observables",
     "observable",
 ];
@@ -29,7 +33,6 @@ const FOREIGN: &[(&str, &str)] = &[
     ("pta", "probabilistic timed automata (`pta`)"),
     ("pomdp", "partially observable models (`pomdp`)"),
     ("popta", "partially observable timed automata (`popta`)"),
-    ("smg", "stochastic games (`smg`)"),
     ("csg", "concurrent stochastic games (`csg`)"),
     ("tsg", "timed games (`tsg`)"),
     ("tptg", "timed games (`tptg`)"),
@@ -39,7 +42,6 @@ const FOREIGN: &[(&str, &str)] = &[
     ("imdp", "interval models (`imdp`)"),
     ("idtmc", "interval models (`idtmc`)"),
     ("ipomdp", "interval models (`ipomdp`)"),
-    ("player", "players"),
     ("invariant", "invariants"),
 ];
 
@@ -66,6 +68,7 @@ impl<'a> Parser<'a> {
         let item = match word {
             "mdp" | "nondeterministic" => return self.model_type(model, ModelKind::Mdp),
             "dtmc" | "probabilistic" => return self.model_type(model, ModelKind::Dtmc),
+            "smg" => return self.model_type(model, ModelKind::Smg),
             "const" | "rate" | "prob" => Item::Const(self.constant()?),
             "formula" => Item::Formula(self.formula()?),
             "label" => Item::Label(self.label()?),
@@ -77,6 +80,7 @@ impl<'a> Parser<'a> {
             "rewards" => Item::Rewards(Box::new(self.rewards()?)),
             "init" => Item::Init(self.init()?),
             "system" => Item::System(Box::new(self.system()?)),
+            "player" => Item::Player(Box::new(self.player()?)),
             "observables" => return self.observables(),
             "observable" => return self.observable(),
             _ => return self.foreign_part(span, word),
@@ -107,15 +111,13 @@ impl<'a> Parser<'a> {
     /// Reports a part that an `mdp` or `dtmc` cannot have.
     fn foreign_part(&mut self, span: Span, word: &str) -> Parsed<()> {
         let Some((_, what)) = FOREIGN.iter().find(|(w, _)| *w == word) else {
-            return Err(self.expected("`mdp`, `dtmc`, `module`, or another part of a model"));
+            return Err(self.expected("`mdp`, `dtmc`, `smg`, `module`, or another part of a model"));
         };
-        let help = "models of type `mdp` and `dtmc` are supported";
+        let help = "models of type `mdp`, `dtmc` and `smg` are supported";
         self.report(self.unsupported(span, format!("{what} are not supported")).help(help));
         self.advance();
-        match word {
-            "invariant" => self.skip_past("endinvariant"),
-            "player" => self.skip_past("endplayer"),
-            _ => {}
+        if word == "invariant" {
+            self.skip_past("endinvariant");
         }
         Ok(())
     }
@@ -202,6 +204,24 @@ impl<'a> Parser<'a> {
         let condition = self.expression()?;
         self.expect_word("endinit")?;
         Ok(condition)
+    }
+
+    /// Parses `player p1 module1, [action1] endplayer`.
+    fn player(&mut self) -> Parsed<Player> {
+        self.advance();
+        let name = self.ident("the name of a player")?;
+        let items = if self.at_word("endplayer") { Vec::new() } else { self.list(Self::player_item)? };
+        self.expect_word("endplayer")?;
+        Ok(Player { name, items })
+    }
+
+    fn player_item(&mut self) -> Parsed<PlayerItem> {
+        if !self.eat(Token::LeftBracket) {
+            return self.ident("a module, or an action in brackets, `[a]`").map(PlayerItem::Module);
+        }
+        let action = self.action()?;
+        self.expect(Token::RightBracket)?;
+        Ok(PlayerItem::Action(action))
     }
 
     fn rewards(&mut self) -> Parsed<Rewards> {

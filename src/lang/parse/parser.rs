@@ -222,7 +222,7 @@ impl<'a> Parser<'a> {
     }
 
     /// Returns the name at a place.
-    pub(super) fn named(&self, span: Span) -> Ident {
+    pub(crate) fn named(&self, span: Span) -> Ident {
         Ident { name: self.text(span).to_owned(), span }
     }
 

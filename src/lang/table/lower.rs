@@ -124,6 +124,7 @@ impl Frame<'_> {
             rewards: Vec::new(),
             inexact: None,
             monitors: None,
+            players: None,
         }
     }
 }

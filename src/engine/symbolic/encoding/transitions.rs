@@ -289,6 +289,16 @@ impl Transitions {
         all
     }
 
+    /// Returns the player of each group in a game.
+    pub(in crate::symbolic) fn players(&self, program: &Program) -> Vec<Option<usize>> {
+        let mut players = vec![None; self.guards.len()];
+        for ((first, colourings), synchronisation) in self.colours.iter().zip(&program.synchronisations) {
+            let groups = colourings.iter().map(|colouring| colouring.count).product::<usize>();
+            players[*first..*first + groups].fill(program.player_of(synchronisation));
+        }
+        players
+    }
+
     /// Returns the group of a choice.
     pub(in crate::symbolic) fn group_of(&self, choice: &Choice) -> Option<usize> {
         match choice {

@@ -1,0 +1,64 @@
+//! Choices by their states, and by their successors.
+
+use std::ops::Range;
+
+use super::ExplicitEngine;
+use super::set::{BitSet, set, test};
+use meliora_model::error::Result;
+
+impl ExplicitEngine {
+    /// Returns { (s,a) ∈ C : s ∈ X }.
+    pub(super) fn choices_of_states(&self, c: &BitSet, x: &BitSet) -> Result<BitSet> {
+        if self.graph.choices() == self.graph.states() {
+            return c.zip(x, |c, x| c & x);
+        }
+        if x.count() == self.graph.states() as u64 {
+            return Ok(c.clone());
+        }
+        let mut found = BitSet::empty(&self.meter, self.graph.choices());
+        let words = found.words_mut();
+        for state in x.iter() {
+            set_range(words, self.graph.choices_of(state));
+        }
+        for (found, &c) in words.iter_mut().zip(c.words()) {
+            *found &= c;
+        }
+        Ok(found)
+    }
+
+    /// Returns { (s,a) enabled : succ(s,a) ∩ X ≠ ∅ }.
+    pub(super) fn choices_into(&self, x: &BitSet) -> Result<BitSet> {
+        let mut found = BitSet::empty(&self.meter, self.graph.choices());
+        let words = found.words_mut();
+        match self.graph.known_predecessors() {
+            // For a small set, the search along reversed edges is faster.
+            Some(graph) if x.count() < self.graph.states() as u64 / 4 => {
+                for state in x.iter() {
+                    self.tick()?;
+                    graph.of(state).iter().for_each(|&choice| set(words, choice as usize));
+                }
+            }
+            _ => {
+                let inside = x.words();
+                for choice in 0..self.graph.choices() {
+                    self.tick()?;
+                    if self.graph.successors_of(choice).iter().any(|&s| test(inside, s as usize)) {
+                        set(words, choice);
+                    }
+                }
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// Sets the bits of a range.
+fn set_range(words: &mut [u64], range: Range<usize>) {
+    let mut at = range.start;
+    while at < range.end {
+        let bit = at & 63;
+        let n = (64 - bit).min(range.end - at);
+        words[at >> 6] |= (u64::MAX >> (64 - n)) << bit;
+        at += n;
+    }
+}

@@ -1,0 +1,293 @@
+//! Games against an opponent: who chooses in a state, and the fixpoints for both sides.
+//!
+//! Both are one recursion ([`Store::lose`](super::store::Store)): it finds the states of which every
+//! list has a step into the result. All choices of one side in one list ask for some choice, each
+//! group of choices in a list of its own asks for every choice. So the search for the states that can
+//! win has one list for us and many for the opponent, and the removal of losing states the reverse.
+
+use std::sync::atomic::Ordering::Relaxed;
+use std::sync::{Arc, OnceLock};
+
+use super::encoding::Encoding;
+use super::encoding::transitions::Transitions;
+use super::fixpoints::parts::{Budget, Part};
+use super::relations::lists::RelationList;
+use super::relations::partial_relation::PartialRelation;
+use super::relations::tuples::{ListTuple, ListTuples};
+use super::store::Store;
+use super::store::diagram::Bdd;
+use super::{ChoiceSet, StateSet, SymbolicEngine, pick};
+use crate::edge_labels::{self, EdgeLabels};
+use crate::engine::{Algebra, Engine};
+use meliora_model::error::{Error, Result};
+use meliora_model::{Program, fault};
+
+/// The players of a game, and the coalition that we are.
+#[derive(Clone)]
+pub(super) struct Game {
+    /// The states of each player; no two have a state in common.
+    pub(super) players: Vec<Bdd>,
+    /// The player of each group of choices.
+    groups: Arc<Vec<Option<usize>>>,
+    /// For each player, whether it is one of us.
+    pub(super) coalition: Vec<bool>,
+    /// The opponent; `None` if it has no states.
+    opponent: Option<Arc<Opponent>>,
+}
+
+/// The opponent of a coalition.
+pub(super) struct Opponent {
+    states: Bdd,
+    /// For each group of choices, whether the opponent chooses it.
+    groups: Vec<bool>,
+    /// The table of the tuples below.
+    tuples: Arc<ListTuples>,
+    /// All choices of the opponent as one list, once it is needed.
+    list: OnceLock<Arc<RelationList>>,
+    /// The lists for the removal of losing states, once they are needed.
+    removal: OnceLock<Arc<ListTuple>>,
+}
+
+impl Game {
+    /// Finds the players of a game; `None` if the model is not a game. `enabled` has the states of each
+    /// group.
+    ///
+    /// # Errors
+    /// A limit, or a state in which two players have a choice.
+    pub(super) fn of(
+        program: &Program,
+        (encoding, store): (&Encoding, &Store),
+        transitions: &Transitions,
+        enabled: &[Bdd],
+    ) -> Result<Option<Self>> {
+        let Some(players) = &program.players else { return Ok(None) };
+        let groups = transitions.players(program);
+        let mut states = vec![store.zero(); players.list.len()];
+        let mut taken = store.zero();
+        for (group, own) in groups.iter().zip(enabled) {
+            let Some(player) = *group else { continue };
+            let others = store.minus(&taken, &states[player])?;
+            let shared = store.and(own, &others)?;
+            if !store.is_zero(&shared) {
+                let state = pick::first(store, encoding, &shared)?;
+                return Err(fault::of_two_players(program, &state)?);
+            }
+            states[player] = store.or(&states[player], own)?;
+            taken = store.or(&taken, own)?;
+        }
+        Game::new(store, states, Arc::new(groups), players.coalition()).map(Some)
+    }
+
+    fn new(
+        store: &Store,
+        players: Vec<Bdd>,
+        groups: Arc<Vec<Option<usize>>>,
+        coalition: Vec<bool>,
+    ) -> Result<Self> {
+        let is_theirs = |player: usize| coalition.get(player).is_some_and(|ours| !ours);
+        let theirs = players.iter().enumerate().filter(|(player, _)| is_theirs(*player));
+        let states = store.any(theirs.map(|(_, states)| states.clone()))?;
+        let opponent = (!store.is_zero(&states)).then(|| {
+            let groups = groups.iter().map(|group| group.is_some_and(is_theirs)).collect();
+            let (tuples, list, removal) = (ListTuples::new(store), OnceLock::new(), OnceLock::new());
+            Arc::new(Opponent { states, groups, tuples, list, removal })
+        });
+        Ok(Game { players, groups, coalition, opponent })
+    }
+
+    /// Returns the same game for another store, with the players' states of that store.
+    pub(super) fn moved(&self, store: &Store, players: Vec<Bdd>) -> Result<Self> {
+        Game::new(store, players, Arc::clone(&self.groups), self.coalition.clone())
+    }
+}
+
+impl Opponent {
+    /// Returns whether the opponent chooses in a group; the last one has the self-loops of deadlocks.
+    pub(super) fn has(&self, group: usize) -> bool {
+        self.groups.get(group).is_some_and(|&theirs| theirs)
+    }
+}
+
+impl SymbolicEngine {
+    /// Returns the opponent, if it has states.
+    pub(super) fn opponent(&self) -> Option<&Arc<Opponent>> {
+        self.game.as_ref()?.opponent.as_ref()
+    }
+
+    /// Returns the states of the opponent, if there are some.
+    pub(super) fn opponent_states(&self) -> Option<StateSet> {
+        self.opponent().map(|opponent| StateSet(opponent.states.clone()))
+    }
+
+    /// See [`Engine::with_coalition`].
+    pub(super) fn played_by(&self, coalition: &[bool]) -> Result<Self> {
+        let Some(game) = self.game.as_ref().filter(|game| game.coalition.len() == coalition.len()) else {
+            return Err(Error::Usage("a coalition has one entry per player of a game".to_owned()));
+        };
+        let (players, groups) = (game.players.clone(), Arc::clone(&game.groups));
+        let game = Some(Game::new(&self.store, players, groups, coalition.to_vec())?);
+        // The remembered results belong to the former coalition.
+        Ok(SymbolicEngine { game, reaching: Arc::default(), workers: Default::default(), ..self.clone() })
+    }
+
+    /// Removes from the sources of C the states of the opponent with an enabled choice that is not in
+    /// C.
+    pub(super) fn without_escapes(&self, sources: StateSet, c: &ChoiceSet) -> Result<StateSet> {
+        let Some(opponent) = self.opponent() else { return Ok(sources) };
+        let mut left = self.store.and(&sources.0, &opponent.states)?;
+        for (group, (own, all)) in c.0.iter().zip(&*self.choices.0).enumerate() {
+            if opponent.has(group) && own != all {
+                let missing = self.store.minus(&self.store.and(&left, all)?, own)?;
+                left = self.store.minus(&left, &missing)?;
+            }
+        }
+        let ours = self.store.minus(&sources.0, &opponent.states)?;
+        Ok(StateSet(self.store.or(&ours, &left)?))
+    }
+
+    /// Returns the choices of some groups as one list, in each group those of a set of states; `None` has
+    /// all of its choices.
+    fn merged(&self, states: impl Fn(usize) -> Option<Option<Bdd>>) -> Result<Arc<RelationList>> {
+        let mut entries = Vec::new();
+        for piece in &self.transitions.pieces {
+            let PartialRelation { support, relation } = piece.steps.clone();
+            match states(piece.group) {
+                None => {}
+                Some(None) => entries.push(PartialRelation { support, relation }),
+                Some(Some(states)) => {
+                    let relation = self.store.and(&relation, &states)?;
+                    entries.push(PartialRelation { support, relation });
+                }
+            }
+        }
+        self.lists.of(&self.store, entries)
+    }
+
+    /// Returns all choices of the opponent as one list.
+    pub(super) fn their_list(&self, opponent: &Opponent) -> Result<Arc<RelationList>> {
+        if let Some(found) = opponent.list.get() {
+            return Ok(Arc::clone(found));
+        }
+        let made = self.merged(|group| opponent.has(group).then_some(None))?;
+        Ok(Arc::clone(opponent.list.get_or_init(|| made)))
+    }
+
+    /// Returns the lists for the removal of losing states: each group of ours is one, and all choices of
+    /// the opponent are one.
+    pub(super) fn removal_lists<'o>(&self, opponent: &'o Opponent) -> Result<&'o ListTuple> {
+        if let Some(found) = opponent.removal.get() {
+            return Ok(found);
+        }
+        let ours = self.groups.iter().enumerate().filter(|(group, _)| !opponent.has(*group));
+        let mut lists: Vec<_> = ours.map(|(_, list)| Arc::clone(list)).collect();
+        lists.push(self.their_list(opponent)?);
+        let made = opponent.tuples.of_lists(&self.store, &lists)?;
+        Ok(opponent.removal.get_or_init(|| made))
+    }
+
+    /// Computes μX. T ∪ { s : we can choose a pair of C that is in W, or has an edge into X that is not
+    /// dropped }.
+    ///
+    /// The recursion over parts comes first, where it is expected to pay off. If it gives up, the recursion
+    /// over lists and layers of the fixpoint take turns; each continues from the states that are found. Dropped edges depend on the state that they leave, so lists cannot have them.
+    pub(super) fn attract_in_game(
+        &self,
+        opponent: &Opponent,
+        target: &StateSet,
+        winning: &ChoiceSet,
+        within: &ChoiceSet,
+        edge_labels: &[EdgeLabels<StateSet>],
+    ) -> Result<StateSet> {
+        let winning = self.intersection(winning, within)?;
+        let mut found = self.union(target, &self.can_choose(&winning)?)?;
+        let loops = StateSet(within.0[self.groups.len()].clone());
+        let candidates = self.difference(&self.can_choose(within)?, &loops)?;
+        let dropped = edge_labels::dropped(self, edge_labels)?;
+        let lists = match dropped.is_empty() {
+            true => Some(self.search_lists(opponent, &winning, within)?),
+            false => None,
+        };
+        if let Some(lists) = &lists
+            && let Some(all) = self.search_parts(lists, opponent, (&found, &candidates), &winning)?
+        {
+            return Ok(all);
+        }
+        let lists = lists.map(|lists| opponent.tuples.of_lists(&self.store, &lists)).transpose()?;
+        let mut steps = self.store.thresholds().lose_steps.max(1);
+        loop {
+            if let Some(lists) = &lists {
+                let open = self.difference(&candidates, &found)?;
+                let (all, done) = self.store.lose(&found.0, &open.0, lists, steps)?;
+                found = StateSet(all);
+                if done {
+                    return Ok(found);
+                }
+            }
+            let work = &self.store.work.steps;
+            let until = work.load(Relaxed).saturating_add(steps.saturating_mul(4));
+            while work.load(Relaxed) < until {
+                let entering = edge_labels::kept_into(self, within, &dropped, &found)?;
+                let next = self.can_choose(&self.union(&winning, &entering)?)?;
+                let all = self.union(&found, &next)?;
+                if self.same(&all, &found)? {
+                    return Ok(found);
+                }
+                found = all;
+            }
+            steps = steps.saturating_mul(16);
+        }
+    }
+
+    /// Computes [`SymbolicEngine::attract_in_game`] by a recursion over parts, one per list: each has the
+    /// candidates in which a step of the list is needed. Returns `None` if the recursion is not expected
+    /// to pay off or gives up.
+    fn search_parts(
+        &self,
+        lists: &[Arc<RelationList>],
+        opponent: &Opponent,
+        (found, candidates): (&StateSet, &StateSet),
+        winning: &ChoiceSet,
+    ) -> Result<Option<StateSet>> {
+        if !self.has_few_parts()? {
+            return Ok(None);
+        }
+        let store = &self.store;
+        let open = store.minus(&candidates.0, &found.0)?;
+        let mut allowed = vec![store.minus(&open, &opponent.states)?];
+        for group in (0..self.groups.len()).filter(|&group| opponent.has(group)) {
+            let needed = store.minus(&self.enabled[group], &winning.0[group])?;
+            allowed.push(store.and(&open, &needed)?);
+        }
+        let part = |(list, allowed): (&Arc<RelationList>, Bdd)| Part {
+            allowed,
+            except: store.zero(),
+            list: Arc::clone(list),
+        };
+        let parts: Vec<Part> = lists.iter().zip(allowed).map(part).collect();
+        let most = Budget::of(store, &parts)?;
+        let all = store.remove_attractor(&found.0, &parts, most)?;
+        Ok(all.map(|all| StateSet(all.lost)))
+    }
+
+    /// Returns the lists for the search of [`SymbolicEngine::attract_in_game`]: first all choices of ours
+    /// that are in C as one, then each group of the opponent, without the pairs of W.
+    fn search_lists(
+        &self,
+        opponent: &Opponent,
+        winning: &ChoiceSet,
+        within: &ChoiceSet,
+    ) -> Result<Vec<Arc<RelationList>>> {
+        let confined = |group: usize| Some(within.0[group].clone()).filter(|own| *own != self.enabled[group]);
+        let mut lists = vec![self.merged(|group| (!opponent.has(group)).then(|| confined(group)))?];
+        for (group, list) in self.groups.iter().enumerate().filter(|(group, _)| opponent.has(*group)) {
+            let won = &winning.0[group];
+            lists.push(if self.store.is_zero(won) {
+                Arc::clone(list)
+            } else {
+                let open = self.store.minus(&self.enabled[group], won)?;
+                self.merged(|other| (other == group).then(|| Some(open.clone())))?
+            });
+        }
+        Ok(lists)
+    }
+}

@@ -1,0 +1,100 @@
+//! The players of a game, and which of them we are.
+
+use std::borrow::Borrow;
+use std::ops::Range;
+
+use super::{Program, Synchronisation};
+use crate::error::{Diagnostic, Result, Severity};
+
+/// The players of a turn-based game. Each choice belongs to one player: that of its action, or for an
+/// unlabelled command that of its module.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Players {
+    /// The players in the order of declaration.
+    pub list: Vec<Player>,
+    /// The player of each module; `None` for a module without unlabelled commands, and for monitors.
+    pub of_module: Vec<Option<usize>>,
+    /// The player of each action.
+    pub of_action: Vec<Option<usize>>,
+    /// The position of `smg` in the text.
+    pub span: Range<usize>,
+}
+
+/// A player.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Player {
+    /// Its name.
+    pub name: String,
+    /// True if we choose its moves, false if the opponent does.
+    pub ours: bool,
+}
+
+impl Players {
+    /// Returns for each player whether we choose its moves.
+    pub fn coalition(&self) -> Vec<bool> {
+        self.list.iter().map(|player| player.ours).collect()
+    }
+
+    /// Lets us be the players of a coalition, as [`Players::coalition`] returns it.
+    pub fn take(&mut self, coalition: &[bool]) {
+        for (player, &ours) in self.list.iter_mut().zip(coalition) {
+            player.ours = ours;
+        }
+    }
+
+    /// Returns the coalition of these players, each given by its name or its number from 1 on.
+    ///
+    /// # Errors
+    /// The position of a word that is not a player.
+    pub fn named(&self, words: &[impl Borrow<str>]) -> std::result::Result<Vec<bool>, usize> {
+        let mut coalition = vec![false; self.list.len()];
+        for (at, word) in words.iter().enumerate() {
+            *coalition.get_mut(self.find(word.borrow()).ok_or(at)?).ok_or(at)? = true;
+        }
+        Ok(coalition)
+    }
+
+    /// Returns the position of a player, given by its name or its number from 1 on.
+    fn find(&self, word: &str) -> Option<usize> {
+        let by_name = self.list.iter().position(|player| player.name == word);
+        by_name.or_else(|| word.parse::<usize>().ok()?.checked_sub(1)).filter(|&at| at < self.list.len())
+    }
+
+    /// Returns the names of all players, as in "`p1`, `p2`".
+    pub fn names(&self) -> String {
+        self.list.iter().map(|player| format!("`{}`", player.name)).collect::<Vec<_>>().join(", ")
+    }
+}
+
+impl Program {
+    /// Refuses a game, for work that knows one player only; `what` names the work, as in "`values`".
+    ///
+    /// # Errors
+    /// The model is a game; the error points at `smg`.
+    pub fn of_one_player(&self, what: &str) -> Result<()> {
+        let Some(players) = &self.players else { return Ok(()) };
+        let message = format!("{what} of a game is not supported");
+        let diagnostic = Diagnostic::new(&self.source, players.span.clone(), message);
+        let help = "games are supported by `check`, `reach`, `compare` and `info`";
+        Err(diagnostic.severity(Severity::Unsupported).label("a game").help(help).into())
+    }
+
+    /// Returns the same game in which we are these players, an entry for each.
+    pub fn played_by(mut self, coalition: &[bool]) -> Self {
+        self.players.iter_mut().for_each(|players| players.take(coalition));
+        self
+    }
+
+    /// Returns the player to which the choices of a synchronisation belong; `None` if the model is not
+    /// a game, and for the self-loops that monitors give to deadlocks.
+    pub fn player_of(&self, synchronisation: &Synchronisation) -> Option<usize> {
+        let players = self.players.as_ref()?;
+        match synchronisation.action {
+            Some(action) => *players.of_action.get(action)?,
+            None => {
+                let command = synchronisation.factors.first()?.first()?;
+                *players.of_module.get(self.commands[command.index()].module)?
+            }
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! Turn-based games: against all strategies of both sides, against the model with one player, and one
+//! engine against the other.
+
+mod levels;
+mod one_player;
+#[path = "../common/random_program.rs"]
+#[allow(dead_code, unreachable_pub, reason = "each user takes a part")]
+mod random_program;
+mod raw;
+mod regions;
+mod states;
+mod turns;
+
+use meliora::advanced::symbolic::Thresholds;
+use meliora::engine::{Scope, Settings};
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+use self::raw::Raw;
+
+/// The usual order of attempts; recursions over lists alone; turns of them and layers.
+fn thresholds() -> [Thresholds; 4] {
+    let without_parts = Thresholds { relations_per_bit: 0, ..Thresholds::default() };
+    let limited = [u64::MAX, 1, 30].map(|lose_steps| Thresholds { lose_steps, ..without_parts });
+    let [forced, one, few] = limited;
+    [Thresholds::default(), forced, one, few]
+}
+
+fn settings(scope: Scope, thresholds: Thresholds) -> Settings {
+    Settings { scope, memory: 64 << 20, thresholds, threads: 1, ..Settings::default() }
+}
+
+/// A game of up to `states` states, an even number, with up to `choices` choices each and at most 4096 pairs of
+/// strategies.
+fn some_game(states: usize, choices: usize) -> impl Strategy<Value = Raw> {
+    let state = (any::<bool>(), vec(vec(0..states, 1..=3), 1..=choices));
+    vec(state, states..=states).prop_filter_map("too many strategies", move |all| {
+        let (theirs, mut choices): (Vec<bool>, Vec<Vec<Vec<usize>>>) = all.into_iter().unzip();
+        for successors in choices.iter_mut().flatten() {
+            successors.sort_unstable();
+            successors.dedup();
+        }
+        let raw = Raw { theirs, choices };
+        (raw.pairs() <= 4096).then_some(raw)
+    })
+}

@@ -1,0 +1,95 @@
+//! A game in which one side owns every choice is an `mdp`.
+
+use std::sync::Arc;
+
+use meliora::engine::regions::{Regions, regions};
+use meliora::engine::{AnyEngine, Engine, Scope, Storage};
+use meliora::model::players::{Player, Players};
+use meliora::model::predicate::Predicate;
+use meliora::model::preference::{
+    Empty, Goal, History, Objective, Preferences, Preorder, Relation, Statement,
+};
+use meliora::model::{ModelKind, Program, State};
+use meliora::planning::{Analysis, AnalysisResult, Options, Safety};
+use proptest::prelude::*;
+
+use super::random_program::{random_predicate, random_program};
+use super::{settings, thresholds};
+
+/// Turns a program into a game of one player.
+fn as_game(program: &Program) -> Program {
+    let players = Players {
+        list: vec![Player { name: "all".into(), ours: true }],
+        of_module: vec![Some(0); program.modules.len()],
+        of_action: vec![Some(0); program.actions.len()],
+        span: 0..0,
+    };
+    Program { kind: ModelKind::Smg, players: Some(players), ..program.clone() }
+}
+
+fn engine(program: &Arc<Program>, storage: Storage) -> AnyEngine {
+    let settings = meliora::engine::Settings { storage, ..settings(Scope::All, thresholds()[0]) };
+    AnyEngine::new(Arc::clone(program), settings).unwrap()
+}
+
+fn listed<E: Engine>(engine: &E, target: &Predicate) -> Regions<Vec<State>> {
+    let found = regions(engine, &engine.states_where(target).unwrap()).unwrap();
+    found.map(|x| engine.list_states(&x, usize::MAX).unwrap())
+}
+
+fn preferences(targets: &[Predicate]) -> Arc<Preferences> {
+    let objective = |(i, target): (usize, &Predicate)| Objective {
+        name: format!("o{i}"),
+        goal: Goal::Reach(target.clone()),
+        span: None,
+    };
+    let statement = Statement { left: 0, relation: Relation::Strict, right: 1 };
+    Arc::new(Preferences {
+        objectives: targets.iter().enumerate().map(objective).collect(),
+        order: Preorder::new(targets.len(), &[statement]).unwrap(),
+        empty: Empty::Bottom,
+        history: History::State,
+        requirements: Vec::new(),
+    })
+}
+
+fn analysed(engine: AnyEngine, targets: &[Predicate], safety: Safety) -> AnalysisResult {
+    let options = Options { safety, ..Options::default() };
+    let mut analysis = Analysis::new(&Arc::new(engine), &preferences(targets), options);
+    analysis.run(&mut |_| ()).unwrap();
+    analysis.result().clone()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1000))]
+
+    #[test]
+    fn one_player_is_an_mdp(
+        of in proptest::collection::vec(0u16..1000, 0..120),
+        first in proptest::collection::vec(0u16..1000, 0..20),
+        second in proptest::collection::vec(0u16..1000, 0..20),
+    ) {
+        let mut program = random_program(&of, false);
+        program.kind = ModelKind::Mdp;
+        let targets = [random_predicate(&mut program, &first), random_predicate(&mut program, &second)];
+        let targets = targets.map(|target| program.predicate(target));
+        let (mdp, game) = (Arc::new(program.clone()), Arc::new(as_game(&program)));
+        for storage in [Storage::Explicit, Storage::Symbolic] {
+            let (one, other) = (engine(&mdp, storage), engine(&game, storage));
+            let opponent = other.with_coalition(&[false]).unwrap();
+            for target in &targets {
+                let expected = listed(&one, target);
+                prop_assert_eq!(&listed(&other, target), &expected);
+                let Regions { pmax_one, pmax_positive, pmin_one, pmin_positive } = listed(&opponent, target);
+                prop_assert_eq!(&pmin_one, &expected.pmax_one);
+                prop_assert_eq!(&pmin_positive, &expected.pmax_positive);
+                prop_assert_eq!(&pmax_one, &expected.pmin_one);
+                prop_assert_eq!(&pmax_positive, &expected.pmin_positive);
+            }
+            for safety in [Safety::Action, Safety::Prefix] {
+                let found = analysed(other.clone(), &targets, safety);
+                prop_assert_eq!(found, analysed(one.clone(), &targets, safety));
+            }
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! The texts of games: players and their states, and refusals.
+
+use std::sync::Arc;
+
+use meliora::engine::{AnyEngine, Engine, Settings, Storage};
+use meliora::error::{Error, SourceFile};
+use meliora::planning::strategy::strategy;
+use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Options, Safety, StrategyKind};
+use meliora::quantities::{Steps, ValueOptions, Values};
+use meliora::{Model, lang};
+
+use super::raw::{loaded, program};
+
+const GAME: &str = "smg
+player p1 one, [go] endplayer
+player p2 two endplayer
+player p3 endplayer
+module one
+ x : [0..3] init 0;
+ [] x=0 -> (x'=1);
+ [go] x=2 -> (x'=3);
+endmodule
+module two
+ y : [0..1] init 0;
+ [] x=1 & y=0 -> (y'=1);
+ [go] y=1 -> true;
+endmodule
+";
+
+fn message(text: &str) -> String {
+    match lang::load(&SourceFile::new("game", text), &SourceFile::new("", "")) {
+        Err(Error::Input(all)) => {
+            let one = |d: &meliora::error::Diagnostic| {
+                let (line, column) = d.position();
+                format!("{line}:{column} {}", d.message)
+            };
+            all.iter().map(one).collect::<Vec<_>>().join("; ")
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn players_own_modules_and_actions() {
+    let program = program(GAME);
+    let players = program.players.as_ref().unwrap();
+    assert_eq!(players.names(), "`p1`, `p2`, `p3`");
+    assert_eq!(players.coalition(), [true, false, false]);
+    assert_eq!(players.named(&["p3", "2"]), Ok(vec![false, true, true]));
+    assert_eq!(players.named(&["p3", "4"]), Err(1));
+    let owners: Vec<_> = program.synchronisations.iter().map(|s| program.player_of(s)).collect();
+    assert_eq!(owners, [Some(0), Some(1), Some(0)]);
+}
+
+#[test]
+fn what_belongs_to_two_players_or_to_none_is_refused() {
+    for (from, to, expected) in [
+        ("two endplayer", "two, one endplayer", "3:16 the module `one` belongs to two players"),
+        ("two endplayer", "two, [go] endplayer", "3:17 the action `go` belongs to two players"),
+        ("one, [go]", "one", "8:2 the action `go` belongs to no player"),
+        ("one, [go]", "[go]", "7:2 the unlabelled commands of the module `one` belong to no player"),
+        ("p3", "p1", "4:8 the player `p1` is defined twice"),
+        (
+            "two endplayer",
+            "three endplayer",
+            "3:11 unknown module `three`; 12:2 the unlabelled commands of the module `two` belong to no player",
+        ),
+        ("[go] endplayer", "[go], [halt] endplayer", "2:23 unknown action `halt`"),
+        ("smg", "mdp", "2:8 only a game has players"),
+        (
+            "smg",
+            "smg\nsystem one || (two / {go}) endsystem",
+            "2:16 actions of a game cannot be hidden or renamed in `system … endsystem`",
+        ),
+    ] {
+        let text = GAME.replacen(from, to, 1);
+        assert!(message(&text).starts_with(expected), "{to}: {}", message(&text));
+    }
+    assert_eq!(message("smg module m x : bool; endmodule"), "1:1 the game has no player");
+}
+
+#[test]
+fn a_state_of_two_players_is_refused_by_both_engines() {
+    let text = GAME.replace("x=1 & y=0", "y=0");
+    let program = Arc::new(program(&text));
+    for storage in [Storage::Explicit, Storage::Symbolic] {
+        let settings = Settings { storage, ..Settings::default() };
+        let Err(Error::Input(all)) = AnyEngine::new(program.clone(), settings) else { panic!("{storage:?}") };
+        let expected = "several players may move in the state x=0,y=0: `p1` by `one#1` and `p2` by `two#1`";
+        assert_eq!(all[0].message, expected);
+        assert_eq!(all[0].position(), (12, 2));
+    }
+}
+
+#[test]
+fn states_belong_to_the_player_of_their_choices() {
+    let program = Arc::new(program(GAME));
+    for storage in [Storage::Explicit, Storage::Symbolic] {
+        let settings = Settings { storage, ..Settings::default() };
+        let engine = AnyEngine::new(program.clone(), settings).unwrap();
+        let list = |x: &_| engine.list_states(x, 9).unwrap();
+        let players: Vec<_> = engine.player_states().iter().map(list).collect();
+        assert_eq!(players, [vec![vec![0, 0]], vec![vec![1, 0]], vec![]]);
+        assert_eq!(engine.theirs().map(|x| list(&x)), Some(vec![vec![1, 0]]));
+        let others = engine.with_coalition(&[false, true, true]).unwrap();
+        assert_eq!(others.theirs().map(|x| list(&x)), Some(vec![vec![0, 0]]));
+        assert!(engine.with_coalition(&[true]).is_err());
+        assert!(engine.with_coalition(&[true, true, false]).unwrap().theirs().is_none());
+    }
+}
+
+#[test]
+fn a_coalition_names_players() {
+    let source = |text: &str| SourceFile::new("--coalition", text);
+    let program = program(GAME);
+    assert_eq!(lang::parse_coalition(&program, &source("p2, p3")).unwrap(), [false, true, true]);
+    let Err(Error::Input(all)) = lang::parse_coalition(&program, &source("p2, p4")) else { panic!() };
+    assert_eq!((all[0].message.as_str(), all[0].position()), ("unknown player `p4`", (1, 5)));
+}
+
+#[test]
+fn the_library_refuses_work_for_one_player() {
+    fn refused<T>(result: Result<T, Error>, expected: &str) {
+        let Err(error) = result else { panic!("{expected}: not refused") };
+        assert!(error.to_string().contains(expected), "{error}");
+    }
+    refused(Model::parse(GAME, ""), "an analysis by this library of a game");
+    let text = GAME.replace("x=0 -> (x'=1)", "x=0 -> 1/2:(x'=1) + 1/2:(x'=2)");
+    let wishes = "empty = gain; objective A = F x=0; objective B = F y=1; prefer B > A;";
+    let (program, preferences) = loaded(&text, wishes);
+    let engine = Arc::new(AnyEngine::new(program.clone(), Settings::default()).unwrap());
+    let mut analysis = Analysis::new(&engine, &preferences, Options::default());
+    analysis.run(&mut |_| ()).unwrap();
+    refused(analysis.run_jointly(), "`--jointly` of a game");
+    let transition = Options { safety: Safety::Transition, ..Options::default() };
+    refused(
+        Analysis::new(&engine, &preferences, transition).run(&mut |_| ()),
+        "`--safety transition` of a game",
+    );
+    assert!(FiniteMemoryStrategy::new(&analysis, &program, Kind::Spi).is_none());
+    let kind = StrategyKind::Plan;
+    refused(
+        FiniteMemoryStrategy::of_kind(&analysis, &program, kind, Kind::Spi, None),
+        "a strategy of a game",
+    );
+    let levels = analysis.levels(Kind::Spi);
+    let (arena, game) = (&analysis.improvement().unwrap().arenas[0], &levels.found[0].games[0]);
+    refused(strategy(&*engine, Kind::Spi, arena, game), "a strategy of a game");
+    let options = ValueOptions { levels: 1, exact: false, within: None };
+    refused(Values::compute(options, &analysis, &program, &[vec![0, 0]], &Steps), "a value of a game");
+    refused(lang::flat(&program), "the flat program of a game");
+}
