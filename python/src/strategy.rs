@@ -135,7 +135,7 @@ impl SharedStrategy {
             return Ok(state);
         }
         let shown = self.space.names.program.show_state(&state);
-        Err(usage(format!("{shown} is no state of the scope")))
+        Err(usage(format!("{shown} is not a state of the scope")))
     }
 
     /// Returns for each action if one with its label is selected.

@@ -48,7 +48,7 @@ fn evaluate<E: Engine>(strategy: &mut FiniteMemoryStrategy<E>, start: &State, k:
     (reaches, cost)
 }
 
-/// Checks both strategies by value: each attains what it promises in every state.
+/// Checks both strategies by value: each attains its promised value in every state.
 pub(crate) fn check<E: Engine>(
     analysis: &Analysis<E>,
     world: &World,

@@ -19,8 +19,8 @@ impl SymbolicEngine {
     /// have still to be removed from the result.
     ///
     /// The recursion over parts comes first, where it is expected to pay off. If it gives up, the
-    /// recursion over the lists of all groups and layers take turns; each continues from what it
-    /// found, the recursion also from the layers. Edge labels need one bound per group, so this
+    /// recursion over the lists of all groups and layers take turns; each continues from its own
+    /// states, the recursion also from the layers. Edge labels need one bound per group, so this
     /// recursion cannot have them.
     pub(super) fn lose_states(
         &self,
