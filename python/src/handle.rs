@@ -125,7 +125,10 @@ impl Handle {
             let all =
                 |a: &meliora::Analysis| a.whole_engine().contains(&a.whole_engine().all_states(), state);
             if !self.quick(py, all)? {
-                return Err(usage(format!("{} is not a state of the scope", names.program.show_state(state))));
+                return Err(usage(format!(
+                    "{} is not a state of the scope",
+                    names.program.show_state(state)
+                )));
             }
         }
         Ok(states)
