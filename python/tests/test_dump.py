@@ -6,14 +6,14 @@ import pickle
 from pathlib import Path
 
 import pytest
-from conftest import MODELS
+from conftest import MODELS, Engine
 
 import meliora
 
 
 @pytest.mark.parametrize("engine", ["symbolic", "explicit"])
 @pytest.mark.parametrize("name", ["toy", "drone", "pond"])
-def test_a_dump_has_the_regions_of_its_analysis(tmp_path: Path, name: str, engine: str) -> None:
+def test_a_dump_has_the_regions_of_its_analysis(tmp_path: Path, name: str, engine: Engine) -> None:
     model = meliora.Model.from_file(MODELS / f"{name}.prism")
     wishes = meliora.Preferences.from_file(MODELS / f"{name}.pref")
     found = model.explore(engine=engine).check(wishes)
