@@ -19,8 +19,8 @@ REGIONS = ["pmax_one", "pmax_positive", "pmin_one", "pmin_positive"]
 
 
 def ask(arguments, model, constants, formula, engine):
-    # Together, these need all four regions.
-    properties = [word for asked in ("Pmax>=1", "P>0") for word in ("--property", f"{asked} [ {formula} ]")]
+    asked = [f"{strategies} [ {formula} ]" for strategies in ("Pmax>=1", "Pmax>0", "P>=1", "P>0")]
+    properties = [word for question in asked for word in ("--property", question)]
     command = [arguments.meliora, "reach", model, *properties, "--json", "--engine", engine]
     if constants:
         command += ["--const", constants]
