@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use clap::Args;
-use meliora_engine::Engine;
+use meliora_engine::{AnyEngine, Engine};
 use meliora_model::error::{Error, Result};
 use meliora_model::preference::{ObjectiveSet, Preferences};
 use meliora_model::{Program, State};
@@ -12,11 +12,14 @@ use meliora_planning::{Analysis, FiniteMemoryStrategy, Scheduler, StrategyKind};
 use meliora_quantities::cost::Costs;
 use meliora_quantities::{Achiever, Choose, Chooser, Steps, ValuedRule};
 use meliora_report::choose::Choosing;
-use meliora_report::envelope::Times;
+use meliora_report::envelope::{Envelope, Findings, Times};
 
+use super::at::At;
 use super::by_name::by_name;
-use super::plan;
+use super::load::Question;
+use super::plan::{self, Arguments};
 use super::progress::TerminalSink;
+use super::supervise::Job;
 
 /// The options for the kind of a strategy, and for its choice among permitted actions.
 #[derive(Debug, Clone, Args)]
@@ -109,11 +112,26 @@ impl ChooseArgs {
         format!("`--choose {choose}` {does}; with `--kind {name}`, {advice}")
     }
 
-    /// Finds the objectives to achieve.
+    /// Does the same as [`plan::prepared`] for a strategy of a kind, with the states of `--at` and the
+    /// cost of a step.
     ///
     /// # Errors
-    /// The errors of [`StrategyKind::objectives`].
-    pub(super) fn objectives(&self, kind: StrategyKind, preferences: &Preferences) -> Result<ObjectiveSet> {
+    /// The input or an option is wrong, or a limit is hit.
+    pub(super) fn prepared<F: Findings>(
+        &self,
+        job: &Job<Envelope<F>>,
+        given: Arguments<'_>,
+        at: &[String],
+        kind: StrategyKind,
+    ) -> Result<(Question, Arc<AnyEngine>, (At, Costs))> {
+        plan::prepared(job, given, |question| {
+            let at = At::read(&question.program, at)?;
+            self.objectives(kind, &question.preferences)?;
+            Ok((at, self.costs(&question.program, &job.sink)?))
+        })
+    }
+
+    fn objectives(&self, kind: StrategyKind, preferences: &Preferences) -> Result<ObjectiveSet> {
         kind.objectives(preferences, self.objective.as_deref())
     }
 
@@ -138,10 +156,7 @@ impl ChooseArgs {
     }
 
     /// Finds the cost of a step.
-    ///
-    /// # Errors
-    /// There is no such reward structure.
-    pub(super) fn costs(&self, program: &Program, sink: &TerminalSink) -> Result<Costs> {
+    fn costs(&self, program: &Program, sink: &TerminalSink) -> Result<Costs> {
         match self.choose {
             Choose::First => Ok(Costs::Steps),
             Choose::Likely | Choose::Cheap => costs(program, self.reward(), sink),

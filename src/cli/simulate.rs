@@ -113,11 +113,7 @@ fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> R
         preferences: &args.preferences,
         engine: &args.engine,
     };
-    let (question, engine, (at, costs)) = plan::prepared(job, given, |question| {
-        let at = At::read(&question.program, &args.at)?;
-        args.choose.objectives(kind, &question.preferences)?;
-        Ok((at, args.choose.costs(&question.program, &job.sink)?))
-    })?;
+    let (question, engine, (at, costs)) = args.choose.prepared(job, given, &args.at, kind)?;
     simulate(job, &engine, (&question, kind, costs), args, &at)?;
     Ok(question.program)
 }
