@@ -136,8 +136,9 @@ fn answer<E: Engine>(
     load::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap.as_ref())?;
     job.update(|r| (r.counts, r.escape) = (Some(counts), under.escape.clone()));
     let engine = under.engine();
-    if let Target::States(target) = &asking.goal.target {
-        let size = engine.count(&engine.states_where(target)?)?;
+    let (mut search, judged) = (asking.goal.search(engine)?, asking.goal.judged(engine)?);
+    if matches!(asking.goal.target, Target::States(_)) {
+        let size = engine.count(&search.goal()?)?;
         if size == Count::ZERO {
             job.sink.warn("no state satisfies the target");
         }
@@ -146,12 +147,11 @@ fn answer<E: Engine>(
     if asking.question.is_some() {
         job.update(|r| r.answer(&Answer::of(None)));
     }
-    let mut search = asking.goal.search(engine)?;
     for which in search.order(&asking.needed(&asked.program)) {
         let start = job.begin(which.formula());
         let states = search.region(which)?;
         job.end(which.formula(), start, |r, s| r.time.add(which.name(), s));
-        let found = Found::of(engine, &engine.intersection(&states, &asking.goal.judged(engine)?)?)?;
+        let found = Found::of(engine, &engine.intersection(&states, &judged)?)?;
         let decided = under.decided(asking, &asked.program, search.known())?;
         job.update(|r| {
             *r.sizes.get_mut(which) = Some(found.size);

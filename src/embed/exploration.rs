@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Analysis, States};
-use crate::reach::{Asking, Target, Under};
+use crate::reach::{Asking, Under};
 use meliora_engine::regions::{Regions, regions};
 use meliora_engine::{AnyEngine, Engine, Usage};
 use meliora_lang as lang;
@@ -11,7 +11,6 @@ use meliora_model::Program;
 use meliora_model::error::{Error, Result, SourceFile};
 use meliora_model::preference::History;
 use meliora_planning::result::ModelCounts;
-use meliora_planning::temporal::{accepting_regions, secured};
 use meliora_planning::{self as planning, Options};
 use meliora_quantities::answer::PRECISION;
 use meliora_quantities::state_values::Bound;
@@ -141,13 +140,9 @@ impl Exploration {
             Some(watched) => AnyEngine::new(Arc::clone(&watched.program), self.engine.settings().clone())?,
         };
         let of = |set| States::of(&engine, set);
-        let target = match &goal.target {
-            Target::States(target) => of(engine.states_where(target)?),
-            Target::Formula(condition) => {
-                of(secured(&engine, &accepting_regions(&engine, condition, &engine.all_choices())?)?)
-            }
-        };
-        let found = goal.search(&engine)?.all()?;
+        let mut search = goal.search(&engine)?;
+        let target = of(search.goal()?);
+        let found = search.all()?;
         let known = found.clone().map(Some);
         let answer = Under::new(&engine, program, goal)?.answer(&asking, program, &known, precision)?;
         answer.end?;

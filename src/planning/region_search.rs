@@ -65,6 +65,18 @@ impl<'a, E: Engine> RegionSearch<'a, E> {
         }
     }
 
+    /// Returns the states of the goal: the target, or the states from which the condition can be kept.
+    /// Cost: no image for a target; for a condition, that of [`accepting_regions`], once.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached, or a state formula has no value.
+    pub fn goal(&mut self) -> Result<E::States> {
+        match &self.goal {
+            Goal::Target(target) => Ok(target.clone()),
+            &Goal::Condition(condition) => self.secured(condition),
+        }
+    }
+
     /// Returns the regions that are known.
     pub fn known(&self) -> &Regions<Option<E::States>> {
         &self.known
@@ -96,23 +108,20 @@ impl<'a, E: Engine> RegionSearch<'a, E> {
         let found = match (which, &self.goal) {
             (Which::PminPositive, _) if self.engine.is_markov_chain() => self.region(Which::PmaxPositive)?,
             (Which::PminOne, _) if self.engine.is_markov_chain() => self.region(Which::PmaxOne)?,
-            (_, Goal::Target(target)) => {
-                let target = target.clone();
-                self.region_of_target(which, &target)?
-            }
+            (_, Goal::Target(_)) => self.region_of_target(which)?,
             (_, &Goal::Condition(condition)) => self.region_of_condition(which, condition)?,
         };
         *self.known.get_mut(which) = Some(found.clone());
         Ok(found)
     }
 
-    fn region_of_target(&mut self, which: Which, target: &E::States) -> Result<E::States> {
-        let engine = self.engine;
+    fn region_of_target(&mut self, which: Which) -> Result<E::States> {
+        let (engine, target) = (self.engine, self.goal()?);
         match which {
-            Which::PmaxPositive => regions::pmax_positive(engine, target),
-            Which::PmaxOne => regions::pmax_one(engine, target),
-            Which::PminPositive => regions::pmin_positive(engine, target),
-            Which::PminOne => regions::pmin_one(engine, target, &self.region(Which::PminPositive)?),
+            Which::PmaxPositive => regions::pmax_positive(engine, &target),
+            Which::PmaxOne => regions::pmax_one(engine, &target),
+            Which::PminPositive => regions::pmin_positive(engine, &target),
+            Which::PminOne => regions::pmin_one(engine, &target, &self.region(Which::PminPositive)?),
         }
     }
 
