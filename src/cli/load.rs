@@ -53,6 +53,13 @@ pub(super) struct Asked {
     pub(super) overlap: Option<Predicate>,
 }
 
+impl Asked {
+    pub(super) fn new(mut program: Program, questions: Vec<Stated>, overlap: Option<Predicate>) -> Self {
+        note_inexact(&mut program, questions.iter().flat_map(|q| q.asking.goal.predicates()));
+        Asked { program: Arc::new(program), questions, overlap }
+    }
+}
+
 /// A question with its text.
 pub(super) struct Stated {
     /// The text.
@@ -118,7 +125,7 @@ fn parsed(command: &str, args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded
 fn play_as(args: &ModelArgs, program: &mut Program) -> Result<(), Error> {
     let Some(names) = &args.coalition else { return Ok(()) };
     let coalition = lang::parse_coalition(program, &SourceFile::new("--coalition", names.as_str()))?;
-    program.players.iter_mut().for_each(|players| players.take(&coalition));
+    program.play_as(&coalition);
     Ok(())
 }
 
@@ -213,7 +220,7 @@ pub(super) fn asked(
     (properties, texts): (&[String], &[String]),
     sink: &TerminalSink,
 ) -> Result<Asked, Error> {
-    let Loaded { mut program, named, overlap } = parsed("reach", args, sink)?;
+    let Loaded { program, named, overlap } = parsed("reach", args, sink)?;
     let required = required(texts)?;
     let mut questions = Vec::new();
     if let Some(text) = target {
@@ -233,12 +240,11 @@ pub(super) fn asked(
         };
         questions.push(Stated { text: text.clone(), asking });
     }
-    note_inexact(&mut program, questions.iter().flat_map(|q| q.asking.goal.predicates()));
-    Ok(Asked { program: Arc::new(program), questions, overlap })
+    Ok(Asked::new(program, questions, overlap))
 }
 
 /// Lets reports name an expression of the conditions that is not exact, if all of the model are.
-pub(super) fn note_inexact<'p>(program: &mut Program, mut conditions: impl Iterator<Item = &'p Predicate>) {
+fn note_inexact<'p>(program: &mut Program, mut conditions: impl Iterator<Item = &'p Predicate>) {
     if program.inexact.is_none() {
         program.inexact = conditions.find_map(Predicate::inexact).cloned();
     }
@@ -269,7 +275,7 @@ pub(super) fn named(
             questions.push(Stated { text: name, asking });
         }
     }
-    Ok((Asked { program: Arc::new(program), questions, overlap }, all))
+    Ok((Asked::new(program, questions, overlap), all))
 }
 
 /// Returns the names of the properties that a model names, if its constants have these values.

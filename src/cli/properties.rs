@@ -137,16 +137,12 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
         let entry = PropertyAnswer::open(stated.name, stated.text.clone(), reason);
         job.update(|r| r.properties.push(entry));
         if let Ok(property) = stated.property {
-            let coalition = property.coalition_in(&program, &stated.source)?;
-            let asks = (&property.formula, property.question);
-            let own = Asking::of(&program, &stated.source, asks, &required)?;
-            let own = Asking { coalition, ..own };
+            let own = Asking::of_property(&program, &stated.source, &property, &required)?;
             asking.push(Stated { text: stated.text, asking: own });
             open.push(position);
         }
     }
-    load::note_inexact(&mut program, asking.iter().flat_map(|q: &Stated| q.asking.goal.predicates()));
-    Ok((Asked { program: Arc::new(program), questions: asking, overlap }, open))
+    Ok((Asked::new(program, asking, overlap), open))
 }
 
 /// Answers the reachability properties with one engine, then each formula with its own.
@@ -261,6 +257,8 @@ struct Group<'a, E: Engine> {
     /// The regions that they need.
     order: Vec<Which>,
     search: RegionSearch<'a, E>,
+    /// The states whose paths are judged.
+    judged: E::States,
 }
 
 /// Groups properties by their goals, in the order of the first of each.
@@ -278,8 +276,8 @@ fn groups<'a, E: Engine>(
         match groups.iter_mut().find(|group| same(group.members[0].0, asking)) {
             Some(group) => group.members.push((asking, position)),
             None => {
-                let (members, search) = (vec![(asking, position)], asking.goal.search(engine)?);
-                groups.push(Group { members, order: Vec::new(), search });
+                let (search, judged) = (asking.goal.search(engine)?, asking.goal.judged(engine)?);
+                groups.push(Group { members: vec![(asking, position)], order: Vec::new(), search, judged });
             }
         }
     }
@@ -308,13 +306,12 @@ impl<E: Engine> Answering<'_, E> {
         let Some(&which) = group.order.get(round) else { return Ok(()) };
         let states = self.job.timed(which.formula(), || group.search.region(which), |_, _| ())?;
         let engine = self.under.engine();
+        let size = engine.count(&engine.intersection(&states, &group.judged)?)?;
         for &(asking, position) in &group.members {
-            let judged = engine.intersection(&states, &asking.goal.judged(engine)?)?;
-            let size = engine.count(&judged)?;
             let decided = self.under.decided(asking, self.program, group.search.known())?;
             self.job.update(|r| {
                 r.properties[position].answer(&decided);
-                *r.properties[position].sizes.get_mut(which) = Some(size.into());
+                *r.properties[position].sizes.get_mut(which) = Some(size.clone().into());
                 r.memory.peak_nodes = r.memory.peak_nodes.max(engine.usage().peak_nodes);
             });
         }

@@ -72,7 +72,11 @@ fn lower_preferences(source: &Arc<SourceFile>, program: &Program) -> Result<(Pre
         }
     };
     let replaced = match coalition {
-        Some(coalition) => Some(product.unwrap_or_else(|| program.clone()).played_by(&coalition)),
+        Some(coalition) => {
+            let mut game = product.unwrap_or_else(|| program.clone());
+            game.play_as(&coalition);
+            Some(game)
+        }
         None => product,
     };
     let of = |id| predicates.get(id);

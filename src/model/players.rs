@@ -35,13 +35,6 @@ impl Players {
         self.list.iter().map(|player| player.ours).collect()
     }
 
-    /// Lets us be the players of a coalition, as [`Players::coalition`] returns it.
-    pub fn take(&mut self, coalition: &[bool]) {
-        for (player, &ours) in self.list.iter_mut().zip(coalition) {
-            player.ours = ours;
-        }
-    }
-
     /// Returns the coalition of these players, each given by its name or its number from 1 on.
     ///
     /// # Errors
@@ -79,10 +72,10 @@ impl Program {
         Err(diagnostic.severity(Severity::Unsupported).label("a game").help(help).into())
     }
 
-    /// Returns the same game in which we are these players, an entry for each.
-    pub fn played_by(mut self, coalition: &[bool]) -> Self {
-        self.players.iter_mut().for_each(|players| players.take(coalition));
-        self
+    /// Lets us be the players of a coalition of a game, as [`Players::coalition`] returns it.
+    pub fn play_as(&mut self, coalition: &[bool]) {
+        let players = self.players.iter_mut().flat_map(|players| &mut players.list);
+        players.zip(coalition).for_each(|(player, &ours)| player.ours = ours);
     }
 
     /// Returns the player to which the choices of a synchronisation belong; `None` if the model is not

@@ -6,7 +6,7 @@ use super::{Goal, Required, Target};
 use meliora_engine::Engine;
 use meliora_engine::regions::Which;
 use meliora_lang::ltl::{self, Formula};
-use meliora_lang::property::{Measure, Question};
+use meliora_lang::property::{Measure, Property, Question};
 use meliora_lang::{lower_target, parse_expression, parse_property};
 use meliora_model::Program;
 use meliora_model::error::{Result, SourceFile};
@@ -50,9 +50,22 @@ impl Asking {
     pub fn property(program: &Program, source: &Arc<SourceFile>, required: &[Required]) -> Result<Self> {
         let property = parse_property(source)?;
         property.check(program, source)?;
+        Asking::of_property(program, source, &property, required)
+    }
+
+    /// Returns the question of a property that was checked.
+    ///
+    /// # Errors
+    /// The errors of [`Asking::of`] and [`Property::coalition_in`].
+    pub fn of_property(
+        program: &Program,
+        source: &Arc<SourceFile>,
+        property: &Property,
+        required: &[Required],
+    ) -> Result<Self> {
         let coalition = property.coalition_in(program, source)?;
-        let asking = Asking::of(program, source, (&property.formula, property.question), required)?;
-        Ok(Asking { coalition, ..asking })
+        let asks = (&property.formula, property.question.clone());
+        Ok(Asking { coalition, ..Asking::of(program, source, asks, required)? })
     }
 
     /// Returns the engine of a game in which the coalition of the question is ours; `None` if that is the
