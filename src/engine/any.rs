@@ -283,6 +283,10 @@ impl Engine for AnyEngine {
         on!(self, e => e.coalition())
     }
 
+    fn is_game(&self) -> bool {
+        on!(self, e => e.is_game())
+    }
+
     fn with_coalition(&self, coalition: &[bool]) -> Result<Self> {
         let inner = match &self.inner {
             Inner::Symbolic(e) => Inner::Symbolic(Arc::new(e.with_coalition(coalition)?)),

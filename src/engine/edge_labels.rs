@@ -68,6 +68,18 @@ pub fn dropped<E: Engine>(engine: &E, edge_labels: &[EdgeLabels<E::States>]) -> 
     grouped(engine, edge_labels.iter().map(|labels| (labels.from.clone(), labels.dropped.clone())).collect())
 }
 
+/// Computes [`Engine::can_win`] where every state is ours: some choice then suffices, so the states with
+/// a winning pair are a target. Cost: that of [`Engine::can_reach`].
+pub(super) fn reach_winning<E: Engine>(
+    engine: &E,
+    winning: &E::Choices,
+    within: &E::Choices,
+    edge_labels: &[EdgeLabels<E::States>],
+) -> Result<E::States> {
+    let seeds = engine.can_choose(&engine.intersection(within, winning)?)?;
+    engine.can_reach(&seeds, within, edge_labels)
+}
+
 /// Returns { (s,a) ∈ C : some edge enters X that is not among the dropped ones }, with dropped edges as
 /// [`dropped`] returns them. Cost: one pre-image, and one per group of dropped edges.
 pub fn kept_into<E: Engine>(

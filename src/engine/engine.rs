@@ -177,6 +177,10 @@ pub trait Engine:
     fn coalition(&self) -> Vec<bool> {
         Vec::new()
     }
+    /// Returns whether the model is a game, even one in which every state is ours.
+    fn is_game(&self) -> bool {
+        !self.coalition().is_empty()
+    }
     /// Returns an engine for the same game in which we are the players of another coalition. It shares
     /// the sets of this engine.
     ///
@@ -226,9 +230,11 @@ pub trait Engine:
         winning: &Self::Choices,
         within: &Self::Choices,
         edge_labels: &[EdgeLabels<Self::States>],
-    ) -> Result<Self::States> {
-        let seeds = self.can_choose(&self.intersection(within, winning)?)?;
-        self.can_reach(&seeds, within, edge_labels)
+    ) -> Result<Self::States>
+    where
+        Self: Sized,
+    {
+        edge_labels::reach_winning(self, winning, within, edge_labels)
     }
 
     /// Removes the attractor of `lost` from the game `left` and returns the rest. Removes every

@@ -4,7 +4,7 @@ use serde::Serialize;
 use strum::IntoStaticStr;
 
 use super::engine::Engine;
-use meliora_model::error::Result;
+use meliora_model::error::{Error, Result};
 use meliora_model::property::{Bound, Strategies};
 
 /// The regions of a target T as sets of states, or something for each of them: a size, for example.
@@ -24,6 +24,15 @@ pub struct Regions<S> {
 }
 
 impl<S> Regions<Option<S>> {
+    /// Returns a region.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if it is not known.
+    pub fn known(&self, which: Which) -> Result<&S> {
+        let unknown = || Error::Usage(format!("the region {} is not known", which.name()));
+        self.get(which).as_ref().ok_or_else(unknown)
+    }
+
     /// Returns whether there is a region.
     pub fn any(&self) -> bool {
         Which::ALL.into_iter().any(|which| self.get(which).is_some())
@@ -184,7 +193,7 @@ pub fn holds<E: Engine>(
     known: &Regions<Option<E::States>>,
 ) -> Result<Option<bool>> {
     let (deciding, inside) = deciding(strategies, bound);
-    let (initial, is_game) = (engine.initial_states(), !engine.coalition().is_empty());
+    let (initial, is_game) = (engine.initial_states(), engine.is_game());
     for which in Which::ALL {
         let Some(region) = known.get(which) else { continue };
         let violating = match inside {

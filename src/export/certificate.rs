@@ -199,8 +199,7 @@ fn level_rounds(
     let winning = winning(engine, &engine.all_choices(), edge_labels)?;
     let mut removal = Removal::new(engine, trends).within(before, &arena.choices, edge_labels)?;
     loop {
-        let seeds = engine.can_choose(&engine.intersection(&removal.choices, &winning)?)?;
-        let reaching = engine.can_reach(&seeds, &removal.choices, edge_labels)?;
+        let reaching = engine.can_win(&winning, &removal.choices, edge_labels)?;
         let lost = engine.difference(&removal.left, &reaching)?;
         if !removal.remove(lost)? {
             return Ok((removal.left, removal.rounds));

@@ -144,7 +144,7 @@ impl<E: Engine> Analysis<E> {
     fn check_game(&self) -> Result<()> {
         let refused = |what: &str| Err(Error::Usage(format!("{what} of a game is not supported")));
         let watched = |objective: &Objective| matches!(objective.goal, Goal::Satisfy { .. });
-        if self.whole.coalition().is_empty() {
+        if !self.whole.is_game() {
             return Ok(());
         }
         match self.options.safety {

@@ -39,7 +39,7 @@ impl<E: Engine> Joint<E> {
     /// # Errors
     /// [`Error::Usage`] if the classes are not known; a limit of the engine is reached.
     pub fn new(analysis: &Analysis<E>) -> Result<Self> {
-        if !analysis.whole_engine().coalition().is_empty() {
+        if analysis.whole_engine().is_game() {
             return Err(Error::Usage("`--jointly` of a game is not supported".to_owned()));
         }
         let Some(classes) = analysis.classes() else {

@@ -138,7 +138,8 @@ struct Builder<'s, E: Engine> {
 }
 
 impl Shield {
-    /// Computes the shield of a strategy, for episodes that start in any state of the scope. Cost: that of [`FiniteMemoryStrategy::explain`] per node.
+    /// Computes the shield of a strategy, for episodes that start in any state of the scope. Cost: that
+    /// of [`FiniteMemoryStrategy::explain`] per node.
     ///
     /// # Errors
     /// The errors of [`FiniteMemoryStrategy::explain`]; [`Limit::Size`] if there are more than

@@ -59,7 +59,7 @@ pub fn strategy<E: Engine>(
     arena: &Arena<E>,
     game: &Game<E>,
 ) -> Result<ArenaStrategy<E>> {
-    if !engine.coalition().is_empty() {
+    if engine.is_game() {
         return Err(Error::Usage("a strategy of a game is not supported".to_owned()));
     }
     let (all, permissive) = (engine.all_choices(), permissive(engine, kind, game)?);

@@ -4,7 +4,6 @@
 //! from which the disjunct d can be kept forever. A path that satisfies the condition almost surely
 //! reaches one of these sets (L. de Alfaro, *Formal verification of probabilistic systems*, 1997).
 
-use super::region_search::RegionSearch;
 use meliora_engine::regions::Regions;
 use meliora_engine::{Engine, Region};
 use meliora_model::error::{Error, Result};
@@ -56,7 +55,7 @@ pub(crate) fn accepting_region<E: Engine>(
     disjunct: Disjunct,
     within: &E::Choices,
 ) -> Result<AcceptingRegion<E>> {
-    if !engine.coalition().is_empty() {
+    if engine.is_game() {
         return Err(Error::Usage("a temporal formula of a game is not supported".to_owned()));
     }
     let allowed = allowed(engine, &disjunct)?;
@@ -100,15 +99,6 @@ pub fn accepting_regions<E: Engine>(
 /// (or with positive probability). Cost: no image.
 pub fn secured<E: Engine>(engine: &E, all: &[AcceptingRegion<E>]) -> Result<E::States> {
     all.iter().try_fold(engine.no_states(), |union, region| engine.union(&union, &region.states))
-}
-
-/// Computes the four regions of a condition on the product. Cost: for the condition and for its
-/// negation, that of `accepting_regions`, one backward fixpoint and one almost-sure fixpoint.
-///
-/// # Errors
-/// The errors of `accepting_region`.
-pub fn regions<E: Engine>(engine: &E, condition: &Condition) -> Result<Regions<E::States>> {
-    RegionSearch::of_condition(engine, condition).all()
 }
 
 /// Restricts regions to the states with fresh monitors: formulas are judged from these states on.

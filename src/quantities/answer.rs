@@ -123,8 +123,8 @@ pub fn answer<E: Engine>(
     if decided.value.is_some() {
         return Ok(decided);
     }
-    if !engine.coalition().is_empty() {
-        return in_game(engine, quantity, regions);
+    if engine.is_game() {
+        return in_game(engine, (quantity, optimum(quantity, asked.program)), regions);
     }
     let program = asked.program;
     let target = match asked.target {
@@ -168,16 +168,14 @@ const BETWEEN: &str = "values of a game other than 0 and 1 are not supported";
 /// A limit is reached.
 fn in_game<E: Engine>(
     engine: &E,
-    quantity: &Quantity,
+    (quantity, optimum): (&Quantity, Optimum),
     regions: &Regions<Option<E::States>>,
 ) -> Result<Answer> {
-    let (one, positive) = match quantity.optimum.unwrap_or(Optimum::Max) {
-        Optimum::Max => (&regions.pmax_one, &regions.pmax_positive),
-        Optimum::Min => (&regions.pmin_one, &regions.pmin_positive),
+    let (one, positive) = match optimum {
+        Optimum::Max => (Which::PmaxOne, Which::PmaxPositive),
+        Optimum::Min => (Which::PminOne, Which::PminPositive),
     };
-    let (Some(one), Some(positive)) = (one, positive) else {
-        return Err(Error::Usage("the regions of the property are not known".to_owned()));
-    };
+    let (one, positive) = (regions.known(one)?, regions.known(positive)?);
     let initial = engine.initial_states();
     let is_empty = |x: E::States| engine.is_empty(&x);
     let mut values = Vec::new();

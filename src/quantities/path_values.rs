@@ -20,7 +20,7 @@ use super::solve::{NONE, Quantity, SMALL, System};
 use meliora_engine::explicit::weighted::{Code, Codec, Walk, Walker};
 use meliora_engine::regions::{Regions, Which};
 use meliora_engine::{Engine, position as position_of};
-use meliora_model::error::{Error, Result};
+use meliora_model::error::Result;
 use meliora_model::exact::Ratio;
 use meliora_model::property::Measure;
 use meliora_model::{Optimum, Program, State};
@@ -95,11 +95,8 @@ pub fn values<E: Engine>(
 ) -> Result<Answer> {
     program.of_one_player("a number")?;
     let all = engine.all_states();
-    let region = |which: Which| {
-        let unknown = || Error::Usage(format!("the region {} is not known", which.name()));
-        regions.get(which).clone().ok_or_else(unknown)
-    };
-    let others = |which: Which| engine.difference(&all, &region(which)?);
+    let region = |which: Which| regions.known(which).cloned();
+    let others = |which: Which| engine.difference(&all, regions.known(which)?);
     let search = match (wanted, optimum) {
         (Wanted::Probability, Optimum::Max) => {
             let (end, inside) = (region(Which::PmaxOne)?, region(Which::PmaxPositive)?);

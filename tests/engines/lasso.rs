@@ -13,7 +13,7 @@ use meliora::model::expr::ExprId;
 use meliora::model::predicate::Predicate;
 use meliora::model::preference::Preferences;
 use meliora::model::temporal::{Begin, Condition};
-use meliora::planning::temporal::regions;
+use meliora::planning::RegionSearch;
 use meliora::planning::{Analysis, Options, Safety};
 use proptest::prelude::*;
 
@@ -163,7 +163,7 @@ fn lasso() -> impl Strategy<Value = Lasso> {
 
 /// Pmax = 1, Pmax > 0, Pmin = 1, Pmin > 0 of a property, each as the number of states of `start`.
 fn counts<E: Engine>(engine: &E, condition: &Condition, start: &E::States) -> [String; 4] {
-    let found = regions(engine, condition).unwrap();
+    let found = RegionSearch::of_condition(engine, condition).all().unwrap();
     [&found.pmax_one, &found.pmax_positive, &found.pmin_one, &found.pmin_positive]
         .map(|x| engine.count(&engine.intersection(x, start).unwrap()).unwrap().to_string())
 }

@@ -11,7 +11,7 @@ use meliora::lang;
 use meliora::model::predicate::Predicate;
 use meliora::model::temporal::{Asks, Begin, Condition};
 use meliora::model::{Program, State};
-use meliora::planning::temporal::{judged, regions};
+use meliora::planning::{RegionSearch, temporal::judged};
 use proptest::prelude::*;
 
 use crate::common::brute::{Brute, Set};
@@ -113,7 +113,8 @@ fn listed<E: Engine>(engine: &E, x: &E::States) -> Vec<State> {
 
 fn answers<E: Engine>(engine: &E, case: &Case) -> [Vec<State>; 5] {
     let fresh = case.program.predicate(case.program.monitors.as_ref().unwrap().fresh);
-    let found = judged(engine, &fresh, regions(engine, &case.condition).unwrap()).unwrap();
+    let found =
+        judged(engine, &fresh, RegionSearch::of_condition(engine, &case.condition).all().unwrap()).unwrap();
     let all = engine.states_where(&fresh).unwrap();
     [&found.pmax_one, &found.pmax_positive, &found.pmin_one, &found.pmin_positive, &all]
         .map(|x| listed(engine, x))

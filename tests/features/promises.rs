@@ -10,8 +10,8 @@ use meliora::export::explicit::{induced, umb};
 use meliora::lang::{Document, Given};
 use meliora::model::State;
 use meliora::model::temporal::Begin;
+use meliora::planning::RegionSearch;
 use meliora::planning::tally::Trace;
-use meliora::planning::temporal::regions;
 use meliora::planning::{
     FiniteMemoryStrategy, Kind, Rank, Safety, Scheduler, Setup, Simulation, StrategyKind,
 };
@@ -91,7 +91,7 @@ fn regions_of(of: &Analysed, strategy: &mut FiniteMemoryStrategy, formula: &str)
     let condition = condition.map(&|mark| program.predicate(mark));
     let settings = Settings { memory: 16 << 20, ..Settings::default() };
     let engine = AnyEngine::new(Arc::new(program), settings).unwrap();
-    let found = regions(&engine, &condition).unwrap();
+    let found = RegionSearch::of_condition(&engine, &condition).all().unwrap();
     [found.pmin_one, found.pmin_positive].map(|region| {
         let region = engine.intersection(&region, &engine.initial_states()).unwrap();
         let states = engine.list_states(&region, usize::MAX).unwrap();

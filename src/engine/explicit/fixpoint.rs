@@ -46,7 +46,7 @@ impl ExplicitEngine {
         for state in outside.iter() {
             removal.remove_attractor(state, &Plain)?;
         }
-        removal.remove_stuck(x, &Plain)?;
+        removal.remove_where(x, |left| left == 0, &Plain)?;
         // A state of the opponent is lost with its first choice, and may have others.
         let choices = match self.opponent() {
             None => removal.choices,
@@ -95,21 +95,15 @@ impl<'a> Removal<'a> {
         Ok(Removal { engine, graph, states, choices, left, work: Array::new(&engine.meter) })
     }
 
-    /// Removes the states of X that are lost without a removed choice.
-    pub(super) fn remove_stuck(&mut self, x: &BitSet, rules: &impl Rules) -> Result<()> {
+    /// Removes the states of X for which `is_lost` is true of the number of choices that they can lose.
+    pub(super) fn remove_where(
+        &mut self,
+        x: &BitSet,
+        is_lost: impl Fn(u32) -> bool,
+        rules: &impl Rules,
+    ) -> Result<()> {
         for state in x.iter() {
-            if test(self.states.words(), state) && self.left[state] == 0 {
-                clear(self.states.words_mut(), state);
-                self.remove_attractor(state, rules)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Removes the states of X.
-    pub(super) fn remove(&mut self, x: &BitSet, rules: &impl Rules) -> Result<()> {
-        for state in x.iter() {
-            if test(self.states.words(), state) {
+            if test(self.states.words(), state) && is_lost(self.left[state]) {
                 clear(self.states.words_mut(), state);
                 self.remove_attractor(state, rules)?;
             }

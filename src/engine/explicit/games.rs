@@ -66,9 +66,9 @@ impl ExplicitEngine {
         Ok(ExplicitEngine { game: Some(game), ..self.clone() })
     }
 
-    /// Returns the number of choices that the engine admits in a state.
-    fn admitted(&self, state: usize) -> u32 {
-        self.graph.choices_of(state).filter(|&choice| self.every_choice.has(choice)).count() as u32
+    /// Returns the choices that the engine admits in a state.
+    fn admitted(&self, state: usize) -> impl Iterator<Item = usize> {
+        self.graph.choices_of(state).filter(|&choice| self.every_choice.has(choice))
     }
 
     /// Removes from the sources of C the states of the opponent with an enabled choice that is not in
@@ -78,8 +78,7 @@ impl ExplicitEngine {
         let found = sources.zip(theirs, |x, y| x & y)?;
         let words = sources.words_mut();
         for state in found.iter() {
-            let mut admitted = self.graph.choices_of(state).filter(|&a| self.every_choice.has(a));
-            if admitted.any(|a| !c.has(a)) {
+            if self.admitted(state).any(|choice| !c.has(choice)) {
                 clear(words, state);
             }
         }
@@ -128,7 +127,7 @@ impl ExplicitEngine {
     fn needed(&self) -> Result<Array<u32>> {
         let mut needed = Array::filled(&self.meter, self.graph.states(), 1)?;
         for state in self.opponent().iter().flat_map(|theirs| theirs.iter()) {
-            needed[state] = self.admitted(state).max(1);
+            needed[state] = (self.admitted(state).count() as u32).max(1);
         }
         Ok(needed)
     }
@@ -142,7 +141,7 @@ impl ExplicitEngine {
             left[graph.owner(choice as u32) as usize] += 1;
         }
         for state in self.opponent().iter().flat_map(|theirs| theirs.iter()) {
-            left[state] = u32::from(left[state] > 0 && left[state] == self.admitted(state));
+            left[state] = u32::from(left[state] > 0 && left[state] as usize == self.admitted(state).count());
         }
         Ok(left)
     }
@@ -157,7 +156,7 @@ impl ExplicitEngine {
     ) -> Result<Region<BitSet, BitSet>> {
         let graph = self.graph.predecessors()?;
         let mut removal = Removal::new(self, graph, states.copy()?, choices)?;
-        removal.remove_stuck(states, rules)?;
+        removal.remove_where(states, |left| left == 0, rules)?;
         let nothing = BitSet::empty(&self.meter, self.graph.states());
         loop {
             let winning = self.with_goal_edges(&removal.choices, rules)?;
@@ -167,7 +166,7 @@ impl ExplicitEngine {
                 let choices = self.choices_of_states(&removal.choices, &removal.states)?;
                 return Ok(Region { states: removal.states, choices });
             }
-            removal.remove(&lost, rules)?;
+            removal.remove_where(&lost, |_| true, rules)?;
         }
     }
 

@@ -221,8 +221,7 @@ impl Engine for ExplicitEngine {
         edge_labels: &[EdgeLabels<StateSet>],
     ) -> Result<StateSet> {
         if self.opponent().is_none() {
-            let seeds = self.can_choose(&self.intersection(within, winning)?)?;
-            return self.can_reach(&seeds, within, edge_labels);
+            return edge_labels::reach_winning(self, winning, within, edge_labels);
         }
         let (winning, within) = (self.bits(winning)?, self.bits(within)?);
         self.check_owned(edge_labels)?;

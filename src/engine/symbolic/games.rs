@@ -189,7 +189,8 @@ impl SymbolicEngine {
     /// dropped }.
     ///
     /// The recursion over parts comes first, where it is expected to pay off. If it gives up, the recursion
-    /// over lists and layers of the fixpoint take turns; each continues from the states that are found. Dropped edges depend on the state that they leave, so lists cannot have them.
+    /// over lists and layers of the fixpoint take turns; each continues from the states that are found.
+    /// Dropped edges depend on the state that they leave, so lists cannot have them.
     pub(super) fn attract_in_game(
         &self,
         opponent: &Opponent,

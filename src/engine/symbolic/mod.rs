@@ -404,8 +404,7 @@ impl Engine for SymbolicEngine {
             self.groups_of(within).and(self.groups_of(winning))?;
             return self.attract_in_game(opponent, &self.no_states(), winning, within, edge_labels);
         }
-        let seeds = self.can_choose(&self.intersection(within, winning)?)?;
-        self.can_reach(&seeds, within, edge_labels)
+        edge_labels::reach_winning(self, winning, within, edge_labels)
     }
 
     fn remove_attractor(

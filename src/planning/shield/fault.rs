@@ -24,7 +24,8 @@ impl Shield {
     /// twice, and numbers are in range. Every action has a successor, and the state of a successor
     /// tells its node. References are those of the safety mode. Permitted steps of secure nodes enter
     /// secure nodes and weaken nothing. From nodes with improvements ahead, permitted steps can make
-    /// the next one, and from nodes that pursue objectives they keep and can achieve them. Cost: linear in the size of the table.
+    /// the next one, and from nodes that pursue objectives they keep and can achieve them. Cost: linear
+    /// in the size of the table.
     pub fn fault(&self) -> Option<String> {
         self.check().err()
     }
