@@ -14,7 +14,8 @@ pub struct Players {
     pub list: Vec<Player>,
     /// The player of each module; `None` for a module without unlabelled commands, and for monitors.
     pub of_module: Vec<Option<usize>>,
-    /// The player of each action.
+    /// The player of each action; `None` if a choice with the action belongs to the player of its module,
+    /// as in models that list their states.
     pub of_action: Vec<Option<usize>>,
     /// The position of `smg` in the text.
     pub span: Range<usize>,
@@ -82,12 +83,10 @@ impl Program {
     /// a game, and for the self-loops that monitors give to deadlocks.
     pub fn player_of(&self, synchronisation: &Synchronisation) -> Option<usize> {
         let players = self.players.as_ref()?;
-        match synchronisation.action {
-            Some(action) => *players.of_action.get(action)?,
-            None => {
-                let command = synchronisation.factors.first()?.first()?;
-                *players.of_module.get(self.commands[command.index()].module)?
-            }
-        }
+        let of_action = synchronisation.action.and_then(|action| *players.of_action.get(action)?);
+        of_action.or_else(|| {
+            let command = synchronisation.factors.first()?.first()?;
+            *players.of_module.get(self.commands[command.index()].module)?
+        })
     }
 }

@@ -3,6 +3,8 @@
 
 mod levels;
 mod one_player;
+#[path = "../common/random_game.rs"]
+mod random_game;
 #[path = "../common/random_program.rs"]
 #[allow(dead_code, unreachable_pub, reason = "each user takes a part")]
 mod random_program;

@@ -79,6 +79,44 @@ fn what_belongs_to_two_players_or_to_none_is_refused() {
     assert_eq!(message("smg module m x : bool; endmodule"), "1:1 the game has no player");
 }
 
+/// Both modules have the actions; `one` updates the global variable together with [a], `two` with [b].
+const GLOBAL: &str = "smg
+player p1 [a] endplayer
+player p2 [b] endplayer
+global g : [0..2] init 0;
+module one
+ x : bool;
+ [a] g=0 -> (g'=1)&(x'=true);
+ [b] g=1 -> true;
+endmodule
+module two
+ [b] x -> (g'=2);
+ [a] true -> true;
+endmodule
+";
+
+#[test]
+fn a_labelled_command_of_a_game_updates_a_global_variable() {
+    let program = Arc::new(program(GLOBAL));
+    for storage in [Storage::Explicit, Storage::Symbolic] {
+        let settings = Settings { storage, ..Settings::default() };
+        let engine = AnyEngine::new(program.clone(), settings).unwrap();
+        let list = |x: &_| engine.list_states(x, 9).unwrap();
+        assert_eq!(list(&engine.all_states()), [[0, 0], [1, 1], [2, 1]]);
+        let players: Vec<_> = engine.player_states().iter().map(list).collect();
+        assert_eq!(players, [vec![vec![0, 0]], vec![vec![1, 1]]]);
+    }
+    let both = GLOBAL.replace("[a] true -> true", "[a] true -> (g'=2)");
+    assert_eq!(message(&both), "12:2 two commands update the global variable `g` together");
+    let both = both.replace("(g'=1)&", "");
+    assert!(lang::load(&SourceFile::new("game", both), &SourceFile::new("", "")).is_ok());
+    // PRISM refuses it in models of other types.
+    let players = ["smg", "player p1 [a] endplayer\n", "player p2 [b] endplayer\n"];
+    let mdp = players.iter().fold(format!("mdp{GLOBAL}"), |text, part| text.replacen(part, "", 1));
+    let refused = "a command with an action cannot update the global variable `g`";
+    assert_eq!(message(&mdp), format!("5:15 {refused}; 9:12 {refused}"));
+}
+
 #[test]
 fn a_state_of_two_players_is_refused_by_both_engines() {
     let text = GAME.replace("x=1 & y=0", "y=0");

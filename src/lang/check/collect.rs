@@ -10,8 +10,8 @@ use super::scope::{Definition, Env, NO_RENAMING, Renaming, Symbol};
 use crate::ast::{
     ConstDef, Ident, Item, Model, Module, NamedExpr, Player, RenamedModule, Rewards, Span, System, VarDecl,
 };
-use meliora_model::VarId;
 use meliora_model::value::Type;
+use meliora_model::{ModelKind, VarId};
 
 /// A module, or a renamed copy of one.
 pub(super) struct Instance<'a> {
@@ -47,6 +47,8 @@ pub(super) struct Parts<'a> {
     pub(super) system: Option<&'a System>,
     pub(super) rewards: Vec<&'a Rewards>,
     pub(super) players: Vec<&'a Player>,
+    /// True for `smg`.
+    pub(super) is_game: bool,
     /// First place of each label and of each module.
     label_at: AHashMap<&'a str, Span>,
     module_at: AHashMap<&'a str, Span>,
@@ -55,6 +57,7 @@ pub(super) struct Parts<'a> {
 impl<'a> Parts<'a> {
     /// Fills in everything; reports parts that occur twice and copies without a base.
     pub(super) fn collect(&mut self, model: &'a Model, lowerer: &mut Lowerer<'a>) {
+        self.is_game = matches!(model.kind, Some((ModelKind::Smg, _)));
         let (plain, copies) = bases(model);
         for item in &model.items {
             match item {

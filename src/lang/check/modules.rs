@@ -120,7 +120,8 @@ impl<'a> Lowerer<'a> {
                 );
                 return None;
             }
-            None if labelled => {
+            // As in PRISM-games; `Lowerer::check_globals` looks for conflicts.
+            None if labelled && !parts.is_game => {
                 let message = format!("a command with an action cannot update the global variable `{name}`");
                 let diagnostic = self.wrong(span, message).label("global");
                 self.report(diagnostic.help("remove the action, `[]`, or move the variable into one module"));

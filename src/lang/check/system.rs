@@ -9,7 +9,7 @@ use super::actions::Actions;
 use super::collect::Parts;
 use super::lowerer::Lowerer;
 use crate::ast::{Ident, Span, System, SystemKind};
-use meliora_model::{Command, CommandId, Synchronisation};
+use meliora_model::{Command, CommandId, Synchronisation, VarId};
 
 /// Maximum number of synchronisations of a composition.
 const MAX_SYNCHRONISATIONS: usize = 100_000;
@@ -63,7 +63,38 @@ impl<'a> Lowerer<'a> {
         // A stable sort: within one action, and among unlabelled synchronisations, the order of the
         // text stays.
         moves.sort_by_key(|m| m.action);
-        commands.as_ref().map(|_| (actions.names, moves))
+        let commands = commands.as_ref()?;
+        if parts.is_game {
+            self.check_globals(parts, commands, &moves);
+        }
+        Some((actions.names, moves))
+    }
+
+    /// Reports global variables that two commands update together.
+    fn check_globals(&mut self, parts: &Parts<'a>, commands: &[Command], moves: &[Synchronisation]) {
+        for step in moves.iter().filter(|step| step.factors.len() > 1) {
+            let mut writers: AHashMap<VarId, &Command> = AHashMap::new();
+            for command in step.factors.iter().flatten().map(|id| &commands[id.index()]) {
+                for (variable, _) in command.branches.iter().flat_map(|branch| &branch.updates) {
+                    let first = *writers.entry(*variable).or_insert(command);
+                    // A variable that is not global has one module.
+                    if first.module != command.module {
+                        self.report_conflict(parts, *variable, [first, command]);
+                    }
+                }
+            }
+        }
+    }
+
+    fn report_conflict(&mut self, parts: &Parts<'a>, variable: VarId, [first, second]: [&Command; 2]) {
+        let module = |command: &Command| &parts.modules[command.module].name.name;
+        let name = &parts.variables[variable.index()].name;
+        let message = format!("two commands update the global variable `{name}` together");
+        let diagnostic =
+            self.wrong(second.span, message).label(format!("updated by the module `{}`", module(second)));
+        let related = format!("updated by the module `{}`, too", module(first));
+        let help = "only one of the modules that synchronise can update a global variable";
+        self.report(diagnostic.related(first.span.range(), related).help(help));
     }
 
     /// Checks that each module occurs once in the composition.
