@@ -101,6 +101,7 @@ fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
     let folder = Folder::new(&wanted.out, names(wanted), &inputs)?;
     let read = || {
         let question = load::question("export", &wanted.model, &wanted.preferences, &job.sink)?;
+        refuse_game(wanted, &question.program)?;
         let costs = |v: &ValuesArgs| costs(&question.program, &v.reward, &job.sink);
         let costs = wanted.values.as_ref().map(costs).transpose()?;
         Ok((question, costs))
@@ -128,6 +129,16 @@ fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
         r.memory.peak_nodes = peak;
     });
     Ok(())
+}
+
+/// Refuses what a game cannot be written with.
+fn refuse_game(wanted: &Wanted, program: &Program) -> Result<(), Error> {
+    let options = [
+        (wanted.format == Files::Drn, "`--format drn`"),
+        (wanted.values.is_some(), "`--values`"),
+        (wanted.strategy.is_some(), "`--kind`"),
+    ];
+    options.iter().filter(|(given, _)| *given).try_for_each(|(_, name)| program.of_one_player(name))
 }
 
 fn listed<E: Engine>(

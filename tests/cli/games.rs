@@ -30,18 +30,60 @@ fn commands_for_one_player_refuse_a_game_by_name() {
         ("values", &["@g.pref"]),
         ("report", &["@g.pref", "--out", "@page.html"]),
         ("export", &["@g.pref", "--out", "@dump"]),
-        ("export", &["@g.pref", "--out", "@dump", "--format", "explicit"]),
-        ("export", &["@g.pref", "--out", "@dump", "--format", "umb"]),
-        ("export", &["@g.pref", "--out", "@dump", "--format", "drn"]),
     ] {
         let refused = at(&scratch, &[&[name, "@g.prism"], more].concat()).expect(3);
-        let expected = format!("`{name}` of a game is not supported");
+        let name = if name == "export" { "an export".to_owned() } else { format!("`{name}`") };
+        let expected = format!("{name} of a game is not supported");
         assert!(refused.stderr.contains(&expected), "{more:?}: {}", refused.stderr);
         assert!(refused.stderr.contains("g.prism:1:1"), "{}", refused.stderr);
         assert!(!scratch.path("dump").exists() && !scratch.path("page.html").exists());
     }
     let refused = at(&scratch, &["info", "@g.prism", "--flat"]).expect(3);
     assert!(refused.stderr.contains("the flat program of a game is not supported"), "{}", refused.stderr);
+}
+
+#[test]
+fn a_game_is_the_same_after_writing_and_reading() {
+    let scratch = scratch();
+    let facts = |model: &str, coalition: &str| {
+        let json =
+            at(&scratch, &["check", model, "@g.pref", "--json", "--coalition", coalition]).expect(0).json();
+        let deadlocks = json["counts"]["deadlocks"].clone();
+        let players = json["players"].as_array().unwrap().iter();
+        let players: Vec<_> = players.map(|p| json!([p["ours"], p["states"]])).collect();
+        let of = ["objectives", "classes", "improvement", "sasi", "spi"].map(|name| json[name].clone());
+        let owner = json["initial"][0]["owner"].clone();
+        (players, deadlocks, of, owner, json["initial"][0]["sasi_actions"].clone())
+    };
+    for coalition in ["1", "2", "1,2"] {
+        for (format, file) in [("umb", "@dump/model.umb"), ("explicit", "@dump/model.tra")] {
+            let arguments = ["--format", format, "--out", "@dump", "--coalition", coalition];
+            at(&scratch, &[&["export", "@g.prism", "@g.pref"], &arguments[..]].concat()).expect(0);
+            assert_eq!(facts(file, coalition), facts("@g.prism", coalition), "{format} {coalition}");
+        }
+    }
+    let info = at(&scratch, &["info", "@dump/model.umb", "--json"]).expect(0).json();
+    assert_eq!(info["players"][1]["name"], json!("them"));
+    let tra = std::fs::read_to_string(scratch.path("dump/model.tra")).unwrap();
+    assert!(tra.starts_with("4:2 6 7\n0:0 0 1 1 a\n"), "{tra}");
+    at(&scratch, &["reach", "@dump/model.umb", "--property", "<<them>> P<1 [ F x=3 ]"]).expect(0);
+    at(&scratch, &["compare", "@dump/model.tra", "@g.pref", "--coalition", "p2"]).expect(0);
+}
+
+#[test]
+fn what_a_game_cannot_be_written_with_is_refused_by_name() {
+    let scratch = scratch();
+    for (more, name) in [
+        (&["--format", "drn"][..], "`--format drn`"),
+        (&["--format", "umb", "--values"], "`--values`"),
+        (&["--format", "explicit", "--kind", "sasi"], "`--kind`"),
+    ] {
+        let all = [&["export", "@g.prism", "@g.pref", "--out", "@dump"], more].concat();
+        let refused = at(&scratch, &all).expect(3);
+        assert!(refused.stderr.contains(&format!("{name} of a game is not supported")), "{}", refused.stderr);
+        assert!(refused.stderr.contains("g.prism:1:1"), "{}", refused.stderr);
+        assert!(!scratch.path("dump").exists());
+    }
 }
 
 #[test]

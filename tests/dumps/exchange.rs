@@ -32,7 +32,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Checked, meliora::Error> {
 }
 
 /// The analysis of two targets, of which the second is preferred.
-fn analysed<E: Engine>(engine: E, targets: [Predicate; 2]) -> Analysis<E> {
+pub(crate) fn analysed<E: Engine>(engine: E, targets: [Predicate; 2]) -> Analysis<E> {
     let objective = |(i, e)| Objective { name: format!("o{i}"), goal: Goal::Reach(e), span: None };
     let statement = Statement { left: 1, relation: Relation::Strict, right: 0 };
     let preferences = Preferences {
@@ -52,15 +52,15 @@ fn result<E: Engine>(engine: E, targets: [Predicate; 2]) -> AnalysisResult {
 }
 
 /// The steps of a state: for each choice its name and its distribution. Chains have no names.
-fn steps(program: &Program, state: &[i64]) -> BTreeMap<String, BTreeMap<Vec<i64>, String>> {
-    let named = program.kind == ModelKind::Mdp;
+pub(crate) fn steps(program: &Program, state: &[i64]) -> BTreeMap<String, BTreeMap<Vec<i64>, String>> {
+    let named = program.kind != ModelKind::Dtmc;
     let all = program.exact_steps(state).unwrap().into_iter();
     let name = |name: String| if named { name } else { String::new() };
     all.map(|s| (name(s.name), s.successors.into_iter().map(|(to, p)| (to, p.to_string())).collect()))
         .collect()
 }
 
-fn counts<E: Engine>(engine: &E) -> [String; 5] {
+pub(crate) fn counts<E: Engine>(engine: &E) -> [String; 5] {
     let (states, choices) = (engine.all_states(), engine.all_choices());
     [
         engine.count(&states).unwrap().to_string(),
@@ -94,7 +94,7 @@ fn written(numbers: &[u16]) -> Option<Written> {
     (!graph.states.is_empty()).then_some(Written { program, graph, archive, counts, result })
 }
 
-fn label(program: &Program, name: &str) -> Predicate {
+pub(crate) fn label(program: &Program, name: &str) -> Predicate {
     program.predicate(program.labels.iter().find(|(label, _)| label == name).unwrap().1)
 }
 
@@ -213,7 +213,7 @@ fn what_is_not_supported_is_refused_by_name() {
     let replaced = |from: &str, to: &str| two_states(&index("", "").replace(from, to), &[]).unwrap_err();
     for (from, to, message) in [
         ("\"discrete\"", "\"stochastic\"", "models with time \"stochastic\" are not supported"),
-        ("players\": 1", "players\": 2", "games of 2 players are not supported"),
+        ("players\": 1", "players\": 999999999", "and 999999999 players, without data for them"),
         ("observations\": 0", "observations\": 1", "models with partial observability are not supported"),
         ("version\": 1", "version\": 2", "version 2 of the format is not supported"),
         ("states\": 2, ", "states\": 9999999999, ", "without data for them"),
@@ -294,6 +294,7 @@ fn texts_are_read_and_their_errors_have_places() {
     assert_eq!(program.exact_steps(&[0]).unwrap()[0].successors[0].1.to_string(), "1/3");
     for (from, to, message) in [
         ("MDP", "CTMC", "models of type CTMC are not supported"),
+        ("MDP", "SMG", "games in this format are not supported"),
         ("@parameters\n", "@parameters\np", "parameters are not supported"),
         ("2/3", "1/2", "state 0: choice 0: the probabilities sum to 0.8333333333333334, not to 1"),
         ("1 : 2/3", "7 : 2/3", "state 0: choice 0: the target 7 is not one of the 2 states"),

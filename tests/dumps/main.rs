@@ -8,11 +8,14 @@ mod entry;
 mod exchange;
 mod files;
 mod former;
+mod games;
 mod hostile;
 mod mutation;
 mod names;
 mod others;
 mod plays;
+#[path = "../common/random_game.rs"]
+mod random_game;
 #[allow(unreachable_pub, reason = "what tests of engines share, too")]
 #[path = "../common/random_program.rs"]
 mod random_program;

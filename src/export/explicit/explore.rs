@@ -2,10 +2,12 @@
 
 use ahash::AHashMap;
 
-use super::graph::{Column, Graph, Row, fits};
+use super::graph::{Column, Graph, Players, Row, fits};
 use super::label::{Regions, members, unique};
 use meliora_engine::Engine;
 use meliora_model::error::Result;
+use meliora_model::players::Player;
+use meliora_model::step::{Choice, Step};
 use meliora_model::value::{Type, Value};
 use meliora_model::{ModelKind, Program, State, Variable, fault};
 use meliora_planning::Analysis;
@@ -16,7 +18,6 @@ use meliora_planning::Analysis;
 /// # Errors
 /// There are more than `limit` states; the model has no meaning in a state; a limit is reached.
 pub fn explored<E: Engine>(analysis: &Analysis<E>, program: &Program, limit: usize) -> Result<Graph> {
-    program.of_one_player("a list of the states")?;
     let engine = analysis.whole_engine();
     let states = engine.list_states(&engine.all_states(), limit.saturating_add(1))?;
     fits(states.len().saturating_sub(1), limit)?;
@@ -26,13 +27,14 @@ pub fn explored<E: Engine>(analysis: &Analysis<E>, program: &Program, limit: usi
         states.into_iter().enumerate().partition(|(number, _)| starts.binary_search(number).is_ok());
     let states: Vec<State> = first.into_iter().chain(others).map(|(_, state)| state).collect();
     let index: AHashMap<&State, usize> = states.iter().zip(0..).collect();
-    let mut rows = Vec::with_capacity(states.len());
+    let (mut rows, mut owners) = (Vec::with_capacity(states.len()), Vec::new());
     for state in &states {
         if let Some(limit) = engine.settings().sink.stop() {
             return Err(limit.into());
         }
         let steps = program.steps(state).map_err(|e| fault::error(program, &e, state))?;
-        let row = |step: meliora_model::step::Step| {
+        owners.push(owner(program, &steps));
+        let row = |step: Step| {
             let known = step.successors.iter().filter_map(|(s, p)| Some((*index.get(s)?, *p)));
             let mut successors: Vec<(usize, f64)> = known.collect();
             successors.sort_by_key(|s| s.0);
@@ -43,7 +45,21 @@ pub fn explored<E: Engine>(analysis: &Analysis<E>, program: &Program, limit: usi
     let labels = labels(analysis, program, &states)?;
     let columns = program.variables.iter().map(column).collect();
     let is_dtmc = program.kind == ModelKind::Dtmc;
-    Ok(Graph { is_dtmc, columns, initial: (0..starts.len()).collect(), rows, labels, states })
+    let name = |player: &Player| player.name.clone();
+    let names = |players: &meliora_model::players::Players| players.list.iter().map(name).collect();
+    let players = program.players.as_ref().map(|players| Players { names: names(players), owners });
+    Ok(Graph { is_dtmc, players, columns, initial: (0..starts.len()).collect(), rows, labels, states })
+}
+
+/// Returns the player whose choices these steps are, 0 if they are nobody's.
+fn owner(program: &Program, steps: &[Step]) -> usize {
+    let of_choice = |step: &Step| match step.choice {
+        Choice::Combination { synchronisation, .. } => {
+            program.player_of(&program.synchronisations[synchronisation])
+        }
+        Choice::Uniform | Choice::Deadlock => None,
+    };
+    steps.iter().find_map(of_choice).unwrap_or_default()
 }
 
 pub(super) fn column(variable: &Variable) -> Column {

@@ -7,6 +7,8 @@ use meliora_model::error::{Limit, Result};
 pub struct Graph {
     /// True for a Markov chain: every state has one choice, and choices have no names.
     pub is_dtmc: bool,
+    /// The players of a game.
+    pub players: Option<Players>,
     /// The variables of the states.
     pub columns: Vec<Column>,
     /// The values of each state.
@@ -17,6 +19,15 @@ pub struct Graph {
     pub initial: Vec<usize>,
     /// Names of labels, each with the numbers of its states in ascending order.
     pub labels: Vec<(String, Vec<usize>)>,
+}
+
+/// The players of a game.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Players {
+    /// Their names.
+    pub names: Vec<String>,
+    /// The player of each state, 0 for a deadlock.
+    pub owners: Vec<usize>,
 }
 
 /// A variable as a column of values.

@@ -54,7 +54,8 @@ pub fn induced<E: Engine>(
     let labels = labels(analysis, &unfolded, &keys, achieves)?;
     let states = keys.iter().map(|key| values(&unfolded, *key, achieves)).collect();
     let (is_dtmc, columns) = (scheduler == Scheduler::Progress, columns(program, achieves));
-    Ok(Graph { is_dtmc, columns, states, rows, initial: (0..starts.len()).collect(), labels })
+    let initial = (0..starts.len()).collect();
+    Ok(Graph { is_dtmc, players: None, columns, states, rows, initial, labels })
 }
 
 /// The states found so far.

@@ -15,7 +15,7 @@ mod umb;
 mod write;
 
 pub use explore::explored;
-pub use graph::{Graph, Row};
+pub use graph::{Graph, Players, Row};
 pub use induced::induced;
 pub use quantities::{Quantities, Quantity};
 pub use umb::umb;

@@ -20,7 +20,7 @@ use meliora_lang::umb::index::{
 };
 use meliora_lang::umb::{
     self, ACTION_NAMES, ACTION_OF_CHOICE, BRANCH_TO_PROBABILITY, BRANCH_TO_TARGET, CHOICE_TO_BRANCHES, INDEX,
-    STATE_IS_INITIAL, STATE_TO_CHOICES, STATE_VALUATIONS,
+    STATE_IS_INITIAL, STATE_TO_CHOICES, STATE_TO_PLAYER, STATE_VALUATIONS,
 };
 use meliora_model::error::{Error, Result};
 use meliora_model::exact::Ratio;
@@ -46,6 +46,7 @@ pub fn umb<E: Engine>(
     let numbers = exact(graph, program, sink)?;
     let mut writer = Writer { graph, files: Vec::new(), annotations: BTreeMap::new() };
     writer.transitions(&numbers);
+    writer.players();
     let actions = if graph.is_dtmc { 0 } else { writer.actions() };
     for (name, states) in &graph.labels {
         writer.members("aps", name, "states", states);
@@ -82,7 +83,10 @@ pub fn umb<E: Engine>(
 fn system(graph: &Graph, actions: usize, probability_bits: u32) -> TransitionSystem {
     TransitionSystem {
         time: "discrete".to_owned(),
-        players: u32::from(!graph.is_dtmc),
+        players: match &graph.players {
+            Some(players) => u32::try_from(players.names.len()).unwrap_or(u32::MAX).max(2),
+            None => u32::from(!graph.is_dtmc),
+        },
         states: graph.states.len() as u64,
         initial_states: graph.initial.len() as u64,
         choices: graph.choices() as u64,
@@ -91,11 +95,22 @@ fn system(graph: &Graph, actions: usize, probability_bits: u32) -> TransitionSys
         branch_actions: 0,
         observations: 0,
         branch_probability_type: Some(Type::sized(Base::Rational, probability_bits)),
+        player_names: graph.players.as_ref().map(|players| two_names(&players.names)),
     }
 }
 
+/// Returns the names of at least two players: a game of one player gets another one without states.
+fn two_names(names: &[String]) -> Vec<String> {
+    let mut names = names.to_vec();
+    if let [only] = names.as_slice() {
+        let other = format!("not_{only}");
+        names.push(other);
+    }
+    names
+}
+
 /// Returns the numbers of the choices that the permissive strategy of a kind allows when planning
-/// starts in their states.
+/// starts in their states. A strategy of a game chooses in our states only.
 fn permitted<E: Engine>(
     graph: &Graph,
     analysis: &Analysis<E>,
@@ -109,8 +124,12 @@ fn permitted<E: Engine>(
     let of_level = |level: &Level<E>| permitted_at_start(engine, kind, classes, improvement, level);
     let finite = levels.found.iter().map(of_level).collect::<Result<Vec<_>>>()?;
     let unbounded = levels.unbounded().map(of_level).transpose()?;
+    let is_ours = |state: usize| match (&graph.players, &program.players) {
+        (Some(graph), Some(players)) => players.list[graph.owners[state]].ours,
+        _ => true,
+    };
     let (mut members, mut number) = (Vec::new(), 0);
-    for (state, rows) in graph.states.iter().zip(&graph.rows) {
+    for (at, (state, rows)) in graph.states.iter().zip(&graph.rows).enumerate() {
         let allowed = match levels.rank(engine, state)? {
             Rank::Finite(k) | Rank::AtLeast(k) => k.checked_sub(1).and_then(|k| finite.get(k)),
             Rank::Unbounded => unbounded.as_ref(),
@@ -118,6 +137,7 @@ fn permitted<E: Engine>(
         let choices = program.choices(state).map_err(|e| fault::error(program, &e, state))?;
         for (_, (choice, _)) in rows.iter().zip(&choices) {
             if let Some(allowed) = allowed
+                && is_ours(at)
                 && engine.contains_choice(allowed, state, choice)?
             {
                 members.push(number);
@@ -149,6 +169,14 @@ impl Writer<'_> {
         self.add(BRANCH_TO_TARGET, words(rows().flat_map(|row| row.successors.iter().map(|s| s.0))));
         let size = rational_bits(&numbers.probabilities);
         self.add(BRANCH_TO_PROBABILITY, rationals(&numbers.probabilities, size));
+    }
+
+    /// Writes the player of each state of a game.
+    fn players(&mut self) {
+        if let Some(players) = &self.graph.players {
+            let number = |&owner: &usize| u32::try_from(owner).unwrap_or(u32::MAX).to_le_bytes();
+            self.add(STATE_TO_PLAYER, players.owners.iter().flat_map(number).collect());
+        }
     }
 
     /// Writes the actions of choices. Returns their number.

@@ -33,16 +33,18 @@ pub fn prism(graph: &Graph) -> PrismFiles {
 
 fn tra(graph: &Graph) -> String {
     let (states, choices, transitions) = (graph.states.len(), graph.choices(), graph.transitions());
-    let mut text = match graph.is_dtmc {
-        true => format!("{states} {transitions}\n"),
-        false => format!("{states} {choices} {transitions}\n"),
+    let mut text = match (graph.is_dtmc, &graph.players) {
+        (true, _) => format!("{states} {transitions}\n"),
+        (false, None) => format!("{states} {choices} {transitions}\n"),
+        (false, Some(players)) => format!("{states}:{} {choices} {transitions}\n", players.names.len()),
     };
     for (state, rows) in graph.rows.iter().enumerate() {
+        let player = graph.players.as_ref().map_or_else(String::new, |p| format!(":{}", p.owners[state]));
         for (choice, row) in rows.iter().enumerate() {
             for (to, p) in &row.successors {
                 let _ = match graph.is_dtmc {
                     true => writeln!(text, "{state} {to} {p}"),
-                    false => writeln!(text, "{state} {choice} {to} {p} {}", row.action),
+                    false => writeln!(text, "{state}{player} {choice} {to} {p} {}", row.action),
                 };
             }
         }
@@ -92,8 +94,12 @@ fn lab(graph: &Graph) -> String {
 /// program per state.
 ///
 /// # Errors
-/// The program has no meaning in a state; a limit is reached.
+/// The program has no meaning in a state; a limit is reached; the model is a game, whose players the
+/// format does not have.
 pub fn drn(graph: &Graph, program: &Program, sink: &dyn ProgressSink) -> Result<String> {
+    if graph.players.is_some() {
+        program.of_one_player("`--format drn`")?;
+    }
     let rewards = match program.rewards.is_empty() {
         true => Vec::new(),
         false => exact(graph, program, sink)?.rewards,

@@ -68,6 +68,8 @@ impl<'s> Reader<'s> {
             match (section, value.trim()) {
                 ("type", "MDP") => self.table.kind = ModelKind::Mdp,
                 ("type", "DTMC") => self.table.kind = ModelKind::Dtmc,
+                // No writer of the format says whose choices those of a state are.
+                ("type", "SMG") => return Err(line.refused("games in this format")),
                 ("type", other) => return Err(line.refused(&format!("models of type {other}"))),
                 ("value_type", other) if other.contains("interval") => {
                     return Err(line.refused("intervals of probabilities"));

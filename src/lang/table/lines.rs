@@ -49,6 +49,11 @@ impl Line<'_> {
         diagnostic.severity(Severity::Unsupported).into()
     }
 
+    /// Returns the whole text of the file.
+    pub(super) fn whole(&self) -> &str {
+        &self.source.text
+    }
+
     fn diagnostic(&self, message: impl Into<String>) -> Diagnostic {
         Diagnostic::new(self.source, self.start..self.start + self.text.len(), message)
     }

@@ -12,6 +12,7 @@ use crate::names::Names;
 use crate::valuation::Given;
 use meliora_model::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use meliora_model::expr::{ExprId, ExprPool};
+use meliora_model::players::{Player, Players};
 use meliora_model::progress::{Poll, ProgressSink};
 use meliora_model::rewards::{Earner, RewardItem, RewardStructure};
 use meliora_model::span::Span;
@@ -31,9 +32,15 @@ pub(crate) struct Frame<'f> {
     pub(crate) sink: &'f dyn ProgressSink,
 }
 
-/// The choices that become one command: the k-th choice of each state with an action and a number
-/// of branches.
-type Group = (Option<usize>, usize, usize);
+/// The choices that become one command: the k-th choice of each state of a player with an action and a
+/// number of branches.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Group {
+    player: usize,
+    action: Option<usize>,
+    number: usize,
+    branches: usize,
+}
 
 /// A choice at a position of the sorted states.
 type Member = (usize, usize);
@@ -83,10 +90,11 @@ impl Frame<'_> {
         }
         let without = table.take_deadlocks();
         let order = table.order(&mut poll)?;
-        let mut names = Names::default();
+        let [mut names, mut players] = [Names::default(), Names::default()];
         let variables = variables(&table, &mut names);
+        table.players.iter_mut().for_each(|name| *name = players.add_of_model(name));
         let mut warnings: Vec<Diagnostic> = table.warnings.iter().map(|w| self.warning(w)).collect();
-        for (old, new) in names.changed {
+        for (old, new) in names.changed.into_iter().chain(players.changed) {
             let message = format!("`{old}` is renamed to `{new}`: it is not a name in PRISM's language");
             warnings.push(self.warning(message));
         }
@@ -115,7 +123,8 @@ impl Frame<'_> {
             initial: pool.value(Value::Bool(false)),
             pool: pool.into(),
             variables,
-            modules: vec!["model".to_owned()],
+            players: (table.kind == ModelKind::Smg).then(|| players(&table)),
+            modules: modules(&table),
             synchronisations: synchronisations(&commands),
             actions: table.actions,
             commands,
@@ -124,7 +133,6 @@ impl Frame<'_> {
             rewards: Vec::new(),
             inexact: None,
             monitors: None,
-            players: None,
         }
     }
 }
@@ -186,6 +194,25 @@ impl Table {
     }
 }
 
+/// Returns the names of the modules: one for each player, which has the choices of the player's states.
+fn modules(table: &Table) -> Vec<String> {
+    match table.kind {
+        ModelKind::Smg => table.players.clone(),
+        ModelKind::Mdp | ModelKind::Dtmc => vec!["model".to_owned()],
+    }
+}
+
+/// Returns the players of a game; the first one is ours.
+fn players(table: &Table) -> Players {
+    let player = |(at, name): (usize, &String)| Player { name: name.clone(), ours: at == 0 };
+    Players {
+        list: table.players.iter().enumerate().map(player).collect(),
+        of_module: (0..table.players.len()).map(Some).collect(),
+        of_action: vec![None; table.actions.len()],
+        span: 0..0,
+    }
+}
+
 fn variables(table: &Table, names: &mut Names) -> Vec<Variable> {
     let only = match table.initial.as_slice() {
         [only] => Some(*only),
@@ -196,7 +223,7 @@ fn variables(table: &Table, names: &mut Names) -> Vec<Variable> {
         ty: column.ty,
         low: column.low,
         high: column.high,
-        module: Some(0),
+        module: (table.players.len() < 2).then_some(0),
         initial: only.map(|state| column.values[state]),
         values: column.names.clone(),
         span: 0..0,
@@ -210,28 +237,32 @@ fn groups(table: &Table, sorted: &[usize], without: &[bool]) -> BTreeMap<Group, 
     let mut seen: BTreeMap<(Option<usize>, usize), usize> = BTreeMap::new();
     for (position, &state) in sorted.iter().enumerate().filter(|(_, state)| !without[**state]) {
         seen.clear();
+        let player = table.owner(state);
         for choice in table.choices[state]..table.choices[state + 1] {
             let branches = table.branches[choice + 1] - table.branches[choice];
-            let action = table.action_of[choice].filter(|_| table.kind == ModelKind::Mdp);
+            let action = table.action_of[choice].filter(|_| table.kind != ModelKind::Dtmc);
             let number = seen.entry((action, branches)).or_default();
-            groups.entry((action, *number, branches)).or_default().push((position, choice));
+            let group = Group { player, action, number: *number, branches };
+            groups.entry(group).or_default().push((position, choice));
             *number += 1;
         }
     }
     groups
 }
 
-/// Returns one synchronisation for the commands of each action.
+/// Returns one synchronisation for the commands of each action and player.
 fn synchronisations(commands: &[Command]) -> Vec<Synchronisation> {
-    let mut by_action: BTreeMap<Option<usize>, Vec<CommandId>> = BTreeMap::new();
+    let mut by_action: BTreeMap<(Option<usize>, usize), Vec<CommandId>> = BTreeMap::new();
     for (command, id) in commands.iter().zip(0..) {
-        by_action.entry(command.action).or_default().push(CommandId(id));
+        by_action.entry((command.action, command.module)).or_default().push(CommandId(id));
     }
-    by_action.into_iter().map(|(action, ids)| Synchronisation { action, factors: vec![ids] }).collect()
+    let one = |((action, _), ids)| Synchronisation { action, factors: vec![ids] };
+    by_action.into_iter().map(one).collect()
 }
 
 impl Lowering<'_> {
-    fn command(&mut self, table: &Table, (action, _, width): Group, members: &[Member]) -> Result<()> {
+    fn command(&mut self, table: &Table, group: Group, members: &[Member]) -> Result<()> {
+        let Group { player: module, action, branches: width, .. } = group;
         let positions: Vec<usize> = members.iter().map(|m| m.0).collect();
         let guard = self.trees.member(&positions, &mut self.poll)?;
         let mut branches = SmallVec::new();
@@ -255,8 +286,9 @@ impl Lowering<'_> {
             }
             branches.push(Branch { probability, updates });
         }
-        let number = self.commands.last().filter(|c| c.action == action).map_or(1, |c| c.number + 1);
-        self.commands.push(Command { module: 0, action, number, guard, branches, span: Span::default() });
+        let last = self.commands.last().filter(|c| (c.module, c.action) == (module, action));
+        let number = last.map_or(1, |c| c.number + 1);
+        self.commands.push(Command { module, action, number, guard, branches, span: Span::default() });
         Ok(())
     }
 

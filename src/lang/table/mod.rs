@@ -48,6 +48,10 @@ pub(super) struct Table {
     /// The variables; none if states have only numbers.
     columns: Vec<Column>,
     rewards: Vec<Rewards>,
+    /// The names of the players of a game; none for other models.
+    players: Vec<String>,
+    /// The player of each state of a game; that of a deadlock has no meaning.
+    owners: Vec<usize>,
     /// Facts that a user should know.
     warnings: Vec<String>,
 }
@@ -70,6 +74,11 @@ struct Rewards {
     choices: Option<Vec<ExprId>>,
 }
 
+/// Returns the names of players without names: `p1`, `p2`, …
+fn numbered_players(count: usize) -> Vec<String> {
+    (1..=count).map(|number| format!("p{number}")).collect()
+}
+
 impl Table {
     fn new(kind: ModelKind) -> Self {
         Table {
@@ -85,12 +94,19 @@ impl Table {
             labels: Vec::new(),
             columns: Vec::new(),
             rewards: Vec::new(),
+            players: Vec::new(),
+            owners: Vec::new(),
             warnings: Vec::new(),
         }
     }
 
     fn states(&self) -> usize {
         self.choices.len() - 1
+    }
+
+    /// Returns the player of a state; 0 if the model is not a game.
+    fn owner(&self, state: usize) -> usize {
+        self.owners.get(state).copied().unwrap_or_default()
     }
 
     /// Returns the literal of a number, which keeps its exact value.

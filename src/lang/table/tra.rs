@@ -6,18 +6,27 @@ use std::sync::Arc;
 use ahash::AHashSet;
 
 use super::lines::{Line, lines};
-use super::{Column, Frame, Table};
+use super::{Column, Frame, Table, numbered_players};
 use crate::check::{Actions, Checked};
 use meliora_model::ModelKind;
 use meliora_model::error::{Error, Result, SourceFile};
 use meliora_model::progress::Poll;
 use meliora_model::value::Type;
 
-/// Returns true if a text is meant as transitions: its first line has two or three numbers.
+/// Returns true if a text is meant as transitions: its first line has two or three numbers, of which
+/// the first may be followed by the number of players, as in `5:2 7 9`.
 pub(crate) fn is_tra(source: &Arc<SourceFile>) -> bool {
     let Some(first) = lines(source, "#").next() else { return false };
     let words: Vec<&str> = first.text.split_whitespace().collect();
-    (2..=3).contains(&words.len()) && words.iter().all(|w| w.bytes().all(|b| b.is_ascii_digit()))
+    let is_number = |word: &&str| word.bytes().all(|b| b.is_ascii_digit());
+    match words.as_slice() {
+        [_, _] => words.iter().all(is_number),
+        [states, others @ ..] if others.len() == 2 => {
+            let (states, players) = split_player(states);
+            [states].iter().chain(&players).chain(others).all(is_number)
+        }
+        _ => false,
+    }
 }
 
 /// Reads a model; the files of the values and of the labels are optional.
@@ -45,33 +54,82 @@ pub(crate) fn load(
 /// A line of the file of transitions.
 struct Transition<'s> {
     state: usize,
+    player: usize,
     choice: usize,
     target: usize,
     weight: &'s str,
     action: Option<&'s str>,
 }
 
+/// Splits a word such as `5:2` of a game.
+fn split_player(word: &str) -> (&str, Option<&str>) {
+    word.split_once(':').map_or((word, None), |(before, after)| (before, Some(after)))
+}
+
+/// The numbers of the first line.
+struct Counts {
+    states: usize,
+    /// The number of players of a game.
+    players: Option<usize>,
+    /// The numbers of choices (not for a `dtmc`) and of transitions.
+    others: Vec<usize>,
+}
+
+impl Counts {
+    fn read(first: Line<'_>) -> Result<Self> {
+        let mut words = first.text.split_whitespace();
+        let (states, players) = split_player(words.next().unwrap_or_default());
+        let counts = Counts {
+            states: first.index(states)?,
+            players: players.map(|players| first.index(players)).transpose()?,
+            others: words.map(|word| first.index(word)).collect::<Result<_>>()?,
+        };
+        // Deadlocks have no line, and players need no state; each counts for at least one byte of the text.
+        let most = first.whole().len();
+        match counts {
+            Counts { states, .. } if states == 0 || states > most => {
+                Err(first.wrong(format!("the file has no transitions of {states} states")))
+            }
+            Counts { players: Some(players), .. } if players == 0 || players > most => {
+                Err(first.wrong(format!("the file has no transitions of {players} players")))
+            }
+            counts => Ok(counts),
+        }
+    }
+
+    fn kind(&self) -> ModelKind {
+        match (self.players, self.others.len()) {
+            (Some(_), _) => ModelKind::Smg,
+            (None, 2) => ModelKind::Mdp,
+            (None, _) => ModelKind::Dtmc,
+        }
+    }
+}
+
 fn transitions(frame: &Frame<'_>, poll: &mut Poll<'_>) -> Result<Table> {
     let mut all = lines(frame.source, "#");
     let Some(first) = all.next() else { return Err(frame.wrong("the file is empty")) };
-    let counts = first.text.split_whitespace().map(|w| first.index(w)).collect::<Result<Vec<_>>>()?;
-    // Deadlocks have no line; each state counts for at least one byte of the text.
-    if counts[0] == 0 || counts[0] > frame.source.text.len() {
-        return Err(first.wrong(format!("the file has no transitions of {} states", counts[0])));
+    let counts = Counts::read(first)?;
+    let mut table = Table::new(counts.kind());
+    if let Some(players) = counts.players {
+        table.players = numbered_players(players);
+        table.owners = vec![0; counts.states];
     }
-    let is_mdp = counts.len() == 3;
-    let mut table = Table::new(if is_mdp { ModelKind::Mdp } else { ModelKind::Dtmc });
     let mut actions = Actions::default();
-    let mut last = None;
+    let mut last: Option<(usize, usize)> = None;
     for line in all {
         poll.step()?;
-        let read = transition(line, is_mdp)?;
+        let read = transition(line, table.kind)?;
         let at = Some((read.state, read.choice));
         if at < last {
             return Err(line.wrong("the transitions are not sorted by state and choice"));
         }
-        if read.state >= counts[0] {
-            return Err(line.wrong(format!("state {} is not one of {}", read.state, counts[0])));
+        if read.state >= counts.states {
+            return Err(line.wrong(format!("state {} is not one of {}", read.state, counts.states)));
+        }
+        if table.kind == ModelKind::Smg {
+            let is_first = last.is_none_or(|(state, _)| state < read.state);
+            own(line, &read, is_first, &mut table)?;
         }
         let action = read.action.map(|name| actions.add(name));
         if at != last {
@@ -85,14 +143,30 @@ fn transitions(frame: &Frame<'_>, poll: &mut Poll<'_>) -> Result<Table> {
         table.branch(read.target, line.number(read.weight)?);
     }
     let choices = table.action_of.len();
-    table.choices.resize(counts[0] + 1, choices);
-    let found = [table.states(), choices, table.targets.len()];
-    let found: &[usize] = if is_mdp { &found } else { &[found[0], found[2]] };
-    if found != counts {
+    table.choices.resize(counts.states + 1, choices);
+    let with_choices = (table.kind != ModelKind::Dtmc).then_some(choices);
+    let found = [Some(table.states()), with_choices, Some(table.targets.len())];
+    let found: Vec<usize> = found.into_iter().flatten().collect();
+    if found[1..] != counts.others {
         return Err(first.wrong(format!("the numbers of this line are {found:?} in the file")));
     }
     table.actions = actions.names;
     Ok(table)
+}
+
+/// Records the player of a state of a game.
+fn own(line: Line<'_>, read: &Transition<'_>, is_first: bool, table: &mut Table) -> Result<()> {
+    let (state, player, count) = (read.state, read.player, table.players.len());
+    if player >= count {
+        return Err(line.wrong(format!("player {player}, counted from 0, is not one of {count}")));
+    }
+    let known = std::mem::replace(&mut table.owners[state], player);
+    if !is_first && known != player {
+        let message =
+            format!("state {state} belongs to player {player} here, and to {known} in the lines before");
+        return Err(line.wrong(message));
+    }
+    Ok(())
 }
 
 /// Returns the error for a choice whose lines have different actions.
@@ -108,19 +182,28 @@ fn two_actions(line: Line<'_>, read: &Transition<'_>, table: &Table, actions: &A
     ))
 }
 
-fn transition<'s>(line: Line<'s>, is_mdp: bool) -> Result<Transition<'s>> {
+fn transition<'s>(line: Line<'s>, kind: ModelKind) -> Result<Transition<'s>> {
     let mut words = line.text.split_whitespace();
-    let form = if is_mdp { "`state choice target probability action`" } else { "`state target probability`" };
-    let mut next = || words.next().ok_or_else(|| line.wrong(format!("expected {form}")));
-    let state = line.index(next()?)?;
-    let choice = if is_mdp { line.index(next()?)? } else { 0 };
+    let form = match kind {
+        ModelKind::Dtmc => "`state target probability`",
+        ModelKind::Mdp => "`state choice target probability action`",
+        ModelKind::Smg => "`state:player choice target probability action`",
+    };
+    let wrong = || line.wrong(format!("expected {form}"));
+    let mut next = || words.next().ok_or_else(wrong);
+    let (state, player) = match kind {
+        ModelKind::Smg => next()?.split_once(':').ok_or_else(wrong)?,
+        ModelKind::Mdp | ModelKind::Dtmc => (next()?, "0"),
+    };
+    let (state, player) = (line.index(state)?, line.index(player)?);
+    let choice = if kind == ModelKind::Dtmc { 0 } else { line.index(next()?)? };
     let target = line.index(next()?)?;
     let weight = next()?;
     let (action, more) = (words.next(), words.next());
     if more.is_some() {
-        return Err(line.wrong(format!("expected {form}")));
+        return Err(wrong());
     }
-    Ok(Transition { state, choice, target, weight, action })
+    Ok(Transition { state, player, choice, target, weight, action })
 }
 
 /// Reads `(x,b)`, then one line such as `0:(3,true)` per state.

@@ -1,17 +1,17 @@
 //! The reader of UMB archives.
 
-use ahash::AHashMap;
+use ahash::{AHashMap, AHashSet};
 use num_rational::BigRational;
 use num_traits::Zero;
 
-use super::{Frame, Rewards, Table, valuations};
+use super::{Frame, Rewards, Table, numbered_players, valuations};
 use crate::check::{Actions, Checked};
 use crate::umb::archive::Files;
 use crate::umb::binary::Number;
 use crate::umb::index::{Annotation, Base, Index, TransitionSystem, Type};
 use crate::umb::{
     self, ACTION_NAMES, ACTION_OF_CHOICE, BRANCH_TO_PROBABILITY, BRANCH_TO_TARGET, CHOICE_TO_BRANCHES, INDEX,
-    STATE_IS_INITIAL, STATE_TO_CHOICES,
+    STATE_IS_INITIAL, STATE_TO_CHOICES, STATE_TO_PLAYER,
 };
 use meliora_model::ModelKind;
 use meliora_model::error::{Limit, Result};
@@ -61,6 +61,7 @@ impl Reader<'_> {
             let message = format!("{} states, the index says {}", table.initial.len(), system.initial_states);
             return Err(self.files.wrong(STATE_IS_INITIAL, &message));
         }
+        self.players(&mut table, states)?;
         self.actions(&mut table, choices)?;
         self.labels(&mut table)?;
         self.rewards(&mut table)?;
@@ -82,8 +83,6 @@ impl Reader<'_> {
         let is_interval = system.branch_probability_type.is_some_and(Type::is_interval);
         let what = if system.time != "discrete" {
             format!("models with time \"{}\"", system.time)
-        } else if system.players > 1 {
-            format!("games of {} players", system.players)
         } else if system.observations > 0 {
             "models with partial observability".to_owned()
         } else if is_interval {
@@ -91,7 +90,11 @@ impl Reader<'_> {
         } else if system.branch_probability_type.is_none() && system.branches != system.choices {
             "choices with several branches and no probabilities".to_owned()
         } else {
-            return Ok(if system.players == 0 { ModelKind::Dtmc } else { ModelKind::Mdp });
+            return Ok(match system.players {
+                0 => ModelKind::Dtmc,
+                1 => ModelKind::Mdp,
+                _ => ModelKind::Smg,
+            });
         };
         Err(self.files.wrong(INDEX, &format!("{what} are not supported")))
     }
@@ -102,17 +105,41 @@ impl Reader<'_> {
         let system = self.system();
         let sizes = [system.states, system.choices, system.branches];
         let most = self.files.bytes().max(FEW);
-        if sizes.iter().any(|n| *n > most) {
+        if sizes.iter().any(|n| *n > most) || u64::from(system.players) > most {
+            let [states, choices, branches] = sizes;
+            let (name, players) = (self.files.name(), system.players);
             let what = format!(
-                "{}: {} states, {} choices and {} branches, without data for them",
-                self.files.name(),
-                sizes[0],
-                sizes[1],
-                sizes[2]
+                "{name}: {states} states, {choices} choices, {branches} branches and {players} players, \
+                 without data for them"
             );
             return Err(Limit::Size { what }.into());
         }
         Ok(sizes.map(|n| usize::try_from(n).unwrap_or(usize::MAX)))
+    }
+
+    /// Reads the players of a game, and the player of each state. Without a file, all
+    /// states belong to the first player.
+    fn players(&self, table: &mut Table, states: usize) -> Result<()> {
+        let count = self.system().players;
+        let owners = self.files.halves(STATE_TO_PLAYER, states)?.unwrap_or_default();
+        if let Some((state, owner)) = owners.iter().enumerate().find(|(_, owner)| **owner >= count) {
+            let message = format!("state {state} belongs to player {owner}, counted from 0, of {count}");
+            return Err(self.files.wrong(STATE_TO_PLAYER, &message));
+        }
+        let names = self.system().player_names.clone().unwrap_or_else(|| numbered_players(count as usize));
+        if names.len() != count as usize {
+            let message = format!("{} player names of {count} players", names.len());
+            return Err(self.files.wrong(INDEX, &message));
+        }
+        let mut known = AHashSet::new();
+        if let Some(twice) = names.iter().find(|name| !known.insert(name.as_str())) {
+            return Err(self.files.wrong(INDEX, &format!("two players have the name `{twice}`")));
+        }
+        if table.kind == ModelKind::Smg {
+            table.owners = owners.into_iter().map(|owner| owner as usize).collect();
+            table.players = names;
+        }
+        Ok(())
     }
 
     fn targets(&self, branches: usize) -> Result<Vec<usize>> {

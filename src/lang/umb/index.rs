@@ -72,6 +72,9 @@ pub struct TransitionSystem {
     /// The type of the probabilities; `None` if there are none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub branch_probability_type: Option<Type>,
+    /// The names of the players of a game.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub player_names: Option<Vec<String>>,
 }
 
 /// The type of stored values.

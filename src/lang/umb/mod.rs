@@ -14,6 +14,8 @@ mod unpacked;
 pub const INDEX: &str = "index.json";
 /// For each state, the number of its first choice; last, the number of choices.
 pub const STATE_TO_CHOICES: &str = "state-to-choices.bin";
+/// For each state of a game, its player.
+pub const STATE_TO_PLAYER: &str = "state-to-player.bin";
 /// The set of initial states.
 pub const STATE_IS_INITIAL: &str = "state-is-initial.bin";
 /// For each choice, the number of its first branch; last, the number of branches.

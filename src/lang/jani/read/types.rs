@@ -87,7 +87,7 @@ impl<'a> Read<'a> for ModelKind {
         match kind.name.as_str() {
             "mdp" => Some(ModelKind::Mdp),
             "dtmc" => Some(ModelKind::Dtmc),
-            "lts" | "ctmc" | "ctmdp" | "ma" | "ta" | "pta" | "sta" | "ha" | "pha" | "sha" => {
+            "lts" | "ctmc" | "ctmdp" | "ma" | "ta" | "pta" | "sta" | "ha" | "pha" | "sha" | "smg" => {
                 let message = format!("models of type `{}` are not supported", kind.name);
                 let diagnostic = reader.not_supported(kind.span, message);
                 reader.report(diagnostic.help("the types `mdp` and `dtmc` are supported"));
