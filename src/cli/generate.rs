@@ -121,6 +121,11 @@ struct RandomArgs {
     #[arg(long, value_name = "N", default_value_t = 0)]
     patrols: usize,
 
+    /// Number of robots of an opponent, which move after each move of ours and block their cells: the
+    /// model is a game
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    opponent: usize,
+
     /// Number of forks in a row: dead ends where chance decides between two items that are better
     /// than all before [default: 1, or 2 from 7 items on if there is room]
     #[arg(long, value_name = "N")]
@@ -180,6 +185,7 @@ impl GridworldArgs {
             disabled: random.disabled,
             robots: random.robots,
             patrols: random.patrols,
+            opponents: random.opponent,
             ..standard
         }
     }

@@ -28,6 +28,11 @@
 //! each other. A moving obstacle takes a random step along its track whenever a robot acts. It
 //! blocks the cell in which it is at the start of the move; a slide ignores it.
 //!
+//! With opponents, the model is a game. After each move of a robot, each opponent moves to a neighbouring
+//! cell or stays. Nobody enters a cell that a robot and an opponent would share: it is blocked, also for
+//! slides. An opponent does not slip and has no battery; one-way cells do not stop it. It enters no walls,
+//! and no cells of items, chargers and forks, which it could block for ever.
+//!
 //! # Map files
 //! ```text
 //! // A comment.
@@ -58,6 +63,7 @@
 mod cells;
 mod fork;
 mod map;
+mod opponent;
 mod picture;
 mod preference;
 mod random;
@@ -84,6 +90,8 @@ pub const LARGEST_BATTERY: u32 = 100_000;
 pub const MOST_ITEMS: usize = 26;
 /// The maximum number of robots.
 pub const MOST_ROBOTS: usize = 9;
+/// The maximum number of opponents.
+pub const MOST_OPPONENTS: usize = 9;
 
 /// The parameters of a random grid world.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -116,6 +124,8 @@ pub struct Parameters {
     pub robots: usize,
     /// Number of moving obstacles.
     pub patrols: usize,
+    /// Number of robots of the opponent; with them, the model is a game.
+    pub opponents: usize,
     /// Number of forks in a sequence. A fork is a dead end where chance decides between the last
     /// two items (the two before them at the next fork, and so on), each better than all before it.
     pub forks: usize,
@@ -148,6 +158,7 @@ impl Parameters {
             disabled: 0,
             robots: 1,
             patrols: 0,
+            opponents: 0,
             forks,
         }
     }
@@ -170,6 +181,7 @@ impl Parameters {
             ("disabled", self.disabled),
             ("robots", self.robots),
             ("patrols", self.patrols),
+            ("opponent", self.opponents),
             ("forks", self.forks),
         ];
         let numbers = numbers.iter().filter(|(name, n)| {
@@ -198,6 +210,12 @@ impl Parameters {
         })?;
         require((1..=MOST_ROBOTS).contains(robots), || {
             format!("there must be 1 to {MOST_ROBOTS} robots, not {robots}")
+        })?;
+        require(self.opponents <= MOST_OPPONENTS, || {
+            format!("there can be at most {MOST_OPPONENTS} opponents, not {}", self.opponents)
+        })?;
+        require(self.opponents == 0 || self.patrols == 0, || {
+            "a world with opponents has no moving obstacles".to_owned()
         })?;
         require(*chargers <= self.rows * self.cols, || {
             format!("{chargers} chargers are more than there are cells")

@@ -15,8 +15,11 @@ pub(super) fn comment(world: &World) -> String {
         let line: String = (0..world.cols).map(|col| sign(world, Place { row, col })).collect();
         text += &format!("//   {line}\n");
     }
-    text + "//\n// North (row + 1) is up. A-Z items, * charger, @ start, # wall, ~ slippery, ^ v > < one-way,\n\
-            // : moving obstacle, + some action is disabled. Further signs may hide below these.\n"
+    let opponents = if world.opponents.is_empty() { "" } else { "& start of an opponent, " };
+    text + &format!(
+        "//\n// North (row + 1) is up. A-Z items, * charger, @ start, # wall, ~ slippery, ^ v > < one-way,\n\
+         // : moving obstacle, {opponents}+ some action is disabled. Further signs may hide below these.\n"
+    )
 }
 
 fn sign(world: &World, place: Place) -> char {
@@ -26,6 +29,7 @@ fn sign(world: &World, place: Place) -> char {
         (cell.wall, '#'),
         (item.is_some(), item.unwrap_or('?')),
         (world.starts.contains(&place), '@'),
+        (world.opponents.contains(&place), '&'),
         (cell.charger, '*'),
         (world.patrols.iter().any(|patrol| patrol.covers(place)), ':'),
         (!cell.slip.is_empty(), '~'),

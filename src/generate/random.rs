@@ -31,7 +31,7 @@ pub(super) fn world(parameters: &Parameters, draw: &mut Draw) -> Result<World> {
     free.retain(|&place| !sketch.taken[sketch.world.index(place)]);
     draw.shuffle(&mut free);
     let scattered = parameters.items - 2 * parameters.forks;
-    let wanted = scattered + parameters.robots + parameters.chargers;
+    let wanted = scattered + parameters.robots + parameters.chargers + parameters.opponents;
     if free.len() < wanted {
         return Err(Error::Usage(format!(
             "the largest room of this {} x {} grid has {} cells: too few for {wanted} items, chargers and robots; \
@@ -48,6 +48,11 @@ pub(super) fn world(parameters: &Parameters, draw: &mut Draw) -> Result<World> {
     }
     for place in free.drain(..parameters.chargers).collect::<Vec<_>>() {
         world.cell_mut(place).charger = true;
+    }
+    world.opponents = free.drain(..parameters.opponents).collect();
+    let in_fork = |place: &Place| sketch.taken[world.index(*place)];
+    for place in world.places().filter(in_fork).collect::<Vec<_>>() {
+        world.cell_mut(place).refuge = true;
     }
     sketch.locks(parameters, draw);
     sketch.patrols(parameters.patrols, &mut free, draw)?;

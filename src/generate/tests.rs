@@ -55,21 +55,28 @@ fn by_text(
             "r" => number(from.row),
             "c" => number(from.col),
             "b" => i64::from(world.battery.unwrap()),
+            // The start of an opponent.
+            name if name.starts_with("opponent") => variable.initial.unwrap(),
             _ => 0,
         })
         .collect();
-    let steps = program.steps(&state).unwrap();
-    let mut named = steps.into_iter().filter(|step| step.name == direction.name());
+    step_to(program, &state, direction.name())
+}
+
+/// Returns the possible states after a step; `None` if there is no such action.
+fn step_to(program: &Program, state: &[i64], action: &str) -> Option<BTreeSet<Vec<i64>>> {
+    let steps = program.steps(state).unwrap();
+    let mut named = steps.into_iter().filter(|step| step.name == action);
     let step = named.next()?;
     assert!(named.next().is_none(), "two choices for one action");
     Some(step.successors.into_iter().map(|(to, _)| to.to_vec()).collect())
 }
 
 /// Returns these states according to the world: row, column, battery, then flags in the order of
-/// declaration.
+/// declaration; with opponents, then their rows and columns, and the turn of the first of them.
 fn by_world(world: &World, from: Place, direction: Direction) -> Option<BTreeSet<Vec<i64>>> {
     let locks = world.locks();
-    let ends = world.outcome(from, direction)?.into_iter().map(|branch| {
+    let ends = world.outcome_among(from, direction, &world.opponents)?.into_iter().map(|branch| {
         let to = from.moved(branch.shift).unwrap();
         let mut state = vec![to.row as i64, to.col as i64];
         let charged = world.cell(to).charger && !world.is_locked(Lock::Charger);
@@ -77,9 +84,50 @@ fn by_world(world: &World, from: Place, direction: Direction) -> Option<BTreeSet
         let item = world.cell(to).item.filter(|&i| !world.is_locked(Lock::Item(i)));
         let opened = item.map(|i| world.items[i].opens.clone()).unwrap_or_default();
         state.extend(locks.iter().map(|lock| i64::from(opened.contains(lock))));
+        state.extend(world.opponents.iter().flat_map(|place| [place.row as i64, place.col as i64]));
+        state.extend((!world.opponents.is_empty()).then_some(1));
         state
     });
     Some(ends.collect())
+}
+
+/// Checks the moves of each opponent at a place, if it is free, with a robot at another place.
+fn opponents_move(program: &Program, world: &World, at: Place, robot: Place) {
+    let count = world.opponents.len();
+    for number in 0..count {
+        let mut places = world.opponents.clone();
+        places[number] = at;
+        let others: BTreeSet<Place> = places.iter().copied().chain([robot]).collect();
+        if others.len() <= count {
+            continue;
+        }
+        let mut state: Vec<i64> =
+            program.variables.iter().map(|variable| variable.initial.unwrap()).collect();
+        let (first, turn) = (state.len() - 1 - 2 * count, number as i64 + 1);
+        [state[0], state[1]] = [robot.row as i64, robot.col as i64];
+        let after = |to: Place| {
+            let mut state = state.clone();
+            places.iter().enumerate().for_each(|(i, place)| {
+                let place = if i == number { to } else { *place };
+                [state[first + 2 * i], state[first + 2 * i + 1]] = [place.row as i64, place.col as i64];
+            });
+            state
+        };
+        let with_turn = |mut state: Vec<i64>, turn: i64| {
+            *state.last_mut().unwrap() = turn;
+            state
+        };
+        let suffix = if count > 1 { (number + 1).to_string() } else { String::new() };
+        let now = with_turn(after(at), turn);
+        let next = |to: Place| BTreeSet::from([with_turn(after(to), (turn + 1) % (count as i64 + 1))]);
+        for direction in Direction::ALL {
+            let to = world.opponent_step(at, direction).filter(|to| !others.contains(to));
+            let action = format!("opponent_{}{suffix}", direction.name());
+            assert_eq!(step_to(program, &now, &action), to.map(next));
+        }
+        assert_eq!(step_to(program, &now, &format!("opponent_stay{suffix}")), Some(next(at)));
+        assert_eq!(step_to(program, &now, "north"), None);
+    }
 }
 
 proptest! {
@@ -98,15 +146,37 @@ proptest! {
         }
     }
 
+    /// Robots and opponents move as the world says, and block each other's cells.
+    #[test]
+    fn the_text_moves_as_the_world_with_opponents(
+        mut parameters in parameters(), seed in any::<u64>(), opponents in 1usize..4,
+    ) {
+        (parameters.patrols, parameters.opponents, parameters.battery) = (0, opponents, Some(3));
+        let Ok(world) = random::world(&parameters, &mut Draw::new(seed)) else { return Ok(()) };
+        let program = program(&write::write(&world, "test"));
+        prop_assert_eq!(program.players.as_ref().unwrap().list.len(), 1 + opponents);
+        for from in world.places().filter(|place| !world.opponents.contains(place)) {
+            for direction in Direction::ALL {
+                prop_assert_eq!(by_text(&program, &world, from, direction), by_world(&world, from, direction));
+            }
+        }
+        let open: Vec<Place> = world.places().filter(|&place| world.is_open(place)).collect();
+        for &at in &open {
+            let robot = open[(world.index(at) + seed as usize % 5) % open.len()];
+            opponents_move(&program, &world, at, robot);
+        }
+    }
+
     /// All parameters give a model with preferences or a usage error, and the same seed gives the
     /// same texts.
     #[test]
     fn the_output_loads_and_is_reproducible(
         parameters in parameters(), robots in 1usize..4, seed in any::<u64>(), wild in 0usize..40,
+        opponents in 0usize..3,
     ) {
         // A small share of the cases has a parameter out of bounds.
         let locked = if wild == 0 { 9 } else { parameters.locked };
-        let parameters = Parameters { robots, locked, ..parameters };
+        let parameters = Parameters { robots, locked, opponents, ..parameters };
         let choices = Choices { seed, ..Choices::default() };
         let generated = match gridworld(&parameters, &choices) {
             Err(Error::Usage(message)) => { prop_assert!(!message.is_empty()); return Ok(()) }

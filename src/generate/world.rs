@@ -104,6 +104,8 @@ pub(super) struct Cell {
     pub(super) item: Option<usize>,
     /// True if the battery is filled here.
     pub(super) charger: bool,
+    /// True if the cell is in a fork, which opponents do not enter.
+    pub(super) refuge: bool,
 }
 
 /// An object that items can open.
@@ -163,6 +165,8 @@ pub(super) struct World {
     pub(super) starts: Vec<Place>,
     /// The moving obstacles.
     pub(super) patrols: Vec<Patrol>,
+    /// The start cells of the opponents.
+    pub(super) opponents: Vec<Place>,
 }
 
 /// The effect of ending a move in a cell.
@@ -219,6 +223,7 @@ impl World {
             items: names.into_iter().map(|name| Item { name, opens: Vec::new() }).collect(),
             starts: Vec::new(),
             patrols: Vec::new(),
+            opponents: Vec::new(),
         }
     }
 
@@ -280,6 +285,18 @@ impl World {
             .then_some(to)
     }
 
+    /// Returns true if opponents can enter a cell. They would block an item or a charger for ever.
+    pub(super) fn is_open(&self, place: Place) -> bool {
+        let cell = self.cell(place);
+        !(cell.wall || cell.refuge || cell.charger || cell.item.is_some())
+    }
+
+    /// Returns the cell one step away that an opponent can enter.
+    pub(super) fn opponent_step(&self, from: Place, direction: Direction) -> Option<Place> {
+        let to = from.moved(direction.shift())?;
+        (to.row < self.rows && to.col < self.cols && self.is_open(to)).then_some(to)
+    }
+
     /// Returns the effect of ending a move in a cell.
     pub(super) fn effect(&self, place: Place) -> Option<Effect> {
         let cell = self.cell(place);
@@ -296,13 +313,24 @@ impl World {
     /// cell, without slipping. A move onto a slippery cell ends there, or one step further in one
     /// of its directions. A blocked slide ends in the slippery cell.
     pub(super) fn outcome(&self, from: Place, direction: Direction) -> Option<Vec<Branch>> {
+        self.outcome_among(from, direction, &[])
+    }
+
+    /// Returns the results of a move among opponents; they block their cells, as walls do.
+    pub(super) fn outcome_among(
+        &self,
+        from: Place,
+        direction: Direction,
+        opponents: &[Place],
+    ) -> Option<Vec<Branch>> {
         if self.cell(from).disabled.contains(direction) {
             return None;
         }
-        let Some(to) = self.step(from, direction) else {
+        let step = |from, direction| self.step(from, direction).filter(|to| !opponents.contains(to));
+        let Some(to) = step(from, direction) else {
             return Some(vec![self.branch(from, from, 1)]);
         };
-        let slides = self.cell(to).slip.iter().map(|slide| self.step(to, slide).unwrap_or(to));
+        let slides = self.cell(to).slip.iter().map(|slide| step(to, slide).unwrap_or(to));
         let mut weights: BTreeMap<Place, u32> = BTreeMap::from([(to, 1)]);
         slides.for_each(|end| *weights.entry(end).or_insert(0) += 1);
         if weights.len() == 1 {

@@ -3,13 +3,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::cells::{condition, wrap};
+use super::opponent;
 use super::picture;
-use super::world::{Branch, CellSet, Direction, Effect, Lock, Patrol, Place, World};
+use super::world::{Branch, CellSet, Direction, Effect, Lock, Patrol, Place, Shift, World};
 
 /// Returns the text of the model; `title` is its first comment line.
 pub(super) fn write(world: &World, title: &str) -> String {
     let robots: Vec<Robot> = (0..world.starts.len()).map(|number| Robot::new(world, number)).collect();
-    let mut text = format!("// {title}\n{}\nmdp\n", picture::comment(world));
+    let kind = if world.opponents.is_empty() { "mdp" } else { "smg" };
+    let mut text = format!("// {title}\n{}\n{kind}\n", picture::comment(world));
+    text += &opponent::players(world, &robots);
     if let Some(full) = world.battery {
         text += &format!("\nconst int full = {full};  // the battery\n");
     }
@@ -22,10 +25,12 @@ pub(super) fn write(world: &World, title: &str) -> String {
     }
     if let Some(robot) = robots.first() {
         let moves: Vec<Move> = Direction::ALL.into_iter().map(|d| Move::new(robot, d)).collect();
+        text += &opponent::slides(robot, moves.iter().flat_map(Move::slides));
         moves.iter().for_each(|m| text += &m.formulas());
         text += &robot.module(&moves);
         robots.iter().skip(1).for_each(|other| text += &other.renamed(robot));
     }
+    text += &opponent::modules(world, &robots);
     for (number, patrol) in world.patrols.iter().enumerate() {
         text += &patrol_module(number + 1, patrol, &robots);
     }
@@ -33,8 +38,8 @@ pub(super) fn write(world: &World, title: &str) -> String {
 }
 
 /// A robot with its names, which end in its number if there are several robots.
-struct Robot<'a> {
-    world: &'a World,
+pub(super) struct Robot<'a> {
+    pub(super) world: &'a World,
     start: Place,
     suffix: String,
     others: usize,
@@ -47,8 +52,12 @@ impl<'a> Robot<'a> {
         Robot { world, start: world.starts[number], suffix, others }
     }
 
-    fn name(&self, stem: &str) -> String {
+    pub(super) fn name(&self, stem: &str) -> String {
         format!("{stem}{}", self.suffix)
+    }
+
+    pub(super) fn actions(&self) -> Vec<String> {
+        Direction::ALL.iter().map(|direction| self.name(direction.name())).collect()
     }
 
     /// Returns the flag that this robot sets when it opens a lock.
@@ -168,7 +177,14 @@ impl<'a> Move<'a> {
 
     /// Returns the name of the condition that an obstacle is in the way, if there are obstacles.
     fn met(&self) -> Option<String> {
-        (!self.robot.world.patrols.is_empty()).then(|| self.named("met"))
+        let World { patrols, opponents, .. } = self.robot.world;
+        (!patrols.is_empty() || !opponents.is_empty()).then(|| self.named("met"))
+    }
+
+    /// Returns the shifts of all slides to another cell.
+    fn slides(&self) -> impl Iterator<Item = Shift> {
+        let branches = self.cases.iter().flat_map(|case| &case.branches);
+        branches.map(|branch| branch.shift).filter(|&shift| opponent::is_slide(shift, self.direction))
     }
 
     fn named(&self, what: &str) -> String {
@@ -199,7 +215,7 @@ impl<'a> Move<'a> {
         text
     }
 
-    /// Returns the formula that a moving obstacle is in the cell in which the move would end.
+    /// Returns the formula that a moving obstacle or an opponent is in the cell in which the move would end.
     fn met_formula(&self, name: &str) -> String {
         let (rows, cols) = self.direction.shift();
         let world = self.robot.world;
@@ -215,7 +231,8 @@ impl<'a> Move<'a> {
             let position = offset(&self.robot.name(along.0), along.1);
             Some(format!("{}={across} & p{}={position}", self.robot.name(fixed.0), number + 1))
         });
-        formula(name, &meets.collect::<Vec<_>>())
+        let opponents = opponent::at(self.robot, self.direction.shift());
+        formula(name, &meets.chain(opponents).collect::<Vec<_>>())
     }
 
     fn commands(&self) -> String {
@@ -224,8 +241,10 @@ impl<'a> Move<'a> {
         let unmet = self.met().map(|met| format!("!{met} & ")).unwrap_or_default();
         let mut text = "\n".to_owned();
         for case in &self.cases {
-            let updates = self.branches(&case.branches);
-            text += &format!("  [{}] {battery}{unmet}{} ->{updates};\n", self.action(), case.name);
+            for (guard, branches) in opponent::variants(self.robot, self.direction, &case.branches) {
+                let updates = self.branches(&branches);
+                text += &format!("  [{}] {battery}{unmet}{}{guard} ->{updates};\n", self.action(), case.name);
+            }
         }
         if let Some(met) = self.met() {
             text += &self.met_commands(&format!("{battery}{met}"));
@@ -233,13 +252,14 @@ impl<'a> Move<'a> {
         text
     }
 
-    /// Returns the commands of a move into a moving obstacle: the robot stays, as in front of a
+    /// Returns the commands of a move into an obstacle: the robot stays, as in front of a
     /// wall.
     fn met_commands(&self, guard: &str) -> String {
         let world = self.robot.world;
         let near = |place: Place| {
             let to = place.moved(self.direction.shift());
             to.is_some_and(|to| world.patrols.iter().any(|patrol| patrol.covers(to)))
+                || world.opponent_step(place, self.direction).is_some()
         };
         let mut stays: BTreeMap<Option<Effect>, Vec<Place>> = BTreeMap::new();
         for place in world.places().filter(|&p| near(p) && !world.cell(p).disabled.contains(self.direction)) {
@@ -335,14 +355,14 @@ fn places_with(world: &World, effect: &Effect) -> String {
     names.into_iter().collect::<Vec<_>>().join("_")
 }
 
-fn offset(name: &str, by: isize) -> String {
+pub(super) fn offset(name: &str, by: isize) -> String {
     match by {
         0 => name.to_owned(),
         _ => format!("{name}{by:+}"),
     }
 }
 
-fn formula(name: &str, parts: &[String]) -> String {
+pub(super) fn formula(name: &str, parts: &[String]) -> String {
     let all = if parts.is_empty() { "false".to_owned() } else { parts.join(" | ") };
     let line = format!("formula {name} = {all};\n");
     if line.len() <= 100 {

@@ -5,7 +5,7 @@ use meliora::error::render;
 use meliora::error::{Error, SourceFile};
 use meliora::generate::{Choices, Generated, Parameters, from_map, gridworld};
 
-use crate::common::{Scratch, run};
+use crate::common::{Finished, Scratch, meliora, run};
 
 fn map(text: &str) -> Result<Generated, Error> {
     from_map(&SourceFile::new("world.map", text), &Choices::default())
@@ -58,6 +58,40 @@ fn small_worlds_look_as_they_did() {
     let generated = gridworld(&forked, &Choices { seed: 1, ..Choices::default() }).unwrap();
     insta::assert_snapshot!("forked", generated.model);
     insta::assert_snapshot!("forked_preferences", generated.preferences);
+}
+
+#[test]
+fn opponents_make_the_world_a_game() {
+    let small = Parameters { opponents: 1, ..Parameters::new(4, 4, 2) };
+    let generated = gridworld(&small, &Choices { seed: 3, ..Choices::default() }).unwrap();
+    insta::assert_snapshot!("an_opponent", generated.model);
+    let scratch = Scratch::new(&[]);
+    let prefix = scratch.show("game");
+    for (more, players, meeting) in [
+        ("--opponent 1 --items 2 --seed 3", 2, "r=opponent_r & c=opponent_c"),
+        (
+            "--opponent 2 --items 2 --seed 2",
+            3,
+            "r=opponent_r2 & c=opponent_c2 | opponent_r1=opponent_r2 & opponent_c1=opponent_c2",
+        ),
+        ("--opponent 1 --robots 2 --items 1 --seed 4", 2, "r2=opponent_r & c2=opponent_c"),
+    ] {
+        let world = "generate gridworld --rows 3 --cols 4 --walls 5 --battery none";
+        run(&format!("{world} {more} --out {prefix} --force")).expect(0);
+        run(&format!("compare {prefix}.prism {prefix}.pref")).expect(0);
+        let info = run(&format!("info {prefix}.prism --json")).expect(0).json();
+        assert_eq!(info["players"].as_array().unwrap().len(), players);
+        let target = ["reach", &format!("{prefix}.prism"), "--target", meeting, "--json"];
+        let found = Finished::of(meliora().args(target)).expect(0).json();
+        assert_eq!(found["pmax_positive"], "0", "{more}");
+    }
+    let good = || Parameters::new(8, 8, 4);
+    for (wrong, message) in [
+        (Parameters { opponents: 10, ..good() }, "there can be at most 9 opponents, not 10"),
+        (Parameters { opponents: 1, patrols: 1, ..good() }, "a world with opponents has no moving obstacles"),
+    ] {
+        assert_eq!(usage(&wrong, &Choices::default()), message);
+    }
 }
 
 #[test]
