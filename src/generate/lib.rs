@@ -31,7 +31,7 @@
 //! With opponents, the model is a game. After each move of a robot, each opponent moves to a neighbouring
 //! cell or stays. Nobody enters a cell that a robot and an opponent would share: it is blocked, also for
 //! slides. An opponent does not slip and has no battery; one-way cells do not stop it. It enters no walls,
-//! and no cells of items, chargers and forks, which it could block for ever.
+//! and no cells of items, chargers and forks, where it could block us forever.
 //!
 //! # Map files
 //! ```text

@@ -63,7 +63,7 @@ fn by_text(
     step_to(program, &state, direction.name())
 }
 
-/// Returns the possible states after a step; `None` if there is no such action.
+/// Returns the possible states after a step; `None` without this action.
 fn step_to(program: &Program, state: &[i64], action: &str) -> Option<BTreeSet<Vec<i64>>> {
     let steps = program.steps(state).unwrap();
     let mut named = steps.into_iter().filter(|step| step.name == action);

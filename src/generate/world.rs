@@ -285,7 +285,7 @@ impl World {
             .then_some(to)
     }
 
-    /// Returns true if opponents can enter a cell. They would block an item or a charger for ever.
+    /// Returns true if opponents can enter a cell. They could block an item or a charger forever.
     pub(super) fn is_open(&self, place: Place) -> bool {
         let cell = self.cell(place);
         !(cell.wall || cell.refuge || cell.charger || cell.item.is_some())

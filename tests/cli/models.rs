@@ -24,7 +24,7 @@ pub(crate) const MODELS: [(&str, &str); 16] = [
 ];
 
 /// The games, which have no `--safety transition`.
-const GAMES: [(&str, &str); 2] = [("pursuit", "N=4"), ("pursuit_items", "N=4")];
+const GAMES: [(&str, &str); 2] = [("pursuit", "N=4"), ("pursuit_items", "N=3")];
 
 /// The option that gives constants their values, where there are any.
 pub(crate) fn given(constants: &str) -> String {

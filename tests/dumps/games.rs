@@ -1,4 +1,4 @@
-//! Games state by state: written and read again, and what is wrong in them.
+//! Games state by state: written and read again; wrong ones are refused.
 
 use std::sync::Arc;
 
