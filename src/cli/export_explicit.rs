@@ -133,11 +133,10 @@ fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
 
 /// Refuses what a game cannot be written with.
 fn refuse_game(wanted: &Wanted, program: &Program) -> Result<(), Error> {
-    let options = [
-        (wanted.format == Files::Drn, "`--format drn`"),
-        (wanted.values.is_some(), "`--values`"),
-        (wanted.strategy.is_some(), "`--kind`"),
-    ];
+    // The progress strategy leaves an mdp of the opponent's choices.
+    let is_mdp = wanted.strategy.is_some_and(|strategy| strategy.scheduler == Scheduler::Progress);
+    let options =
+        [(wanted.format == Files::Drn && !is_mdp, "`--format drn`"), (wanted.values.is_some(), "`--values`")];
     options.iter().filter(|(given, _)| *given).try_for_each(|(_, name)| program.of_one_player(name))
 }
 

@@ -68,13 +68,39 @@ fn a_game_is_the_same_after_writing_and_reading() {
     at(&scratch, &["compare", "@dump/model.tra", "@g.pref", "--coalition", "p2"]).expect(0);
 }
 
+/// Our strategy leaves an mdp of the opponent's choices, or a game with fewer choices of ours.
+#[test]
+fn the_model_that_a_strategy_of_a_game_induces_is_written() {
+    let scratch = Scratch::new(&[]);
+    let export = |more: &[&str]| {
+        let files = ["export", "models/pursuit.prism", "models/pursuit.pref", "-c", "N=3", "--kind", "sasi"];
+        at(&scratch, &[&files, more, &["--out", "@out", "--json"]].concat()).expect(0).json()
+    };
+    for (scheduler, kind) in [("progress", "mdp"), ("permissive", "smg")] {
+        let written = export(&["--format", "umb", "--scheduler", scheduler]);
+        let archive = format!("@out/sasi-{scheduler}.umb");
+        let read = at(&scratch, &["info", &archive, "--json"]).expect(0).json();
+        assert_eq!(read["model"]["type"], kind);
+        assert_eq!(read["counts"]["states"], written["states"], "{scheduler}");
+        // Every path improves, and ends: whatever the opponent does.
+        let question = match kind {
+            "mdp" => "Pmin>=1 [ F \"settled\" ]",
+            _ => "<<robot>> P>=1 [ F \"improved\" ]",
+        };
+        at(&scratch, &["reach", &archive, "--property", question]).expect(0);
+    }
+    export(&["--format", "drn", "--scheduler", "progress"]);
+    let drn = at(&scratch, &["info", "@out/sasi-progress.drn", "--json"]).expect(0).json();
+    assert_eq!(drn["model"]["type"], "mdp");
+}
+
 #[test]
 fn what_a_game_cannot_be_written_with_is_refused_by_name() {
     let scratch = scratch();
     for (more, name) in [
         (&["--format", "drn"][..], "`--format drn`"),
         (&["--format", "umb", "--values"], "`--values`"),
-        (&["--format", "explicit", "--kind", "sasi"], "`--kind`"),
+        (&["--format", "drn", "--kind", "sasi"], "`--format drn`"),
     ] {
         let all = [&["export", "@g.prism", "@g.pref", "--out", "@dump"], more].concat();
         let refused = at(&scratch, &all).expect(3);

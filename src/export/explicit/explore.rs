@@ -6,8 +6,7 @@ use super::graph::{Column, Graph, Players, Row, fits};
 use super::label::{Regions, members, unique};
 use meliora_engine::Engine;
 use meliora_model::error::Result;
-use meliora_model::players::Player;
-use meliora_model::step::{Choice, Step};
+use meliora_model::step::Step;
 use meliora_model::value::{Type, Value};
 use meliora_model::{ModelKind, Program, State, Variable, fault};
 use meliora_planning::Analysis;
@@ -45,21 +44,18 @@ pub fn explored<E: Engine>(analysis: &Analysis<E>, program: &Program, limit: usi
     let labels = labels(analysis, program, &states)?;
     let columns = program.variables.iter().map(column).collect();
     let is_dtmc = program.kind == ModelKind::Dtmc;
-    let name = |player: &Player| player.name.clone();
-    let names = |players: &meliora_model::players::Players| players.list.iter().map(name).collect();
     let players = program.players.as_ref().map(|players| Players { names: names(players), owners });
     Ok(Graph { is_dtmc, players, columns, initial: (0..starts.len()).collect(), rows, labels, states })
 }
 
+/// Returns the names of players.
+pub(super) fn names(players: &meliora_model::players::Players) -> Vec<String> {
+    players.list.iter().map(|player| player.name.clone()).collect()
+}
+
 /// Returns the player whose choices these steps are, 0 if they are nobody's.
 fn owner(program: &Program, steps: &[Step]) -> usize {
-    let of_choice = |step: &Step| match step.choice {
-        Choice::Combination { synchronisation, .. } => {
-            program.player_of(&program.synchronisations[synchronisation])
-        }
-        Choice::Uniform | Choice::Deadlock => None,
-    };
-    steps.iter().find_map(of_choice).unwrap_or_default()
+    steps.iter().find_map(|step| program.player_of_choice(&step.choice)).unwrap_or_default()
 }
 
 pub(super) fn column(variable: &Variable) -> Column {

@@ -6,8 +6,8 @@
 
 use ahash::AHashMap;
 
-use super::explore::{column, distinct};
-use super::graph::{Column, Graph, Row, fits};
+use super::explore::{column, distinct, names};
+use super::graph::{Column, Graph, Players, Row, fits};
 use super::label::Regions;
 use meliora_engine::Engine;
 use meliora_model::error::Result;
@@ -21,7 +21,8 @@ use meliora_planning::levels::Rank;
 type Key = (usize, bool);
 
 /// Builds the model that a strategy induces from the initial states: a Markov chain for
-/// [`Scheduler::Progress`], a sub-MDP of the model for [`Scheduler::Permissive`]. The labels are
+/// [`Scheduler::Progress`], a sub-MDP of the model for [`Scheduler::Permissive`]. From a game, the
+/// progress strategy leaves an MDP of the opponent's choices, the permissive one a game. The labels are
 /// "improved" (the last step was an improvement), "settled" (the path ends there), "achieved" (the
 /// pursued objective is achieved) and "committed" (a plan has committed to it) for strategies that
 /// achieve objectives, and the regions and ranks of the states.
@@ -53,9 +54,18 @@ pub fn induced<E: Engine>(
     let achieves = strategy.kind().achieves();
     let labels = labels(analysis, &unfolded, &keys, achieves)?;
     let states = keys.iter().map(|key| values(&unfolded, *key, achieves)).collect();
-    let (is_dtmc, columns) = (scheduler == Scheduler::Progress, columns(program, achieves));
+    let is_dtmc = scheduler == Scheduler::Progress && program.players.is_none();
+    let players = program.players.as_ref().filter(|_| scheduler == Scheduler::Permissive);
+    let players = players.map(|players| owners(players, &unfolded, &keys));
+    let columns = columns(program, achieves);
     let initial = (0..starts.len()).collect();
-    Ok(Graph { is_dtmc, players: None, columns, states, rows, initial, labels })
+    Ok(Graph { is_dtmc, players, columns, states, rows, initial, labels })
+}
+
+/// Returns the players of the states.
+fn owners(players: &meliora_model::players::Players, unfolded: &InducedModel, keys: &[Key]) -> Players {
+    let owner = |(node, _): &Key| unfolded.nodes[*node].at.owner.map_or(0, |owner| owner.player);
+    Players { names: names(players), owners: keys.iter().map(owner).collect() }
 }
 
 /// The states found so far.
