@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
 use meliora::supervise::memory;
-use meliora_engine::{Engine, SymbolicEngine};
+use meliora_engine::{Engine, SymbolicEngine, position};
 use meliora_export::projections::{self, Plane, Projections};
 use meliora_model::State;
 use meliora_model::error::Error;
@@ -261,11 +261,13 @@ impl PageWriter<'_> {
         }
     }
 
-    /// Computes the outlook for a page, if all levels are known.
+    /// Computes the outlook for a page, if all levels are known. Values of a game are not supported.
     fn outlook(&self) -> Result<Option<Outlook>, Error> {
         let cut = self.args.preferences.options().max_level.is_some();
         match self.args.format {
-            Format::Html if !cut => Outlook::of(self.analysis, &self.question.program).map(Some),
+            Format::Html if !cut && !self.analysis.whole_engine().is_game() => {
+                Outlook::of(self.analysis, &self.question.program).map(Some)
+            }
             _ => Ok(None),
         }
     }
@@ -287,6 +289,9 @@ impl PageWriter<'_> {
 
     /// Simulates a run from a state; returns `None` if the strategy does nothing there.
     fn best_run(&self, start: &State, outlook: Option<&Outlook>) -> Result<Option<ShownRun>, Error> {
+        if self.analysis.whole_engine().is_game() {
+            return Ok(None);
+        }
         let (kind, levels) = self.kind(start)?;
         let program = &self.question.program;
         if kind != StrategyKind::Achieve
@@ -321,7 +326,15 @@ impl PageWriter<'_> {
         let (told, end) = Simulation::new(&mut strategy, setup).telling(start)?;
         let trace = TraceReport::new(program, &self.question.preferences, start, &told);
         let visited = told.turns.iter().map(|turn| turn.state.clone());
-        let states = std::iter::once(start.clone()).chain(visited).collect();
-        Ok(Some(ShownRun { kind, scheduler, choose, seed, trace, states, end }))
+        let states: Vec<State> = std::iter::once(start.clone()).chain(visited).collect();
+        let owners = self.owners(&states)?;
+        Ok(Some(ShownRun { kind, scheduler, choose, seed, trace, states, owners, end }))
+    }
+
+    /// Returns for each state the player of a game that chooses there.
+    fn owners(&self, states: &[State]) -> Result<Vec<Option<usize>>, Error> {
+        let engine = self.analysis.whole_engine();
+        let players = engine.player_states();
+        states.iter().map(|state| position(&players, |own| engine.contains(own, state))).collect()
     }
 }

@@ -19,8 +19,8 @@ type Set = BTreeSet<usize>;
 
 /// A game with objectives, of which the first are never below later ones.
 #[derive(Debug, Clone)]
-struct Case {
-    raw: Raw,
+pub(super) struct Case {
+    pub(super) raw: Raw,
     targets: Vec<Won>,
     /// Pairs of objectives of which the first is strictly preferred.
     pairs: Vec<(usize, usize)>,
@@ -29,7 +29,7 @@ struct Case {
     required: Option<Won>,
 }
 
-fn some_case() -> impl Strategy<Value = Case> {
+pub(super) fn some_case() -> impl Strategy<Value = Case> {
     let targets = vec(vec(any::<bool>(), 6), 1..=3);
     let pairs = vec((0..3usize, 0..3usize), 0..=3);
     let empty = select(&["bottom", "gain", "incomparable"][..]);
@@ -42,7 +42,7 @@ fn some_case() -> impl Strategy<Value = Case> {
 }
 
 impl Case {
-    fn preferences(&self) -> String {
+    pub(super) fn preferences(&self) -> String {
         let states = |set: &Won| {
             let all = (0..set.len()).filter(|&s| set[s]).map(|s| format!("x={s}")).collect::<Vec<_>>();
             if all.is_empty() { "false".to_owned() } else { all.join(" | ") }

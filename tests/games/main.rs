@@ -2,6 +2,8 @@
 //! engine against the other.
 
 mod levels;
+mod library;
+mod moves;
 mod one_player;
 #[path = "../common/random_program.rs"]
 #[allow(dead_code, unreachable_pub, reason = "each user takes a part")]

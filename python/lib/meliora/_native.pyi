@@ -166,7 +166,9 @@ class Model:
                 a name is not one.
         """
     @staticmethod
-    def _restore(name: str, text: str, constants: str, bounds: str, archive: bytes | None = None) -> Model: ...
+    def _restore(
+        name: str, text: str, constants: str, bounds: str, archive: bytes | None = None, coalition: list[str] | None = None
+    ) -> Model: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
     @property
     def name(self) -> str:
@@ -175,11 +177,16 @@ class Model:
     def text(self) -> str:
         """The text."""
     @property
-    def kind(self) -> Literal["mdp", "dtmc"]:
-        """`"mdp"` or `"dtmc"`."""
+    def kind(self) -> Literal["mdp", "dtmc", "smg"]:
+        """`"mdp"`, `"dtmc"` or `"smg"`."""
     @property
     def variables(self) -> dict[str, Variable]:
         """The variables by name, in the order of declaration."""
+    @property
+    def players(self) -> tuple[str, ...]: ...
+    @property
+    def coalition(self) -> tuple[str, ...]: ...
+    def with_coalition(self, *players: str | int) -> Model: ...
     @property
     def constants(self) -> dict[str, bool | int | float]:
         """All constants with their values, in the order of declaration."""
@@ -389,6 +396,12 @@ class Exploration:
     @property
     def deadlocks(self) -> Region:
         """The states without an enabled command; their only choice is a self-loop."""
+    @property
+    def players(self) -> dict[str, Region]: ...
+    @property
+    def theirs(self) -> Region: ...
+    def owner(self, state: _State) -> str | None: ...
+    def successors(self, state: _State) -> dict[str, list[tuple[float, dict[str, Any]]]]: ...
     @property
     def order(self) -> list[str] | None:
         """The names of the bits in the order of the diagrams, from the root down; None with the

@@ -3,12 +3,13 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::super::header::{Header, ModelSummary};
+use super::super::players::PlayerSummary;
 use super::super::simulate::TurnReport;
 use super::super::simulate_text::committed;
 use super::super::{ranks, text};
 use super::paint::Paint;
 use super::sentence::sentence;
-use super::{Content, Picture, ShownRun, bars, data, hasse, map, paint, words};
+use super::{Content, Picture, ShownRun, bars, data, game, hasse, map, paint, words};
 use meliora_model::Variable;
 use meliora_model::preference::Empty;
 use meliora_model::value::Type;
@@ -44,7 +45,7 @@ pub(super) fn page(content: &Content<'_>) -> String {
                 main {
                     (verdict(content))
                     @if let Some(paint) = &paint { (maps(content, paint)) } @else { (no_maps()) }
-                    @if let Some(run) = content.run { (shown_run(run)) }
+                    @if let Some(run) = content.run { (shown_run(run, &content.check.players)) }
                     (preferences(content))
                     (tables(content))
                 }
@@ -91,6 +92,7 @@ fn verdict(content: &Content<'_>) -> Markup {
             @for (index, state) in initial.iter().enumerate() {
                 @if index < LISTED { (card(state, content.outlook.and_then(|outlook| outlook.promises.get(index)?.as_ref()))) }
             }
+            @if let Some(promise) = game::promise(&content.check.players) { p.hint { (promise) } }
             @if initial.len() > LISTED { p.hint { "… " (more) " initial states in total." } }
         }
     }
@@ -158,7 +160,7 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
         section #maps {
             div.tools {
                 h2 { "Maps" }
-                @if content.run.is_some() { (stepper()) }
+                @if content.run.is_some() { (stepper(!content.check.players.is_empty())) }
                 @if controlled {
                     button #to-start type="button" { "start values" }
                     button #to-any type="button" { "any values" }
@@ -176,7 +178,9 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
                 @for picture in Picture::MAPS { (map::part(content, paint, picture)) }
                 @if let Some(heat) = content.heat() { (map::values(content, paint, &heat)) }
             }
-            @if content.heat().is_none() {
+            @if !content.check.players.is_empty() {
+                (game::key(&content.check.players, paint))
+            } @else if content.heat().is_none() {
                 p.hint { "Values are left out: the model has more than " (text::grouped(MOST_STATES)) " states. "
                     code { "meliora values" } " computes them." }
             }
@@ -257,13 +261,14 @@ fn no_maps() -> Markup {
 }
 
 /// Renders buttons to step through the run; the script shows them.
-fn stepper() -> Markup {
+fn stepper(is_game: bool) -> Markup {
     html! {
         div.stepper hidden {
             b { "Run" }
             button type="button" data-step="first" title="to the start" aria-label="to the start of the run" { "start" }
             button type="button" data-step="back" title="one step back" aria-label="one step back" { "←" }
             output #step aria-live="polite" { "start" }
+            @if is_game { span #turn {} }
             button type="button" data-step="on" title="one step forward" aria-label="one step forward" { "→" }
             button type="button" data-step="last" title="to the end" aria-label="to the end of the run" { "end" }
         }
@@ -271,8 +276,9 @@ fn stepper() -> Markup {
 }
 
 /// Renders a run, step by step.
-fn shown_run(run: &ShownRun) -> Markup {
+fn shown_run(run: &ShownRun, players: &[PlayerSummary]) -> Markup {
     let turns = &run.trace.turns;
+    let owner = |step: usize| players.get((*run.owners.get(step)?)?);
     html! {
         section #play {
             h2 { "A run" }
@@ -289,11 +295,11 @@ fn shown_run(run: &ShownRun) -> Markup {
             }
             details open[turns.len() <= LONG] { summary.hint { "All steps" } div.scroll { table.turns {
                 thead { tr {
-                    th.n { "step" } th { "action" } th { "to" } th.n { "chance" } th { "sure" } th { "rank" } th {}
+                    th.n { "step" } @if !players.is_empty() { th { "who" } } th { "action" } th { "to" } th.n { "chance" } th { "sure" } th { "rank" } th {}
                 } }
                 tbody {
-                    tr data-turn="0" { td.n { "0" } td { "start" } td {} td {} td {} td {} td {} }
-                    @for (index, turn) in turns.iter().enumerate() { (turn_row(index + 1, turn)) }
+                    tr data-turn="0" { td.n { "0" } @if !players.is_empty() { td {} } td { "start" } td {} td {} td {} td {} td {} }
+                    @for (index, turn) in turns.iter().enumerate() { (turn_row(index + 1, turn, (!players.is_empty()).then(|| owner(index)))) }
                 }
             } } }
         }
@@ -310,7 +316,9 @@ fn strategy_name(kind: StrategyKind) -> &'static str {
     }
 }
 
-fn turn_row(step: usize, turn: &TurnReport) -> Markup {
+/// Renders a step; in a game, with the player that takes it.
+fn turn_row(step: usize, turn: &TurnReport, owner: Option<Option<&PlayerSummary>>) -> Markup {
+    let side = owner.flatten().map(|player| if player.ours { "ours" } else { "theirs" });
     let effect = match (turn.improves, turn.weakens_step) {
         (true, _) => Some(("good", format!("improves: {} gained", text::either(&turn.gained)))),
         (_, true) => Some(("bad", format!("weakens: {} lost", text::names(&turn.lost)))),
@@ -318,8 +326,10 @@ fn turn_row(step: usize, turn: &TurnReport) -> Markup {
     };
     let notes: Vec<_> = effect.into_iter().chain(committed(turn).map(|note| ("hint", note))).collect();
     html! {
-        tr data-turn=(step) {
-            td.n { (step) } td { b { (turn.action) } } td data-name="to" { (values(&turn.changed)) }
+        tr class=[side] data-turn=(step) {
+            td.n { (step) }
+            @if let Some(owner) = owner { td { @if let Some(player) = owner { (game::who(player)) } } }
+            td { b { (turn.action) } } td data-name="to" { (values(&turn.changed)) }
             td.n data-name="chance" {
                 (format!("{:.3}", turn.probability).trim_end_matches('0').trim_end_matches('.'))
             }
@@ -362,7 +372,7 @@ fn tables(content: &Content<'_>) -> Markup {
                 div.scroll { (bars::classes(result)) }
             }
             div {
-                section #sizes { h2 { "Sizes" } (bars::sizes(result)) }
+                section #sizes { h2 { "Sizes" } (bars::sizes(check)) }
                 section #times { h2 { "Time" } (bars::times(check)) }
             }
         }

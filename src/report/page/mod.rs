@@ -7,6 +7,7 @@
 mod bars;
 mod data;
 pub(crate) mod drawing;
+mod game;
 mod hasse;
 mod heat;
 mod html;
@@ -64,6 +65,9 @@ pub struct ShownRun {
     pub trace: TraceReport,
     /// The visited states, starting with the first.
     pub states: Vec<State>,
+    /// For each of them, the player of a game that chooses there, by its position among the players of
+    /// the report.
+    pub owners: Vec<Option<usize>>,
     /// The end of the run.
     pub end: RunEnd,
 }
