@@ -26,7 +26,7 @@ use super::sweep::ranges;
 static INPUT_READ: AtomicBool = AtomicBool::new(false);
 
 /// The commands that honour the players of a game. All others refuse games.
-const WITH_PLAYERS: &[&str] = &["check", "compare", "info", "reach", "report"];
+const WITH_PLAYERS: &[&str] = &["check", "compare", "info", "reach", "report", "simulate", "strategy"];
 
 /// The name of standard input in messages.
 const STANDARD_INPUT: &str = "standard input";

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
 use meliora::supervise::memory;
-use meliora_engine::{Engine, SymbolicEngine, position};
+use meliora_engine::{Engine, SymbolicEngine};
 use meliora_export::projections::{self, Plane, Projections};
 use meliora_model::State;
 use meliora_model::error::Error;
-use meliora_planning::{Analysis, Kind, Rank, Scheduler, Setup, Simulation, StrategyKind};
+use meliora_planning::{Analysis, Kind, Opponent, Rank, Scheduler, Setup, Simulation, StrategyKind};
 use meliora_quantities::all_states::MOST_STATES;
 use meliora_quantities::outlook::Outlook;
 use meliora_quantities::{Achiever, Choose};
@@ -28,6 +28,7 @@ use super::files::Target;
 use super::load::{self, Question};
 use super::options::{EngineArgs, EngineChoice, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan;
+use super::simulate::opponent;
 use super::supervise::{Job, supervise};
 
 /// Maximum number of steps of the run in a page.
@@ -87,6 +88,10 @@ pub(super) struct ReportArgs {
     /// sasi, if the model is small enough for values; else first]
     #[arg(long, value_parser = by_name::<Choose>())]
     choose: Option<Choose>,
+
+    /// Choices of the opponent of a game in the run [default: random]
+    #[arg(long, value_parser = by_name::<Opponent>())]
+    opponent: Option<Opponent>,
 
     /// Seed of the random numbers: the same seed gives the same run
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -168,6 +173,10 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
     }
     let read = || {
         let question = load::question("report", &args.model, &args.preferences, &job.sink)?;
+        if let Some(choose) = args.choose.filter(|choose| *choose != Choose::First) {
+            question.program.of_one_player(&format!("`--choose {}`", choose.name()))?;
+        }
+        opponent(&question.program, args.opponent)?;
         let plane = match &args.grid {
             Some(names) => Some(Plane::named(&question.program, names)?),
             None => Plane::guess(&question.program),
@@ -289,9 +298,6 @@ impl PageWriter<'_> {
 
     /// Simulates a run from a state; returns `None` if the strategy does nothing there.
     fn best_run(&self, start: &State, outlook: Option<&Outlook>) -> Result<Option<ShownRun>, Error> {
-        if self.analysis.whole_engine().is_game() {
-            return Ok(None);
-        }
         let (kind, levels) = self.kind(start)?;
         let program = &self.question.program;
         if kind != StrategyKind::Achieve
@@ -323,18 +329,12 @@ impl PageWriter<'_> {
         };
         let (scheduler, seed) = (self.args.scheduler, self.args.seed);
         let setup = Setup { scheduler, runs: RUNS, steps: STEPS, seed };
-        let (told, end) = Simulation::new(&mut strategy, setup).telling(start)?;
+        let opponent = opponent(program, self.args.opponent)?;
+        let mut simulation = Simulation::new(&mut strategy, setup).against(opponent.unwrap_or_default());
+        let (told, end) = simulation.telling(start)?;
         let trace = TraceReport::new(program, &self.question.preferences, start, &told);
         let visited = told.turns.iter().map(|turn| turn.state.clone());
-        let states: Vec<State> = std::iter::once(start.clone()).chain(visited).collect();
-        let owners = self.owners(&states)?;
-        Ok(Some(ShownRun { kind, scheduler, choose, seed, trace, states, owners, end }))
-    }
-
-    /// Returns for each state the player of a game that chooses there.
-    fn owners(&self, states: &[State]) -> Result<Vec<Option<usize>>, Error> {
-        let engine = self.analysis.whole_engine();
-        let players = engine.player_states();
-        states.iter().map(|state| position(&players, |own| engine.contains(own, state))).collect()
+        let states = std::iter::once(start.clone()).chain(visited).collect();
+        Ok(Some(ShownRun { kind, scheduler, choose, opponent, seed, trace, states, end }))
     }
 }

@@ -10,7 +10,7 @@ use meliora_lang as lang;
 use meliora_model::error::{Error, Result, SourceFile};
 use meliora_model::players::{Player, Players};
 use meliora_model::preference::History;
-use meliora_model::step::{Choice, Step};
+use meliora_model::step::Step;
 use meliora_model::{Program, fault};
 use meliora_planning::result::ModelCounts;
 use meliora_planning::{self as planning, Options};
@@ -107,13 +107,8 @@ impl Exploration {
     pub fn owner(&self, state: &[i64]) -> Result<Option<Player>> {
         let (program, steps) = (self.program(), self.steps(state)?);
         let Some(players) = &program.players else { return Ok(None) };
-        let own = |step: &Step| match step.choice {
-            Choice::Combination { synchronisation, .. } => {
-                program.player_of(&program.synchronisations[synchronisation])
-            }
-            Choice::Uniform | Choice::Deadlock => None,
-        };
-        let found = steps.iter().find_map(own).map(|at| (at, players.list[at].name.clone()));
+        let found = steps.iter().find_map(|step| program.player_of_choice(&step.choice));
+        let found = found.map(|at| (at, players.list[at].name.clone()));
         Ok(found.map(|(at, name)| Player { name, ours: self.engine.coalition()[at] }))
     }
 

@@ -144,8 +144,9 @@ impl Shield {
     /// # Errors
     /// The errors of [`FiniteMemoryStrategy::explain`]; [`Limit::Size`] if there are more than
     /// `limit` nodes; [`Error::Usage`] for strategies that choose by value, with `safety = transition`,
-    /// and if choices with one label cannot be permitted together.
+    /// and if choices with one label cannot be permitted together; the model is a game.
     pub fn new<E: Engine>(strategy: &mut FiniteMemoryStrategy<E>, limit: usize) -> Result<Self> {
+        strategy.program.of_one_player("a shield")?;
         strategy.fits_shields()?;
         let mut builder = Builder {
             actions: labels(&strategy.program),

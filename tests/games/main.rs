@@ -10,7 +10,9 @@ mod one_player;
 mod random_program;
 mod raw;
 mod regions;
+mod simulations;
 mod states;
+mod strategies;
 mod turns;
 
 use meliora::advanced::symbolic::Thresholds;

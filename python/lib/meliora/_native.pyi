@@ -900,6 +900,7 @@ class Strategy:
         steps: int = 1000,
         seed: int = 1,
         picks: Literal["permissive", "progress"] = "progress",
+        opponent: Literal["random", "worst"] = "random",
         timeout: _Timeout | None = None,
         progress: _Progress | None = None,
     ) -> Simulation:
@@ -1092,6 +1093,10 @@ class Explanation:
     def state(self) -> dict[str, Any]:
         """The state."""
     @property
+    def owner(self) -> str | None: ...
+    @property
+    def theirs(self) -> bool: ...
+    @property
     def unsafe(self) -> bool:
         """True if no strategy keeps the requirements from the state."""
     @property
@@ -1218,6 +1223,8 @@ class Simulation:
     @property
     def improvements(self) -> dict[int, int]:
         """The number of runs for each number of improvements."""
+    @property
+    def moves(self) -> dict[str, int]: ...
     @property
     def value(self) -> dict[str, Any] | None:
         """The value that the strategy attains, computed and measured: a dictionary with the number of

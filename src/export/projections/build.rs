@@ -217,8 +217,7 @@ fn labels(engine: &SymbolicEngine) -> Result<Vec<(String, StateSet)>> {
     Ok(found)
 }
 
-/// Returns the permitted choices of start states, each state at the level of its rank. The opponent's
-/// choices are neither permitted nor forbidden.
+/// Returns the permitted choices of start states, each state at the level of its rank.
 fn permitted<E: Dumpable>(analysis: &Analysis<E>, program: &Arc<Program>, kind: Kind) -> Result<ChoiceSet> {
     let engine = analysis.engine();
     let mut all = engine.no_choices();
@@ -231,11 +230,7 @@ fn permitted<E: Dumpable>(analysis: &Analysis<E>, program: &Arc<Program>, kind: 
     let found = levels.found.iter().enumerate().map(|(k, level)| (Some(k + 1), level));
     for (rank, level) in found.chain(levels.unbounded().map(|level| (None, level))) {
         let permitted = strategy::permitted_at_start(engine, kind, classes, improvement, level)?;
-        let mut states = strategy.states_of_rank(rank)?;
-        if let Some(theirs) = engine.theirs() {
-            states = engine.difference(&states, &theirs)?;
-        }
-        let here = engine.choices_in(&permitted, &states)?;
+        let here = engine.choices_in(&permitted, &strategy.states_of_rank(rank)?)?;
         all = engine.union(&all, &here)?;
     }
     engine.choices_diagram(&all).cloned()

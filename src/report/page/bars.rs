@@ -116,7 +116,7 @@ pub(super) fn sizes(check: &CheckReport) -> Markup {
     }
     html! { table { tbody {
         @for (name, number) in rows { tr { th { (name) } td.n { (number) } } }
-        @for player in &check.players { tr { th { "moves of " (game::who(player)) } td.n { (player.states.grouped()) } } }
+        @for player in &check.players { tr { th { "moves of " (game::who(&player.name, player.ours)) } td.n { (player.states.grouped()) } } }
     } } }
 }
 

@@ -19,12 +19,13 @@ pub(super) fn corners(is_theirs: bool) -> Option<usize> {
 }
 
 /// Renders a player with its sign.
-pub(super) fn who(player: &PlayerSummary) -> Markup {
-    html! { span class=(class(player.ours)) { (player.name) } }
+pub(super) fn who(name: &str, ours: bool) -> Markup {
+    html! { span class=(format!("who {}", side(ours))) { (name) } }
 }
 
-fn class(ours: bool) -> &'static str {
-    if ours { "who ours" } else { "who theirs" }
+/// Returns the class of what belongs to us, or to the opponent.
+pub(super) fn side(ours: bool) -> &'static str {
+    if ours { "ours" } else { "theirs" }
 }
 
 /// Returns the opponent in words: `guard`, `guard and thief`; `None` if there is none.
@@ -45,7 +46,7 @@ pub(super) fn key(players: &[PlayerSummary], paint: &Paint<'_>) -> Markup {
     html! {
         p.hint.players {
             @for (at, player) in players.iter().enumerate() {
-                (who(player))
+                (who(&player.name, player.ours))
                 @if player.ours { " is ours, and moves in square cells" }
                 @else { " is the opponent, and moves in round cells" }
                 @if placed(at) { "; its sign also shows where it stands" }
@@ -101,7 +102,7 @@ pub(super) fn pieces(
             @let row = plane.row.map(|row| row.index());
             @let place = row.and_then(|row| corner(view[row]?, view[plane.column.index()]?));
             @let (x, y) = place.unwrap_or_default();
-            g class=(if player.ours { "piece ours" } else { "piece theirs" })
+            g class=(format!("piece {}", side(player.ours)))
                 data-row=[row] data-col=(plane.column.index())
                 transform=(format!("translate({x},{y})")) visibility=(if place.is_some() { "visible" } else { "hidden" }) {
                 title { (player.name) }

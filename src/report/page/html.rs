@@ -3,7 +3,6 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::super::header::{Header, ModelSummary};
-use super::super::players::PlayerSummary;
 use super::super::simulate::TurnReport;
 use super::super::simulate_text::committed;
 use super::super::{ranks, text};
@@ -14,7 +13,7 @@ use meliora_model::Variable;
 use meliora_model::preference::Empty;
 use meliora_model::value::Type;
 use meliora_planning::result::{Plan, Prospects};
-use meliora_planning::{Rank, Scheduler, StrategyKind};
+use meliora_planning::{Opponent, Rank, Scheduler, StrategyKind};
 use meliora_quantities::Choose;
 use meliora_quantities::all_states::MOST_STATES;
 use meliora_quantities::outlook::{LISTED, Promise};
@@ -45,7 +44,7 @@ pub(super) fn page(content: &Content<'_>) -> String {
                 main {
                     (verdict(content))
                     @if let Some(paint) = &paint { (maps(content, paint)) } @else { (no_maps()) }
-                    @if let Some(run) = content.run { (shown_run(run, &content.check.players)) }
+                    @if let Some(run) = content.run { (shown_run(run)) }
                     (preferences(content))
                     (tables(content))
                 }
@@ -276,9 +275,8 @@ fn stepper(is_game: bool) -> Markup {
 }
 
 /// Renders a run, step by step.
-fn shown_run(run: &ShownRun, players: &[PlayerSummary]) -> Markup {
-    let turns = &run.trace.turns;
-    let owner = |step: usize| players.get((*run.owners.get(step)?)?);
+fn shown_run(run: &ShownRun) -> Markup {
+    let (turns, is_game) = (&run.trace.turns, run.opponent.is_some());
     html! {
         section #play {
             h2 { "A run" }
@@ -291,15 +289,20 @@ fn shown_run(run: &ShownRun, players: &[PlayerSummary]) -> Markup {
                     (_, Choose::Likely) => "the permitted action with the greatest probability of success. ",
                     (_, Choose::Cheap) => "the permitted action with the fewest expected steps. ",
                 }
+                @match run.opponent {
+                    None => {}
+                    Some(Opponent::Random) => "The opponent takes each of its actions with the same probability. ",
+                    Some(Opponent::Worst) => "The opponent takes the action that keeps the goal away longest. ",
+                }
                 b { (words::outcome(run)) }
             }
             details open[turns.len() <= LONG] { summary.hint { "All steps" } div.scroll { table.turns {
                 thead { tr {
-                    th.n { "step" } @if !players.is_empty() { th { "who" } } th { "action" } th { "to" } th.n { "chance" } th { "sure" } th { "rank" } th {}
+                    th.n { "step" } @if is_game { th { "who" } } th { "action" } th { "to" } th.n { "chance" } th { "sure" } th { "rank" } th {}
                 } }
                 tbody {
-                    tr data-turn="0" { td.n { "0" } @if !players.is_empty() { td {} } td { "start" } td {} td {} td {} td {} td {} }
-                    @for (index, turn) in turns.iter().enumerate() { (turn_row(index + 1, turn, (!players.is_empty()).then(|| owner(index)))) }
+                    tr data-turn="0" { td.n { "0" } @if is_game { td {} } td { "start" } td {} td {} td {} td {} td {} }
+                    @for (index, turn) in turns.iter().enumerate() { (turn_row(index + 1, turn, is_game)) }
                 }
             } } }
         }
@@ -317,8 +320,9 @@ fn strategy_name(kind: StrategyKind) -> &'static str {
 }
 
 /// Renders a step; in a game, with the player that takes it.
-fn turn_row(step: usize, turn: &TurnReport, owner: Option<Option<&PlayerSummary>>) -> Markup {
-    let side = owner.flatten().map(|player| if player.ours { "ours" } else { "theirs" });
+fn turn_row(step: usize, turn: &TurnReport, is_game: bool) -> Markup {
+    let ours = turn.owner.is_none();
+    let side = turn.player.as_ref().map(|_| game::side(ours));
     let effect = match (turn.improves, turn.weakens_step) {
         (true, _) => Some(("good", format!("improves: {} gained", text::either(&turn.gained)))),
         (_, true) => Some(("bad", format!("weakens: {} lost", text::names(&turn.lost)))),
@@ -328,7 +332,7 @@ fn turn_row(step: usize, turn: &TurnReport, owner: Option<Option<&PlayerSummary>
     html! {
         tr class=[side] data-turn=(step) {
             td.n { (step) }
-            @if let Some(owner) = owner { td { @if let Some(player) = owner { (game::who(player)) } } }
+            @if is_game { td { @if let Some(player) = &turn.player { (game::who(player, ours)) } } }
             td { b { (turn.action) } } td data-name="to" { (values(&turn.changed)) }
             td.n data-name="chance" {
                 (format!("{:.3}", turn.probability).trim_end_matches('0').trim_end_matches('.'))

@@ -32,7 +32,7 @@ use meliora_export::projections::Projections;
 use meliora_model::State;
 use meliora_model::preference::{Outline, Preferences};
 use meliora_planning::tally::RunEnd;
-use meliora_planning::{Scheduler, StrategyKind};
+use meliora_planning::{Opponent, Scheduler, StrategyKind};
 use meliora_quantities::Choose;
 use meliora_quantities::outlook::Outlook;
 
@@ -59,15 +59,14 @@ pub struct ShownRun {
     pub scheduler: Scheduler,
     /// The action that the progress strategy takes.
     pub choose: Choose,
+    /// The choices of the opponent; `None` if the model is not a game.
+    pub opponent: Option<Opponent>,
     /// The seed of the random numbers.
     pub seed: u64,
     /// The run as text.
     pub trace: TraceReport,
     /// The visited states, starting with the first.
     pub states: Vec<State>,
-    /// For each of them, the player of a game that chooses there, by its position among the players of
-    /// the report.
-    pub owners: Vec<Option<usize>>,
     /// The end of the run.
     pub end: RunEnd,
 }
