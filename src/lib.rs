@@ -124,8 +124,8 @@ pub use meliora_model::{Program, State};
 pub use meliora_model::{error, progress};
 #[doc(inline)]
 pub use meliora_planning::{
-    AnalysisResult, Event, Explanation, FiniteMemoryStrategy as Strategy, Kind, Options, Phase, Rank, Safety,
-    Scheduler, Setup, Shield, StrategyKind,
+    AnalysisResult, Event, Explanation, FiniteMemoryStrategy as Strategy, Kind, Opponent, Options, Phase,
+    Rank, Safety, Scheduler, Setup, Shield, StrategyKind,
 };
 #[doc(inline)]
 pub use meliora_quantities::{Achiever, Choose, Chooser, ValuedRule};
@@ -206,10 +206,10 @@ pub mod planning {
     #[doc(inline)]
     pub use meliora_planning::{
         Analysis, AnalysisResult, Class, Classes, Event, Explanation, FiniteMemoryStrategy, Improvement,
-        InducedModel, Kind, Levels, Memory, Options, Phase, Rank, RegionSearch, Requirements, Safety, Sample,
-        Scheduler, Setup, Shield, ShieldNode, ShieldVariable, Simulation, StrategyKind, classes, explain,
-        finite_memory, improvement, induced_model, joint, levels, region_search, regions, requirements,
-        result, shield, simulate, strategy, tally, temporal, winning_regions,
+        InducedModel, Kind, Levels, Memory, Opponent, Options, Phase, Rank, RegionSearch, Requirements,
+        Safety, Sample, Scheduler, Setup, Shield, ShieldNode, ShieldVariable, Simulation, StrategyKind,
+        Threat, classes, explain, finite_memory, improvement, induced_model, joint, levels, region_search,
+        regions, requirements, result, shield, simulate, strategy, tally, temporal, winning_regions,
     };
 }
 

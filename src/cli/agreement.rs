@@ -62,8 +62,7 @@ pub(super) fn compare<E: Engine, F: Engine>(
         membership = Some(state_by_state(&mut tally, left, right, program, sink)?);
     }
     let mut strategies = None;
-    // A strategy of a game is not supported.
-    if tally.difference.is_none() && program.players.is_none() {
+    if tally.difference.is_none() {
         strategies = Some(actions(&mut tally, left, right, program)?);
     }
     let Tally { compared, difference } = tally;

@@ -125,6 +125,9 @@ impl ChooseArgs {
         kind: StrategyKind,
     ) -> Result<(Question, Arc<AnyEngine>, (At, Costs))> {
         plan::prepared(job, given, |question| {
+            if self.choose != Choose::First {
+                question.program.of_one_player(&format!("`--choose {}`", self.choose.name()))?;
+            }
             let at = At::read(&question.program, at)?;
             self.objectives(kind, &question.preferences)?;
             Ok((at, self.costs(&question.program, &job.sink)?))

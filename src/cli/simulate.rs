@@ -7,7 +7,9 @@ use clap::Args;
 use meliora_engine::Engine;
 use meliora_model::error::Error;
 use meliora_model::{Program, State};
-use meliora_planning::{Analysis, Kind, Phase, Rank, Scheduler, Setup, Simulation, StrategyKind, improvable};
+use meliora_planning::{
+    Analysis, Kind, Opponent, Phase, Rank, Scheduler, Setup, Simulation, StrategyKind, improvable,
+};
 use meliora_quantities::Choose;
 use meliora_quantities::cost::Costs;
 use meliora_report::SimulateReport;
@@ -41,6 +43,10 @@ pub(super) struct SimulateArgs {
     /// Permitted actions that runs take
     #[arg(long, value_parser = by_name::<Scheduler>(), default_value = Scheduler::Progress.name())]
     scheduler: Scheduler,
+
+    /// Choices of the opponent of a game [default: random]
+    #[arg(long, value_parser = by_name::<Opponent>())]
+    opponent: Option<Opponent>,
 
     /// Number of runs
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
@@ -114,8 +120,19 @@ fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> R
         engine: &args.engine,
     };
     let (question, engine, (at, costs)) = args.choose.prepared(job, given, &args.at, kind)?;
+    let opponent = opponent(&question.program, args.opponent)?;
+    job.update(|r| r.opponent = opponent);
     simulate(job, &engine, (&question, kind, costs), args, &at)?;
     Ok(question.program)
+}
+
+/// Returns the choices of the opponent; `None` if the model is not a game.
+fn opponent(program: &Program, given: Option<Opponent>) -> Result<Option<Opponent>, Error> {
+    match (&program.players, given) {
+        (Some(_), given) => Ok(Some(given.unwrap_or_default())),
+        (None, None) => Ok(None),
+        (None, Some(_)) => Err(Error::Usage("`--opponent`: only a game (`smg`) has an opponent".to_owned())),
+    }
 }
 
 fn simulate<E: Engine>(
@@ -140,7 +157,8 @@ fn simulate<E: Engine>(
     let mut strategy = args.choose.strategy(&analysis, &question.program, kind)?;
     let attach = || args.choose.attach((&analysis, &costs), &question.program, &starts, &mut strategy);
     let chooser = job.timed("values", attach, |r, s| args.choose.count(&mut r.time, s))?;
-    let mut simulation = Simulation::new(&mut strategy, args.setup());
+    let opponent = args.opponent.unwrap_or_default();
+    let mut simulation = Simulation::new(&mut strategy, args.setup()).against(opponent);
     // The text tells whether other improvements are possible where none is guaranteed.
     let advises = args.choose.choose.levels(kind) == Kind::Sasi && !args.shown.json;
     let mut improvable = None;

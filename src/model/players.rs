@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::{Program, Synchronisation};
 use crate::error::{Diagnostic, Result, Severity};
+use crate::step::Choice;
 
 /// The players of a turn-based game. Each choice belongs to one player: that of its action, or for an
 /// unlabelled command that of its module.
@@ -26,6 +27,15 @@ pub struct Player {
     /// Its name.
     pub name: String,
     /// True if we choose its moves, false if the opponent does.
+    pub ours: bool,
+}
+
+/// The player who chooses in a state of a game.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Owner {
+    /// The player, by its position in [`Players::list`].
+    pub player: usize,
+    /// True if it is one of us.
     pub ours: bool,
 }
 
@@ -68,8 +78,7 @@ impl Program {
         let Some(players) = &self.players else { return Ok(()) };
         let message = format!("{what} of a game is not supported");
         let diagnostic = Diagnostic::new(&self.source, players.span.clone(), message);
-        let help =
-            "games are supported by `check`, `reach`, `compare`, `info`, `export`, `verify` and `query`";
+        let help = "games are supported by `check`, `reach`, `strategy`, `simulate`, `compare`, `info`, `export`, `verify` and `query`";
         Err(diagnostic.severity(Severity::Unsupported).label("a game").help(help).into())
     }
 
@@ -77,6 +86,17 @@ impl Program {
     pub fn play_as(&mut self, coalition: &[bool]) {
         let players = self.players.iter_mut().flat_map(|players| &mut players.list);
         players.zip(coalition).for_each(|(player, &ours)| player.ours = ours);
+    }
+
+    /// Returns the player to which a choice belongs; `None` if the model is not a game, and for the
+    /// self-loops of deadlocks.
+    pub fn player_of_choice(&self, choice: &Choice) -> Option<usize> {
+        match choice {
+            Choice::Combination { synchronisation, .. } => {
+                self.player_of(self.synchronisations.get(*synchronisation)?)
+            }
+            Choice::Uniform | Choice::Deadlock => None,
+        }
     }
 
     /// Returns the player to which the choices of a synchronisation belong; `None` if the model is not

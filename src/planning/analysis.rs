@@ -428,11 +428,8 @@ impl<E: Engine> Analysis<E> {
 
 impl<E: Engine> FiniteMemoryStrategy<E> {
     /// Creates the finite-memory strategy of an analysis; `None` before the search for levels of
-    /// this kind has ended, and for a game.
+    /// this kind has ended.
     pub fn new(analysis: &Analysis<E>, program: &Arc<Program>, kind: Kind) -> Option<Self> {
-        if program.players.is_some() {
-            return None;
-        }
         let LevelSearch::Ended(levels) = analysis.search(kind) else { return None };
         Some(FiniteMemoryStrategy {
             whole: analysis.whole.clone(),
@@ -467,7 +464,6 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     ) -> Result<Option<Self>> {
         let objectives: ObjectiveSet = objectives.into_iter().collect();
         kind.check(&objectives)?;
-        program.of_one_player("a strategy")?;
         let Some(strategy) = Self::new(analysis, program, levels) else { return Ok(None) };
         let mut achieving = if kind.achieves() { Achieving::new(analysis, &strategy)? } else { None };
         if let Some(achieving) = achieving.as_mut().filter(|_| objectives.len() > 1) {

@@ -3,10 +3,12 @@
 use super::achieve::Manner;
 use super::finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
 use super::levels::Rank;
+use super::threat::Threat;
 use super::verdict::Case;
 pub use super::verdict::Verdict;
 use meliora_engine::{Engine, position};
 use meliora_model::error::Result;
+use meliora_model::players::Owner;
 use meliora_model::preference::{Change, ObjectiveSet, Preferences};
 use meliora_model::step::Step;
 use meliora_model::{State, fault};
@@ -18,6 +20,8 @@ pub struct Explanation {
     pub state: State,
     /// The strategy's memory in the state.
     pub memory: Memory,
+    /// The player who chooses in the state; `None` if the model is not a game, and in deadlocks.
+    pub owner: Option<Owner>,
     /// True if no strategy keeps the requirements from the state.
     pub is_unsafe: bool,
     /// MP(s), the most preferred objectives of the state; empty if it is unsafe.
@@ -34,11 +38,25 @@ pub struct Explanation {
     /// All enabled actions in the order of the program.
     pub actions: Vec<Action>,
     /// The position of the action that a deterministic strategy takes: the first one that makes
-    /// progress, or that of the decision rule; `None` where the strategy ends.
+    /// progress, or that of the decision rule; `None` where the strategy ends, and in states of the
+    /// opponent.
     pub pick: Option<usize>,
 }
 
 impl Explanation {
+    /// Returns whether the opponent of a game chooses in the state: no action is permitted or forbidden.
+    pub fn is_theirs(&self) -> bool {
+        self.owner.is_some_and(|owner| !owner.ours)
+    }
+
+    /// Returns whether the strategy has nothing left to improve or to achieve; a run ends here.
+    pub fn is_over(&self) -> bool {
+        match self.memory.pursuit {
+            Some(_) => self.is_achieved(),
+            None => self.memory.level == Rank::Finite(0),
+        }
+    }
+
     /// Returns the objective that the strategy pursues; `None` if there are several or none.
     pub fn pursued(&self) -> Option<usize> {
         self.aims.iter().next().filter(|_| self.aims.len() == 1)
@@ -102,6 +120,13 @@ pub struct Action {
     pub progress: bool,
     /// The reason.
     pub verdict: Verdict,
+    /// For an action after which the opponent can weaken ([`Verdict::Exposes`]), how it can; `None` for
+    /// others, and if the way is too long to be searched for.
+    pub threat: Option<Threat>,
+    /// For an action of the opponent, the distance of the nearest successor from the level's goal or the
+    /// pursued objective: 0 for a goal edge, i + 1 for a successor in layer i. `None` if the goal cannot
+    /// follow, and for our actions.
+    pub distance: Option<usize>,
     /// The possible successors.
     pub successors: Vec<Successor>,
 }
@@ -141,6 +166,16 @@ pub struct Successor {
     pub improves: bool,
 }
 
+/// The state that is explained.
+struct Here<'a> {
+    state: &'a [i64],
+    memory: Memory,
+    reference: &'a ObjectiveSet,
+    is_unsafe: bool,
+    /// True if the opponent chooses in it.
+    theirs: bool,
+}
+
 impl<E: Engine> FiniteMemoryStrategy<E> {
     /// Explains a state in which the strategy has the given memory. Cost: that of
     /// [`FiniteMemoryStrategy::strategy`], then no image.
@@ -152,13 +187,13 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             return Err(limit.into());
         }
         let steps = self.program.steps(state).map_err(|f| fault::error(&self.program, &f, state))?;
-        let reference = self.reference(memory, state)?;
-        let is_unsafe = self.is_unsafe(state)?;
-        let mut actions = Vec::with_capacity(steps.len());
-        for step in steps {
-            actions.push(self.action((state, is_unsafe), memory, &reference, step)?);
-        }
+        let owner = steps.first().and_then(|step| self.owner_of(&step.choice));
+        let (reference, is_unsafe) = (self.reference(memory, state)?, self.is_unsafe(state)?);
+        let theirs = owner.is_some_and(|owner| !owner.ours);
+        let here = Here { state, memory, reference: &reference, is_unsafe, theirs };
+        let actions = steps.into_iter().map(|step| self.action(&here, step)).collect::<Result<_>>()?;
         let mut at = Explanation {
+            owner,
             is_unsafe,
             most_preferred: self.most_preferred(state)?,
             achieved: self.achieved(state)?,
@@ -181,21 +216,16 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         Ok(at)
     }
 
-    /// Explains a choice of a state, which is given with whether it is unsafe.
-    fn action(
-        &mut self,
-        (state, is_unsafe): (&[i64], bool),
-        memory: Memory,
-        reference: &ObjectiveSet,
-        step: Step,
-    ) -> Result<Action> {
+    /// Explains a choice of a state.
+    fn action(&mut self, here: &Here<'_>, step: Step) -> Result<Action> {
         let Step { choice, name, successors } = step;
+        let &Here { state, memory, is_unsafe, theirs, .. } = here;
         let (engine, kind) = (self.engine.clone(), self.levels.kind);
         let has = |set: &E::Choices| engine.contains_choice(set, state, &choice);
         let kept = self.arena(memory).map_or(Ok(false), |arena| has(&arena.choices))?;
         let counts = if memory.pursuit.is_some() { has(&engine.all_choices())? } else { kept };
         let one = |(to, p)| {
-            let found = self.successor((state, is_unsafe), memory, reference, (to, p))?;
+            let found = self.successor(here, (to, p))?;
             Ok(Successor { goal: found.goal && counts, ..found })
         };
         let successors: Vec<Successor> = successors.into_iter().map(one).collect::<Result<_>>()?;
@@ -209,6 +239,10 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             }
             _ => None,
         };
+        let exposed = match kept || self.program.players.is_none() {
+            true => None,
+            false => self.exposed(memory, successors.iter().map(|s| &s.state))?,
+        };
         let case = Case {
             pursuit: memory.pursuit.map(|pursuit| pursuit.manner),
             achieves: self.kind == StrategyKind::Achieve,
@@ -217,19 +251,33 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             kept,
             level,
             outside,
+            exposed,
         };
         let (permitted, progress) = level.unwrap_or((false, false));
-        let verdict = case.verdict(&successors);
-        Ok(Action { name, kept, permitted, progress, verdict, successors })
+        let verdict = if theirs { case.answer(&successors) } else { case.verdict(&successors) };
+        let threat = match verdict {
+            Verdict::Exposes(index) => self.threat(memory, &successors[index].state)?,
+            _ => None,
+        };
+        let distance = if theirs { self.distance(memory, &successors)? } else { None };
+        Ok(Action { name, kept, permitted, progress, verdict, threat, distance, successors })
     }
 
-    fn successor(
-        &self,
-        (from, from_unsafe): (&[i64], bool),
-        memory: Memory,
-        reference: &ObjectiveSet,
-        (to, p): (State, f64),
-    ) -> Result<Successor> {
+    /// Returns [`Action::distance`] of an action of the opponent. Cost: no image once the strategy is
+    /// known.
+    fn distance(&mut self, memory: Memory, successors: &[Successor]) -> Result<Option<usize>> {
+        if successors.iter().any(|s| s.goal) {
+            return Ok(Some(0));
+        }
+        let engine = self.engine.clone();
+        let Some(strategy) = self.strategy(memory)? else { return Ok(None) };
+        let reached =
+            |layer: &E::States| Ok(position(successors, |s| engine.contains(layer, &s.state))?.is_some());
+        Ok(position(&strategy.layers, reached)?.map(|layer| layer + 1))
+    }
+
+    fn successor(&self, here: &Here<'_>, (to, p): (State, f64)) -> Result<Successor> {
+        let &Here { state: from, is_unsafe: from_unsafe, memory, reference, .. } = here;
         let class = self.classes.of(&*self.engine, &to)?.map(|class| &self.classes.list[class]);
         let is_unsafe = class.is_none();
         let most_preferred = class.map_or_else(ObjectiveSet::new, |class| class.most_preferred.clone());

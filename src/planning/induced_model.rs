@@ -45,9 +45,11 @@ impl Scheduler {
         self.into()
     }
 
-    /// Returns whether this scheduler may take the action at this position.
+    /// Returns whether runs may take the action at this position: one that this scheduler may take, or any
+    /// action of the opponent until the strategy ends.
     pub(crate) fn takes(self, at: &Explanation, action: usize) -> bool {
         match self {
+            _ if at.is_theirs() => !at.is_over() && action < at.actions.len(),
             Scheduler::Permissive => {
                 !at.is_achieved() && at.actions.get(action).is_some_and(|a: &Action| a.permitted)
             }

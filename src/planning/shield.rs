@@ -137,8 +137,6 @@ fn present<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
 /// A shield under construction.
 struct Builder<'s, E: Engine> {
     strategy: &'s mut FiniteMemoryStrategy<E>,
-    /// The states of the opponent, if there are some.
-    theirs: Option<E::States>,
     index: AHashMap<(State, Memory), usize>,
     queue: VecDeque<(State, Memory)>,
     actions: Vec<String>,
@@ -160,7 +158,6 @@ impl Shield {
         strategy.fits_shields()?;
         let mut builder = Builder {
             actions: labels(&strategy.program),
-            theirs: strategy.whole.theirs(),
             strategy,
             index: AHashMap::new(),
             queue: VecDeque::new(),
@@ -306,7 +303,7 @@ impl<E: Engine> Builder<'_, E> {
                 labels[place].next.push(self.enter(successor.state.clone(), successor.next)?);
             }
         }
-        let theirs = self.is_theirs(&at.state)?;
+        let theirs = at.is_theirs();
         if !theirs && ahead != Some(0) && !labels.iter().any(|label| label.progress && label.keeps) {
             return Err(self.inseparable(&at));
         }
@@ -321,12 +318,6 @@ impl<E: Engine> Builder<'_, E> {
         let (secure, achieved) = (false, kept || at.is_achieved());
         let state = at.state;
         Ok(ShieldNode { state, theirs, class, reference, ahead, secure, pursues, achieved, actions, pick })
-    }
-
-    /// Returns whether the opponent of a game chooses in a state.
-    fn is_theirs(&self, state: &[i64]) -> Result<bool> {
-        let Some(theirs) = &self.theirs else { return Ok(false) };
-        self.strategy.whole.contains(theirs, state)
     }
 
     /// Returns the error of a state in which every label with a choice that makes progress also has one

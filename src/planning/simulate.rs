@@ -10,6 +10,7 @@ use super::explain::{Explanation, lost};
 use super::finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
 use super::induced_model::Scheduler;
 use super::levels::Rank;
+use super::opponent::Opponent;
 use super::tally::{Achievements, Ending, RunEnd, Tally, Trace, Turn};
 use meliora_engine::Engine;
 use meliora_model::State;
@@ -86,13 +87,20 @@ fn aim(memory: Memory) -> usize {
 pub struct Simulation<'b, E: Engine> {
     strategy: &'b mut FiniteMemoryStrategy<E>,
     setup: Setup,
+    opponent: Opponent,
     seen: AHashMap<(State, Memory), Rc<Explanation>>,
 }
 
 impl<'b, E: Engine> Simulation<'b, E> {
-    /// Creates a simulation without runs.
+    /// Creates a simulation without runs. In a game, the opponent chooses at random.
     pub fn new(strategy: &'b mut FiniteMemoryStrategy<E>, setup: Setup) -> Self {
-        Simulation { strategy, setup, seen: AHashMap::new() }
+        Simulation { strategy, setup, opponent: Opponent::Random, seen: AHashMap::new() }
+    }
+
+    /// Lets the opponent of a game choose in this way.
+    #[must_use]
+    pub fn against(self, opponent: Opponent) -> Self {
+        Simulation { opponent, ..self }
     }
 
     /// Simulates all runs from one state of the scope. Cost: that of
@@ -218,8 +226,14 @@ impl<'b, E: Engine> Simulation<'b, E> {
 
     /// Simulates one step; `None` if the strategy has no action.
     fn turn(&self, at: &Explanation, course: &mut Course, draw: &mut Draw) -> Option<(Turn, Memory)> {
-        let played = self.played(at);
-        let action = &at.actions[*played.get(draw.below(played.len()))?];
+        let action = match at.is_theirs() {
+            true => self.opponent.pick(at, draw)?,
+            false => {
+                let played = self.played(at);
+                *played.get(draw.below(played.len()))?
+            }
+        };
+        let action = &at.actions[action];
         let drawn = draw.unit();
         let mut sum = 0.0;
         let reached = action.successors.iter().find(|s| {
@@ -243,6 +257,7 @@ impl<'b, E: Engine> Simulation<'b, E> {
             false => ObjectiveSet::new(),
         };
         let turn = Turn {
+            owner: at.owner,
             action: action.name.clone(),
             state: to.state.clone(),
             probability: to.probability,

@@ -4,13 +4,16 @@
 //! `prefix` there is one per reference class. Under `prefix`, planning starts in the part of the
 //! state's own class and stays there during steps that do not improve on it. After an improving
 //! step into W_{k-1}, the class of the entered state is the new reference and k-1 is the new level.
+//!
+//! In a game, a strategy has choices of our states only. At a state of the opponent nothing is
+//! permitted or forbidden: a layer contains it if *every* choice comes closer.
 
 use super::classes::Classes;
 use super::improvement::{Arena, Improvement};
 use super::levels::{Game, Kind, Level};
 use meliora_engine::edge_labels::{keeping, winning};
 use meliora_engine::{EdgeLabels, Engine, Region, position};
-use meliora_model::error::{Error, Result};
+use meliora_model::error::Result;
 
 /// The two strategies of one level in one arena.
 pub struct ArenaStrategy<E: Engine> {
@@ -19,11 +22,12 @@ pub struct ArenaStrategy<E: Engine> {
     pub reference: Option<usize>,
     /// The winning states.
     pub states: E::States,
-    /// The permitted choices; see `permissive`.
+    /// The permitted choices of our states; see `permissive`.
     pub permissive: E::Choices,
     /// The winning states by their distance from the goal; the layers are disjoint. A state in
     /// layer 0 has a permitted choice with a goal edge. A state in layer i+1 has one with a kept
-    /// edge into layer i and none with an edge into an earlier layer.
+    /// edge into layer i and none with an edge into an earlier layer. A state of the opponent is in
+    /// the first layer in which each of its choices has a goal edge or an edge into an earlier layer.
     pub layers: Vec<E::States>,
     /// The permitted choices that move one layer closer with positive probability; in layer 0 those
     /// with a goal edge. The progress strategy takes the first one of a state in the order of the
@@ -31,12 +35,35 @@ pub struct ArenaStrategy<E: Engine> {
     pub progress: E::Choices,
 }
 
-/// Computes the permitted choices of a level in one arena.
+/// Returns the pairs of C in our states: all of them if the model is not a game. Cost: no image.
+///
+/// # Errors
+/// A limit of the engine is reached.
+pub fn ours<E: Engine>(engine: &E, c: &E::Choices) -> Result<E::Choices> {
+    match engine.theirs() {
+        None => Ok(c.clone()),
+        Some(theirs) => engine.choices_in(c, &engine.difference(&engine.all_states(), &theirs)?),
+    }
+}
+
+/// Computes the permitted choices of a level in one arena: those of [`winning_choices`] in our states.
+///
+/// # Errors
+/// A limit of the engine is reached.
+pub fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E::Choices> {
+    ours(engine, &winning_choices(engine, kind, game)?)
+}
+
+/// Computes the choices of a level in one arena with which it can still be won. At a state of the
+/// opponent, these are all of its choices.
 ///
 /// For SASI, these are the kept choices of the winning states whose kept edges all are goal edges
 /// or stay in the winning states. For SPI, these are the kept choices with a goal edge or a kept
 /// edge into the winning states. Cost: none for SASI; two pre-images per part for SPI.
-pub fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E::Choices> {
+///
+/// # Errors
+/// A limit of the engine is reached.
+pub fn winning_choices<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E::Choices> {
     match kind {
         Kind::Sasi => Ok(game.choices.clone()),
         Kind::Spi => {
@@ -52,23 +79,20 @@ pub fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E
 /// and part.
 ///
 /// # Errors
-/// A limit of the engine is reached; the model is a game.
+/// A limit of the engine is reached.
 pub fn strategy<E: Engine>(
     engine: &E,
     kind: Kind,
     arena: &Arena<E>,
     game: &Game<E>,
 ) -> Result<ArenaStrategy<E>> {
-    if engine.is_game() {
-        return Err(Error::Usage("a strategy of a game is not supported".to_owned()));
-    }
-    let (all, permissive) = (engine.all_choices(), permissive(engine, kind, game)?);
-    let first = engine.intersection(&permissive, &winning(engine, &all, &game.edge_labels)?)?;
+    let (all, choices) = (engine.all_choices(), winning_choices(engine, kind, game)?);
+    let first = engine.intersection(&choices, &winning(engine, &all, &game.edge_labels)?)?;
     let goal = engine.can_choose(&first)?;
     let (layers, progress) = layered(engine, &game.states, goal, first, |layer| {
-        engine.intersection(&permissive, &keeping(engine, &all, &game.edge_labels, layer)?)
+        engine.intersection(&choices, &keeping(engine, &all, &game.edge_labels, layer)?)
     })?;
-    let states = game.states.clone();
+    let (states, permissive) = (game.states.clone(), ours(engine, &choices)?);
     Ok(ArenaStrategy { reference: arena.reference, states, permissive, layers, progress })
 }
 
@@ -83,21 +107,22 @@ pub(super) fn approach<E: Engine>(
     let goal = engine.intersection(goal, &region.states)?;
     let (layers, progress) =
         layered(engine, &region.states, goal, first, |layer| engine.pre(&region.choices, layer))?;
-    let (states, permissive) = (region.states.clone(), region.choices.clone());
+    let (states, permissive) = (region.states.clone(), ours(engine, &region.choices)?);
     Ok(ArenaStrategy { reference: None, states, permissive, layers, progress })
 }
 
-/// Returns the states by their distance from `layer`, and `progress` with the choices that come one
-/// layer closer: those that `closer` returns for a layer.
+/// Returns the states by their distance from `layer`, and our choices that come one layer closer: those
+/// of `first`, and those that `closer` returns for a layer. A state of the opponent is in a layer once
+/// each of its choices comes closer.
 fn layered<E: Engine>(
     engine: &E,
     states: &E::States,
     mut layer: E::States,
-    mut progress: E::Choices,
+    first: E::Choices,
     closer: impl Fn(&E::States) -> Result<E::Choices>,
 ) -> Result<(Vec<E::States>, E::Choices)> {
     let mut open = engine.difference(states, &layer)?;
-    let mut layers = Vec::new();
+    let (mut layers, mut progress, theirs) = (Vec::new(), first, engine.theirs());
     while !engine.is_empty(&layer)? {
         if let Some(limit) = engine.settings().sink.stop() {
             return Err(limit.into());
@@ -105,10 +130,14 @@ fn layered<E: Engine>(
         let closer = engine.choices_in(&closer(&layer)?, &open)?;
         progress = engine.union(&progress, &closer)?;
         layers.push(layer);
-        layer = engine.can_choose(&closer)?;
+        layer = match &theirs {
+            None => engine.can_choose(&closer)?,
+            // Choices of the opponent may have come closer to earlier layers.
+            Some(_) => engine.can_choose(&engine.choices_in(&progress, &open)?)?,
+        };
         open = engine.difference(&open, &layer)?;
     }
-    Ok((layers, progress))
+    Ok((layers, ours(engine, &progress)?))
 }
 
 /// Computes the strategies of all arenas of a level, in the order of [`Improvement::arenas`]. Cost:
@@ -123,7 +152,7 @@ pub fn strategies<E: Engine>(
     pairs.map(|(arena, game)| strategy(engine, kind, arena, game)).collect()
 }
 
-/// Computes the permitted choices of all states of a level when planning starts there. Cost: that
+/// Computes the permitted choices of all our states of a level when planning starts there. Cost: that
 /// of `permissive` per arena.
 pub fn permitted_at_start<E: Engine>(
     engine: &E,

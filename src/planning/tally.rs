@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::estimate::Sample;
 use super::levels::Rank;
 use meliora_model::State;
+use meliora_model::players::Owner;
 use meliora_model::preference::{Change, ObjectiveSet};
 
 /// The statistics of the runs from one state.
@@ -26,6 +27,8 @@ pub struct Tally {
     pub improvements: BTreeMap<usize, u64>,
     /// For each improvement (first, second, …), its number of steps since the start.
     pub waits: Vec<Wait>,
+    /// The number of steps of all runs that each player of a game chose, by its position.
+    pub steps_of: BTreeMap<usize, u64>,
     /// The number of runs that ended in a state where no improvement is left.
     pub settled: u64,
     /// The number of runs that were given up.
@@ -219,6 +222,8 @@ pub enum RunEnd {
 /// A step of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Turn {
+    /// The player who chose the action; `None` if the model is not a game, and in deadlocks.
+    pub owner: Option<Owner>,
     /// The action taken.
     pub action: String,
     /// The state entered.
@@ -265,6 +270,7 @@ impl Tally {
             runs: 0,
             improvements: BTreeMap::new(),
             waits: Vec::new(),
+            steps_of: BTreeMap::new(),
             settled: 0,
             given_up: 0,
             undecided: 0,
@@ -301,6 +307,9 @@ impl Tally {
         }
         for commitment in trace.commitments() {
             *self.commitments.entry(commitment).or_default() += 1;
+        }
+        for owner in trace.turns.iter().filter_map(|turn| turn.owner) {
+            *self.steps_of.entry(owner.player).or_default() += 1;
         }
         let mut improved = 0;
         for (step, turn) in (1..).zip(&trace.turns) {
@@ -349,6 +358,7 @@ mod tests {
 
     fn trace(run: u64, weakens_step: bool, weakens_start: bool) -> Trace {
         let turn = Turn {
+            owner: None,
             action: String::new(),
             state: Vec::new(),
             probability: 1.0,

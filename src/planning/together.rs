@@ -5,6 +5,11 @@
 //! state of W(Q) in a target of i ∈ Q is in W(Q \ {i}), because that asks for less. So each entered
 //! target leaves less to reach, and the path almost surely reaches all of them.
 //!
+//! This is right in games, too. Let W(Q) be the states from which we reach all of Q almost surely against
+//! every strategy of the opponent. To win from a state of W(Q) outside of all targets, a path must almost
+//! surely enter the target of some i ∈ Q, and what the strategy does afterwards must win there: it enters
+//! the target in W(Q \ {i}). Conversely, whoever reaches such a state almost surely goes on to win.
+//!
 //! Temporal objectives have monitors, which are this memory: together they are their conjunction.
 
 use super::achieve::{Stage, Stages};

@@ -7,7 +7,8 @@ use super::explain::Successor;
 use super::levels::Kind;
 use meliora_model::preference::Change;
 
-/// The reason why an action is permitted or not; successors are given by their positions.
+/// The reason why an action is permitted or not, or what an action of the opponent leads to;
+/// successors are given by their positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Verdict {
@@ -24,6 +25,10 @@ pub enum Verdict {
     /// Not kept under `prefix`: after this successor, weakening cannot be avoided forever. `None`
     /// if this is the case in the state itself.
     Unsafe(Option<usize>),
+    /// Not kept in a game: after this successor, the opponent can weaken.
+    Exposes(usize),
+    /// An action of the opponent that neither improves nor weakens.
+    Lateral,
     /// Not possible under the requirements: this successor is unsafe. `None` if the state itself is
     /// unsafe.
     Violates(Option<usize>),
@@ -79,6 +84,8 @@ pub(super) struct Case {
     pub(super) level: Option<(bool, bool)>,
     /// For an action that is not kept: the first successor outside of the states that paths may visit.
     pub(super) outside: Option<usize>,
+    /// For an action that is not kept: the first successor from which the opponent can weaken.
+    pub(super) exposed: Option<usize>,
 }
 
 impl Case {
@@ -103,7 +110,7 @@ impl Case {
         // A plan that has not committed takes only kept choices, and none with a branch that weakens.
         match weakening {
             Some(index) if keeps && (!self.kept || pursuit.is_some()) => return Verdict::Weakens(index),
-            None if keeps && !self.kept => return Verdict::Unsafe(self.outside),
+            None if keeps && !self.kept => return self.risk(),
             _ => {}
         }
         if pursuit.is_some() {
@@ -113,6 +120,38 @@ impl Case {
             (None, _) => Verdict::NothingAhead,
             (Some(_), Some(index)) if self.kind == Kind::Sasi => Verdict::Strays(index),
             (Some(_), _) => Verdict::Hopeless,
+        }
+    }
+}
+
+impl Case {
+    /// Returns the reason why an action is not kept of which no successor weakens.
+    fn risk(&self) -> Verdict {
+        self.exposed.map_or(Verdict::Unsafe(self.outside), Verdict::Exposes)
+    }
+
+    /// Returns what an action of the opponent leads to: the first verdict that applies, in this order.
+    pub(super) fn answer(&self, successors: &[Successor]) -> Verdict {
+        let first = |is_it: fn(&Successor) -> bool| successors.iter().position(is_it);
+        let pursuit = self.pursuit.filter(|_| self.level.is_some());
+        let compares = pursuit.map_or(!self.achieves, |manner| manner == Manner::Kept);
+        if let Some(index) = first(|s| s.is_unsafe) {
+            return Verdict::Violates(Some(index));
+        }
+        if pursuit.is_some() && successors.iter().any(|s| s.goal) {
+            return pursuing(successors, false);
+        }
+        match first(|s| s.change == Change::Weakening) {
+            Some(index) if compares => return Verdict::Weakens(index),
+            None if compares && !self.kept && (self.exposed.is_some() || self.outside.is_some()) => {
+                return self.risk();
+            }
+            _ => {}
+        }
+        match successors.iter().filter(|s| s.change == Change::Improving).count() {
+            0 => Verdict::Lateral,
+            n if n == successors.len() => Verdict::Improves,
+            _ => Verdict::MayImprove,
         }
     }
 }
@@ -170,7 +209,16 @@ mod tests {
     /// The case of an action that is kept, but not permitted.
     fn kept(kind: Kind) -> Case {
         let (pursuit, level) = (None, Some((false, false)));
-        Case { pursuit, achieves: false, is_unsafe: false, kind, kept: true, level, outside: None }
+        Case {
+            pursuit,
+            achieves: false,
+            is_unsafe: false,
+            kind,
+            kept: true,
+            level,
+            outside: None,
+            exposed: None,
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::{ranks, text};
 use meliora_model::Program;
-use meliora_model::preference::{ObjectiveSet, Preferences};
+use meliora_model::preference::{Change, ObjectiveSet, Preferences};
 use meliora_planning::explain::{Action, Explanation, Successor, Verdict};
 use meliora_planning::{Kind, Rank, StrategyKind};
 
@@ -52,13 +52,28 @@ impl Words<'_> {
         }
     }
 
-    /// Returns the reason why the action is permitted or not.
+    /// Returns the name of the player who chooses in a state; `None` if the model is not a game, and in
+    /// deadlocks.
+    pub fn player(&self, at: &Explanation) -> Option<&str> {
+        Some(self.name_of(at.owner?.player))
+    }
+
+    /// Returns the name of a player.
+    pub(super) fn name_of(&self, player: usize) -> &str {
+        let players = self.program.players.as_ref().map_or(&[][..], |players| &players.list);
+        players.get(player).map_or("the opponent", |player| &player.name)
+    }
+
+    /// Returns the reason why the action is permitted or not, or what an action of the opponent leads to.
     pub fn reason(&self, at: &Explanation, action: &Action) -> String {
+        if at.is_theirs() {
+            return self.answer(at, action);
+        }
         let place = |s: &Successor| self.changed(&at.state, &s.state);
         let to = |index: usize| action.successors.get(index);
         match action.verdict {
-            Verdict::Improves => format!("always improves: {}", self.gains(action)),
-            Verdict::MayImprove => format!("may improve: {}{}", self.gains(action), self.risk(at, action)),
+            Verdict::Improves => format!("always improves: {}", self.goals(action)),
+            Verdict::MayImprove => format!("may improve: {}{}", self.goals(action), self.risk(at, action)),
             Verdict::Approaches => format!("comes closer to an improvement{}", self.risk(at, action)),
             Verdict::Stays => "stays in the level, but comes no closer to an improvement".to_owned(),
             Verdict::Weakens(index) => match to(index) {
@@ -70,6 +85,7 @@ impl Words<'_> {
                 let kept = self.either(&at.reference);
                 format!("not kept: after {place}, a weakening of {kept} cannot be ruled out")
             }
+            Verdict::Exposes(index) => format!("not kept: {}", self.exposes(at, action, index)),
             Verdict::Violates(None) => "no action keeps the requirements here".to_owned(),
             Verdict::Violates(Some(index)) => {
                 let how = if action.successors.len() == 1 { "leads" } else { "may lead" };
@@ -89,6 +105,53 @@ impl Words<'_> {
             }
             _ => self.achieving(at, action),
         }
+    }
+
+    /// Formats what an action of the opponent leads to.
+    fn answer(&self, at: &Explanation, action: &Action) -> String {
+        let gains = || {
+            let improving = action.successors.iter().filter(|s| s.change == Change::Improving);
+            self.gains(improving)
+        };
+        let given_up = at.given_up(action);
+        match action.verdict {
+            Verdict::Improves => format!("improves: {}", gains()),
+            Verdict::MayImprove => format!("may improve: {}", gains()),
+            Verdict::Weakens(index) => match action.successors.get(index) {
+                Some(s) => self.weakens(s, action, &self.changed(&at.state, &s.state)),
+                None => "weakens".to_owned(),
+            },
+            Verdict::Exposes(index) => self.exposes(at, action, index),
+            Verdict::Unsafe(_) => format!("a weakening of {} can follow", self.either(&at.reference)),
+            Verdict::Violates(_) => "may lead to a state where no strategy keeps the requirements".to_owned(),
+            Verdict::Lateral if !given_up.is_empty() => format!("may give up {}", self.list(&given_up)),
+            Verdict::Lateral => "neither improves nor weakens".to_owned(),
+            _ => self.achieving(at, action),
+        }
+    }
+
+    /// Formats how the opponent can weaken after a successor of an action.
+    fn exposes(&self, at: &Explanation, action: &Action, index: usize) -> String {
+        let place = action.successors.get(index).map(|s| self.changed(&at.state, &s.state));
+        let place = place.unwrap_or_default();
+        let Some(threat) = &action.threat else {
+            return format!("after {place}, the opponent can weaken sooner or later");
+        };
+        let (mut steps, mut last) = (Vec::new(), None);
+        for (player, name) in &threat.actions {
+            let by = if last == Some(player) {
+                String::new()
+            } else {
+                format!("{} may take ", self.name_of(*player))
+            };
+            steps.push(format!("{by}{name}"));
+            last = Some(player);
+        }
+        if let (Some(end), true) = (steps.last().cloned(), steps.len() > 3) {
+            steps.splice(1.., [format!("{} more steps and {end}", threat.actions.len() - 2)]);
+        }
+        let lost = self.list(&threat.lost);
+        format!("after {place}, {}, which weakens: {lost} lost", steps.join(", then "))
     }
 
     /// Formats the pursued objectives as `A and B`; `None` if none is pursued.
@@ -152,10 +215,15 @@ impl Words<'_> {
         }
     }
 
+    /// Formats the gains of an action by goal edges.
+    fn goals(&self, action: &Action) -> String {
+        self.gains(action.successors.iter().filter(|s| s.goal))
+    }
+
     /// Formats the gains as `B gained` or `B or C gained`, each gain once.
-    fn gains(&self, action: &Action) -> String {
+    fn gains<'s>(&self, successors: impl Iterator<Item = &'s Successor>) -> String {
         let mut gains: Vec<String> = Vec::new();
-        for successor in action.successors.iter().filter(|s| s.goal) {
+        for successor in successors {
             let gain = self.either(&successor.gained);
             if !gains.contains(&gain) {
                 gains.push(gain);

@@ -9,10 +9,11 @@ use super::header::Header;
 use super::ranks;
 use super::reason::Words;
 use meliora_model::Program;
+use meliora_model::players::Player;
 use meliora_model::preference::{Change, Preferences};
 use meliora_model::valuation::Valuation;
 use meliora_planning::tally::{Commitment, Tally, Trace, Turn, Wait};
-use meliora_planning::{Kind, Rank, Scheduler, Setup, StrategyKind};
+use meliora_planning::{Kind, Opponent, Rank, Scheduler, Setup, StrategyKind};
 use meliora_quantities::choose::Attained;
 
 /// The results of the runs, in the order of the JSON fields.
@@ -32,6 +33,9 @@ pub struct SimulateFindings {
     pub steps: u64,
     /// The seed of the random numbers.
     pub seed: u64,
+    /// The choices of the opponent; absent if the model is not a game.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub opponent: Option<Opponent>,
     /// The results, one per starting state.
     #[serde(rename = "plays")]
     pub starts: Vec<RunsReport>,
@@ -54,6 +58,8 @@ pub struct RunsReport {
     /// The objectives that runs achieved, in the order of declaration; `None` if the strategy achieves
     /// none.
     pub achieved: Option<Vec<AchievedReport>>,
+    /// The players, with the steps that they chose; empty if the model is not a game.
+    pub players: Vec<MovesReport>,
     /// The commitments of runs; `None` if the strategy is not a plan.
     pub commits: Option<Vec<CommitReport>>,
     /// The first run that weakened, or else the first run.
@@ -70,6 +76,17 @@ pub struct AchievedReport {
     /// The number of steps until then.
     #[serde(flatten)]
     pub wait: Wait,
+}
+
+/// A player of a game, with the steps that it chose.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct MovesReport {
+    /// Its name.
+    pub name: String,
+    /// It is one of us.
+    pub ours: bool,
+    /// The number of steps of all paths that it chose.
+    pub steps: u64,
 }
 
 /// A commitment of runs.
@@ -99,6 +116,12 @@ pub struct TraceReport {
 /// A step of a run.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct TurnReport {
+    /// `opponent`: the opponent chose the action; absent otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub owner: Option<&'static str>,
+    /// The player who chose it; absent if the model is not a game, and in deadlocks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub player: Option<String>,
     /// The action taken.
     pub action: String,
     /// The state entered.
@@ -158,7 +181,14 @@ impl RunsReport {
         };
         let plans = kind == StrategyKind::Plan;
         let commits = plans.then(|| tally.commitments.iter().map(commit).collect());
-        RunsReport { state, tally, value: None, achieved, commits, trace, is_hopeless: false }
+        let players = program.players.iter().flat_map(|players| &players.list).enumerate();
+        let moves = |(at, player): (usize, &Player)| MovesReport {
+            name: player.name.clone(),
+            ours: player.ours,
+            steps: tally.steps_of.get(&at).copied().unwrap_or_default(),
+        };
+        let players = players.map(moves).collect();
+        RunsReport { state, tally, value: None, achieved, players, commits, trace, is_hopeless: false }
     }
 
     /// Adds whether no improvement is possible from the state.
@@ -202,6 +232,9 @@ struct Runs {
     /// can go on to satisfy it; absent for `sasi` and `spi`.
     #[serde(skip_serializing_if = "Option::is_none")]
     kept_runs: Option<u64>,
+    /// The players, with the steps that they chose; absent if the model is not a game.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    players: Vec<MovesReport>,
     /// The commitments of paths: kept actions alone achieved no most preferred outcome; absent except
     /// for `plan`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -253,6 +286,7 @@ impl From<RunsReport> for Runs {
             achieved,
             achieved_runs: counted.map(|counted| counted.runs),
             kept_runs: counted.map(|counted| counted.kept),
+            players: of.players,
             commits: of.commits,
             settled: tally.settled,
             given_up: tally.given_up,
@@ -285,6 +319,8 @@ impl TraceReport {
 
 fn turn(words: Words<'_>, before: &[i64], turn: &Turn) -> TurnReport {
     TurnReport {
+        owner: turn.owner.filter(|owner| !owner.ours).map(|_| "opponent"),
+        player: turn.owner.map(|owner| words.name_of(owner.player).to_owned()),
         action: turn.action.clone(),
         state: Valuation::of(words.program, &turn.state),
         probability: turn.probability,
@@ -332,7 +368,16 @@ impl SimulateReport {
         let Setup { scheduler: strategy, runs, steps, seed } = setup;
         Envelope::of(
             header,
-            SimulateFindings { kind, choosing, strategy, runs, steps, seed, starts: Vec::new() },
+            SimulateFindings {
+                kind,
+                choosing,
+                strategy,
+                runs,
+                steps,
+                seed,
+                opponent: None,
+                starts: Vec::new(),
+            },
         )
     }
 }

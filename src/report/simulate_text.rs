@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::envelope::{Findings, Phase};
 use super::number::grouped;
 use super::simulate::{
-    AchievedReport, CommitReport, RunsReport, SimulateFindings, SimulateReport, TurnReport,
+    AchievedReport, CommitReport, MovesReport, RunsReport, SimulateFindings, SimulateReport, TurnReport,
 };
 use super::text::{self, Grid, Probability};
 use super::{Style, ranks};
@@ -30,6 +30,7 @@ impl Findings for SimulateFindings {
         let strategy = format!("{} {}", self.strategy.name(), self.kind);
         let mut settings = vec![("strategy", strategy)];
         settings.extend(self.choosing.settings());
+        settings.extend(self.opponent.map(|opponent| ("opponent", opponent.name().to_owned())));
         settings.push(("seed", self.seed.to_string()));
         settings
     }
@@ -59,6 +60,7 @@ fn one(report: &SimulateReport, found: &RunsReport, style: Style) -> String {
     }
     out.push_str(&distribution(report, found, style));
     out.push_str(&achieved(report, found, style));
+    out.push_str(&moves(found));
     out.push_str(&weakening(report, found, style));
     if found.tally.given_up > 0 {
         let (given_up, steps) = (plural_runs(found.tally.given_up), grouped(report.steps));
@@ -127,6 +129,16 @@ fn pursued(report: &SimulateReport, achieved: &Achievements, style: Style) -> St
         parts.push(format!("{} did not", style.warn(&plural_runs(open))));
     }
     format!("  {}.\n", parts.join(", "))
+}
+
+/// States how many steps each player of a game chose.
+fn moves(found: &RunsReport) -> String {
+    let one = |MovesReport { name, ours, steps }: &MovesReport| {
+        let side = if *ours { "ours" } else { "opponent" };
+        format!("{name} ({side}) {}", grouped(*steps))
+    };
+    let all: Vec<String> = found.players.iter().map(one).collect();
+    if all.is_empty() { String::new() } else { format!("  Steps of all runs: {}.\n", all.join(", ")) }
 }
 
 /// Lists the objectives to which runs commit, with those that they give up.
@@ -221,10 +233,14 @@ fn trace(found: &RunsReport, style: Style) -> String {
         out.push_str("    The run ends in its start.\n");
         return out;
     }
-    let mut rows = vec![["step", "action", "to", "chance", "sure", "rank", ""].map(str::to_owned).to_vec()];
+    let is_game = !found.players.is_empty();
+    let by: &[&str] = if is_game { &["by"] } else { &[] };
+    let heading = [&["step"], by, &["action", "to", "chance", "sure", "rank", ""]].concat();
+    let mut rows = vec![heading.into_iter().map(str::to_owned).collect::<Vec<_>>()];
     for (index, turn) in trace.turns.iter().take(SHOWN).enumerate() {
-        rows.push(vec![
-            (index + 1).to_string(),
+        let mut row = vec![(index + 1).to_string()];
+        row.extend(is_game.then(|| turn.player.clone().unwrap_or_else(|| "nobody".to_owned())));
+        row.extend([
             turn.action.clone(),
             turn.changed.clone(),
             Probability(turn.probability).to_string(),
@@ -232,6 +248,7 @@ fn trace(found: &RunsReport, style: Style) -> String {
             ranks::cell(turn.rank),
             remark(turn),
         ]);
+        rows.push(row);
     }
     out += &text::listed(&rows, style);
     if let Some(more) = trace.turns.len().checked_sub(SHOWN).filter(|&n| n > 0) {

@@ -53,11 +53,15 @@ impl StateReport<'_> {
         let name = |action: Option<&Action>| action.map(|action| action.name.clone());
         StateJson {
             state: Valuation::of(words.program, &at.state),
+            owner: at.is_theirs().then_some("opponent"),
+            player: words.player(at).map(str::to_owned),
             most_preferred: words.names(&at.most_preferred),
             sasi_rank,
             spi_rank,
-            progress_action: name(self.progress_action()),
-            chosen_action: name(self.picked_action()),
+            taken: (!at.is_theirs()).then(|| TakenJson {
+                progress_action: name(self.progress_action()),
+                chosen_action: name(self.picked_action()),
+            }),
             attains: self.attains.clone(),
             actions: at.actions.iter().map(|action| self.action(action)).collect(),
             longest_play: self.unfolded.as_ref().and_then(InducedModel::longest_path),
@@ -73,11 +77,10 @@ impl StateReport<'_> {
     }
 
     fn action(&self, action: &Action) -> ActionJson {
+        let &Action { kept, permitted, progress, .. } = action;
         ActionJson {
             name: action.name.clone(),
-            kept: action.kept,
-            permitted: action.permitted,
-            progress: action.progress,
+            judged: (!self.at.is_theirs()).then_some(JudgedJson { kept, permitted, progress }),
             verdict: action.verdict.name(),
             reason: self.words.reason(&self.at, action),
             successors: action.successors.iter().map(|s| self.successor(s)).collect(),
@@ -106,20 +109,20 @@ impl StateReport<'_> {
 pub(crate) struct StateJson {
     /// The values of the state.
     state: Valuation,
+    /// `opponent`: in this state of a game the opponent chooses; absent for other states.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    owner: Option<&'static str>,
+    /// The player who chooses in this state of a game; absent for other models, and in deadlocks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    player: Option<String>,
     /// The most preferred outcomes.
     most_preferred: Vec<String>,
     /// The rank by SASI.
     sasi_rank: Rank,
     /// The rank by SPI.
     spi_rank: Rank,
-    /// The first of `actions` with `progress`: the action of the progress strategy; `null` if no
-    /// action makes progress.
-    progress_action: Option<String>,
-    /// The action that the strategy takes: with `first`, and while an objective is pursued, the
-    /// `progress_action`; with `likely` and `cheap`, one with the best value; `null` where the
-    /// strategy ends: nothing is left to improve or to achieve, or the pursued objective is
-    /// achieved.
-    chosen_action: Option<String>,
+    #[serde(flatten)]
+    taken: Option<TakenJson>,
     /// The value of the strategy from this state; `null` with `first`.
     attains: Option<Attains>,
     /// All enabled actions.
@@ -132,6 +135,21 @@ pub(crate) struct StateJson {
     /// `true`: no strategy keeps the requirements from it; absent for other states.
     #[serde(rename = "unsafe", skip_serializing_if = "std::ops::Not::not")]
     is_unsafe: bool,
+}
+
+/// The actions that a strategy takes in a state, in JSON; absent if the opponent chooses there.
+#[derive(Serialize, JsonSchema)]
+struct TakenJson {
+    /// The first of `actions` with `progress`: the action of the progress strategy; `null` if no
+    /// action makes progress; absent if the opponent chooses.
+    #[schemars(extend("nullable" = true))]
+    progress_action: Option<String>,
+    /// The action that the strategy takes: with `first`, and while an objective is pursued, the
+    /// `progress_action`; with `likely` and `cheap`, one with the best value; `null` where the
+    /// strategy ends: nothing is left to improve or to achieve, or the pursued objective is
+    /// achieved; absent if the opponent chooses.
+    #[schemars(extend("nullable" = true))]
+    chosen_action: Option<String>,
 }
 
 /// The objective that a strategy pursues from a state, in JSON; absent for `sasi` and `spi`.
@@ -158,18 +176,26 @@ struct AimsJson {
 struct ActionJson {
     /// Its name.
     name: String,
-    /// The safety mode keeps it.
-    kept: bool,
-    /// The permissive strategy permits it.
-    permitted: bool,
-    /// It is permitted and comes closer to an improvement with positive probability.
-    progress: bool,
+    #[serde(flatten)]
+    judged: Option<JudgedJson>,
     /// The first of the verdicts that applies.
     verdict: &'static str,
     /// The verdict in words.
     reason: String,
     /// Its successors.
     successors: Vec<SuccessorJson>,
+}
+
+/// What a strategy makes of an action, in JSON; absent for actions of the opponent.
+#[derive(Serialize, JsonSchema)]
+struct JudgedJson {
+    /// The safety mode keeps it; absent for actions of the opponent.
+    kept: bool,
+    /// The permissive strategy permits it; absent for actions of the opponent.
+    permitted: bool,
+    /// It is permitted and comes closer to an improvement with positive probability; absent for actions of
+    /// the opponent.
+    progress: bool,
 }
 
 /// A successor in JSON.

@@ -19,6 +19,10 @@ pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
     let (words, at, [sasi, spi]) = (state.words, &state.at, state.ranks);
     let valuation = Valuation::of(words.program, &at.state);
     let mut out = format!("\n{}", text::state_heading("State", &valuation, style));
+    if let Some(player) = words.player(at) {
+        let side = if at.is_theirs() { "opponent" } else { "ours" };
+        let _ = writeln!(out, "  To move: {player} ({side})");
+    }
     if at.is_unsafe {
         let _ = writeln!(out, "  {}", style.bad("Unsafe: no strategy keeps the requirements"));
     } else {
@@ -82,7 +86,11 @@ fn action_text(state: &StateReport<'_>, action: &Action, style: Style) -> String
         true => "stays in the level, and has the best value".to_owned(),
         false => words.reason(&state.at, action),
     };
-    let mut out = format!("\n  {}  {verdict}: {reason}\n", style.bold(&action.name));
+    let name = style.bold(&action.name);
+    let mut out = match state.at.is_theirs() {
+        true => format!("\n  {name}: {reason}\n"),
+        false => format!("\n  {name}  {verdict}: {reason}\n"),
+    };
     let row = |s: &Successor| {
         vec![
             Probability(s.probability).to_string(),
@@ -150,8 +158,8 @@ fn then(words: Words<'_>, node: &Node) -> String {
     match (played.is_empty(), node.at.pick) {
         (false, _) => played.join("; "),
         (true, None) if node.at.is_achieved() => "achieved".to_owned(),
-        (true, None) => "end".to_owned(),
-        (true, Some(_)) => "…".to_owned(),
+        (true, None) if !node.at.is_theirs() || node.at.is_over() => "end".to_owned(),
+        (true, _) => "…".to_owned(),
     }
 }
 
@@ -165,9 +173,12 @@ fn level(words: Words<'_>, node: &Node) -> String {
 
 /// Renders the paths under the progress strategy, one line per node.
 fn paths_text((words, choose): (Words<'_>, Choose), unfolded: &InducedModel, style: Style) -> String {
-    let mut rows = vec![["", "state", "sure", "level", "next"].map(str::to_owned).to_vec()];
+    let is_game = words.program.players.is_some();
+    let by: &[&str] = if is_game { &["to move"] } else { &[] };
+    let heading = [&["", "state", "sure", "level"], by, &["next"]].concat();
+    let mut rows = vec![heading.into_iter().map(str::to_owned).collect::<Vec<_>>()];
     for (index, node) in unfolded.nodes.iter().enumerate() {
-        rows.push(vec![
+        let mut row = vec![
             (index + 1).to_string(),
             match index {
                 0 => "start".to_owned(),
@@ -175,8 +186,10 @@ fn paths_text((words, choose): (Words<'_>, Choose), unfolded: &InducedModel, sty
             },
             words.either(&node.at.most_preferred),
             level(words, node),
-            then(words, node),
-        ]);
+        ];
+        row.extend(is_game.then(|| words.player(&node.at).unwrap_or("nobody").to_owned()));
+        row.push(then(words, node));
+        rows.push(row);
     }
     let name = match choose {
         Choose::First if words.kind == StrategyKind::Plan => "plan",

@@ -13,7 +13,7 @@ use meliora_planning::InducedModel;
 use meliora_planning::explain::Action;
 use meliora_planning::induced_model::Node;
 
-/// Returns the heading: the variables, then the columns for each action.
+/// Returns the heading: the variables, then the columns for each action; for a game, also who chooses.
 pub fn csv_heading(program: &Program) -> String {
     let variables = program.variables.iter().map(|v| v.name.as_str());
     let columns = [
@@ -27,7 +27,8 @@ pub fn csv_heading(program: &Program) -> String {
         "pick",
         "reason",
     ];
-    csv::lines([variables.chain(columns)])
+    let of_games = program.players.iter().flat_map(|_| ["owner", "player"]);
+    csv::lines([variables.chain(columns).chain(of_games)])
 }
 
 /// Returns the lines of a state, one per action.
@@ -35,7 +36,8 @@ pub fn csv_rows(state: &StateReport<'_>) -> String {
     let (words, at, picked) = (state.words, &state.at, state.picked_action());
     let row = |action: &Action| {
         let pick = picked.is_some_and(|picked| picked.name == action.name);
-        let flags = [action.kept, action.permitted, action.progress, pick].map(|f| f.to_string());
+        let flag = |f: bool| if at.is_theirs() { String::new() } else { f.to_string() };
+        let flags = [action.kept, action.permitted, action.progress, pick].map(flag);
         let values = Valuation::of(words.program, &at.state);
         let mut cells: Vec<String> = values.values().map(ToString::to_string).collect();
         cells.push(words.names(&at.most_preferred).join("+"));
@@ -43,6 +45,10 @@ pub fn csv_rows(state: &StateReport<'_>) -> String {
         cells.push(action.name.clone());
         cells.extend(flags);
         cells.push(words.reason(at, action));
+        if words.program.players.is_some() {
+            let owner = at.owner.map_or("", |owner| if owner.ours { "ours" } else { "opponent" });
+            cells.extend([owner, words.player(at).unwrap_or_default()].map(str::to_owned));
+        }
         cells
     };
     csv::lines(at.actions.iter().map(row))
@@ -51,7 +57,8 @@ pub fn csv_rows(state: &StateReport<'_>) -> String {
 /// Draws the states that are reachable under a strategy: boxes are states, points are actions.
 ///
 /// Double boxes are starts. Actions of the progress strategy are bold, improvements green,
-/// weakenings red, and successors past the limit are `…`.
+/// weakenings red, and successors past the limit are `…`. States of an opponent are grey hexagons, with
+/// dashed lines to all of its actions.
 pub fn dot(words: Words<'_>, unfolded: &InducedModel, starts: usize) -> String {
     let mut out = "digraph strategy {\n  node [shape=box, fontname=\"sans-serif\"];\n".to_owned();
     out.push_str("  edge [fontname=\"sans-serif\"];\n");
@@ -65,21 +72,32 @@ pub fn dot(words: Words<'_>, unfolded: &InducedModel, starts: usize) -> String {
                 None => format!("{} {}", words.levels, ranks::cell(node.at.memory.level)),
             }
         );
+        let label = match words.player(&node.at) {
+            Some(player) => format!("{player}: {label}"),
+            None => label,
+        };
         let double = if index < starts { ", peripheries=2" } else { "" };
-        let _ = writeln!(out, "  s{index} [label={}{double}];", quote(&label));
+        let theirs = ", shape=hexagon, style=filled, fillcolor=lightgrey";
+        let theirs = if node.at.is_theirs() { theirs } else { "" };
+        let _ = writeln!(out, "  s{index} [label={}{double}{theirs}];", quote(&label));
         moves(words, index, node, &mut out);
     }
     out.push_str("}\n");
     out
 }
 
-/// Draws the permitted actions of a state, with their branches.
+/// Draws the permitted actions of a state, or all actions of the opponent, with their branches.
 fn moves(words: Words<'_>, index: usize, node: &Node, out: &mut String) {
     for (number, (action, next)) in node.at.actions.iter().zip(&node.next).enumerate() {
-        if !action.permitted {
+        let theirs = node.at.is_theirs() && !node.at.is_over();
+        if !action.permitted && !theirs {
             continue;
         }
-        let bold = if node.at.pick == Some(number) { ", style=bold" } else { "" };
+        let bold = match node.at.pick == Some(number) {
+            true => ", style=bold",
+            false if theirs => ", style=dashed",
+            false => "",
+        };
         let _ = writeln!(out, "  a{index}_{number} [shape=point];");
         let name = quote(&action.name);
         let _ = writeln!(out, "  s{index} -> a{index}_{number} [label={name}, arrowhead=none{bold}];");

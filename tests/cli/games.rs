@@ -25,9 +25,7 @@ fn at(scratch: &Scratch, arguments: &[&str]) -> Finished {
 fn commands_for_one_player_refuse_a_game_by_name() {
     let scratch = scratch();
     for (name, more) in [
-        ("strategy", &["@g.pref", "--kind", "sasi"][..]),
-        ("simulate", &["@g.pref", "--kind", "sasi"]),
-        ("values", &["@g.pref"]),
+        ("values", &["@g.pref"][..]),
         ("report", &["@g.pref", "--out", "@page.html"]),
         ("export", &["@g.pref", "--out", "@dump", "--format", "explicit"]),
         ("export", &["@g.pref", "--out", "@dump", "--format", "umb"]),
@@ -117,6 +115,22 @@ fn options_that_games_do_not_have_are_refused_by_name() {
         ),
         (&["compare", "@g.prism", "@g.pref", "--safety", "transition"], 2, "`--safety transition` of a game"),
         (&["check", "@g.prism", "@g.pref", "--jointly"], 2, "`--jointly` of a game"),
+        (
+            &["strategy", "@g.prism", "@g.pref", "--safety", "transition"],
+            2,
+            "`--safety transition` of a game",
+        ),
+        (&["strategy", "@g.prism", "@g.pref", "--choose", "likely"], 3, "`--choose likely` of a game"),
+        (
+            &["simulate", "@g.prism", "@g.pref", "--kind", "sasi", "--choose", "cheap"],
+            3,
+            "`--choose cheap` of a game",
+        ),
+        (
+            &["simulate", "models/toy.prism", "models/toy.pref", "--opponent", "worst"],
+            2,
+            "only a game (`smg`) has",
+        ),
         (&["check", "@g.prism", "@play.pref"], 3, "temporal formulas over whole paths of a game"),
         (&["check", "@g.prism", "@history.pref"], 3, "temporal formulas over whole paths of a game"),
         (&["check", "@g.prism", "@safe.pref"], 3, "`G condition`"),
@@ -257,4 +271,96 @@ fn the_pursuit_is_a_game() {
         assert_eq!(json["initial"][0]["sasi_rank"], json!(1));
         assert_eq!(json["initial"][0]["most_preferred"], json!(["Outside"]));
     }
+}
+
+/// From x=0, [b] is safe, and [a] leads to x=1, where the opponent can improve by [c] and weaken by [d].
+const RISKY: &str = "smg\nplayer us [a], [b] endplayer\nplayer them [c], [d] endplayer\nmodule m\n x : [0..4] init 0;\n\
+    [a] x=0 -> (x'=1);\n [b] x=0 -> true;\n [c] x=1 -> (x'=2);\n [d] x=1 -> (x'=3);\n\
+    [a] x=2 -> true;\n [a] x=3 -> true;\nendmodule\n";
+const RISKY_PREFS: &str = "objective Start = F x<=1; objective End = F x=2;\nprefer End > Start;\n";
+
+fn risky() -> Scratch {
+    Scratch::new(&[("g.prism", RISKY), ("g.pref", RISKY_PREFS)])
+}
+
+#[test]
+fn strategy_tells_who_moves_and_what_the_opponent_can_do() {
+    let scratch = risky();
+    for engine in ["symbolic", "explicit"] {
+        let all =
+            ["strategy", "@g.prism", "@g.pref", "--at", "x=0", "--at", "x=1", "--engine", engine, "--json"];
+        let json = at(&scratch, &all).expect(0).json();
+        let [ours, theirs] = [&json["states"][0], &json["states"][1]];
+        assert_eq!(
+            (ours.get("owner"), &ours["player"], &ours["chosen_action"]),
+            (None, &json!("us"), &json!(null))
+        );
+        assert_eq!(theirs["owner"], json!("opponent"));
+        assert_eq!(theirs["player"], json!("them"));
+        assert!(theirs.get("chosen_action").is_none() && theirs.get("progress_action").is_none());
+        let verdicts = |state: &serde_json::Value| {
+            let actions = state["actions"].as_array().unwrap();
+            let of =
+                |action: &serde_json::Value| (action["verdict"].clone(), action.get("permitted").cloned());
+            actions.iter().map(of).collect::<Vec<_>>()
+        };
+        let no = Some(json!(false));
+        assert_eq!(verdicts(ours), [(json!("exposes"), no.clone()), (json!("nothing-ahead"), no)]);
+        assert_eq!(verdicts(theirs), [(json!("improves"), None), (json!("weakens"), None)]);
+        let reason = ours["actions"][0]["reason"].as_str().unwrap();
+        assert_eq!(reason, "not kept: after x=1, them may take d, which weakens: Start lost");
+    }
+    let csv =
+        at(&scratch, &["strategy", "@g.prism", "@g.pref", "--at", "x=*", "--csv", "-"]).expect(0).stdout;
+    let lines: Vec<&str> = csv.lines().collect();
+    assert!(lines[0].ends_with("reason,owner,player"), "{csv}");
+    assert!(
+        lines.iter().any(|line| line.starts_with("1,Start,0,0,d,,,,,") && line.ends_with(",opponent,them")),
+        "{csv}"
+    );
+}
+
+#[test]
+fn the_graph_of_a_strategy_draws_the_states_of_the_opponent_differently() {
+    let start = "x=1,y=0,g=0,robots_turn=false";
+    let dot = run(&format!("strategy models/pursuit.prism models/pursuit.pref -c N=4 --at {start} --dot"));
+    let dot = dot.expect(0).stdout;
+    let line = |name: &str| {
+        dot.lines().find(|line| line.contains(name)).unwrap_or_else(|| panic!("{dot}")).to_owned()
+    };
+    assert!(line("s0 [").contains("guard: ") && line("s0 [").contains("shape=hexagon"), "{dot}");
+    assert!(line("robot: ").contains("s") && !line("robot: ").contains("hexagon"), "{dot}");
+    let moves = dot.lines().filter(|line| line.starts_with("  s0 ->") && line.contains("style=dashed"));
+    assert_eq!(moves.count(), 3, "{dot}");
+}
+
+#[test]
+fn simulate_says_who_moved() {
+    let simulate = |more: &str| {
+        run(&format!("simulate models/pursuit.prism models/pursuit.pref -c N=4 --kind sasi --runs 50 {more}"))
+            .expect(0)
+    };
+    for engine in ["symbolic", "explicit"] {
+        for opponent in ["random", "worst"] {
+            let json = simulate(&format!("--engine {engine} --opponent {opponent} --json")).json();
+            assert_eq!(json["opponent"], json!(opponent));
+            let play = &json["plays"][0];
+            assert_eq!((&play["fewer_than_rank"], &play["weakened_step"]), (&json!(0), &json!(0)), "{play}");
+            let turns = play["trace"]["turns"].as_array().unwrap();
+            for (turn, player) in turns.iter().zip(["robot", "guard"].iter().cycle()) {
+                assert_eq!(turn["player"], json!(player));
+                assert_eq!(turn.get("owner"), (*player == "guard").then_some(&json!("opponent")));
+            }
+            let players = play["players"].as_array().unwrap();
+            let names: Vec<_> = players.iter().map(|player| (&player["name"], &player["ours"])).collect();
+            assert_eq!(names, [(&json!("robot"), &json!(true)), (&json!("guard"), &json!(false))]);
+            let steps = |at: usize| players[at]["steps"].as_u64().unwrap();
+            assert!(steps(0) >= steps(1) && steps(1) > 0, "{play}");
+        }
+    }
+    assert_eq!(simulate("--json").json()["opponent"], json!("random"));
+    let text = simulate("--opponent worst").stdout;
+    assert!(text.contains("Steps of all runs: robot (ours)") && text.contains("guard (opponent)"), "{text}");
+    let csv = simulate("--csv -").stdout;
+    assert!(csv.lines().count() == 3 && csv.contains(",rank,improvements,runs,"), "{csv}");
 }

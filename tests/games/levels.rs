@@ -15,21 +15,21 @@ use proptest::sample::select;
 use super::raw::{Enforced, Raw, Won, loaded};
 use super::{settings, some_game, thresholds};
 
-type Set = BTreeSet<usize>;
+pub(crate) type Set = BTreeSet<usize>;
 
 /// A game with objectives, of which the first are never below later ones.
 #[derive(Debug, Clone)]
-pub(super) struct Case {
-    pub(super) raw: Raw,
-    pub(super) targets: Vec<Won>,
+pub(crate) struct Case {
+    pub(crate) raw: Raw,
+    pub(crate) targets: Vec<Won>,
     /// Pairs of objectives of which the first is strictly preferred.
-    pub(super) pairs: Vec<(usize, usize)>,
-    pub(super) empty: &'static str,
+    pub(crate) pairs: Vec<(usize, usize)>,
+    pub(crate) empty: &'static str,
     /// The states in which a requirement is kept; `None` without a requirement.
-    pub(super) required: Option<Won>,
+    pub(crate) required: Option<Won>,
 }
 
-pub(super) fn some_case() -> impl Strategy<Value = Case> {
+pub(crate) fn some_case() -> impl Strategy<Value = Case> {
     let targets = vec(vec(any::<bool>(), 6), 1..=3);
     let pairs = vec((0..3usize, 0..3usize), 0..=3);
     let empty = select(&["bottom", "gain", "incomparable"][..]);
@@ -42,7 +42,7 @@ pub(super) fn some_case() -> impl Strategy<Value = Case> {
 }
 
 impl Case {
-    pub(super) fn preferences(&self) -> String {
+    pub(crate) fn preferences(&self) -> String {
         let states = |set: &Won| {
             let all = (0..set.len()).filter(|&s| set[s]).map(|s| format!("x={s}")).collect::<Vec<_>>();
             if all.is_empty() { "false".to_owned() } else { all.join(" | ") }
@@ -60,18 +60,18 @@ impl Case {
 }
 
 /// The definitions.
-struct Reference<'a> {
-    case: &'a Case,
+pub(crate) struct Reference<'a> {
+    pub(crate) case: &'a Case,
     /// The states from which we can keep the requirement.
-    safe: Won,
+    pub(crate) safe: Won,
     /// The choices of the restricted model, by their position.
-    open: Vec<Vec<usize>>,
-    mp: Vec<Set>,
+    pub(crate) open: Vec<Vec<usize>>,
+    pub(crate) mp: Vec<Set>,
     strict: Vec<Vec<bool>>,
 }
 
 impl<'a> Reference<'a> {
-    fn new(case: &'a Case) -> Self {
+    pub(crate) fn new(case: &'a Case) -> Self {
         let (raw, n) = (&case.raw, case.targets.len());
         let mut strict = vec![vec![false; n]; n];
         case.pairs.iter().for_each(|&(i, j)| strict[i][j] = true);
@@ -123,26 +123,26 @@ impl<'a> Reference<'a> {
         from.iter().any(|&i| to.iter().any(|&j| better(i, j)))
     }
 
-    fn improves(&self, from: &Set, to: &Set) -> bool {
+    pub(crate) fn improves(&self, from: &Set, to: &Set) -> bool {
         match (from.is_empty(), to.is_empty()) {
             (true, false) => self.case.empty != "incomparable",
             _ => self.compare(from, to, |i, j| self.strict[j][i]),
         }
     }
 
-    fn weakens(&self, from: &Set, to: &Set) -> bool {
+    pub(crate) fn weakens(&self, from: &Set, to: &Set) -> bool {
         match (from.is_empty(), to.is_empty()) {
             (false, true) => self.case.empty == "bottom",
             _ => self.compare(from, to, |i, j| self.strict[i][j]),
         }
     }
 
-    fn successors(&self, s: usize, a: usize) -> &[usize] {
+    pub(crate) fn successors(&self, s: usize, a: usize) -> &[usize] {
         &self.case.raw.choices[s][a]
     }
 
     /// The opponent's states in which it can weaken, or lead to another such state.
-    fn bad(&self) -> Won {
+    pub(crate) fn bad(&self) -> Won {
         let n = self.case.raw.len();
         let mut bad = vec![false; n];
         loop {

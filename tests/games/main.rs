@@ -9,7 +9,10 @@ mod one_player;
 mod random_program;
 mod raw;
 mod regions;
+mod shields;
+mod simulations;
 mod states;
+mod strategies;
 mod turns;
 
 use meliora::advanced::symbolic::Thresholds;

@@ -4,13 +4,15 @@ use std::sync::Arc;
 
 use meliora::engine::regions::{Regions, regions};
 use meliora::engine::{AnyEngine, Engine, Scope, Storage};
-use meliora::model::players::{Player, Players};
+use meliora::model::players::{Owner, Player, Players};
 use meliora::model::predicate::Predicate;
 use meliora::model::preference::{
     Empty, Goal, History, Objective, Preferences, Preorder, Relation, Statement,
 };
 use meliora::model::{ModelKind, Program, State};
-use meliora::planning::{Analysis, AnalysisResult, Options, Safety};
+use meliora::planning::{
+    Analysis, AnalysisResult, Explanation, FiniteMemoryStrategy, Options, Safety, StrategyKind,
+};
 use proptest::prelude::*;
 
 use super::random_program::{random_predicate, random_program};
@@ -58,6 +60,60 @@ fn analysed(engine: AnyEngine, targets: &[Predicate], safety: Safety) -> Analysi
     let mut analysis = Analysis::new(&Arc::new(engine), &preferences(targets), options);
     analysis.run(&mut |_| ()).unwrap();
     analysis.result().clone()
+}
+
+/// Explains all states under the strategies of all kinds, without their owner.
+fn explained(engine: AnyEngine, program: &Arc<Program>, safety: Safety) -> Vec<Explanation> {
+    let targets = [0, 1].map(|at| program.labels[at].1).map(|target| program.predicate(target));
+    let options = Options { safety, ..Options::default() };
+    let mut analysis = Analysis::new(&Arc::new(engine), &preferences(&targets), options);
+    analysis.run(&mut |_| ()).unwrap();
+    let engine = analysis.engine();
+    let states = engine.list_states(&engine.all_states(), 40).unwrap();
+    let mut found = Vec::new();
+    for (kind, objectives) in [
+        (StrategyKind::Sasi, &[][..]),
+        (StrategyKind::Spi, &[]),
+        (StrategyKind::Plan, &[]),
+        (StrategyKind::Achieve, &[0]),
+        (StrategyKind::Achieve, &[0, 1]),
+    ] {
+        let objectives = objectives.iter().copied();
+        let of = FiniteMemoryStrategy::of_kind(&analysis, program, kind, kind.levels(), objectives);
+        let mut strategy = of.unwrap().unwrap();
+        for state in &states {
+            let memory = strategy.start(state).unwrap();
+            let at = strategy.explain(state, memory).unwrap();
+            let deadlock = at.actions.iter().all(|action| action.name == "deadlock");
+            let is_game = program.players.is_some() && !deadlock;
+            assert_eq!(at.owner, is_game.then_some(Owner { player: 0, ours: true }));
+            found.push(Explanation { owner: None, ..at });
+        }
+    }
+    found
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100))]
+
+    #[test]
+    fn strategies_of_one_player_are_those_of_an_mdp(
+        of in proptest::collection::vec(0u16..1000, 0..120),
+        first in proptest::collection::vec(0u16..1000, 0..20),
+        second in proptest::collection::vec(0u16..1000, 0..20),
+    ) {
+        let mut program = random_program(&of, false);
+        program.kind = ModelKind::Mdp;
+        let targets = [random_predicate(&mut program, &first), random_predicate(&mut program, &second)];
+        program.labels = targets.into_iter().enumerate().map(|(i, id)| (format!("o{i}"), id)).collect();
+        let (mdp, game) = (Arc::new(program.clone()), Arc::new(as_game(&program)));
+        for storage in [Storage::Explicit, Storage::Symbolic] {
+            for safety in [Safety::Action, Safety::Prefix] {
+                let expected = explained(engine(&mdp, storage), &mdp, safety);
+                prop_assert_eq!(explained(engine(&game, storage), &game, safety), expected);
+            }
+        }
+    }
 }
 
 proptest! {

@@ -4,8 +4,7 @@ use std::sync::Arc;
 
 use meliora::engine::{AnyEngine, Engine, Settings, Storage};
 use meliora::error::{Error, SourceFile};
-use meliora::planning::strategy::strategy;
-use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Options, Safety, StrategyKind};
+use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Options, Safety, Shield};
 use meliora::quantities::{Steps, ValueOptions, Values};
 use meliora::{Model, lang};
 
@@ -137,15 +136,8 @@ fn the_library_refuses_work_for_one_player() {
         Analysis::new(&engine, &preferences, transition).run(&mut |_| ()),
         "`--safety transition` of a game",
     );
-    assert!(FiniteMemoryStrategy::new(&analysis, &program, Kind::Spi).is_none());
-    let kind = StrategyKind::Plan;
-    refused(
-        FiniteMemoryStrategy::of_kind(&analysis, &program, kind, Kind::Spi, None),
-        "a strategy of a game",
-    );
-    let levels = analysis.levels(Kind::Spi);
-    let (arena, game) = (&analysis.improvement().unwrap().arenas[0], &levels.found[0].games[0]);
-    refused(strategy(&*engine, Kind::Spi, arena, game), "a strategy of a game");
+    let mut strategy = FiniteMemoryStrategy::new(&analysis, &program, Kind::Spi).unwrap();
+    refused(Shield::new(&mut strategy, 99), "a shield of a game");
     let options = ValueOptions { levels: 1, exact: false, within: None };
     refused(Values::compute(options, &analysis, &program, &[vec![0, 0]], &Steps), "a value of a game");
     refused(lang::flat(&program), "the flat program of a game");
