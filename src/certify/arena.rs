@@ -63,7 +63,9 @@ fn sides(checker: &Checker<'_>, classes: Vec<Class>) -> CheckResult<Vec<Side>> {
 /// Builds the one arena of `action` and `transition`. `action` keeps no choice with a weakening
 /// edge. `transition` (`drops`) drops weakening edges, and removes the choices that have no other
 /// edges.
-fn single(checker: &Checker<'_>, sides: Vec<Side>, drops: bool) -> CheckResult<Arena> {
+///
+/// In a game, `action` keeps no choice that may step into a bad state, and none in a bad state.
+fn single(checker: &mut Checker<'_>, sides: Vec<Side>, drops: bool) -> CheckResult<Arena> {
     let engine = &checker.engine;
     let mut kept = engine.all_choices();
     let mut edge_labels = Vec::new();
@@ -77,8 +79,39 @@ fn single(checker: &Checker<'_>, sides: Vec<Side>, drops: bool) -> CheckResult<A
         let dropped = if drops { class.worse } else { engine.no_states() };
         edge_labels.push(EdgeLabels { from: class.states, goal: class.better, dropped });
     }
-    let all = engine.all_states();
+    if engine.is_game() {
+        kept = without_bad_states(checker, kept)?;
+    }
+    let all = checker.engine.all_states();
     Ok(Arena { reference: None, start: all.clone(), states: all, kept, edge_labels })
+}
+
+/// Checks the bad states of a game: those of the opponent where some choice is not in C, which has all
+/// choices that do not weaken, or may step into a bad state. Returns the other choices of C without
+/// those that may step into a bad state.
+///
+/// Not too small: no choice of the opponent leads into them from a state that is not bad, nor weakens
+/// there. Not too large: from each layer some choice of the opponent may step into an earlier one, or by
+/// a step of the layer's trend into the layer itself, and in the first layer some choice weakens.
+fn without_bad_states(checker: &mut Checker<'_>, c: ChoiceSet) -> CheckResult<ChoiceSet> {
+    let (engine, name) = (&checker.engine, names::BAD);
+    let bad = checker.regions.states(name)?;
+    let theirs = engine.theirs().unwrap_or_else(|| engine.no_states());
+    let own = engine.choices_in(&engine.all_choices(), &theirs)?;
+    let weakening = engine.sources(&engine.difference(&own, &c)?)?;
+    let leading = engine.union(&weakening, &engine.sources(&engine.pre(&own, &bad)?)?)?;
+    let condition =
+        || format!("each state in which the opponent can weaken, or step into `{name}`, is in it");
+    checker.subset(&leading, &bad, condition)?;
+    checker.layers(name, &bad, &weakening, |layer| {
+        let own = engine.choices_in(&own, layer.states)?;
+        let (by, x) = layer.within.map_or((engine, layer.earlier), |by| (by, layer.until));
+        Ok(engine.sources(&by.pre(&own, x)?)?)
+    })?;
+    let good = engine.difference(&engine.all_states(), &bad)?;
+    let kept = engine.choices_in(&engine.difference(&c, &engine.pre(&c, &bad)?)?, &good)?;
+    checker.passed(name);
+    Ok(kept)
 }
 
 /// Builds one arena per class, over the states from which a strategy can avoid weakening the class

@@ -44,6 +44,17 @@ pub(super) struct Round<'a> {
     pub(super) within: Option<&'a SymbolicEngine>,
 }
 
+/// A layer of states after the first one.
+pub(super) struct Layer<'a> {
+    pub(super) states: &'a StateSet,
+    /// The states of earlier layers.
+    pub(super) earlier: &'a StateSet,
+    /// These and the states of the layer.
+    pub(super) until: &'a StateSet,
+    /// The engine whose edges into the layer itself count; none if none do.
+    pub(super) within: Option<&'a SymbolicEngine>,
+}
+
 impl<'a> Checker<'a> {
     /// Rebuilds the relations over the dumped states and loads all sets.
     pub(super) fn new(
@@ -111,17 +122,15 @@ impl<'a> Checker<'a> {
     }
 
     /// Checks that the layers of a region are a partition of it, and that each state has a way to
-    /// layer 0, which is `start`. `step(E, L, X)` returns the states of L with a step into X by an
-    /// edge of the engine E.
-    ///
-    /// A layer without a trend has steps into earlier layers. A layer with a trend has steps of
-    /// this trend into earlier layers or into itself: their paths end, so they leave the layer.
+    /// layer 0, which is `start`. `leading` returns the states of a layer with a step that the layer
+    /// needs: into an earlier one or, if it has a trend, by a step of the trend into the layer itself.
+    /// Paths of such steps end, so they leave the layer.
     pub(super) fn layers(
         &self,
         name: &str,
         region: &StateSet,
         start: &StateSet,
-        step: impl Fn(&SymbolicEngine, &StateSet, &StateSet) -> CheckResult<StateSet>,
+        leading: impl Fn(&Layer<'_>) -> CheckResult<StateSet>,
     ) -> CheckResult {
         let engine = &self.engine;
         let (mut open, mut earlier) = (region.clone(), engine.no_states());
@@ -130,35 +139,46 @@ impl<'a> Checker<'a> {
             let condition = || format!("layer {j} of `{name}` has further states of this region");
             self.subset(layer, &open, condition)?;
             let until = engine.union(&earlier, layer)?;
-            match trend {
-                _ if j == 0 => {
-                    let condition = || format!("layer 0 of `{name}` are the states at its goal");
-                    self.equal(layer, &engine.intersection(start, region)?, condition)?;
-                    if trend.is_some() {
-                        let condition = format!("layer 0 of `{name}` has no trend");
-                        return Err(CheckError::violated(condition, None));
-                    }
+            if j == 0 {
+                let condition = || format!("layer 0 of `{name}` are the states at its goal");
+                self.equal(layer, &engine.intersection(start, region)?, condition)?;
+                if trend.is_some() {
+                    let condition = format!("layer 0 of `{name}` has no trend");
+                    return Err(CheckError::violated(condition, None));
                 }
-                None => {
-                    let condition =
-                        || format!("each state in layer {j} of `{name}` has a step into an earlier layer");
-                    self.subset(layer, &step(engine, layer, &earlier)?, condition)?;
-                }
-                Some(trend) => {
-                    let condition = || {
-                        let trend = trend.name();
-                        format!(
-                            "each state in layer {j} of `{name}` has a {trend} step into this layer or an earlier one"
-                        )
-                    };
-                    self.subset(layer, &step(self.trends.engine(*trend)?, layer, &until)?, condition)?;
-                }
+            } else {
+                let within = trend.map(|trend| self.trends.engine(trend)).transpose()?;
+                let found = leading(&Layer { states: layer, earlier: &earlier, until: &until, within })?;
+                let step = trend.map_or("step into an earlier layer".to_owned(), |trend| {
+                    format!("{} step into this layer or an earlier one", trend.name())
+                });
+                self.subset(layer, &found, || format!("each state in layer {j} of `{name}` has a {step}"))?;
             }
             open = engine.difference(&open, layer)?;
             earlier = until;
         }
         let condition = || format!("each state of `{name}` is in one of its layers");
         self.subset(&open, &engine.no_states(), condition)
+    }
+
+    /// Returns the states of a layer in which we can choose a step that leads on: into an earlier layer,
+    /// or by a step of the layer's trend into the layer itself. `into(E, X)` returns the choices of the
+    /// layer with a step into X by an edge of the engine E, and those that win at once.
+    pub(super) fn leading(
+        &self,
+        layer: &Layer<'_>,
+        into: impl Fn(&SymbolicEngine, &StateSet) -> CheckResult<ChoiceSet>,
+    ) -> CheckResult<StateSet> {
+        let engine = &self.engine;
+        let Some(within) = layer.within else { return Ok(engine.can_choose(&into(engine, layer.earlier)?)?) };
+        let on = into(within, layer.until)?;
+        let found = engine.can_choose(&on)?;
+        if engine.is_empty(&engine.difference(layer.states, &found)?)? {
+            return Ok(found);
+        }
+        // Some choices of a state of the opponent may lead on by a step of the trend, and others by any
+        // step into an earlier layer.
+        Ok(engine.can_choose(&engine.union(&on, &into(engine, layer.earlier)?)?)?)
     }
 
     /// Checks the rounds that remove states from X. Each round is non-empty and disjoint from
@@ -203,11 +223,10 @@ impl<'a> Checker<'a> {
             self.subset(&start, &all, || "each state in which paths start is in `reachable`".to_owned())?;
             let next = engine.post(&engine.all_choices())?;
             self.subset(&next, &all, || "each successor of a state of `reachable` is in it".to_owned())?;
-            let step = |e: &SymbolicEngine, layer: &StateSet, x: &StateSet| {
-                let next = e.post(&engine.choices_in(&engine.all_choices(), x)?)?;
-                Ok(engine.intersection(&next, layer)?)
-            };
-            self.layers(names::REACHABLE, &all, &start, step)?;
+            self.layers(names::REACHABLE, &all, &start, |layer| {
+                let (by, from) = layer.within.map_or((engine, layer.earlier), |by| (by, layer.until));
+                Ok(by.post(&engine.choices_in(&engine.all_choices(), from)?)?)
+            })?;
         } else {
             let condition = || "`reachable` contains all valuations, as the scope `all` requires".to_owned();
             self.equal(&all, &engine.valuations(), condition)?;
@@ -221,7 +240,28 @@ impl<'a> Checker<'a> {
         for name in [names::REACHABLE, names::INITIAL, names::DEADLOCK, names::CHOICES] {
             self.passed(name);
         }
+        self.players()
+    }
+
+    /// Checks the states of each player of a game.
+    fn players(&mut self) -> CheckResult {
+        let program = Arc::clone(self.engine.program());
+        let players = program.players.iter().flat_map(|players| &players.list);
+        for (player, states) in players.zip(self.engine.player_states()) {
+            let name = names::player(&player.name);
+            let condition = || format!("`{name}` are the states in which this player chooses");
+            self.equal(&self.regions.states(&name)?, &states, condition)?;
+            self.passed(&name);
+        }
         Ok(())
+    }
+
+    /// Returns the choices of the states in which the opponent does not choose; strategies have no
+    /// others.
+    pub(super) fn ours(&self, c: &ChoiceSet) -> CheckResult<ChoiceSet> {
+        let Some(theirs) = self.engine.theirs() else { return Ok(c.clone()) };
+        let ours = self.engine.difference(&self.engine.all_states(), &theirs)?;
+        Ok(self.engine.choices_in(c, &ours)?)
     }
 
     /// Checks the counts that the manifest states for both files.

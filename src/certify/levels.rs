@@ -168,13 +168,14 @@ fn inside(
         engine.union(&goals, &moving(checker, arena, (engine, &kept), region)?)?
     };
     let condition = || format!("`strategy:{name}` are the kept choices that keep winning");
-    checker.equal_choices(strategy, &expected, condition)?;
-    let start = engine.can_choose(&level.goals(checker, arena, strategy)?)?;
-    let step = |by: &SymbolicEngine, layer: &StateSet, x: &StateSet| {
-        let permitted = engine.choices_in(strategy, layer)?;
-        Ok(engine.can_choose(&moving(checker, arena, (by, &permitted), x)?)?)
-    };
-    checker.layers(name, region, &start, step)
+    checker.equal_choices(strategy, &checker.ours(&expected)?, condition)?;
+    let goals = level.goals(checker, arena, &expected)?;
+    checker.layers(name, region, &engine.can_choose(&goals)?, |layer| {
+        let permitted = engine.choices_in(&expected, layer.states)?;
+        let goals = engine.choices_in(&goals, layer.states)?;
+        checker
+            .leading(layer, |by, x| Ok(engine.union(&goals, &moving(checker, arena, (by, &permitted), x)?)?))
+    })
 }
 
 /// Checks the states outside of a level. SASI: rounds remove the states of the level below that are

@@ -30,6 +30,14 @@
 //! only, so neither into an earlier round nor to a smaller state of L_j. For rising ones, read
 //! *greater*. One pre-image thus checks a layer, however long its paths are.
 //!
+//! In a game, every condition is read with the player who chooses ([`Engine::can_choose`]): what some
+//! choice does at our states, every choice does at the states of the opponent, and what each choice
+//! does in a round at our states, some choice does at those of the opponent. A step into an earlier
+//! layer then counts in a layer with a trend, too, because different choices of the opponent may lead
+//! on in different ways.
+//!
+//! [`Engine::can_choose`]: meliora_engine::Engine::can_choose
+//!
 //! Only the transition relation is rebuilt. A second evaluation, which shares no arithmetic with
 //! the first, confirms constants, and the choices and successors of some states. Each region is
 //! checked against a condition on one step. Induction over the layers and rounds of the dump then
@@ -43,6 +51,8 @@
 //! | Region | not too large | not too small |
 //! | --- | --- | --- |
 //! | `reachable` | layers from the initial states | closed under all choices |
+//! | `player:p` | the states in which the choices of this player are enabled | |
+//! | `bad` | layers towards a weakening choice of the opponent | no choice of the opponent enters it from outside |
 //! | `unsafe` | removal rounds | the other states violate nothing, and have a choice that stays among them |
 //! | `secured:A:d` | closed under its strategy, layers towards each mark that recurs | removal rounds |
 //! | `positive:A` | layers towards the target | no choice enters it from outside |
@@ -154,7 +164,6 @@ pub fn verify(
     dump: &Dump,
     settings: Settings,
 ) -> Result<Verdict> {
-    program.of_one_player("a certificate")?;
     let mut checked = Vec::new();
     match run(program, preferences, hashes, dump, settings, &mut checked) {
         Ok(()) => Ok(Verdict { checked, violation: None }),
@@ -191,7 +200,9 @@ fn run(
         manifest.check_file(FILE, file, diagram)?;
     }
     let mut checker = Checker::new(program, preferences, dump, settings)?;
+    manifest_check::players(&checker.engine, manifest)?;
     manifest_check::all(&checker.engine, preferences, hashes, manifest)?;
+    manifest_check::is_supported(&checker.engine, preferences, manifest)?;
     checker.scope()?;
     checker.counts()?;
     transitions::check(&checker)?;

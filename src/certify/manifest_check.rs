@@ -7,10 +7,12 @@ use serde_json::Value as Json;
 
 use super::Hashes;
 use super::error::{CheckError, CheckResult};
+use super::safety;
 use meliora_dump::Manifest;
 use meliora_dump::manifest::File;
+use meliora_engine::Engine;
 use meliora_engine::symbolic::SymbolicEngine;
-use meliora_model::preference::Preferences;
+use meliora_model::preference::{Goal, Objective, Preferences};
 use meliora_query::describe::{self, Inputs, Subject};
 
 /// Compares the hashes of the texts with those of the dump.
@@ -28,6 +30,49 @@ pub(super) fn inputs(manifest: &Manifest, hashes: Hashes<'_>) -> CheckResult {
         }
     }
     Ok(())
+}
+
+/// Compares the players of a game, and those of them who we are, with those of the dump.
+pub(super) fn players(engine: &SymbolicEngine, manifest: &Manifest) -> CheckResult {
+    let (players, coalition) = describe::players(engine);
+    let named = |names: &[String]| match names {
+        [] => "none".to_owned(),
+        names => names.iter().map(|name| format!("`{}`", name.escape_debug())).collect::<Vec<_>>().join(", "),
+    };
+    let condition = if manifest.players != players {
+        let (expected, said) = (named(&players), named(&manifest.players));
+        format!("the players of the model are {expected}: the dump says {said}")
+    } else if manifest.coalition != coalition {
+        let (expected, said) = (named(&coalition), named(&manifest.coalition));
+        let option = manifest.coalition.join(",");
+        format!(
+            "the coalition is {expected}: the dump was made for {said}; `--coalition {}` checks it for these players",
+            option.escape_debug()
+        )
+    } else {
+        return Ok(());
+    };
+    Err(CheckError::violated(condition, None))
+}
+
+/// Refuses the options and objectives that are not supported for games.
+pub(super) fn is_supported(
+    engine: &SymbolicEngine,
+    preferences: &Preferences,
+    manifest: &Manifest,
+) -> CheckResult {
+    let over_paths = |objective: &Objective| matches!(objective.goal, Goal::Satisfy { .. });
+    if !engine.is_game() {
+        return Ok(());
+    }
+    let wrong = if safety::drops_edges(manifest.safety) {
+        "a game is not analysed with safety `transition`"
+    } else if preferences.objectives.iter().any(over_paths) {
+        "a dump of a game has no temporal objectives"
+    } else {
+        return Ok(());
+    };
+    Err(CheckError::violated(wrong, None))
 }
 
 /// Compares all fields of the manifest, except its files, with those that model, preferences and

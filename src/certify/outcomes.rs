@@ -3,7 +3,7 @@
 use super::checker::{Checker, Round};
 use super::error::CheckResult;
 use super::temporal;
-use meliora_engine::symbolic::{StateSet, SymbolicEngine};
+use meliora_engine::symbolic::{ChoiceSet, StateSet};
 use meliora_engine::{Algebra, Engine};
 use meliora_model::names;
 use meliora_model::preference::{Goal, ObjectiveSet};
@@ -45,12 +45,22 @@ fn positive(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> Check
     checker.subset(target, &x, || format!("each state of the target is in `{region}`"))?;
     let entering = engine.can_choose(&engine.pre(&engine.all_choices(), &x)?)?;
     checker.subset(&entering, &x, || format!("each state with a step into `{region}` is in it"))?;
-    let step = |e: &SymbolicEngine, layer: &StateSet, x: &StateSet| {
-        Ok(engine.can_choose(&e.pre(&engine.choices_in(&engine.all_choices(), layer)?, x)?)?)
-    };
-    checker.layers(region, &x, target, step)?;
+    leading_to(checker, region, (&x, target), &engine.all_choices())?;
     checker.passed(region);
     Ok(())
+}
+
+/// Checks that layers of a region lead to a target by given choices.
+pub(super) fn leading_to(
+    checker: &Checker<'_>,
+    name: &str,
+    (region, target): (&StateSet, &StateSet),
+    choices: &ChoiceSet,
+) -> CheckResult {
+    checker.layers(name, region, target, |layer| {
+        let own = checker.engine.choices_in(choices, layer.states)?;
+        checker.leading(layer, |by, x| Ok(by.pre(&own, x)?))
+    })
 }
 
 /// Checks an almost-sure region, and returns it. Inside: the strategy stays in it, and under it
@@ -65,11 +75,8 @@ fn almost_sure(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> Ch
         engine.choices_in(&engine.pre_within(&engine.all_choices(), &x)?, &engine.difference(&x, target)?)?;
     let strategy = names::strategy(region);
     let condition = || format!("`{strategy}` are the choices that stay in `{region}`");
-    checker.equal_choices(&checker.regions.choices(&strategy)?, &staying, condition)?;
-    let step = |e: &SymbolicEngine, layer: &StateSet, x: &StateSet| {
-        Ok(engine.can_choose(&e.pre(&engine.choices_in(&staying, layer)?, x)?)?)
-    };
-    checker.layers(region, &x, target, step)?;
+    checker.equal_choices(&checker.regions.choices(&strategy)?, &checker.ours(&staying)?, condition)?;
+    leading_to(checker, region, (&x, target), &staying)?;
     let left = checker.rounds(region, &engine.all_states(), |round| {
         let &Round { number, lost, .. } = round;
         let condition = || format!("no state lost in round {number} of `{region}` is in the target");

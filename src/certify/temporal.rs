@@ -18,7 +18,8 @@
 
 use super::checker::Checker;
 use super::error::CheckResult;
-use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
+use super::outcomes::leading_to;
+use meliora_engine::symbolic::{ChoiceSet, StateSet};
 use meliora_engine::{Algebra, Engine};
 use meliora_model::names;
 use meliora_model::temporal::{Condition, Disjunct};
@@ -82,10 +83,7 @@ impl SecuredRegion {
         checker.subset(&self.region, &engine.can_choose(&staying)?, condition)?;
         for (index, mark) in self.again.iter().enumerate() {
             let start = engine.intersection(mark, &self.region)?;
-            let step = |e: &SymbolicEngine, layer: &StateSet, x: &StateSet| {
-                Ok(engine.can_choose(&e.pre(&engine.choices_in(&staying, layer)?, x)?)?)
-            };
-            checker.layers(&names::recurring(name, index + 1), &self.region, &start, step)?;
+            leading_to(checker, &names::recurring(name, index + 1), (&self.region, &start), &staying)?;
         }
         Ok(())
     }

@@ -64,6 +64,11 @@ fn step(engine: &SymbolicEngine, numbered: &[Numbered], program: &Program, state
     if engine.count(&here)? != Count::from(expected.len()) {
         return wrong("each state has the choices that a second evaluation finds");
     }
+    if !has_owner(engine, state, expected.iter().map(|(choice, _)| choice))? {
+        return wrong(
+            "each state of a game belongs to the player to whom a second evaluation gives its choices",
+        );
+    }
     for (choice, successors) in expected {
         let enabled = engine.contains_choice(&here, state, &choice)?;
         let number = numbered.iter().position(|numbered| stands_for(numbered, &choice));
@@ -79,6 +84,32 @@ fn step(engine: &SymbolicEngine, numbered: &[Numbered], program: &Program, state
         }
     }
     Ok(())
+}
+
+/// Returns whether a state of a game belongs to the player of these choices, its only ones, and to the
+/// opponent if that player is not one of us. A deadlock belongs to nobody.
+fn has_owner<'c>(
+    engine: &SymbolicEngine,
+    state: &State,
+    choices: impl Iterator<Item = &'c Choice>,
+) -> CheckResult<bool> {
+    let program = engine.program();
+    let Some(players) = &program.players else { return Ok(true) };
+    let owner = |choice: &Choice| {
+        let Choice::Combination { synchronisation, commands } = choice else { return None };
+        match program.synchronisations[*synchronisation].action {
+            Some(action) => *players.of_action.get(action)?,
+            None => *players.of_module.get(program.commands[commands.first()?.index()].module)?,
+        }
+    };
+    let owners: BTreeSet<Option<usize>> = choices.map(owner).collect();
+    let mut right = owners.len() == 1;
+    for (number, states) in engine.player_states().iter().enumerate() {
+        right &= engine.contains(states, state)? == owners.contains(&Some(number));
+    }
+    let is_theirs = engine.theirs().map_or(Ok(false), |theirs| engine.contains(&theirs, state))?;
+    let ours = |owner: &Option<usize>| owner.is_none_or(|number| players.list[number].ours);
+    Ok(right && is_theirs != owners.iter().all(ours))
 }
 
 fn stands_for(numbered: &Numbered, choice: &Choice) -> bool {

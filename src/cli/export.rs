@@ -193,6 +193,9 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
         Ok((question, costs))
     };
     let (question, costs) = job.timed("parse", read, |_, _| ())?;
+    if args.values {
+        question.program.of_one_player("`--values`")?;
+    }
     job.update(|r| r.header.read(&question.program));
     let build = || load::symbolic(&question.program, &args.model, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;

@@ -101,6 +101,7 @@ fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
     let folder = Folder::new(&wanted.out, names(wanted), &inputs)?;
     let read = || {
         let question = load::question("export", &wanted.model, &wanted.preferences, &job.sink)?;
+        question.program.of_one_player("`export` state by state")?;
         let costs = |v: &ValuesArgs| costs(&question.program, &v.reward, &job.sink);
         let costs = wanted.values.as_ref().map(costs).transpose()?;
         Ok((question, costs))

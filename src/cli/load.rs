@@ -26,7 +26,8 @@ use super::sweep::ranges;
 static INPUT_READ: AtomicBool = AtomicBool::new(false);
 
 /// The commands that honour the players of a game. All others refuse games.
-const WITH_PLAYERS: &[&str] = &["check", "compare", "info", "reach", "report", "simulate", "strategy"];
+const WITH_PLAYERS: &[&str] =
+    &["check", "compare", "export", "info", "reach", "report", "simulate", "strategy", "verify"];
 
 /// The name of standard input in messages.
 const STANDARD_INPUT: &str = "standard input";
@@ -117,14 +118,14 @@ fn parsed(command: &str, args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded
         bounds: SourceFile::new("--bounds", args.bounds()),
     };
     let mut loaded = loaded(command, &args.model, &given, sink)?;
-    play_as(args, &mut loaded.program)?;
+    play_as(args.coalition.as_deref(), &mut loaded.program)?;
     Ok(loaded)
 }
 
 /// Lets us be the players of `--coalition`, if it is given.
-fn play_as(args: &ModelArgs, program: &mut Program) -> Result<(), Error> {
-    let Some(names) = &args.coalition else { return Ok(()) };
-    let coalition = lang::parse_coalition(program, &SourceFile::new("--coalition", names.as_str()))?;
+fn play_as(coalition: Option<&str>, program: &mut Program) -> Result<(), Error> {
+    let Some(names) = coalition else { return Ok(()) };
+    let coalition = lang::parse_coalition(program, &SourceFile::new("--coalition", names))?;
     program.play_as(&coalition);
     Ok(())
 }
@@ -182,7 +183,7 @@ pub(super) fn preferring(
 ) -> Result<Question, Error> {
     let mut question = preferred(parsed(command, model, sink)?, preferences, sink)?;
     // The preference file may name players, too.
-    play_as(model, Arc::make_mut(&mut question.program))?;
+    play_as(model.coalition.as_deref(), Arc::make_mut(&mut question.program))?;
     Ok(question)
 }
 
@@ -202,12 +203,14 @@ fn preferred(loaded: Loaded, preferences: &Path, sink: &TerminalSink) -> Result<
 /// # Errors
 /// A file, the constants or the bounds are wrong.
 pub(super) fn certified(
-    model: &Path,
+    (model, coalition): (&Path, Option<&str>),
     preferences: &Path,
     given: &Given,
     sink: &TerminalSink,
 ) -> Result<Question, Error> {
-    preferred(loaded("verify", model, given, sink)?, preferences, sink)
+    let mut question = preferred(loaded("verify", model, given, sink)?, preferences, sink)?;
+    play_as(coalition, Arc::make_mut(&mut question.program))?;
+    Ok(question)
 }
 
 /// Reads the model, and the target or the properties.

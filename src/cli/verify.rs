@@ -20,7 +20,8 @@ use super::supervise::{Job, supervise};
 
 /// Check a dump against the model by one-step conditions, without the fixpoint code
 ///
-/// Uses the constants, scope, safety and variable order of the dump. If a condition is violated,
+/// Uses the constants, scope, safety and variable order of the dump; in a game, every choice of the
+/// opponent is checked. If a condition is violated,
 /// prints the first one and ends with exit status 1.
 #[derive(Debug, Clone, Args)]
 pub(super) struct VerifyArgs {
@@ -39,6 +40,11 @@ pub(super) struct VerifyArgs {
     /// Bounds of integers that are unbounded in a JANI model, the same as for `export` (repeatable)
     #[arg(long, value_name = "NAME=LOW..HIGH,…")]
     bounds: Vec<String>,
+
+    /// Players of a game who we are, the same as for `export` [default: those of the preference file,
+    /// else the first player]
+    #[arg(long, value_name = "PLAYER,…")]
+    coalition: Option<String>,
 
     #[command(flatten)]
     limits: LimitArgs,
@@ -64,7 +70,8 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
         constants: SourceFile::new("the constants of the dump", manifest.given_constants()),
         bounds: SourceFile::new("--bounds", args.bounds.join(",")),
     };
-    let question = || load::certified(&args.model, &args.preferences, &given, &job.sink);
+    let model = (&*args.model, args.coalition.as_deref());
+    let question = || load::certified(model, &args.preferences, &given, &job.sink);
     let question = job.timed("parse", question, |_, _| ())?;
     if dump.certificate.is_none() {
         let message = "the dump has no certificate; `meliora export` without `--region` and `--no-certificate` writes one";

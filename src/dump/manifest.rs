@@ -52,6 +52,12 @@ pub struct Manifest {
     pub exact: BTreeMap<String, String>,
     /// The names of the constants that `--const` gave.
     pub given: Vec<String>,
+    /// The players of a game, in the order of declaration; none for other models.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub players: Vec<String>,
+    /// The players of a game who we are; all others are the opponent.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub coalition: Vec<String>,
     /// The preference file.
     pub preferences: Source,
     /// The objectives in the order of declaration.
@@ -449,6 +455,15 @@ impl Manifest {
         }
         for name in &self.objectives {
             plain("an objective", name)?;
+        }
+        let mut players = BTreeSet::new();
+        for name in &self.players {
+            plain("a player", name)?;
+            ensure(players.insert(name), || format!("two players are called `{name}`"))?;
+        }
+        let stranger = self.coalition.iter().find(|name| !players.contains(name));
+        if let Some(name) = stranger {
+            return Err(format!("`{}` of the coalition is not a player", name.escape_debug()));
         }
         let mut bits = BTreeSet::new();
         for variable in &self.encoding.variables {

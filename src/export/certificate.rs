@@ -3,11 +3,11 @@
 //! Layers confirm the states inside: each has a way to an earlier layer. Removal rounds refute the
 //! states outside: each must risk to reach states removed earlier, or never reaches the goal.
 
-use super::layers::{Proof, Trends, layers, rounds};
-use super::regions::{class_name, numbered};
+use super::layers::{Proof, Trends, layers, of_all_players, rounds};
+use super::regions::{bad_states, class_name, numbered};
 use super::removal::Removal;
 use super::{Named, whole_paths};
-use meliora_engine::edge_labels::winning;
+use meliora_engine::edge_labels::{pairs_into, winning};
 use meliora_engine::symbolic::{StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, EdgeLabels, Engine};
 use meliora_model::error::Result;
@@ -40,6 +40,7 @@ pub(super) fn all(analysis: &Of<'_>) -> Result<(Vec<Named>, Vec<Digit>)> {
             outcome_layers(engine, &trends, &objective.name, outcome, &mut named)?;
         }
     }
+    bad_layers(engine, &trends, analysis, &mut named)?;
     if analysis.improvement().is_some_and(|i| i.safety.has_reference()) {
         safe_regions(engine, &trends, analysis, &mut named)?;
     }
@@ -56,11 +57,11 @@ fn outcome_layers(
     outcome: &ObjectiveRegions<SymbolicEngine>,
     named: &mut Vec<Named>,
 ) -> Result<()> {
-    let positive = trends.backward(engine, &outcome.target, &engine.all_choices(), &[])?;
+    let positive = trends.backward(engine, &outcome.target, &engine.all_choices())?;
     layers(named, &names::positive(name), positive);
     let staying = engine.pre_within(&engine.all_choices(), &outcome.almost_sure)?;
     let staying = engine.choices_in(&staying, &outcome.almost_sure)?;
-    let almost_sure = trends.backward(engine, &outcome.target, &staying, &[])?;
+    let almost_sure = trends.backward(engine, &outcome.target, &staying)?;
     let region = names::almost_sure(name);
     layers(named, &region, almost_sure);
     rounds(named, &region, lost_rounds(engine, trends, &outcome.target)?);
@@ -79,6 +80,23 @@ fn lost_rounds(engine: &SymbolicEngine, trends: &Trends, target: &StateSet) -> R
             return Ok(removal.rounds);
         }
     }
+}
+
+/// Adds, for a game under `action`, the layers in which the opponent can weaken: by one of its choices
+/// at once, or by one that may step into an earlier layer.
+fn bad_layers(
+    engine: &SymbolicEngine,
+    trends: &Trends,
+    analysis: &Of<'_>,
+    named: &mut Vec<Named>,
+) -> Result<()> {
+    let (Some(bad), Some(classes)) = (bad_states(analysis)?, analysis.classes()) else { return Ok(()) };
+    let own = engine.choices_in(&engine.all_choices(), &bad)?;
+    let worse = classes.list.iter().map(|class| (class.states.clone(), class.worse.clone()));
+    let weakening = engine.sources(&pairs_into(engine, &own, worse.collect())?)?;
+    let towards = trends.of_all_players()?.backward(&of_all_players(engine)?, &weakening, &own)?;
+    layers(named, names::BAD, towards);
+    Ok(())
 }
 
 /// Adds, under `prefix`, the states from which a strategy can avoid weakening each class forever,
@@ -120,14 +138,15 @@ fn levels(
         for (label, level) in &all {
             let Some(game) = level.games.get(index) else { continue };
             let name = name_in(analysis, arena, kind, label);
-            let permissive = strategy::permissive(engine, kind, game)?;
+            let choices = strategy::winning_choices(engine, kind, game)?;
             if arena.reference.is_some() {
                 named.push(Named::states(&name, &game.states));
-                named.push(Named::choices(names::strategy(&name), &permissive));
+                named.push(Named::choices(names::strategy(&name), &strategy::ours(engine, &choices)?));
             }
-            let winning = winning(engine, &permissive, &game.edge_labels)?;
+            let winning = winning(engine, &choices, &game.edge_labels)?;
             let goal = engine.can_choose(&winning)?;
-            layers(named, &name, trends.backward(engine, &goal, &permissive, &game.edge_labels)?);
+            let towards = trends.towards(engine, (&goal, &winning), &choices, &game.edge_labels)?;
+            layers(named, &name, towards);
             if kind == Kind::Sasi {
                 let (_, lost) = level_rounds(engine, trends, arena, &game.edge_labels, &before)?;
                 rounds(named, &name, lost);
@@ -163,8 +182,7 @@ fn last_level(
         }
         Kind::Spi => {
             let winning = winning(engine, &engine.all_choices(), &edge_labels)?;
-            let seeds = engine.can_choose(&engine.intersection(&arena.choices, &winning)?)?;
-            engine.can_reach(&seeds, &arena.choices, &edge_labels)?
+            engine.can_win(&winning, &arena.choices, &edge_labels)?
         }
     };
     if arena.reference.is_some() {

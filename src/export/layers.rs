@@ -6,6 +6,7 @@
 //! are all steps, so there are at most twice as many layers as distances.
 
 use super::Named;
+use meliora_engine::edge_labels::{dropped, kept_into};
 use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, EdgeLabels, Engine};
 use meliora_model::error::Result;
@@ -35,6 +36,13 @@ impl Trends {
         &self.engines
     }
 
+    /// Returns the engines of a game in which we choose for all players.
+    pub(super) fn of_all_players(&self) -> Result<Self> {
+        let [falling, rising] = self.engines.each_ref().map(|(_, by)| of_all_players(by));
+        let engines = [(Trend::Falling, falling?), (Trend::Rising, rising?)];
+        Ok(Trends { order: self.order.clone(), engines })
+    }
+
     /// Computes the layers of the states that are reached from the start states of paths.
     pub(super) fn forward(&self, engine: &SymbolicEngine, start: StateSet) -> Result<Proof> {
         self.grow(engine, start, |by, reached| by.reached_from(reached))
@@ -46,9 +54,31 @@ impl Trends {
         engine: &SymbolicEngine,
         target: &StateSet,
         within: &ChoiceSet,
+    ) -> Result<Proof> {
+        self.towards(engine, (target, &engine.no_choices()), within, &[])
+    }
+
+    /// Computes the layers of the states that reach a target by the given choices, or take one of the
+    /// winning ones on the way. The target has the states in which we can take a winning choice.
+    ///
+    /// In a game, the choices of one state of the opponent may lead on by steps of different trends.
+    /// There, a layer has also all steps into earlier layers.
+    pub(super) fn towards(
+        &self,
+        engine: &SymbolicEngine,
+        (target, winning): (&StateSet, &ChoiceSet),
+        within: &ChoiceSet,
         edge_labels: &[EdgeLabels<StateSet>],
     ) -> Result<Proof> {
-        self.grow(engine, target.clone(), |by, reached| by.can_reach(reached, within, edge_labels))
+        let has_opponent = engine.theirs().is_some();
+        self.grow(engine, target.clone(), |by, reached| {
+            if !has_opponent {
+                return by.can_reach(reached, within, edge_labels);
+            }
+            let earlier = kept_into(engine, within, &dropped(engine, edge_labels)?, reached)?;
+            let winning = engine.union(winning, &earlier)?;
+            engine.union(reached, &by.can_win(&winning, within, edge_labels)?)
+        })
     }
 
     /// Closes a set under the steps of both trends, one after the other, until nothing is new.
@@ -76,6 +106,11 @@ impl Trends {
         }
         Ok(layers)
     }
+}
+
+/// Returns an engine of a game in which we choose for all players.
+pub(super) fn of_all_players(engine: &SymbolicEngine) -> Result<SymbolicEngine> {
+    engine.with_coalition(&vec![true; engine.coalition().len()])
 }
 
 /// Names the layers of a region.

@@ -55,6 +55,7 @@ use meliora_engine::symbolic::{Set, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};
 use meliora_model::error::{Error, Result};
 use meliora_model::names;
+use meliora_model::preference::{Goal, Objective};
 use meliora_model::trend::{Digit, Trend};
 use meliora_planning::levels::End;
 use meliora_planning::{Analysis, Kind, Safety};
@@ -102,7 +103,11 @@ pub fn export(
     inputs: &Inputs,
     content: &DumpContent<'_>,
 ) -> Result<Dump> {
-    analysis.whole_engine().program().of_one_player("an export")?;
+    let over_paths = |o: &Objective| matches!(o.goal, Goal::Satisfy { .. });
+    if analysis.whole_engine().is_game() && analysis.preferences().objectives.iter().any(over_paths) {
+        let message = "a dump of a game with temporal objectives is not supported";
+        return Err(Error::Usage(message.to_owned()));
+    }
     if analysis.preferences().objectives.iter().any(|o| o.name == names::NOTHING) {
         let message =
             "in a dump, the objective `nothing` cannot be distinguished from the class `nothing`; rename it";

@@ -43,7 +43,7 @@ pub(super) fn witnesses(
 ) -> Result<()> {
     for (name, region) in named(analysis, objective) {
         for (index, here) in region.again.iter().enumerate() {
-            let towards = trends.backward(engine, here, &region.choices, &[])?;
+            let towards = trends.backward(engine, here, &region.choices)?;
             layers(all, &names::recurring(&name, index + 1), towards);
         }
         rounds(all, &name, lost_rounds(engine, trends, &region.disjunct)?);

@@ -14,10 +14,17 @@ pub const DEADLOCK: &str = "deadlock";
 pub const CHOICES: &str = "choices";
 /// The states from which the requirements cannot be kept.
 pub const UNSAFE: &str = "unsafe";
+/// The states of a game in which the opponent can weaken, under `action`.
+pub const BAD: &str = "bad";
 /// The level of the states from which any number of improvements is possible.
 pub const UNBOUNDED: &str = "unbounded";
 /// The class of the states without an almost-sure objective.
 pub const NOTHING: &str = "nothing";
+
+/// Returns `player:p`: the states in which a player of a game chooses.
+pub fn player(name: &str) -> String {
+    format!("player:{name}")
+}
 
 /// Returns `target:A`.
 pub fn target(objective: &str) -> String {

@@ -10,6 +10,12 @@
 //! In a node that is not secure, a shield permits the actions of the permissive strategy or the
 //! kept ones, and all actions if there are none.
 //!
+//! In a game, a shield permits all actions of a state of the opponent: it forbids nothing there, and an
+//! episode follows the step that the opponent takes. So these nodes are secure if each of their actions
+//! enters secure nodes and weakens nothing, and where improvements are ahead or an objective is pursued,
+//! each of them leads on. What the shield of a game promises holds against every strategy of the
+//! opponent, as long as we take permitted actions and the real system has only the steps of the model.
+//!
 //! While a plan, or a strategy of the kind `achieve`, pursues an objective, a shield permits the actions
 //! with which it stays sure. Permitted steps then lead to nodes that pursue one, too, and can achieve it.
 
@@ -75,6 +81,9 @@ pub struct ShieldVariable {
 pub struct ShieldNode {
     /// The values of the variables.
     pub state: State,
+    /// True if the opponent of a game chooses here.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub theirs: bool,
     /// The class of the state; `None` if it is unsafe under the requirements.
     #[serde(deserialize_with = "present")]
     pub class: Option<usize>,
@@ -99,9 +108,9 @@ pub struct ShieldNode {
 }
 
 impl ShieldNode {
-    /// Returns whether nothing is ahead: no improvement, and no objective.
+    /// Returns whether we choose here and nothing is ahead: no improvement, and no objective.
     fn is_at_rest(&self) -> bool {
-        self.ahead == Some(0) && self.pursues.is_empty()
+        self.ahead == Some(0) && self.pursues.is_empty() && !self.theirs
     }
 }
 
@@ -144,9 +153,8 @@ impl Shield {
     /// # Errors
     /// The errors of [`FiniteMemoryStrategy::explain`]; [`Limit::Size`] if there are more than
     /// `limit` nodes; [`Error::Usage`] for strategies that choose by value, with `safety = transition`,
-    /// and if choices with one label cannot be permitted together; the model is a game.
+    /// and if choices with one label cannot be permitted together.
     pub fn new<E: Engine>(strategy: &mut FiniteMemoryStrategy<E>, limit: usize) -> Result<Self> {
-        strategy.program.of_one_player("a shield")?;
         strategy.fits_shields()?;
         let mut builder = Builder {
             actions: labels(&strategy.program),
@@ -295,16 +303,21 @@ impl<E: Engine> Builder<'_, E> {
                 labels[place].next.push(self.enter(successor.state.clone(), successor.next)?);
             }
         }
-        if ahead != Some(0) && !labels.iter().any(|label| label.progress && label.keeps) {
+        let theirs = at.is_theirs();
+        if !theirs && ahead != Some(0) && !labels.iter().any(|label| label.progress && label.keeps) {
             return Err(self.inseparable(&at));
         }
-        let (actions, pick) = together(labels);
+        let (mut actions, pick) = together(labels);
+        if theirs {
+            actions.iter_mut().for_each(|action| action.permitted = true);
+        }
         let class = (!at.is_unsafe).then(|| self.class(&at.most_preferred));
         let reference = self.class(&at.reference);
         let pursues = self.strategy.preferences.owned_names(&at.aims);
         let kept = memory.pursuit.is_some_and(|pursuit| self.strategy.keeps(pursuit));
         let (secure, achieved) = (false, kept || at.is_achieved());
-        Ok(ShieldNode { state: at.state, class, reference, ahead, secure, pursues, achieved, actions, pick })
+        let state = at.state;
+        Ok(ShieldNode { state, theirs, class, reference, ahead, secure, pursues, achieved, actions, pick })
     }
 
     /// Returns the error of a state in which every label with a choice that makes progress also has one

@@ -104,6 +104,7 @@ impl Subject<'_> {
         let source =
             |(path, sha256): &(String, String)| Source { path: path.clone(), sha256: sha256.clone() };
         let program = self.engine.program();
+        let (players, coalition) = players(self.engine);
         Manifest {
             schema: manifest::SCHEMA.to_owned(),
             tool: Tool { name: manifest::TOOL.to_owned(), version: env!("CARGO_PKG_VERSION").to_owned() },
@@ -115,6 +116,8 @@ impl Subject<'_> {
                 .filter_map(|(name, value)| Some((name.clone(), long(value)?)))
                 .collect(),
             given: program.given_constants.clone(),
+            players,
+            coalition,
             preferences: source(&self.inputs.preferences),
             objectives: self.preferences.objectives.iter().map(|o| o.name.clone()).collect(),
             empty: self.preferences.empty.to_string(),
@@ -130,6 +133,15 @@ impl Subject<'_> {
             values: None,
         }
     }
+}
+
+/// Returns the names of the players of a game, and of those who we are; none for other models.
+pub fn players(engine: &SymbolicEngine) -> (Vec<String>, Vec<String>) {
+    let players = engine.program().players.iter().flat_map(|players| &players.list);
+    let all: Vec<String> = players.map(|player| player.name.clone()).collect();
+    let ours = all.iter().zip(engine.coalition()).filter(|(_, ours)| *ours);
+    let ours = ours.map(|(name, _)| name.clone()).collect();
+    (all, ours)
 }
 
 fn encoding(engine: &SymbolicEngine) -> Encoding {

@@ -26,13 +26,17 @@ fn commands_for_one_player_refuse_a_game_by_name() {
     let scratch = scratch();
     for (name, more) in [
         ("values", &["@g.pref"][..]),
-        ("export", &["@g.pref", "--out", "@dump"]),
         ("export", &["@g.pref", "--out", "@dump", "--format", "explicit"]),
         ("export", &["@g.pref", "--out", "@dump", "--format", "umb"]),
         ("export", &["@g.pref", "--out", "@dump", "--format", "drn"]),
+        ("export", &["@g.pref", "--out", "@dump", "--values"]),
     ] {
         let refused = at(&scratch, &[&[name, "@g.prism"], more].concat()).expect(3);
-        let expected = format!("`{name}` of a game is not supported");
+        let expected = match more.last() {
+            Some(&"--values") => "`--values` of a game is not supported".to_owned(),
+            _ if name == "export" => "`export` state by state of a game is not supported".to_owned(),
+            _ => format!("`{name}` of a game is not supported"),
+        };
         assert!(refused.stderr.contains(&expected), "{more:?}: {}", refused.stderr);
         assert!(refused.stderr.contains("g.prism:1:1"), "{}", refused.stderr);
         assert!(!scratch.path("dump").exists());
@@ -49,8 +53,51 @@ fn a_certificate_of_another_model_does_not_verify_a_game() {
         .replace("player us [a], [b] endplayer\nplayer them [c], [d] endplayer\n", "");
     std::fs::write(scratch.path("m.prism"), mdp).unwrap();
     at(&scratch, &["export", "@m.prism", "@g.pref", "--out", "@dump"]).expect(0);
-    let refused = at(&scratch, &["verify", "@dump", "@g.prism", "@g.pref"]).expect(3);
-    assert!(refused.stderr.contains("`verify` of a game is not supported"), "{}", refused.stderr);
+    let refused = at(&scratch, &["verify", "@dump", "@g.prism", "@g.pref"]).expect(1);
+    assert!(refused.stdout.contains("the SHA-256 of the model"), "{}", refused.stdout);
+}
+
+#[test]
+fn a_dump_is_verified_for_its_coalition() {
+    let scratch = scratch();
+    let accepted = |preferences: &str, more: &[&str]| {
+        let all = [&["verify", "@dump", "@g.prism", preferences], more].concat();
+        at(&scratch, &all).expect(0);
+    };
+    let refused = |preferences: &str, more: &[&str], said: &str| {
+        let all = [&["verify", "@dump", "@g.prism", preferences], more].concat();
+        let refused = at(&scratch, &all).expect(1).stdout;
+        assert!(refused.contains(said), "{refused}");
+    };
+    at(&scratch, &["export", "@g.prism", "@g.pref", "--out", "@dump"]).expect(0);
+    accepted("@g.pref", &[]);
+    accepted("@g.pref", &["--coalition", "us"]);
+    refused("@g.pref", &["--coalition", "them"], "the coalition is `them`: the dump was made for `us`");
+    at(&scratch, &["export", "@g.prism", "@g.pref", "--out", "@dump", "--coalition", "them"]).expect(0);
+    accepted("@g.pref", &["--coalition", "them"]);
+    refused("@g.pref", &[], "`--coalition them` checks it for these players");
+    at(&scratch, &["export", "@g.prism", "@them.pref", "--out", "@dump", "--format", "dot"]).expect(0);
+    accepted("@them.pref", &[]);
+    refused("@them.pref", &["--coalition", "us,them"], "the dump was made for `them`");
+    at(&scratch, &["export", "@g.prism", "@g.pref", "--out", "@dump", "--safety", "prefix"]).expect(0);
+    accepted("@g.pref", &[]);
+}
+
+#[test]
+fn query_knows_the_players_and_their_states() {
+    let scratch = scratch();
+    at(&scratch, &["export", "@g.prism", "@g.pref", "--out", "@dump"]).expect(0);
+    for (region, condition, count) in [
+        ("player:us", "true", "2"),
+        ("player:them", "true", "1"),
+        ("player:us | player:them | deadlock", "true", "4"),
+        ("player:us & positive:Two", "x<2", "1"),
+        ("player:them & strategy:almost-sure:Two", "true", "0"),
+        ("bad", "true", "0"),
+    ] {
+        let found = at(&scratch, &["query", "@dump", region, "--where", condition, "--count"]).expect(0);
+        assert_eq!(found.stdout.trim(), count, "{region}");
+    }
 }
 
 #[test]

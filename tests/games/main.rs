@@ -1,6 +1,7 @@
 //! Turn-based games: against all strategies of both sides, against the model with one player, and one
 //! engine against the other.
 
+mod dumps;
 mod levels;
 mod library;
 mod moves;
@@ -10,6 +11,7 @@ mod one_player;
 mod random_program;
 mod raw;
 mod regions;
+mod shields;
 mod simulations;
 mod states;
 mod strategies;

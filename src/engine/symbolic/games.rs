@@ -202,7 +202,9 @@ impl SymbolicEngine {
         let winning = self.intersection(winning, within)?;
         let mut found = self.union(target, &self.can_choose(&winning)?)?;
         let loops = StateSet(within.0[self.groups.len()].clone());
-        let candidates = self.difference(&self.can_choose(within)?, &loops)?;
+        // A choice without edges is in no list, so the lists cannot tell that it enters nothing.
+        let entering = self.union(&winning, &self.with_edges(within)?)?;
+        let candidates = self.difference(&self.can_choose(&entering)?, &loops)?;
         let dropped = edge_labels::dropped(self, edge_labels)?;
         let lists = match dropped.is_empty() {
             true => Some(self.search_lists(opponent, &winning, within)?),

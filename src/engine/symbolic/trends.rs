@@ -16,6 +16,7 @@ use super::relations::partial_relation::PartialRelation;
 use super::relations::support::Support;
 use super::store::diagram::Bdd;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
+use crate::engine::{Algebra, Engine};
 use crate::settings::Count;
 use meliora_model::VarId;
 use meliora_model::error::Result;
@@ -70,7 +71,11 @@ impl SymbolicEngine {
             steps.relation = self.store.and(&steps.relation, &has_trend)?;
         }
         transitions.pieces.retain(|piece| !self.store.is_zero(&piece.steps.relation));
+        // The lists of the opponent have all edges.
+        let game =
+            self.game.as_ref().map(|game| game.moved(&self.store, game.players.clone())).transpose()?;
         Ok(SymbolicEngine {
+            game,
             groups: transitions.lists(&self.store, &self.lists)?,
             clusters: Arc::new(Clusters::new(&self.store, &self.lists, &transitions.pieces)?),
             transitions: Arc::new(transitions),
@@ -178,15 +183,27 @@ impl SymbolicEngine {
         found.map(StateSet).ok_or_else(|| self.store.full())
     }
 
-    /// Returns the states with a choice of `c` that has no edge at all; see
-    /// [`SymbolicEngine::with_trend`].
-    pub(super) fn without_edges(&self, c: &ChoiceSet) -> Result<Bdd> {
-        let mut found = Vec::new();
-        if !self.has_loops {
-            for (list, own) in self.groups.iter().zip(&*c.0) {
-                found.push(self.store.minus(own, &list.sources(&self.store)?)?);
-            }
+    /// Returns the choices of `c` that have an edge; see [`SymbolicEngine::with_trend`].
+    pub(super) fn with_edges(&self, c: &ChoiceSet) -> Result<ChoiceSet> {
+        if self.has_loops {
+            return Ok(c.clone());
         }
-        self.store.any(found)
+        let lists = self.groups.iter().zip(&*c.0);
+        let moving = lists.map(|(list, own)| self.store.and(own, &list.sources(&self.store)?));
+        let moving: Vec<Bdd> = moving.chain([Ok(self.store.zero())]).collect::<Result<_>>()?;
+        Ok(ChoiceSet(Arc::new(moving)))
+    }
+
+    /// Returns the states in which a choice of `c` that has no edge keeps from moving: our states with
+    /// such a choice, and the opponent's states that have no other choices.
+    pub(super) fn without_edges(&self, c: &ChoiceSet) -> Result<Bdd> {
+        if self.has_loops {
+            return Ok(self.store.zero());
+        }
+        let moving = self.with_edges(c)?;
+        let staying = self.sources(&self.difference(c, &moving)?)?;
+        let Some(theirs) = self.opponent_states() else { return Ok(staying.0) };
+        let moved = self.intersection(&theirs, &self.sources(&moving)?)?;
+        Ok(self.difference(&staying, &moved)?.0)
     }
 }

@@ -14,6 +14,14 @@ use super::{Shield, ShieldAction, ShieldNode, ShieldVariable, safe_modes};
 use crate::{Safety, StrategyKind};
 use meliora_model::error::ensure;
 
+/// The end of a step in the search for nodes that lead to an end.
+enum Leads {
+    ToTheEnd,
+    /// To a node from which the end may be reached.
+    On,
+    Elsewhere,
+}
+
 /// A condition that holds, or the fault.
 type Check = Result<(), String>;
 
@@ -24,8 +32,9 @@ impl Shield {
     /// twice, and numbers are in range. Every action has a successor, and the state of a successor
     /// tells its node. References are those of the safety mode. Permitted steps of secure nodes enter
     /// secure nodes and weaken nothing. From nodes with improvements ahead, permitted steps can make
-    /// the next one, and from nodes that pursue objectives they keep and can achieve them. Cost: linear
-    /// in the size of the table.
+    /// the next one, and from nodes that pursue objectives they keep and can achieve them. In a node of
+    /// the opponent all actions are permitted, and each of them leads on. Cost: linear in the size of the
+    /// table, up to the number of actions of a node.
     pub fn fault(&self) -> Option<String> {
         self.check().err()
     }
@@ -136,6 +145,10 @@ impl Shield {
         once("two entries for the action", node.actions.iter().map(|action| &self.actions[action.action]))?;
         in_range("pick", node.pick, node.actions.len())?;
         let pick = &node.actions[node.pick];
+        let forbidden = node.actions.iter().find(|action| node.theirs && !action.permitted);
+        if let Some(action) = forbidden {
+            return Err(format!("the opponent's action `{}` is not permitted", self.name(action)));
+        }
         ensure(pick.permitted, || format!("the action `{}` is picked and not permitted", self.name(pick)))
     }
 
@@ -206,23 +219,14 @@ impl Shield {
     /// Checks that from each node with k > 0 improvements ahead, permitted steps among nodes with as
     /// many ahead lead to an improvement after which at least k - 1 are ahead.
     fn check_progress(&self) -> Check {
-        let mut before = vec![Vec::new(); self.nodes.len()];
-        let (mut queue, mut able) = (Vec::new(), vec![false; self.nodes.len()]);
-        for (v, node) in self.nodes.iter().enumerate() {
-            let steps = node.actions.iter().filter(|action| action.permitted);
-            for &to in steps.flat_map(|action| &action.next) {
-                if self.is_next_improvement(node, &self.nodes[to]) {
-                    queue.push(v);
-                } else if node.ahead == self.nodes[to].ahead {
-                    before[to].push(v);
-                }
+        let able = self.able(Vec::new(), |v, to| {
+            let (node, next) = (&self.nodes[v], &self.nodes[to]);
+            match self.is_next_improvement(node, next) {
+                true => Leads::ToTheEnd,
+                false if node.ahead == next.ahead => Leads::On,
+                false => Leads::Elsewhere,
             }
-        }
-        while let Some(v) = queue.pop() {
-            if !std::mem::replace(&mut able[v], true) {
-                queue.append(&mut before[v]);
-            }
-        }
+        });
         self.each(|shield, v| {
             ensure(able[v] || shield.nodes[v].ahead == Some(0), || {
                 "improvements are ahead, but permitted steps cannot make the next one".to_owned()
@@ -233,30 +237,59 @@ impl Shield {
     /// Checks that from each node that pursues objectives, permitted steps lead to nodes that do so,
     /// too, and can lead to one where they are achieved. Nothing is promised about steps after that.
     pub(super) fn check_pursuit(&self) -> Check {
-        let mut before = vec![Vec::new(); self.nodes.len()];
         let pursues = |node: &ShieldNode| !node.pursues.is_empty();
-        for (v, node) in self.nodes.iter().enumerate().filter(|(_, node)| pursues(node) && !node.achieved) {
+        let goes_on = |node: &ShieldNode| pursues(node) && !node.achieved;
+        for (v, node) in self.nodes.iter().enumerate().filter(|(_, node)| goes_on(node)) {
             let steps = node.actions.iter().filter(|action| action.permitted);
             for (action, &to) in steps.flat_map(|action| action.next.iter().map(move |to| (action, to))) {
                 ensure(pursues(&self.nodes[to]), || {
                     let (name, aims) = (self.name(action), plain(&node.pursues.join(" and ")));
                     self.at(v, &format!("after the permitted action `{name}`, {aims} may not be sure"))
                 })?;
-                before[to].push(v);
             }
         }
-        let (mut queue, mut able) = (Vec::new(), vec![false; self.nodes.len()]);
-        queue.extend((0..self.nodes.len()).filter(|&v| self.nodes[v].achieved));
-        while let Some(v) = queue.pop() {
-            if !std::mem::replace(&mut able[v], true) {
-                queue.append(&mut before[v]);
-            }
-        }
+        let achieved = (0..self.nodes.len()).filter(|&v| self.nodes[v].achieved).collect();
+        let able = self.able(achieved, |v, _| match goes_on(&self.nodes[v]) {
+            true => Leads::On,
+            false => Leads::Elsewhere,
+        });
         self.each(|shield, v| {
             ensure(able[v] || !pursues(&shield.nodes[v]), || {
                 "objectives are pursued, but permitted steps cannot achieve them".to_owned()
             })
         })
+    }
+
+    /// Returns the nodes from which permitted steps lead to the end: some action may lead on, or in a
+    /// node of the opponent each. The nodes of `found` are at the end already.
+    fn able(&self, mut found: Vec<usize>, leads: impl Fn(usize, usize) -> Leads) -> Vec<bool> {
+        let mut able = vec![false; self.nodes.len()];
+        let mut led: Vec<Vec<bool>> = self.nodes.iter().map(|node| vec![false; node.actions.len()]).collect();
+        let mut before = vec![Vec::new(); self.nodes.len()];
+        let mut leading = Vec::new();
+        for (v, node) in self.nodes.iter().enumerate() {
+            for (at, action) in node.actions.iter().enumerate().filter(|(_, action)| action.permitted) {
+                for &to in &action.next {
+                    match leads(v, to) {
+                        Leads::ToTheEnd => leading.push((v, at)),
+                        Leads::On => before[to].push((v, at)),
+                        Leads::Elsewhere => {}
+                    }
+                }
+            }
+        }
+        loop {
+            for (v, at) in leading.drain(..) {
+                led[v][at] = true;
+                if !self.nodes[v].theirs || led[v].iter().all(|led| *led) {
+                    found.push(v);
+                }
+            }
+            let Some(v) = found.pop() else { return able };
+            if !std::mem::replace(&mut able[v], true) {
+                leading.append(&mut before[v]);
+            }
+        }
     }
 
     /// Returns whether a step may be an improvement that leaves the others ahead.

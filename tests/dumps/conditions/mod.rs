@@ -2,6 +2,7 @@
 //! fault are changed with it, so that a checker without the condition would accept the dump.
 
 mod draft;
+mod games;
 mod levels;
 mod outcomes;
 mod plays;

@@ -126,6 +126,16 @@ pub(super) const EDITS: &[(&str, Edit)] = &[
             [None, Some("state"), Some("play"), Some("")].choose(r).unwrap().map(str::to_owned);
         true
     }),
+    ("the coalition or the players are others", |d, r| {
+        let Manifest { players, coalition, .. } = &mut d.manifest;
+        match r.random_range(0..4) {
+            0 => players.reverse(),
+            1 => players.push("us".to_owned()),
+            2 => *coalition = players.iter().skip(1).cloned().collect(),
+            _ => drop(coalition.pop()),
+        }
+        true
+    }),
     ("a variable is an observer, or an observer is none", |d, r| {
         let variable = d.manifest.encoding.variables.choose_mut(r).unwrap();
         variable.observer = !variable.observer;
@@ -260,6 +270,10 @@ fn name(random: &mut ChaCha8Rng) -> String {
         "strategy:secured:A:2",
         "layers:secured:B:2:1:0",
         "refuted:secured:A:1:9",
+        "bad",
+        "layers:bad:0",
+        "player:us",
+        "player:them",
     ];
     (*NAMES.choose(random).unwrap()).to_owned()
 }

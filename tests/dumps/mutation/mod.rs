@@ -4,6 +4,7 @@
 //! meaning (`docs/dumps.md`).
 
 mod edits;
+mod games;
 mod plays;
 mod shop;
 mod steps;

@@ -1,0 +1,173 @@
+//! Dumps of games: each one is accepted, and its regions have the sizes that the explicit engine finds.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use meliora::advanced::symbolic::Thresholds;
+use meliora::certify::{Hashes, verify};
+use meliora::dump::{Dump, Manifest};
+use meliora::engine::{Algebra, Engine, ExplicitEngine, Scope, SymbolicEngine};
+use meliora::export::{DumpContent, Inputs, export};
+use meliora::model::Program;
+use meliora::model::preference::Preferences;
+use meliora::planning::{Analysis, Kind, Options, Safety};
+use proptest::prelude::*;
+
+use super::levels::some_case;
+use super::raw::loaded;
+use super::{settings, thresholds};
+
+const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
+
+type Question = (Arc<Program>, Arc<Preferences>);
+
+fn analysis<E: Engine>(engine: E, preferences: &Arc<Preferences>, safety: Safety) -> Analysis<E> {
+    let options = Options { safety, ..Options::default() };
+    let mut analysis = Analysis::new(&Arc::new(engine), preferences, options);
+    analysis.run(&mut |_| ()).unwrap();
+    analysis
+}
+
+fn dump((program, preferences): &Question, safety: Safety, (scope, thresholds): (Scope, Thresholds)) -> Dump {
+    let engine = SymbolicEngine::new(Arc::clone(program), settings(scope, thresholds)).unwrap();
+    let analysis = analysis(engine, preferences, safety);
+    let named = |hash: &str| ("file".to_owned(), hash.to_owned());
+    let inputs = Inputs { model: named(HASHES.model), preferences: named(HASHES.preferences) };
+    export(&analysis, &inputs, &DumpContent { wanted: &|_| true, certificate: true }).unwrap()
+}
+
+/// The sizes of the regions of states, as the explicit engine finds them.
+fn sizes((program, preferences): &Question, safety: Safety, scope: Scope) -> BTreeMap<String, String> {
+    let engine = ExplicitEngine::new(Arc::clone(program), settings(scope, thresholds()[0])).unwrap();
+    let analysis = analysis(engine, preferences, safety);
+    let (engine, whole) = (analysis.engine(), analysis.whole_engine());
+    let mut sizes = BTreeMap::new();
+    let mut add = |name: String, states: &<ExplicitEngine as Engine>::States| {
+        sizes.insert(name, engine.count(states).unwrap().to_string());
+    };
+    for (name, states) in [
+        ("reachable", whole.all_states()),
+        ("initial", whole.initial_states()),
+        ("deadlock", whole.deadlock_states()),
+    ] {
+        add(name.to_owned(), &states);
+    }
+    for (player, states) in program.players.as_ref().unwrap().list.iter().zip(whole.player_states()) {
+        add(format!("player:{}", player.name), &states);
+    }
+    for (i, objective) in preferences.objectives.iter().enumerate() {
+        let regions = analysis.outcomes().unwrap().get(i).unwrap();
+        add(format!("target:{}", objective.name), &regions.target);
+        add(format!("almost-sure:{}", objective.name), &regions.almost_sure);
+        add(format!("positive:{}", objective.name), &regions.positive);
+    }
+    for class in &analysis.classes().unwrap().list {
+        let members = preferences.names(&class.most_preferred).join("+");
+        add(format!("class:{}", if members.is_empty() { "nothing" } else { &members }), &class.states);
+    }
+    for &kind in Kind::ALL {
+        for (k, level) in analysis.levels(kind).found.iter().enumerate() {
+            add(format!("{}:{}", kind.name(), k + 1), &level.states);
+        }
+        let none = engine.no_states();
+        let unbounded = analysis.levels(kind).unbounded().map_or(&none, |level| &level.states);
+        add(format!("{}:unbounded", kind.name()), unbounded);
+    }
+    sizes
+}
+
+/// Checks that a dump has the regions of the explicit engine, each with its size. No strategy has a
+/// choice of the opponent.
+fn compare(manifest: &Manifest, sizes: &BTreeMap<String, String>) {
+    let found: BTreeMap<_, _> =
+        manifest.regions.roots.iter().map(|root| (root.name.clone(), root.count.clone())).collect();
+    for (name, size) in sizes {
+        assert_eq!(found.get(name), Some(size), "{name}");
+    }
+    let free = |name: &str| {
+        ["strategy:", "unsafe", "bad", "choices", "class:nothing"].iter().any(|start| name.starts_with(start))
+    };
+    let more: Vec<_> = found.keys().filter(|name| !sizes.contains_key(*name) && !free(name)).collect();
+    assert!(more.is_empty(), "{more:?}");
+}
+
+fn check(question: &Question, safety: Safety, scope: Scope, all: &[Thresholds]) -> Vec<Dump> {
+    let sizes = sizes(question, safety, scope);
+    let one = |&thresholds: &Thresholds| {
+        let dump = dump(question, safety, (scope, thresholds));
+        compare(&dump.manifest, &sizes);
+        let verdict = verify(&question.0, &question.1, HASHES, &dump, settings(scope, thresholds)).unwrap();
+        assert_eq!(verdict.violation, None, "{safety} {scope:?}: {}", question.0.source.text);
+        dump
+    };
+    all.iter().map(one).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn every_dump_of_a_game_is_accepted(case in some_case(), at in 0..4usize) {
+        for text in [case.raw.text(), case.raw.labelled_text()] {
+            // The second writing has two digits of x in place of x.
+            let is_split = text.contains("l : [0..1]");
+            let preferences = match is_split {
+                true => (0..case.raw.len()).rev().fold(case.preferences(), |text, s| {
+                    text.replace(&format!("x={s}"), &format!("(h={} & l={})", s / 2, s % 2))
+                }),
+                false => case.preferences(),
+            };
+            let question = loaded(&text, &preferences);
+            for safety in [Safety::Action, Safety::Prefix] {
+                for scope in [Scope::All, Scope::Reachable] {
+                    check(&question, safety, scope, &thresholds()[at..=at]);
+                }
+            }
+        }
+    }
+}
+
+/// Rows of states along which the opponent may push forwards or backwards, with steps of both trends.
+#[test]
+fn a_state_of_the_opponent_may_lead_on_by_steps_of_both_trends() {
+    let text = "smg
+        player us [go] endplayer
+        player them [up], [down] endplayer
+        module m
+          x : [0..9] init 4; t : bool init true;
+          [up] t & x>0 & x<9 -> (x'=x+1)&(t'=false);
+          [down] t & x>0 & x<9 -> (x'=x-1)&(t'=false);
+          [go] !t & x!=0 & x!=9 -> 1/2:(t'=true) + 1/2:(x'=9-x)&(t'=true);
+        endmodule";
+    let question = loaded(text, "objective End = F (x=0 | x=9); objective Top = F (x=9); prefer Top > End;");
+    for safety in [Safety::Action, Safety::Prefix] {
+        for scope in [Scope::All, Scope::Reachable] {
+            check(&question, safety, scope, &thresholds());
+        }
+    }
+}
+
+/// The opponent at 1 may leave a target for nothing, or for 2, where it has left it already.
+#[test]
+fn bad_states_are_in_the_dump() {
+    let text = "smg
+        player us [to1], [to2], [out] endplayer
+        player them [stay], [leave], [pass] endplayer
+        module m
+          x : [0..4] init 0;
+          [to1] x=0 -> (x'=1);
+          [to2] x=0 -> (x'=2);
+          [out] x=0 -> (x'=4);
+          [stay] x=1 -> (x'=1);
+          [leave] x=1 -> (x'=3);
+          [pass] x=2 -> (x'=1);
+        endmodule";
+    let question = loaded(text, "objective Held = F (x=1); objective Out = F (x=4); prefer Held > Out;");
+    let dump = check(&question, Safety::Action, Scope::Reachable, &thresholds()).remove(0);
+    let count = |name: &str| dump.manifest.regions.root(name).unwrap().count.clone();
+    assert_eq!(["bad", "player:us", "player:them", "deadlock"].map(count), ["2", "1", "2", "2"]);
+    assert_eq!(
+        (dump.manifest.players.join(","), dump.manifest.coalition.join(",")),
+        ("us,them".into(), "us".into())
+    );
+}
