@@ -13,6 +13,11 @@ use crate::values::{Names, rank_of_safe};
 pub(crate) struct Explanation {
     /// The state.
     state: Py<PyDict>,
+    /// The player of a game that chooses in the state; None for deadlocks and other models.
+    owner: Option<String>,
+    /// True if this is the opponent: then no action is permitted or forbidden, and reasons say what the
+    /// actions lead to.
+    theirs: bool,
     /// True if no strategy keeps the requirements from the state.
     r#unsafe: bool,
     /// The most preferred objectives of the state; empty if it is unsafe.
@@ -48,9 +53,10 @@ pub(crate) struct Action {
     /// probability.
     progress: bool,
     /// The reason in one word: `"improves"`, `"may-improve"`, `"approaches"`, `"stays"`,
-    /// `"weakens"`, `"unsafe"`, `"violates"`, `"strays"`, `"hopeless"` or `"nothing-ahead"`; while an
-    /// objective is pursued `"achieves"`, `"may-achieve"`, `"nears"`, `"keeps"`, `"forfeits"` or
-    /// `"unachievable"`.
+    /// `"weakens"`, `"exposes"` (the opponent can weaken afterwards), `"unsafe"`, `"violates"`, `"strays"`,
+    /// `"hopeless"` or `"nothing-ahead"`; while an objective is pursued `"achieves"`, `"may-achieve"`,
+    /// `"nears"`, `"keeps"`, `"forfeits"` or `"unachievable"`. What an action of the opponent leads to is
+    /// also `"lateral"`.
     verdict: &'static str,
     /// The reason in a sentence.
     reason: String,
@@ -97,6 +103,8 @@ impl Explanation {
         let actions = at.actions.iter().map(action).collect::<PyResult<Vec<_>>>()?;
         Ok(Explanation {
             state: names.dict(py, &at.state)?.unbind(),
+            owner: words.player(at).map(str::to_owned),
+            theirs: at.is_theirs(),
             r#unsafe: at.is_unsafe,
             most_preferred: PyTuple::new(py, words.names(&at.most_preferred))?.unbind(),
             rank: rank_of_safe(py, at.is_unsafe, rank)?.unbind(),
@@ -170,7 +178,12 @@ impl Explanation {
             true => "unsafe".to_owned(),
             false => format!("{} ahead", improvements(self.rank.bind(py))?),
         };
-        let mut text = format!("{}: {ahead}\n", self.state.bind(py).str()?);
+        let mover = match (&self.owner, self.theirs) {
+            (Some(player), true) => format!(", {player} moves (the opponent)"),
+            (Some(player), false) => format!(", {player} moves"),
+            (None, _) => String::new(),
+        };
+        let mut text = format!("{}: {ahead}{mover}\n", self.state.bind(py).str()?);
         for action in self.actions.bind(py) {
             let action = action.cast::<Action>()?.get();
             let mark = match (action.permitted, action.progress) {

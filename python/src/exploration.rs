@@ -3,14 +3,15 @@
 use std::sync::{Arc, Mutex};
 
 use meliora::engine::Engine;
+use meliora::model::State;
 use meliora::planning::result::ModelCounts;
 use meliora::supervise::{Reporter, lock};
-use meliora::{Options, Reached, Settings, States};
+use meliora::{Options, Reached, Safety, Settings, States};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use crate::analysis::{Analysis, Origin};
-use crate::errors::unpicklable;
+use crate::errors::{unpicklable, usage};
 use crate::handle::Handle;
 use crate::options;
 use crate::preferences::{self, Preferences};
@@ -65,6 +66,9 @@ impl Exploration {
         options: Options,
         call: &Call,
     ) -> PyResult<Analysis> {
+        if options.safety == Safety::Transition && self.inner.engine().is_game() {
+            return Err(usage("safety=\"transition\" of a game is not supported"));
+        }
         let (inner, source) = (self.inner.clone(), Arc::clone(&preferences.get().source));
         let work = move |reporter: &Reporter<'_>| {
             reporter.report("preferences", String::new());
@@ -194,6 +198,51 @@ impl Exploration {
         self.space.region(self.inner.deadlocks())
     }
 
+    /// The players of a game, each with the states in which it chooses; {} for other models. A deadlock
+    /// belongs to nobody.
+    #[getter]
+    fn players<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let inner = self.inner.clone();
+        let all = PyDict::new(py);
+        for (player, states) in self.space.worker.long(py, move || Ok(inner.players()))? {
+            all.set_item(player.name, Py::new(py, self.space.region(states))?)?;
+        }
+        Ok(all)
+    }
+
+    /// The states of a game in which the opponent chooses; empty for other models.
+    #[getter]
+    fn theirs(&self) -> Region {
+        self.space.region(self.inner.theirs())
+    }
+
+    /// Returns the player that chooses in a state of a game; None for deadlocks and other models.
+    ///
+    /// Raises:
+    ///     UsageError: The state is not in the scope.
+    fn owner(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Option<String>> {
+        let state = self.space.names.state(state)?;
+        let owner = self.space.worker.quick(py, || self.inner.owner(&state))?;
+        Ok(owner.map(|player| player.name))
+    }
+
+    /// Returns the successors of the enabled actions of a state, whoever chooses there: for each action a
+    /// list of pairs (probability, state). Names are as in `Strategy`.
+    ///
+    /// Raises:
+    ///     UsageError: The state is not in the scope.
+    fn successors<'py>(&self, py: Python<'py>, state: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
+        let state = self.space.names.state(state)?;
+        let steps = self.space.worker.quick(py, || self.inner.steps(&state))?;
+        let all = PyDict::new(py);
+        for step in steps {
+            let pair = |(to, p): (State, f64)| Ok((p, self.space.names.dict(py, &to)?));
+            let successors = step.successors.into_iter().map(pair).collect::<PyResult<Vec<_>>>()?;
+            all.set_item(step.name, PyList::new(py, successors)?)?;
+        }
+        Ok(all)
+    }
+
     /// The names of the bits in the order of the diagrams, from the root down; None with the
     /// explicit engine.
     #[getter]
@@ -213,12 +262,13 @@ impl Exploration {
     }
 
     /// Computes the states from which some strategy, and from which every strategy, reaches a
-    /// target with probability one, and with positive probability.
+    /// target with probability one, and with positive probability. In a game these are the states from
+    /// which we, and from which the opponent can enforce this.
     ///
     /// Args:
     ///     target: A region, a dictionary of values, or a text: a condition in the model's language,
     ///         a temporal formula such as 'G F x = 3', or a property such as 'P>=1 [ F x = 3 ]' or
-    ///         'Pmax=? [ F x = 3 ]'.
+    ///         'Pmax=? [ F x = 3 ]'; of a game, '<<p1>> P>=1 [ F x = 3 ]'.
     ///         For a temporal formula other than 'F condition', the regions are of the product with
     ///         its monitors, in the states where these begin.
     #[pyo3(signature = (target, *, timeout=None, progress=None))]

@@ -35,6 +35,8 @@ pub(crate) struct Model {
     bounds: String,
     /// The bytes of an archive.
     archive: Option<Vec<u8>>,
+    /// The players of `with_coalition`.
+    coalition: Option<Vec<String>>,
 }
 
 /// A variable of a model.
@@ -97,7 +99,16 @@ impl Model {
         };
         let inner = worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
         let names = Names::new(py, inner.program());
-        Ok(Model { inner, names, constants, bounds, archive })
+        Ok(Model { inner, names, constants, bounds, archive, coalition: None })
+    }
+
+    /// Returns the game in which these players are ours.
+    fn played_by(&self, py: Python<'_>, players: Vec<String>) -> PyResult<Self> {
+        let inner = self.inner.with_coalition(&players).map_err(|error| Failure::of(error).raise(py))?;
+        let names = Names::new(py, inner.program());
+        let (constants, bounds) = (self.constants.clone(), self.bounds.clone());
+        let (archive, coalition) = (self.archive.clone(), Some(players));
+        Ok(Model { inner, names, constants, bounds, archive, coalition })
     }
 
     fn name(&self) -> &str {
@@ -227,7 +238,7 @@ impl Model {
     }
 
     #[staticmethod]
-    #[pyo3(signature = (name, text, constants, bounds, archive=None))]
+    #[pyo3(signature = (name, text, constants, bounds, archive=None, coalition=None))]
     fn _restore(
         py: Python<'_>,
         name: &str,
@@ -235,18 +246,21 @@ impl Model {
         constants: String,
         bounds: String,
         archive: Option<Vec<u8>>,
+        coalition: Option<Vec<String>>,
     ) -> PyResult<Self> {
-        if let Some(bytes) = archive {
-            return Model::from_bytes(py, name, bytes, &Call::plain());
-        }
-        Model::read(py, SourceFile::new(name, text), (constants, bounds), &Call::plain())
+        let model = match archive {
+            Some(bytes) => Model::from_bytes(py, name, bytes, &Call::plain())?,
+            None => Model::read(py, SourceFile::new(name, text), (constants, bounds), &Call::plain())?,
+        };
+        coalition.map_or(Ok(model), |players| model.played_by(py, players))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let restore = py.get_type::<Model>().getattr("_restore")?;
         let source = &self.inner.program().source;
         let archive = self.archive.as_ref().map(|bytes| PyBytes::new(py, bytes));
-        let arguments = (&source.name, source.original(), &self.constants, &self.bounds, archive);
+        let (constants, bounds, coalition) = (&self.constants, &self.bounds, &self.coalition);
+        let arguments = (&source.name, source.original(), constants, bounds, archive, coalition);
         (restore, arguments).into_pyobject(py)
     }
 
@@ -262,7 +276,7 @@ impl Model {
         self.inner.program().source.original()
     }
 
-    /// `"mdp"` or `"dtmc"`.
+    /// `"mdp"`, `"dtmc"` or `"smg"`.
     #[getter]
     fn kind(&self) -> &'static str {
         match self.inner.kind() {
@@ -289,6 +303,38 @@ impl Model {
             all.set_item(&v.name, Py::new(py, variable)?)?;
         }
         Ok(all)
+    }
+
+    /// The players of a game, in the order of declaration; () for other models.
+    #[getter]
+    fn players<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self.inner.players().iter().map(|player| &player.name))
+    }
+
+    /// The players that we are; all others are the opponent. Unless `with_coalition` named them, a
+    /// preference file may name others.
+    #[getter]
+    fn coalition<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let ours: Vec<&String> =
+            self.inner.players().iter().filter(|player| player.ours).map(|player| &player.name).collect();
+        PyTuple::new(py, ours)
+    }
+
+    /// Returns the game in which we are these players, each given by its name or its number from 1 on; all
+    /// others are the opponent. A preference file does not change this. Without it, we are the players
+    /// that the preference file names, else the first player.
+    ///
+    /// Raises:
+    ///     InputError: The model is not a game, or has no such player.
+    #[pyo3(signature = (*players))]
+    fn with_coalition(&self, py: Python<'_>, players: &Bound<'_, PyTuple>) -> PyResult<Self> {
+        let name = |player: Bound<'_, PyAny>| match player.extract::<u32>() {
+            Ok(number) => Ok(number.to_string()),
+            Err(_) => player
+                .extract::<String>()
+                .map_err(|_| usage(format!("a player is given by its name or its number, not {player}"))),
+        };
+        self.played_by(py, players.iter().map(name).collect::<PyResult<_>>()?)
     }
 
     /// All constants with their values, in the order of declaration.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use meliora::engine::{Order, Selection};
 use meliora::model::Program;
-use meliora::planning::{Options, Scheduler, StrategyKind};
+use meliora::planning::{Opponent, Options, Scheduler, StrategyKind};
 use meliora::supervise::memory::{default_memory, parse};
 use meliora::{Exploration, Safety, Scope, Settings, SourceFile, Storage};
 use pyo3::prelude::*;
@@ -49,6 +49,10 @@ pub(crate) fn strategy_kind(name: &str) -> PyResult<StrategyKind> {
 
 pub(crate) fn picks(name: &str) -> PyResult<Scheduler> {
     named("picks", name, Scheduler::ALL, Scheduler::name)
+}
+
+pub(crate) fn opponent(name: &str) -> PyResult<Opponent> {
+    named("opponent", name, Opponent::ALL, Opponent::name)
 }
 
 /// Reads the options of an analysis.

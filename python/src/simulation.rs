@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use meliora::planning::tally::{Commitment, Tally, Trace};
-use meliora::planning::{Setup, Simulation as Plays};
+use meliora::planning::{Opponent, Setup, Simulation as Plays};
 use meliora::{Result, Strategy};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -37,6 +37,9 @@ pub(crate) struct Simulation {
     /// The number of runs for each number of improvements.
     #[pyo3(get)]
     improvements: Py<PyDict>,
+    /// The number of steps of all runs that each player of a game chose; {} for other models.
+    #[pyo3(get)]
+    moves: Py<PyDict>,
     /// The value that the strategy attains, computed and measured: a dictionary with the number of
     /// `improvements`, bounds of their `probability` and `cost`, `measured_probability`,
     /// `measured_cost`, their `probability_interval` and `cost_interval` with 99 % `confidence`, and
@@ -84,7 +87,11 @@ impl Recorder {
     ///
     /// # Errors
     /// A command has no meaning in some state; a limit is reached.
-    pub(crate) fn record(strategy: &mut Strategy, setup: Setup, start: &[i64]) -> Result<(Tally, Recorder)> {
+    pub(crate) fn record(
+        strategy: &mut Strategy,
+        (setup, opponent): (Setup, Opponent),
+        start: &[i64],
+    ) -> Result<(Tally, Recorder)> {
         let mut numbers: BTreeMap<String, i64> = BTreeMap::new();
         let mut actions = Vec::new();
         let mut plays = Vec::new();
@@ -103,7 +110,7 @@ impl Recorder {
             }
             plays.push(steps);
         };
-        let tally = Plays::new(strategy, setup).run_each(start, &mut each)?;
+        let tally = Plays::new(strategy, setup).against(opponent).run_each(start, &mut each)?;
         Ok((tally, Recorder { start: start.to_vec(), plays, actions }))
     }
 
@@ -125,6 +132,11 @@ impl Simulation {
         for (times, plays) in &tally.improvements {
             improvements.set_item(times, plays)?;
         }
+        let moves = PyDict::new(py);
+        let players = names.program.players.iter().flat_map(|players| &players.list);
+        for (number, player) in players.enumerate() {
+            moves.set_item(&player.name, tally.steps_of.get(&number).copied().unwrap_or(0))?;
+        }
         let commits = PyList::empty(py);
         for (Commitment { objective, gives_up }, runs) in &tally.commitments {
             let one = PyDict::new(py);
@@ -143,6 +155,7 @@ impl Simulation {
             weakened_start: tally.weakened_start,
             entered_unsafe: tally.entered_unsafe,
             improvements: improvements.unbind(),
+            moves: moves.unbind(),
             value,
             achieved_runs: tally.achieved.as_ref().map(|achieved| achieved.runs),
             kept_runs: tally.achieved.as_ref().map(|achieved| achieved.kept),

@@ -340,8 +340,10 @@ impl Strategy {
     ///     seed: An integer from 0.
     ///     picks: "progress" takes the action that the strategy chooses; "permissive" draws
     ///         uniformly from the permitted actions, which is for `choose="first"` only.
+    ///     opponent: How the opponent of a game chooses: "random" draws uniformly from its actions;
+    ///         "worst" keeps the next improvement, or the pursued objective, away longest.
     ///     timeout, progress: As in `Model.explore`.
-    #[pyo3(signature = (state, *, runs=1000, steps=1000, seed=1, picks="progress", timeout=None, progress=None))]
+    #[pyo3(signature = (state, *, runs=1000, steps=1000, seed=1, picks="progress", opponent="random", timeout=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
     fn simulate(
         &self,
@@ -351,9 +353,11 @@ impl Strategy {
         steps: u64,
         seed: u64,
         picks: &str,
+        opponent: &str,
         timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Simulation> {
+        let opponent = options::opponent(opponent)?;
         let setup = Setup { scheduler: options::picks(picks)?, runs, steps, seed };
         let call = Call::new(timeout, progress)?;
         let start = self.shared.state(py, state)?;
@@ -367,7 +371,7 @@ impl Strategy {
         let inner = Arc::clone(&self.shared.inner);
         let work = move |reporter: &Reporter<'_>| {
             reporter.report("plays", format!("{runs} plays"));
-            Recorder::record(&mut lock(&inner), setup, &start)
+            Recorder::record(&mut lock(&inner), (setup, opponent), &start)
         };
         let worker = &self.shared.space.worker;
         let objectives = self.shared.quick(py, |strategy| {

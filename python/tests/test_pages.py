@@ -35,6 +35,17 @@ def test_the_code_of_a_page_runs_as_written(page: str, monkeypatch: pytest.Monke
     assert (names["found"].sasi.counts, names["found"].spi.counts) == shown[page]
 
 
+def test_the_code_of_the_page_on_games_says_what_its_comments_say(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    names = run("docs/games.md")
+    page = (ROOT / "docs/games.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL)
+    for line in block.splitlines():
+        code, comment = map(str.strip, line.partition("#")[::2])
+        if comment:
+            assert comment.startswith(str(eval(code, names))), line
+
+
 def test_the_sweeps_of_the_page_on_sweeps_have_the_same_rows(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     pytest.importorskip("distributed")
     pandas = pytest.importorskip("pandas")

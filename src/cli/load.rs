@@ -27,7 +27,7 @@ static INPUT_READ: AtomicBool = AtomicBool::new(false);
 
 /// The commands that honour the players of a game. All others refuse games.
 const WITH_PLAYERS: &[&str] =
-    &["check", "compare", "export", "info", "reach", "simulate", "strategy", "verify"];
+    &["check", "compare", "export", "info", "reach", "report", "simulate", "strategy", "verify"];
 
 /// The name of standard input in messages.
 const STANDARD_INPUT: &str = "standard input";

@@ -9,7 +9,7 @@ use meliora_engine::{Engine, SymbolicEngine};
 use meliora_export::projections::{self, Plane, Projections};
 use meliora_model::State;
 use meliora_model::error::Error;
-use meliora_planning::{Analysis, Kind, Rank, Scheduler, Setup, Simulation, StrategyKind};
+use meliora_planning::{Analysis, Kind, Opponent, Rank, Scheduler, Setup, Simulation, StrategyKind};
 use meliora_quantities::all_states::MOST_STATES;
 use meliora_quantities::outlook::Outlook;
 use meliora_quantities::{Achiever, Choose};
@@ -28,6 +28,7 @@ use super::files::Target;
 use super::load::{self, Question};
 use super::options::{EngineArgs, EngineChoice, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan;
+use super::simulate::opponent;
 use super::supervise::{Job, supervise};
 
 /// Maximum number of steps of the run in a page.
@@ -87,6 +88,10 @@ pub(super) struct ReportArgs {
     /// sasi, if the model is small enough for values; else first]
     #[arg(long, value_parser = by_name::<Choose>())]
     choose: Option<Choose>,
+
+    /// Choices of the opponent of a game in the run [default: random]
+    #[arg(long, value_parser = by_name::<Opponent>())]
+    opponent: Option<Opponent>,
 
     /// Seed of the random numbers: the same seed gives the same run
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -168,6 +173,10 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
     }
     let read = || {
         let question = load::question("report", &args.model, &args.preferences, &job.sink)?;
+        if let Some(choose) = args.choose.filter(|choose| *choose != Choose::First) {
+            question.program.of_one_player(&format!("`--choose {}`", choose.name()))?;
+        }
+        opponent(&question.program, args.opponent)?;
         let plane = match &args.grid {
             Some(names) => Some(Plane::named(&question.program, names)?),
             None => Plane::guess(&question.program),
@@ -261,11 +270,13 @@ impl PageWriter<'_> {
         }
     }
 
-    /// Computes the outlook for a page, if all levels are known.
+    /// Computes the outlook for a page, if all levels are known. Values of a game are not supported.
     fn outlook(&self) -> Result<Option<Outlook>, Error> {
         let cut = self.args.preferences.options().max_level.is_some();
         match self.args.format {
-            Format::Html if !cut => Outlook::of(self.analysis, &self.question.program).map(Some),
+            Format::Html if !cut && !self.analysis.whole_engine().is_game() => {
+                Outlook::of(self.analysis, &self.question.program).map(Some)
+            }
             _ => Ok(None),
         }
     }
@@ -318,10 +329,12 @@ impl PageWriter<'_> {
         };
         let (scheduler, seed) = (self.args.scheduler, self.args.seed);
         let setup = Setup { scheduler, runs: RUNS, steps: STEPS, seed };
-        let (told, end) = Simulation::new(&mut strategy, setup).telling(start)?;
+        let opponent = opponent(program, self.args.opponent)?;
+        let mut simulation = Simulation::new(&mut strategy, setup).against(opponent.unwrap_or_default());
+        let (told, end) = simulation.telling(start)?;
         let trace = TraceReport::new(program, &self.question.preferences, start, &told);
         let visited = told.turns.iter().map(|turn| turn.state.clone());
         let states = std::iter::once(start.clone()).chain(visited).collect();
-        Ok(Some(ShownRun { kind, scheduler, choose, seed, trace, states, end }))
+        Ok(Some(ShownRun { kind, scheduler, choose, opponent, seed, trace, states, end }))
     }
 }

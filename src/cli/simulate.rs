@@ -127,7 +127,10 @@ fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> R
 }
 
 /// Returns the choices of the opponent; `None` if the model is not a game.
-fn opponent(program: &Program, given: Option<Opponent>) -> Result<Option<Opponent>, Error> {
+///
+/// # Errors
+/// Choices are given, and the model is not a game.
+pub(super) fn opponent(program: &Program, given: Option<Opponent>) -> Result<Option<Opponent>, Error> {
     match (&program.players, given) {
         (Some(_), given) => Ok(Some(given.unwrap_or_default())),
         (None, None) => Ok(None),

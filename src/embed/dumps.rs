@@ -23,7 +23,7 @@ impl Analysis {
     /// limit is reached.
     pub fn export(&self, preferences: &SourceFile, directory: &Path) -> Result<()> {
         check_directory(directory)?;
-        let (program, settings) = (Arc::clone(self.program()), self.whole_engine().settings().clone());
+        let (program, settings) = (self.exploration().own_program(), self.whole_engine().settings().clone());
         let sink = Arc::clone(&settings.sink);
         let model = Arc::clone(&program.source);
         let engine = Arc::new(SymbolicEngine::new(program, settings)?);
@@ -53,6 +53,9 @@ impl Model {
         let (dump, picture) = certify::read(directory, &*settings.sink)?;
         let mut program = Program::clone(self.program());
         let own = lang::load_preferences(preferences, &mut program)?;
+        if let Some(coalition) = &self.named {
+            program.play_as(coalition);
+        }
         if dump.certificate.is_none() {
             return Err(Error::Usage("the dump has no certificate".to_owned()));
         }

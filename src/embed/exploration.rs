@@ -7,9 +7,11 @@ use crate::reach::{Asking, Under};
 use meliora_engine::regions::{Regions, regions};
 use meliora_engine::{AnyEngine, Engine, Usage};
 use meliora_lang as lang;
-use meliora_model::Program;
 use meliora_model::error::{Error, Result, SourceFile};
+use meliora_model::players::{Player, Players};
 use meliora_model::preference::History;
+use meliora_model::step::Step;
+use meliora_model::{Program, fault};
 use meliora_planning::result::ModelCounts;
 use meliora_planning::{self as planning, Options};
 use meliora_quantities::answer::PRECISION;
@@ -19,6 +21,8 @@ use meliora_quantities::state_values::Bound;
 #[derive(Clone)]
 pub struct Exploration {
     engine: AnyEngine,
+    /// The coalition of [`super::Model::with_coalition`], which preference files do not change.
+    named: Option<Vec<bool>>,
 }
 
 /// The answer to a question about paths.
@@ -40,8 +44,8 @@ pub struct Reached {
 }
 
 impl Exploration {
-    pub(super) fn of(engine: AnyEngine) -> Self {
-        Exploration { engine }
+    pub(super) fn of(engine: AnyEngine, named: Option<Vec<bool>>) -> Self {
+        Exploration { engine, named }
     }
 
     /// Returns the engine.
@@ -77,6 +81,49 @@ impl Exploration {
     /// Returns the states without an enabled command.
     pub fn deadlocks(&self) -> States {
         States::of(&self.engine, self.engine.deadlock_states())
+    }
+
+    /// Returns the players of a game, each with the states in which it chooses; empty for other models.
+    /// A deadlock belongs to nobody. Cost: explicitly one test per state and player.
+    pub fn players(&self) -> Vec<(Player, States)> {
+        let names = self.program().players.iter().flat_map(|players| &players.list);
+        let states = self.engine.player_states().into_iter().map(|own| States::of(&self.engine, own));
+        let of = |((player, ours), own): ((&Player, bool), States)| {
+            (Player { name: player.name.clone(), ours }, own)
+        };
+        names.zip(self.engine.coalition()).zip(states).map(of).collect()
+    }
+
+    /// Returns the states of a game in which the opponent chooses; ∅ for other models.
+    pub fn theirs(&self) -> States {
+        States::of(&self.engine, self.engine.theirs().unwrap_or_else(|| self.engine.no_states()))
+    }
+
+    /// Returns the player that chooses in a state of the scope; `None` for deadlocks, and if the model is not
+    /// a game. Cost: no image.
+    ///
+    /// # Errors
+    /// The errors of [`Exploration::steps`].
+    pub fn owner(&self, state: &[i64]) -> Result<Option<Player>> {
+        let (program, steps) = (self.program(), self.steps(state)?);
+        let Some(players) = &program.players else { return Ok(None) };
+        let found = steps.iter().find_map(|step| program.player_of_choice(&step.choice));
+        let found = found.map(|at| (at, players.list[at].name.clone()));
+        Ok(found.map(|(at, name)| Player { name, ours: self.engine.coalition()[at] }))
+    }
+
+    /// Returns the enabled choices of a state of the scope, each with its name and its successors with
+    /// their probabilities. Cost: no image.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if the state is not in the scope; a command has no meaning in it.
+    pub fn steps(&self, state: &[i64]) -> Result<Vec<Step>> {
+        let program = self.program();
+        if !self.states().contains(state)? {
+            let shown = program.show_state(state);
+            return Err(Error::Usage(format!("{shown} is not a state of the scope")));
+        }
+        program.steps(state).map_err(|fault| fault::error(program, &fault, state))
     }
 
     /// Returns the states that satisfy a condition in the model's language: `x = 3 & "goal"`.
@@ -139,6 +186,7 @@ impl Exploration {
             None => self.engine.clone(),
             Some(watched) => AnyEngine::new(Arc::clone(&watched.program), self.engine.settings().clone())?,
         };
+        let engine = asking.played(&engine)?.unwrap_or(engine);
         let of = |set| States::of(&engine, set);
         let mut search = goal.search(&engine)?;
         let target = of(search.goal()?);
@@ -151,23 +199,42 @@ impl Exploration {
             holds: answer.holds,
             value: answer.value,
             regions: goal.restricted(&engine, found)?.map(of),
-            exploration: Exploration { engine: engine.clone() },
+            exploration: Exploration::of(engine.clone(), self.named.clone()),
         })
     }
 
     /// Prepares an analysis under the preferences of a text, without computing anything. With
-    /// `history = play`, the model is explored anew in product with its monitors.
+    /// `history = play`, the model is explored anew in product with its monitors. In a game we are the
+    /// coalition that the text names, unless [`super::Model::with_coalition`] named one.
     ///
     /// # Errors
     /// The text is invalid; each error has its place. A limit is reached in the new exploration.
     pub fn prefer(&self, source: &Arc<SourceFile>, options: Options) -> Result<Analysis> {
-        let mut program = Arc::clone(self.program());
+        let mut program = self.own_program();
         let preferences = lang::load_preferences(source, &mut program)?;
+        let named = program.players.as_ref().map(Players::coalition);
         // Monitors add variables, so the product has states of its own.
         let engine = match preferences.history {
             History::State => self.engine.clone(),
             History::Play => AnyEngine::new(program, self.engine.settings().clone())?,
         };
-        Ok(planning::Analysis::new(&Arc::new(engine), &Arc::new(preferences), options).into())
+        let coalition = self.named.as_ref().or(named.as_ref());
+        let engine = match coalition.filter(|coalition| **coalition != engine.coalition()) {
+            Some(coalition) => engine.with_coalition(coalition)?,
+            None => engine,
+        };
+        let found = planning::Analysis::new(&Arc::new(engine), &Arc::new(preferences), options);
+        let mut analysis = Analysis::from(found);
+        analysis.named.clone_from(&self.named);
+        Ok(analysis)
+    }
+
+    /// Returns the program in which we are the coalition of the engine.
+    pub(super) fn own_program(&self) -> Arc<Program> {
+        let (mut program, own) = (Arc::clone(self.program()), self.engine.coalition());
+        if program.players.as_ref().is_some_and(|players| players.coalition() != own) {
+            Arc::make_mut(&mut program).play_as(&own);
+        }
+        program
     }
 }

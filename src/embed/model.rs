@@ -1,5 +1,6 @@
 //! A parsed model.
 
+use std::borrow::Borrow;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -7,6 +8,7 @@ use super::Exploration;
 use meliora_engine::{AnyEngine, Settings};
 use meliora_lang::{self as lang, Document, Given};
 use meliora_model::error::{Diagnostic, Result, SourceFile};
+use meliora_model::players::Player;
 use meliora_model::progress::{NoProgress, ProgressSink};
 use meliora_model::value::{Type, Value};
 use meliora_model::{ModelKind, Program, State};
@@ -17,13 +19,15 @@ use meliora_model::{ModelKind, Program, State};
 pub struct Model {
     program: Arc<Program>,
     warnings: Vec<Diagnostic>,
+    /// The coalition of [`Model::with_coalition`].
+    pub(super) named: Option<Vec<bool>>,
 }
 
 impl Model {
     /// Reads a file. `constants` gives values to undefined constants: `K=4,N=3`, or the empty text.
     ///
     /// # Errors
-    /// The file cannot be read, or is invalid; each error has its place. Games are refused.
+    /// The file cannot be read, or is invalid; each error has its place.
     pub fn open(path: impl AsRef<Path>, constants: &str) -> Result<Self> {
         Self::of(&Document::open(path.as_ref())?, constants)
     }
@@ -58,8 +62,28 @@ impl Model {
     /// See [`Model::given`].
     pub fn loaded(document: &Document, given: &Given, sink: &dyn ProgressSink) -> Result<Self> {
         let checked = document.load(given, sink)?;
-        checked.program.of_one_player("an analysis by this library")?;
-        Ok(Model { program: Arc::new(checked.program), warnings: checked.warnings })
+        Ok(Model { program: Arc::new(checked.program), warnings: checked.warnings, named: None })
+    }
+
+    /// Returns the game in which we are these players, each given by its name or its number from 1 on; all
+    /// others are the opponent. Without this, we are those that a preference file names, else the first
+    /// player.
+    ///
+    /// # Errors
+    /// The model is not a game, or has no such player; the error has its place in the names, joined by
+    /// commas.
+    pub fn with_coalition(&self, players: &[impl Borrow<str>]) -> Result<Self> {
+        let names: Vec<&str> = players.iter().map(Borrow::borrow).collect();
+        let coalition = lang::parse_coalition(&self.program, &SourceFile::new("coalition", names.join(",")))?;
+        let mut program = Program::clone(&self.program);
+        program.play_as(&coalition);
+        let named = Some(coalition);
+        Ok(Model { program: Arc::new(program), warnings: self.warnings.clone(), named })
+    }
+
+    /// Returns the players of a game, each with whether it is one of us; empty for other models.
+    pub fn players(&self) -> &[Player] {
+        self.program.players.as_ref().map_or(&[], |players| &players.list)
     }
 
     /// Returns the flat program.
@@ -72,7 +96,7 @@ impl Model {
         &self.warnings
     }
 
-    /// Returns the kind: `mdp` or `dtmc`.
+    /// Returns the kind: `mdp`, `dtmc` or `smg`.
     pub fn kind(&self) -> ModelKind {
         self.program.kind
     }
@@ -83,7 +107,8 @@ impl Model {
     /// A limit is reached; an expression has no value in a state of the scope (the error shows an
     /// example); the variable order is invalid.
     pub fn explore(&self, settings: Settings) -> Result<Exploration> {
-        Ok(Exploration::of(AnyEngine::new(Arc::clone(&self.program), settings)?))
+        let engine = AnyEngine::new(Arc::clone(&self.program), settings)?;
+        Ok(Exploration::of(engine, self.named.clone()))
     }
 
     /// Parses a state: `r=2,c=2,d=false`. Missing variables get their initial values.

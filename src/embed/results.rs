@@ -19,7 +19,7 @@ impl Analysis {
     /// Returns the states that are analysed: the explored ones, or with `history = play` those of
     /// the product with the monitors. Unsafe states are among them.
     pub fn exploration(&self) -> Exploration {
-        Exploration::of(AnyEngine::clone(self.whole_engine()))
+        Exploration::of(AnyEngine::clone(self.whole_engine()), self.named.clone())
     }
 
     /// Returns the states that are analysed without the unsafe ones: those of the classes.

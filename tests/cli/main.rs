@@ -12,6 +12,7 @@ mod expect;
 mod explicit;
 #[cfg(unix)]
 mod files;
+mod game_report;
 mod games;
 mod generate;
 #[path = "../common/graphs.rs"]

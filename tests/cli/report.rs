@@ -9,7 +9,7 @@ use crate::common::{Finished, LONG, LONG_PREFS, Scratch, meliora, run};
 const ROBOT: &str = "report models/robot5x5.prism models/robot5x5.pref";
 
 /// The data that the page's script reads.
-fn data(page: &str) -> Value {
+pub(crate) fn data(page: &str) -> Value {
     let from = page.find("<script id=\"data\"").unwrap();
     let text = &page[from..];
     let text = &text[text.find('>').unwrap() + 1..text.find("</script>").unwrap()];

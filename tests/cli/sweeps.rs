@@ -179,6 +179,56 @@ fn reach_and_compare_sweep_too() {
 const ANSWERS: &str = "\"sure\": Pmax>=1 [ F x=N ];\n\"least\": Pmin=? [ F x=N ];\nPmax=? [ F<=8 x=N ];\n\
     \"unknown\": P>=1 [ F y=1 ];\n\"half\": Pmax>=0.5 [ F<=2 x=N ]\n";
 
+/// A robot that we move on a line of N cells, and an opponent that pushes it back.
+const GAME: &str = "smg\nconst int N;\nplayer robot [on] endplayer\nplayer wind [push], [rest] endplayer\n\
+    module m\n x : [0..N] init 0; t : bool init true;\n [on] t -> (x'=min(x+1,N))&(t'=false);\n \
+    [push] !t & x<N & mod(x,2)=0 -> (x'=max(x-1,0))&(t'=true);\n [rest] !t -> (t'=true);\nendmodule\n";
+
+#[test]
+fn sweeps_of_games_check_for_each_coalition() {
+    let scratch = Scratch::new(&[]);
+    let csv = scratch.show("all.csv");
+    let check = |more: &[&str]| {
+        let fixed = ["check", "models/pursuit.prism", "models/pursuit.pref", "--coalition"];
+        Finished::of(meliora().args([&fixed, more].concat()))
+    };
+    let swept = |coalition: &str| {
+        check(&[coalition, "-c", "N=3:5", "--jobs", "2", "--csv", &csv]).expect(0);
+        let found =
+            columns(&scratch, "all.csv", &["N", "states", "sasi_1", "sasi_rank", "spi_rank", "status"]);
+        for (row, n) in found.iter().zip(3..) {
+            let one = check(&[coalition, "-c", &format!("N={n}"), "--json"]).expect(0).json();
+            let text = |value: &Json| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+            let level = one["sasi"]["levels"].get(0).map_or_else(String::new, text);
+            let [sasi, spi] = ["sasi_rank", "spi_rank"].map(|name| text(&one["initial"][0][name]));
+            let states = text(&one["counts"]["states"]);
+            assert_eq!(*row, [n.to_string(), states, level, sasi, spi, "done".into()]);
+        }
+        found
+    };
+    assert_eq!(swept("robot")[1], ["4", "580", "100", "1", "1", "done"]);
+    // If the guard is one of us, both rooms are sure from the start.
+    assert!(swept("robot,guard").iter().all(|row| row[3] == "0"));
+    let unknown = check(&["nobody", "-c", "N=3:4"]).expect(3);
+    assert!(unknown.stdout.contains("unknown player `nobody`"), "{unknown:?}");
+}
+
+#[test]
+fn sweeps_of_games_answer_properties_of_coalitions() {
+    let scratch = Scratch::new(&[("m.prism", GAME)]);
+    let (csv, plot) = (scratch.show("all.csv"), scratch.show("game.svg"));
+    let properties = ["<<robot>> P>=1 [ F x=N ]", "<<robot,wind>> P>=1 [ F x=N ]"];
+    let asked = properties.iter().flat_map(|p| ["--property", p]);
+    let arguments = ["-c", "N=1:4", "--jobs", "2", "--csv", &csv, "--plot", &plot];
+    reach(&scratch, &asked.chain(arguments).collect::<Vec<_>>()).expect(1);
+    // At even cells, the wind can push the robot back.
+    let answers: Vec<String> =
+        columns(&scratch, "all.csv", &properties).iter().map(|row| row.join(" ")).collect();
+    assert_eq!(answers, ["true true", "true true", "false true", "false true"]);
+    let picture = std::fs::read_to_string(plot).unwrap();
+    assert!(picture.contains("&lt;&lt;robot&gt;&gt; P&gt;=1"), "{picture}");
+}
+
 fn reach(scratch: &Scratch, arguments: &[&str]) -> Finished {
     Finished::of(meliora().args(["reach", &scratch.show("m.prism")]).args(arguments))
 }

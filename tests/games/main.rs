@@ -3,6 +3,8 @@
 
 mod dumps;
 mod levels;
+mod library;
+mod moves;
 mod one_player;
 #[path = "../common/random_game.rs"]
 mod random_game;
@@ -11,6 +13,7 @@ mod random_game;
 mod random_program;
 mod raw;
 mod regions;
+mod shields;
 mod simulations;
 mod states;
 mod strategies;

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use meliora::engine::{ExplicitEngine, Scope};
-use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Options, Safety, Shield, ShieldNode, StrategyKind};
+use meliora::planning::{
+    Analysis, FiniteMemoryStrategy, Kind, Options, Safety, Shield, ShieldNode, StrategyKind,
+};
 use proptest::prelude::*;
 
 use super::levels::{Case, some_case};
@@ -111,8 +113,9 @@ fn threatened(shield: &Shield) -> Vec<bool> {
     let mut bad = vec![false; nodes.len()];
     for _ in 0..nodes.len() {
         for (v, node) in nodes.iter().enumerate() {
-            let weakens =
-                |to: usize| nodes[to].class.is_none_or(|class| shield.weakening[node.reference].contains(&class));
+            let weakens = |to: usize| {
+                nodes[to].class.is_none_or(|class| shield.weakening[node.reference].contains(&class))
+            };
             let threat = |next: &Vec<usize>| next.iter().any(|&to| bad[to] || weakens(to));
             let mut permitted = node.actions.iter().filter(|action| action.permitted);
             bad[v] |= match (node.ahead, node.theirs) {

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use meliora::engine::{AnyEngine, Engine, Settings, Storage};
 use meliora::error::{Error, SourceFile};
+use meliora::lang;
 use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Options, Safety, Shield};
 use meliora::quantities::{Steps, ValueOptions, Values};
-use meliora::{Model, lang};
 
 use super::raw::{loaded, program};
 
@@ -161,7 +161,6 @@ fn the_library_refuses_work_for_one_player() {
         let Err(error) = result else { panic!("{expected}: not refused") };
         assert!(error.to_string().contains(expected), "{error}");
     }
-    refused(Model::parse(GAME, ""), "an analysis by this library of a game");
     let text = GAME.replace("x=0 -> (x'=1)", "x=0 -> 1/2:(x'=1) + 1/2:(x'=2)");
     let wishes = "empty = gain; objective A = F x=0; objective B = F y=1; prefer B > A;";
     let (program, preferences) = loaded(&text, wishes);

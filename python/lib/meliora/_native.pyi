@@ -166,7 +166,9 @@ class Model:
                 a name is not one.
         """
     @staticmethod
-    def _restore(name: str, text: str, constants: str, bounds: str, archive: bytes | None = None) -> Model: ...
+    def _restore(
+        name: str, text: str, constants: str, bounds: str, archive: bytes | None = None, coalition: list[str] | None = None
+    ) -> Model: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
     @property
     def name(self) -> str:
@@ -175,11 +177,16 @@ class Model:
     def text(self) -> str:
         """The text."""
     @property
-    def kind(self) -> Literal["mdp", "dtmc"]:
-        """`"mdp"` or `"dtmc"`."""
+    def kind(self) -> Literal["mdp", "dtmc", "smg"]:
+        """`"mdp"`, `"dtmc"` or `"smg"`."""
     @property
     def variables(self) -> dict[str, Variable]:
         """The variables by name, in the order of declaration."""
+    @property
+    def players(self) -> tuple[str, ...]: ...
+    @property
+    def coalition(self) -> tuple[str, ...]: ...
+    def with_coalition(self, *players: str | int) -> Model: ...
     @property
     def constants(self) -> dict[str, bool | int | float]:
         """All constants with their values, in the order of declaration."""
@@ -389,6 +396,12 @@ class Exploration:
     @property
     def deadlocks(self) -> Region:
         """The states without an enabled command; their only choice is a self-loop."""
+    @property
+    def players(self) -> dict[str, Region]: ...
+    @property
+    def theirs(self) -> Region: ...
+    def owner(self, state: _State) -> str | None: ...
+    def successors(self, state: _State) -> dict[str, list[tuple[float, dict[str, Any]]]]: ...
     @property
     def order(self) -> list[str] | None:
         """The names of the bits in the order of the diagrams, from the root down; None with the
@@ -887,6 +900,7 @@ class Strategy:
         steps: int = 1000,
         seed: int = 1,
         picks: Literal["permissive", "progress"] = "progress",
+        opponent: Literal["random", "worst"] = "random",
         timeout: _Timeout | None = None,
         progress: _Progress | None = None,
     ) -> Simulation:
@@ -1079,6 +1093,10 @@ class Explanation:
     def state(self) -> dict[str, Any]:
         """The state."""
     @property
+    def owner(self) -> str | None: ...
+    @property
+    def theirs(self) -> bool: ...
+    @property
     def unsafe(self) -> bool:
         """True if no strategy keeps the requirements from the state."""
     @property
@@ -1205,6 +1223,8 @@ class Simulation:
     @property
     def improvements(self) -> dict[int, int]:
         """The number of runs for each number of improvements."""
+    @property
+    def moves(self) -> dict[str, int]: ...
     @property
     def value(self) -> dict[str, Any] | None:
         """The value that the strategy attains, computed and measured: a dictionary with the number of

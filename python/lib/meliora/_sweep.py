@@ -10,7 +10,7 @@ import itertools
 import math
 import time
 import uuid
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
 from dataclasses import dataclass, replace
 from os import PathLike
@@ -46,6 +46,7 @@ def sweep(
     safety: Literal["action", "transition", "prefix"] = "action",
     engine: Literal["auto", "symbolic", "explicit"] = "auto",
     max_level: int | None = None,
+    coalition: Sequence[str | int] | None = None,
     memory: int | str | None = None,
     timeout: float | str | None = None,
     **values: Any,
@@ -67,6 +68,7 @@ def sweep(
         constants: Values of constants whose names are also arguments, such as ``{"timeout": [1, 2]}``.
         bounds: As in ``Model.from_file``.
         scope, safety, engine, max_level: As in ``Model.check``.
+        coalition: The players of a game that we are, as in ``Model.with_coalition``.
         memory: As in ``Model.check``, for each instance. On workers with a memory limit, the default is half of that,
             divided by the number of their threads.
         timeout: Limit for each of the two parts of an instance: reading the model, and its analysis.
@@ -90,8 +92,10 @@ def sweep(
     levels = _LEVELS if max_level is None else min(max_level, _LEVELS)
     _check_options(options, memory)
     found = _first_readable(model, bounds, timeout, instances)
+    if coalition is not None:
+        found.with_coalition(*coalition)
     wishes = _preferences(preferences)
-    job = _Job(found.text, found.name, bounds, wishes, options, memory, levels)
+    job = _Job(found.text, found.name, bounds, wishes, options, coalition, memory, levels)
     inputs = [given for given in (model, preferences) if not isinstance(given, Preferences) and not _is_text(given)]
     keys = [tuple(map(cell_of, instance.values())) for instance in instances]
     rows = Rows(csv, [*named, *_columns(levels)], keys, resume, inputs)
@@ -113,6 +117,7 @@ class _Job:
     bounds: dict[str, tuple[int, int]] | None
     preferences: Preferences
     options: dict[str, Any]
+    coalition: Sequence[str | int] | None
     memory: int | str | None
     levels: int
 
@@ -185,6 +190,8 @@ def _analyse(constants: dict[str, _Value], job: _Job) -> _Outcome:
     try:
         timeout = job.options["timeout"]
         model = Model.from_string(job.model, name=job.name, constants=constants, bounds=job.bounds, timeout=timeout)
+        if job.coalition is not None:
+            model = model.with_coalition(*job.coalition)
         analysis = model.check(job.preferences, memory=job.memory, **job.options)
     except LimitError as error:
         analysis, status, reason = error.analysis, "limit", str(error)

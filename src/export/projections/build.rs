@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::game::{GameSets, Neighbours};
 use super::{Ladder, Plane, Projections, directions, levels};
 use meliora_engine::symbolic::{ChoiceSet, Set, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Dumpable, Engine};
@@ -10,7 +11,7 @@ use meliora_model::error::{Error, Result};
 use meliora_model::preference::ObjectiveSet;
 use meliora_model::{Program, VarId};
 use meliora_planning::levels::{End, Level};
-use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, strategy};
+use meliora_planning::{Analysis, Class, FiniteMemoryStrategy, Kind, strategy};
 use meliora_query::describe;
 
 /// The maximum number of choices for which a page shows the states that permit them.
@@ -27,6 +28,7 @@ struct Sets {
     classes: Vec<(ObjectiveSet, StateSet)>,
     targets: Vec<StateSet>,
     labels: Vec<(String, StateSet)>,
+    game: Option<GameSets>,
 }
 
 /// The sets of a [`Ladder`].
@@ -38,7 +40,7 @@ struct Rungs {
 }
 
 /// Builds the projections of a finished analysis over a plane, through a state. If the diagram
-/// would have more nodes than `most_nodes`, the permitted choices are left out. If that is not
+/// would have more nodes than `most_nodes`, the permitted choices and the opponent's moves are left out. If that is not
 /// enough, the sets are projected onto the plane; then the other variables cannot be fixed.
 ///
 /// Cost: for SPI strategies one pre-image per level and arena. No state is enumerated, except a few
@@ -63,6 +65,7 @@ pub fn build<E: Dumpable>(
     if diagram.nodes.len() > most_nodes {
         choices.clear();
         sets.ladders.iter_mut().for_each(|rungs| rungs.permitted.clear());
+        sets.game.iter_mut().for_each(GameSets::without_moves);
         diagram = engine.diagram(&sets.all(), &[])?;
     }
     let projected = diagram.nodes.len() > most_nodes;
@@ -92,6 +95,7 @@ pub fn build<E: Dumpable>(
         classes: sets.classes.into_iter().map(|(class, _)| (class, next())).collect(),
         targets: sets.targets.iter().map(|_| next()).collect(),
         labels: sets.labels.into_iter().map(|(name, _)| (name, next())).collect(),
+        game: sets.game.map(|game| game.view(engine.program(), (plane, &engine.coalition()), &mut next)),
         choices,
         projected,
         diagram: Diagram { roots: Vec::new(), ..diagram },
@@ -111,6 +115,9 @@ impl Sets {
         let objectives = analysis.preferences().objectives.len();
         let unsafe_states = analysis.requirements().map(|r| diagram(&r.unsafe_states)).transpose()?;
         let is_empty = unsafe_states.as_ref().map_or(Ok(true), |states| engine.is_empty(states))?;
+        let whole = analysis.whole_engine().diagrams()?;
+        let levels = [&*ladders[0].levels, &*ladders[1].levels];
+        let game = GameSets::of((whole, engine), &neighbours(analysis)?, levels, choices)?;
         Ok(Sets {
             scope: engine.all_states(),
             unsafe_states: unsafe_states.filter(|_| !is_empty),
@@ -119,7 +126,8 @@ impl Sets {
                 .map(|c| Ok((c.most_preferred.clone(), diagram(&c.states)?)))
                 .collect::<Result<_>>()?,
             targets: (0..objectives).map(target).collect::<Result<_>>()?,
-            labels: labels(analysis.whole_engine().diagrams()?)?,
+            labels: labels(whole)?,
+            game,
         })
     }
 
@@ -133,6 +141,7 @@ impl Sets {
         all.extend(self.classes.iter().map(|(_, states)| states));
         all.extend(&self.targets);
         all.extend(self.labels.iter().map(|(_, states)| states));
+        all.extend(self.game.iter().flat_map(GameSets::all));
         all.into_iter().cloned().map(Set::States).collect()
     }
 
@@ -147,6 +156,7 @@ impl Sets {
         all.extend(self.classes.iter_mut().map(|(_, states)| states));
         all.extend(&mut self.targets);
         all.extend(self.labels.iter_mut().map(|(_, states)| states));
+        all.extend(self.game.iter_mut().flat_map(GameSets::projected));
         for set in all {
             *set = engine.projection(set, &onto)?;
         }
@@ -180,6 +190,16 @@ impl Rungs {
             permitted: self.permitted.iter().map(|_| next()).collect(),
         }
     }
+}
+
+/// Returns the classes with the states that improve and weaken them.
+fn neighbours<E: Dumpable>(analysis: &Analysis<E>) -> Result<Vec<Neighbours>> {
+    let diagram = |x: &E::States| analysis.engine().states_diagram(x).cloned();
+    let classes = analysis.classes().into_iter().flat_map(|classes| &classes.list);
+    let one = |c: &Class<E>| {
+        Ok(Neighbours { class: diagram(&c.states)?, better: diagram(&c.better)?, worse: diagram(&c.worse)? })
+    };
+    classes.map(one).collect()
 }
 
 /// Returns the labels of the model with their states, up to [`MOST_LABELS`], without those that have no

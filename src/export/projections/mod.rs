@@ -9,9 +9,11 @@
 
 mod build;
 mod directions;
+mod game;
 mod plane;
 
 pub use build::build;
+pub use game::{GameView, MoveView, PlayerView};
 pub use plane::Plane;
 
 use ahash::AHashSet;
@@ -51,6 +53,8 @@ pub struct Projections {
     pub targets: Vec<Edge>,
     /// The labels of the model, with their states; unsafe ones are among them.
     pub labels: Vec<(String, Edge)>,
+    /// The players of a game; `None` for other models.
+    pub game: Option<GameView>,
     /// The choices, by their numbers in the strategies of the ladders; empty if there are too many.
     pub choices: Vec<Direction>,
     /// True if the sets are projected onto the plane, because the full sets would be too large.
@@ -187,6 +191,14 @@ impl Projections {
         let here = self.inside(&self.view(others, row, column)).map(|inside| (inside, true));
         let open = vec![None; self.at.len()];
         here.or_else(|| Some((self.inside(&self.view(&open, row, column))?, false)))
+    }
+
+    /// Returns whether in every state that matches a view the opponent chooses, and there is such a
+    /// state.
+    pub fn is_theirs(&self, view: &View) -> bool {
+        let Some(game) = &self.game else { return false };
+        let chooses = |ours| game.players.iter().any(|p| p.ours == ours && self.holds(p.states, view));
+        chooses(false) && !chooses(true)
     }
 
     fn inside(&self, view: &View) -> Option<Inside> {

@@ -71,22 +71,33 @@ impl Plane {
     /// and `robot_col`, or `x1` and `y1`. Otherwise returns the first two integers, or a single
     /// one, whose plane is small enough to be drawn; none if all are too large.
     pub fn guess(program: &Program) -> Option<Self> {
-        let by_name = NAMES.iter().find_map(|&(row, column)| {
-            integers(program).find_map(|variable| {
-                let name = &program.variables[variable.index()].name;
-                let partner = partner(name, row, column)?;
-                let column = integers(program).find(|v| program.variables[v.index()].name == partner)?;
-                Some(Plane { row: Some(variable), column })
-            })
-        });
         let small = |plane: &Plane| plane.cells(program) <= MOST_CELLS;
-        let pairs = || {
+        let first = || {
             let after = |row: VarId| integers(program).skip_while(move |&v| v != row).skip(1);
             let pair = move |row| after(row).map(move |column| Plane { row: Some(row), column });
             integers(program).take(MOST_TRIED).flat_map(pair).find(small)
         };
         let single = || integers(program).map(|column| Plane { row: None, column }).find(small);
-        by_name.filter(small).or_else(pairs).or_else(single)
+        pairs(program).next().filter(small).or_else(first).or_else(single)
+    }
+
+    /// Returns the other pairs of variables whose names and ranges suggest positions in the same plane,
+    /// such as `r2` and `c2` next to `r1` and `c1`.
+    pub fn others(self, program: &Program) -> Vec<Self> {
+        let Some(row) = self.row else { return Vec::new() };
+        let range = |v: VarId| (program.variables[v.index()].low, program.variables[v.index()].high);
+        let fits = |plane: &Plane| {
+            let own = |v| v == row || v == self.column;
+            let beside = |v: VarId, like: VarId| !own(v) && range(v) == range(like);
+            plane.row.is_some_and(|other| beside(other, row)) && beside(plane.column, self.column)
+        };
+        let mut found: Vec<Plane> = Vec::new();
+        for plane in pairs(program).filter(fits) {
+            if !found.iter().any(|known| known.row == plane.row) {
+                found.push(plane);
+            }
+        }
+        found
     }
 
     fn cells(self, program: &Program) -> u64 {
@@ -96,6 +107,17 @@ impl Plane {
         };
         self.row.map_or(1, values).saturating_mul(values(self.column))
     }
+}
+
+/// Returns the pairs of integers whose names suggest rows and columns, by [`NAMES`].
+fn pairs(program: &Program) -> impl Iterator<Item = Plane> + '_ {
+    let named = |name: &str| integers(program).find(|v| program.variables[v.index()].name == name);
+    NAMES.iter().flat_map(move |&(row, column)| {
+        integers(program).filter_map(move |variable| {
+            let partner = partner(&program.variables[variable.index()].name, row, column)?;
+            Some(Plane { row: Some(variable), column: named(&partner)? })
+        })
+    })
 }
 
 /// Returns the integers with more than one value.

@@ -4,6 +4,7 @@ use maud::{Markup, html};
 
 use super::super::check::CheckReport;
 use super::super::text::{self, grouped};
+use super::game;
 use super::words::{percent, share};
 use meliora_engine::Count;
 use meliora_planning::AnalysisResult;
@@ -96,8 +97,8 @@ fn level(states: Option<Count>, whole: &Count, class: &str) -> Markup {
 }
 
 /// Renders the sizes of the model and the improvement MDP.
-pub(super) fn sizes(result: &AnalysisResult) -> Markup {
-    let mut rows: Vec<(&str, String)> = Vec::new();
+pub(super) fn sizes(check: &CheckReport) -> Markup {
+    let (result, mut rows): (_, Vec<(&str, String)>) = (&check.result, Vec::new());
     if let Some(counts) = &result.counts {
         rows.extend([
             ("states", grouped(&counts.states)),
@@ -113,7 +114,10 @@ pub(super) fn sizes(result: &AnalysisResult) -> Markup {
         rows.push(("improvement MDP: transitions", grouped(&improvement.transitions)));
         rows.push(("transitions dropped", grouped(&improvement.dropped)));
     }
-    html! { table { tbody { @for (name, number) in rows { tr { th { (name) } td.n { (number) } } } } } }
+    html! { table { tbody {
+        @for (name, number) in rows { tr { th { (name) } td.n { (number) } } }
+        @for player in &check.players { tr { th { "moves of " (game::who(&player.name, player.ours)) } td.n { (player.states.grouped()) } } }
+    } } }
 }
 
 /// Renders the time of each phase.

@@ -4,7 +4,7 @@ use serde_json::{Value as Json, json};
 
 use super::heat::Heat;
 use super::paint::{MOST_SQUARES, Paint, UNSAFE, arrow};
-use super::{Content, Picture, palette};
+use super::{Content, Picture, game, palette};
 use meliora_export::projections::{Ladder, Projections};
 use meliora_model::diagram::Edge;
 use meliora_model::value::Type;
@@ -42,6 +42,7 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         "labels": projections.labels.iter().map(|(name, edge)| json!({"name": name, "edge": edge.number()})).collect::<Vec<_>>(),
         "choices": projections.choices.iter().map(choice).collect::<Vec<_>>(),
         "play": run,
+        "game": game::data(projections),
         "heat": content.heat().as_ref().map(Heat::data),
     });
     // A `<` in a text must not end the script element.

@@ -8,12 +8,12 @@ use super::super::simulate_text::committed;
 use super::super::{ranks, text};
 use super::paint::Paint;
 use super::sentence::sentence;
-use super::{Content, Picture, ShownRun, bars, data, hasse, map, paint, words};
+use super::{Content, Picture, ShownRun, bars, data, game, hasse, map, paint, words};
 use meliora_model::Variable;
 use meliora_model::preference::Empty;
 use meliora_model::value::Type;
 use meliora_planning::result::{Plan, Prospects};
-use meliora_planning::{Rank, Scheduler, StrategyKind};
+use meliora_planning::{Opponent, Rank, Scheduler, StrategyKind};
 use meliora_quantities::Choose;
 use meliora_quantities::all_states::MOST_STATES;
 use meliora_quantities::outlook::{LISTED, Promise};
@@ -91,6 +91,7 @@ fn verdict(content: &Content<'_>) -> Markup {
             @for (index, state) in initial.iter().enumerate() {
                 @if index < LISTED { (card(state, content.outlook.and_then(|outlook| outlook.promises.get(index)?.as_ref()))) }
             }
+            @if let Some(promise) = game::promise(&content.check.players) { p.hint { (promise) } }
             @if initial.len() > LISTED { p.hint { "… " (more) " initial states in total." } }
         }
     }
@@ -158,7 +159,7 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
         section #maps {
             div.tools {
                 h2 { "Maps" }
-                @if content.run.is_some() { (stepper()) }
+                @if content.run.is_some() { (stepper(!content.check.players.is_empty())) }
                 @if controlled {
                     button #to-start type="button" { "start values" }
                     button #to-any type="button" { "any values" }
@@ -176,7 +177,9 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
                 @for picture in Picture::MAPS { (map::part(content, paint, picture)) }
                 @if let Some(heat) = content.heat() { (map::values(content, paint, &heat)) }
             }
-            @if content.heat().is_none() {
+            @if !content.check.players.is_empty() {
+                (game::key(&content.check.players, paint))
+            } @else if content.heat().is_none() {
                 p.hint { "Values are left out: the model has more than " (text::grouped(MOST_STATES)) " states. "
                     code { "meliora values" } " computes them." }
             }
@@ -257,13 +260,14 @@ fn no_maps() -> Markup {
 }
 
 /// Renders buttons to step through the run; the script shows them.
-fn stepper() -> Markup {
+fn stepper(is_game: bool) -> Markup {
     html! {
         div.stepper hidden {
             b { "Run" }
             button type="button" data-step="first" title="to the start" aria-label="to the start of the run" { "start" }
             button type="button" data-step="back" title="one step back" aria-label="one step back" { "←" }
             output #step aria-live="polite" { "start" }
+            @if is_game { span #turn {} }
             button type="button" data-step="on" title="one step forward" aria-label="one step forward" { "→" }
             button type="button" data-step="last" title="to the end" aria-label="to the end of the run" { "end" }
         }
@@ -272,7 +276,7 @@ fn stepper() -> Markup {
 
 /// Renders a run, step by step.
 fn shown_run(run: &ShownRun) -> Markup {
-    let turns = &run.trace.turns;
+    let (turns, is_game) = (&run.trace.turns, run.opponent.is_some());
     html! {
         section #play {
             h2 { "A run" }
@@ -285,15 +289,20 @@ fn shown_run(run: &ShownRun) -> Markup {
                     (_, Choose::Likely) => "the permitted action with the greatest probability of success. ",
                     (_, Choose::Cheap) => "the permitted action with the fewest expected steps. ",
                 }
+                @match run.opponent {
+                    None => {}
+                    Some(Opponent::Random) => "The opponent takes each of its actions with the same probability. ",
+                    Some(Opponent::Worst) => "The opponent takes the action that keeps the goal away longest. ",
+                }
                 b { (words::outcome(run)) }
             }
             details open[turns.len() <= LONG] { summary.hint { "All steps" } div.scroll { table.turns {
                 thead { tr {
-                    th.n { "step" } th { "action" } th { "to" } th.n { "chance" } th { "sure" } th { "rank" } th {}
+                    th.n { "step" } @if is_game { th { "who" } } th { "action" } th { "to" } th.n { "chance" } th { "sure" } th { "rank" } th {}
                 } }
                 tbody {
-                    tr data-turn="0" { td.n { "0" } td { "start" } td {} td {} td {} td {} td {} }
-                    @for (index, turn) in turns.iter().enumerate() { (turn_row(index + 1, turn)) }
+                    tr data-turn="0" { td.n { "0" } @if is_game { td {} } td { "start" } td {} td {} td {} td {} td {} }
+                    @for (index, turn) in turns.iter().enumerate() { (turn_row(index + 1, turn, is_game)) }
                 }
             } } }
         }
@@ -310,7 +319,10 @@ fn strategy_name(kind: StrategyKind) -> &'static str {
     }
 }
 
-fn turn_row(step: usize, turn: &TurnReport) -> Markup {
+/// Renders a step; in a game, with the player that takes it.
+fn turn_row(step: usize, turn: &TurnReport, is_game: bool) -> Markup {
+    let ours = turn.owner.is_none();
+    let side = turn.player.as_ref().map(|_| game::side(ours));
     let effect = match (turn.improves, turn.weakens_step) {
         (true, _) => Some(("good", format!("improves: {} gained", text::either(&turn.gained)))),
         (_, true) => Some(("bad", format!("weakens: {} lost", text::names(&turn.lost)))),
@@ -318,8 +330,10 @@ fn turn_row(step: usize, turn: &TurnReport) -> Markup {
     };
     let notes: Vec<_> = effect.into_iter().chain(committed(turn).map(|note| ("hint", note))).collect();
     html! {
-        tr data-turn=(step) {
-            td.n { (step) } td { b { (turn.action) } } td data-name="to" { (values(&turn.changed)) }
+        tr class=[side] data-turn=(step) {
+            td.n { (step) }
+            @if is_game { td { @if let Some(player) = &turn.player { (game::who(player, ours)) } } }
+            td { b { (turn.action) } } td data-name="to" { (values(&turn.changed)) }
             td.n data-name="chance" {
                 (format!("{:.3}", turn.probability).trim_end_matches('0').trim_end_matches('.'))
             }
@@ -362,7 +376,7 @@ fn tables(content: &Content<'_>) -> Markup {
                 div.scroll { (bars::classes(result)) }
             }
             div {
-                section #sizes { h2 { "Sizes" } (bars::sizes(result)) }
+                section #sizes { h2 { "Sizes" } (bars::sizes(check)) }
                 section #times { h2 { "Time" } (bars::times(check)) }
             }
         }

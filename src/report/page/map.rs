@@ -10,7 +10,7 @@ use super::heat::Heat;
 use super::letters::{shortened, width as text_width};
 use super::paint::{Found, Look, Paint, ROOMY, SIDE};
 use super::palette::Rgb;
-use super::{Content, Picture, palette};
+use super::{Content, Picture, game, palette};
 use meliora_engine::Scope;
 use meliora_export::projections::{Projections, View};
 use meliora_model::VarId;
@@ -31,6 +31,7 @@ pub(super) fn svg(content: &Content<'_>, projections: &Projections, picture: Pic
     legend.extend(paint.unsafe_legend());
     let signs = paint.signs.legend(projections).into_iter().filter(|_| !is_large(projections));
     legend.extend(signs.map(|(glyph, name)| (palette::NONE, format!("{glyph} {name}"))));
+    legend.extend(game::legend(&content.check.players).map(|text| (palette::NONE, text)));
     let size = size(projections);
     let width = size.0.max(320);
     let view = lines(&view_text(projections, &paint.opening), width / 7);
@@ -283,12 +284,12 @@ fn cells(layer: Layer<'_>, paint: &Paint<'_>) -> Markup {
             }
         }
         @if is_large(projections) { (spots(paint)) }
-        @if let Some((i, j)) = start(projections) {
-            @let (x, y) = (left + SIDE * j + SIDE / 2, SIDE * i + SIDE / 2);
-            circle.start cx=(x) cy=(y) r=(ring.max(many)) { title { "start" } }
+        @if let Some((x, y)) = start(projections) {
+            circle.start cx=(x + SIDE / 2) cy=(y + SIDE / 2) r=(ring.max(many)) { title { "start" } }
         }
+        (game::pieces(projections, (&paint.opening, is_large(projections).then_some(many)), |row, column| corner(projections, row, column)))
         rect.chosen width=(SIDE) height=(SIDE) visibility="hidden" {}
-        circle.token r=((ring - 3).max(many)) visibility="hidden" {}
+        (game::token(projections, (ring - 3).max(many)))
     }
 }
 
@@ -312,12 +313,17 @@ fn spots(paint: &Paint<'_>) -> Markup {
     }
 }
 
-/// Returns the cell of the state that is shown first.
+/// Returns the corner of the cell of the state that is shown first.
 fn start(projections: &Projections) -> Option<(usize, usize)> {
     let value = |variable: VarId| projections.at[variable.index()];
-    let row = projections.plane.row.map_or(0, value);
+    corner(projections, projections.plane.row.map_or(0, value), value(projections.plane.column))
+}
+
+/// Returns the upper left corner of a cell.
+fn corner(projections: &Projections, row: i64, column: i64) -> Option<(usize, usize)> {
     let i = projections.rows().iter().position(|&r| r == row)?;
-    Some((i, projections.columns().iter().position(|&c| c == value(projections.plane.column))?))
+    let j = projections.columns().iter().position(|&c| c == column)?;
+    Some((left(projections) + SIDE * j, SIDE * i))
 }
 
 fn axes(projections: &Projections, rows: &[i64], columns: &[i64]) -> Markup {
@@ -363,10 +369,10 @@ fn cell(layer: Layer<'_>, paint: &Paint<'_>, number: usize, (x, y): (usize, usiz
     };
     let place = !found.letters.is_empty() && paint.projections.columns().len() > ROOMY;
     html! {
-        g.cell.elsewhere[found.elsewhere].place[place] transform=(format!("translate({x},{y})")) data-row=(found.row) data-col=(found.column)
+        g.cell.elsewhere[found.elsewhere].place[place].theirs[found.is_theirs] transform=(format!("translate({x},{y})")) data-row=(found.row) data-col=(found.column)
             data-value=(if found.elsewhere { "" } else { &look.text }) {
             @if matches!(layer, Layer::Ranks(Picture::Classes)) { title { (paint.named(found)) } }
-            rect width=(SIDE) height=(SIDE) fill=(look.fill) {}
+            rect width=(SIDE) height=(SIDE) rx=[game::corners(found.is_theirs)] fill=(look.fill) {}
             @if !is_large(paint.projections) {
                 @if look.squares.is_empty() {
                     text class=(size_class(&look.text)) x=(SIDE / 2) y="26" fill=(look.ink) { (look.text) }

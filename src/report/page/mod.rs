@@ -7,6 +7,7 @@
 mod bars;
 mod data;
 pub(crate) mod drawing;
+mod game;
 mod hasse;
 mod heat;
 mod html;
@@ -31,7 +32,7 @@ use meliora_export::projections::Projections;
 use meliora_model::State;
 use meliora_model::preference::{Outline, Preferences};
 use meliora_planning::tally::RunEnd;
-use meliora_planning::{Scheduler, StrategyKind};
+use meliora_planning::{Opponent, Scheduler, StrategyKind};
 use meliora_quantities::Choose;
 use meliora_quantities::outlook::Outlook;
 
@@ -58,6 +59,8 @@ pub struct ShownRun {
     pub scheduler: Scheduler,
     /// The action that the progress strategy takes.
     pub choose: Choose,
+    /// The choices of the opponent; `None` if the model is not a game.
+    pub opponent: Option<Opponent>,
     /// The seed of the random numbers.
     pub seed: u64,
     /// The run as text.

@@ -1,11 +1,11 @@
 (() => {
   const data = JSON.parse(document.getElementById('data').textContent);
-  const { variables, sasi, spi, classes, choices } = data;
+  const { variables, sasi, spi, classes, choices, game } = data;
   const diagram = Diagram(data.nodes, data.width);
   const measures = data.heat ? data.heat.measures : [];
   const maps = ['sasi', 'spi', 'classes', ...measures.map((m) => m.id)].map((name) => {
     const figure = document.getElementById('map-' + name);
-    return { name, figure, cells: [...figure.querySelectorAll('.cell')], token: figure.querySelector('.token'), mark: figure.querySelector('rect.chosen') };
+    return { name, figure, cells: [...figure.querySelectorAll('.cell')], token: figure.querySelector('.token'), mark: figure.querySelector('rect.chosen'), pieces: [...figure.querySelectorAll('.piece')] };
   });
   const inPlane = (index) => index === data.row || index === data.column;
   const view = data.opening.slice();
@@ -14,15 +14,28 @@
 
   const show = (variable, value) => variable.names[value - variable.low] ?? (variable.bool ? String(value !== 0) : String(value));
 
-  /** Returns the rank of a ladder: 2, 2+ or ∞. */
+  /** Returns the name of a rank: 2, 2+ or ∞. */
+  function mark(ladder, k) {
+    const last = k === ladder.levels.length;
+    return last && ladder.unbounded !== null ? '∞' : k + (last && ladder.open ? '+' : '');
+  }
+
+  /** Returns the rank of a ladder. */
   function rank(ladder, pattern) {
     if (ladder.unbounded !== null && diagram.meets(ladder.unbounded, pattern)) {
       return { text: '∞', color: ladder.unboundedColor };
     }
     let k = 0;
     while (k < ladder.levels.length && diagram.meets(ladder.levels[k], pattern)) k += 1;
-    const more = ladder.open && k === ladder.levels.length ? '+' : '';
-    return { text: k + more, color: ladder.colors[k] };
+    return { text: mark(ladder, k), color: ladder.colors[k] };
+  }
+
+  /** Returns the players of a game that choose in some states of a pattern. */
+  const movers = (pattern) => (game ? game.players.filter((player) => diagram.meets(player.edge, pattern)) : []);
+
+  function isTheirs(pattern) {
+    const all = movers(pattern);
+    return all.length > 0 && all.every((player) => !player.ours);
   }
 
   function classOf(pattern) {
@@ -133,6 +146,7 @@
       // If no state has these values, the cell is faded and shows the best over all others.
       const states = located(diagram.pattern(variables, placed(place.row, place.column)), place.anywhere);
       place.several = false;
+      place.theirs = states !== null && isTheirs(states.pattern);
       if (states === null) {
         place.parts.forEach((_, map) => paint(place, map, { text: '', color: { fill: 'url(#wall)', ink: 'currentColor' } }, '', false));
         continue;
@@ -162,6 +176,7 @@
     const cell = place.parts[map];
     cell.dataset.value = elsewhere ? '' : found.text;
     cell.classList.toggle('elsewhere', elsewhere);
+    cell.classList.toggle('theirs', place.theirs);
     cell.setAttribute('aria-label', spoken(place, map, found, elsewhere));
     for (const part of cell.children) {
       if (part.localName === 'title') {
@@ -170,6 +185,7 @@
       }
       if (part.localName === 'rect') {
         part.setAttribute('fill', found.color.fill);
+        if (game) part.setAttribute('rx', place.theirs ? game.round : 0);
         continue;
       }
       part.setAttribute('fill', found.color.ink);
@@ -197,12 +213,12 @@
   const named = ({ found }) => found.map((c) => c.name).join('; ');
 
   /** Returns the text of a cell for screen readers. */
-  function spoken({ row, column }, map, found, elsewhere) {
+  function spoken({ row, column, theirs }, map, found, elsewhere) {
     const place = (data.row === null ? '' : variables[data.row].name + '=' + show(variables[data.row], row) + ', ') + variables[data.column].name + '=' + show(variables[data.column], column);
     if (found.text === '') return place + ': unreachable';
     if (found.unsafe) return place + ': unsafe' + (elsewhere ? ', with other values' : '');
     const what = map > 2 ? measures[map - 3].title + ': ' + found.text : map === 2 ? 'sure: ' + named(found) : found.text + (map === 0 ? ' guaranteed' : ' possible');
-    return place + ': ' + what + (elsewhere ? ' at best, with other values' : '');
+    return place + ': ' + (theirs ? 'the opponent moves; ' : '') + what + (elsewhere ? ' at best, with other values' : '');
   }
 
   /** Returns the upper left corner of a cell in its drawing. */
@@ -219,6 +235,15 @@
       map.mark.setAttribute('x', place[0]);
       map.mark.setAttribute('y', place[1]);
     }
+    for (const map of maps) map.pieces.forEach((piece) => drawPiece(map, piece));
+  }
+
+  /** Moves the sign of another player to the place that the view gives it. */
+  function drawPiece(map, piece) {
+    const [row, column] = [view[piece.dataset.row], view[piece.dataset.col]];
+    const place = row === null || column === null ? null : corner(map, row, column);
+    piece.setAttribute('visibility', place ? 'visible' : 'hidden');
+    if (place) piece.setAttribute('transform', 'translate(' + place + ')');
   }
 
   function describeView(open) {
@@ -250,6 +275,7 @@
       dt.textContent = term;
       dd.textContent = text;
       list.append(dt, dd);
+      return dd;
     };
     const states = located(pattern, anywhere(chosen.row, chosen.column));
     if (states === null) {
@@ -260,6 +286,7 @@
     } else {
       const { pattern: there, elsewhere } = states;
       if (elsewhere) line('state', 'unreachable with these values; with others:');
+      describeMovers(line, there);
       const sure = classOf(there);
       line('sure', named(sure) + (sure.found.length > 1 ? ' (depends on the other values)' : ''));
       describeRank(line, 'guaranteed', sasi, there, open || elsewhere);
@@ -273,6 +300,34 @@
     const labels = data.labels.filter((label) => diagram.meets(label.edge, any)).map((label) => label.name);
     if (labels.length) line('labels', labels.join(', '));
     box.append(list);
+    if (states && !states.unsafe && !states.elsewhere && !open && game && game.moves.length && isTheirs(states.pattern)) box.append(movesTable(states.pattern));
+  }
+
+  function describeMovers(line, pattern) {
+    const all = movers(pattern);
+    if (all.length === 0) return;
+    const theirs = isTheirs(pattern);
+    const shown = line('to move', all.map((player) => player.name).join(' or ') + (theirs ? ', the opponent' : all.every((player) => player.ours) ? ', ours' : ''));
+    if (theirs || all.every((player) => player.ours)) shown.className = 'who ' + (theirs ? 'theirs' : 'ours');
+  }
+
+  /** Lists what each move of the opponent leads to. */
+  function movesTable(pattern) {
+    const table = document.createElement('table');
+    table.className = 'moves';
+    const row = (tag, texts) => {
+      const line = document.createElement('tr');
+      line.append(...texts.map((text) => Object.assign(document.createElement(tag), { textContent: text })));
+      table.append(line);
+    };
+    row('th', ['move', 'guaranteed after it', 'possible after it', 'effect']);
+    const after = (ladder, edges) => edges.map((edge, k) => (diagram.meets(edge, pattern) ? mark(ladder, k) : null)).filter((text) => text !== null).join(' or ');
+    const effect = (verb, [surely, possibly]) => (diagram.meets(surely, pattern) ? [verb + 's'] : diagram.meets(possibly, pattern) ? ['may ' + verb] : []);
+    for (const move of game.moves.filter((each) => diagram.meets(each.enabled, pattern))) {
+      const effects = [...effect('improve', move.improves), ...effect('weaken', move.weakens)];
+      row('td', [move.name, after(sasi, move.sasi), after(spi, move.spi), effects.join(', ') || 'changes nothing']);
+    }
+    return table;
   }
 
   function describeRank(line, name, ladder, pattern, open) {
@@ -377,14 +432,21 @@
       row.classList.toggle('now', now);
     }
     const label = document.getElementById('step');
-    if (label) label.textContent = step === null ? 'not started' : step === 0 ? 'start' : 'step ' + step + ' of ' + last;
+    if (label) {
+      label.textContent = step === null ? 'not started' : step === 0 ? 'start' : 'step ' + step + ' of ' + last;
+      const next = step === null || data.projected ? [] : movers(diagram.pattern(variables, data.play[step]));
+      const side = document.getElementById('turn');
+      if (side) {
+        side.className = next.length === 0 ? '' : 'who ' + (next[0].ours ? 'ours' : 'theirs');
+        side.textContent = next.length === 0 ? '' : next[0].name + ' moves';
+      }
+    }
     for (const map of maps) {
       const state = step === null ? null : data.play[step];
       const place = state && corner(map, data.row === null ? 0 : state[data.row], state[data.column]);
       map.token.setAttribute('visibility', place ? 'visible' : 'hidden');
       if (!place) continue;
-      map.token.setAttribute('cx', place[0] + 20);
-      map.token.setAttribute('cy', place[1] + 20);
+      map.token.setAttribute('transform', 'translate(' + (place[0] + 20) + ',' + (place[1] + 20) + ')');
     }
   }
 

@@ -50,6 +50,8 @@ pub(super) struct Found {
     /// True if no state has the values of the view there: then the cell shows the best over all
     /// other values.
     pub(super) elsewhere: bool,
+    /// True if the opponent chooses in all states there.
+    pub(super) is_theirs: bool,
     /// The objectives whose targets have states there.
     pub(super) targets: Vec<usize>,
     /// Their letters, one per corner.
@@ -250,6 +252,11 @@ fn found(
         let targets: Vec<usize> = (0..targets.len()).filter(holds).collect();
         let (inside, exact) = projections.found(view, row, column).unzip();
         let is_unsafe = inside == Some(Inside::Unsafe);
+        let is_theirs = match exact {
+            Some(true) => projections.is_theirs(&projections.view(view, row, column)),
+            Some(false) => projections.is_theirs(&any),
+            None => false,
+        };
         let cell = match inside {
             Some(Inside::Safe(cell)) => Some(cell),
             Some(Inside::Unsafe) | None => None,
@@ -260,6 +267,7 @@ fn found(
             cell,
             is_unsafe,
             elsewhere: exact == Some(false),
+            is_theirs,
             letters: corner_letters(&letters, &targets),
             targets,
             signs: signs.at(projections, &any),
