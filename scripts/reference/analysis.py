@@ -6,15 +6,16 @@ from reference.improvement import Levels, arenas_of
 from reference.model import almost_sure, attractor, can_stay, explore, roots_of
 from reference.preferences import target_of
 from reference.prism import InputError
-from reference.product import formulas_watched, product, secured, violations
+from reference.product import formulas_watched, product, satisfaction, secured
 from reference.temporal import TRUE, conjunction, is_invariant, is_safe, parse
 
 
 class Analysis:
     """`whole` is the model of the scope, with monitors under `history = play`; `mdp` its restriction to what keeps the
-    requirements. `classes[s]` is MP(s), None for an unsafe state."""
+    requirements. `classes[s]` is MP(s), None for an unsafe state. In a game, some players are we, those of the
+    preferences if no others are named."""
 
-    def __init__(self, program, preferences, scope="reachable", safety="action", limit=None):
+    def __init__(self, program, preferences, scope="reachable", safety="action", limit=None, coalition=()):
         self.program, self.preferences, self.scope, self.safety = program, preferences, scope, safety
         self.play = preferences.history == "play"
         required = [parse(text) for text in preferences.required]
@@ -29,7 +30,8 @@ class Analysis:
             watched = formulas_watched(self.formulas)
             watched += [self.required] if self.invariants is None and self.required not in watched else []
             self.product = product(program, roots_of(program, scope), watched, limit)
-        self.whole = self.product.mdp if self.play else explore(program, scope, limit)
+        whole = self.product.mdp if self.play else explore(program, scope, limit)
+        self.whole = whole.played_by(program.named_players(coalition or preferences.coalition))
         self.violated = self.violations()
         safe = can_stay(self.whole.moves, set(self.whole.states) - self.violated)
         self.mdp = self.whole.restricted(safe)
@@ -44,23 +46,32 @@ class Analysis:
             return everything - everything.intersection(*holds)
         if not self.play:
             raise InputError("`history = state` allows only requirements `G condition`")
-        return violations(self.product, self.required)
+        return self.product.violated(self.required)
 
     def judge(self, safe):
         """Section 3: targets, outcomes and classes."""
-        moves = self.mdp.moves
+        regions = list(self.regions(safe))
+        self.targets, self.sure, self.positive = ([found[part] for found in regions] for part in range(3))
+        self.outcomes = [{i for i, sure in enumerate(self.sure) if s in sure} for s in self.mdp.states]
+        most = self.preferences.most_preferred
+        self.classes = [None if s in self.mdp.unsafe else most(self.outcomes[s]) for s in self.mdp.states]
+
+    def regions(self, safe):
+        """For each objective, its target and the states from which it is achieved surely, and possibly."""
+        if self.play and self.program.players:
+            for formula in self.formulas:
+                found = satisfaction(self.product, self.mdp, formula)
+                yield found["pmax_one"], found["pmax_one"], found["pmax_positive"]
+            return
         if self.play:
-            self.targets = [secured(self.product, self.mdp, f) for f in self.formulas]
+            targets = [secured(self.product, self.mdp, f) for f in self.formulas]
         else:
             conditions = [target_of(text) for _, text in self.preferences.objectives]
             if None in conditions:
                 raise InputError("`history = state` allows only objectives `F condition`")
-            self.targets = [self.whole.where(condition) & safe for condition in conditions]
-        self.sure = [almost_sure(moves, target) for target in self.targets]
-        self.positive = [attractor(moves, target) for target in self.targets]
-        self.outcomes = [{i for i, sure in enumerate(self.sure) if s in sure} for s in self.mdp.states]
-        most = self.preferences.most_preferred
-        self.classes = [None if s in self.mdp.unsafe else most(self.outcomes[s]) for s in self.mdp.states]
+            targets = [self.whole.where(condition) & safe for condition in conditions]
+        for target in targets:
+            yield target, almost_sure(self.mdp.moves, target), attractor(self.mdp.moves, target)
 
     @functools.cached_property
     def arenas(self):

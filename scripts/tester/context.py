@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from reference.analysis import Analysis
+from reference.improvement import bad_states
 from reference.leaves import cases, conditions
 from reference.preferences import preferences_of
 from reference.prism import program_of
 from reference.quantities import Quantities
-from tester.program import Relation, at, key
+from tester.program import Named, Refused, Relation, at, key
 
 LEVELS, WITHIN = 3, 4
 
@@ -36,7 +37,14 @@ class Context:
         self.preferences = preferences_of(case.preferences_text())
         self.names = self.preferences.names
         self.source = program_of(case.model_text(), {})
-        self.analysis = Analysis(self.source, self.preferences, case.settings["scope"], case.settings["safety"], 3000)
+        self.is_game = case.kind == "smg"
+        self.coalition = list(filter(None, case.settings["coalition"].split(",")))
+        self.analysis = self.analysis_of(self.source)
+        self.coalition = self.coalition or self.preferences.coalition
+
+    def analysis_of(self, source):
+        settings = self.case.settings
+        return Analysis(source, self.preferences, settings["scope"], settings["safety"], 3000, self.coalition)
 
     def same(self, what, expected, got):
         self.compared[self.check] = self.compared.get(self.check, 0) + 1
@@ -98,7 +106,11 @@ class Context:
 
     @functools.cached_property
     def relation(self):
-        return Relation(self.analysis, self.strategy("--kind", "sasi"), self.report["initial"][0]["state"])
+        if self.program.plays("strategy"):
+            return Relation(self.analysis, self.strategy("--kind", "sasi"), self.report["initial"][0]["state"])
+        if self.analysis.play:
+            raise Refused("`strategy` of a game is not supported")
+        return Named(self.analysis)
 
     @functools.cached_property
     def quantities(self):
@@ -121,6 +133,8 @@ class Context:
             "some states unsafe": 0 < len(analysis.mdp.unsafe) < len(analysis.whole.values),
             "SASI improvements": levels["sasi"],
             "SPI improvements": len(levels["spi"]) > len(levels["sasi"]),
+            "the opponent moves": analysis.whole.theirs,
+            "bad states": bad_states(analysis.mdp, analysis.classes, analysis.preferences),
         }
         return {name for name, holds in found.items() if holds}
 

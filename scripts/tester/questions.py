@@ -14,7 +14,7 @@ COMPARE = {"<=": lambda a, b: a <= b, "<": lambda a, b: a < b, ">=": lambda a, b
 def info(context):
     """Sizes, variables and rewards of the model alone, and of its product with the monitors."""
     program, case, report = context.program, context.case, context.report
-    names = program.settings("scope", "engine")
+    names = program.settings("scope", "engine", "coalition")
     names += program.settings("order") if case.settings["engine"] == "symbolic" else []
     alone, product = (
         program.ask("info", program.model, *names, *more) for more in ([], ["--preferences", program.prefs])

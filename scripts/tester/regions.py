@@ -13,6 +13,8 @@ from tester.questions import allowed_by, bounded, earning, members
 
 def reach(context):
     """The four regions of a formula, its probabilities and their bounds."""
+    if context.is_game:
+        return  # properties of a game name its players
     text = context.preferences.objectives[context.case.seed % len(context.names)][1]
     for required in {(), tuple(context.preferences.required)}:
         options = [word for formula in required for word in ("--require", formula)]
@@ -70,7 +72,7 @@ def earned(context):
     """Expected rewards until a condition."""
     conditions = [target_of(text) for _, text in context.preferences.objectives]
     condition = next(filter(None, conditions), None)
-    if condition is None or "cost" not in context.source.rewards:
+    if context.is_game or condition is None or "cost" not in context.source.rewards:
         return
     whole = explore(context.source, context.case.settings["scope"], 3000)
     least, most = ([values[s] for s in whole.initial] for values in rewards(whole, whole.where(condition), "cost"))
@@ -112,6 +114,8 @@ def is_near(value, got):
 
 def together(context):
     """`check --jointly`: sets of most preferred outcomes that one path can achieve."""
+    if context.is_game:
+        return
     analysis, relation = context.analysis, context.relation
     report = context.program.about("check", "--jointly")
     for entry in report["classes"]:
