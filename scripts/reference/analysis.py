@@ -31,7 +31,8 @@ class Analysis:
             watched += [self.required] if self.invariants is None and self.required not in watched else []
             self.product = product(program, roots_of(program, scope), watched, limit)
         whole = self.product.mdp if self.play else explore(program, scope, limit)
-        self.whole = whole.played_by(program.named_players(coalition or preferences.coalition))
+        ours = [program.named_players(names) for names in (preferences.coalition, coalition)]
+        self.whole = whole.played_by(ours[1] if coalition else ours[0])
         self.violated = self.violations()
         safe = can_stay(self.whole.moves, set(self.whole.states) - self.violated)
         self.mdp = self.whole.restricted(safe)

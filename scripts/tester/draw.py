@@ -44,7 +44,7 @@ class Case:
                 owned[f"p{number}"].append(item if item in "mn" else f"[{item}]")
         first, *_, last = owned.values()
         if self.fault == "two owners":
-            last.append(first[0])
+            last += first[:1]
         elif self.fault == "no owner":
             del last[-1:]
         elif self.fault == "unknown item":
