@@ -27,7 +27,7 @@ class Analysis:
         self.formulas = [parse(text) for _, text in preferences.objectives]
         self.product = None
         if self.play:
-            watched = formulas_watched(self.formulas)
+            watched = formulas_watched(self.formulas, program.players)
             watched += [self.required] if self.invariants is None and self.required not in watched else []
             self.product = product(program, roots_of(program, scope), watched, limit)
         whole = self.product.mdp if self.play else explore(program, scope, limit)

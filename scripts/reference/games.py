@@ -1,19 +1,49 @@
 """Section 11: temporal objectives against an opponent.
 
 What co-safe and safe parts of a formula say is settled sooner or later on each path. So with at most one other leaf, a
-formula is a Büchi or a co-Büchi condition on states of the product.
+formula is a Büchi or a co-Büchi condition on states of the product. Several leaves of one kind are joined: a combination
+of Pi2 formulas is one.
 """
+
+import functools
 
 from reference.leaves import conditions
 from reference.model import Moves, almost_sure, attractor, can_stay
 from reference.prism import InputError
-from reference.temporal import is_cosafe, is_safe
+from reference.temporal import conjunction, disjunction, is_cosafe, is_safe, negated
+
+
+class LeftOut(Exception):
+    """The program may answer a question that this reference does not."""
+
+
+@functools.lru_cache(maxsize=1024)
+def conditions_in_game(formula):
+    """The same as `conditions`, with at most one leaf that is neither safe nor co-safe."""
+    found = conditions(formula)
+    others = {leaf for leaf in leaves_of(found) if not is_settled(leaf)}
+    if len(others) < 2:
+        return found
+    if len({formula for _, formula in others}) < 2:
+        raise LeftOut("marks of one monitor that are to recur, and to cease")
+    kinds = {kind for kind, _ in others}
+    if len(kinds) > 1:
+        raise InputError("recurrence and persistence are combined")
+    (kind,), whole = kinds, formula_of(found)
+    return (kind, whole if kind == "again" else negated(whole))
+
+
+def formula_of(condition):
+    first, *rest = condition
+    if first in ("and", "or"):
+        return (conjunction if first == "and" else disjunction)(*map(formula_of, rest))
+    return rest[0] if first == "again" else negated(rest[0])
 
 
 def almost_surely(product, moves, region, formula):
     """The states of a region, which the opponent cannot leave, from which we satisfy a formula almost surely against
     every strategy."""
-    kind, marks = limit(product, conditions(formula))
+    kind, marks = limit(product, conditions_in_game(formula))
     if kind == "again":
         return recurring(moves, region, marks)
     # Where the opponent lets marks recur almost surely from nowhere, they cease almost surely everywhere.
@@ -44,8 +74,6 @@ def limit(product, condition):
     """The condition ("again", X) or ("finally", X) that a combination of leaves is: X is visited again and again, or
     from some point on never."""
     others = {leaf for leaf in leaves_of(condition) if not is_settled(leaf)}
-    if len(others) > 1:
-        raise InputError("games have at most one leaf that is neither safe nor co-safe")
     without, with_it = (satisfying(product, condition, known) for known in (False, True))
     if not others:
         return "again", with_it

@@ -3,7 +3,7 @@
 import functools
 from dataclasses import dataclass, field
 
-from reference.games import almost_surely
+from reference.games import almost_surely, conditions_in_game
 from reference.model import Moves, almost_sure, attractor, can_stay, explored, steps_of
 from reference.leaves import cases, conditions
 from reference.temporal import YES, Monitor, is_cosafe, negated
@@ -41,9 +41,10 @@ class Product:
         return {s for s in self.mdp.states if self.read(s)[0][place] in refuted}
 
 
-def formulas_watched(formulas):
+def formulas_watched(formulas, in_game=False):
     """The Pi2 formulas whose monitors decide some formulas and their negations."""
-    leaves = [leaf for f in formulas for g in (f, negated(f)) for case in cases(conditions(g)) for _, leaf in case]
+    parts = conditions_in_game if in_game else conditions
+    leaves = [leaf for f in formulas for g in (f, negated(f)) for case in cases(parts(g)) for _, leaf in case]
     return list(dict.fromkeys(leaves))
 
 

@@ -17,7 +17,7 @@ class Question:
     def __init__(self, program, scope, text, required=(), limit=None, coalition=frozenset([0])):
         self.formula = parse(text)
         demanded = functools.reduce(conjunction, map(parse, required), TRUE)
-        watched = formulas_watched([self.formula])
+        watched = formulas_watched([self.formula], program.players)
         watched += [demanded] if demanded not in (TRUE, *watched) else []
         self.whole = explore(program, scope, limit)
         self.product = product(program, self.whole.values, watched, limit)

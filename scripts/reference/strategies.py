@@ -3,6 +3,7 @@
 import functools
 from dataclasses import dataclass, replace
 
+from reference.games import conditions_in_game
 from reference.leaves import conditions
 from reference.model import Mdp, almost_sure, layers
 from reference.product import secured
@@ -134,7 +135,8 @@ def achieved(analysis, objective, state, every=True):
     some conditions are never true together."""
     if not analysis.play:
         return state in analysis.targets[objective]
-    return state in achieving(analysis, conditions(analysis.formulas[objective]), every)
+    parts = conditions_in_game if analysis.program.players else conditions
+    return state in achieving(analysis, parts(analysis.formulas[objective]), every)
 
 
 @functools.lru_cache(maxsize=256)

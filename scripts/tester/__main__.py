@@ -26,6 +26,7 @@ from pathlib import Path
 sys.path[0] = str(Path(__file__).resolve().parent.parent)
 
 import harness  # noqa: E402
+from reference.games import LeftOut  # noqa: E402
 from reference.prism import InputError  # noqa: E402
 from tester import games, suites  # noqa: E402
 from tester.context import Context, Difference  # noqa: E402
@@ -63,6 +64,8 @@ def examine(case, binary, checks, ignored=""):
             context = Context(case, program)
         except InputError as error:
             return games.refused(case, program, error)
+        except LeftOut:
+            return {"left out": 1}, []
         case.features |= context.features()
         for name in ["model", *(name for name in checks if name != "model")]:
             if name != "model" and any(d.check == "model" for d in context.differences):
@@ -130,7 +133,7 @@ def features_of(seed):
     case = draw(seed)
     try:
         found = Context(case, None).features()
-    except InputError:
+    except (InputError, LeftOut):
         found = set()
     return Outcome(seed, case.features | found)
 

@@ -143,7 +143,7 @@ class Context:
         persistence cease, there may be any number of them, and formulas of no class have several normal forms."""
         leaves = [leaf for case in cases(conditions(self.analysis.formulas[number])) for leaf in case]
         is_general = "objective general" in self.case.features
-        is_open = self.analysis.play and (is_general or any(kind == "finally" for kind, _ in leaves))
+        is_open = self.analysis.play and (self.is_game or is_general or any(kind == "finally" for kind, _ in leaves))
         return None if is_open else self.analysis.targets[number]
 
     def named(self, members):

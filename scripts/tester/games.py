@@ -145,9 +145,9 @@ SAID = {
     "belongs to no player": "to no player",
     "owns what there is not": "unknown",
     "unknown player": "unknown player",
-    "at most one leaf": "not supported",
+    "recurrence and persistence": "combines recurrence and persistence",
 }
-OF_PREFERENCES = ("unknown player", "at most one leaf")
+OF_PREFERENCES = ("unknown player", "recurrence and persistence")
 
 
 def refused(case, program, error):
