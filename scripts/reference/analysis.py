@@ -2,7 +2,7 @@
 
 import functools
 
-from reference.improvement import Levels, arenas_of
+from reference.improvement import Levels, arenas_of, bad_states
 from reference.model import almost_sure, attractor, can_stay, explore, roots_of
 from reference.preferences import target_of
 from reference.prism import InputError
@@ -77,6 +77,20 @@ class Analysis:
     @functools.cached_property
     def arenas(self):
         return arenas_of(self.mdp, self.classes, self.preferences, self.safety)
+
+    @functools.cached_property
+    def bad(self):
+        return bad_states(self.mdp, self.classes, self.preferences)
+
+    def leaves(self, state, choice):
+        """Whether a choice leaves the states of the arena of a state: under `prefix` those that never weaken its
+        class."""
+        if self.classes[state] is None or self.safety != "prefix":
+            return False
+        arena = self.arenas[self.classes[state]]
+        if not any(arena.moves[s] for s, own in enumerate(self.classes) if own == self.classes[state]):
+            return False  # nowhere can planning start with this reference
+        return not all(arena.moves[to] for to in choice.to)
 
     # Bounded: the cache keeps the objects whose methods it remembers.
     @functools.lru_cache(maxsize=16)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from reference.analysis import Analysis
-from reference.improvement import bad_states
 from reference.leaves import cases, conditions
 from reference.preferences import preferences_of
 from reference.prism import program_of
@@ -134,7 +133,7 @@ class Context:
             "SASI improvements": levels["sasi"],
             "SPI improvements": len(levels["spi"]) > len(levels["sasi"]),
             "the opponent moves": analysis.whole.theirs,
-            "bad states": bad_states(analysis.mdp, analysis.classes, analysis.preferences),
+            "bad states": analysis.bad,
         }
         return {name for name, holds in found.items() if holds}
 

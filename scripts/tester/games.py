@@ -12,6 +12,7 @@ from reference.preferences import target_of
 from reference.prism import program_of
 from reference.questions import Question
 from reference.reports import amount, players
+from reference.temporal import is_invariant, parse
 from tester.context import Difference
 from tester.program import key
 from tester.questions import COMPARE
@@ -22,8 +23,10 @@ NUMBERS = ("0", "1", "0.3", "0.75")
 def owners(context):
     """Who chooses: the players with the numbers of their states, and the owners of initial states."""
     whole, given = context.analysis.whole, context.case.settings["coalition"]
-    expected = players(whole, context.coalition) or None
-    context.same("players", expected, context.report.get("players"))
+    expected = players(whole, context.coalition)
+    for at, player in enumerate(expected):
+        player["states"] = context.relation.count({s for s in whole.states if whole.owners[s] == at})
+    context.same("players", expected or None, context.report.get("players"))
     for entry in context.report["initial"]:
         is_theirs = context.relation.one(key(entry["state"])) in whole.theirs
         context.same(f"owner of {entry['state']}", "opponent" if is_theirs else None, entry.get("owner"))
@@ -63,7 +66,7 @@ def enforced(context):
             context.same(f"{name} of {words}", str(len(states)), report[name])
             context.same(f"initial {name} of {words}", amount(states, whole.initial), report["initial"][name])
     questions = [asked(draw, target, case.players, coalition) for coalition in draw.choices(every, k=6)]
-    required = [text for text in context.preferences.required if re.match(r"G [!(]", text)]
+    required = [text for text in context.preferences.required if is_invariant(parse(text))]
     for some in ([], required) if required else ([],):
         options = [word for text in some for word in ("--require", text)]
         for part in (questions, [draw.choice(questions)]):
@@ -167,7 +170,9 @@ def refused(case, program, error):
         status, _, errors = program.run(command, program.model, *more, *program.settings(*names))
         compared += 1
         state = re.search(r"move in the state (.*?):", errors)
-        right = status == 3 and SAID[reason] in errors and (movers is None or state and state[1] in movers)
+        right = status == 3 and SAID[reason] in errors
+        # The words of monitors follow the state.
+        right &= movers is None or bool(state) and any(f"{state[1]},".startswith(f"{mover},") for mover in movers)
         right |= case.history == "play" and "over whole paths of a game are not supported" in errors
         if not right:
             expected = (reason, movers)

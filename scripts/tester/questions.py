@@ -83,7 +83,7 @@ def cut(context):
                 continue
             rank, permitted = cut_at(found, state, most)
             context.same(f"{kind}_rank of {dict(name)} up to level {most}", rank, entry[f"{kind}_rank"])
-            got = sorted(a["name"] for a in entry["actions"] if a["permitted"])
+            got = sorted(a["name"] for a in entry["actions"] if a.get("permitted"))
             context.same(f"{kind} permits in {dict(name)} up to level {most}", permitted, got)
 
 
