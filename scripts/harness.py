@@ -36,6 +36,7 @@ class Finished:
     stdout: str
     stderr: str
     seconds: float
+    cpu: float
     peak_bytes: int
     timed_out: bool
 
@@ -60,8 +61,8 @@ def run(command: Sequence[str], timeout: float) -> Finished:
         child.returncode = os.waitstatus_to_exitcode(wait_status)
         seconds = time.perf_counter() - start
         scale = 1 if sys.platform == "darwin" else 1024
-        peak_bytes = usage.ru_maxrss * scale
-        return Finished(child.returncode, _read(out), _read(err), seconds, peak_bytes, expired.is_set())
+        peak_bytes, cpu = usage.ru_maxrss * scale, usage.ru_utime + usage.ru_stime
+        return Finished(child.returncode, _read(out), _read(err), seconds, cpu, peak_bytes, expired.is_set())
 
 
 def _end(group: int, expired: threading.Event) -> None:

@@ -25,6 +25,7 @@ class Instance:
     model: Path
     constants: str
     target: str
+    coalition: str = ""  # of a game: the players that want to reach the target
 
 
 @dataclass
@@ -34,6 +35,7 @@ class Measurement:
     times: dict[str, float] = field(default_factory=dict)
     counts: dict[str, int] = field(default_factory=dict)
     wall: float = 0.0
+    cpu: float = 0.0
     peak_bytes: int = 0
     status: str = "done"
 
@@ -59,7 +61,7 @@ def _measurement(finished: harness.Finished) -> Measurement:
     status = "done" if finished.status == 0 else harness.complaint(finished)
     if finished.timed_out or finished.status == harness.OUT_OF_RESOURCES:
         status = "stopped"
-    return Measurement(wall=finished.seconds, peak_bytes=finished.peak_bytes, status=status)
+    return Measurement(wall=finished.seconds, cpu=finished.cpu, peak_bytes=finished.peak_bytes, status=status)
 
 
 @dataclass
@@ -68,12 +70,17 @@ class Meliora:
 
     binary: str
     name: str = "meliora"
+    engine: str = ""
 
     def measure(self, instance: Instance, timeout: float) -> Measurement:
         command = [self.binary, "reach", str(instance.model), "--target", instance.target, "--json", "--quiet"]
         command += ["--scope", "reachable", "--threads", "1", "--timeout", f"{timeout:g}s"]
         if instance.constants:
             command += ["--const", instance.constants]
+        if instance.coalition:
+            command += ["--coalition", instance.coalition]
+        if self.engine:
+            command += ["--engine", self.engine]
         finished = harness.run(command, timeout + 10.0)
         result = _measurement(finished)
         self._read(harness.json_object(finished.stdout) or {}, result)

@@ -57,6 +57,7 @@ def arguments():
         command.add_argument("model")
         command.add_argument("-c", "--const", action="append", default=[])
         command.add_argument("--scope", choices=["reachable", "all"], default="reachable")
+        command.add_argument("--coalition", type=lambda text: text.split(","), default=[])
         if name in ("check", "values"):
             command.add_argument("prefs")
             command.add_argument("--safety", choices=["action", "transition", "prefix"], default="action")
@@ -82,12 +83,12 @@ def answer(args):
     if args.command == "info":
         return reports.info(program, args.scope)
     if args.command == "reach":
-        return reports.reach(program, args.scope, args.target, args.formula)
+        return reports.reach(program, args.scope, args.target, args.formula, coalition=args.coalition)
     preferences = read_preferences(args.prefs)
     preferences.empty = args.empty or preferences.empty
     if args.command == "values":
         return values(program, preferences, args)
-    return reports.check(program, preferences, args.scope, args.safety)
+    return reports.check(program, preferences, args.scope, args.safety, coalition=args.coalition)
 
 
 def main():

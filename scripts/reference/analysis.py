@@ -2,19 +2,20 @@
 
 import functools
 
-from reference.improvement import Levels, arenas_of
+from reference.improvement import Levels, arenas_of, bad_states
 from reference.model import almost_sure, attractor, can_stay, explore, roots_of
 from reference.preferences import target_of
 from reference.prism import InputError
-from reference.product import formulas_watched, product, secured, violations
+from reference.product import formulas_watched, product, satisfaction, secured
 from reference.temporal import TRUE, conjunction, is_invariant, is_safe, parse
 
 
 class Analysis:
     """`whole` is the model of the scope, with monitors under `history = play`; `mdp` its restriction to what keeps the
-    requirements. `classes[s]` is MP(s), None for an unsafe state."""
+    requirements. `classes[s]` is MP(s), None for an unsafe state. In a game, some players are we, those of the
+    preferences if no others are named."""
 
-    def __init__(self, program, preferences, scope="reachable", safety="action", limit=None):
+    def __init__(self, program, preferences, scope="reachable", safety="action", limit=None, coalition=()):
         self.program, self.preferences, self.scope, self.safety = program, preferences, scope, safety
         self.play = preferences.history == "play"
         required = [parse(text) for text in preferences.required]
@@ -26,10 +27,12 @@ class Analysis:
         self.formulas = [parse(text) for _, text in preferences.objectives]
         self.product = None
         if self.play:
-            watched = formulas_watched(self.formulas)
+            watched = formulas_watched(self.formulas, program.players)
             watched += [self.required] if self.invariants is None and self.required not in watched else []
             self.product = product(program, roots_of(program, scope), watched, limit)
-        self.whole = self.product.mdp if self.play else explore(program, scope, limit)
+        whole = self.product.mdp if self.play else explore(program, scope, limit)
+        ours = [program.named_players(names) for names in (preferences.coalition, coalition)]
+        self.whole = whole.played_by(ours[1] if coalition else ours[0])
         self.violated = self.violations()
         safe = can_stay(self.whole.moves, set(self.whole.states) - self.violated)
         self.mdp = self.whole.restricted(safe)
@@ -44,27 +47,50 @@ class Analysis:
             return everything - everything.intersection(*holds)
         if not self.play:
             raise InputError("`history = state` allows only requirements `G condition`")
-        return violations(self.product, self.required)
+        return self.product.violated(self.required)
 
     def judge(self, safe):
         """Section 3: targets, outcomes and classes."""
-        moves = self.mdp.moves
-        if self.play:
-            self.targets = [secured(self.product, self.mdp, f) for f in self.formulas]
-        else:
-            conditions = [target_of(text) for _, text in self.preferences.objectives]
-            if None in conditions:
-                raise InputError("`history = state` allows only objectives `F condition`")
-            self.targets = [self.whole.where(condition) & safe for condition in conditions]
-        self.sure = [almost_sure(moves, target) for target in self.targets]
-        self.positive = [attractor(moves, target) for target in self.targets]
+        regions = list(self.regions(safe))
+        self.targets, self.sure, self.positive = ([found[part] for found in regions] for part in range(3))
         self.outcomes = [{i for i, sure in enumerate(self.sure) if s in sure} for s in self.mdp.states]
         most = self.preferences.most_preferred
         self.classes = [None if s in self.mdp.unsafe else most(self.outcomes[s]) for s in self.mdp.states]
 
+    def regions(self, safe):
+        """For each objective, its target and the states from which it is achieved surely, and possibly."""
+        if self.play and self.program.players:
+            for formula in self.formulas:
+                found = satisfaction(self.product, self.mdp, formula)
+                yield found["pmax_one"], found["pmax_one"], found["pmax_positive"]
+            return
+        if self.play:
+            targets = [secured(self.product, self.mdp, f) for f in self.formulas]
+        else:
+            conditions = [target_of(text) for _, text in self.preferences.objectives]
+            if None in conditions:
+                raise InputError("`history = state` allows only objectives `F condition`")
+            targets = [self.whole.where(condition) & safe for condition in conditions]
+        for target in targets:
+            yield target, almost_sure(self.mdp.moves, target), attractor(self.mdp.moves, target)
+
     @functools.cached_property
     def arenas(self):
         return arenas_of(self.mdp, self.classes, self.preferences, self.safety)
+
+    @functools.cached_property
+    def bad(self):
+        return bad_states(self.mdp, self.classes, self.preferences)
+
+    def leaves(self, state, choice):
+        """Whether a choice leaves the states of the arena of a state: under `prefix` those that never weaken its
+        class."""
+        if self.classes[state] is None or self.safety != "prefix":
+            return False
+        arena = self.arenas[self.classes[state]]
+        if not any(arena.moves[s] for s, own in enumerate(self.classes) if own == self.classes[state]):
+            return False  # nowhere can planning start with this reference
+        return not all(arena.moves[to] for to in choice.to)
 
     # Bounded: the cache keeps the objects whose methods it remembers.
     @functools.lru_cache(maxsize=16)

@@ -1,4 +1,4 @@
-"""Sections 4 to 6: the improvement MDP, its levels, and the arenas of `prefix`."""
+"""Sections 4 to 6 and 11: the improvement MDP, its levels, and the arenas of `prefix`."""
 
 from dataclasses import dataclass
 
@@ -15,23 +15,40 @@ class Arena:
     node: object  # function: the node of a state in which no step has improved
     goals: object  # function: the nodes that an improving step into one of some states enters
     entered: object  # function: the nodes that a step into a state can enter
+    theirs: frozenset  # the nodes in which the opponent chooses
 
     def __post_init__(self):
-        self.sets = Moves([nodes for _, nodes in own] for own in self.moves)
+        self.sets = Moves(([nodes for _, nodes in own] for own in self.moves), self.theirs)
+
+
+def bad_states(mdp, classes, preferences):
+    """mu B. { s of the opponent : some choice has a successor that weakens s or is in B }"""
+
+    def is_bad(state, to):
+        return to in bad or preferences.weakens(classes[state], classes[to])
+
+    bad, before = set(), None
+    while bad != before:
+        before = bad
+        bad = {s for s in mdp.theirs if any(is_bad(s, to) for choice in mdp.choices[s] for to in choice.to)}
+    return bad
 
 
 def improvement_mdp(mdp, classes, preferences, safety):
     """Section 4: V = S x {0,1}; the state (s, bit) is the node 2s + bit."""
-    moves = []
+    moves, bad = [], bad_states(mdp, classes, preferences)
     for state, own in enumerate(mdp.choices):
         kept = []
-        for choice in own:
+        for choice in own if state not in bad else ():
             here = classes[state]
-            safe = {t for t in choice.to if not preferences.weakens(here, classes[t])}
+            safe = {t for t in choice.to if t not in bad and not preferences.weakens(here, classes[t])}
             if safe == choice.successors or safe and safety == "transition":
                 kept.append((choice, frozenset(2 * t + preferences.improves(here, classes[t]) for t in safe)))
         moves += [kept, kept]
-    return Arena(moves, lambda s: 2 * s, lambda states: {2 * s + 1 for s in states}, lambda s: {2 * s, 2 * s + 1})
+    theirs = frozenset(2 * s + bit for s in mdp.theirs for bit in (0, 1))
+    return Arena(
+        moves, lambda s: 2 * s, lambda states: {2 * s + 1 for s in states}, lambda s: {2 * s, 2 * s + 1}, theirs
+    )
 
 
 def prefix_arena(mdp, classes, preferences, reference):
@@ -42,7 +59,7 @@ def prefix_arena(mdp, classes, preferences, reference):
     moves = [
         [(c, frozenset(c.to)) for c in own if s in safe and c.successors <= safe] for s, own in enumerate(mdp.choices)
     ]
-    return Arena(moves, lambda s: s, lambda states: states & better & safe, lambda s: {s})
+    return Arena(moves, lambda s: s, lambda states: states & better & safe, lambda s: {s}, mdp.theirs)
 
 
 def arenas_of(mdp, classes, preferences, safety):
@@ -64,8 +81,8 @@ class Game:
     layers: dict
 
     def permitted(self, node):
-        """The choices of the permissive strategy."""
-        if node not in self.won:
+        """The choices of the permissive strategy. The opponent's are neither permitted nor forbidden."""
+        if node not in self.won or node in self.arena.theirs:
             return []
         fits = self.won.issuperset if self.kind == "sasi" else lambda nodes: not self.won.isdisjoint(nodes)
         return [choice for choice, nodes in self.arena.moves[node] if fits(nodes)]

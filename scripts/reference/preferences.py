@@ -15,6 +15,7 @@ class Preferences:
     empty: str = "bottom"
     history: str = "state"
     required: list = field(default_factory=list)  # texts of formulas
+    coalition: list = field(default_factory=list)  # the players that we are; empty for the first one
 
     @property
     def names(self):
@@ -67,6 +68,8 @@ def preferences_of(text):
             pairs, stated = pairs | weak, stated | strict
         elif word == "require":
             found.required.append(rest)
+        elif word == "coalition":
+            found.coalition = [name.strip() for name in rest.split(",")]
         elif setting and setting[2] in ("bottom", "gain", "incomparable"):
             found.empty = setting[2]
         elif setting and setting[2] in ("state", "play"):

@@ -1,6 +1,6 @@
 """The PRISM language (a subset), read into plain Python functions.
 
-What is understood: `mdp` and `dtmc`, typed constants (given or not), formulas, labels, modules with bounded
+What is understood: `mdp`, `dtmc` and `smg` with players, typed constants (given or not), formulas, labels, modules with bounded
 integers and Booleans, module renaming, labelled and unlabelled commands, `init ... endinit`, reward
 structures. Anything else raises `InputError`. Numbers that are not whole are exact fractions.
 """
@@ -45,7 +45,7 @@ class Command:
 class Program:
     """A model in PRISM's language. A state is the tuple of the values of its variables."""
 
-    kind: str  # "mdp" or "dtmc"
+    kind: str  # "mdp", "dtmc" or "smg"
     constants: dict
     variables: list
     modules: dict  # name -> list of Command
@@ -53,6 +53,7 @@ class Program:
     compile: object = None  # text of an expression -> function of a state
     init: object = None  # predicate on states, or None
     rewards: dict = field(default_factory=dict)  # name ("" for none) -> list of (action or None, guard, value)
+    players: dict = field(default_factory=dict)  # name -> set of modules and of actions in brackets
 
     def initial_states(self):
         if self.init is None:
@@ -69,7 +70,7 @@ class Program:
     def choices(self, state):
         """Section 1: `(name, labels, {successor: probability})` of every enabled choice."""
         found = [(name, [combo[0].label], self.distribution(state, combo)) for name, combo in self.combinations(state)]
-        if self.kind == "mdp" or len(found) < 2:
+        if self.kind != "dtmc" or len(found) < 2:
             return found
         merged = {}  # A dtmc draws from its enabled choices uniformly.
         for _, _, distribution in found:
@@ -94,6 +95,23 @@ class Program:
             commands = ",".join(f"{c.module}#{c.number}" for c in combo)
             name = commands if not label else label if labels.count(label) == 1 else f"{label}({commands})"
             yield name, combo
+
+    def movers(self, state):
+        """Section 11: the positions of the players that have a choice in a state."""
+        return {self.owner(combo[0]) for _, combo in self.combinations(state)}
+
+    def owner(self, command):
+        """The position of the player of a command's label, or of its module if it has none."""
+        item = f"[{command.label}]" if command.label else command.module
+        return next(at for at, items in enumerate(self.players.values()) if item in items)
+
+    def named_players(self, names):
+        """The positions of some players, each given by its name or by its number from 1 on; without any, the first."""
+        known = {**{str(n): n - 1 for n in range(1, len(self.players) + 1)},
+                 **{name: at for at, name in enumerate(self.players)}}  # fmt: skip
+        if not known.keys() >= set(names):
+            raise InputError(f"unknown player among {names}")
+        return frozenset(known[name] for name in names) or frozenset([0])
 
     def __post_init__(self):
         self.alphabet = {}
@@ -247,10 +265,10 @@ def split_top_level(tokens):
     """Constants, formulas, labels, modules (name -> tokens, or (source, renaming)), init."""
     parser, parts = (
         Parser(tokens, {}),
-        {"const": [], "formula": {}, "label": {}, "module": {}, "init": None, "rewards": {}},
+        {"const": [], "formula": {}, "label": {}, "module": {}, "init": None, "rewards": {}, "player": []},
     )
     parts["kind"] = parser.next()
-    if parts["kind"] not in ("mdp", "dtmc"):
+    if parts["kind"] not in ("mdp", "dtmc", "smg"):
         raise InputError(f"models of the type `{parts['kind']}` are not understood")
 
     def until(end):
@@ -269,6 +287,9 @@ def split_top_level(tokens):
         elif word in ("formula", "label"):
             name, _, *value = until(";")
             parts[word][name.strip('"')] = value
+        elif word == "player":
+            name, *items = until("endplayer")
+            parts["player"].append((name, list(filter(None, "".join(items).split(",")))))
         elif word == "init":
             parts["init"] = until("endinit")
         elif word == "rewards":
@@ -430,4 +451,24 @@ def program_of(text, given):
     program.init = compile_tokens(parts["init"]) if parts["init"] else None
     for name, tokens in parts["rewards"].items():
         program.rewards[name] = read_rewards(list(expand(tokens, parts["formula"])), names)
+    program.players = players_of(parts["player"], program)
     return program
+
+
+def players_of(declared, program):
+    """The players of a game, each with what it owns."""
+    if bool(declared) != (program.kind == "smg"):
+        raise InputError("a game has players, and nothing else has")
+    owned = [item for _, items in declared for item in items]
+    known = {*program.modules, *(f"[{label}]" for label in program.alphabet)}
+    commands = [command for own in program.modules.values() for command in own]
+    needed = {f"[{command.label}]" if command.label else command.module for command in commands}
+    if len(dict(declared)) < len(declared):
+        raise InputError("a player is defined twice")
+    if not known.issuperset(owned):
+        raise InputError("a player owns what there is not")
+    if len(set(owned)) < len(owned):
+        raise InputError("something belongs to two players")
+    if declared and not needed.issubset(owned):
+        raise InputError("something belongs to no player")
+    return {name: set(items) for name, items in declared}

@@ -3,6 +3,7 @@
 import functools
 from dataclasses import dataclass, field
 
+from reference.games import almost_surely, conditions_in_game
 from reference.model import Moves, almost_sure, attractor, can_stay, explored, steps_of
 from reference.leaves import cases, conditions
 from reference.temporal import YES, Monitor, is_cosafe, negated
@@ -33,10 +34,17 @@ class Product:
         """The monitors' states and marks after a state."""
         return read(self.mdp.program, self.monitors, self.mdp.values[state])
 
+    def violated(self, formula):
+        """The states after which no word satisfies a safe formula."""
+        place = [monitor.formula for monitor in self.monitors].index(formula)
+        refuted = self.monitors[place].refuted()
+        return {s for s in self.mdp.states if self.read(s)[0][place] in refuted}
 
-def formulas_watched(formulas):
+
+def formulas_watched(formulas, in_game=False):
     """The Pi2 formulas whose monitors decide some formulas and their negations."""
-    leaves = [leaf for f in formulas for g in (f, negated(f)) for case in cases(conditions(g)) for _, leaf in case]
+    parts = conditions_in_game if in_game else conditions
+    leaves = [leaf for f in formulas for g in (f, negated(f)) for case in cases(parts(g)) for _, leaf in case]
     return list(dict.fromkeys(leaves))
 
 
@@ -98,6 +106,17 @@ def secured(product, mdp, *formulas):
 def satisfaction(product, mdp, formula):
     """The four regions of a formula in the product. An unsafe state is in none of them."""
     moves, everything = mdp.moves, set(mdp.states) - mdp.unsafe
+    if mdp.program.players:
+        ours, theirs = (
+            [almost_surely(product, side, everything, f) for f in (formula, negated(formula))]
+            for side in (moves, moves.exchanged())
+        )
+        return {
+            "pmax_one": ours[0],
+            "pmax_positive": everything - theirs[1],
+            "pmin_one": theirs[0],
+            "pmin_positive": everything - ours[1],
+        }
     against = secured(product, mdp, negated(formula))
     reached = secured(product, mdp, formula)
     return {
@@ -106,10 +125,3 @@ def satisfaction(product, mdp, formula):
         "pmin_one": everything - attractor(moves, against),
         "pmin_positive": everything - almost_sure(moves, against),
     }
-
-
-def violations(product, formula):
-    """The states after which no word satisfies a safe formula."""
-    place = [monitor.formula for monitor in product.monitors].index(formula)
-    refuted = product.monitors[place].refuted()
-    return {s for s in product.mdp.states if product.read(s)[0][place] in refuted}

@@ -6,23 +6,24 @@ from fractions import Fraction
 
 from reference.equations import ONE, ZERO, Action, cheapest, greatest
 from reference.model import almost_sure, can_stay, explore, reachability
-from reference.product import formulas_watched, product, satisfaction, secured, violations
+from reference.product import formulas_watched, product, satisfaction, secured
 from reference.temporal import TRUE, conjunction, negated, parse
 
 
 class Question:
-    """A formula from each state of the scope on, over the strategies that keep some requirements."""
+    """A formula from each state of the scope on, over the strategies that keep some requirements, in a game of some
+    players."""
 
-    def __init__(self, program, scope, text, required=(), limit=None):
+    def __init__(self, program, scope, text, required=(), limit=None, coalition=frozenset([0])):
         self.formula = parse(text)
         demanded = functools.reduce(conjunction, map(parse, required), TRUE)
-        watched = formulas_watched([self.formula])
+        watched = formulas_watched([self.formula], program.players)
         watched += [demanded] if demanded not in (TRUE, *watched) else []
         self.whole = explore(program, scope, limit)
         self.product = product(program, self.whole.values, watched, limit)
-        mdp, violated = self.product.mdp, set()
+        mdp, violated = self.product.mdp.played_by(coalition), set()
         if demanded != TRUE:
-            violated = violations(self.product, demanded)
+            violated = self.product.violated(demanded)
         self.mdp = mdp.restricted(can_stay(mdp.moves, set(mdp.states) - violated))
         self.fresh = list(self.whole.states)  # the roots of the product come first, in their order
 

@@ -29,14 +29,15 @@ def info(program, scope="reachable", limit=None):
     return {"model": {"constants": program.constants}, "counts": counts(explore(program, scope, limit))}
 
 
-def reach(program, scope, target=None, formula=None, limit=None):
+def reach(program, scope, target=None, formula=None, limit=None, coalition=()):
     """The four regions of a target or of a formula."""
+    coalition = program.named_players(coalition)
     if target is not None:
-        whole = explore(program, scope, limit)
+        whole = explore(program, scope, limit).played_by(coalition)
         found = whole.where(target)
         regions, report = reachability(whole, found), {"target": str(len(found))}
     else:
-        question = Question(program, scope, formula, limit=limit)
+        question = Question(program, scope, formula, limit=limit, coalition=coalition)
         whole, regions, report = question.whole, question.regions(), {}
     report.update(scope=scope, counts=counts(whole), **{name: str(len(region)) for name, region in regions.items()})
     report["initial"] = {name: amount(region, whole.initial) for name, region in regions.items()}
@@ -48,12 +49,13 @@ def amount(region, states):
     return "all" if all(held) else "some" if any(held) else "none"
 
 
-def check(program, preferences, scope="reachable", safety="action", limit=None):
-    analysis = Analysis(program, preferences, scope, safety, limit)
+def check(program, preferences, scope="reachable", safety="action", limit=None, coalition=()):
+    analysis = Analysis(program, preferences, scope, safety, limit, coalition)
     mdp, names = analysis.mdp, preferences.names
     known = [analysis.classes[s] for s in analysis.distinct(mdp.states) if s not in mdp.unsafe]
     return {
         "model": {"constants": program.constants},
+        "players": players(analysis.whole, coalition or preferences.coalition),
         "scope": scope,
         "safety": safety,
         "empty": preferences.empty,
@@ -67,6 +69,15 @@ def check(program, preferences, scope="reachable", safety="action", limit=None):
         **{kind: levels(analysis, kind) for kind in ("sasi", "spi")},
         "initial": [initially(analysis, s) for s in mdp.initial[:16]],
     }
+
+
+def players(mdp, coalition=()):
+    """The players of a game; empty for other models."""
+    ours = mdp.program.named_players(coalition)
+    return [
+        {"name": name, "ours": at in ours, "states": str(mdp.owners.count(at))}
+        for at, name in enumerate(mdp.program.players)
+    ]
 
 
 def objective(analysis, number):
@@ -103,6 +114,7 @@ def initially(analysis, state):
     sasi, spi = analysis.levels("sasi"), analysis.levels("spi")
     return {
         "state": named,
+        **({"owner": "opponent"} if state in analysis.whole.theirs else {}),
         "most_preferred": [analysis.preferences.names[i] for i in sorted(analysis.classes[state])],
         "sasi_rank": sasi.rank(state),
         "spi_rank": spi.rank(state),

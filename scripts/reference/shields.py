@@ -1,5 +1,6 @@
 """What a shield permits in every state with memory: the labels of choices, and whether the promise holds."""
 
+import math
 from dataclasses import dataclass
 
 from reference.improvement import UNBOUNDED
@@ -104,6 +105,25 @@ class Shield:
         if game is None:
             return {choice.name for choice, _ in arena.moves[node]}, set()
         return ({c.name for c in found} for found in (game.permitted(node), game.progress(node)))
+
+    def answers(self, state, memory, worst):
+        """The names of the choices of the opponent: all, or the first of those whose nearest successor is the farthest
+        from the goal of the level."""
+        choices, game = self.analysis.whole.choices[state], self.game(state, memory)
+        if game is None or not worst:
+            return {choice.name for choice in choices}
+        improves = self.analysis.preferences.improves
+        reference = self.reference(state, memory)
+
+        def distance(choice):
+            arena = game.arena
+            nodes = set()
+            for to in choice.to:
+                counted = arena.goals({to}) if improves(reference, self.classes[to]) else set()
+                nodes |= counted or {arena.node(to)}
+            return min(game.layers.get(node, math.inf) for node in nodes)
+
+        return {max(choices, key=distance).name}
 
     def keeps(self, state, memory, to, then):
         """Whether a step keeps the promise: it weakens nothing, and changes the reference of `prefix` by an improvement

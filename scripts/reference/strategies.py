@@ -3,6 +3,7 @@
 import functools
 from dataclasses import dataclass, replace
 
+from reference.games import conditions_in_game
 from reference.leaves import conditions
 from reference.model import Mdp, almost_sure, layers
 from reference.product import secured
@@ -22,7 +23,8 @@ def lost(preferences, old, new):
 
 
 def explain(analysis, kind, state):
-    """For each choice of a state: what the strategies of SASI or SPI say when planning starts there."""
+    """For each choice of a state: what the strategies of SASI or SPI say when planning starts there. In a state of the
+    opponent only what the choices lead to counts."""
     levels = analysis.levels(kind)
     known = analysis.classes[state] is not None
     game = levels.game(state) if known else None
@@ -38,13 +40,31 @@ def explain(analysis, kind, state):
             "kept": choice.name in kept,
             "permitted": choice.name in permitted,
             "progress": choice.name in progress,
+            "leaves": analysis.leaves(state, choice),
             "successors": {t: successor(analysis, levels, state, t, p, t in goals) for t, p in choice.to.items()},
         }
-        found[choice.name]["verdict"] = verdict(known, kind, game is None, found[choice.name])
+        exposes = analysis.safety == "action" and not analysis.bad.isdisjoint(choice.to)
+        answer = answered if state in analysis.whole.theirs else verdict
+        found[choice.name]["verdict"] = answer(known, kind, game is None, exposes, found[choice.name])
     return found
 
 
-def verdict(known, kind, at_rest, choice):
+def answered(known, kind, at_rest, exposes, choice):
+    """The first of what a choice of the opponent leads to."""
+    successors = choice["successors"].values()
+    if any(s["unsafe"] for s in successors):
+        return "violates"
+    if any(s["change"] == "weakening" for s in successors):
+        return "weakens"
+    if exposes:
+        return "exposes"
+    if not choice["kept"] and choice["leaves"]:
+        return "unsafe"
+    improving = [s["change"] == "improving" for s in successors]
+    return "improves" if all(improving) else "may-improve" if any(improving) else "lateral"
+
+
+def verdict(known, kind, at_rest, exposes, choice):
     """The first reason that applies to a choice while improvements are ahead, and where none is."""
     successors = choice["successors"].values()
     if choice["permitted"]:
@@ -54,7 +74,8 @@ def verdict(known, kind, at_rest, choice):
     if not known or any(s["unsafe"] for s in successors):
         return "violates"
     if not choice["kept"]:
-        return "weakens" if any(s["change"] == "weakening" for s in successors) else "unsafe"
+        weakens = any(s["change"] == "weakening" for s in successors)
+        return "weakens" if weakens else "exposes" if exposes else "unsafe"
     return "nothing-ahead" if at_rest else "strays" if kind == "sasi" else "hopeless"
 
 
@@ -134,7 +155,8 @@ def achieved(analysis, objective, state, every=True):
     some conditions are never true together."""
     if not analysis.play:
         return state in analysis.targets[objective]
-    return state in achieving(analysis, conditions(analysis.formulas[objective]), every)
+    parts = conditions_in_game if analysis.program.players else conditions
+    return state in achieving(analysis, parts(analysis.formulas[objective]), every)
 
 
 @functools.lru_cache(maxsize=256)

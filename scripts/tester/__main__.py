@@ -26,14 +26,23 @@ from pathlib import Path
 sys.path[0] = str(Path(__file__).resolve().parent.parent)
 
 import harness  # noqa: E402
-from tester import suites  # noqa: E402
+from reference.games import LeftOut  # noqa: E402
+from reference.prism import InputError  # noqa: E402
+from tester import games, suites  # noqa: E402
 from tester.context import Context, Difference  # noqa: E402
 from tester.draw import draw  # noqa: E402
 from tester.program import Program, Refused  # noqa: E402
 
 
+# The commands that checks ask, besides `check` and `reach`. Not all honour the players of a game.
+NEEDED = {
+    **dict.fromkeys(("strategy", "ranks", "cut", "pursue"), "strategy"),
+    **dict.fromkeys(("simulate", "chosen"), "simulate"),
+    **dict.fromkeys(("dump", "exchange", "induced"), "export"),
+    **dict.fromkeys(("values", "choose"), "values"),
+}
 # The program may refuse a case, and then no command answers.
-THE_CASE = "is not supported"
+THE_CASE = re.compile("(is|are) not supported")
 # It may refuse one question: the bounds of doubles cannot tell a probability above 1 - 2^-53 from 1.
 THE_QUESTION = "no bound below 1 was found for a probability below 1"
 
@@ -51,18 +60,27 @@ def examine(case, binary, checks, ignored=""):
     """Runs the checks of a case. Returns the number of comparisons by check, and one difference per check."""
     with tempfile.TemporaryDirectory() as folder:
         program = Program(binary, Path(folder), case)
-        context = Context(case, program)
+        try:
+            context = Context(case, program)
+        except InputError as error:
+            return games.refused(case, program, error)
+        except LeftOut:
+            return {"left out": 1}, []
         case.features |= context.features()
         for name in ["model", *(name for name in checks if name != "model")]:
             if name != "model" and any(d.check == "model" for d in context.differences):
                 break  # nothing can be compared state by state
+            if not program.plays(NEEDED.get(name, "check")):
+                continue
             context.check = name
             try:
                 suites.ALL[name](context)
             except Refused as refused:
-                if THE_CASE in str(refused):
+                if THE_CASE.search(str(refused)):
                     context.compared["refused by name"] = 1
-                    break
+                    if not context.is_game:
+                        break
+                    continue
                 if THE_QUESTION not in str(refused):
                     found = Difference(name, "refused", "an answer", str(refused), program.asked[-1])
                     context.differences.append(found)
@@ -107,13 +125,17 @@ def likeness(difference):
     return difference.check, difference.what.split()[0], said and said[0]
 
 
-SIMPLEST = {"scope": "reachable", "safety": "action", "threads": 1, "order": "declared", "reward": "steps"}
+SIMPLEST = {"scope": "reachable", "safety": "action", "threads": 1, "order": "declared", "reward": "steps", "coalition": ""}
 
 
 def features_of(seed):
     """The features that are drawn in a case, and those that the reference finds in it."""
     case = draw(seed)
-    return Outcome(seed, case.features | Context(case, None).features())
+    try:
+        found = Context(case, None).features()
+    except (InputError, LeftOut):
+        found = set()
+    return Outcome(seed, case.features | found)
 
 
 def run_case(seed, binary, checks, ignored, shrinks):

@@ -96,18 +96,31 @@ def strategy_at(context, kind, named, state, entry):
     context.same(f"most_preferred of {named}", context.named(analysis.classes[state]), entry["most_preferred"])
     for other in ("sasi", "spi"):
         context.same(f"{other}_rank of {named}", analysis.levels(other).rank(state), entry[f"{other}_rank"])
-    expected = explain(analysis, kind, state)
+    expected, theirs = explain(analysis, kind, state), state in analysis.whole.theirs
+    mover_of(context, named, state, entry)
     for action in entry["actions"]:
         here, where = expected[action["name"]], f"{kind} {action['name']} in {named}"
         for what in ("kept", "permitted", "progress", "verdict"):
-            context.same(f"{what} of {where}", here[what], action[what])
+            # What the opponent does is neither permitted nor forbidden.
+            context.same(f"{what} of {where}", None if theirs and what != "verdict" else here[what], action.get(what))
         plain = {key(context.source.named(analysis.whole.plain(t))): t for t in here["successors"]}
         for successor in action["successors"]:
             to = plain[key(successor["state"])[: context.relation.width]]
             successor_of(context, f"{where} to {successor['state']}", here["successors"][to], successor)
+    if theirs:
+        context.same(f"actions of strategies in {named}", [], sorted(entry.keys() & {"progress_action", "chosen_action"}))
+        return
     progress = [name for name, here in expected.items() if here["progress"]]
     context.same(f"progress_action of {named}", bool(progress), entry["progress_action"] is not None)
     context.same(f"progress_action of {named}", True, entry["progress_action"] in (progress or [None]))
+
+
+def mover_of(context, named, state, entry):
+    """Who chooses in a state of a game."""
+    whole = context.analysis.whole
+    at = whole.owners[state] if whole.owners else None
+    expected = ("opponent" if state in whole.theirs else None, None if at is None else [*context.source.players][at])
+    context.same(f"owner of {named}", expected, (entry.get("owner"), entry.get("player")))
 
 
 def successor_of(context, where, expected, got):

@@ -10,7 +10,7 @@ from reference.leaves import cases, conditions
 from reference.preferences import preferences_of
 from reference.prism import program_of
 from reference.quantities import Quantities
-from tester.program import Relation, at, key
+from tester.program import Named, Refused, Relation, at, key
 
 LEVELS, WITHIN = 3, 4
 
@@ -36,7 +36,14 @@ class Context:
         self.preferences = preferences_of(case.preferences_text())
         self.names = self.preferences.names
         self.source = program_of(case.model_text(), {})
-        self.analysis = Analysis(self.source, self.preferences, case.settings["scope"], case.settings["safety"], 3000)
+        self.is_game = case.kind == "smg"
+        self.coalition = list(filter(None, case.settings["coalition"].split(",")))
+        self.analysis = self.analysis_of(self.source)
+        self.coalition = self.coalition or self.preferences.coalition
+
+    def analysis_of(self, source):
+        settings = self.case.settings
+        return Analysis(source, self.preferences, settings["scope"], settings["safety"], 3000, self.coalition)
 
     def same(self, what, expected, got):
         self.compared[self.check] = self.compared.get(self.check, 0) + 1
@@ -98,7 +105,11 @@ class Context:
 
     @functools.cached_property
     def relation(self):
-        return Relation(self.analysis, self.strategy("--kind", "sasi"), self.report["initial"][0]["state"])
+        if self.program.plays("strategy"):
+            return Relation(self.analysis, self.strategy("--kind", "sasi"), self.report["initial"][0]["state"])
+        if self.analysis.play:
+            raise Refused("`strategy` of a game is not supported")
+        return Named(self.analysis)
 
     @functools.cached_property
     def quantities(self):
@@ -121,6 +132,8 @@ class Context:
             "some states unsafe": 0 < len(analysis.mdp.unsafe) < len(analysis.whole.values),
             "SASI improvements": levels["sasi"],
             "SPI improvements": len(levels["spi"]) > len(levels["sasi"]),
+            "the opponent moves": analysis.whole.theirs,
+            "bad states": analysis.bad,
         }
         return {name for name, holds in found.items() if holds}
 
@@ -129,7 +142,7 @@ class Context:
         persistence cease, there may be any number of them, and formulas of no class have several normal forms."""
         leaves = [leaf for case in cases(conditions(self.analysis.formulas[number])) for leaf in case]
         is_general = "objective general" in self.case.features
-        is_open = self.analysis.play and (is_general or any(kind == "finally" for kind, _ in leaves))
+        is_open = self.analysis.play and (self.is_game or is_general or any(kind == "finally" for kind, _ in leaves))
         return None if is_open else self.analysis.targets[number]
 
     def named(self, members):

@@ -13,6 +13,7 @@ class Case:
 
     seed: int
     kind: str
+    owners: dict  # of a game: module or action -> player; the players are p1, p2, …
     size: int  # x is in 0..size
     flag: bool  # a second module has a Boolean y
     commands: list  # of (module, text)
@@ -21,16 +22,39 @@ class Case:
     objectives: list  # of (name, formula)
     preferences: list  # statements
     required: list  # formulas
+    coalition: list  # of the preferences: the names of players that we are; empty for the first one
     empty: str
     history: str  # "" for the default
-    settings: dict  # scope, safety, engine, threads, order, reward
+    settings: dict  # scope, safety, engine, threads, order, reward, coalition
+    fault: str = ""  # what is wrong with the players
     features: set = field(default_factory=set)
 
     LISTS = ("commands", "starts", "rewards", "objectives", "preferences", "required")
 
-    def model_text(self):
-        given = "" if self.starts else " init 0", "" if self.starts else " init false"
-        lines = [self.kind, "", "module m", f"  x : [0..{self.size}]{given[0]};"]
+    @property
+    def players(self):
+        return [f"p{number}" for number in sorted(set(self.owners.values()))]
+
+    def player_lines(self):
+        """The players with their modules, and with the actions that commands have."""
+        used = {text[1 : text.index("]")] for _, text in self.commands} | {"m", *("n" if self.flag else "")}
+        owned = {name: [] for name in self.players}
+        for item, number in self.owners.items():
+            if item in used:
+                owned[f"p{number}"].append(item if item in "mn" else f"[{item}]")
+        first, *_, last = owned.values()
+        if self.fault == "two owners":
+            last += first[:1]
+        elif self.fault == "no owner":
+            del last[-1:]
+        elif self.fault == "unknown item":
+            last.append("[z]")
+        return [f"player {name} {', '.join(items)} endplayer" for name, items in owned.items()]
+
+    def model_text(self, start="0"):
+        given = "" if self.starts else f" init {start}", "" if self.starts else " init false"
+        lines = [self.kind, *(self.player_lines() if self.owners else []), "", "module m"]
+        lines += [f"  x : [0..{self.size}]{given[0]};"]
         lines += [f"  {text}" for module, text in self.commands if module == "m"] + ["endmodule"]
         if self.flag:
             lines += ["", "module n", f"  y : bool{given[1]};"]
@@ -44,6 +68,7 @@ class Case:
     def preferences_text(self):
         lines = [f"objective {name} = {formula};" for name, formula in self.objectives]
         lines += self.preferences + [f"require {formula};" for formula in self.required]
+        lines += [f"coalition {', '.join(self.coalition)};"] if self.coalition else []
         lines += [f"empty = {self.empty};"] + ([f"history = {self.history};"] if self.history else [])
         return "\n".join([*lines, ""])
 
@@ -64,18 +89,21 @@ class Draw:
         rng = self.rng
         self.forward = self.chance(0.75)  # steps mostly lead to greater x: fates part, and improvements are possible
         self.size = rng.choice([3, 4, 4, 5, 5, 6] if self.forward else [1, 2, 2, 3, 3, 4])
-        self.flag, self.play = self.chance(0.3), self.chance(0.5)
+        (kind,) = rng.choices(["mdp", "dtmc", "smg"], [0.5, 0.2, 0.3])
+        self.flag, self.play = self.chance(0.3), self.chance(0.3 if kind == "smg" else 0.5)
         self.exact = rng.choice(["zero", "tiny"]) if self.chance(0.3) else None
-        kind = "mdp" if self.chance(0.75) else "dtmc"
+        self.players(kind)
         commands, objectives, self.better = self.commands(kind), self.objectives(), []
         drawn = len(objectives)
         for here in range(rng.choice([0, 1, 1, 2, 2]) if self.forward else 0):
             self.plant(here, commands, objectives)
         case = Case(
-            self.seed, kind, self.size, self.flag, commands, self.starts(), self.rewards(commands), objectives,
-            self.preferences(drawn), self.requirements(), rng.choice(EMPTIES),
-            "play" if self.play else rng.choice(["", "state"]), self.settings(),
+            self.seed, kind, self.owners, self.size, self.flag, commands, self.starts(), self.rewards(commands),
+            objectives, self.preferences(drawn), self.requirements(), self.coalition(0.4), rng.choice(EMPTIES),
+            "play" if self.play else rng.choice(["", "state"]), self.settings(), self.fault(commands),
         )  # fmt: skip
+        if case.fault == "unknown player":
+            case.coalition = ["p1", "p9"]
         self.mark(f"type {kind}", f"empty {case.empty}", f"history {'play' if self.play else 'state'}")
         self.mark(*(f"{key} {case.settings[key]}" for key in ("scope", "safety", "engine", "threads", "reward")))
         case.features = self.features
@@ -85,11 +113,12 @@ class Draw:
         rng = self.rng
         return {
             "scope": rng.choice(["reachable", "all"]),
-            "safety": rng.choice(SAFETIES),
+            "safety": rng.choice([mode for mode in SAFETIES if mode != "transition" or not self.owners]),
             "engine": rng.choice(["symbolic", "explicit"]),
             "threads": rng.choice([1, 2]),
             "order": rng.choice(["declared", "auto"]),
             "reward": rng.choice(["steps", "cost"]),
+            "coalition": ",".join(self.coalition(0.3)),
         }
 
     def starts(self):
@@ -103,17 +132,64 @@ class Draw:
         for x in range(self.size + 1):
             ends = self.forward and x > self.size // 2 and self.chance(0.7)
             amounts = [0] if ends else [1, 2, 2, 3] if self.forward else [0, 1, 1, 2, 2, 3]
-            for _ in range(min(rng.choice(amounts), 3 if kind == "mdp" else 2 - self.chance(0.7))):
+            for _ in range(min(rng.choice(amounts), 2 - self.chance(0.7) if kind == "dtmc" else 3)):
                 guard = f"x={x}" + (f" & {rng.choice(['y', '!y'])}" if self.flag and self.chance(0.2) else "")
-                found.append(("m", f"[{rng.choice(['', 'a', 'b', 'c'])}] {guard} -> {self.update('x', x)};"))
+                label = rng.choice(self.labels("m", x, ["", "a", "b", "c"]))
+                found.append(("m", f"[{label}] {guard} -> {self.update('x', x)};"))
         if self.flag:
             self.mark("several modules")
             for _ in range(rng.choice([1, 2, 2])):
                 label, guard = rng.choice(["", "a", "b"]), rng.choice(["true", "y", "!y"])
+                guard += self.turn_of(self.owners[label or "n"]) if self.owners else ""
                 found.append(("n", f"[{label}] {guard} -> {self.update('y', 0)};"))
                 if label:
                     self.mark("synchronisation")
         return found
+
+    def players(self, kind):
+        """The players of a game: what each owns, and whose turn it is for each value of x."""
+        self.owners, self.turns = {}, []
+        if kind != "smg":
+            return
+        rng, count = self.rng, self.rng.choice([2, 2, 2, 3])
+        actions = rng.sample("abcd", 4)
+        self.owners = {item: rng.randint(1, count) for item in "mn"}
+        # Each player has an action, so it can move in some state.
+        self.owners |= {item: at + 1 if at < count else rng.randint(1, count) for at, item in enumerate(actions)}
+        self.turns = [rng.randint(1, count) for _ in range(self.size + 1)]
+        self.mark(f"{len(set(self.owners.values()))} players")
+
+    def labels(self, module, x, labels):
+        """The labels that a command of a module may have for a value of x: those of the player whose turn it is."""
+        if not self.owners:
+            return labels
+        return [label for label in ("", *"abcd") if self.owners[label or module] == self.turns[x]]
+
+    def turn_of(self, player):
+        """The part of a guard that says that it is the turn of a player."""
+        own = [f"x={x}" for x, turn in enumerate(self.turns) if turn == player]
+        return f" & ({' | '.join(own) or 'false'})"
+
+    def coalition(self, p):
+        """Some players of a game by name or by number; mostly none, which stands for the first one."""
+        if not self.owners or not self.chance(p):
+            return []
+        players = sorted(set(self.owners.values()))
+        self.mark("coalition")
+        some = self.rng.sample(players, self.rng.randint(1, max(1, len(players) - self.chance(0.8))))
+        return [f"p{player}" if self.chance(0.8) else str(player) for player in some]
+
+    def fault(self, commands):
+        """Sometimes something is wrong with the players of a game."""
+        if not self.owners or not self.chance(0.08):
+            return ""
+        fault = self.rng.choice(["two movers"] * 3 + ["two owners", "no owner", "unknown item", "unknown player"])
+        if fault == "two movers":
+            x = self.rng.randint(0, self.size)
+            others = [item for item in "abcd" if self.owners[item] != self.turns[x]]
+            commands.append(("m", f"[{self.rng.choice(others)}] x={x} -> {self.update('x', x)};"))
+        self.mark(fault)
+        return fault
 
     def update(self, variable, here):
         """The branches of a command."""
@@ -192,7 +268,7 @@ class Draw:
     def plant(self, here, commands, objectives):
         """A step that parts two fates, each with an objective of its own: whichever comes is an improvement."""
         p, q = self.rng.sample(range(here + 1, self.size + 1), 2)
-        label = self.rng.choice(["a", "c", ""])
+        label = self.rng.choice(self.labels("m", here, ["a", "c", ""]))
         commands.insert(0, ("m", f"[{label}] x={here} -> 1/2 : (x'={p}) + 1/2 : (x'={q});"))
         names = [f"O{len(objectives)}", f"O{len(objectives) + 1}"]
         objectives += [(name, f"F (x={target})") for name, target in zip(names, (p, q))]

@@ -4,6 +4,10 @@ import json
 import subprocess
 
 
+SMALLEST = "smg player p m endplayer module m x : bool init false; [] true -> (x'=true); endmodule"
+PLAYING = {}  # by binary and command
+
+
 class Refused(Exception):
     """The program did not answer."""
 
@@ -18,7 +22,8 @@ class Program:
         self.prefs.write_text(case.preferences_text())
 
     def settings(self, *names):
-        return [text for name in names for text in (f"--{name}", str(self.case.settings[name]))]
+        given = {name: self.case.settings[name] for name in names}
+        return [text for name, value in given.items() if value != "" for text in (f"--{name}", str(value))]
 
     def run(self, *arguments):
         """Returns the exit status, standard output and standard error."""
@@ -30,6 +35,18 @@ class Program:
             raise Refused("no answer after 60 s") from None
         return done.returncode, done.stdout, done.stderr
 
+    def plays(self, command):
+        """Whether a command answers about the model: not all of them honour the players of a game."""
+        known = (self.binary, command)
+        if self.case.kind == "smg" and known not in PLAYING:
+            model, prefs = self.folder / "smallest.prism", self.folder / "smallest.pref"
+            model.write_text(SMALLEST)
+            prefs.write_text("objective A = F x;")
+            more = ["--out", self.folder / "smallest"] if command in ("export", "report") else []
+            _, _, errors = self.run(command, model, prefs, *more)
+            PLAYING[known] = f"`{command}` of a game is not supported" not in errors
+        return self.case.kind != "smg" or PLAYING[known]
+
     def ask(self, *arguments, allowed=(0,)):
         """Returns the JSON object of a command."""
         status, out, errors = self.run(*arguments, "--json")
@@ -39,7 +56,8 @@ class Program:
 
     def about(self, command, *more, allowed=(0,)):
         """Asks about the model with its preferences."""
-        names = ["scope", "safety", "threads"] + ([] if command in ("compare", "export") else ["engine"])
+        names = ["scope", "safety", "threads", "coalition"]
+        names += [] if command in ("compare", "export") else ["engine"]
         names += ["order"] if command in ("compare", "export") or self.case.settings["engine"] == "symbolic" else []
         return self.ask(command, self.model, self.prefs, *self.settings(*names), *more, allowed=allowed)
 
@@ -57,7 +75,33 @@ def at(state):
     return ",".join(f"{name}={text}" for name, text in texts.items())
 
 
-class Relation:
+class Named:
+    """Which states of the reference a state of the program stands for, if there are no monitors: those with its values.
+    `wrong` lists what does not fit."""
+
+    def __init__(self, analysis):
+        self.analysis, self.wrong = analysis, []
+        self.width, whole = len(analysis.program.variables), analysis.whole
+        self.of = {key(analysis.program.named(whole.plain(state))): [state] for state in whole.states}
+
+    def fresh(self):
+        """The states from which the scope is explored."""
+        whole = self.analysis.whole
+        if self.analysis.scope == "reachable" or not self.analysis.play:
+            return whole.initial if self.analysis.scope == "reachable" else whole.states
+        starts = tuple(monitor.start for monitor in self.analysis.product.monitors)
+        return [s for s, values in enumerate(whole.values) if values[self.width :] == starts]
+
+    def one(self, name):
+        """The state of the reference that stands for a state of the program."""
+        return self.of[name][0]
+
+    def count(self, states):
+        """The number of states of the program that stand for states of a set."""
+        return str(sum(self.one(name) in states for name in self.of))
+
+
+class Relation(Named):
     """Which states of the reference a state of the program stands for: they are reached by the same paths.
 
     `of[k]` lists the states of the reference for a state of the program, `wrong` what does not fit.
@@ -77,14 +121,6 @@ class Relation:
         missing = entries.keys() - self.of.keys()
         if missing:
             self.wrong.append(f"not reachable by the reference: {dict(next(iter(missing)))}")
-
-    def fresh(self):
-        """The states from which the scope is explored."""
-        whole = self.analysis.whole
-        if self.analysis.scope == "reachable" or not self.analysis.play:
-            return whole.initial if self.analysis.scope == "reachable" else whole.states
-        starts = tuple(monitor.start for monitor in self.analysis.product.monitors)
-        return [s for s, values in enumerate(whole.values) if values[self.width :] == starts]
 
     def relate(self, name, state):
         found = self.of.setdefault(name, [])
@@ -112,11 +148,3 @@ class Relation:
                 continue
             for plain, successor in successors.items():
                 self.relate(key(successor["state"]), expected[plain])
-
-    def one(self, name):
-        """The state of the reference that stands for a state of the program."""
-        return self.of[name][0]
-
-    def count(self, states):
-        """The number of states of the program that stand for states of a set."""
-        return str(sum(self.one(name) in states for name in self.of))

@@ -6,6 +6,7 @@ from fractions import Fraction
 
 from reference.model import Choice, Mdp, almost_sure, attractor
 from reference.product import Product, satisfaction
+from reference.reports import players
 from reference.shields import Shield as Machine
 from reference.strategies import achieved, gained, lost, pursued, pursuing, pursuit
 from reference.temporal import parts
@@ -37,13 +38,18 @@ def simulate(context):
     kind, objective, variant = options_of(context)
     options = ["--kind", kind, "--scheduler", variant, "--runs", RUNS, "--steps", STEPS, "--seed", context.case.seed]
     options += ["--objective", objective] if objective else []
-    for play in context.program.about("simulate", *options)["plays"]:
+    opponent = ("random", "worst")[context.case.seed // 32 % 2] if context.is_game else None
+    options += ["--opponent", opponent] if opponent else []
+    report = context.program.about("simulate", *options)
+    context.same("opponent", opponent, report.get("opponent"))
+    for play in report["plays"]:
         name = key(play["state"])
         state = context.relation.one(name)
         unsafe = state in context.analysis.mdp.unsafe
         context.same(f"unsafe of {dict(name)}", unsafe, play.get("unsafe", False))
         if not unsafe:
-            path_of(context, kind, objective, variant, play)
+            path_of(context, kind, objective, variant, play, opponent)
+            movers_of(context, play)
             statistics_of(context, kind, objective, state, play)
 
 
@@ -67,13 +73,19 @@ def chosen(context):
                 context.within(f"{choose} probability of {play['state']}", probability, value["probability"])
 
 
-def path_of(context, kind, objective, variant, play):
+def movers_of(context, play):
+    """The players of a simulation."""
+    expected = [(player["name"], player["ours"]) for player in players(context.analysis.whole, context.coalition)]
+    context.same("players", expected, [(player["name"], player["ours"]) for player in play.get("players", ())])
+
+
+def path_of(context, kind, objective, variant, play, opponent=None):
     """The trace is a path of the model that stays where requirements can be kept, and reports what happens."""
     analysis, relation, name = context.analysis, context.relation, key(play["state"])
     entries, trace = context.strategy("--kind", "sasi"), play["trace"]
     known = set() if kind in ("plan", "achieve") else None
     known = done_in(context, f"the start {dict(name)}", relation.one(name), trace.get("achieved", []), known)
-    course = Course(context, kind, relation.one(name), relation.one(name))
+    course = Course(context, kind, relation.one(name), relation.one(name), opponent)
     for number, turn in enumerate(trace["turns"], 1):
         where = f"step {number} from {dict(name)} by {turn['action']}"
         actions = {action["name"]: action for action in entries[name]["actions"]}
@@ -90,8 +102,9 @@ def path_of(context, kind, objective, variant, play):
 class Course:
     """A path on its way. Without a value to choose by, SASI and SPI have the memory that shields have, too."""
 
-    def __init__(self, context, kind, start, state):
+    def __init__(self, context, kind, start, state, opponent):
         self.context, self.kind, self.start, self.state, self.committed = context, kind, start, state, False
+        self.opponent = opponent
         self.levels = context.analysis.levels("spi" if kind in ("spi", "likely") else "sasi")
         self.machine = Machine(context.analysis, kind) if kind in ("sasi", "spi") else None
         self.memory = self.machine and self.machine.start(state)
@@ -110,9 +123,13 @@ class Course:
             reference = self.machine.reference(self.state, self.memory) if self.machine else old
             same(f"change by {where}", analysis.preferences.change(reference, new), turn["change"])
             same(f"gained by {where}", self.context.named(gained(analysis.preferences, reference, new)), turn["gained"])
+        theirs = self.state in analysis.whole.theirs
+        same(f"owner of {where}", "opponent" if theirs else None, turn.get("owner"))
         if self.machine:
             permitted, progress = self.machine.permitted(self.state, self.memory)
-            same(f"permitted is {where}", True, turn["action"] in (permitted if variant == "permissive" else progress))
+            taken = permitted if variant == "permissive" else progress
+            taken = self.machine.answers(self.state, self.memory, self.opponent == "worst") if theirs else taken
+            same(f"permitted is {where}", True, turn["action"] in taken)
             same(f"improves by {where}", self.machine.counts(self.state, self.memory, to), turn["improves"])
             self.memory = self.machine.after(self.state, self.memory, to)
         self.state = to
@@ -199,7 +216,7 @@ def planned_at(context, named, where, state, entry):
     if levels.rank(state) != 0:
         for what in ("permitted", "progress"):
             expected = sorted(c.name for c in getattr(levels, what)(state))
-            context.same(f"{what} of {where}", expected, sorted(a["name"] for a in entry["actions"] if a[what]))
+            context.same(f"{what} of {where}", expected, sorted(a["name"] for a in entry["actions"] if a.get(what)))
         context.same(f"pursues of {where}", (None, False, []), tuple(map(entry.get, OF_PURSUIT)))
         return
     found = pursued(analysis, state, named)
@@ -213,6 +230,10 @@ def pursues_at(context, taken, where, state, entry, commits=False):
     done = done_in(context, where, state, entry["achieved"], set())
     objective, reference = taken or (None, None)
     commits = commits and objective not in done
+    if state in analysis.whole.theirs:
+        expected = (taken and context.names[objective], commits)
+        context.same(f"pursues of {where}", expected, tuple(map(entry.get, OF_PURSUIT[:2])))
+        return
     taken_action = [a for a in entry["actions"] if a["name"] == entry["chosen_action"]]
     given_up = {name for a in taken_action for s in a["successors"] for name in s["lost"]} if commits else set()
     expected = (taken and context.names[objective], commits, [n for n in context.names if n in given_up])

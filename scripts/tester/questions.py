@@ -14,7 +14,7 @@ COMPARE = {"<=": lambda a, b: a <= b, "<": lambda a, b: a < b, ">=": lambda a, b
 def info(context):
     """Sizes, variables and rewards of the model alone, and of its product with the monitors."""
     program, case, report = context.program, context.case, context.report
-    names = program.settings("scope", "engine")
+    names = program.settings("scope", "engine", "coalition")
     names += program.settings("order") if case.settings["engine"] == "symbolic" else []
     alone, product = (
         program.ask("info", program.model, *names, *more) for more in ([], ["--preferences", program.prefs])
@@ -83,7 +83,7 @@ def cut(context):
                 continue
             rank, permitted = cut_at(found, state, most)
             context.same(f"{kind}_rank of {dict(name)} up to level {most}", rank, entry[f"{kind}_rank"])
-            got = sorted(a["name"] for a in entry["actions"] if a["permitted"])
+            got = sorted(a["name"] for a in entry["actions"] if a.get("permitted"))
             context.same(f"{kind} permits in {dict(name)} up to level {most}", permitted, got)
 
 

@@ -13,6 +13,8 @@ from tester.questions import allowed_by, bounded, earning, members
 
 def reach(context):
     """The four regions of a formula, its probabilities and their bounds."""
+    if context.is_game:
+        return  # properties of a game name its players
     text = context.preferences.objectives[context.case.seed % len(context.names)][1]
     for required in {(), tuple(context.preferences.required)}:
         options = [word for formula in required for word in ("--require", formula)]
@@ -70,7 +72,7 @@ def earned(context):
     """Expected rewards until a condition."""
     conditions = [target_of(text) for _, text in context.preferences.objectives]
     condition = next(filter(None, conditions), None)
-    if condition is None or "cost" not in context.source.rewards:
+    if context.is_game or condition is None or "cost" not in context.source.rewards:
         return
     whole = explore(context.source, context.case.settings["scope"], 3000)
     least, most = ([values[s] for s in whole.initial] for values in rewards(whole, whole.where(condition), "cost"))
@@ -112,6 +114,8 @@ def is_near(value, got):
 
 def together(context):
     """`check --jointly`: sets of most preferred outcomes that one path can achieve."""
+    if context.is_game:
+        return
     analysis, relation = context.analysis, context.relation
     report = context.program.about("check", "--jointly")
     for entry in report["classes"]:
@@ -153,8 +157,7 @@ def dumps(context):
     folder = program.folder / "dump"
     more = ["--values", "--levels", "2", *program.settings("reward")] if context.case.seed % 2 else []
     report = program.about("export", "--out", folder, *more)
-    status, out, errors = program.run("verify", folder, program.model, program.prefs, "--json")
-    context.same("verify accepts", (0, ""), (status, "" if status == 0 else (out + errors)[-700:]))
+    verified(context, folder)
     expected = regions_of(context)
     counts = {region["name"]: region["count"] for region in report["regions"]}
     for name, states in expected.items():
@@ -171,12 +174,29 @@ def dumps(context):
     allowed_by(context, folder, counts)
 
 
+def verified(context, folder):
+    """`verify` accepts a dump for its coalition, and for no other."""
+    program, number = context.program, len(context.case.players)
+    verify = ("verify", folder, program.model, program.prefs, "--json")
+    status, out, errors = program.run(*verify, *program.settings("coalition"))
+    context.same("verify accepts", (0, ""), (status, "" if status == 0 else (out + errors)[-700:]))
+    if context.is_game:
+        ours = context.source.named_players(context.coalition)
+        other = "2" if ours != {1} else "1"
+        status, out, _ = program.run(*verify, "--coalition", other)
+        context.same("verify of another coalition", (number > 1, True), (status == 1, "the coalition is" in out))
+
+
 def regions_of(context):
     analysis = context.analysis
     whole = analysis.whole
     found = {"reachable": set(whole.states), "initial": set(whole.initial), "deadlock": whole.deadlocks}
     if context.preferences.required:
         found["unsafe"] = set(analysis.mdp.unsafe)
+    for at, name in enumerate(context.source.players):
+        found[f"player:{name}"] = {s for s in whole.states if whole.owners[s] == at}
+    if context.is_game and analysis.safety == "action":
+        found["bad"] = analysis.bad
     for number, name in enumerate(context.names):
         found[f"almost-sure:{name}"], found[f"positive:{name}"] = analysis.sure[number], analysis.positive[number]
         if context.secured(number) is not None:

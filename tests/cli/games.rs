@@ -427,3 +427,18 @@ fn simulate_says_who_moved() {
     let csv = simulate("--csv -").stdout;
     assert!(csv.lines().count() == 3 && csv.contains(",rank,improvements,runs,"), "{csv}");
 }
+
+/// A requirement of ours rules out choices of ours, also where the opponent wants to reach a target.
+#[test]
+fn a_requirement_binds_us_in_every_region() {
+    let game = "smg\nplayer us m, [c] endplayer\nplayer them [a] endplayer\nmodule m\n x : [0..3] init 0;\n\
+        [] x=0 -> 1/2:(x'=1)+1/2:(x'=2);\n [c] x=0 -> (x'=3);\n [a] x=1 -> 1/3:(x'=3)+2/3:(x'=2);\nendmodule\n";
+    let scratch = Scratch::new(&[("r.prism", game)]);
+    for engine in ["symbolic", "explicit"] {
+        let all = ["reach", "@r.prism", "--target", "x>=2", "--require", "G !(x=2)", "--engine", engine, "--json"];
+        let json = at(&scratch, &all).expect(0).json();
+        for region in ["pmax_one", "pmax_positive", "pmin_one", "pmin_positive"] {
+            assert_eq!(json[region], "2", "{region} with the {engine} engine");
+        }
+    }
+}

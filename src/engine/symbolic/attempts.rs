@@ -83,9 +83,12 @@ impl SymbolicEngine {
         if let (None, Some(reaching)) = (opponent, self.recall(lost)) {
             candidates = store.and(&candidates, &reaching.0)?;
         }
-        for ((list, own), enabled) in self.groups.iter().zip(&*left.choices.0).zip(&*self.enabled) {
-            if own != enabled {
-                let missing = store.minus(&store.and(&candidates, enabled)?, own)?;
+        for (group, (list, own)) in self.groups.iter().zip(&*left.choices.0).enumerate() {
+            let is_theirs = opponent.is_some_and(|opponent| opponent.has(group));
+            // The list of the opponent has no choices that are ruled out.
+            let all = if is_theirs { &self.choices.0[group] } else { &self.enabled[group] };
+            if own != all {
+                let missing = store.minus(&store.and(&candidates, all)?, own)?;
                 if store.step(Direction::Backward, list, &outside, &missing)? != missing {
                     return Ok(None);
                 }

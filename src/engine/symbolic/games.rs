@@ -163,12 +163,23 @@ impl SymbolicEngine {
         self.lists.of(&self.store, entries)
     }
 
+    /// Returns for each group `None` if the opponent may take all its choices, else the states in which it may.
+    /// Requirements of the other side rule some of them out.
+    fn their_bounds(&self) -> Result<Vec<Option<Bdd>>> {
+        let bound = |(choices, enabled): (&Bdd, &Bdd)| {
+            let all = self.store.and(enabled, &self.states.0)?;
+            Ok((*choices != all).then(|| choices.clone()))
+        };
+        self.choices.0.iter().zip(&*self.enabled).map(bound).collect()
+    }
+
     /// Returns all choices of the opponent as one list.
     pub(super) fn their_list(&self, opponent: &Opponent) -> Result<Arc<RelationList>> {
         if let Some(found) = opponent.list.get() {
             return Ok(Arc::clone(found));
         }
-        let made = self.merged(|group| opponent.has(group).then_some(None))?;
+        let bounds = self.their_bounds()?;
+        let made = self.merged(|group| opponent.has(group).then(|| bounds[group].clone()))?;
         Ok(Arc::clone(opponent.list.get_or_init(|| made)))
     }
 
@@ -258,7 +269,7 @@ impl SymbolicEngine {
         let open = store.minus(&candidates.0, &found.0)?;
         let mut allowed = vec![store.minus(&open, &opponent.states)?];
         for group in (0..self.groups.len()).filter(|&group| opponent.has(group)) {
-            let needed = store.minus(&self.enabled[group], &winning.0[group])?;
+            let needed = store.minus(&self.choices.0[group], &winning.0[group])?;
             allowed.push(store.and(&open, &needed)?);
         }
         let part = |(list, allowed): (&Arc<RelationList>, Bdd)| Part {
@@ -282,12 +293,14 @@ impl SymbolicEngine {
     ) -> Result<Vec<Arc<RelationList>>> {
         let confined = |group: usize| Some(within.0[group].clone()).filter(|own| *own != self.enabled[group]);
         let mut lists = vec![self.merged(|group| (!opponent.has(group)).then(|| confined(group)))?];
+        let bounds = self.their_bounds()?;
         for (group, list) in self.groups.iter().enumerate().filter(|(group, _)| opponent.has(*group)) {
-            let won = &winning.0[group];
-            lists.push(if self.store.is_zero(won) {
+            let (won, bound) = (&winning.0[group], &bounds[group]);
+            lists.push(if self.store.is_zero(won) && bound.is_none() {
                 Arc::clone(list)
             } else {
-                let open = self.store.minus(&self.enabled[group], won)?;
+                let all = bound.as_ref().unwrap_or(&self.enabled[group]);
+                let open = self.store.minus(all, won)?;
                 self.merged(|other| (other == group).then(|| Some(open.clone())))?
             });
         }

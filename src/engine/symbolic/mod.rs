@@ -270,7 +270,10 @@ impl Engine for SymbolicEngine {
         let Region { states, choices } = region.clone();
         // The targets remembered so far were reached by all choices.
         let (reaching, workers) = (Arc::default(), Workers::default());
-        Ok(SymbolicEngine { states, choices, reaching, workers, ..self.clone() })
+        // The lists of the opponent's choices, too.
+        let same = |game: &games::Game| game.moved(&self.store, game.players.clone());
+        let game = self.game.as_ref().map(same).transpose()?;
+        Ok(SymbolicEngine { states, choices, game, reaching, workers, ..self.clone() })
     }
 
     fn workers(&self) -> u32 {

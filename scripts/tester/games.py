@@ -1,0 +1,215 @@
+"""Games: their players, what each coalition enforces, and models and files whose players are wrong."""
+
+import itertools
+import random
+import re
+from dataclasses import replace
+from fractions import Fraction
+
+import harness
+from reference.model import explore, reachability
+from reference.preferences import target_of
+from reference.prism import program_of
+from reference.questions import Question
+from reference.reports import amount, players
+from reference.temporal import is_invariant, parse
+from tester.context import Difference
+from tester.program import key
+from tester.questions import COMPARE
+
+NUMBERS = ("0", "1", "0.3", "0.75")
+
+
+def owners(context):
+    """Who chooses: the players with the numbers of their states, and the owners of initial states."""
+    whole, given = context.analysis.whole, context.case.settings["coalition"]
+    expected = players(whole, context.coalition)
+    for at, player in enumerate(expected):
+        player["states"] = context.relation.count({s for s in whole.states if whole.owners[s] == at})
+    context.same("players", expected or None, context.report.get("players"))
+    for entry in context.report["initial"]:
+        is_theirs = context.relation.one(key(entry["state"])) in whole.theirs
+        context.same(f"owner of {entry['state']}", "opponent" if is_theirs else None, entry.get("owner"))
+    weakening(context)
+    if context.is_game:
+        alone = explore(context.source, context.case.settings["scope"], 3000)
+        report = context.program.ask("info", context.program.model, *context.program.settings("scope", "coalition"))
+        context.same("players of info", players(alone, given.split(",") if given else ()), report.get("players"))
+
+
+def weakening(context):
+    """The lemma of section 11: a step of the opponent weakens only if it leaves a target that counted."""
+    analysis = context.analysis
+    for state in analysis.mdp.theirs:
+        for to in {to for choice in analysis.mdp.choices[state] for to in choice.to}:
+            if analysis.preferences.weakens(analysis.classes[state], analysis.classes[to]):
+                left = [i for i in analysis.classes[state] if state in analysis.targets[i] and to not in analysis.sure[i]]
+                context.same(f"a step of the opponent weakens in {state}", (False, True), (analysis.play, bool(left)))
+
+
+def enforced(context):
+    """The regions of a target for several coalitions, without and with requirements."""
+    if not context.is_game:
+        return
+    case, program, draw = context.case, context.program, random.Random(context.case.seed)
+    target = next(filter(None, (target_of(text) for _, text in context.preferences.objectives)), None)
+    if target is None:
+        return
+    whole = explore(context.source, case.settings["scope"], 3000)
+    names = program.settings("scope", "engine", "threads", *(["order"] if case.settings["engine"] == "symbolic" else []))
+    every = coalitions(len(case.players))
+    for coalition in draw.sample(every[1:], min(3, len(every) - 1)):
+        words = ",".join(case.players[at] for at in sorted(coalition))
+        report = program.ask("reach", program.model, "--target", target, "--coalition", words, *names)
+        regions = reachability(whole.played_by(coalition), whole.where(target))
+        for name, states in regions.items():
+            context.same(f"{name} of {words}", str(len(states)), report[name])
+            context.same(f"initial {name} of {words}", amount(states, whole.initial), report["initial"][name])
+    questions = [asked(draw, target, case.players, coalition) for coalition in draw.choices(every, k=6)]
+    required = [text for text in context.preferences.required if is_invariant(parse(text))]
+    for some in ([], required) if required else ([],):
+        options = [word for text in some for word in ("--require", text)]
+        for part in (questions, [draw.choice(questions)]):
+            properties(context, part, f"F {target}", (some, [*options, *names]))
+
+
+def coalitions(count):
+    """All sets of positions, the empty one first."""
+    return [frozenset(some) for size in range(count + 1) for some in itertools.combinations(range(count), size)]
+
+
+def asked(draw, target, names, coalition):
+    """A property of some players: its text, their positions, the operator, and the number that it compares with."""
+    words = [names[at] if draw.random() < 0.8 else str(at + 1) for at in draw.sample(sorted(coalition), len(coalition))]
+    shown = "*" if len(coalition) == len(names) and draw.random() < 0.5 else ",".join(words)
+    operator, number = draw.choice(["=?", *COMPARE]), draw.choice(NUMBERS)
+    best = draw.choice(["max", "min"]) if operator == "=?" else ""
+    bound = "=?" if operator == "=?" else f"{operator}{number}"
+    return f"<<{shown}>> P{best}{bound} [ F {target} ]", coalition, best or operator, Fraction(number)
+
+
+def properties(context, questions, formula, conditions):
+    """Verdicts and values of properties that name their players; a single one without an answer is refused."""
+    program, (required, options) = context.program, conditions
+    words = [word for text, *_ in questions for word in ("--property", text)]
+    status, out, errors = program.run("reach", program.model, *words, *options, "--json")
+    scope = context.case.settings["scope"]
+    found = []
+    for text, coalition, operator, number in questions:
+        question = Question(context.source, scope, formula, required, 3000, coalition)
+        found.append((text, question.regions(), verdict(question, operator, number)))
+    report = harness.json_object(out) or {}
+    if len(questions) == 1 and found[0][2] == BETWEEN:
+        context.same(f"status of {found[0][0]} with {required}", (2, True), (status, "other than 0 and 1" in errors + out))
+        return
+    context.same(f"status of {words} with {required}", True, "properties" in report and status in (0, 1, 2))
+    for (text, regions, expected), entry in zip(found, report.get("properties", ())):
+        value = entry.get("value")
+        got = (entry["holds"], value and (value["lower"], value["upper"]))
+        if expected == BETWEEN:
+            got = BETWEEN if "other than 0 and 1" in (entry.get("reason") or "") else got
+        context.same(f"answer of {text} with {required}", expected, got)
+        known = {name: entry[name] for name in regions if entry[name] is not None}
+        sizes = {name: str(len(regions[name])) for name in known}
+        context.same(f"regions of {text} with {required}", sizes, known)
+
+
+BETWEEN = "neither 0 nor 1"
+QUALITATIVE = ((">=", 1), (">", 0), ("<", 1), ("<=", 0))
+
+
+def verdict(question, operator, number):
+    """Whether a property holds in all initial states, and its value over them."""
+    starts, regions = question.whole.initial, question.regions()
+    if not question.unsafe().isdisjoint(starts):
+        return False if operator in COMPARE else None, None
+    side = "pmax" if operator in ("max", ">=", ">") else "pmin"
+    values = [1 if s in regions[f"{side}_one"] else 0 if s not in regions[f"{side}_positive"] else None for s in starts]
+    known = [value for value in values if value is not None]
+    if operator not in COMPARE:
+        return (None, (min(known), max(known))) if None not in values else BETWEEN
+    truths = [truth(value, operator, number) for value in values]
+    qualitative = (operator, number) in QUALITATIVE
+    shown = (min(known), max(known)) if None not in values and not qualitative else None
+    return (False, shown) if False in truths else BETWEEN if None in truths else (True, shown)
+
+
+def truth(value, operator, number):
+    """Whether a value satisfies a comparison; None if it is between 0 and 1, and that does not decide it."""
+    if value is not None:
+        return COMPARE[operator](value, number)
+    return operator in "<>" if (operator, number) in QUALITATIVE else None
+
+
+# What the reference says of wrong players, and what the program says.
+SAID = {
+    "two players may move": "several players may move in the state",
+    "belongs to two players": "belongs to two players",
+    "belongs to no player": "to no player",
+    "owns what there is not": "unknown",
+    "unknown player": "unknown player",
+    "recurrence and persistence": "combines recurrence and persistence",
+}
+OF_PREFERENCES = ("unknown player", "recurrence and persistence")
+
+
+def refused(case, program, error):
+    """A case that the reference refuses is refused by all commands, for the same reason. Returns the numbers of
+    comparisons by check, and the differences."""
+    reason = next(reason for reason in SAID if reason in str(error))
+    movers = None
+    if reason == "two players may move":
+        source = program_of(case.model_text(), {})
+        whole = explore(replace(source, players={}), case.settings["scope"], 3000)
+        plain = map(whole.plain, whole.states)
+        movers = {source.show(values) for values in plain if len(source.movers(values)) > 1}
+    found, compared = [], 0
+    for command in ("check", "compare") if reason in OF_PREFERENCES else ("check", "compare", "info", "reach"):
+        names = ["scope"] + ([] if command == "compare" else ["engine"])
+        more = {"info": [], "reach": ["--target", "x=0"]}.get(command, [program.prefs])
+        status, _, errors = program.run(command, program.model, *more, *program.settings(*names))
+        compared += 1
+        state = re.search(r"move in the state (.*?):", errors)
+        right = status == 3 and SAID[reason] in errors
+        # The words of monitors follow the state.
+        right &= movers is None or bool(state) and any(f"{state[1]},".startswith(f"{mover},") for mover in movers)
+        right |= case.history == "play" and "over whole paths of a game are not supported" in errors
+        if not right:
+            expected = (reason, movers)
+            found.append(Difference("faults", f"refused by {command}", expected, errors[:600], program.asked[-1]))
+    return {"faults": compared}, found
+
+
+def sweeps(context):
+    """A sweep over the initial value of x: each instance has the sizes, levels and ranks of its model alone."""
+    case, program = context.case, context.program
+    if case.starts or case.seed % 4:
+        return
+    kind, *lines = case.model_text("K").splitlines()
+    text, model = "\n".join([kind, "const int K;", *lines, ""]), program.folder / "sweep.prism"
+    model.write_text(text)
+    options = program.settings("scope", "safety", "threads", "coalition", "engine")
+    report = program.ask("check", model, program.prefs, "-c", f"K=0:{case.size}", *options, allowed=(0, 1))
+    context.same("values of the sweep", list(range(case.size + 1)), [run["constants"]["K"] for run in report["runs"]])
+    for run in report["runs"]:
+        start = run["constants"]["K"]
+        instance(context, f"K={start}", context.analysis_of(program_of(text, {"K": str(start)})), run)
+
+
+def instance(context, where, analysis, run):
+    """One instance of a sweep."""
+    whole, first = analysis.whole, analysis.whole.initial[0]
+    result = run["result"]
+    context.same(f"status of {where}", "done", run["status"])
+    if analysis.play:
+        return  # monitors may have more states
+    context.same(f"states of {where}", str(len(whole.states)), result["counts"]["states"])
+    context.same(f"players of {where}", players(whole, context.coalition) or None, result.get("players"))
+    for kind in ("sasi", "spi"):
+        levels = analysis.levels(kind)
+        context.same(f"{kind} of {where}", [str(len(won)) for won in levels.sets], result[kind]["levels"])
+        if first not in analysis.mdp.unsafe:
+            context.same(f"{kind}_rank of {where}", levels.rank(first), result["initial"][0][f"{kind}_rank"])
+
+
+ALL = {"players": owners, "enforced": enforced, "sweep": sweeps}
