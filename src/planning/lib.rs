@@ -65,6 +65,7 @@ pub mod simulate;
 pub mod strategy;
 pub mod tally;
 pub mod temporal;
+mod temporal_game;
 mod together;
 mod verdict;
 pub mod winning_regions;

@@ -9,6 +9,7 @@ mod random_program;
 mod raw;
 mod regions;
 mod states;
+mod temporal;
 mod turns;
 
 use meliora::advanced::symbolic::Thresholds;

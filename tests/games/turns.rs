@@ -16,7 +16,7 @@ use super::{settings, thresholds};
 
 /// Lets two players own the modules and actions of a program and take turns: a command is enabled in
 /// its player's turn only, and its branches pass on the turn as the bits say.
-fn with_turns(program: &mut Program, mut bits: u64) {
+pub(crate) fn with_turns(program: &mut Program, mut bits: u64) {
     let mut bit = || {
         bits = bits.rotate_right(1);
         bits & 1 == 1
