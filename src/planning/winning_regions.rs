@@ -50,13 +50,18 @@ pub(super) struct RegionCounts {
 }
 
 /// The goal of an objective.
-#[derive(Clone)]
 pub(crate) struct Sought<E: Engine> {
     /// F: the target, or the states in which a temporal objective is secured.
     pub(crate) target: E::States,
     /// The condition of a temporal objective in a game against an opponent: its regions do not follow
     /// from the target.
     pub(crate) condition: Option<Condition>,
+}
+
+impl<E: Engine> Clone for Sought<E> {
+    fn clone(&self) -> Self {
+        Sought { target: self.target.clone(), condition: self.condition.clone() }
+    }
 }
 
 /// The search for the regions of a goal, given a set that contains its almost-sure region.

@@ -6,11 +6,13 @@ use std::sync::Arc;
 
 use meliora::advanced::lang::ltl::{Monitoring, parse_formula};
 use meliora::engine::regions::Regions;
-use meliora::engine::{Engine, ExplicitEngine, Scope, SymbolicEngine};
+use meliora::engine::{Algebra, Engine, ExplicitEngine, Scope, SymbolicEngine};
 use meliora::error::{Error, SourceFile};
-use meliora::model::preference::Preferences;
+use meliora::model::predicate::Predicate;
+use meliora::model::preference::{Goal, Preferences};
 use meliora::model::temporal::{Asks, Begin, Condition};
 use meliora::model::{ModelKind, Program, State};
+use meliora::planning::temporal::judged;
 use meliora::planning::{Analysis, AnalysisResult, Options, RegionSearch, Safety};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -96,7 +98,7 @@ struct Product {
     states: Vec<State>,
     raw: Raw,
     /// For each mark of the condition, the marked states as bits.
-    marked: Vec<(meliora::model::predicate::Predicate, u64)>,
+    marked: Vec<(Predicate, u64)>,
 }
 
 impl Product {
@@ -291,8 +293,8 @@ proptest! {
         let (one, other) = (explicit(&alone), explicit(&game));
         let fresh = |engine: &ExplicitEngine, program: &Program, found: Regions<_>| {
             let fresh = program.predicate(program.monitors.as_ref().unwrap().fresh);
-            let judged = meliora::planning::temporal::judged(engine, &fresh, found).unwrap();
-            judged.map(|x| engine.list_states(&x, usize::MAX).unwrap().iter().map(|s| s[0]).collect::<Vec<_>>())
+            let found = judged(engine, &fresh, found).unwrap();
+            found.map(|x| engine.list_states(&x, usize::MAX).unwrap().iter().map(|s| s[0]).collect::<Vec<_>>())
         };
         let expected = fresh(&one, &alone, RegionSearch::of_condition(&one, &own).all().unwrap());
         prop_assert_eq!(fresh(&other, &game, RegionSearch::of_condition(&other, &condition).all().unwrap()), expected);
@@ -411,15 +413,15 @@ proptest! {
             let engine = explicit.engine();
             for (i, objective) in preferences.objectives.iter().enumerate() {
                 let regions = explicit.outcomes().unwrap().get(i).unwrap();
-                let meliora::model::preference::Goal::Satisfy { condition, .. } = &objective.goal else { panic!() };
+                let Goal::Satisfy { condition, .. } = &objective.goal else { panic!() };
                 let found = RegionSearch::of_condition(engine, condition).all().unwrap();
-                prop_assert!(meliora::engine::Algebra::same(engine, &found.pmax_one, &regions.almost_sure).unwrap());
-                prop_assert!(meliora::engine::Algebra::same(engine, &found.pmax_positive, &regions.positive).unwrap());
+                prop_assert!(engine.same(&found.pmax_one, &regions.almost_sure).unwrap());
+                prop_assert!(engine.same(&found.pmax_positive, &regions.positive).unwrap());
                 if let Some(theirs) = engine.theirs() {
                     let own = engine.choices_in(&engine.all_choices(), &theirs).unwrap();
                     let own = engine.choices_in(&own, &regions.almost_sure).unwrap();
                     let left = engine.difference(&engine.post(&own).unwrap(), &regions.almost_sure).unwrap();
-                    prop_assert!(meliora::engine::Algebra::is_empty(engine, &left).unwrap());
+                    prop_assert!(engine.is_empty(&left).unwrap());
                 }
             }
             let classes = explicit.classes().unwrap();
@@ -428,7 +430,7 @@ proptest! {
                 let own = engine.choices_in(&engine.all_choices(), &theirs).unwrap();
                 let own = engine.choices_in(&own, &class.states).unwrap();
                 let worse = engine.intersection(&engine.post(&own).unwrap(), &class.worse).unwrap();
-                prop_assert!(meliora::engine::Algebra::is_empty(engine, &worse).unwrap());
+                prop_assert!(engine.is_empty(&worse).unwrap());
             }
         }
     }
