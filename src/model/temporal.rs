@@ -99,6 +99,28 @@ impl<M: Clone + Ord> Condition<M> {
         }
     }
 
+    /// Returns whether some leaf has a requirement.
+    pub fn asks(&self, requirement: Asks) -> bool {
+        match self {
+            Condition::Constant(_) => false,
+            Condition::Leaf(asks, _) => *asks == requirement,
+            Condition::All(parts) | Condition::Any(parts) => parts.iter().any(|part| part.asks(requirement)),
+        }
+    }
+
+    /// Returns the marks of the leaves that no finite prefix of a path decides, of recurrence and
+    /// persistence; each once.
+    pub fn undecided(&self) -> Vec<M> {
+        let mut all = match self {
+            Condition::Leaf(Asks::Again | Asks::Settle, mark) => vec![mark.clone()],
+            Condition::Constant(_) | Condition::Leaf(..) => Vec::new(),
+            Condition::All(parts) | Condition::Any(parts) => parts.iter().flat_map(Self::undecided).collect(),
+        };
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
     /// Returns the disjunctive normal form without disjuncts that are stronger than another one or
     /// that contradict themselves.
     ///

@@ -14,13 +14,13 @@ pub use super::phases::{Event, Phase};
 use super::requirements::Requirements;
 use super::result::{AnalysisResult, ClassCount, JointCount, LevelsEnd, ModelCounts, ObjectiveCounts};
 use super::safety::Safety;
-use super::temporal;
-use super::temporal::AcceptingRegion;
-use super::winning_regions::{RegionCounts, WinningRegions};
+use super::temporal::{self, AcceptingRegion};
+use super::temporal_game;
+use super::winning_regions::{RegionCounts, Sought, WinningRegions};
 use meliora_engine::{AnyEngine, Count, Engine};
 use meliora_model::Program;
 use meliora_model::error::{Error, Result};
-use meliora_model::preference::{Goal, Objective, ObjectiveSet, Preferences};
+use meliora_model::preference::{Goal, ObjectiveSet, Preferences};
 
 /// The options of an analysis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -140,16 +140,12 @@ impl<E: Engine> Analysis<E> {
         }
     }
 
-    /// Refuses options and objectives that are not supported for games.
+    /// Refuses a safety mode that is not supported for games.
     fn check_game(&self) -> Result<()> {
-        let refused = |what: &str| Err(Error::Usage(format!("{what} of a game is not supported")));
-        let watched = |objective: &Objective| matches!(objective.goal, Goal::Satisfy { .. });
-        if !self.whole.is_game() {
-            return Ok(());
-        }
         match self.options.safety {
-            Safety::Transition => refused("`--safety transition`"),
-            _ if self.preferences.objectives.iter().any(watched) => refused("`history = play`"),
+            Safety::Transition if self.whole.is_game() => {
+                Err(Error::Usage("`--safety transition` of a game is not supported".to_owned()))
+            }
             _ => Ok(()),
         }
     }
@@ -176,19 +172,9 @@ impl<E: Engine> Analysis<E> {
     /// [`WinningRegions::advance`] and [`Classes::new`].
     fn run_outcomes(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         if self.outcomes.is_none() {
-            let target = |o: &Objective| match &o.goal {
-                Goal::Reach(target) => Ok((self.engine.states_where(target)?, Vec::new())),
-                // A formula can be satisfied from a state where a disjunct can be kept, so these
-                // states are the target.
-                Goal::Satisfy { condition, .. } => {
-                    let all = self.engine.all_choices();
-                    let regions = temporal::accepting_regions(&*self.engine, condition, &all)?;
-                    Ok((temporal::secured(&*self.engine, &regions)?, regions))
-                }
-            };
-            let targets = self.preferences.objectives.iter().map(target).collect::<Result<Vec<_>>>()?;
-            let (targets, accepting) = targets.into_iter().unzip();
-            self.outcomes = Some(WinningRegions::new(&*self.engine, targets)?);
+            let goals = self.preferences.objectives.iter().map(|o| self.sought(&o.goal));
+            let (goals, accepting) = goals.collect::<Result<Vec<_>>>()?.into_iter().unzip();
+            self.outcomes = Some(WinningRegions::new(&*self.engine, goals)?);
             self.accepting = accepting;
         }
         while self.next_outcomes(listener)? {}
@@ -204,6 +190,23 @@ impl<E: Engine> Analysis<E> {
         self.result.classes = Some(classes.list.iter().map(count).collect::<Result<Vec<_>>>()?);
         self.classes = Some(Arc::new(classes));
         Ok(())
+    }
+
+    /// Returns the goal of an objective, and the regions in which disjuncts of a temporal one can be kept.
+    /// A formula can be satisfied from a state where a disjunct can be kept, so these states are the
+    /// target.
+    fn sought(&self, goal: &Goal) -> Result<(Sought<E>, Vec<AcceptingRegion<E>>)> {
+        let engine = &*self.engine;
+        match goal {
+            Goal::Reach(target) => {
+                Ok((Sought { target: engine.states_where(target)?, condition: None }, Vec::new()))
+            }
+            Goal::Satisfy { condition, .. } => {
+                let regions = temporal::accepting_regions(engine, condition, &engine.all_choices())?;
+                let condition = engine.theirs().map(|_| condition.clone());
+                Ok((Sought { target: temporal::secured(engine, &regions)?, condition }, regions))
+            }
+        }
     }
 
     /// Computes the regions of the next objectives, and reports all that are known. Returns whether
@@ -464,6 +467,13 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     ) -> Result<Option<Self>> {
         let objectives: ObjectiveSet = objectives.into_iter().collect();
         kind.check(&objectives)?;
+        if kind.achieves() {
+            // A plan may pursue any objective.
+            let pursued = |index: usize| kind == StrategyKind::Plan || objectives.contains(index);
+            let all = analysis.preferences.objectives.iter().enumerate();
+            let all = all.filter(|(index, _)| pursued(*index)).map(|(_, objective)| objective);
+            temporal_game::check_achieved(&*analysis.engine, all)?;
+        }
         let Some(strategy) = Self::new(analysis, program, levels) else { return Ok(None) };
         let mut achieving = if kind.achieves() { Achieving::new(analysis, &strategy)? } else { None };
         if let Some(achieving) = achieving.as_mut().filter(|_| objectives.len() > 1) {

@@ -66,6 +66,7 @@ pub mod simulate;
 pub mod strategy;
 pub mod tally;
 pub mod temporal;
+mod temporal_game;
 mod threat;
 mod together;
 mod verdict;

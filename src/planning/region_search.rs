@@ -1,6 +1,7 @@
 //! The search for the qualitative regions of a goal, one region after the other.
 
 use super::temporal::{accepting_regions, secured};
+use super::temporal_game;
 use super::winning_regions::almost_sure_within;
 use meliora_engine::Engine;
 use meliora_engine::regions::{self, Regions, Which};
@@ -59,6 +60,8 @@ impl<'a, E: Engine> RegionSearch<'a, E> {
             (Which::PminPositive, _) if self.engine.is_markov_chain() => Some(Which::PmaxPositive),
             (Which::PminOne, _) if self.engine.is_markov_chain() => Some(Which::PmaxOne),
             (Which::PminOne, Goal::Target(_)) => Some(Which::PminPositive),
+            // In a game, each region is computed alone.
+            (_, Goal::Condition(_)) if self.engine.theirs().is_some() => None,
             (Which::PmaxOne, Goal::Condition(_)) => Some(Which::PmaxPositive),
             (Which::PminPositive, Goal::Condition(_)) => Some(Which::PminOne),
             _ => None,
@@ -97,10 +100,12 @@ impl<'a, E: Engine> RegionSearch<'a, E> {
 
     /// Returns a region, which is computed if it is not known. Cost: for a target, that of its function
     /// in [`meliora_engine::regions`]; for a condition, one backward or almost-sure fixpoint, and that of
-    /// [`accepting_regions`] for the first region of Pmax and for the first one of Pmin.
+    /// [`accepting_regions`] for the first region of Pmax and for the first one of Pmin; for a condition in
+    /// a game, a nested fixpoint per region.
     ///
     /// # Errors
-    /// A limit of the engine is reached, or a state formula has no value. Known regions stay known.
+    /// A limit of the engine is reached, or a state formula has no value. A condition in a game needs
+    /// several recurring marks. Known regions stay known.
     pub fn region(&mut self, which: Which) -> Result<E::States> {
         if let Some(known) = self.known.get(which) {
             return Ok(known.clone());
@@ -129,6 +134,9 @@ impl<'a, E: Engine> RegionSearch<'a, E> {
     /// satisfies the condition.
     fn region_of_condition(&mut self, which: Which, condition: &Condition) -> Result<E::States> {
         let engine = self.engine;
+        if let Some(opponent) = engine.exchanged()? {
+            return temporal_game::region((engine, &opponent), which, condition);
+        }
         let others = |states: &E::States| engine.difference(&engine.all_states(), states);
         match which {
             Which::PmaxPositive => regions::pmax_positive(engine, &self.secured(condition)?),

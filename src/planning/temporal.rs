@@ -6,7 +6,7 @@
 
 use meliora_engine::regions::Regions;
 use meliora_engine::{Engine, Region};
-use meliora_model::error::{Error, Result};
+use meliora_model::error::Result;
 use meliora_model::predicate::Predicate;
 use meliora_model::temporal::{Condition, Disjunct};
 
@@ -45,7 +45,9 @@ pub fn allowed<E: Engine>(engine: &E, disjunct: &Disjunct) -> Result<E::States> 
 ///
 /// If R_di can be reached inside Z with pairs that stay in Z, then random selection of these pairs
 /// reaches it almost surely. The algorithm therefore removes states that cannot reach some R_di,
-/// then states without a remaining pair, until nothing changes. Cost: one `can_reach` per R_di and
+/// then states without a remaining pair, until nothing changes. In a game, [`Engine::stay_within`] and
+/// [`Engine::can_reach`] are those against the opponent, so this is the generalised Büchi game within
+/// P_d: from a state that is left, the strategy approaches one R_di after the other. Cost: one `can_reach` per R_di and
 /// round, and one pre-image of the removed states.
 ///
 /// # Errors
@@ -55,9 +57,6 @@ pub(crate) fn accepting_region<E: Engine>(
     disjunct: Disjunct,
     within: &E::Choices,
 ) -> Result<AcceptingRegion<E>> {
-    if engine.is_game() {
-        return Err(Error::Usage("a temporal formula of a game is not supported".to_owned()));
-    }
     let allowed = allowed(engine, &disjunct)?;
     let recurring =
         disjunct.again.iter().map(|mark| engine.states_where(mark)).collect::<Result<Vec<_>>>()?;
@@ -96,7 +95,8 @@ pub fn accepting_regions<E: Engine>(
 
 /// Computes ⋃_d U_d, the states from which some disjunct can be kept. Reaching this set almost
 /// surely (or with positive probability) is equivalent to satisfying the condition almost surely
-/// (or with positive probability). Cost: no image.
+/// (or with positive probability), except in a game, where the opponent may choose between disjuncts
+/// without end; see `temporal_game`. Cost: no image.
 pub fn secured<E: Engine>(engine: &E, all: &[AcceptingRegion<E>]) -> Result<E::States> {
     all.iter().try_fold(engine.no_states(), |union, region| engine.union(&union, &region.states))
 }

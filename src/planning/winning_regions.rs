@@ -1,17 +1,23 @@
 //! Winning regions: the states from which each objective can be achieved.
 
+use super::temporal_game;
 use meliora_engine::parallel::{self, Port, Portable};
-use meliora_engine::regions::pmax_positive;
+use meliora_engine::regions::{Which, pmax_positive};
 use meliora_engine::{Count, Engine, position};
 use meliora_model::error::Result;
+use meliora_model::temporal::Condition;
 
 /// The winning regions of one objective.
 pub struct ObjectiveRegions<E: Engine> {
     /// F: the target itself.
     pub target: E::States,
     /// PWin(F): the states from which some strategy reaches F with positive probability.
+    ///
+    /// In a game against an opponent, the states from which some strategy satisfies a temporal
+    /// objective with positive probability, even if it does not reach F.
     pub positive: E::States,
-    /// ASWin(F): the states from which some strategy reaches F almost surely.
+    /// ASWin(F): the states from which some strategy reaches F almost surely; for a temporal objective
+    /// in a game, as above.
     pub almost_sure: E::States,
 }
 
@@ -43,22 +49,38 @@ pub(super) struct RegionCounts {
     pub(super) almost_sure: Count,
 }
 
-/// The search for the regions of a target, given a set that contains its almost-sure region.
+/// The goal of an objective.
+pub(crate) struct Sought<E: Engine> {
+    /// F: the target, or the states in which a temporal objective is secured.
+    pub(crate) target: E::States,
+    /// The condition of a temporal objective in a game against an opponent: its regions do not follow
+    /// from the target.
+    pub(crate) condition: Option<Condition>,
+}
+
+impl<E: Engine> Clone for Sought<E> {
+    fn clone(&self) -> Self {
+        Sought { target: self.target.clone(), condition: self.condition.clone() }
+    }
+}
+
+/// The search for the regions of a goal, given a set that contains its almost-sure region.
 struct Search<E: Engine> {
-    target: E::States,
+    goal: Sought<E>,
     bound: Option<E::States>,
 }
 
 impl<E: Engine> Portable<E> for Search<E> {
     fn ported(&self, port: &mut Port<E>) -> Self {
+        let Sought { target, condition } = &self.goal;
         let bound = self.bound.as_ref().map(|bound| port.states(bound));
-        Search { target: port.states(&self.target), bound }
+        Search { goal: Sought { target: port.states(target), condition: condition.clone() }, bound }
     }
 }
 
-/// The work that is left for a target.
+/// The work that is left for a goal.
 enum Task<E: Engine> {
-    /// An equal target has these regions.
+    /// An equal goal has these regions.
     Known(ObjectiveRegions<E>),
     /// The regions are to be searched for.
     Open(Search<E>),
@@ -82,23 +104,23 @@ impl<E: Engine> Portable<E> for Found<E> {
 /// Objectives whose targets do not contain each other are independent. Results remain when a limit
 /// ends the work.
 pub struct WinningRegions<E: Engine> {
-    targets: Vec<E::States>,
+    goals: Vec<Sought<E>>,
     /// The objectives in the order of their computation.
     order: Vec<usize>,
     known: Vec<Found<E>>,
 }
 
 impl<E: Engine> WinningRegions<E> {
-    /// Creates the computation for these targets. Cost: no image.
+    /// Creates the computation for these goals. Cost: no image.
     ///
     /// # Errors
     /// A limit of the engine is reached while the targets are counted.
-    pub(crate) fn new(engine: &E, targets: Vec<E::States>) -> Result<Self> {
-        let sizes = targets.iter().map(|t| engine.count(t)).collect::<Result<Vec<Count>>>()?;
-        let mut order: Vec<usize> = (0..targets.len()).collect();
+    pub(crate) fn new(engine: &E, goals: Vec<Sought<E>>) -> Result<Self> {
+        let sizes = goals.iter().map(|goal| engine.count(&goal.target)).collect::<Result<Vec<Count>>>()?;
+        let mut order: Vec<usize> = (0..goals.len()).collect();
         order.sort_by(|&i, &j| sizes[j].cmp(&sizes[i]).then(i.cmp(&j)));
-        let known = targets.iter().map(|_| Found { regions: None, counts: None }).collect();
-        Ok(WinningRegions { targets, order, known })
+        let known = goals.iter().map(|_| Found { regions: None, counts: None }).collect();
+        Ok(WinningRegions { goals, order, known })
     }
 
     /// Computes the regions of one more objective and returns the objective; `None` if all are
@@ -107,7 +129,7 @@ impl<E: Engine> WinningRegions<E> {
     /// If a target is a subset of a known one, its almost-sure region is a subset of the known
     /// one's, because reaching the smaller target reaches the larger one. This bounds the search.
     /// Equal targets share all regions. Cost per objective: one `can_reach` and one
-    /// `almost_surely_reach`.
+    /// `almost_surely_reach`; for a temporal objective in a game, two nested fixpoints.
     ///
     /// # Errors
     /// A limit of the engine is reached; objectives that are not known then remain to be computed.
@@ -117,7 +139,7 @@ impl<E: Engine> WinningRegions<E> {
         };
         let (mut objectives, mut searches) = (Vec::new(), Vec::new());
         for objective in self.independent(engine, first)? {
-            match self.task(engine, &self.targets[objective])? {
+            match self.task(engine, &self.goals[objective])? {
                 Task::Open(search) => {
                     objectives.push(objective);
                     searches.push((search, Found { regions: None, counts: None }));
@@ -142,7 +164,7 @@ impl<E: Engine> WinningRegions<E> {
         let mut independent = Vec::new();
         for (at, &i) in unknown.iter().enumerate() {
             let inside = |j: &usize| {
-                let rest = engine.difference(&self.targets[i], &self.targets[*j])?;
+                let rest = engine.difference(&self.goals[i].target, &self.goals[*j].target)?;
                 engine.is_empty(&rest)
             };
             if position(&unknown[..at], inside)?.is_none() {
@@ -152,9 +174,14 @@ impl<E: Engine> WinningRegions<E> {
         Ok(independent)
     }
 
-    /// Returns the work that is left for a target. Cost: no image.
-    fn task(&self, engine: &E, target: &E::States) -> Result<Task<E>> {
+    /// Returns the work that is left for a goal. Regions that do not follow from the target are not
+    /// shared. Cost: no image.
+    fn task(&self, engine: &E, goal: &Sought<E>) -> Result<Task<E>> {
         let mut bound: Option<E::States> = None;
+        if goal.condition.is_some() {
+            return Ok(Task::Open(Search { goal: goal.clone(), bound }));
+        }
+        let target = &goal.target;
         for larger in self.known.iter().filter_map(|found| found.regions.as_ref()) {
             if engine.same(target, &larger.target)? {
                 return Ok(Task::Known(larger.clone()));
@@ -166,7 +193,7 @@ impl<E: Engine> WinningRegions<E> {
                 });
             }
         }
-        Ok(Task::Open(Search { target: target.clone(), bound }))
+        Ok(Task::Open(Search { goal: goal.clone(), bound }))
     }
 
     /// Returns the sizes of the known regions of an objective; `None` if they are not known. Counts
@@ -190,7 +217,7 @@ impl<E: Engine> WinningRegions<E> {
 
     /// Returns F, the target of an objective, which is known before its regions.
     pub fn target(&self, objective: usize) -> Option<&E::States> {
-        self.targets.get(objective)
+        self.goals.get(objective).map(|goal| &goal.target)
     }
 
     /// Returns the regions of an objective, if they are known yet.
@@ -204,23 +231,31 @@ impl<E: Engine> WinningRegions<E> {
     }
 }
 
-/// Computes the regions of one target, and counts them.
-fn find<E: Engine>(engine: &E, Search { target, bound }: &Search<E>, found: &mut Found<E>) -> Result<()> {
+/// Computes the regions of one goal, and counts them.
+fn find<E: Engine>(engine: &E, search: &Search<E>, found: &mut Found<E>) -> Result<()> {
     let regions = match found.regions.take() {
         Some(regions) => regions,
-        None => {
-            let positive = pmax_positive(engine, target)?;
-            let bound = match bound {
-                None => positive.clone(),
-                Some(b) => engine.intersection(b, &positive)?,
-            };
-            let almost_sure = almost_sure_within(engine, target, &bound)?;
-            ObjectiveRegions { target: target.clone(), positive, almost_sure }
-        }
+        None => regions_of(engine, search)?,
     };
     let counts = counts_of(engine, found.regions.insert(regions))?;
     found.counts = Some(counts);
     Ok(())
+}
+
+fn regions_of<E: Engine>(engine: &E, Search { goal, bound }: &Search<E>) -> Result<ObjectiveRegions<E>> {
+    let target = goal.target.clone();
+    if let (Some(condition), Some(opponent)) = (&goal.condition, engine.exchanged()?) {
+        let region = |which| temporal_game::region((engine, &opponent), which, condition);
+        let (positive, almost_sure) = (region(Which::PmaxPositive)?, region(Which::PmaxOne)?);
+        return Ok(ObjectiveRegions { target, positive, almost_sure });
+    }
+    let positive = pmax_positive(engine, &target)?;
+    let bound = match bound {
+        None => positive.clone(),
+        Some(b) => engine.intersection(b, &positive)?,
+    };
+    let almost_sure = almost_sure_within(engine, &target, &bound)?;
+    Ok(ObjectiveRegions { target, positive, almost_sure })
 }
 
 fn counts_of<E: Engine>(engine: &E, regions: &ObjectiveRegions<E>) -> Result<RegionCounts> {

@@ -17,6 +17,7 @@ mod shields;
 mod simulations;
 mod states;
 mod strategies;
+mod temporal;
 mod turns;
 
 use meliora::advanced::symbolic::Thresholds;

@@ -19,7 +19,7 @@ use super::random_program::{random_predicate, random_program};
 use super::{settings, thresholds};
 
 /// Turns a program into a game of one player.
-fn as_game(program: &Program) -> Program {
+pub(crate) fn as_game(program: &Program) -> Program {
     let players = Players {
         list: vec![Player { name: "all".into(), ours: true }],
         of_module: vec![Some(0); program.modules.len()],

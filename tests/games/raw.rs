@@ -76,10 +76,15 @@ impl Raw {
     /// Returns what each side can enforce: we, and the opponent. Panics if a strategy of one side that
     /// beats each strategy of the other is missing though no single one of these beats all.
     pub(crate) fn enforced(&self, target: &[bool]) -> [Enforced; 2] {
+        self.enforced_by(|picks| self.outcome(picks, target))
+    }
+
+    /// Returns what each side can enforce, from the outcome of each pair of strategies.
+    pub(crate) fn enforced_by(&self, outcome: impl Fn(&[usize]) -> Enforced) -> [Enforced; 2] {
         let [ours, theirs] = [false, true].map(|side| self.strategies(side));
         let outcomes: Vec<Vec<Enforced>> = ours
             .iter()
-            .map(|mine| theirs.iter().map(|yours| self.outcome(&joined(mine, yours), target)).collect())
+            .map(|mine| theirs.iter().map(|yours| outcome(&joined(mine, yours))).collect())
             .collect();
         [false, true].map(|side| {
             let of = |a: usize, b: usize| if side { &outcomes[b][a] } else { &outcomes[a][b] };

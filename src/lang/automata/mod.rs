@@ -15,8 +15,6 @@ mod progression;
 mod simplification;
 
 pub(crate) use formulas::{Form, FormulaId, Formulas, Window};
-#[cfg(test)]
-pub(crate) use leaves::Leaf;
-pub(crate) use leaves::{TooLarge, Tree, leaves};
+pub(crate) use leaves::{Leaf, TooLarge, Tree, leaves};
 pub(crate) use minimal::{Settled, steps};
 pub(crate) use monitor::{Decision, DecisionId, Monitor};

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use ahash::AHashMap;
 
 use super::formula::Formula;
+use super::games;
 use super::normaliser::{Meaning, Normaliser};
 use super::wording::{text_of, wording};
 use crate::ast::{Expr, NodeKind, Span};
@@ -62,18 +63,19 @@ impl<'p> Monitoring<'p> {
     ///
     /// # Errors
     /// Unknown names and wrong types; a limit on the size of normal forms and monitors or on the
-    /// number of cases, with the part of the formula; the model is a game.
+    /// number of cases, with the part of the formula; in a game, a combination of recurrence and
+    /// persistence.
     pub fn watch(
         &mut self,
         source: &Arc<SourceFile>,
         formula: &Formula,
         name: &str,
     ) -> Result<Condition<ExprId>> {
-        if self.program.players.is_some() {
-            return Err(of_a_game(source, formula));
-        }
         let normal = self.normal(source, formula)?;
-        let tree = leaves(&mut self.formulas, normal).map_err(|found| too_large(source, found))?;
+        let mut tree = leaves(&mut self.formulas, normal).map_err(|found| too_large(source, found))?;
+        if self.program.players.is_some() {
+            tree = games::in_a_game(&mut self.formulas, (source, formula), tree)?;
+        }
         let condition = self.condition(&tree, name).map_err(|found| too_large(source, found))?;
         for (which, condition) in [("formula", &condition), ("negation of the formula", &condition.negated())]
         {
@@ -440,14 +442,6 @@ impl Meaning for Reader<'_> {
 }
 
 /// Names the part of a formula that exceeds a limit.
-/// Returns the error for a formula over whole paths of a game.
-pub(super) fn of_a_game(source: &Arc<SourceFile>, formula: &Formula) -> Error {
-    let message = "temporal formulas over whole paths of a game are not supported";
-    let diagnostic = Diagnostic::new(source, formula.span.range(), message).severity(Severity::Unsupported);
-    let help = "supported are `F condition` under `history = state`, and `G condition` as a requirement";
-    diagnostic.label("not supported").help(help).into()
-}
-
 fn too_large(source: &Arc<SourceFile>, TooLarge { span, limit }: TooLarge) -> Error {
     match limit {
         Error::Limit(Limit::Size { what }) => {

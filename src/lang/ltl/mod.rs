@@ -6,6 +6,7 @@
 //! on states.
 
 mod formula;
+mod games;
 mod install;
 mod normaliser;
 mod parse;

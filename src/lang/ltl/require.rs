@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::formula::Formula;
-use super::install::{Monitoring, of_a_game};
+use super::install::Monitoring;
 use crate::automata::{Form, FormulaId, Formulas};
 use meliora_model::error::{Diagnostic, Error, Limit, Result, Severity, SourceFile};
 use meliora_model::expr::{Binary, ExprId, ExprPool, Unary};
@@ -59,9 +59,6 @@ impl Monitoring<'_> {
         let normal = self.normal(source, formula)?;
         let text = source.on_one_line(formula.span.range());
         let invariant = invariant(self.predicates.pool(), &self.formulas, normal);
-        if invariant.is_none() && self.program.players.is_some() {
-            return Err(of_a_game(source, formula));
-        }
         match invariant.is_some() || self.formulas.is_safe(normal) {
             true => Ok(Line { text, formula: normal, invariant }),
             false => Err(not_safe(source, formula)),

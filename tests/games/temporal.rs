@@ -1,0 +1,457 @@
+//! Temporal objectives of games: against all memoryless strategies of both sides on the product with
+//! the monitors, against the model with one player, and one engine against the other.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use meliora::advanced::lang::ltl::{Monitoring, parse_formula};
+use meliora::engine::regions::Regions;
+use meliora::engine::{Algebra, Engine, ExplicitEngine, Scope, SymbolicEngine};
+use meliora::error::{Error, SourceFile};
+use meliora::model::predicate::Predicate;
+use meliora::model::preference::{Goal, Preferences};
+use meliora::model::temporal::{Asks, Begin, Condition};
+use meliora::model::{ModelKind, Program, State};
+use meliora::planning::temporal::judged;
+use meliora::planning::{Analysis, AnalysisResult, Options, RegionSearch, Safety};
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::sample::select;
+
+use super::one_player::as_game;
+use super::random_program::{random_predicate, random_program};
+use super::raw::{Enforced, Raw, Won, loaded, program};
+use super::turns::with_turns;
+use super::{settings, thresholds};
+
+const REFUSED: &str = "a temporal formula of a game that combines recurrence and persistence";
+/// Products with more pairs of strategies are not enumerated.
+const MOST_PAIRS: usize = 2048;
+
+/// A formula over the labels "p" and "q", mostly one that games accept.
+fn formula() -> impl Strategy<Value = String> {
+    let label = || select(vec!["\"p\"", "\"q\"", "(!\"p\")", "(\"p\" & \"q\")"]).prop_map(str::to_owned);
+    let unary = (select(vec!["X", "F", "G", "F<=1", "F X", "G X"]), label());
+    let binary = (label(), select(vec!["U", "W", "R", "M"]), label());
+    let decided = prop_oneof![
+        unary.prop_map(|(o, a)| format!("({o} {a})")),
+        binary.prop_map(|(a, o, b)| format!("({a} {o} {b})")),
+    ];
+    let wild = (select(vec!["G F", "F G", "G F", "F G", "G F X"]), label());
+    let nested =
+        (label(), label(), select(vec!["(G (@ => F #))", "(F (@ & G #))", "(@ U (G #))", "(G (@ | X F #))"]));
+    let wild = prop_oneof![
+        2 => wild.prop_map(|(o, a)| format!("({o} {a})")),
+        1 => nested.prop_map(|(a, b, text)| text.replace('@', &a).replace('#', &b)),
+    ];
+    prop_oneof![2 => decided, 3 => wild].prop_recursive(2, 4, 2, |inner| {
+        let operator = select(vec!["&", "|", "=>", "<=>"]);
+        prop_oneof![
+            4 => (inner.clone(), operator, inner.clone()).prop_map(|(a, o, b)| format!("({a} {o} {b})")),
+            1 => inner.prop_map(|a| format!("(!{a})")),
+        ]
+    })
+}
+
+/// A game of `states` states with up to `choices` choices each, perhaps none, and the labels of the states.
+fn game(states: usize, choices: usize) -> impl Strategy<Value = (Raw, String)> {
+    let state = (any::<bool>(), vec(vec(0..states, 1..=3), 0..=choices));
+    let labels = (vec(any::<bool>(), states), vec(any::<bool>(), states));
+    (vec(state, states), labels).prop_map(|(all, (p, q))| {
+        let (theirs, mut choices): (Vec<bool>, Vec<Vec<Vec<usize>>>) = all.into_iter().unzip();
+        for successors in choices.iter_mut().flatten() {
+            successors.sort_unstable();
+            successors.dedup();
+        }
+        let label = |name: &str, set: &[bool]| {
+            let states = (0..set.len()).filter(|&s| set[s]).map(|s| format!(" | x={s}"));
+            format!("label \"{name}\" = false{};\n", states.collect::<String>())
+        };
+        (Raw { theirs, choices }, label("p", &p) + &label("q", &q))
+    })
+}
+
+/// The product of a program with the monitors of a formula; `None` for a formula that games refuse.
+fn watched(program: &Program, formula: &str) -> Option<(Arc<Program>, Condition)> {
+    let source = SourceFile::new("formula", formula);
+    let mut watching = Monitoring::new(program);
+    let condition = match watching.watch(&source, &parse_formula(&source).unwrap(), "w") {
+        Ok(condition) => condition,
+        Err(error) => {
+            let text = error.to_string();
+            assert!(text.contains(REFUSED) || text.contains("cases over its"), "{formula}: {text}");
+            return None;
+        }
+    };
+    let product = Arc::new(watching.finish(Begin::Everywhere).unwrap());
+    let condition = condition.map(&|mark| product.predicate(mark));
+    Some((product, condition))
+}
+
+fn listed<E: Engine>(engine: &E, condition: &Condition) -> Regions<Vec<State>> {
+    let found = RegionSearch::of_condition(engine, condition).all().unwrap();
+    found.map(|x| engine.list_states(&x, usize::MAX).unwrap())
+}
+
+/// The states of a product by their number, as a game.
+struct Product {
+    states: Vec<State>,
+    raw: Raw,
+    /// For each mark of the condition, the marked states as bits.
+    marked: Vec<(Predicate, u64)>,
+}
+
+impl Product {
+    /// Returns `None` if there are too many strategies.
+    fn new(game: &Raw, product: &Program, engine: &impl Engine, condition: &Condition) -> Option<Self> {
+        let states = engine.list_states(&engine.all_states(), usize::MAX).unwrap();
+        let number: BTreeMap<&State, usize> = states.iter().zip(0..).collect();
+        let owner = |s: &State| game.theirs[s[0] as usize];
+        let choices: Vec<Vec<Vec<usize>>> = states
+            .iter()
+            .map(|s| {
+                let steps = product.steps(s).unwrap();
+                steps.iter().map(|step| step.successors.iter().map(|(t, _)| number[t]).collect()).collect()
+            })
+            .collect();
+        let raw = Raw { theirs: states.iter().map(owner).collect(), choices };
+        let marked = condition.marks().into_iter().map(|mark| {
+            let here = engine.list_states(&engine.states_where(&mark).unwrap(), usize::MAX).unwrap();
+            let bits = here.iter().fold(0, |bits, s| bits | 1 << number[s]);
+            (mark, bits)
+        });
+        let small = raw.len() <= 40 && pairs(&raw) <= MOST_PAIRS;
+        let marked = if small { marked.collect() } else { return None };
+        Some(Product { raw, marked, states })
+    }
+
+    /// Returns whether paths that visit exactly these states infinitely often satisfy a condition.
+    fn holds(&self, condition: &Condition, within: u64) -> bool {
+        match condition {
+            Condition::Constant(value) => *value,
+            Condition::All(parts) => parts.iter().all(|part| self.holds(part, within)),
+            Condition::Any(parts) => parts.iter().any(|part| self.holds(part, within)),
+            Condition::Leaf(asks, mark) => {
+                let marked = self.marked.iter().find(|(other, _)| other == mark).unwrap().1;
+                matches!(asks, Asks::Accept | Asks::Again) == (marked & within != 0)
+            }
+        }
+    }
+
+    /// The outcome of two strategies: almost all paths end in a bottom component and visit all of it again
+    /// and again.
+    fn outcome(&self, picks: &[usize], condition: &Condition) -> Enforced {
+        let n = self.raw.len();
+        let next = |s: usize| self.raw.choices[s][picks[s]].iter().fold(0u64, |bits, t| bits | 1 << t);
+        let mut reached: Vec<u64> = (0..n).map(|s| 1 << s | next(s)).collect();
+        for via in 0..n {
+            for s in 0..n {
+                if reached[s] >> via & 1 == 1 {
+                    reached[s] |= reached[via];
+                }
+            }
+        }
+        let among = |bits: u64| (0..n).filter(move |t| bits >> t & 1 == 1);
+        let is_bottom = |s: usize| among(reached[s]).all(|t| reached[t] >> s & 1 == 1);
+        let good: Vec<Option<bool>> =
+            (0..n).map(|s| is_bottom(s).then(|| self.holds(condition, reached[s]))).collect();
+        let ends = |s: usize| among(reached[s]).filter_map(|t| good[t]);
+        Enforced {
+            surely: (0..n).map(|s| ends(s).all(|good| good)).collect(),
+            possibly: (0..n).map(|s| ends(s).any(|good| good)).collect(),
+        }
+    }
+
+    /// The four regions by enumeration.
+    fn regions(&self, condition: &Condition) -> Regions<Vec<State>> {
+        let [us, them] = self.raw.enforced_by(|picks| self.outcome(picks, condition));
+        let list = |won: &Won| {
+            let all = self.states.iter().zip(won).filter(|(_, won)| **won);
+            all.map(|(s, _)| s.clone()).collect::<Vec<_>>()
+        };
+        Regions {
+            pmax_one: list(&us.surely),
+            pmax_positive: list(&us.possibly),
+            pmin_one: list(&them.surely),
+            pmin_positive: list(&them.possibly),
+        }
+    }
+}
+
+/// The number of pairs of strategies, bounded.
+fn pairs(raw: &Raw) -> usize {
+    raw.choices.iter().fold(1, |all: usize, choices| all.saturating_mul(choices.len().max(1)))
+}
+
+/// Compares both engines with all strategies; returns false if the product is too large or refused.
+fn compare(raw: &Raw, labels: &str, formula: &str) -> bool {
+    let Some((product, condition)) = watched(&program(&(raw.text() + labels)), formula) else { return false };
+    let explicit = ExplicitEngine::new(product.clone(), settings(Scope::All, thresholds()[0])).unwrap();
+    let Some(brute) = Product::new(raw, &product, &explicit, &condition) else { return false };
+    let expected = brute.regions(&condition);
+    assert_eq!(listed(&explicit, &condition), expected, "{formula}: {raw:?} {labels}");
+    for thresholds in thresholds() {
+        let symbolic = SymbolicEngine::new(product.clone(), settings(Scope::All, thresholds)).unwrap();
+        assert_eq!(listed(&symbolic, &condition), expected, "{formula}: {raw:?} {labels}");
+    }
+    true
+}
+
+/// In x=0 the opponent stays, or moves on to x=1 without "p"; there chance leads back or to x=2.
+fn choice_of_the_opponent(theirs: bool) -> Raw {
+    Raw {
+        theirs: vec![theirs, false, false],
+        choices: vec![vec![vec![0], vec![1]], vec![vec![0, 2]], vec![vec![2]]],
+    }
+}
+
+#[test]
+fn persistence_may_be_won_where_the_opponent_never_lets_us_settle() {
+    let labels = "label \"p\" = x!=1;\nlabel \"q\" = x=2;\n";
+    for formula in ["F G \"p\"", "G F (!\"p\")", "(F G \"p\") & (F \"q\")", "(G \"p\") | (F \"q\")"] {
+        assert!(compare(&choice_of_the_opponent(true), labels, formula), "{formula}");
+    }
+    let (product, condition) =
+        watched(&program(&(choice_of_the_opponent(true).text() + labels)), "F G \"p\"").unwrap();
+    let engine = ExplicitEngine::new(product, settings(Scope::All, thresholds()[0])).unwrap();
+    let mut search = RegionSearch::of_condition(&engine, &condition);
+    let secured = search.goal().unwrap();
+    let states = |x: &_| engine.list_states(x, 9).unwrap().iter().map(|s| s[0]).collect::<Vec<_>>();
+    let found = search.all().unwrap();
+    // x=2 is secured. From the other states, the opponent may stay in x=0, or let us reach x=2.
+    assert!(states(&secured).iter().all(|&x| x == 2));
+    assert_eq!(states(&engine.all_states()), states(&found.pmax_one));
+}
+
+#[test]
+fn all_games_of_two_states() {
+    let options: Vec<Vec<Vec<usize>>> = {
+        let all = [vec![0], vec![1], vec![0, 1]];
+        let two = (0..3).flat_map(|i| (0..i).map(move |j| vec![i, j]));
+        let one = (0..3).map(|i| vec![i]);
+        one.chain(two)
+            .chain([vec![]])
+            .map(|of| of.into_iter().map(|i: usize| all[i].clone()).collect())
+            .collect()
+    };
+    let labels = "label \"p\" = x=0;\nlabel \"q\" = x=1;\n";
+    let mut number = 0;
+    for formula in [
+        "G F \"p\"",
+        "F G \"p\"",
+        "(F \"q\") <=> (G F \"p\")",
+        "(X \"q\") => (F G \"p\")",
+        "(G \"p\") | (F X \"p\")",
+        "G (\"p\" => F \"q\")",
+        "(G F \"p\") & (G F \"q\")",
+    ] {
+        for first in &options {
+            for second in &options {
+                for owners in 0..4 {
+                    let theirs = vec![owners & 1 == 1, owners & 2 == 2];
+                    let raw = Raw { theirs, choices: vec![first.clone(), second.clone()] };
+                    number += usize::from(compare(&raw, labels, formula));
+                }
+            }
+        }
+    }
+    assert!(number > 1000, "{number}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(600))]
+
+    #[test]
+    fn regions_are_those_of_all_strategies((raw, labels) in game(4, 2), formula in formula()) {
+        compare(&raw, &labels, &formula);
+    }
+}
+
+/// Gives the opponent the states in which there is nothing to choose.
+fn without_moves(raw: &Raw) -> Raw {
+    Raw { theirs: raw.choices.iter().map(|choices| choices.len() < 2).collect(), ..raw.clone() }
+}
+
+fn mdp(raw: &Raw) -> String {
+    let text = raw.text();
+    let modules = text.find("global").unwrap();
+    format!("mdp\n{}", &text[modules..])
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(500))]
+
+    #[test]
+    fn an_opponent_without_moves_changes_nothing((raw, labels) in game(7, 2), formula in formula()) {
+        let Some((game, condition)) = watched(&program(&(without_moves(&raw).text() + &labels)), &formula) else {
+            return Ok(());
+        };
+        let (alone, own) = watched(&program(&(mdp(&raw) + &labels)), &formula).unwrap();
+        let explicit = |program: &Arc<Program>| {
+            ExplicitEngine::new(program.clone(), settings(Scope::All, thresholds()[0])).unwrap()
+        };
+        let (one, other) = (explicit(&alone), explicit(&game));
+        let fresh = |engine: &ExplicitEngine, program: &Program, found: Regions<_>| {
+            let fresh = program.predicate(program.monitors.as_ref().unwrap().fresh);
+            let found = judged(engine, &fresh, found).unwrap();
+            found.map(|x| engine.list_states(&x, usize::MAX).unwrap().iter().map(|s| s[0]).collect::<Vec<_>>())
+        };
+        let expected = fresh(&one, &alone, RegionSearch::of_condition(&one, &own).all().unwrap());
+        prop_assert_eq!(fresh(&other, &game, RegionSearch::of_condition(&other, &condition).all().unwrap()), expected);
+    }
+
+    #[test]
+    fn one_player_is_an_mdp(
+        of in vec(0u16..1000, 0..80),
+        labels in [vec(0u16..1000, 0..8), vec(0u16..1000, 0..8)],
+        formula in formula(),
+    ) {
+        let program = labelled(&of, &labels, |program| program.kind = ModelKind::Mdp);
+        let Some((game, condition)) = watched(&as_game(&program), &formula) else { return Ok(()) };
+        let symbolic = |program: &Arc<Program>| {
+            SymbolicEngine::new(program.clone(), settings(Scope::Reachable, thresholds()[0])).unwrap()
+        };
+        let expected = match watched(&program, &formula) {
+            // In a game, several marks become one.
+            Some((alone, own)) if own.marks().len() == condition.marks().len() => listed(&symbolic(&alone), &own),
+            _ => return Ok(()),
+        };
+        let engine = symbolic(&game);
+        prop_assert_eq!(&listed(&engine, &condition), &expected);
+        let opponent = engine.with_coalition(&[false]).unwrap();
+        let Regions { pmax_one, pmax_positive, pmin_one, pmin_positive } = listed(&opponent, &condition);
+        prop_assert_eq!((pmin_one, pmin_positive), (expected.pmax_one, expected.pmax_positive));
+        prop_assert_eq!((pmax_one, pmax_positive), (expected.pmin_one, expected.pmin_positive));
+    }
+
+    #[test]
+    fn both_engines_agree_on_random_games(
+        of in vec(0u16..1000, 0..120),
+        labels in [vec(0u16..1000, 0..8), vec(0u16..1000, 0..8)],
+        formula in formula(),
+        bits in any::<u64>(),
+        all in any::<bool>(),
+    ) {
+        let program = labelled(&of, &labels, |program| with_turns(program, bits));
+        let Some((product, condition)) = watched(&program, &formula) else { return Ok(()) };
+        let scope = if all { Scope::All } else { Scope::Reachable };
+        let explicit = ExplicitEngine::new(product.clone(), settings(scope, thresholds()[0])).unwrap();
+        for thresholds in thresholds() {
+            let symbolic = SymbolicEngine::new(product.clone(), settings(scope, thresholds)).unwrap();
+            for coalition in [[true, false], [false, true], [true, true], [false, false]] {
+                let (one, other) =
+                    (symbolic.with_coalition(&coalition).unwrap(), explicit.with_coalition(&coalition).unwrap());
+                prop_assert_eq!(listed(&one, &condition), listed(&other, &condition), "{} {:?}", formula, coalition);
+            }
+        }
+    }
+}
+
+/// A random program with the labels "p" and "q".
+fn labelled(of: &[u16], labels: &[Vec<u16>; 2], change: impl FnOnce(&mut Program)) -> Program {
+    let mut program = random_program(of, false);
+    change(&mut program);
+    for (name, label) in ["p", "q"].into_iter().zip(labels) {
+        let label = random_predicate(&mut program, label);
+        program.labels.push((name.to_owned(), label));
+    }
+    program
+}
+
+fn analysed<E: Engine>(
+    engine: E,
+    preferences: &Arc<Preferences>,
+    safety: Safety,
+) -> (Analysis<E>, AnalysisResult) {
+    let options = Options { safety, ..Options::default() };
+    let mut analysis = Analysis::new(&Arc::new(engine), preferences, options);
+    analysis.run(&mut |_| ()).unwrap();
+    let result = analysis.result().clone();
+    (analysis, result)
+}
+
+/// Preferences over three formulas, with a requirement.
+fn preferences(formulas: &[String], required: &str) -> String {
+    let objective = |(i, formula): (usize, &String)| format!("objective o{i} = {formula};\n");
+    let objectives: String = formulas.iter().enumerate().map(objective).collect();
+    format!("history = play;\n{objectives}prefer o0 > o1;\nprefer o0 > o2;\n{required}")
+}
+
+/// Reads a game and preferences; `None` if some formula is refused.
+fn accepted(text: &str, preferences: &str) -> Option<(Arc<Program>, Arc<Preferences>)> {
+    let mut program = program(text);
+    match meliora::lang::load_preferences(&SourceFile::new("preferences", preferences), &mut program) {
+        Ok(_) => Some(loaded(text, preferences)),
+        Err(Error::Input(all)) => {
+            assert!(
+                all.iter().all(|d| d.message.starts_with(REFUSED) || d.message.contains("cases over its"))
+            );
+            None
+        }
+        Err(other) => panic!("{other}"),
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    /// The objectives that we can enforce grow with each move of the opponent, so none weakens.
+    #[test]
+    fn outcomes_are_those_of_the_formulas_and_the_opponent_never_weakens(
+        (raw, labels) in game(6, 2),
+        formulas in [formula(), formula(), formula()],
+        required in select(vec!["", "require G (x!=5);", "require (x!=5) W \"q\";", "require G (\"p\" => X (x!=4));"]),
+    ) {
+        let Some((program, preferences)) =
+            accepted(&(raw.text() + &labels), &preferences(&formulas, required)) else { return Ok(()) };
+        for safety in [Safety::Action, Safety::Prefix] {
+            let own = settings(Scope::Reachable, thresholds()[0]);
+            let explicit = ExplicitEngine::new(program.clone(), own.clone()).unwrap();
+            let (explicit, result) = analysed(explicit, &preferences, safety);
+            let symbolic = SymbolicEngine::new(program.clone(), own).unwrap();
+            prop_assert_eq!(&result, &analysed(symbolic, &preferences, safety).1);
+            let engine = explicit.engine();
+            for (i, objective) in preferences.objectives.iter().enumerate() {
+                let regions = explicit.outcomes().unwrap().get(i).unwrap();
+                let Goal::Satisfy { condition, .. } = &objective.goal else { panic!() };
+                let found = RegionSearch::of_condition(engine, condition).all().unwrap();
+                prop_assert!(engine.same(&found.pmax_one, &regions.almost_sure).unwrap());
+                prop_assert!(engine.same(&found.pmax_positive, &regions.positive).unwrap());
+                if let Some(theirs) = engine.theirs() {
+                    let own = engine.choices_in(&engine.all_choices(), &theirs).unwrap();
+                    let own = engine.choices_in(&own, &regions.almost_sure).unwrap();
+                    let left = engine.difference(&engine.post(&own).unwrap(), &regions.almost_sure).unwrap();
+                    prop_assert!(engine.is_empty(&left).unwrap());
+                }
+            }
+            let classes = explicit.classes().unwrap();
+            for class in &classes.list {
+                let Some(theirs) = engine.theirs() else { continue };
+                let own = engine.choices_in(&engine.all_choices(), &theirs).unwrap();
+                let own = engine.choices_in(&own, &class.states).unwrap();
+                let worse = engine.intersection(&engine.post(&own).unwrap(), &class.worse).unwrap();
+                prop_assert!(engine.is_empty(&worse).unwrap());
+            }
+        }
+    }
+
+    #[test]
+    fn preferences_with_an_opponent_without_moves_are_those_of_an_mdp(
+        (raw, labels) in game(6, 2),
+        formulas in [formula(), formula(), formula()],
+        required in select(vec!["", "require (x!=5) W \"q\";"]),
+    ) {
+        let wishes = preferences(&formulas, required);
+        let Some(game) = accepted(&(without_moves(&raw).text() + &labels), &wishes) else { return Ok(()) };
+        let alone = loaded(&(mdp(&raw) + &labels), &wishes);
+        prop_assume!(alone.0.variables.len() == game.0.variables.len());
+        for safety in [Safety::Action, Safety::Prefix] {
+            let result = |(program, preferences): &(Arc<Program>, Arc<Preferences>)| {
+                let own = settings(Scope::Reachable, thresholds()[0]);
+                analysed(ExplicitEngine::new(program.clone(), own).unwrap(), preferences, safety).1
+            };
+            // Where the opponent may choose between disjuncts, fewer states are secured.
+            prop_assert_eq!(result(&game), result(&alone));
+        }
+    }
+}
