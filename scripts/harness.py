@@ -15,11 +15,12 @@ import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any, NoReturn, Sequence
+from typing import IO, Any, Callable, NoReturn, Sequence, TypeVar
 
 ROOT = Path(__file__).resolve().parent.parent
 OBJECTIVE = re.compile(r"^\s*objective\s+\w+\s*=\s*F\s*(.+?)\s*;", re.MULTILINE | re.DOTALL)
 OUT_OF_RESOURCES = 4
+T = TypeVar("T")
 
 
 def stop(message: str) -> NoReturn:
@@ -36,6 +37,7 @@ class Finished:
     stdout: str
     stderr: str
     seconds: float
+    cpu_seconds: float
     peak_bytes: int
     timed_out: bool
 
@@ -61,7 +63,14 @@ def run(command: Sequence[str], timeout: float) -> Finished:
         seconds = time.perf_counter() - start
         scale = 1 if sys.platform == "darwin" else 1024
         peak_bytes = usage.ru_maxrss * scale
-        return Finished(child.returncode, _read(out), _read(err), seconds, peak_bytes, expired.is_set())
+        ended = expired.is_set()
+        return Finished(child.returncode, _read(out), _read(err), seconds, usage.ru_utime, peak_bytes, ended)
+
+
+def alternately(runs: int, tasks: Sequence[Callable[[], T]]) -> list[list[T]]:
+    """Runs tasks one after the other, several times; returns the results of each task."""
+    rounds = [[task() for task in tasks] for _ in range(runs)]
+    return [list(results) for results in zip(*rounds)]
 
 
 def _end(group: int, expired: threading.Event) -> None:

@@ -52,6 +52,7 @@ const ELIMINABLE: usize = 50_000;
 const FLOOR: f64 = 1e-6;
 
 /// The bounds of the groups.
+#[derive(Debug)]
 pub(super) struct Found {
     pub(super) low: Vec<f64>,
     pub(super) high: Vec<Option<f64>>,
@@ -108,15 +109,14 @@ impl Iteration<'_> {
             let Some(high) = self.high.as_mut().filter(|_| self.sparse.sense == Sense::Max) else {
                 return Ok(false);
             };
-            let mut change = 0.0f64;
-            for group in 0..high.len() {
-                meter.step()?;
-                let (q, _) = self.sparse.best(group, true, high);
-                if q < high[group] {
-                    change = change.max((high[group] - q) / high[group].max(FLOOR));
-                    high[group] = q;
+            let mut change = Change::default();
+            self.sparse.sweep(true, high, meter, |_, x, (q, _)| {
+                if q < *x {
+                    change.note(*x - q, *x);
+                    *x = q;
                 }
-            }
+            })?;
+            let change = change.0;
             meter.progress(&|| format!("upper bounds of {} states, change {change:.1e}", high.len()));
             if pace.after(change).is_some() {
                 return Ok(self.is_narrow());
@@ -130,19 +130,18 @@ impl Iteration<'_> {
     fn raise(&mut self, still: f64, meter: &mut Meter<'_>) -> Result<bool> {
         let mut pace = Pace::new(still, self.sparse.groups());
         loop {
-            let mut change = 0.0f64;
-            for group in 0..self.sparse.groups() {
-                meter.step()?;
-                let (q, action) = self.sparse.best(group, false, &self.low);
-                let x = self.low[group];
-                if q > x {
-                    change = change.max(if x == 0.0 { 1.0 } else { (q - x) / q.max(FLOOR) });
-                    self.low[group] = q;
-                    if self.sparse.sense == Sense::Max {
-                        self.policy[group] = action as u32;
+            let mut change = Change::default();
+            let (greatest, policy) = (self.sparse.sense == Sense::Max, &mut self.policy);
+            self.sparse.sweep(false, &mut self.low, meter, |group, x, (q, action)| {
+                if q > *x {
+                    change.note(if *x == 0.0 { q.max(FLOOR) } else { q - *x }, q);
+                    *x = q;
+                    if greatest {
+                        policy[group] = action as u32;
                     }
                 }
-            }
+            })?;
+            let change = change.0;
             meter.progress(&|| format!("lower bounds of {} states, change {change:.1e}", self.low.len()));
             if let Some(done) = pace.after(change) {
                 return Ok(done);
@@ -172,16 +171,16 @@ impl Iteration<'_> {
     fn confirm(&mut self, mut x: Vec<f64>, meter: &mut Meter<'_>) -> Result<bool> {
         let (mut last, mut policy) = (f64::INFINITY, self.policy.clone());
         for sweep in 0.. {
-            let mut raised = 0.0f64;
-            for group in 0..x.len() {
-                meter.step()?;
-                let (q, action) = self.sparse.best(group, true, &x);
-                raised = raised.max((q - x[group]) / q.max(FLOOR));
-                x[group] = q;
-                if self.sparse.sense == Sense::Min {
+            let mut raised = Change::default();
+            let least = self.sparse.sense == Sense::Min;
+            self.sparse.sweep(true, &mut x, meter, |group, x, (q, action)| {
+                raised.note(q - *x, q);
+                *x = q;
+                if least {
                     policy[group] = action as u32;
                 }
-            }
+            })?;
+            let raised = raised.0;
             if raised <= 0.0 {
                 self.policy = policy;
                 // Both are upper bounds.
@@ -211,14 +210,12 @@ impl Iteration<'_> {
     fn follow(&self, x: &mut [f64], width: f64, meter: &mut Meter<'_>) -> Result<bool> {
         let mut pace = Pace::new(width * STILL, x.len());
         loop {
-            let mut change = 0.0f64;
-            for group in 0..x.len() {
-                meter.step()?;
-                let (q, _) = self.sparse.best(group, true, x);
-                change = change.max((q - x[group]) / q.max(FLOOR));
-                x[group] = q.max(x[group]);
-            }
-            if let Some(done) = pace.after(change) {
+            let mut change = Change::default();
+            self.sparse.sweep(true, x, meter, |_, x, (q, _)| {
+                change.note(q - *x, q);
+                *x = q.max(*x);
+            })?;
+            if let Some(done) = pace.after(change.0) {
                 return Ok(done);
             }
         }
@@ -235,6 +232,23 @@ impl Iteration<'_> {
             None => vec![None; self.low.len()],
         };
         Found { low: self.low, high, picks }
+    }
+}
+
+/// The greatest change of a sweep, relative to the values from [`FLOOR`] on.
+#[derive(Default)]
+struct Change(f64);
+
+impl Change {
+    /// Counts a change of a value.
+    #[inline]
+    fn note(&mut self, by: f64, value: f64) {
+        let scale = value.max(FLOOR);
+        // Most changes are smaller, and then a product is faster than a quotient. An infinite one is not a
+        // number, and counts.
+        if !(by <= self.0 * scale) {
+            self.0 = self.0.max(by / scale);
+        }
     }
 }
 
@@ -311,7 +325,8 @@ mod tests {
                 let number = sparse.choices.len() as u32;
                 let (low, width) = (made.constant(), if number == 0 { width } else { 0.0 });
                 let high = low + made.exits.first().map_or(0.0, |exit| exit.1 * width);
-                sparse.push(number, made.edges.iter().copied(), [low, high, made.greatest() + width]);
+                let escape = made.exits.iter().map(|exit| exit.1).sum();
+                sparse.push(number, made.edges.iter().copied(), [low, high, made.greatest() + width, escape]);
             }
         }
         sparse.begin(groups.len() as u32);

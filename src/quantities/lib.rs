@@ -94,12 +94,15 @@
 pub mod all_states;
 pub mod answer;
 pub mod choose;
+mod codes;
 mod component;
 mod components;
 pub mod confirmed;
 pub mod cost;
+mod doubles;
 mod eliminate;
 mod explore;
+mod facts;
 mod graph;
 mod groups;
 mod horizon;
