@@ -54,9 +54,15 @@ impl Codes {
         let number = self.len() as u32;
         self.codes.extend_from_slice(code);
         self.keys.push(key);
-        let mut numbers = self.numbers.take().unwrap_or_default();
-        numbers.insert_unique(hash(&self.hasher, key, code), number, |&number| self.hash(number));
-        self.numbers = OnceLock::from(numbers);
+        let hash = hash(&self.hasher, key, code);
+        self.numbers.get_or_init(HashTable::new);
+        let Codes { words, codes, keys, numbers, hasher } = self;
+        let rehash = |&number: &u32| {
+            self::hash(hasher, keys.get(number as usize), &codes[number as usize * *words..][..*words])
+        };
+        if let Some(numbers) = numbers.get_mut() {
+            numbers.insert_unique(hash, number, rehash);
+        }
     }
 
     /// Drops what finds numbers.

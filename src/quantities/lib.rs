@@ -112,6 +112,7 @@ mod meter;
 mod narrow;
 mod number;
 pub mod outlook;
+mod pace;
 pub mod path_values;
 mod places;
 mod repeated;
