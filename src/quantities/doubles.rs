@@ -285,3 +285,60 @@ impl Work<'_> {
         Ok(None)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meliora_engine::NoProgress;
+
+    /// An action: its edges, and an exit with its value and probability.
+    type Made = (Vec<(u32, f64)>, Option<(f64, f64)>);
+
+    fn sparse(sense: Sense, groups: &[Vec<Made>]) -> Sparse {
+        let mut sparse = Sparse::empty(sense);
+        (sparse.error, sparse.least) = (16.0 * f64::EPSILON, 0.5);
+        for (group, actions) in (0..).zip(groups) {
+            sparse.begin(group);
+            for (edges, exit) in actions {
+                let (value, escape) = exit.unwrap_or_default();
+                sparse.push(group, edges.iter().copied(), [value * escape, value * escape, value, escape]);
+            }
+        }
+        sparse.begin(groups.len() as u32);
+        sparse
+    }
+
+    /// A fair game: it ends with 1 to the right of the last group and with 0 to the left of the first one.
+    /// Far from the ends, a step of 2 is as good as one of 1.
+    fn fair(n: u32) -> Vec<Vec<Made>> {
+        let step = |i: u32, by: u32| (vec![(i - by, 0.5), (i + by, 0.5)], None);
+        let group = |i: u32| match i {
+            0 => vec![(vec![(1, 0.5)], Some((0.0, 0.5)))],
+            i if i == n - 1 => vec![(vec![(i - 1, 0.5)], Some((1.0, 0.5)))],
+            i if i == 1 || i == n - 2 => vec![step(i, 1)],
+            i => vec![step(i, 2), step(i, 1)],
+        };
+        (0..n).map(group).collect()
+    }
+
+    #[test]
+    fn bounds_are_narrow_where_all_actions_are_equally_good() {
+        for sense in [Sense::Max, Sense::Min] {
+            let fair = sparse(sense, &fair(300));
+            let found = solve(&fair, &mut Meter::unlimited(&NoProgress)).unwrap().unwrap();
+            for (i, (low, high)) in found.low.iter().zip(&found.high).enumerate() {
+                let (value, high) = ((i + 1) as f64 / 301.0, high.unwrap());
+                assert!(*low <= value && value <= high, "{i}: {low} {high}");
+                assert!(low < &high && high - low < 1e-9, "{i}: {low} {high}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_component_that_is_hardly_left_has_no_narrow_bounds() {
+        let rare = 2.0f64.powi(-40);
+        let group = |i: u32| vec![(vec![((i + 1) % 50, 1.0 - rare)], Some((0.5, rare)))];
+        let ring = sparse(Sense::Max, &(0..50).map(group).collect::<Vec<_>>());
+        assert!(solve(&ring, &mut Meter::unlimited(&NoProgress)).unwrap().is_none());
+    }
+}

@@ -24,9 +24,6 @@ use meliora_model::error::Result;
 /// Results below this may have lost digits.
 pub(super) const TINY: f64 = 1e-280;
 
-/// The number of groups of a sweep after which the progress sink is asked whether to go on.
-const POLL: usize = 16;
-
 /// A component in compressed rows. Few probabilities and constants are different, so they are stored
 /// once.
 #[derive(Debug)]
@@ -263,9 +260,7 @@ impl Sparse {
         let distinct = self.probabilities.distinct();
         let mut rest = self.to.iter().zip(numbers);
         for group in 0..x.len() {
-            if group % POLL == 0 {
-                meter.step()?;
-            }
+            meter.step()?;
             let mut best = self.worst(group);
             for action in self.first[group] as usize..self.first[group + 1] as usize {
                 let &[low, high, exit, _] = self.constants.get(action);
