@@ -65,7 +65,7 @@ class PrismGames:
         command += [f"-{self.engine}", "-javamaxmem", "8g", "-cuddmaxmem", "4g"]
         command += ["-const", instance.constants] if instance.constants else []
         finished = harness.run(command, timeout)
-        result = Measurement(wall=finished.seconds, cpu=finished.cpu, peak_bytes=finished.peak_bytes)
+        result = Measurement(wall=finished.seconds, cpu=finished.cpu_seconds, peak_bytes=finished.peak_bytes)
         self._read(finished.stdout, result)
         if not {"pmax_one", "pmax_positive"} <= result.counts.keys():
             error = re.search(r"^Error: (.*)", finished.stdout, re.MULTILINE)

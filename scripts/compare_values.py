@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Compares the probabilities of `meliora reach` with those of Storm's sparse engine, and the times of both.
 
-usage: compare_values.py FOLDER [--only TEXT] [--timeout S] [--memory M] [--csv FILE] [--binary PATH]
+usage: compare_values.py FOLDER [--only TEXT] [--runs N] [--timeout S] [--memory M] [--csv FILE] [--binary PATH]
 
 FOLDER/perf.json is a list of {id, model, constants, target}, models relative to FOLDER, in PRISM's language. For each
-instance Pmax=? and Pmin=? of reaching the target are asked. Meliora's time is that of the whole process, Storm's that of
-reading, building and checking, with its sound methods, in a process of its own (`pip install stormpy`). A value agrees if
-Storm's number is inside the interval, or at most 2e-6 away from it.
+instance Pmax=? and Pmin=? of reaching the target are asked. Times are CPU seconds in user mode, the least of all runs, which
+alternate: Meliora's are those of the whole process, Storm's those of reading, building and checking, with its sound methods,
+in a process of its own (`pip install stormpy`). A value agrees if Storm's number is inside the interval, or at most 2e-6 away
+from it.
 Exit status: 0 all agree, 1 a difference, 2 usage.
 """
 
@@ -17,7 +18,6 @@ import csv
 import json
 import math
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +35,7 @@ def ask(model: str, constants: str, question: str) -> None:
     """Lets Storm compute one value in this process; prints its range over the initial states, and the seconds."""
     import stormpy
 
-    start = time.perf_counter()
+    start = storm_worker.cpu_seconds()
     program = storm_worker.parse(stormpy, model)
     asked = stormpy.parse_property(question, program)
     program, [asked] = stormpy.instantiate_constants(program, constants, [asked])
@@ -44,7 +44,7 @@ def ask(model: str, constants: str, question: str) -> None:
     environment.solver().force_soundness = True
     result = stormpy.model_checking(built, asked, environment=environment)
     values = [result.get_value(state) for state in built.initial_states]
-    print(json.dumps({"seconds": time.perf_counter() - start, "least": min(values), "most": max(values)}))
+    print(json.dumps({"seconds": storm_worker.cpu_seconds() - start, "least": min(values), "most": max(values)}))
 
 
 def last_object(text: str) -> dict[str, Any] | None:
@@ -59,14 +59,18 @@ def compare(args: argparse.Namespace, instance: dict[str, Any], question: str) -
     """One row of the table; cells without an answer are empty."""
     model, constants = str(args.folder / instance["model"]), instance["constants"] or ""
     command = [args.binary, "reach", model, "--property", question, "--json", "--quiet", "--memory", args.memory]
-    ours = harness.run(command + (["--const", constants] if constants else []), args.timeout)
-    report = json.loads(ours.stdout) if ours.status == 0 else {}
+    command += ["--const", constants] if constants else []
+    asked = [sys.executable, __file__, "--ask", model, constants, question]
+    ours, theirs = harness.alternately(
+        args.runs, [lambda: harness.run(command, args.timeout), lambda: harness.run(asked, args.timeout)]
+    )
+    report = json.loads(ours[0].stdout) if ours[0].status == 0 else {}
     bounds = (report.get("properties") or [{}])[0].get("value")
-    theirs = harness.run([sys.executable, __file__, "--ask", model, constants, question], args.timeout)
-    storm = None if theirs.timed_out else last_object(theirs.stdout)
+    answers = [last_object(run.stdout) for run in theirs if not run.timed_out]
+    storm = min((answer for answer in answers if answer), key=lambda answer: answer["seconds"], default=None)
     row = dict.fromkeys(COLUMNS, "") | {"id": instance["id"], "property": question[:4]}
     if bounds:
-        row |= {"lower": bounds["lower"], "upper": bounds["upper"], "seconds": f"{ours.seconds:.2f}"}
+        row |= {"lower": bounds["lower"], "upper": bounds["upper"], "seconds": f"{min(run.cpu_seconds for run in ours):.2f}"}
     if storm:
         row |= {"storm": storm["least"], "storm_seconds": f"{storm['seconds']:.2f}"}
     if bounds and storm:
@@ -98,6 +102,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--only", default="")
+    parser.add_argument("--runs", type=int, default=1)
     parser.add_argument("--timeout", type=float, default=20)
     parser.add_argument("--memory", default="4GiB")
     parser.add_argument("--csv", type=Path)

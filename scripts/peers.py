@@ -61,7 +61,7 @@ def _measurement(finished: harness.Finished) -> Measurement:
     status = "done" if finished.status == 0 else harness.complaint(finished)
     if finished.timed_out or finished.status == harness.OUT_OF_RESOURCES:
         status = "stopped"
-    return Measurement(wall=finished.seconds, cpu=finished.cpu, peak_bytes=finished.peak_bytes, status=status)
+    return Measurement(wall=finished.seconds, cpu=finished.cpu_seconds, peak_bytes=finished.peak_bytes, status=status)
 
 
 @dataclass

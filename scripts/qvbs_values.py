@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 """Compares the values of `meliora reach` with the reference results of the Quantitative Verification Benchmark Set.
 
-usage: qvbs_values.py BENCHMARKS [--models DIR] [--only TEXT] [--timeout S] [--storm] [--markdown FILE] [--binary PATH]
+usage: qvbs_values.py BENCHMARKS [--models DIR] [--only TEXT] [--timeout S] [--storm] [--runs N] [--markdown FILE]
+                      [--binary PATH]
 
 BENCHMARKS is the folder `benchmarks` of the set (https://github.com/ahartmanns/qcomp), whose files `index.json` have the
 results; --models: the folder with the JANI files, if they are elsewhere. For each instance and property of type
 `prob-reach` or `exp-reward` with a result, the interval must contain the reference value: exactly if the result is a
 fraction, and up to its own precision (1e-3, relative) if it is an approximation. With --storm, Storm's sparse engine
-computes the same values with its sound methods, as a process of its own (`pip install stormpy`).
+computes the same values with its sound methods, as a process of its own (`pip install stormpy`). Times are CPU seconds in user
+mode, the least of all runs, which alternate.
 Exit status: 0 all agree, 1 a difference, 2 usage.
 """
 
@@ -17,12 +19,13 @@ import argparse
 import json
 import math
 import sys
-import time
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any, Iterator
 
 import harness
+import storm_worker
 
 # Exact results have thousands of digits.
 sys.set_int_max_str_digits(0)
@@ -71,7 +74,7 @@ def storm(path: str, constants: str, name: str) -> None:
     """Lets Storm compute one value, in this process; prints the seconds, building included."""
     import stormpy
 
-    start = time.perf_counter()
+    start = storm_worker.cpu_seconds()
     program, properties = stormpy.parse_jani_model(path)
     chosen = [p for p in properties if p.get_name() == name]
     program, chosen = stormpy.instantiate_constants(program, constants, chosen)
@@ -79,16 +82,15 @@ def storm(path: str, constants: str, name: str) -> None:
     environment = stormpy.Environment()
     environment.solver().force_soundness = True
     stormpy.model_checking(model, chosen[0], environment=environment)
-    print(json.dumps({"seconds": time.perf_counter() - start}))
+    print(json.dumps({"seconds": storm_worker.cpu_seconds() - start}))
 
 
-def ask_storm(path: Path, constants: str, name: str, timeout: float) -> str:
-    command = [sys.executable, __file__, "--ask-storm", str(path), constants, name]
-    done = harness.run(command, timeout)
-    if done.timed_out:
+def of_storm(runs: list[harness.Finished], timeout: float) -> str:
+    """The least time of Storm, as text."""
+    if any(run.timed_out for run in runs):
         return f"> {timeout:.0f} s"
     try:
-        return f"{json.loads(done.stdout.splitlines()[-1])['seconds']:.2f} s"
+        return f"{min(json.loads(run.stdout.splitlines()[-1])['seconds'] for run in runs):.2f} s"
     except (IndexError, json.JSONDecodeError):
         return "no answer"
 
@@ -99,8 +101,12 @@ def compare(args: argparse.Namespace, row: tuple[str, Path, str, dict[str, Any]]
         wanted = reference(value)
         if wanted is None:
             continue
-        command = [args.binary, "reach", str(path), "--property", prop, "--json"]
-        done = harness.run(command + (["--const", constants] if constants else []), args.timeout)
+        commands = [[args.binary, "reach", str(path), "--property", prop, "--json"]]
+        commands[0] += ["--const", constants] if constants else []
+        if args.storm:
+            commands.append([sys.executable, __file__, "--ask-storm", str(path), constants, prop])
+        runs = harness.alternately(args.runs, [partial(harness.run, c, args.timeout) for c in commands])
+        done = runs[0][0]
         report = json.loads(done.stdout) if done.stdout.startswith("{") else {}
         bounds = (report.get("properties") or [{}])[0].get("value")
         if done.timed_out or not bounds:
@@ -111,8 +117,9 @@ def compare(args: argparse.Namespace, row: tuple[str, Path, str, dict[str, Any]]
             verdict = "inside" if contains(bounds, *wanted) else "DIFFERS"
         states = (report.get("counts") or {}).get("states", "")
         shown = f"{float(wanted[0]):.9g}" + (" exact" if wanted[1] else "")
-        cells = [name, prop, str(states), shown, answer, verdict, f"{done.seconds:.2f} s"]
-        yield cells + ([ask_storm(path, constants, prop, args.timeout)] if args.storm else [])
+        seconds = min(run.cpu_seconds for run in runs[0])
+        cells = [name, prop, str(states), shown, answer, verdict, f"{seconds:.2f} s"]
+        yield cells + [of_storm(theirs, args.timeout) for theirs in runs[1:]]
 
 
 def main() -> int:
@@ -125,6 +132,7 @@ def main() -> int:
     parser.add_argument("--only", default="")
     parser.add_argument("--timeout", type=float, default=60)
     parser.add_argument("--storm", action="store_true")
+    parser.add_argument("--runs", type=int, default=1)
     parser.add_argument("--markdown", type=Path)
     parser.add_argument("--binary", help="the command meliora")
     args = parser.parse_args()

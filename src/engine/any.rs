@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::edge_labels::EdgeLabels;
 use super::engine::{Algebra, Engine, Region};
 use super::explicit::{self, ExplicitEngine};
+use super::membership::Membership;
 use super::parallel::Sets;
 use super::settings::{Count, Settings, Storage, Usage};
 use super::symbolic::{self, SymbolicEngine};
@@ -421,6 +422,10 @@ impl Engine for AnyEngine {
 
     fn contains(&self, x: &AnyStates, state: &[i64]) -> Result<bool> {
         on!(self, e => e.contains(x.of(e)?, state))
+    }
+
+    fn membership<'e>(&'e self, sets: &[&AnyStates]) -> Result<Box<dyn Membership + 'e>> {
+        on!(self, e => e.membership(&sets.iter().map(|x| x.of(e)).collect::<Result<Vec<_>>>()?))
     }
 
     fn contains_choice(&self, c: &AnyChoices, state: &[i64], choice: &Choice) -> Result<bool> {

@@ -1,6 +1,7 @@
 //! The interface of an engine: two sorts of sets and the operators on them.
 
 use super::edge_labels::{self, EdgeLabels};
+use super::membership::{self, Membership};
 use super::parallel::Sets;
 use super::settings::{Count, Settings, Usage};
 use meliora_model::error::{Error, Result};
@@ -360,6 +361,17 @@ pub trait Engine:
     /// # Errors
     /// The set belongs to another engine.
     fn contains(&self, x: &Self::States, state: &[i64]) -> Result<bool>;
+    /// Creates a test of states for membership in some sets, at most [`membership::MOST`]. Pays off for
+    /// many states.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    fn membership<'e>(&'e self, sets: &[&Self::States]) -> Result<Box<dyn Membership + 'e>>
+    where
+        Self: Sized,
+    {
+        Ok(Box::new(membership::Each::new(self, sets)))
+    }
     /// Returns whether (s,a) ∈ C, for a choice that the program lists for the state.
     ///
     /// # Errors

@@ -27,6 +27,7 @@ mod diagrams;
 pub mod edge_labels;
 mod engine;
 pub mod explicit;
+pub mod membership;
 pub mod parallel;
 pub mod regions;
 mod selection;

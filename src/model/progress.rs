@@ -57,6 +57,7 @@ impl<'o> Poll<'o> {
     }
 
     /// Returns true if the work must stop. Called in each of many small steps.
+    #[inline]
     pub fn should_stop(&mut self) -> bool {
         self.steps = self.steps.wrapping_add(1);
         if self.limit.is_none() && self.steps.is_multiple_of(STEPS_BETWEEN_QUERIES) {
@@ -69,6 +70,7 @@ impl<'o> Poll<'o> {
     ///
     /// # Errors
     /// The limit that ended the work.
+    #[inline]
     pub fn step(&mut self) -> Result<(), Limit> {
         if self.should_stop() { self.check() } else { Ok(()) }
     }

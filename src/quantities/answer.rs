@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use super::cost::check_rewards;
-use super::number::Number;
+use super::number::{Number, Weight};
 use super::path_values::{self, Value, Wanted};
 use super::state_values::Bound;
 use super::{Bounds, Earned, Interval};

@@ -15,7 +15,7 @@ use num_traits::FromPrimitive;
 
 use super::eliminate::{self, Row};
 use super::meter::Meter;
-use super::number::{Interval, Number};
+use super::number::{Interval, Number, Weight};
 use meliora_model::error::Result;
 use meliora_model::exact::Ratio;
 

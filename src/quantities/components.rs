@@ -5,25 +5,23 @@
 
 use std::ops::Range;
 
-/// A graph by its lists of successors.
+use bitvec::vec::BitVec;
+
+/// A graph by one list of successors, in which each node has a range.
 pub(super) trait Successors {
     /// Returns the number of nodes.
     fn nodes(&self) -> usize;
-    /// Returns the successor at a position of a node's list; `None` after the last one. A list may
-    /// skip positions by [`Successor::None`].
-    fn successor(&self, node: u32, position: u32) -> Option<Successor>;
+    /// Returns the positions of a node's successors.
+    fn positions(&self, node: u32) -> Range<u32>;
+    /// Returns the node at a position; `None` if there is none.
+    fn at(&self, position: u32) -> Option<u32>;
 }
 
-/// An entry of a list of successors.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Successor {
-    /// A node.
-    Node(u32),
-    /// No node.
-    None,
-}
-
-const NEW: u32 = u32::MAX;
+/// The number of a node that was not visited, and of one whose component is complete.
+const NEW: u32 = 0;
+const DONE: u32 = u32::MAX;
+/// No component, or no group.
+const NONE: u32 = u32::MAX;
 
 /// Strongly connected components, one after the other.
 #[derive(Debug, Default)]
@@ -63,73 +61,84 @@ impl Components {
 /// from them; each component comes after all components that it can reach. Within a component, the
 /// nodes are in postorder: most come after those that they reach.
 ///
-/// R. Tarjan, "Depth-first search and linear graph algorithms", SIAM J. Comput. 1972, with an
+/// R. Tarjan, "Depth-first search and linear graph algorithms", SIAM J. Comput. 1972, with one number per
+/// node (D. Pearce, "A space-efficient algorithm for finding strongly connected components", 2016) and an
 /// explicit stack. Time: linear in nodes and edges.
 pub(super) fn components(graph: &impl Successors, roots: impl Iterator<Item = u32>) -> Components {
-    let n = graph.nodes();
-    let mut search =
-        Search { index: vec![NEW; n], low: vec![0; n], done: vec![false; n], ..Search::default() };
+    let mut search = Search { number: vec![NEW; graph.nodes()], next: 1, ..Search::default() };
     for root in roots {
-        if search.index[root as usize] == NEW {
+        if search.number[root as usize] == NEW {
             search.run(graph, root);
         }
     }
     search.found
 }
 
+/// The bytes of a search per node: its number, its places in the result, and those in the stacks, which
+/// contain a part of the nodes.
+pub(super) const SEARCH: usize = 20;
+
+/// A node that is visited.
+struct Call {
+    node: u32,
+    /// The number that it got first.
+    own: u32,
+    /// The positions of the successors that were not looked at.
+    left: Range<u32>,
+}
+
 #[derive(Default)]
 struct Search {
-    index: Vec<u32>,
-    low: Vec<u32>,
-    /// True for the nodes of complete components.
-    done: Vec<bool>,
+    /// The smallest number among the nodes that a node was seen to reach, except for those of complete
+    /// components: these have [`DONE`], which is greater.
+    number: Vec<u32>,
     /// The nodes left for good whose component is not complete.
     finished: Vec<u32>,
-    calls: Vec<(u32, u32)>,
+    calls: Vec<Call>,
     next: u32,
     found: Components,
 }
 
 impl Search {
-    fn enter(&mut self, node: u32) {
-        self.index[node as usize] = self.next;
-        self.low[node as usize] = self.next;
+    fn enter(&mut self, graph: &impl Successors, node: u32) {
+        self.number[node as usize] = self.next;
+        self.calls.push(Call { node, own: self.next, left: graph.positions(node) });
         self.next += 1;
-        self.calls.push((node, 0));
     }
 
     fn run(&mut self, graph: &impl Successors, root: u32) {
-        self.enter(root);
-        while let Some((node, position)) = self.calls.pop() {
-            match graph.successor(node, position) {
-                Some(Successor::None) => self.calls.push((node, position + 1)),
-                Some(Successor::Node(to)) => {
-                    self.calls.push((node, position + 1));
-                    if self.index[to as usize] == NEW {
-                        self.enter(to);
-                    } else if !self.done[to as usize] {
-                        self.low[node as usize] = self.low[node as usize].min(self.index[to as usize]);
+        self.enter(graph, root);
+        while let Some(call) = self.calls.last_mut() {
+            let node = call.node as usize;
+            match call.left.next() {
+                Some(position) => {
+                    let Some(to) = graph.at(position) else { continue };
+                    match self.number[to as usize] {
+                        NEW => self.enter(graph, to),
+                        number => self.number[node] = self.number[node].min(number),
                     }
                 }
-                None => self.leave(node),
+                None => self.leave(),
             }
         }
     }
 
-    fn leave(&mut self, node: u32) {
-        self.finished.push(node);
-        let (low, own) = (self.low[node as usize], self.index[node as usize]);
-        if let Some(&(caller, _)) = self.calls.last() {
-            self.low[caller as usize] = self.low[caller as usize].min(low);
+    fn leave(&mut self) {
+        let Some(Call { node, own, .. }) = self.calls.pop() else { return };
+        let number = self.number[node as usize];
+        if let Some(caller) = self.calls.last() {
+            let caller = &mut self.number[caller.node as usize];
+            *caller = (*caller).min(number);
         }
-        if low != own {
+        self.finished.push(node);
+        if number != own {
             return;
         }
         // The members were entered after this node; what finished before it was not.
-        let before = self.finished.iter().rposition(|&other| self.index[other as usize] < own);
+        let before = self.finished.iter().rposition(|&other| self.number[other as usize] < own);
         let members = self.finished.drain(before.map_or(0, |position| position + 1)..);
         let Components { nodes, ends } = &mut self.found;
-        nodes.extend(members.inspect(|&member| self.done[member as usize] = true));
+        nodes.extend(members.inspect(|&member| self.number[member as usize] = DONE));
         ends.push(nodes.len() as u32);
     }
 }
@@ -208,16 +217,16 @@ pub(super) fn end_components(choices: &Choices) -> EndComponents {
     let mut lost: Vec<u32> = (0..nodes as u32).filter(|&node| left[node as usize] == 0).collect();
     loop {
         cascade(&reversed, &mut inside, &mut left, lost);
-        let graph = Kept { choices, inside: &inside };
+        let graph = Kept::new(choices, &inside);
         let alive = (0..nodes as u32).filter(|&node| left[node as usize] > 0);
         let found = components(&graph, alive);
-        let mut component = vec![NEW; nodes];
+        let mut component = vec![NONE; nodes];
         for (number, members) in (0..).zip(found.iter()) {
             members.iter().for_each(|&member| component[member as usize] = number);
         }
         lost = Vec::new();
         let mut changed = false;
-        for node in (0..nodes as u32).filter(|&node| component[node as usize] != NEW) {
+        for node in (0..nodes as u32).filter(|&node| component[node as usize] != NONE) {
             let own = component[node as usize];
             for choice in choices.of(node) {
                 let leaves = |&to: &u32| component[to as usize] != own;
@@ -262,32 +271,44 @@ fn cascade(
 fn numbered(component: &[u32], count: usize) -> (Vec<u32>, usize) {
     let mut last = vec![0; count];
     for (node, &own) in component.iter().enumerate() {
-        if own != NEW {
+        if own != NONE {
             last[own as usize] = node;
         }
     }
     let (mut group, mut number) = (vec![0; component.len()], vec![0; count]);
     let mut next = 0;
     for (node, &own) in component.iter().enumerate() {
-        if own == NEW || last[own as usize] == node {
+        if own == NONE || last[own as usize] == node {
             group[node] = next;
-            if own != NEW {
+            if own != NONE {
                 number[own as usize] = next;
             }
             next += 1;
         }
     }
     for (node, &own) in component.iter().enumerate() {
-        if own != NEW {
+        if own != NONE {
             group[node] = number[own as usize];
         }
     }
     (group, next as usize)
 }
 
+/// The choices that may be inside of an end component.
 struct Kept<'a> {
     choices: &'a Choices,
-    inside: &'a [bool],
+    /// True for each of their successors.
+    kept: BitVec,
+}
+
+impl<'a> Kept<'a> {
+    fn new(choices: &'a Choices, inside: &[bool]) -> Self {
+        let mut kept = BitVec::repeat(false, choices.to.len());
+        for (choice, _) in inside.iter().enumerate().filter(|(_, inside)| **inside) {
+            kept[choices.start[choice] as usize..choices.start[choice + 1] as usize].fill(true);
+        }
+        Kept { choices, kept }
+    }
 }
 
 impl Successors for Kept<'_> {
@@ -295,15 +316,13 @@ impl Successors for Kept<'_> {
         self.choices.first.len() - 1
     }
 
-    fn successor(&self, node: u32, position: u32) -> Option<Successor> {
-        let Choices { first, start, to } = self.choices;
-        let (choice, end) = (first[node as usize] as usize, first[node as usize + 1] as usize);
-        let index = start[choice] + position;
-        if index >= start[end] {
-            return None;
-        }
-        let choice = choice + start[choice..=end].partition_point(|&start| start <= index) - 1;
-        Some(if self.inside[choice] { Successor::Node(to[index as usize]) } else { Successor::None })
+    fn positions(&self, node: u32) -> Range<u32> {
+        let choices = self.choices.of(node);
+        self.choices.start[choices.start]..self.choices.start[choices.end]
+    }
+
+    fn at(&self, position: u32) -> Option<u32> {
+        self.kept[position as usize].then(|| self.choices.to[position as usize])
     }
 }
 
@@ -311,22 +330,16 @@ impl Successors for Kept<'_> {
 mod tests {
     use super::*;
 
-    struct Lists(Vec<Vec<u32>>);
-
-    impl Successors for Lists {
-        fn nodes(&self) -> usize {
-            self.0.len()
-        }
-
-        fn successor(&self, node: u32, position: u32) -> Option<Successor> {
-            self.0[node as usize].get(position as usize).map(|&to| Successor::Node(to))
-        }
+    /// A graph in which each node has one choice.
+    fn found(rows: &[&[u32]], roots: Range<u32>) -> Components {
+        let choices: Vec<&[&[u32]]> = rows.iter().map(std::slice::from_ref).collect();
+        let choices = choices_of(&choices);
+        components(&Kept::new(&choices, &vec![true; rows.len()]), roots)
     }
 
     #[test]
     fn components_come_after_those_they_reach() {
-        let graph = Lists(vec![vec![1], vec![2, 3], vec![1], vec![4], vec![3], vec![0]]);
-        let found = components(&graph, 0..6);
+        let found = found(&[&[1], &[2, 3], &[1], &[4], &[3], &[0]], 0..6);
         let sorted = |component: &[u32]| {
             let mut nodes = component.to_vec();
             nodes.sort_unstable();
@@ -340,11 +353,12 @@ mod tests {
     #[test]
     fn a_long_chain_needs_no_stack() {
         let n = 300_000;
-        let graph = Lists((0..n).map(|i| if i + 1 < n { vec![i + 1] } else { vec![0] }).collect());
-        assert_eq!(components(&graph, 0..1).count(), 1);
+        let next: Vec<u32> = (0..n).map(|i| (i + 1) % n).collect();
+        let rows: Vec<&[u32]> = next.chunks(1).collect();
+        assert_eq!(found(&rows, 0..1).count(), 1);
     }
 
-    fn choices(rows: &[&[&[u32]]]) -> Choices {
+    fn choices_of(rows: &[&[&[u32]]]) -> Choices {
         let mut choices = Choices { first: vec![0], start: vec![0], to: Vec::new() };
         for row in rows {
             for to in *row {
@@ -359,7 +373,7 @@ mod tests {
     #[test]
     fn a_choice_that_may_leave_is_in_no_end_component() {
         // 0 and 1 form one; 2 may leave to 3, which has no choice.
-        let choices = choices(&[&[&[1]], &[&[0, 1]], &[&[0, 2]], &[]]);
+        let choices = choices_of(&[&[&[1]], &[&[0, 1]], &[&[0, 2]], &[]]);
         let found = end_components(&choices);
         assert_eq!(found.group, [0, 0, 1, 2]);
         assert_eq!((found.count, found.inside), (3, vec![true, true, false]));
@@ -368,7 +382,7 @@ mod tests {
     #[test]
     fn what_leads_to_a_dead_end_is_in_no_end_component() {
         // 0 -> 1 -> 0 or 2; 2 -> 3, which has no choice.
-        let choices = choices(&[&[&[1]], &[&[0, 2]], &[&[3]], &[]]);
+        let choices = choices_of(&[&[&[1]], &[&[0, 2]], &[&[3]], &[]]);
         assert_eq!(end_components(&choices).count, 4);
     }
 }

@@ -10,18 +10,54 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::meter::Meter;
-use super::number::Number;
+use super::number::Weight;
 use meliora_model::error::Result;
+
+/// The constant b_i of a row, or several of them: then the equations are solved for each.
+pub(super) trait Constant<N>: Clone {
+    fn zero() -> Self;
+    /// Returns this constant plus a multiple of another one.
+    fn plus_times(&self, factor: &N, other: &Self) -> Self;
+    fn over(&self, divisor: &N) -> Self;
+}
+
+impl<N: Weight> Constant<N> for N {
+    fn zero() -> Self {
+        N::zero()
+    }
+
+    fn plus_times(&self, factor: &N, other: &Self) -> Self {
+        self.plus(&factor.times(other))
+    }
+
+    fn over(&self, divisor: &N) -> Self {
+        Weight::over(self, divisor)
+    }
+}
+
+impl<const K: usize> Constant<f64> for [f64; K] {
+    fn zero() -> Self {
+        [0.0; K]
+    }
+
+    fn plus_times(&self, factor: &f64, other: &Self) -> Self {
+        std::array::from_fn(|at| self[at] + factor * other[at])
+    }
+
+    fn over(&self, divisor: &f64) -> Self {
+        self.map(|x| x / divisor)
+    }
+}
 
 /// The row of a node: its edges to other nodes, sorted, and the probability to leave the chain.
 #[derive(Debug, Clone)]
-pub(super) struct Row<N> {
+pub(super) struct Row<N, C = N> {
     pub(super) edges: Vec<(u32, N)>,
     pub(super) escape: N,
-    pub(super) constant: N,
+    pub(super) constant: C,
 }
 
-impl<N: Number> Row<N> {
+impl<N: Weight, C> Row<N, C> {
     /// Returns d, the probability to leave the node.
     pub(super) fn leaving(&self) -> N {
         self.edges.iter().fold(self.escape.clone(), |sum, (_, p)| sum.plus(p))
@@ -30,31 +66,37 @@ impl<N: Number> Row<N> {
 
 /// Solves the equations; `None` if some node cannot leave the chain. Memory and time depend on the
 /// entries that fill in; nodes with few neighbours are eliminated first.
-pub(super) fn solve<N: Number>(rows: Vec<Row<N>>, meter: &mut Meter<'_>) -> Result<Option<Vec<N>>> {
+pub(super) fn solve<N: Weight, C: Constant<N>>(
+    rows: Vec<Row<N, C>>,
+    meter: &mut Meter<'_>,
+) -> Result<Option<Vec<C>>> {
     let mut work = Elimination::new(rows);
     let taken = work.run(meter);
     meter.release(work.bytes);
     Ok(taken?.map(|order| work.substitute(&order)))
 }
 
-struct Elimination<N> {
-    rows: Vec<Row<N>>,
+struct Elimination<N, C> {
+    rows: Vec<Row<N, C>>,
     /// The nodes that have an edge to a node, with some that had one.
     sources: Vec<Vec<u32>>,
     done: Vec<bool>,
     /// The probability to leave each node when it was eliminated.
     leaving: Vec<N>,
+    /// An empty list, in which the edges of a row are put together.
+    spare: Vec<(u32, N)>,
     bytes: usize,
 }
 
-impl<N: Number> Elimination<N> {
-    fn new(rows: Vec<Row<N>>) -> Self {
+impl<N: Weight, C: Constant<N>> Elimination<N, C> {
+    fn new(rows: Vec<Row<N, C>>) -> Self {
         let mut sources = vec![Vec::new(); rows.len()];
         for (node, row) in (0..).zip(&rows) {
             row.edges.iter().for_each(|&(to, _)| sources[to as usize].push(node));
         }
         let n = rows.len();
-        Elimination { rows, sources, done: vec![false; n], leaving: vec![N::zero(); n], bytes: 0 }
+        let (done, leaving) = (vec![false; n], vec![N::zero(); n]);
+        Elimination { rows, sources, done, leaving, spare: Vec::new(), bytes: 0 }
     }
 
     /// Returns the number of entries that the elimination of a node touches.
@@ -89,7 +131,7 @@ impl<N: Number> Elimination<N> {
     fn eliminate(&mut self, node: u32, meter: &mut Meter<'_>) -> Result<bool> {
         let row = std::mem::replace(
             &mut self.rows[node as usize],
-            Row { edges: Vec::new(), escape: N::zero(), constant: N::zero() },
+            Row { edges: Vec::new(), escape: N::zero(), constant: C::zero() },
         );
         let leaving = row.leaving();
         if leaving.is_zero() {
@@ -114,7 +156,7 @@ impl<N: Number> Elimination<N> {
         &mut self,
         source: u32,
         node: u32,
-        row: &Row<N>,
+        row: &Row<N, C>,
         leaving: &N,
         meter: &mut Meter<'_>,
     ) -> Result<()> {
@@ -124,38 +166,40 @@ impl<N: Number> Elimination<N> {
         let own = &mut self.rows[source as usize];
         let factor = own.edges.remove(position).1.over(leaving);
         own.escape = own.escape.plus(&factor.times(&row.escape));
-        own.constant = own.constant.plus(&factor.times(&row.constant));
+        own.constant = own.constant.plus_times(&factor, &row.constant);
         let before = own.edges.len();
-        let old = std::mem::replace(&mut own.edges, Vec::with_capacity(before + row.edges.len()));
-        let mut old = old.into_iter().peekable();
+        let edges = &mut self.spare;
+        let mut old = own.edges.drain(..).peekable();
         for (to, p) in row.edges.iter().filter(|edge| edge.0 != source) {
             while let Some(edge) = old.next_if(|edge| edge.0 < *to) {
-                own.edges.push(edge);
+                edges.push(edge);
             }
             let moved = factor.times(p);
             match old.next_if(|edge| edge.0 == *to) {
-                Some((_, q)) => own.edges.push((*to, q.plus(&moved))),
+                Some((_, q)) => edges.push((*to, q.plus(&moved))),
                 None => {
-                    own.edges.push((*to, moved));
+                    edges.push((*to, moved));
                     self.sources[*to as usize].push(source);
                 }
             }
         }
-        own.edges.extend(old);
+        edges.extend(old);
+        own.edges.extend_from_slice(edges);
+        edges.clear();
         let grown = own.edges.len().saturating_sub(before) * (N::BYTES + 12);
         self.bytes += grown;
         meter.take(grown)
     }
 
     /// Computes the solution from the last eliminated node to the first.
-    fn substitute(&self, order: &[u32]) -> Vec<N> {
-        let mut x = vec![N::zero(); self.rows.len()];
+    fn substitute(&self, order: &[u32]) -> Vec<C> {
+        let mut x = vec![C::zero(); self.rows.len()];
         for &node in order.iter().rev() {
             let row = &self.rows[node as usize];
             let sum = row
                 .edges
                 .iter()
-                .fold(row.constant.clone(), |sum, (to, p)| sum.plus(&p.times(&x[*to as usize])));
+                .fold(row.constant.clone(), |sum, (to, p)| sum.plus_times(p, &x[*to as usize]));
             x[node as usize] = sum.over(&self.leaving[node as usize]);
         }
         x

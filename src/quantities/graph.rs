@@ -79,10 +79,6 @@ pub(super) struct Graph {
     pub(super) known: Fractions,
 }
 
-/// A choice of a node: its position among the choices of the state, the number of its cost, and its
-/// edges.
-pub(super) type Closed = (u32, u32, Vec<Edge>);
-
 impl Graph {
     /// Returns the number of nodes.
     pub(super) fn nodes(&self) -> usize {
@@ -118,22 +114,44 @@ impl Graph {
         self.junction[node as usize]
     }
 
-    /// Sets the choices of a node.
-    pub(super) fn close(&mut self, node: u32, choices: Vec<Closed>, meter: &mut Meter) -> Result<()> {
+    /// Begins the choices of a node. They are added one after the other, each with its edges, until
+    /// [`Graph::end`].
+    ///
+    /// # Errors
+    /// There are too many choices.
+    pub(super) fn begin(&mut self, node: u32, meter: &Meter) -> Result<()> {
         self.first_choice[node as usize] = meter.number(self.first_edge.len())?;
-        self.choices.set(node as usize, meter.number(choices.len())?);
-        for (position, cost, edges) in choices {
-            let (choice, edge) = (self.positions.width() + self.costs.width() + 4, self.weights.width() + 4);
-            meter.take(choice + edges.len() * edge)?;
-            self.positions.push(position);
-            self.costs.push(cost);
-            self.first_edge.push(meter.number(self.to.len())?);
-            for edge in edges {
-                self.to.push(edge.to);
-                self.weights.push(edge.weight);
-            }
-        }
         Ok(())
+    }
+
+    /// Adds a choice: its position among the choices of the state and the number of its cost.
+    ///
+    /// # Errors
+    /// There are too many edges.
+    pub(super) fn add_choice(&mut self, position: u32, cost: u32, meter: &Meter) -> Result<()> {
+        self.positions.push(position);
+        self.costs.push(cost);
+        self.first_edge.push(meter.number(self.to.len())?);
+        Ok(())
+    }
+
+    /// Adds an edge to the last choice.
+    pub(super) fn add_edge(&mut self, edge: Edge) {
+        self.to.push(edge.to);
+        self.weights.push(edge.weight);
+    }
+
+    /// Ends the choices of a node.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub(super) fn end(&mut self, node: u32, meter: &mut Meter) -> Result<()> {
+        let first = self.first_choice[node as usize];
+        let count = meter.number(self.first_edge.len())? - first;
+        self.choices.set(node as usize, count);
+        let (start, end) = self.edge_range(first, first + count);
+        let (choice, edge) = (self.positions.width() + self.costs.width() + 4, self.weights.width() + 4);
+        meter.take(count as usize * choice + (end - start) as usize * edge)
     }
 
     /// Returns all probabilities and costs by number.
@@ -179,11 +197,14 @@ impl Graph {
         (start(first), start(end))
     }
 
-    /// Returns an edge by its position, and the choice of the range that has it.
-    pub(super) fn edge(&self, position: u32, choices: &Range<u32>) -> (u32, Edge) {
-        let firsts = &self.first_edge[choices.start as usize..choices.end as usize];
-        let after = firsts.partition_point(|&first| first <= position) as u32;
-        (choices.start + after - 1, self.at(position))
+    /// Returns the number of edges of all choices.
+    pub(super) fn edges_in_all(&self) -> usize {
+        self.to.len()
+    }
+
+    /// Returns the node that an edge enters, or [`LOST`], by its position.
+    pub(super) fn target(&self, position: u32) -> u32 {
+        self.to[position as usize]
     }
 
     /// Returns the bytes of the graph.

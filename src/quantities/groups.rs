@@ -8,7 +8,7 @@ use super::components::{self, Choices, EndComponents};
 use super::eliminate::Row;
 use super::graph::Edge;
 use super::meter::Meter;
-use super::number::{Interval, Number};
+use super::number::{Interval, Number, Weight};
 use super::solution::Solution;
 use super::solve::{End, Margin, NONE, System};
 use meliora_model::error::Result;

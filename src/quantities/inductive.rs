@@ -28,7 +28,7 @@ use super::groups::Groups;
 use super::meter::Meter;
 use super::number::Interval;
 use super::solution::Solution;
-use super::solve::{FEW, Margin, NONE, Quantity, SMALL, System};
+use super::solve::{FEW, Margin, NONE, Quantity, System};
 use meliora_dump::bounds::{MOST_BITS, Number};
 use meliora_model::error::Result;
 use meliora_model::exact::Ratio;
@@ -128,7 +128,7 @@ impl Wanted<'_> {
             quantity: self.quantity,
             below,
             fractions: self.fractions,
-            small: SMALL,
+            first: None,
             margin,
         }
     }

@@ -8,9 +8,10 @@
 //!   costs: the policy that attains B(U) costs at most U, and a policy that never leaves costs
 //!   infinitely much.)
 //!
-//! The lower bounds are iterated from 0, and rounded down. When they hardly change, they are raised
-//! by a small relative amount to a candidate U, which is iterated, and rounded up, until one sweep
-//! raises no value: then it is an upper bound. If this takes too long, the lower bounds are iterated
+//! The lower bounds are iterated from 0, and rounded down. Their changes soon shrink by the same factor in
+//! every sweep, so they show where the values lead: twice as far is a candidate U, which is iterated, and
+//! rounded up, until one sweep raises no value: then it is an upper bound. If there is no such candidate, the
+//! lower bounds are raised by a small relative amount when they hardly change. If this takes too long, the lower bounds are iterated
 //! further and a smaller amount is tried. If the values at the exits are bounds, a candidate must be
 //! above their upper ones: it is iterated with them first, or else their greatest width is added to
 //! it. Probabilities have the upper bound 1 to start with; if no candidate is found, it is iterated
@@ -24,6 +25,7 @@
 
 use super::component::Sense;
 use super::meter::Meter;
+use super::pace::{Change, FLOOR, PATIENCE, Pace, SOON, Trend};
 use super::solve::NONE;
 pub(super) use super::sparse::Sparse;
 use super::sparse::TINY;
@@ -39,19 +41,11 @@ const STILL: f64 = 1e-3;
 const WIDE: f64 = 1e-8;
 /// Attempts with a smaller width.
 const ATTEMPTS: usize = 3;
-/// The number of sweeps after which an iteration may be given up because it would take longer.
-const PATIENCE: usize = 50;
-/// The greatest expected number of sweeps of a component that elimination can solve, and of others.
-/// Measured on random walks in the plane, which are left slowly: elimination is as fast as some
-/// hundred sweeps.
-const FEW_SWEEPS: f64 = 500.0;
-const MOST_SWEEPS: f64 = 20_000.0;
-/// The number of groups that elimination solves in less than a minute on such walks.
-const ELIMINABLE: usize = 50_000;
-/// Changes of smaller values are compared with this.
-const FLOOR: f64 = 1e-6;
+/// The part of the width that is added to such a candidate.
+const SPARE: f64 = 0.1;
 
 /// The bounds of the groups.
+#[derive(Debug)]
 pub(super) struct Found {
     pub(super) low: Vec<f64>,
     pub(super) high: Vec<Option<f64>>,
@@ -90,13 +84,12 @@ impl Iteration<'_> {
         }
         let mut width = WIDTH;
         for _ in 0..ATTEMPTS {
-            if !self.raise(width * STILL, meter)? {
-                return Ok(false);
+            match self.raise(width, meter)? {
+                Raised::Enclosed => return Ok(true),
+                Raised::Still if self.enclose(width, meter)? && self.is_narrow() => return Ok(true),
+                Raised::Still => width *= NARROWER,
+                Raised::Slow => return Ok(false),
             }
-            if self.enclose(width, meter)? && self.is_narrow() {
-                return Ok(true);
-            }
-            width *= NARROWER;
         }
         self.sink(meter)
     }
@@ -108,15 +101,14 @@ impl Iteration<'_> {
             let Some(high) = self.high.as_mut().filter(|_| self.sparse.sense == Sense::Max) else {
                 return Ok(false);
             };
-            let mut change = 0.0f64;
-            for group in 0..high.len() {
-                meter.step()?;
-                let (q, _) = self.sparse.best(group, true, high);
-                if q < high[group] {
-                    change = change.max((high[group] - q) / high[group].max(FLOOR));
-                    high[group] = q;
+            let mut change = Change::default();
+            self.sparse.sweep(true, high, meter, |_, x, (q, _)| {
+                if q < *x {
+                    change.note(*x - q, *x);
+                    *x = q;
                 }
-            }
+            })?;
+            let change = change.0;
             meter.progress(&|| format!("upper bounds of {} states, change {change:.1e}", high.len()));
             if pace.after(change).is_some() {
                 return Ok(self.is_narrow());
@@ -125,29 +117,62 @@ impl Iteration<'_> {
         Ok(true)
     }
 
-    /// Iterates the lower bounds until a sweep changes them by less than `still`, relatively; returns
-    /// false if that would take too long.
-    fn raise(&mut self, still: f64, meter: &mut Meter<'_>) -> Result<bool> {
-        let mut pace = Pace::new(still, self.sparse.groups());
+    /// Iterates the lower bounds until they hardly change, or until upper bounds are found near them.
+    fn raise(&mut self, width: f64, meter: &mut Meter<'_>) -> Result<Raised> {
+        let (mut pace, mut trend) = (Pace::new(width * STILL, self.sparse.groups()), Trend::default());
+        let mut before: Option<Vec<f64>> = None;
         loop {
-            let mut change = 0.0f64;
-            for group in 0..self.sparse.groups() {
-                meter.step()?;
-                let (q, action) = self.sparse.best(group, false, &self.low);
-                let x = self.low[group];
-                if q > x {
-                    change = change.max(if x == 0.0 { 1.0 } else { (q - x) / q.max(FLOOR) });
-                    self.low[group] = q;
-                    if self.sparse.sense == Sense::Max {
-                        self.policy[group] = action as u32;
-                    }
-                }
-            }
+            let change = self.lift(meter)?;
             meter.progress(&|| format!("lower bounds of {} states, change {change:.1e}", self.low.len()));
-            if let Some(done) = pace.after(change) {
-                return Ok(done);
+            trend.note(change);
+            if let Some(before) = before.take()
+                && self.extrapolate(&before, &trend, width, meter)?
+            {
+                return Ok(Raised::Enclosed);
+            }
+            match pace.after(change) {
+                Some(true) => return Ok(Raised::Still),
+                Some(false) => return Ok(Raised::Slow),
+                None => before = trend.expects(width).then(|| self.low.clone()),
             }
         }
+    }
+
+    /// Iterates the lower bounds once; returns the greatest change.
+    fn lift(&mut self, meter: &mut Meter<'_>) -> Result<f64> {
+        let mut change = Change::default();
+        let (greatest, policy) = (self.sparse.sense == Sense::Max, &mut self.policy);
+        self.sparse.sweep(false, &mut self.low, meter, |group, x, (q, action)| {
+            if q > *x {
+                change.note(if *x == 0.0 { q.max(FLOOR) } else { q - *x }, q);
+                *x = q;
+                if greatest {
+                    policy[group] = action as u32;
+                }
+            }
+        })?;
+        Ok(change.0)
+    }
+
+    /// Looks for upper bounds where the changes so far lead, from the values before the last sweep. If all
+    /// changes shrink by the factor r, the values grow by r / (1 - r) times the last change. Twice this is an
+    /// upper bound that one sweep confirms. The width of the exits is added, which stays one from step to
+    /// step.
+    fn extrapolate(
+        &mut self,
+        before: &[f64],
+        trend: &Trend,
+        width: f64,
+        meter: &mut Meter<'_>,
+    ) -> Result<bool> {
+        let inherited = self.sparse.inherited;
+        if inherited > WIDE {
+            return Ok(false);
+        }
+        let (factor, more) = (2.0 * trend.still_to_come(), inherited * (1.0 + SPARE) + width * SPARE);
+        let candidate = |(x, before): (&f64, &f64)| x + factor * (x - before) + more;
+        let candidates = self.low.iter().zip(before).map(candidate).collect();
+        Ok(self.confirm(candidates, SOON, meter)? && self.is_narrow())
     }
 
     /// Looks for upper bounds near the lower ones; returns whether they were found.
@@ -155,7 +180,7 @@ impl Iteration<'_> {
         let mut x = self.low.clone();
         if self.sparse.is_exact() || self.follow(&mut x, width, meter)? {
             x.iter_mut().for_each(|x| *x += width * x.max(FLOOR));
-            if self.confirm(x, meter)? {
+            if self.confirm(x, usize::MAX, meter)? {
                 return Ok(true);
             }
         }
@@ -165,23 +190,24 @@ impl Iteration<'_> {
             return Ok(false);
         }
         let x = self.low.iter().map(|x| x + inherited + width * x.max(FLOOR)).collect();
-        self.confirm(x, meter)
+        self.confirm(x, usize::MAX, meter)
     }
 
-    /// Iterates a candidate until it is an upper bound; returns false if it does not become one.
-    fn confirm(&mut self, mut x: Vec<f64>, meter: &mut Meter<'_>) -> Result<bool> {
+    /// Iterates a candidate until it is an upper bound; returns false if it does not become one in at most so
+    /// many sweeps.
+    fn confirm(&mut self, mut x: Vec<f64>, most: usize, meter: &mut Meter<'_>) -> Result<bool> {
         let (mut last, mut policy) = (f64::INFINITY, self.policy.clone());
-        for sweep in 0.. {
-            let mut raised = 0.0f64;
-            for group in 0..x.len() {
-                meter.step()?;
-                let (q, action) = self.sparse.best(group, true, &x);
-                raised = raised.max((q - x[group]) / q.max(FLOOR));
-                x[group] = q;
-                if self.sparse.sense == Sense::Min {
+        for sweep in 0..most {
+            let mut raised = Change::default();
+            let least = self.sparse.sense == Sense::Min;
+            self.sparse.sweep(true, &mut x, meter, |group, x, (q, action)| {
+                raised.note(q - *x, q);
+                *x = q;
+                if least {
                     policy[group] = action as u32;
                 }
-            }
+            })?;
+            let raised = raised.0;
             if raised <= 0.0 {
                 self.policy = policy;
                 // Both are upper bounds.
@@ -211,14 +237,12 @@ impl Iteration<'_> {
     fn follow(&self, x: &mut [f64], width: f64, meter: &mut Meter<'_>) -> Result<bool> {
         let mut pace = Pace::new(width * STILL, x.len());
         loop {
-            let mut change = 0.0f64;
-            for group in 0..x.len() {
-                meter.step()?;
-                let (q, _) = self.sparse.best(group, true, x);
-                change = change.max((q - x[group]) / q.max(FLOOR));
-                x[group] = q.max(x[group]);
-            }
-            if let Some(done) = pace.after(change) {
+            let mut change = Change::default();
+            self.sparse.sweep(true, x, meter, |_, x, (q, _)| {
+                change.note(q - *x, q);
+                *x = q.max(*x);
+            })?;
+            if let Some(done) = pace.after(change.0) {
                 return Ok(done);
             }
         }
@@ -238,37 +262,14 @@ impl Iteration<'_> {
     }
 }
 
-/// Decides when an iteration ends: when it is still, or when it would take too long.
-struct Pace {
-    still: f64,
-    /// The greatest number of sweeps to expect.
-    most: f64,
-    sweeps: usize,
-    last: f64,
-}
-
-impl Pace {
-    fn new(still: f64, groups: usize) -> Self {
-        let most = if groups <= ELIMINABLE { FEW_SWEEPS } else { MOST_SWEEPS };
-        Pace { still: still.max(1e-15), most, sweeps: 0, last: f64::INFINITY }
-    }
-
-    /// Returns whether the end is reached (true) or too far away (false); `None` to continue.
-    fn after(&mut self, change: f64) -> Option<bool> {
-        self.sweeps += 1;
-        if change <= self.still {
-            return Some(true);
-        }
-        if self.sweeps.is_multiple_of(PATIENCE) {
-            let left = PATIENCE as f64 * (self.still / change).ln() / (change / self.last).ln();
-            // While values arrive for the first time, the change says nothing.
-            if change < 0.5 && (left < 0.0 || left > self.most) {
-                return Some(false);
-            }
-            self.last = change;
-        }
-        None
-    }
+/// How the iteration of lower bounds ended.
+enum Raised {
+    /// Narrow upper bounds were found.
+    Enclosed,
+    /// The bounds hardly change.
+    Still,
+    /// It would take too long.
+    Slow,
 }
 
 #[cfg(test)]
@@ -311,7 +312,8 @@ mod tests {
                 let number = sparse.choices.len() as u32;
                 let (low, width) = (made.constant(), if number == 0 { width } else { 0.0 });
                 let high = low + made.exits.first().map_or(0.0, |exit| exit.1 * width);
-                sparse.push(number, made.edges.iter().copied(), [low, high, made.greatest() + width]);
+                let escape = made.exits.iter().map(|exit| exit.1).sum();
+                sparse.push(number, made.edges.iter().copied(), [low, high, made.greatest() + width, escape]);
             }
         }
         sparse.begin(groups.len() as u32);

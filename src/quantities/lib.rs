@@ -19,13 +19,15 @@
 //!
 //! | module | contents |
 //! | --- | --- |
-//! | `explore` | from an [`Analysis`](meliora_planning::Analysis) to a graph: the states that kept choices reach, with exact probabilities |
+//! | `facts`, `explore` | from an [`Analysis`](meliora_planning::Analysis) to a graph: the states that kept choices reach, with exact probabilities |
+//! | `codes`, `places` | states in few bytes, and their nodes |
 //! | `graph`, `narrow` | numbered nodes, choices, edges, in few bytes |
 //! | [`cost`] | what a step costs: steps, or a reward structure |
 //! | `solve`, `solution`, `solved` | the equations of each quantity and level, solved component by component |
 //! | `components`, `groups` | strongly connected components, and the end components in them |
 //! | `component`, `eliminate` | the optimum of a small component: policy iteration, elimination of states |
-//! | `iterate`, `sparse`, `repeated` | bounds of a large component: optimistic value iteration over compressed rows |
+//! | `doubles` | the same in doubles for larger ones, with bounds that one step confirms |
+//! | `iterate`, `pace`, `sparse`, `repeated` | bounds of a large component: optimistic value iteration over compressed rows |
 //! | `horizon` | success within n steps |
 //! | `number` | intervals with outward rounding, and fractions |
 //! | [`values`] | the results: [`Values`] |
@@ -40,21 +42,22 @@
 //! Components are solved after those that they reach. Most models are almost acyclic: most
 //! components are single states, whose best action is computed directly.
 //!
-//! *Small components* are solved by policy iteration with elimination of states. Value iteration
-//! needs as many rounds as a component takes steps to be left: with a probability of 1e-12 per
-//! round, it never ends. Elimination does not depend on this. It adds, multiplies and divides numbers
+//! *Small components*, up to 100 groups, are solved by policy iteration with elimination of states.
+//! Value iteration needs as many rounds as a component takes steps to be left: with a probability of 1e-12
+//! per round, it never ends. Elimination does not depend on this. It adds, multiplies and divides numbers
 //! that are not negative, so intervals have a relative width of some 1e-16 per operation, however
 //! rare an event is. Where bounds are wide nevertheless, because no certificate was found for the
-//! side that the policy does not give, up to 100 groups are solved again with fractions, and more by
-//! iteration; the narrower bounds count.
+//! side that the policy does not give, they are computed again with fractions.
 //!
-//! *Large components*, from 1000 groups on, are solved by optimistic value iteration if that takes few
-//! sweeps. On random walks in the plane it takes thousands. Elimination fills in rows there (its time grows with
-//! n^1.5), but was faster up to some ten thousand states: 4 s against 9 s for 10,000 states and two
-//! actions. So the first sweeps predict how many are needed, and the component is left to
-//! elimination if these are too many. `docs/benchmarks.md` has figures for each method alone: a grid
-//! of 64 x 64 takes more than 70 s by elimination and 6 s by iteration, and `coin4` of the PRISM
-//! benchmark suite 0.6 s by elimination, while iteration is stopped after 30 s.
+//! *Components up to 1000 groups* are solved in the same way with doubles, several times faster; then one step
+//! rounded outwards confirms bounds near the solution. If it does not, intervals are used, then iteration,
+//! and the narrower bounds count.
+//!
+//! *Large components*, and those in which a group has many edges, are solved by optimistic value iteration
+//! if that takes few sweeps. On random walks in the plane it takes thousands. Elimination fills in rows there
+//! (its time grows with n^1.5), but was faster up to some ten thousand states. So the first sweeps predict how
+//! many are needed, and the component is left to elimination if these are too many. `docs/benchmarks.md` has
+//! figures for each method.
 //!
 //! The levels give qualitative facts for free: P_k > 0 on level k of SPI, and P_k = 1 on level k of
 //! SASI (under `transition`: of SASI under `action`). Only states between the two have equations.
@@ -94,12 +97,15 @@
 pub mod all_states;
 pub mod answer;
 pub mod choose;
+mod codes;
 mod component;
 mod components;
 pub mod confirmed;
 pub mod cost;
+mod doubles;
 mod eliminate;
 mod explore;
+mod facts;
 mod graph;
 mod groups;
 mod horizon;
@@ -109,6 +115,7 @@ mod meter;
 mod narrow;
 mod number;
 pub mod outlook;
+mod pace;
 pub mod path_values;
 mod places;
 mod repeated;

@@ -47,6 +47,7 @@ impl<'o> Meter<'o> {
     ///
     /// # Errors
     /// The work is cancelled.
+    #[inline]
     pub(super) fn step(&mut self) -> Result<()> {
         Ok(self.poll.step()?)
     }

@@ -87,18 +87,24 @@ impl Bounds {
     }
 }
 
-/// A number of the solver: exact, or between two bounds. All values are at least 0.
-pub(super) trait Number: Clone + Send + Sync {
+/// A number that elimination adds, multiplies and divides. All are at least 0.
+pub(super) trait Weight: Clone {
     fn zero() -> Self;
-    fn one() -> Self;
-    fn of(exact: &Ratio) -> Self;
     fn plus(&self, other: &Self) -> Self;
     fn times(&self, other: &Self) -> Self;
     /// Returns the quotient; the divisor is positive.
     fn over(&self, divisor: &Self) -> Self;
+    fn is_zero(&self) -> bool;
+    /// Returns an estimate of the bytes of a number.
+    const BYTES: usize;
+}
+
+/// A number of the solver: exact, or between two bounds. All values are at least 0.
+pub(super) trait Number: Weight + Send + Sync {
+    fn one() -> Self;
+    fn of(exact: &Ratio) -> Self;
     /// Returns whether this number is certainly greater.
     fn exceeds(&self, other: &Self) -> bool;
-    fn is_zero(&self) -> bool;
     /// Returns the lower bound as a number.
     fn low(&self) -> Self;
     /// Returns the upper bound as a number.
@@ -127,8 +133,6 @@ pub(super) trait Number: Clone + Send + Sync {
     fn rounded(bounds: Interval) -> Option<Self>;
     /// True if numbers of this kind are exact.
     const EXACT: bool;
-    /// Returns an estimate of the bytes of a number.
-    const BYTES: usize;
 }
 
 /// Returns bounds of the sum of two numbers that are not negative. An exact sum keeps its value:
@@ -152,34 +156,25 @@ fn down(x: f64) -> f64 {
     x.next_down().max(0.0)
 }
 
-impl Number for Interval {
-    const EXACT: bool = false;
+impl Weight for Interval {
     const BYTES: usize = size_of::<Interval>();
 
     fn zero() -> Self {
         Interval::ZERO
     }
 
-    fn one() -> Self {
-        Interval::ONE
-    }
-
-    fn of(exact: &Ratio) -> Self {
-        Interval::around(exact)
-    }
-
     fn plus(&self, other: &Self) -> Self {
-        if Number::is_zero(self) {
+        if Weight::is_zero(self) {
             return *other;
         }
-        if Number::is_zero(other) {
+        if Weight::is_zero(other) {
             return *self;
         }
         Interval { lower: sum(self.lower, other.lower).0, upper: sum(self.upper, other.upper).1 }
     }
 
     fn times(&self, other: &Self) -> Self {
-        if Number::is_zero(self) || Number::is_zero(other) {
+        if Weight::is_zero(self) || Weight::is_zero(other) {
             return Interval::ZERO;
         }
         if *self == Interval::ONE {
@@ -194,19 +189,31 @@ impl Number for Interval {
     }
 
     fn over(&self, divisor: &Self) -> Self {
-        if Number::is_zero(self) || *divisor == Interval::ONE {
+        if Weight::is_zero(self) || *divisor == Interval::ONE {
             return *self;
         }
         let upper = if divisor.lower == 0.0 { f64::INFINITY } else { (self.upper / divisor.lower).next_up() };
         Interval { lower: down(self.lower / divisor.upper), upper }
     }
 
-    fn exceeds(&self, other: &Self) -> bool {
-        self.lower > other.upper
-    }
-
     fn is_zero(&self) -> bool {
         self.upper == 0.0
+    }
+}
+
+impl Number for Interval {
+    const EXACT: bool = false;
+
+    fn one() -> Self {
+        Interval::ONE
+    }
+
+    fn of(exact: &Ratio) -> Self {
+        Interval::around(exact)
+    }
+
+    fn exceeds(&self, other: &Self) -> bool {
+        self.lower > other.upper
     }
 
     fn low(&self) -> Self {
@@ -249,21 +256,12 @@ impl Number for Interval {
     }
 }
 
-impl Number for Ratio {
-    const EXACT: bool = true;
+impl Weight for Ratio {
     /// Two vectors of digits with their headers; long fractions take more.
     const BYTES: usize = 128;
 
     fn zero() -> Self {
         Zero::zero()
-    }
-
-    fn one() -> Self {
-        One::one()
-    }
-
-    fn of(exact: &Ratio) -> Self {
-        exact.clone()
     }
 
     fn plus(&self, other: &Self) -> Self {
@@ -278,12 +276,24 @@ impl Number for Ratio {
         self / divisor
     }
 
-    fn exceeds(&self, other: &Self) -> bool {
-        self > other
-    }
-
     fn is_zero(&self) -> bool {
         Zero::is_zero(self)
+    }
+}
+
+impl Number for Ratio {
+    const EXACT: bool = true;
+
+    fn one() -> Self {
+        One::one()
+    }
+
+    fn of(exact: &Ratio) -> Self {
+        exact.clone()
+    }
+
+    fn exceeds(&self, other: &Self) -> bool {
+        self > other
     }
 
     fn low(&self) -> Self {
@@ -316,6 +326,30 @@ impl Number for Ratio {
 
     fn rounded(_: Interval) -> Option<Self> {
         None
+    }
+}
+
+impl Weight for f64 {
+    const BYTES: usize = size_of::<f64>();
+
+    fn zero() -> Self {
+        0.0
+    }
+
+    fn plus(&self, other: &Self) -> Self {
+        self + other
+    }
+
+    fn times(&self, other: &Self) -> Self {
+        self * other
+    }
+
+    fn over(&self, divisor: &Self) -> Self {
+        self / divisor
+    }
+
+    fn is_zero(&self) -> bool {
+        *self == 0.0
     }
 }
 

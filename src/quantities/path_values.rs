@@ -7,19 +7,17 @@
 //! surely: by some strategy for the least, by every strategy for the greatest. So only the states
 //! between the regions, as far as the given states reach them, have equations.
 
-use std::collections::VecDeque;
-
-use ahash::AHashMap;
-
+use super::codes::{self, Codes};
 use super::cost::{Cost, Earned};
-use super::graph::{Closed, EVERY, Edge, Graph, LOST, Rank};
+use super::graph::{EVERY, Edge, Graph, LOST, Rank};
 use super::meter::Meter;
-use super::number::{Bounds, Interval, Number};
+use super::number::{Bounds, Interval, Number, Weight};
 use super::solution::Solution;
-use super::solve::{NONE, Quantity, SMALL, System};
-use meliora_engine::explicit::weighted::{Code, Codec, Walk, Walker};
+use super::solve::{NONE, Quantity, System};
+use meliora_engine::Engine;
+use meliora_engine::explicit::weighted::{Code, Codec, Steps, Walk, Walker};
+use meliora_engine::membership::Membership;
 use meliora_engine::regions::{Regions, Which};
-use meliora_engine::{Engine, position as position_of};
 use meliora_model::error::Result;
 use meliora_model::exact::Ratio;
 use meliora_model::property::Measure;
@@ -137,7 +135,7 @@ fn complemented(value: Value) -> Value {
 pub(super) struct Likely {
     graph: Graph,
     codec: Codec,
-    index: AHashMap<Code, u32>,
+    found: Found,
     solution: Solution<Interval>,
 }
 
@@ -155,13 +153,13 @@ impl Likely {
     ) -> Result<Self> {
         let (end, inside) = (sure.clone(), possible.clone());
         let search = Search { engine, program, end, inside, quantity: Quantity::Probability(1), cost: None };
-        let Solved { graph, codec, index, solution, end, .. } = search.solved(states)?;
-        end.map(|()| Likely { graph, codec, index, solution })
+        let Solved { graph, codec, found, solution, end, .. } = search.solved(states)?;
+        end.map(|()| Likely { graph, codec, found, solution })
     }
 
     /// Returns the node of a state; `None` if it was not explored.
     fn node(&self, state: &[i64]) -> Option<u32> {
-        self.index.get(&self.codec.known(state).ok()?).copied()
+        self.found.node(&self.codec.known(state).ok()?)
     }
 
     /// Returns the greatest probability; `None` if the state was not explored.
@@ -196,17 +194,58 @@ struct Search<'a, E: Engine> {
 }
 
 /// The states found so far.
-#[derive(Default)]
+#[derive(Debug)]
 struct Found {
-    index: AHashMap<Code, u32>,
-    queue: VecDeque<(u32, Code)>,
+    codes: Codes,
+    /// The node of each state, [`END`] or [`LOST`].
+    nodes: Vec<u32>,
+}
+
+impl Found {
+    /// Returns the node of a state that was found.
+    fn node(&self, code: &[u64]) -> Option<u32> {
+        self.codes.find(KEY, code).map(|number| self.nodes[number as usize])
+    }
+}
+
+/// The key of all codes.
+const KEY: u32 = 0;
+
+/// Where a step leads.
+#[derive(Debug, Clone, Copy)]
+enum Target {
+    /// To a state that was found: its node, [`END`] or [`LOST`].
+    Found(u32),
+    /// To another state of this part of the engine.
+    New(Part),
+}
+
+/// A part of the states of the engine.
+#[derive(Debug, Clone, Copy)]
+enum Part {
+    End,
+    Inside,
+    Lost,
+}
+
+impl Part {
+    /// Returns the part of a state that is in some of these sets: the ends, the states in which the path goes
+    /// on, and all states of the engine.
+    fn of(marks: u64) -> Option<Self> {
+        match marks.trailing_zeros() {
+            0 => Some(Part::End),
+            1 => Some(Part::Inside),
+            2 => Some(Part::Lost),
+            _ => None,
+        }
+    }
 }
 
 /// The states that have equations, with their solution.
 struct Solved<N> {
     graph: Graph,
     codec: Codec,
-    index: AHashMap<Code, u32>,
+    found: Found,
     /// The nodes of the states asked for.
     starts: Vec<u32>,
     solution: Solution<N>,
@@ -234,34 +273,38 @@ impl<E: Engine> Search<'_, E> {
     /// Finds the states that some states reach, and solves their equations.
     fn solved<N: Number>(&self, states: &[State]) -> Result<Solved<N>> {
         let mut meter = Meter::new(self.engine);
-        let (mut graph, mut found) = (Graph::default(), Found::default());
-        graph.add_node(Rank::default(), false, &mut meter)?;
-        let mut starts = Vec::with_capacity(states.len());
         let mut walker = Walker::new(self.program, &*self.engine.settings().sink)?;
         let codec = walker.codec().clone();
-        for state in states {
-            let code = codec.known(state)?;
-            starts.push(self.node(state, code, &mut graph, &mut found, &mut meter)?);
-        }
-        let mut walk = walker.walk();
-        while let Some((node, code)) = found.queue.pop_front() {
-            meter.step()?;
-            meter.progress(&|| format!("{} states", graph.nodes()));
-            let choices = self.choices((&codec, &code), &mut *walk, &mut graph, &mut found, &mut meter)?;
-            graph.close(node, choices, &mut meter)?;
-        }
+        let (graph, found, starts) = self.explored(states, &mut walker, &mut meter)?;
         let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
         let system = System {
             graph: &graph,
             quantity: self.quantity,
             below: None,
             fractions: &fractions,
-            small: SMALL,
+            first: None,
             margin: None,
         };
         let mut solution = system.start(&mut meter)?;
         let end = system.solve(&mut solution, &mut meter);
-        Ok(Solved { graph, codec, index: found.index, starts, solution, end })
+        Ok(Solved { graph, codec, found, starts, solution, end })
+    }
+
+    /// Finds the states that some states reach; returns their graph, and the nodes of those states.
+    fn explored(
+        &self,
+        states: &[State],
+        walker: &mut Walker<'_>,
+        meter: &mut Meter<'_>,
+    ) -> Result<(Graph, Found, Vec<u32>)> {
+        let parts = self.engine.membership(&[&self.end, &self.inside, &self.engine.all_states()])?;
+        let codec = walker.codec().clone();
+        let found = Found { codes: Codes::new(codec.words()), nodes: Vec::new() };
+        let mut graph = Graph::default();
+        let free = graph.fraction(Ratio::zero());
+        let mut explorer = Explorer { search: self, parts, codec: &codec, graph, found, free, meter };
+        let starts = explorer.run(states, &mut *walker.walk())?;
+        Ok((explorer.graph, explorer.found, starts))
     }
 
     /// Returns the bounds of a value of which nothing is known.
@@ -269,70 +312,109 @@ impl<E: Engine> Search<'_, E> {
         let upper = if self.cost.is_some() { f64::INFINITY } else { 1.0 };
         Bounds { interval: Interval { lower: 0.0, upper }, exact: None }
     }
+}
 
-    /// Returns the node of a state, which is new or known, [`END`] or [`LOST`].
-    fn node(
-        &self,
-        state: &State,
-        code: Code,
-        graph: &mut Graph,
-        found: &mut Found,
-        meter: &mut Meter<'_>,
-    ) -> Result<u32> {
-        if let Some(&known) = found.index.get(&code) {
-            return Ok(known);
+/// The exploration of the graph of a search.
+struct Explorer<'a, 'm, E: Engine> {
+    search: &'a Search<'a, E>,
+    /// Tells the [`Part`] of a state.
+    parts: Box<dyn Membership + 'a>,
+    codec: &'a Codec,
+    graph: Graph,
+    found: Found,
+    /// The number of the cost 0.
+    free: u32,
+    meter: &'a mut Meter<'m>,
+}
+
+impl<E: Engine> Explorer<'_, '_, E> {
+    /// Explores the states that some states of the engine reach, breadth first; returns their nodes.
+    fn run(&mut self, states: &[State], walk: &mut dyn Walk) -> Result<Vec<u32>> {
+        self.graph.add_node(Rank::default(), false, self.meter)?;
+        let mut starts = Vec::with_capacity(states.len());
+        for state in states {
+            let code = self.codec.known(state)?;
+            let target = self.target(&code)?.unwrap_or(Target::New(Part::Lost));
+            starts.push(self.enter(target, &code)?);
         }
-        let node = if self.engine.contains(&self.end, state)? {
-            END
-        } else if !self.engine.contains(&self.inside, state)? {
-            LOST
-        } else {
-            let sure = if self.cost.is_some() { EVERY } else { 0 };
-            let node = graph.add_node(Rank { positive: EVERY, sure }, false, meter)?;
-            found.queue.push_back((node, code.clone()));
-            node
-        };
-        meter.take(2 * size_of::<(Code, u32)>() + 16 * code.len())?;
-        found.index.insert(code, node);
-        Ok(node)
-    }
-
-    /// Returns all choices of a state that stay in the states of the engine.
-    fn choices(
-        &self,
-        (codec, code): (&Codec, &Code),
-        walk: &mut dyn Walk,
-        graph: &mut Graph,
-        found: &mut Found,
-        meter: &mut Meter<'_>,
-    ) -> Result<Vec<Closed>> {
-        let state = codec.decode(code);
-        let listed = walk.choices(code, &mut graph.known)?;
-        let all = self.engine.all_states();
-        let mut choices = Vec::with_capacity(listed.len());
-        for (position, step) in (0u32..).zip(listed) {
-            // Known states are in the engine.
-            let leaves = |(next, _): &(Code, u32)| {
-                Ok(!found.index.contains_key(next) && !self.engine.contains(&all, &codec.decode(next))?)
-            };
-            if position_of(&step.successors, leaves)?.is_some() {
+        let (mut steps, mut targets, mut next) = (Steps::default(), Vec::new(), 0);
+        while let Some(&node) = self.found.nodes.get(next) {
+            let code = Code::from_slice(self.found.codes.code(next as u32));
+            next += 1;
+            if node == END || node == LOST {
                 continue;
             }
-            let cost = match &self.cost {
-                Some(cost) => cost.of(&state, &step.combinations())?,
-                None => Ratio::zero(),
-            };
-            let cost = graph.fraction(cost);
-            let mut edges = Vec::with_capacity(step.successors.len());
-            for (next, probability) in step.successors {
-                let to = match found.index.get(&next) {
-                    Some(&known) => known,
-                    None => self.node(&codec.decode(&next), next, graph, found, meter)?,
-                };
-                edges.push(Edge::new(to, probability, to == END));
+            self.meter.step()?;
+            self.meter.progress(&|| format!("{} states", self.graph.nodes()));
+            walk.steps(&code, &mut self.graph.known, &mut steps)?;
+            self.graph.begin(node, self.meter)?;
+            for position in 0..steps.choices() {
+                if self.stays(&steps, position, &mut targets)? {
+                    self.choice((&code, position), (walk, &steps), &targets)?;
+                }
             }
-            choices.push((position, cost, edges));
+            self.graph.end(node, self.meter)?;
         }
-        Ok(choices)
+        Ok(starts)
+    }
+
+    /// Finds the targets of a choice; returns whether all are states of the engine.
+    fn stays(&self, steps: &Steps, position: usize, targets: &mut Vec<Target>) -> Result<bool> {
+        targets.clear();
+        for (code, _) in steps.of(position) {
+            match self.target(code)? {
+                Some(target) => targets.push(target),
+                None => return Ok(false),
+            }
+        }
+        Ok(true)
+    }
+
+    /// Adds a choice of a state.
+    fn choice(
+        &mut self,
+        (code, position): (&Code, usize),
+        (walk, steps): (&dyn Walk, &Steps),
+        targets: &[Target],
+    ) -> Result<()> {
+        let cost = match &self.search.cost {
+            Some(cost) => {
+                let cost = cost.of(&self.codec.decode(code), &walk.taken(position).combinations)?;
+                self.graph.fraction(cost)
+            }
+            None => self.free,
+        };
+        self.graph.add_choice(position as u32, cost, self.meter)?;
+        for ((code, probability), &target) in steps.of(position).zip(targets) {
+            let to = self.enter(target, code)?;
+            self.graph.add_edge(Edge::new(to, probability, to == END));
+        }
+        Ok(())
+    }
+
+    /// Finds a state; `None` if it is not one of the engine.
+    fn target(&self, code: &[u64]) -> Result<Option<Target>> {
+        if let Some(node) = self.found.node(code) {
+            return Ok(Some(Target::Found(node)));
+        }
+        let marks = self.parts.of(&self.codec.decode(code))?;
+        Ok(Part::of(marks).map(Target::New))
+    }
+
+    /// Returns the node of a target, which is added if it is new.
+    fn enter(&mut self, target: Target, code: &[u64]) -> Result<u32> {
+        let node = match target {
+            Target::Found(node) => return Ok(node),
+            Target::New(Part::End) => END,
+            Target::New(Part::Lost) => LOST,
+            Target::New(Part::Inside) => {
+                let sure = if self.search.cost.is_some() { EVERY } else { 0 };
+                self.graph.add_node(Rank { positive: EVERY, sure }, false, self.meter)?
+            }
+        };
+        self.meter.take(self.found.codes.width() + codes::PLACES + size_of::<u32>())?;
+        self.found.codes.add(KEY, code);
+        self.found.nodes.push(node);
+        Ok(node)
     }
 }

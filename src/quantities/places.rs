@@ -1,12 +1,8 @@
 //! The nodes of the graph as states in arenas, and the way back from a state to its node.
 
-use std::hash::{BuildHasher, Hasher};
-use std::sync::OnceLock;
-
-use ahash::RandomState;
 use bitvec::vec::BitVec;
-use hashbrown::HashTable;
 
+use super::codes::{self, Codes};
 use super::narrow::Narrow;
 use meliora_engine::explicit::weighted::Codec;
 use meliora_model::State;
@@ -34,16 +30,11 @@ impl Place {
 /// The nodes found so far.
 #[derive(Debug, Default)]
 pub(super) struct Places {
-    /// The nodes by their codes and places. Large models need the memory for their equations, so this is
-    /// dropped after the exploration, and built again for the first question.
-    numbers: OnceLock<HashTable<u32>>,
-    hasher: RandomState,
-    /// The codes of states; none before the first exploration.
+    /// The code of each node's state, with the key of the node's place. What finds nodes is dropped after
+    /// the exploration.
+    codes: Codes,
+    /// None before the first exploration.
     codec: Option<Codec>,
-    /// The code of each node's state, one after the other.
-    codes: Vec<u64>,
-    /// The key of the place of each node.
-    keys: Narrow,
     /// The class of each node's state plus 1; 0 for no class.
     classes: Narrow,
     /// True for each node whose arena is that of its state's own class.
@@ -57,7 +48,7 @@ pub(super) struct Places {
 impl Places {
     /// Creates an empty collection.
     pub(super) fn new(codec: Codec, arenas: u32) -> Self {
-        Places { codec: Some(codec), arenas, ..Places::default() }
+        Places { codes: Codes::new(codec.words()), codec: Some(codec), arenas, ..Places::default() }
     }
 
     /// Returns the node of a state at a place.
@@ -67,10 +58,7 @@ impl Places {
 
     /// Returns the node of a code at a place.
     pub(super) fn find_code(&self, place: Place, code: &[u64]) -> Option<u32> {
-        let key = place.key();
-        let same = |&node: &u32| self.code(node) == code && self.keys.get(node as usize) == key;
-        let numbers = self.numbers.get_or_init(|| self.numbered());
-        numbers.find(hash(&self.hasher, key, code), same).copied()
+        self.codes.find(place.key(), code)
     }
 
     /// Returns the state of a node.
@@ -86,13 +74,12 @@ impl Places {
 
     /// Returns the code of a node's state.
     pub(super) fn code(&self, node: u32) -> &[u64] {
-        let words = self.words();
-        &self.codes[node as usize * words..][..words]
+        self.codes.code(node)
     }
 
     /// Returns the arena of a node.
     pub(super) fn arena(&self, node: u32) -> Option<u32> {
-        (self.keys.get(node as usize) / 2).checked_sub(1)
+        (self.codes.key(node) / 2).checked_sub(1)
     }
 
     /// Returns the class of a node's state.
@@ -102,53 +89,25 @@ impl Places {
 
     /// Adds the next node: its place, the code of its state, the class of the state, and whether the
     /// place is the arena of this class.
-    pub(super) fn add(&mut self, node: u32, place: Place, code: &[u64], (class, own): (Option<u32>, bool)) {
-        self.codes.extend(code);
-        self.keys.push(place.key());
+    pub(super) fn add(&mut self, place: Place, code: &[u64], (class, own): (Option<u32>, bool)) {
+        self.codes.add(place.key(), code);
         self.classes.push(class.map_or(0, |class| class + 1));
         self.own.push(own);
         self.unrestricted.push(false);
-        let mut numbers = self.numbers.take().unwrap_or_default();
-        numbers.insert_unique(self.hash(node), node, |&node| self.hash(node));
-        self.numbers = OnceLock::from(numbers);
     }
 
     /// Drops what the exploration needs.
     pub(super) fn end_exploration(&mut self) {
-        self.numbers.take();
-    }
-
-    fn numbered(&self) -> HashTable<u32> {
-        let mut numbers = HashTable::with_capacity(self.own.len());
-        for node in 0..self.own.len() as u32 {
-            numbers.insert_unique(self.hash(node), node, |&node| self.hash(node));
-        }
-        numbers
-    }
-
-    fn hash(&self, node: u32) -> u64 {
-        hash(&self.hasher, self.keys.get(node as usize), self.code(node))
+        self.codes.drop_numbers();
     }
 
     /// Returns the bytes of all nodes.
     pub(super) fn bytes(&self) -> usize {
-        self.own.len() * (8 * self.words() + self.keys.width() + self.classes.width() + 1)
+        self.own.len() * (self.codes.width() + self.classes.width() + 1)
     }
 
-    /// Returns the bytes of a node.
+    /// Returns the bytes of a node during the exploration.
     pub(super) fn bytes_of_node(&self) -> usize {
-        // The table has up to twice as many places of five bytes.
-        8 * self.words() + self.keys.width() + self.classes.width() + 1 + 10
+        self.codes.width() + self.classes.width() + 1 + codes::PLACES
     }
-
-    fn words(&self) -> usize {
-        self.codec.as_ref().map_or(0, Codec::words)
-    }
-}
-
-fn hash(hasher: &RandomState, key: u32, code: &[u64]) -> u64 {
-    let mut state = hasher.build_hasher();
-    code.iter().for_each(|&word| state.write_u64(word));
-    state.write_u32(key);
-    state.finish()
 }

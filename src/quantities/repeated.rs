@@ -31,7 +31,13 @@ impl<const K: usize> Repeated<K> {
         self.numbers.push(*recent);
     }
 
+    /// Returns the number of each row in [`Repeated::distinct`].
+    pub(super) fn numbers(&self) -> &Narrow {
+        &self.numbers
+    }
+
     /// Returns the row at a position.
+    #[inline]
     pub(super) fn get(&self, position: usize) -> &[f64; K] {
         &self.distinct[self.numbers.get(position) as usize]
     }

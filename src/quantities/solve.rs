@@ -7,12 +7,16 @@
 //! in the same way. N has 1 + N(s') on improving steps.
 
 use std::fmt;
+use std::ops::Range;
+
+use bitvec::vec::BitVec;
 
 use super::component::{Component, Optimum, Sense};
-use super::components::{self, Components, Successor, Successors};
+use super::components::{self, Components, Successors};
+use super::doubles;
 use super::graph::{Edge, Graph, LOST};
 use super::groups::{AsFractions, AsTheyAre, Groups};
-use super::iterate::{self, Sparse};
+use super::iterate::{self, Found, Sparse};
 use super::meter::Meter;
 use super::number::{Interval, Number};
 use super::solution::Solution;
@@ -20,8 +24,11 @@ use meliora_model::error::{Error, Limit, Result};
 use meliora_model::exact::Ratio;
 
 /// The number of groups up to which elimination is as fast as iteration; see [`crate`].
-pub(super) const SMALL: usize = 1000;
-/// The number of groups up to which a component is solved with fractions if its bounds are wide.
+const SMALL: usize = 1000;
+/// The number of edges per group from which elimination fills in all rows, so that it is slower.
+const DENSE: usize = 8;
+/// The number of groups up to which a component is solved by intervals at once, and with fractions if its
+/// bounds are wide.
 pub(super) const FEW: usize = 100;
 
 /// The number of nodes up to which bounds are passed on after a limit is reached: this must not delay
@@ -64,8 +71,8 @@ pub(super) struct System<'a, N> {
     pub(super) below: Option<&'a Solution<N>>,
     /// The fractions of the graph as numbers.
     pub(super) fractions: &'a [N],
-    /// The number of groups up to which a component is solved by elimination at once.
-    pub(super) small: usize,
+    /// The method that is tried first; `None` for the one that is expected to be the fastest.
+    pub(super) first: Option<How>,
     /// A change of the equations for bounds that one step confirms.
     pub(super) margin: Option<Margin<'a>>,
 }
@@ -88,8 +95,16 @@ pub(super) enum End<N> {
     Known(N),
 }
 
-/// Solves a component and stores its bounds; returns false if they are wide.
-type Method<S, N> = fn(&S, &Groups<'_>, &mut Solution<N>, &mut Meter<'_>) -> Result<bool>;
+/// A method for components; see [`crate`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum How {
+    /// Policy iteration by elimination with intervals or fractions.
+    Eliminate,
+    /// Policy iteration by elimination with doubles.
+    Confirm,
+    /// Optimistic value iteration.
+    Iterate,
+}
 
 impl<N: Number> System<'_, N> {
     pub(super) fn sense(&self) -> Sense {
@@ -193,7 +208,8 @@ impl<N: Number> System<'_, N> {
     /// them.
     pub(super) fn solve(&self, solution: &mut Solution<N>, meter: &mut Meter<'_>) -> Result<()> {
         let nodes = self.graph.nodes();
-        let (search, scratch) = (nodes * (4 * size_of::<u32>() + 2), nodes * 3 * size_of::<u32>());
+        let scratch = nodes * 3 * size_of::<u32>();
+        let search = nodes * components::SEARCH + self.graph.edges_in_all() / 8;
         meter.take(search)?;
         let found = self.components();
         meter.release(search - scratch);
@@ -254,7 +270,7 @@ impl<N: Number> System<'_, N> {
     /// comes after those that it reaches.
     pub(super) fn components(&self) -> Components {
         let open = (0..self.graph.nodes() as u32).filter(|&node| self.is_open(node));
-        components::components(&Dependencies { system: self }, open)
+        components::components(&Dependencies::new(self), open)
     }
 
     /// Solves the equation of a node that is a component of its own.
@@ -324,36 +340,58 @@ impl<N: Number> System<'_, N> {
         meter.take(groups.bytes())?;
         let end = if N::EXACT {
             self.eliminate(&groups, solution, meter).map(drop)
-        } else if groups.count() <= self.small {
-            self.both(nodes, &groups, [Self::eliminate, Self::iterate], solution, meter)
         } else {
-            self.both(nodes, &groups, [Self::iterate, Self::eliminate], solution, meter)
+            self.in_turn(nodes, &groups, solution, meter)
         };
         meter.release(groups.bytes());
         end
     }
 
-    /// Solves a component by one method, and by the other if that has left wide bounds. Both results
-    /// are bounds, so the narrower ones count, also if a limit ends the second method.
-    fn both(
+    /// Solves a component by one method after the other while they leave wide bounds. All results are bounds,
+    /// so the narrower ones count, also if a limit ends a method.
+    fn in_turn(
         &self,
         nodes: &[u32],
         groups: &Groups<'_>,
-        [first, second]: [Method<Self, N>; 2],
         solution: &mut Solution<N>,
         meter: &mut Meter<'_>,
     ) -> Result<()> {
-        if first(self, groups, solution, meter)? {
-            return Ok(());
+        let mut known: Option<Vec<N>> = None;
+        for how in self.methods(nodes, groups) {
+            // A method takes the nodes of the component from those that are not known.
+            nodes.iter().for_each(|&node| solution.know(node, false));
+            let end = match how {
+                How::Eliminate => self.eliminate(groups, solution, meter),
+                How::Confirm => self.confirm(groups, solution, meter),
+                How::Iterate => self.iterate(groups, solution, meter),
+            };
+            for (&node, bounds) in nodes.iter().zip(known.iter().flatten()) {
+                solution.set(node, solution.stored(node).within(bounds));
+            }
+            if end? {
+                break;
+            }
+            known = Some(nodes.iter().map(|&node| solution.stored(node).clone()).collect());
         }
-        let bounds: Vec<N> = nodes.iter().map(|&node| solution.stored(node).clone()).collect();
-        // A method takes the nodes of the component from those that are not known.
-        nodes.iter().for_each(|&node| solution.know(node, false));
-        let end = second(self, groups, solution, meter);
-        for (&node, bounds) in nodes.iter().zip(&bounds) {
-            solution.set(node, solution.stored(node).within(bounds));
+        Ok(())
+    }
+
+    /// Returns the methods for a component in the order in which they are tried.
+    fn methods(&self, nodes: &[u32], groups: &Groups<'_>) -> [How; 3] {
+        let edges = || {
+            let choices = nodes.iter().flat_map(|&node| self.graph.choices(node));
+            choices.map(|choice| self.graph.edges(choice).count()).sum::<usize>()
+        };
+        let fastest = match groups.count() {
+            ..=FEW => How::Eliminate,
+            ..=SMALL if edges() < DENSE * groups.count() => How::Confirm,
+            _ => How::Iterate,
+        };
+        match self.first.unwrap_or(fastest) {
+            How::Eliminate => [How::Eliminate, How::Iterate, How::Confirm],
+            How::Confirm => [How::Confirm, How::Eliminate, How::Iterate],
+            How::Iterate => [How::Iterate, How::Confirm, How::Eliminate],
         }
-        end.map(drop)
     }
 
     /// Solves a component by iteration; returns false if its bounds, which are stored, are wide.
@@ -368,11 +406,38 @@ impl<N: Number> System<'_, N> {
         let top = matches!(self.quantity, Quantity::Probability(_)).then_some(1.0);
         let (found, end) = iterate::solve(&sparse, top, meter);
         meter.release(sparse.bytes());
+        self.keep(found, groups, solution)?;
+        end
+    }
+
+    /// Solves a component with doubles, and confirms bounds near the solution; returns false if there are none.
+    fn confirm(
+        &self,
+        groups: &Groups<'_>,
+        solution: &mut Solution<N>,
+        meter: &mut Meter<'_>,
+    ) -> Result<bool> {
+        let sparse = Sparse::new(self, groups, solution, meter)?;
+        meter.take(sparse.bytes())?;
+        let found = doubles::solve(&sparse, meter);
+        meter.release(sparse.bytes());
+        let is_narrow = matches!(found, Ok(Some(_)));
+        let n = groups.count();
+        let nothing = || Found { low: vec![0.0; n], high: vec![None; n], picks: vec![NONE; n] };
+        let (found, end) = match found {
+            Ok(found) => (found.unwrap_or_else(nothing), Ok(is_narrow)),
+            Err(e) => (nothing(), Err(e)),
+        };
+        self.keep(found, groups, solution)?;
+        end
+    }
+
+    /// Stores bounds of the groups.
+    fn keep(&self, found: Found, groups: &Groups<'_>, solution: &mut Solution<N>) -> Result<()> {
         let rounded = |x: &f64| N::rounded(Interval::point(*x));
         let low = found.low.iter().filter_map(rounded).collect();
         let high = found.high.iter().map(|x| rounded(&x.unwrap_or(self.most()))).collect();
-        groups.store(self, Some(&Optimum { low, high, picks: found.picks }), solution)?;
-        end
+        groups.store(self, Some(&Optimum { low, high, picks: found.picks }), solution)
     }
 
     /// Solves a component by elimination, and again with fractions if the bounds are wide; returns
@@ -463,26 +528,42 @@ impl<N: Number> System<'_, N> {
 }
 
 /// The dependencies between open nodes.
-struct Dependencies<'a, 'b, N> {
-    system: &'b System<'a, N>,
+struct Dependencies<'g> {
+    graph: &'g Graph,
+    /// True for each edge that is followed.
+    followed: BitVec,
 }
 
-impl<N: Number> Successors for Dependencies<'_, '_, N> {
+impl<'g> Dependencies<'g> {
+    fn new<N: Number>(system: &System<'g, N>) -> Self {
+        let graph = system.graph;
+        let mut followed = BitVec::repeat(false, graph.edges_in_all());
+        let counted = system.quantity == Quantity::Number;
+        for node in (0..graph.nodes() as u32).filter(|&node| system.is_open(node)) {
+            for choice in graph.choices(node).filter(|&choice| system.permits(choice)) {
+                let (start, _) = graph.edge_range(choice, choice + 1);
+                for (position, edge) in (start as usize..).zip(graph.edges(choice)) {
+                    let follows = edge.to != LOST && (!edge.counts() || counted) && system.is_open(edge.to);
+                    followed.set(position, follows);
+                }
+            }
+        }
+        Dependencies { graph, followed }
+    }
+}
+
+impl Successors for Dependencies<'_> {
     fn nodes(&self) -> usize {
-        self.system.graph.nodes()
+        self.graph.nodes()
     }
 
-    fn successor(&self, node: u32, position: u32) -> Option<Successor> {
-        let system = self.system;
-        let choices = system.graph.choices(node);
-        if choices.is_empty() || !system.is_open(node) {
-            return None;
-        }
-        let (first, last) = system.graph.edge_range(choices.start, choices.end);
-        let index = first.checked_add(position).filter(|&index| index < last)?;
-        let (choice, edge) = system.graph.edge(index, &choices);
-        let follows = edge.to != LOST && (!edge.counts() || system.quantity == Quantity::Number);
-        let node = follows && system.is_open(edge.to) && system.permits(choice);
-        Some(if node { Successor::Node(edge.to) } else { Successor::None })
+    fn positions(&self, node: u32) -> Range<u32> {
+        let choices = self.graph.choices(node);
+        let (start, end) = self.graph.edge_range(choices.start, choices.end);
+        start..end
+    }
+
+    fn at(&self, position: u32) -> Option<u32> {
+        self.followed[position as usize].then(|| self.graph.target(position))
     }
 }

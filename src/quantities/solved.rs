@@ -4,7 +4,7 @@ use super::graph::Graph;
 use super::meter::Meter;
 use super::number::{Bounds, Number};
 use super::solution::Solution;
-use super::solve::{Quantity, SMALL, System};
+use super::solve::{Quantity, System};
 use meliora_model::error::Result;
 
 /// The solutions so far.
@@ -76,8 +76,7 @@ impl<N: Number> Solved<N> {
         index: usize,
     ) -> Option<Bounds> {
         let below = index.checked_sub(1).and_then(|below| solutions.get(below));
-        let system =
-            System { graph, quantity, below, fractions: &self.fractions, small: SMALL, margin: None };
+        let system = System { graph, quantity, below, fractions: &self.fractions, first: None, margin: None };
         system.value(choice, solutions.get(index)?).as_ref().map(Bounds::of)
     }
 }
@@ -103,7 +102,7 @@ fn solution<N: Number>(
     below: Option<&Solution<N>>,
     meter: &mut Meter<'_>,
 ) -> Result<(Solution<N>, Result<()>)> {
-    let system = System { graph, quantity, below, fractions, small: SMALL, margin: None };
+    let system = System { graph, quantity, below, fractions, first: None, margin: None };
     let mut solution = system.start(meter)?;
     let end = system.solve(&mut solution, meter);
     Ok((solution, end))

@@ -14,8 +14,8 @@ use std::ops::Range;
 use super::component::Sense;
 use super::groups::{AsIntervals, Equation, Groups};
 use super::meter::Meter;
-use super::narrow::Narrow;
-use super::number::{Interval, Number};
+use super::narrow::{Digits, Narrow};
+use super::number::{Interval, Number, Weight};
 use super::repeated::Repeated;
 use super::solution::Solution;
 use super::solve::System;
@@ -37,9 +37,9 @@ pub(super) struct Sparse {
     /// The group that each edge enters, and its probability.
     to: Vec<u32>,
     probabilities: Repeated<1>,
-    /// The bounds of the constant of each action, and the greatest upper bound at an exit, which is
-    /// infinite if more is gained or paid.
-    constants: Repeated<3>,
+    /// Of each action the bounds of the constant, the greatest upper bound at an exit, which is infinite
+    /// if more is gained or paid, and the probability to leave the component.
+    constants: Repeated<4>,
     /// The choice of each action.
     pub(super) choices: Vec<u32>,
     /// The relative error of a row.
@@ -92,13 +92,13 @@ impl Sparse {
         self.first_edge.resize(group as usize + 1, self.to.len() as u32);
     }
 
-    /// Adds an action to the last group: its choice, its edges, the bounds of its constant and the
-    /// greatest upper bound at an exit.
+    /// Adds an action to the last group: its choice, its edges, and the bounds of its constant with the
+    /// greatest upper bound at an exit and the probability to leave the component.
     pub(super) fn push(
         &mut self,
         choice: u32,
         edges: impl ExactSizeIterator<Item = (u32, f64)>,
-        constant: [f64; 3],
+        constant: [f64; 4],
     ) {
         self.edges.push(edges.len() as u32);
         for (to, p) in edges {
@@ -111,7 +111,7 @@ impl Sparse {
 
     /// Returns whether the constants have no width.
     pub(super) fn is_exact(&self) -> bool {
-        self.constants.distinct().iter().all(|[low, high, _]| low == high)
+        self.constants.distinct().iter().all(|[low, high, ..]| low == high)
     }
 
     /// Adds the equation of a choice to the last group, unless the choice never leaves its group.
@@ -135,7 +135,7 @@ impl Sparse {
         }
         self.error = self.error.max(error);
         let edges = row.edges.iter().map(|(to, p)| (*to, p.lower / divisor));
-        self.push(choice, edges, [constant.lower, constant.upper, most]);
+        self.push(choice, edges, [constant.lower, constant.upper, most, row.escape.lower / divisor]);
     }
 
     /// Returns the bytes of the rows, and of the iteration over them.
@@ -151,9 +151,31 @@ impl Sparse {
         self.first.len() - 1
     }
 
+    /// Returns the actions of a group, each with its edges.
+    pub(super) fn actions(&self, group: usize) -> impl Iterator<Item = (usize, Range<usize>)> {
+        let actions = self.first[group] as usize..self.first[group + 1] as usize;
+        let mut next = self.first_edge[group] as usize;
+        actions.map(move |action| {
+            let start = next;
+            next += self.edges.get(action) as usize;
+            (action, start..next)
+        })
+    }
+
+    /// Returns the bounds of the constant of an action, and the probability to leave the component.
+    pub(super) fn constant(&self, action: usize) -> ([f64; 2], f64) {
+        let &[low, high, _, escape] = self.constants.get(action);
+        ([low, high], escape)
+    }
+
     /// Returns the groups that edges enter, and their probabilities.
-    fn row(&self, edges: Range<usize>) -> impl Iterator<Item = (u32, f64)> {
+    pub(super) fn row(&self, edges: Range<usize>) -> impl Iterator<Item = (u32, f64)> {
         edges.map(|edge| (self.to[edge], self.probabilities.get(edge)[0]))
+    }
+
+    /// Returns a lower bound of c + Σ p · x of an action, which has the given edges.
+    pub(super) fn below(&self, action: usize, edges: Range<usize>, x: &[f64]) -> f64 {
+        self.lowered(self.sum(action, edges, x))
     }
 
     /// Returns c + Σ p · x of an action, which has the given edges, to the nearest double, with the lower
@@ -168,35 +190,94 @@ impl Sparse {
             let x = x[to as usize];
             (sum + p * x, most.max(x))
         };
-        let &[_, constant, exit] = self.constants.get(action);
+        let &[_, constant, exit, _] = self.constants.get(action);
         let (sum, most) = self.row(edges).fold((constant, exit), add);
         (sum * (1.0 + self.error) + TINY).min(most)
     }
 
     /// Returns a lower or upper bound of the optimum of a group, and the action that attains it.
     pub(super) fn best(&self, group: usize, upper: bool, x: &[f64]) -> (f64, usize) {
-        let actions = self.first[group] as usize..self.first[group + 1] as usize;
-        let mut next = self.first_edge[group] as usize;
-        let mut best = match self.sense {
-            Sense::Max => (0.0, actions.start),
-            Sense::Min => (f64::INFINITY, actions.start),
-        };
-        for action in actions {
-            let edges = next..next + self.edges.get(action) as usize;
-            next = edges.end;
+        let mut best = self.worst(group);
+        for (action, edges) in self.actions(group) {
             let q = if upper { self.above(action, edges, x) } else { self.sum(action, edges, x) };
-            let better = match self.sense {
-                Sense::Max => q > best.0,
-                Sense::Min => q < best.0,
-            };
-            if better {
-                best = (q, action);
+            self.choose(&mut best, (q, action));
+        }
+        if upper { best } else { (self.lowered(best.0), best.1) }
+    }
+
+    fn worst(&self, group: usize) -> (f64, usize) {
+        let value = if self.sense == Sense::Max { 0.0 } else { f64::INFINITY };
+        (value, self.first[group] as usize)
+    }
+
+    #[inline]
+    fn choose(&self, best: &mut (f64, usize), other: (f64, usize)) {
+        let better = match self.sense {
+            Sense::Max => other.0 > best.0,
+            Sense::Min => other.0 < best.0,
+        };
+        if better {
+            *best = other;
+        }
+    }
+
+    #[inline]
+    fn lowered(&self, sum: f64) -> f64 {
+        if sum < TINY { 0.0 } else { sum * (1.0 - self.error) }
+    }
+
+    /// Visits all groups in their order. `visit` gets the value of a group in `x`, and what
+    /// [`Sparse::best`] returns for it; it may change the value, which the next groups see.
+    ///
+    /// # Errors
+    /// The work is cancelled.
+    pub(super) fn sweep(
+        &self,
+        upper: bool,
+        x: &mut [f64],
+        meter: &mut Meter<'_>,
+        visit: impl FnMut(usize, &mut f64, (f64, usize)),
+    ) -> Result<()> {
+        match (self.probabilities.numbers(), upper) {
+            (Narrow::Bytes(list), true) => self.visit::<_, true>(list, x, meter, visit),
+            (Narrow::Bytes(list), false) => self.visit::<_, false>(list, x, meter, visit),
+            (Narrow::Shorts(list), true) => self.visit::<_, true>(list, x, meter, visit),
+            (Narrow::Shorts(list), false) => self.visit::<_, false>(list, x, meter, visit),
+            (Narrow::Words(list), true) => self.visit::<_, true>(list, x, meter, visit),
+            (Narrow::Words(list), false) => self.visit::<_, false>(list, x, meter, visit),
+        }
+    }
+
+    /// Does the same for lists of numbers of probabilities of one width, which are read in a loop without
+    /// branches.
+    fn visit<D: Digits, const UPPER: bool>(
+        &self,
+        numbers: &[D],
+        x: &mut [f64],
+        meter: &mut Meter<'_>,
+        mut visit: impl FnMut(usize, &mut f64, (f64, usize)),
+    ) -> Result<()> {
+        let distinct = self.probabilities.distinct();
+        let mut rest = self.to.iter().zip(numbers);
+        for group in 0..x.len() {
+            meter.step()?;
+            let mut best = self.worst(group);
+            for action in self.first[group] as usize..self.first[group + 1] as usize {
+                let &[low, high, exit, _] = self.constants.get(action);
+                let (mut sum, mut most) = if UPPER { (high, exit) } else { (low, 0.0) };
+                for (&to, number) in rest.by_ref().take(self.edges.get(action) as usize) {
+                    let value = x[to as usize];
+                    sum += distinct[number.position()][0] * value;
+                    if UPPER {
+                        most = if value > most { value } else { most };
+                    }
+                }
+                let q = if UPPER { (sum * (1.0 + self.error) + TINY).min(most) } else { sum };
+                self.choose(&mut best, (q, action));
             }
+            let best = if UPPER { best } else { (self.lowered(best.0), best.1) };
+            visit(group, &mut x[group], best);
         }
-        match upper {
-            false if best.0 < TINY => (0.0, best.1),
-            false => (best.0 * (1.0 - self.error), best.1),
-            true => best,
-        }
+        Ok(())
     }
 }

@@ -6,9 +6,9 @@ use num_traits::FromPrimitive;
 
 use super::graph::{Edge, Graph, LOST, Rank};
 use super::meter::Meter;
-use super::number::{Interval, Number};
+use super::number::{Interval, Number, Weight};
 use super::solution::Solution;
-use super::solve::{Quantity, SMALL, System};
+use super::solve::{How, Quantity, System};
 use meliora_engine::{NoProgress, ProgressSink};
 use meliora_model::error::Limit;
 use meliora_model::exact::Ratio;
@@ -81,23 +81,29 @@ fn graph(rows: &Rows, counts: fn(&Rows, u32, u32) -> bool, meter: &mut Meter<'_>
         graph.add_node(Rank { positive: is(&positive), sure: is(&sure) }, false, meter).unwrap();
     }
     for (node, choices) in (0..).zip(rows) {
-        let mut closed = Vec::new();
+        graph.begin(node, meter).unwrap();
         for (position, (cost, edges)) in (0..).zip(choices) {
             let sum: i64 = edges.iter().map(|edge| edge.1).sum();
-            let mut edge = |&(to, weight): &(u32, i64)| {
-                Edge::new(to, graph.fraction(Ratio::new(weight.into(), sum.into())), counts(rows, node, to))
-            };
-            let edges = edges.iter().map(&mut edge).collect();
-            closed.push((position, graph.fraction(Ratio::from_integer((*cost).into())), edges));
+            let cost = graph.fraction(Ratio::from_integer((*cost).into()));
+            graph.add_choice(position, cost, meter).unwrap();
+            for &(to, weight) in edges {
+                let probability = graph.fraction(Ratio::new(weight.into(), sum.into()));
+                graph.add_edge(Edge::new(to, probability, counts(rows, node, to)));
+            }
         }
-        graph.close(node, closed, meter).unwrap();
+        graph.end(node, meter).unwrap();
     }
     graph
 }
 
-fn solved<N: Number>(graph: &Graph, quantity: Quantity, small: usize, meter: &mut Meter<'_>) -> Solution<N> {
+fn solved<N: Number>(
+    graph: &Graph,
+    quantity: Quantity,
+    first: Option<How>,
+    meter: &mut Meter<'_>,
+) -> Solution<N> {
     let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
-    let system = System { graph, quantity, below: None, fractions: &fractions, small, margin: None };
+    let system = System { graph, quantity, below: None, fractions: &fractions, first, margin: None };
     let mut solution = system.start(meter).unwrap();
     system.solve(&mut solution, meter).unwrap();
     solution
@@ -111,11 +117,11 @@ fn attains(graph: &Graph, quantity: Quantity, picks: &Solution<Interval>, exact:
         let choice = picks.pick(node);
         let cost = match quantity {
             Quantity::Cost(_) => graph.fractions()[graph.cost(choice) as usize].clone(),
-            _ => Number::zero(),
+            _ => Weight::zero(),
         };
         let term = |edge: Edge| {
             let to = match (edge.to, edge.counts(), quantity) {
-                (LOST, _, _) | (_, true, Quantity::Cost(_)) => Number::zero(),
+                (LOST, _, _) | (_, true, Quantity::Cost(_)) => Weight::zero(),
                 (_, true, Quantity::Probability(_)) => Number::one(),
                 (to, true, _) => value(to) + <Ratio as Number>::one(),
                 (to, false, _) => value(to),
@@ -130,18 +136,21 @@ fn attains(graph: &Graph, quantity: Quantity, picks: &Solution<Interval>, exact:
 
 /// Solves a system by both methods; returns the number of values that iteration found.
 fn iterated(seed: u64, graph: &Graph, quantity: Quantity, meter: &mut Meter<'_>) -> usize {
-    let exact: Solution<Ratio> = solved(graph, quantity, SMALL, meter);
+    let exact: Solution<Ratio> = solved(graph, quantity, None, meter);
     let mut iterated = 0;
-    for small in [0, SMALL] {
-        let found: Solution<Interval> = solved(graph, quantity, small, meter);
+    for how in [How::Iterate, How::Confirm, How::Eliminate] {
+        let found: Solution<Interval> = solved(graph, quantity, Some(how), meter);
         for node in 0..graph.nodes() as u32 {
             let (Some(x), Some(y)) = (exact.get(node), found.get(node)) else { continue };
             let [low, high] = [y.lower, y.upper].map(|x| Ratio::from_f64(x).unwrap());
-            assert!(low <= *x && *x <= high, "seed {seed}, {quantity}, node {node}: {x} not in {y:?}");
+            assert!(
+                low <= *x && *x <= high,
+                "seed {seed}, {quantity}, {how:?}, node {node}: {x} not in {y:?}"
+            );
             assert!(y.width() <= 1e-7 * y.lower.max(1.0), "seed {seed}, {quantity}: {y:?}");
-            iterated += usize::from(small == 0 && y.width() > 1e-12);
+            iterated += usize::from(how == How::Iterate && y.width() > 1e-12);
         }
-        assert!(attains(graph, quantity, &found, &exact), "seed {seed}, {quantity}");
+        assert!(attains(graph, quantity, &found, &exact), "seed {seed}, {quantity}, {how:?}");
     }
     iterated
 }
@@ -191,13 +200,14 @@ fn bounds_hold_wherever_a_limit_ends_the_work() {
         let graph = graph(&rows(&mut Draw::new(seed), 300), ends, &mut Meter::unlimited(&NoProgress));
         let fractions: Vec<Interval> = graph.fractions().iter().map(Number::of).collect();
         for quantity in [Quantity::Probability(1), Quantity::Cost(1)] {
-            let whole: Solution<Interval> = solved(&graph, quantity, 0, &mut Meter::unlimited(&NoProgress));
+            let whole: Solution<Interval> =
+                solved(&graph, quantity, Some(How::Iterate), &mut Meter::unlimited(&NoProgress));
             let system = System {
                 graph: &graph,
                 quantity,
                 below: None,
                 fractions: &fractions,
-                small: 0,
+                first: Some(How::Iterate),
                 margin: None,
             };
             for patience in 0.. {

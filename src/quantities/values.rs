@@ -1,7 +1,8 @@
 //! The quantities of a finished analysis: probabilities, costs and expected numbers of improvements.
 
 use super::cost::Cost;
-use super::explore::{Explorer, Facts};
+use super::explore::Explorer;
+use super::facts::Facts;
 use super::graph::{Graph, LOST};
 use super::horizon::Horizon;
 use super::meter::Meter;

@@ -7,8 +7,13 @@ use meliora::engine::SymbolicEngine;
 use meliora::engine::{Algebra, Engine, Order, Scope, Settings};
 use meliora::error::SourceFile;
 use meliora::lang;
+use meliora::model::predicate::Predicate;
 use meliora::model::step::Choice;
 use meliora::model::{CommandId, Program};
+use proptest::prelude::*;
+
+use crate::common::random_program::{random_predicate, random_program};
+use crate::explicit::numbers;
 
 const SCOPES: [Scope; 2] = [Scope::All, Scope::Reachable];
 
@@ -159,6 +164,48 @@ fn a_set_is_listed_in_one_order_however_many_states_are_wanted() {
         assert_eq!(engine.list_states(&all, usize::MAX).unwrap(), one_by_one);
         for limit in [1, 63, 65, one_by_one.len() - 1, one_by_one.len()] {
             assert_eq!(engine.list_states(&all, limit).unwrap(), one_by_one[..limit], "{limit}");
+        }
+    }
+}
+
+/// Compares the test for several sets at once with one test per set, in all states and outside of them.
+fn check_several<E: Engine>(engine: &E, predicates: &[Predicate]) {
+    let mut sets = vec![engine.all_states(), engine.no_states(), engine.initial_states()];
+    for predicate in predicates {
+        let holds = engine.states_where(predicate).unwrap();
+        sets.push(engine.can_reach(&holds, &engine.all_choices(), &[]).unwrap());
+        sets.push(holds);
+    }
+    let several = engine.membership(&sets.iter().collect::<Vec<_>>()).unwrap();
+    for state in engine.list_states(&engine.all_states(), usize::MAX).unwrap() {
+        for state in
+            [state.clone(), state.iter().map(|x| x + 1).collect(), state.iter().map(|x| x - 1).collect()]
+        {
+            let bit =
+                |(number, x): (usize, &E::States)| u64::from(engine.contains(x, &state).unwrap()) << number;
+            let expected: u64 = sets.iter().enumerate().map(bit).sum();
+            assert_eq!(several.of(&state).unwrap(), expected, "{state:?}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    #[test]
+    fn several_sets_contain_what_each_of_them_contains(
+        of in numbers(160),
+        first in numbers(20),
+        second in numbers(20),
+    ) {
+        let mut program = random_program(&of, false);
+        let predicates = [random_predicate(&mut program, &first), random_predicate(&mut program, &second)];
+        let predicates = predicates.map(|e| program.predicate(e));
+        let program = Arc::new(program);
+        for scope in SCOPES {
+            let settings = Settings { scope, memory: 64 << 20, ..Settings::default() };
+            check_several(&ExplicitEngine::new(program.clone(), settings.clone()).unwrap(), &predicates);
+            check_several(&SymbolicEngine::new(program.clone(), settings).unwrap(), &predicates);
         }
     }
 }

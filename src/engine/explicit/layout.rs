@@ -6,11 +6,16 @@
 //! `packed`, whose weights are powers of two, and `radix`, which numbers all valuations without a
 //! gap. Codes compare as the values do, first variable first.
 
+use smallvec::SmallVec;
+
 use meliora_model::error::{Limit, Result};
 use meliora_model::{Program, Variable};
 
 /// Maximum number of words in a code.
 pub(super) const MOST_WORDS: usize = 32;
+
+/// A state in few bytes. Codes compare as the values do.
+pub type Code = SmallVec<[u64; 2]>;
 
 /// The position of a variable in a code.
 #[derive(Debug, Clone, Copy)]
@@ -125,11 +130,11 @@ impl Layout {
     }
 
     /// Returns the code of a valuation; `None` if a value is out of range or the length is wrong.
-    pub(super) fn encode(&self, values: &[i64]) -> Option<Vec<u64>> {
+    pub(super) fn encode(&self, values: &[i64]) -> Option<Code> {
         if values.len() != self.fields.len() {
             return None;
         }
-        let mut code = vec![0u64; self.words];
+        let mut code = Code::from_elem(0, self.words);
         for (field, &value) in self.fields.iter().zip(values) {
             if !field.holds(value) {
                 return None;

@@ -8,6 +8,7 @@ use super::stepper::{Broken, Stepper};
 use super::{ChoiceSet, ExplicitEngine, Space, StateSet};
 use crate::edge_labels::{self, EdgeLabels};
 use crate::engine::{Algebra, Engine, Region};
+use crate::membership::Membership;
 use crate::parallel::Sets;
 use crate::settings::{Count, Settings, Usage};
 use meliora_model::error::{Error, Result};
@@ -349,6 +350,11 @@ impl Engine for ExplicitEngine {
         Ok(self.number(state).is_some_and(|s| x.has(s)))
     }
 
+    fn membership<'e>(&'e self, sets: &[&StateSet]) -> Result<Box<dyn Membership + 'e>> {
+        let sets = sets.iter().map(|x| self.bits(*x).cloned()).collect::<Result<_>>()?;
+        Ok(Box::new(Marks { engine: self, sets }))
+    }
+
     fn contains_choice(&self, c: &ChoiceSet, state: &[i64], choice: &Choice) -> Result<bool> {
         let c = self.bits(c)?;
         let Some(state) = self.number(state) else { return Ok(false) };
@@ -362,6 +368,20 @@ impl Engine for ExplicitEngine {
 
     fn settings(&self) -> &Settings {
         &self.settings
+    }
+}
+
+/// The bits of several sets.
+struct Marks<'e> {
+    engine: &'e ExplicitEngine,
+    sets: Vec<BitSet>,
+}
+
+impl Membership for Marks<'_> {
+    fn of(&self, state: &[i64]) -> Result<u64> {
+        let Some(state) = self.engine.number(state) else { return Ok(0) };
+        let marks = self.sets.iter().enumerate().map(|(number, x)| u64::from(x.has(state)) << number);
+        Ok(marks.sum())
     }
 }
 

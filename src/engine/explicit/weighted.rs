@@ -2,17 +2,18 @@
 //!
 //! [`Program::exact_steps`] evaluates every guard and adds fractions. Here the guard index finds the
 //! enabled commands, and probabilities are numbers of fractions, each of which is stored once. The
-//! probabilities of commands that do not depend on the state are read once.
-
-use std::borrow::Cow;
+//! probabilities of commands that do not depend on the state are read once. The successors of all choices
+//! of a state are written to buffers that are used again for the next state.
 
 use ahash::AHashMap;
 use num_traits::One;
 use smallvec::SmallVec;
 
+use super::explore::fixed;
+pub use super::layout::Code;
 use super::layout::Layout;
 use super::program::{Chances, Prepared};
-use super::stepper::Stepper;
+use super::stepper::{Stepper, sum};
 use meliora_model::error::{Error, Result};
 use meliora_model::exact::{Ratio, Real};
 use meliora_model::progress::ProgressSink;
@@ -63,9 +64,6 @@ impl Fractions {
     }
 }
 
-/// A state in few bytes. Codes compare as the values do.
-pub type Code = SmallVec<[u64; 2]>;
-
 /// The codes of the states of a program.
 #[derive(Debug, Clone)]
 pub struct Codec {
@@ -89,7 +87,7 @@ impl Codec {
 
     /// Returns the code of a state; `None` if a value is out of range.
     pub fn encode(&self, state: &[i64]) -> Option<Code> {
-        self.layout.encode(state).map(Code::from_vec)
+        self.layout.encode(state)
     }
 
     /// Returns the code of a state.
@@ -109,27 +107,68 @@ impl Codec {
     }
 }
 
-/// A choice with its successors.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Weighted {
-    /// The choice.
-    pub choice: Choice,
-    /// The combinations of commands that a [`Choice::Uniform`] draws from.
-    drawn: Vec<Combination>,
-    /// Each successor once, with the number of its probability; ordered by values.
-    pub successors: Vec<(Code, u32)>,
+/// The successors of all choices of a state.
+#[derive(Debug, Default)]
+pub struct Steps {
+    /// The number of words of a code.
+    words: usize,
+    /// The codes of the successors, one after the other: each once per choice, ordered by values.
+    codes: Vec<u64>,
+    /// The number of the probability of each successor.
+    weights: Vec<u32>,
+    /// The end of each choice in `weights`.
+    ends: Vec<u32>,
 }
 
-impl Weighted {
-    /// Returns the combinations of commands that the choice draws from; none for a deadlock.
-    pub fn combinations(&self) -> Cow<'_, [Combination]> {
-        match &self.choice {
-            Choice::Combination { synchronisation, commands } => {
-                Cow::Owned(vec![(*synchronisation, commands.clone())])
-            }
-            _ => Cow::Borrowed(&self.drawn),
-        }
+impl Steps {
+    /// Returns the number of choices.
+    pub fn choices(&self) -> usize {
+        self.ends.len()
     }
+
+    /// Returns the successors of a choice, with the numbers of their probabilities.
+    pub fn of(&self, choice: usize) -> impl Iterator<Item = (&[u64], u32)> {
+        let start = choice.checked_sub(1).map_or(0, |before| self.ends[before]) as usize;
+        let end = self.ends[choice] as usize;
+        let codes = self.codes[start * self.words..end * self.words].chunks_exact(self.words);
+        codes.zip(self.weights[start..end].iter().copied())
+    }
+
+    /// Forgets all choices.
+    fn clear(&mut self, words: usize) {
+        self.words = words;
+        self.codes.clear();
+        self.weights.clear();
+        self.ends.clear();
+    }
+
+    /// Adds a choice. Its successors are sorted, and the probabilities of equal ones are added.
+    fn add<const W: usize>(&mut self, successors: &mut Vec<([u64; W], u32)>, fractions: &mut Fractions) {
+        if successors.len() > 1 {
+            successors.sort_unstable();
+            successors.dedup_by(|next, kept| {
+                let same = next.0 == kept.0;
+                if same {
+                    kept.1 = fractions.sum(kept.1, next.1);
+                }
+                same
+            });
+        }
+        for (code, weight) in successors.drain(..) {
+            self.codes.extend(&code[..self.words]);
+            self.weights.push(weight);
+        }
+        self.ends.push(self.weights.len() as u32);
+    }
+}
+
+/// A choice, and the combinations of commands that it draws from; none for a deadlock.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Taken {
+    /// The choice.
+    pub choice: Choice,
+    /// The combinations.
+    pub combinations: Vec<Combination>,
 }
 
 /// The numbers of some probabilities.
@@ -140,8 +179,8 @@ pub struct Walker<'p> {
     program: &'p Program,
     codec: Codec,
     prepared: Prepared,
-    /// The probabilities of the branches of each command, if they do not depend on the state.
-    constant: Vec<Option<Weights>>,
+    /// The probabilities of the branches of each command, in the last state in which they were read.
+    known: Vec<Option<Weights>>,
 }
 
 impl<'p> Walker<'p> {
@@ -152,8 +191,8 @@ impl<'p> Walker<'p> {
     pub fn new(program: &'p Program, sink: &dyn ProgressSink) -> Result<Self> {
         let codec = Codec::new(program)?;
         let prepared = Prepared::new(program, &codec.layout, sink)?;
-        let constant = vec![None; program.commands.len()];
-        Ok(Walker { program, codec, prepared, constant })
+        let known = vec![None; program.commands.len()];
+        Ok(Walker { program, codec, prepared, known })
     }
 
     /// Returns the codes of the states.
@@ -163,26 +202,29 @@ impl<'p> Walker<'p> {
 
     /// Creates the walk, which keeps work between states.
     pub fn walk(&mut self) -> Box<dyn Walk + '_> {
-        let Walker { program, codec, prepared, constant } = self;
+        let Walker { program, codec, prepared, known } = self;
         match codec.layout.words() {
-            1 => PackedWalk::<1>::boxed(program, codec, prepared, constant),
-            2 => PackedWalk::<2>::boxed(program, codec, prepared, constant),
-            3 => PackedWalk::<3>::boxed(program, codec, prepared, constant),
-            4 => PackedWalk::<4>::boxed(program, codec, prepared, constant),
-            5..=8 => PackedWalk::<8>::boxed(program, codec, prepared, constant),
-            9..=16 => PackedWalk::<16>::boxed(program, codec, prepared, constant),
-            _ => PackedWalk::<32>::boxed(program, codec, prepared, constant),
+            1 => PackedWalk::<1>::boxed(program, codec, prepared, known),
+            2 => PackedWalk::<2>::boxed(program, codec, prepared, known),
+            3 => PackedWalk::<3>::boxed(program, codec, prepared, known),
+            4 => PackedWalk::<4>::boxed(program, codec, prepared, known),
+            5..=8 => PackedWalk::<8>::boxed(program, codec, prepared, known),
+            9..=16 => PackedWalk::<16>::boxed(program, codec, prepared, known),
+            _ => PackedWalk::<32>::boxed(program, codec, prepared, known),
         }
     }
 }
 
 /// A walk over states.
 pub trait Walk {
-    /// Returns the choices of a state in the order of [`Program::steps`].
+    /// Lists the successors of the choices of a state, in the order of [`Program::steps`].
     ///
     /// # Errors
     /// A command has no meaning in the state, or there are too many choices.
-    fn choices(&mut self, state: &[u64], fractions: &mut Fractions) -> Result<Vec<Weighted>>;
+    fn steps(&mut self, state: &[u64], fractions: &mut Fractions, into: &mut Steps) -> Result<()>;
+
+    /// Returns a choice of the state of the last [`Walk::steps`], by its position.
+    fn taken(&self, position: usize) -> Taken;
 
     /// Returns the names of the choices of a state, as [`Program::choices`] does.
     ///
@@ -196,39 +238,63 @@ struct PackedWalk<'w, const W: usize> {
     codec: &'w Codec,
     stepper: Stepper<'w, W>,
     prepared: &'w Prepared,
-    constant: &'w mut [Option<Weights>],
+    known: &'w mut [Option<Weights>],
+    /// The successors of a choice.
+    successors: Vec<([u64; W], u32)>,
+    weights: Weights,
 }
 
 impl<const W: usize> Walk for PackedWalk<'_, W> {
-    fn choices(&mut self, state: &[u64], fractions: &mut Fractions) -> Result<Vec<Weighted>> {
+    fn steps(&mut self, state: &[u64], fractions: &mut Fractions, into: &mut Steps) -> Result<()> {
         self.expand(state)?;
+        into.clear(state.len());
+        let code = fixed::<W>(state);
         if self.stepper.ends.is_empty() {
-            let one = fractions.number(Ratio::one());
-            let successors = vec![(state.into(), one)];
-            return Ok(vec![Weighted { choice: Choice::Deadlock, drawn: Vec::new(), successors }]);
+            self.successors.push((code, fractions.number(Ratio::one())));
+            into.add(&mut self.successors, fractions);
+            return Ok(());
         }
-        let (mut found, mut at) = (Vec::new(), 0);
+        let (draws, mut at) = (self.program.kind == ModelKind::Dtmc, 0);
         for synchronisation in 0..self.prepared.synchronisations.len() {
             for number in 0..self.stepper.combinations(synchronisation) {
-                let commands = self.stepper.combination(synchronisation, number);
-                let weights = self.weights(&commands, state, fractions)?;
-                let steps = &self.stepper.steps[at..at + weights.len()];
-                at += weights.len();
-                let target = |(step, weight): (&[u64; W], u32)| {
-                    let sums = state.iter().zip(step).map(|(a, b)| a.wrapping_add(*b));
-                    (sums.collect(), weight)
-                };
-                let successors = steps.iter().zip(weights).map(target).collect();
-                let commands = commands.iter().map(|&c| CommandId(c)).collect();
-                let choice = Choice::Combination { synchronisation, commands };
-                found.push(Weighted { choice, drawn: Vec::new(), successors });
+                self.weigh((synchronisation, number), state, fractions)?;
+                let steps = &self.stepper.steps[at..at + self.weights.len()];
+                at += steps.len();
+                let targets = steps.iter().map(|step| sum(&code, step));
+                self.successors.extend(targets.zip(self.weights.iter().copied()));
+                if !draws {
+                    into.add(&mut self.successors, fractions);
+                }
             }
         }
-        if self.program.kind == ModelKind::Dtmc {
-            found = vec![uniform(found, fractions)];
+        if draws {
+            let choices = self.choices();
+            if choices > 1 {
+                let share = fractions.number(Ratio::new(1.into(), choices.into()));
+                self.successors
+                    .iter_mut()
+                    .for_each(|(_, weight)| *weight = fractions.product(*weight, share));
+            }
+            into.add(&mut self.successors, fractions);
         }
-        found.iter_mut().for_each(|choice| merge(&mut choice.successors, fractions));
-        Ok(found)
+        Ok(())
+    }
+
+    fn taken(&self, position: usize) -> Taken {
+        if self.stepper.ends.is_empty() {
+            return Taken { choice: Choice::Deadlock, combinations: Vec::new() };
+        }
+        if self.program.kind == ModelKind::Dtmc {
+            return Taken { choice: Choice::Uniform, combinations: self.combinations() };
+        }
+        let (mut synchronisation, mut number) = (0, position);
+        while number >= self.stepper.combinations(synchronisation) {
+            number -= self.stepper.combinations(synchronisation);
+            synchronisation += 1;
+        }
+        let (synchronisation, commands) = self.combination(synchronisation, number);
+        let combinations = vec![(synchronisation, commands.clone())];
+        Taken { choice: Choice::Combination { synchronisation, commands }, combinations }
     }
 
     fn names(&mut self, state: &[u64]) -> Result<Vec<String>> {
@@ -236,14 +302,7 @@ impl<const W: usize> Walk for PackedWalk<'_, W> {
         if self.stepper.ends.is_empty() {
             return Ok(vec!["deadlock".to_owned()]);
         }
-        let mut all = Vec::new();
-        for synchronisation in 0..self.prepared.synchronisations.len() {
-            for number in 0..self.stepper.combinations(synchronisation) {
-                let commands = self.stepper.combination(synchronisation, number);
-                all.push((synchronisation, commands.iter().map(|&c| CommandId(c)).collect()));
-            }
-        }
-        let names = self.program.names(&all);
+        let names = self.program.names(&self.combinations());
         Ok(if self.program.kind == ModelKind::Dtmc { vec![names.join("+")] } else { names })
     }
 }
@@ -253,9 +312,11 @@ impl<'w, const W: usize> PackedWalk<'w, W> {
         program: &'w Program,
         codec: &'w Codec,
         prepared: &'w Prepared,
-        constant: &'w mut [Option<Weights>],
+        known: &'w mut [Option<Weights>],
     ) -> Box<dyn Walk + 'w> {
-        Box::new(PackedWalk::<W> { program, codec, stepper: Stepper::new(prepared), prepared, constant })
+        let stepper = Stepper::new(prepared);
+        let (successors, weights) = (Vec::new(), Weights::new());
+        Box::new(PackedWalk::<W> { program, codec, stepper, prepared, known, successors, weights })
     }
 
     /// Lists the commands that are enabled in a state, and their effects.
@@ -264,15 +325,39 @@ impl<'w, const W: usize> PackedWalk<'w, W> {
         self.stepper.expand().map_err(|broken| broken.error(self.program, &self.codec.decode(state)))
     }
 
-    /// Returns the probabilities of all ways to take a branch of each command, in the order of the
-    /// stepper.
-    fn weights(&mut self, commands: &[u32], state: &[u64], fractions: &mut Fractions) -> Result<Weights> {
-        if let &[command] = commands {
-            return self.branches(command, state, fractions);
-        }
-        let mut weights = Weights::from_slice(&[fractions.number(Ratio::one())]);
-        for &command in commands.iter().rev() {
+    /// Returns the number of combinations of commands that are enabled.
+    fn choices(&self) -> usize {
+        (0..self.prepared.synchronisations.len()).map(|index| self.stepper.combinations(index)).sum()
+    }
+
+    fn combination(&self, synchronisation: usize, number: usize) -> Combination {
+        let commands = self.stepper.combination(synchronisation, number);
+        (synchronisation, commands.into_iter().map(CommandId).collect())
+    }
+
+    /// Returns the combinations of commands that are enabled, in the order of [`Program::steps`].
+    fn combinations(&self) -> Vec<Combination> {
+        let of =
+            |index| (0..self.stepper.combinations(index)).map(move |number| self.combination(index, number));
+        (0..self.prepared.synchronisations.len()).flat_map(of).collect()
+    }
+
+    /// Finds the probabilities of all ways to take a branch of each command of a combination, in the order
+    /// of the stepper.
+    fn weigh(
+        &mut self,
+        (synchronisation, number): (usize, usize),
+        state: &[u64],
+        fractions: &mut Fractions,
+    ) -> Result<()> {
+        let mut weights = std::mem::take(&mut self.weights);
+        weights.clear();
+        for &command in self.stepper.combination(synchronisation, number).iter().rev() {
             let own = self.branches(command, state, fractions)?;
+            if weights.is_empty() {
+                weights.extend_from_slice(own);
+                continue;
+            }
             let Some((&first, others)) = own.split_first() else { continue };
             let until = weights.len();
             for &other in others {
@@ -282,51 +367,21 @@ impl<'w, const W: usize> PackedWalk<'w, W> {
             }
             weights[..until].iter_mut().for_each(|weight| *weight = fractions.product(*weight, first));
         }
-        Ok(weights)
+        self.weights = weights;
+        Ok(())
     }
 
     /// Returns the probabilities of the branches of a command that are positive.
-    fn branches(&mut self, command: u32, state: &[u64], fractions: &mut Fractions) -> Result<Weights> {
+    fn branches(&mut self, command: u32, state: &[u64], fractions: &mut Fractions) -> Result<&[u32]> {
         let index = command as usize;
-        if let Some(known) = &self.constant[index] {
-            return Ok(known.clone());
+        if self.known[index].is_none() || self.prepared.commands[index].chances == Chances::Vary {
+            let state = self.codec.decode(state);
+            let exact = self.program.exact_branches(CommandId(command), &state);
+            let exact = exact.map_err(|fault| fault::error(self.program, &fault, &state))?;
+            self.known[index] = Some(exact.into_iter().map(|p| fractions.number(p)).collect());
         }
-        let state = self.codec.decode(state);
-        let exact = self.program.exact_branches(CommandId(command), &state);
-        let exact = exact.map_err(|fault| fault::error(self.program, &fault, &state))?;
-        let numbers: Weights = exact.into_iter().map(|p| fractions.number(p)).collect();
-        if self.prepared.commands[index].chances != Chances::Vary {
-            self.constant[index] = Some(numbers.clone());
-        }
-        Ok(numbers)
+        Ok(self.known[index].as_deref().unwrap_or_default())
     }
-}
-
-/// Merges all choices into one that selects each with the same probability.
-fn uniform(choices: Vec<Weighted>, fractions: &mut Fractions) -> Weighted {
-    let share = fractions.number(Ratio::new(1.into(), choices.len().into()));
-    let (mut drawn, mut successors) = (Vec::with_capacity(choices.len()), Vec::new());
-    for choice in choices {
-        drawn.extend(choice.combinations().into_owned());
-        successors.extend(choice.successors);
-    }
-    successors.iter_mut().for_each(|(_, weight)| *weight = fractions.product(*weight, share));
-    Weighted { choice: Choice::Uniform, drawn, successors }
-}
-
-/// Sorts the successors and adds up the probabilities of equal ones.
-fn merge(successors: &mut Vec<(Code, u32)>, fractions: &mut Fractions) {
-    if successors.len() < 2 {
-        return;
-    }
-    successors.sort_by(|a, b| a.0.cmp(&b.0));
-    successors.dedup_by(|next, kept| {
-        let same = next.0 == kept.0;
-        if same {
-            kept.1 = fractions.sum(kept.1, next.1);
-        }
-        same
-    });
 }
 
 #[cfg(test)]
@@ -343,19 +398,21 @@ mod tests {
         let codec = walker.codec().clone();
         let mut walk = walker.walk();
         let (mut states, mut next) = (vec![vec![0; program.variables.len()]], 0);
+        let mut found = Steps::default();
         while next < states.len() {
             let state = states[next].clone();
             let code = codec.encode(&state).unwrap();
             assert_eq!(codec.decode(&code), state);
-            let found = walk.choices(&code, &mut fractions).unwrap();
+            walk.steps(&code, &mut fractions, &mut found).unwrap();
+            let taken: Vec<Choice> = (0..found.choices()).map(|at| walk.taken(at).choice).collect();
             let names: Vec<_> = program.choices(&state).unwrap().into_iter().map(|(_, name)| name).collect();
             assert_eq!(walk.names(&code).unwrap(), names, "{state:?}");
             let expected = program.exact_steps(&state).unwrap();
-            assert_eq!(found.len(), expected.len(), "{state:?}");
-            for (found, expected) in found.iter().zip(expected) {
-                assert_eq!(found.choice, expected.choice, "{state:?}");
-                let exact = |(to, p): &(Code, u32)| (codec.decode(to), fractions.list()[*p as usize].clone());
-                let successors: Vec<_> = found.successors.iter().map(exact).collect();
+            assert_eq!(found.choices(), expected.len(), "{state:?}");
+            for (at, expected) in expected.into_iter().enumerate() {
+                assert_eq!(taken[at], expected.choice, "{state:?}");
+                let exact = |(to, p): (&[u64], u32)| (codec.decode(to), fractions.list()[p as usize].clone());
+                let successors: Vec<_> = found.of(at).map(exact).collect();
                 assert_eq!(successors, expected.successors, "{state:?}");
                 for (to, _) in successors {
                     if !states.contains(&to) {

@@ -24,6 +24,7 @@ mod dump;
 mod encoding;
 mod fixpoints;
 mod games;
+mod membership;
 pub mod order;
 mod pick;
 mod relations;
@@ -45,6 +46,7 @@ pub use store::thresholds::{Thresholds, Ways};
 
 use super::edge_labels::{self, EdgeLabels};
 use super::engine::{Algebra, Engine, Region};
+use super::membership::{Each, Membership};
 use super::parallel::Sets;
 use super::settings::{Count, Settings, Usage};
 use encoding::transitions::{Piece, Transitions};
@@ -55,6 +57,7 @@ use meliora_model::error::Result;
 use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
 use meliora_model::{ModelKind, Program, State, VarId, fault};
+use membership::Marks;
 use relations::lists::{Lists, RelationList};
 use relations::partial_relation::PartialRelation;
 use relations::tuples::ListTuple;
@@ -485,6 +488,14 @@ impl Engine for SymbolicEngine {
 
     fn contains(&self, x: &StateSet, state: &[i64]) -> Result<bool> {
         Ok(self.satisfies(self.diagram_of(x)?, state))
+    }
+
+    fn membership<'e>(&'e self, sets: &[&StateSet]) -> Result<Box<dyn Membership + 'e>> {
+        let diagrams = sets.iter().map(|x| self.diagram_of(x)).collect::<Result<Vec<_>>>()?;
+        Ok(match Marks::new(&self.store, &self.encoding, &diagrams, &self.settings)? {
+            Some(marks) => Box::new(marks),
+            None => Box::new(Each::new(self, sets)),
+        })
     }
 
     fn contains_choice(&self, c: &ChoiceSet, state: &[i64], choice: &Choice) -> Result<bool> {

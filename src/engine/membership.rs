@@ -1,0 +1,39 @@
+//! Which of several sets contain a state, for many states.
+
+use super::engine::Engine;
+use meliora_model::error::Result;
+
+/// The greatest number of sets of a [`Membership`].
+pub const MOST: usize = u64::BITS as usize;
+
+/// Tests states for membership in several sets at once.
+pub trait Membership {
+    /// Returns the sets that contain a state: bit i for set i.
+    ///
+    /// # Errors
+    /// A set belongs to another engine.
+    fn of(&self, state: &[i64]) -> Result<u64>;
+}
+
+/// Tests one set after the other.
+pub(crate) struct Each<'e, E: Engine> {
+    engine: &'e E,
+    sets: Vec<E::States>,
+}
+
+impl<'e, E: Engine> Each<'e, E> {
+    /// Creates the test for at most [`MOST`] sets.
+    pub(crate) fn new(engine: &'e E, sets: &[&E::States]) -> Self {
+        Each { engine, sets: sets.iter().map(|&x| x.clone()).collect() }
+    }
+}
+
+impl<E: Engine> Membership for Each<'_, E> {
+    fn of(&self, state: &[i64]) -> Result<u64> {
+        let mut found = 0;
+        for (number, x) in self.sets.iter().enumerate() {
+            found |= u64::from(self.engine.contains(x, state)?) << number;
+        }
+        Ok(found)
+    }
+}

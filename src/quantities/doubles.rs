@@ -1,0 +1,344 @@
+//! Bounds of the optimal values of a component by policy iteration with doubles, and one step that
+//! confirms them.
+//!
+//! [`super::component`] computes with intervals, which hold by themselves but are slow, and whose widths
+//! add up along the elimination. Here a policy is evaluated by elimination with doubles, without a claim.
+//! Then bounds near its values x are tested by one step that is rounded outwards:
+//!
+//! - If B(U) ≤ U for a finite U ≥ 0, the least solution is not above U.
+//! - If L ≤ B(L) for the actions of a policy that leaves the component almost surely, its values are not
+//!   below L: the difference would stay in the component. For least costs, L ≤ B(L) must hold for every
+//!   action; a policy that never leaves costs infinitely much.
+//!
+//! On the side of the policy, the bound is x ∓ m t, where t is its expected number of steps and m some
+//! multiple of the rounding error: in one step, this gains m. On the other side, other actions count. Let
+//! `gap(a)` be the amount by which an action is worse. A bound x ± g has a margin of m for every action if
+//! g ≥ m - gap(a) + P_a g, so g is found by policy iteration, too; it is m t if no action is nearly as good
+//! and takes more steps.
+//!
+//! The width is some 1e-14 times the greatest number of steps. Where components are left so rarely that this
+//! is wide, intervals are narrower.
+
+use super::component::Sense;
+use super::eliminate::{self, Row};
+use super::iterate::{Found, Sparse};
+use super::meter::Meter;
+use super::solve::NONE;
+use super::sparse::TINY;
+use meliora_model::error::Result;
+
+/// Sweeps of value iteration before policy iteration.
+const SWEEPS: usize = 64;
+/// Changes of the policy.
+const ROUNDS: usize = 64;
+/// The smallest relative improvement for which a policy is changed: more than the error of elimination
+/// in most components. If it is not, the policy changes without end and is given up.
+const BETTER: f64 = 1e-12;
+/// The margin of a step, in rounding errors, that is tried first; the factor for the next attempts, and
+/// their number.
+const MARGIN: f64 = 4.0;
+const WIDER: f64 = 16.0;
+const ATTEMPTS: usize = 3;
+/// The width of bounds, relative above 1, from which they are of no use.
+const WIDE: f64 = 1e-9;
+
+/// Returns narrow bounds of the groups; `None` if none were found.
+///
+/// # Errors
+/// A limit is reached.
+pub(super) fn solve(sparse: &Sparse, meter: &mut Meter<'_>) -> Result<Option<Found>> {
+    if sparse.least < TINY {
+        return Ok(None);
+    }
+    let work = Work { sparse };
+    let Some(policy) = work.leaving_policy() else { return Ok(None) };
+    let policy = if sparse.sense == Sense::Max { work.greedy(policy, meter)? } else { policy };
+    let Some((policy, x)) = work.improve(policy, meter)? else { return Ok(None) };
+    let most = x.iter().fold(0.0, |most: f64, x| most.max(x.high));
+    let mut margin = MARGIN * (sparse.error * most + TINY);
+    for _ in 0..ATTEMPTS {
+        if let Some(found) = work.bounds(&policy, &x, margin, meter)? {
+            return Ok(Some(found).filter(|found| is_narrow(found, sparse.inherited)));
+        }
+        margin *= WIDER;
+    }
+    Ok(None)
+}
+
+fn is_narrow(found: &Found, inherited: f64) -> bool {
+    let narrow = |(low, high): (&f64, &Option<f64>)| {
+        high.is_some_and(|high| high - low <= WIDE * low.max(1.0) + 2.0 * inherited)
+    };
+    found.low.iter().zip(&found.high).all(narrow)
+}
+
+/// The values of a policy in a group, for the lower and the upper bounds of the constants, and its
+/// expected number of steps.
+#[derive(Debug, Clone, Copy)]
+struct Values {
+    low: f64,
+    high: f64,
+    steps: f64,
+}
+
+/// An action of each group.
+type Policy = Vec<usize>;
+
+struct Work<'s> {
+    sparse: &'s Sparse,
+}
+
+impl Work<'_> {
+    fn groups(&self) -> usize {
+        self.sparse.groups()
+    }
+
+    /// Returns a policy that leaves the component: each action has an edge to a group that leaves it in
+    /// fewer steps. `None` if there is none.
+    fn leaving_policy(&self) -> Option<Policy> {
+        let n = self.groups();
+        let mut policy = vec![usize::MAX; n];
+        let mut into: Vec<Vec<(u32, usize)>> = vec![Vec::new(); n];
+        let mut layer = Vec::new();
+        for group in 0..n {
+            for (action, edges) in self.sparse.actions(group) {
+                for (to, _) in self.sparse.row(edges) {
+                    into[to as usize].push((group as u32, action));
+                }
+                if policy[group] == usize::MAX && self.sparse.constant(action).1 > 0.0 {
+                    policy[group] = action;
+                    layer.push(group as u32);
+                }
+            }
+        }
+        while let Some(to) = layer.pop() {
+            for &(group, action) in &into[to as usize] {
+                if policy[group as usize] == usize::MAX {
+                    policy[group as usize] = action;
+                    layer.push(group);
+                }
+            }
+        }
+        policy.iter().all(|&action| action != usize::MAX).then_some(policy)
+    }
+
+    /// Replaces a policy by the one that looks best after some sweeps of value iteration.
+    fn greedy(&self, mut policy: Policy, meter: &mut Meter<'_>) -> Result<Policy> {
+        let mut x = vec![0.0; self.groups()];
+        for _ in 0..SWEEPS {
+            for group in 0..x.len() {
+                meter.step()?;
+                let (q, action) = self.sparse.best(group, false, &x);
+                if q > x[group] {
+                    (x[group], policy[group]) = (q, action);
+                }
+            }
+        }
+        Ok(policy)
+    }
+
+    /// Returns the values of a policy for the given constants of its actions; `None` if it does not leave
+    /// the component.
+    fn evaluate<const K: usize>(
+        &self,
+        policy: &Policy,
+        constants: impl Fn(usize, usize) -> [f64; K],
+        meter: &mut Meter<'_>,
+    ) -> Result<Option<Vec<[f64; K]>>> {
+        let mut rows = Vec::with_capacity(policy.len());
+        let mut bytes = 0;
+        for (group, &action) in policy.iter().enumerate() {
+            let edges = self.sparse.row(self.edges(group, action)).collect::<Vec<_>>();
+            let (_, escape) = self.sparse.constant(action);
+            bytes += edges.len() * size_of::<(u32, f64)>() + size_of::<Row<f64, [f64; K]>>();
+            rows.push(Row { edges, escape, constant: constants(group, action) });
+        }
+        meter.take(bytes)?;
+        let found = eliminate::solve(rows, meter);
+        meter.release(bytes);
+        Ok(found?.filter(|x| x.iter().flatten().all(|x| x.is_finite())))
+    }
+
+    fn edges(&self, group: usize, action: usize) -> std::ops::Range<usize> {
+        let mut actions = self.sparse.actions(group);
+        actions.find(|(other, _)| *other == action).map_or(0..0, |(_, edges)| edges)
+    }
+
+    /// Improves a policy until no action is clearly better; returns it with its values. `None` if it does
+    /// not settle.
+    fn improve(&self, mut policy: Policy, meter: &mut Meter<'_>) -> Result<Option<(Policy, Vec<Values>)>> {
+        for _ in 0..ROUNDS {
+            let constants = |_, action| {
+                let ([low, high], _) = self.sparse.constant(action);
+                [low, high, 1.0]
+            };
+            let Some(x) = self.evaluate(&policy, constants, meter)? else { return Ok(None) };
+            let x: Vec<Values> =
+                x.into_iter().map(|[low, high, steps]| Values { low, high, steps }).collect();
+            let side = self.side(&x);
+            let mut settled = true;
+            for group in 0..side.len() {
+                meter.step()?;
+                let mut best = side[group];
+                for (action, edges) in self.sparse.actions(group) {
+                    let q = self.value(action, edges, &side);
+                    let better = match self.sparse.sense {
+                        Sense::Max => q > best * (1.0 + BETTER),
+                        Sense::Min => q < best * (1.0 - BETTER),
+                    };
+                    if better && action != policy[group] {
+                        (best, policy[group], settled) = (q, action, false);
+                    }
+                }
+            }
+            if settled {
+                return Ok(Some((policy, x)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Returns the values on the side where every action counts.
+    fn side(&self, x: &[Values]) -> Vec<f64> {
+        let side = |x: &Values| if self.sparse.sense == Sense::Max { x.high } else { x.low };
+        x.iter().map(side).collect()
+    }
+
+    /// Returns the value of an action on the side where every action counts, to the nearest double.
+    fn value(&self, action: usize, edges: std::ops::Range<usize>, x: &[f64]) -> f64 {
+        let ([low, high], _) = self.sparse.constant(action);
+        let constant = if self.sparse.sense == Sense::Max { high } else { low };
+        self.sparse.row(edges).fold(constant, |sum, (to, p)| sum + p * x[to as usize])
+    }
+
+    /// Returns bounds with a margin per step; `None` if one step does not confirm them.
+    fn bounds(
+        &self,
+        policy: &Policy,
+        x: &[Values],
+        margin: f64,
+        meter: &mut Meter<'_>,
+    ) -> Result<Option<Found>> {
+        let own = |x: &Values| margin * x.steps;
+        let Some(others) = self.slack(policy, x, margin, meter)? else { return Ok(None) };
+        let (low, high): (Vec<f64>, Vec<f64>) = match self.sparse.sense {
+            Sense::Max => x.iter().zip(&others).map(|(x, g)| (x.low - own(x), x.high + g)).unzip(),
+            Sense::Min => x.iter().zip(&others).map(|(x, g)| (x.low - g, x.high + own(x))).unzip(),
+        };
+        // 0 is a lower bound in any case, also as a part of others.
+        let low: Vec<f64> = low.into_iter().map(|x| x.max(0.0)).collect();
+        for group in 0..x.len() {
+            meter.step()?;
+            let lower = match self.sparse.sense {
+                Sense::Max => self.sparse.below(policy[group], self.edges(group, policy[group]), &low),
+                Sense::Min => self.sparse.best(group, false, &low).0,
+            };
+            if lower < low[group] || self.sparse.best(group, true, &high).0 > high[group] {
+                return Ok(None);
+            }
+        }
+        let pick = |&action: &usize| self.sparse.choices.get(action).copied().unwrap_or(NONE);
+        let picks = policy.iter().map(pick).collect();
+        Ok(Some(Found { low, high: high.into_iter().map(Some).collect(), picks }))
+    }
+
+    /// Returns g with g ≥ margin - gap(a) + P_a g for every action, nearly; `None` if it is not found.
+    fn slack(
+        &self,
+        policy: &Policy,
+        x: &[Values],
+        margin: f64,
+        meter: &mut Meter<'_>,
+    ) -> Result<Option<Vec<f64>>> {
+        let side = self.side(x);
+        let gap = |group: usize, action: usize, edges: std::ops::Range<usize>| {
+            let q = self.value(action, edges, &side);
+            let gap = if self.sparse.sense == Sense::Max { side[group] - q } else { q - side[group] };
+            if action == policy[group] { 0.0 } else { gap.max(0.0) }
+        };
+        let (mut longest, mut g) = (policy.clone(), x.iter().map(|x| margin * x.steps).collect::<Vec<_>>());
+        for _ in 0..ROUNDS {
+            let mut settled = true;
+            for group in 0..g.len() {
+                meter.step()?;
+                // A part of the margin is enough.
+                let mut most = g[group] + margin / 4.0;
+                for (action, edges) in self.sparse.actions(group) {
+                    let next: f64 = self.sparse.row(edges.clone()).map(|(to, p)| p * g[to as usize]).sum();
+                    // Most actions are much worse.
+                    if margin + next <= most {
+                        continue;
+                    }
+                    let gain = margin - gap(group, action, edges) + next;
+                    if gain > most {
+                        (most, longest[group], settled) = (gain, action, false);
+                    }
+                }
+            }
+            if settled {
+                return Ok(Some(g));
+            }
+            let constants = |group: usize, action| [margin - gap(group, action, self.edges(group, action))];
+            let Some(found) = self.evaluate(&longest, constants, meter)? else { return Ok(None) };
+            g = found.into_iter().map(|[g]| g.max(0.0)).collect();
+        }
+        Ok(None)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meliora_engine::NoProgress;
+
+    /// An action: its edges, and an exit with its value and probability.
+    type Made = (Vec<(u32, f64)>, Option<(f64, f64)>);
+
+    fn sparse(sense: Sense, groups: &[Vec<Made>]) -> Sparse {
+        let mut sparse = Sparse::empty(sense);
+        (sparse.error, sparse.least) = (16.0 * f64::EPSILON, 0.5);
+        for (group, actions) in (0..).zip(groups) {
+            sparse.begin(group);
+            for (edges, exit) in actions {
+                let (value, escape) = exit.unwrap_or_default();
+                sparse.push(group, edges.iter().copied(), [value * escape, value * escape, value, escape]);
+            }
+        }
+        sparse.begin(groups.len() as u32);
+        sparse
+    }
+
+    /// A fair game: it ends with 1 to the right of the last group and with 0 to the left of the first one.
+    /// Far from the ends, a step of 2 is as good as one of 1.
+    fn fair(n: u32) -> Vec<Vec<Made>> {
+        let step = |i: u32, by: u32| (vec![(i - by, 0.5), (i + by, 0.5)], None);
+        let group = |i: u32| match i {
+            0 => vec![(vec![(1, 0.5)], Some((0.0, 0.5)))],
+            i if i == n - 1 => vec![(vec![(i - 1, 0.5)], Some((1.0, 0.5)))],
+            i if i == 1 || i == n - 2 => vec![step(i, 1)],
+            i => vec![step(i, 2), step(i, 1)],
+        };
+        (0..n).map(group).collect()
+    }
+
+    #[test]
+    fn bounds_are_narrow_where_all_actions_are_equally_good() {
+        for sense in [Sense::Max, Sense::Min] {
+            let fair = sparse(sense, &fair(300));
+            let found = solve(&fair, &mut Meter::unlimited(&NoProgress)).unwrap().unwrap();
+            for (i, (low, high)) in found.low.iter().zip(&found.high).enumerate() {
+                let (value, high) = ((i + 1) as f64 / 301.0, high.unwrap());
+                assert!(*low <= value && value <= high, "{i}: {low} {high}");
+                assert!(low < &high && high - low < 1e-9, "{i}: {low} {high}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_component_that_is_hardly_left_has_no_narrow_bounds() {
+        let rare = 2.0f64.powi(-40);
+        let group = |i: u32| vec![(vec![((i + 1) % 50, 1.0 - rare)], Some((0.5, rare)))];
+        let ring = sparse(Sense::Max, &(0..50).map(group).collect::<Vec<_>>());
+        assert!(solve(&ring, &mut Meter::unlimited(&NoProgress)).unwrap().is_none());
+    }
+}
