@@ -36,6 +36,8 @@ class Finished:
     stdout: str
     stderr: str
     seconds: float
+    # User and system time of the process and of those it waited for: means something on a busy machine, too.
+    cpu_seconds: float
     peak_bytes: int
     timed_out: bool
 
@@ -61,7 +63,8 @@ def run(command: Sequence[str], timeout: float) -> Finished:
         seconds = time.perf_counter() - start
         scale = 1 if sys.platform == "darwin" else 1024
         peak_bytes = usage.ru_maxrss * scale
-        return Finished(child.returncode, _read(out), _read(err), seconds, peak_bytes, expired.is_set())
+        cpu = usage.ru_utime + usage.ru_stime
+        return Finished(child.returncode, _read(out), _read(err), seconds, cpu, peak_bytes, expired.is_set())
 
 
 def _end(group: int, expired: threading.Event) -> None:
@@ -88,7 +91,7 @@ def find_meliora(named: str | None) -> str:
 
 def version(meliora: str) -> str:
     """The output of `meliora --version`, with the commit of the checkout that the script is in."""
-    said = run([meliora, "--version"], 10.0).stdout.strip() or "unknown"
+    said = ", ".join(run([meliora, "--version"], 10.0).stdout.split("\n")).strip(", ") or "unknown"
     try:
         commit = run(["git", "-C", str(ROOT), "describe", "--always", "--dirty"], 10.0).stdout.strip()
     except FileNotFoundError:
