@@ -12,14 +12,22 @@ follow each other on each instance, each with all its runs, and the median count
 Times below 20 ms count as 20 ms for every tool. The phases, as each tool tells them:
 
   build          from the model's text to the reachable states
-  pmax_one       the states where some strategy reaches the target almost surely
-  pmax_positive  the states where some strategy reaches it with positive probability
-  existential    both regions. Storm and PRISM compute both for either question, so for them it is the time of the
-                 first question alone; for Meliora it is the sum of its two phases
+  existential    the two regions of Pmax: where some strategy reaches the target almost surely, or possibly
+  universal      the two regions of Pmin: where every strategy does. Markov chains have none of their own
+  regions        all four
+  total          the wall time of the whole process, from the text to the four answers
+  cpu            its user and system time. Of all these only this one means something on a machine that does other work
+
+Storm and PRISM compute both regions of Pmax for either question, and both of Pmin: for them, existential, universal and
+regions are the time of the first question of each kind, for Meliora the sum of its phases. In total and cpu, all four
+questions count. The start-up of a peer is measured before, printed, and taken from its total and cpu: for Storm that of
+Python with the import of stormpy, for PRISM that of `prism -version`. Of Meliora nothing is taken off.
+--before names an older binary of Meliora, which is measured like a peer.
 
 A ratio is the peer's time by Meliora's: above 1 Meliora is faster. `>` marks the phase in which a peer was stopped,
 from the time that was left for it (its start-up included); such instances stay out of the geometric means and are
-counted beside them. Storm runs on one thread unless --storm-threads says otherwise.
+counted beside them. At the end, all instances on which a peer is faster are listed. Storm runs on one thread unless
+--storm-threads says otherwise.
 Exit status: 0 the counts agree, 1 they differ somewhere, 2 usage. Needs stormpy (unless --storm none), and matplotlib
 for --plot.
 """
@@ -44,7 +52,9 @@ from peers import Instance, Measurement, Tool
 FLOOR = 0.020
 # Runs of more seconds are not repeated.
 LONG = 20.0
-COLUMNS = ("build", "pmax_one", "pmax_positive", "existential")
+COLUMNS = ("build", "existential", "universal", "regions", "total", "cpu")
+# The first question of a peer that the phase consists of, and those in which it may be stopped.
+WITHIN = {"build": ("build",), "existential": ("pmax_one",), "universal": ("pmin_one",), "regions": ("pmax_one", "pmin_one")}
 Runs = dict[str, list[Measurement]]
 
 
@@ -57,6 +67,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--objectives", type=int, default=1, metavar="N", help="ask for the first N objectives")
     parser.add_argument("--filter", type=re.compile, default="", metavar="REGEX", help="only instances whose name matches")
     parser.add_argument("--meliora", metavar="PATH", help="the binary")
+    parser.add_argument("--before", metavar="PATH", help="an older binary of Meliora")
     parser.add_argument("--storm", default="dd,sparse", metavar="dd,sparse|none")
     parser.add_argument("--storm-threads", type=int, default=1, metavar="N")
     parser.add_argument("--prism", type=Path, metavar="DIR", help="a PRISM installation")
@@ -116,11 +127,11 @@ def cell(found: Runs, peer: str, phase: str, timeout: float) -> str:
     if known is not None:
         return f"{known:.2f}"
     ours, theirs = median(found["meliora"], phase), found[peer][0]
-    unfinished = next((name for name in peers.PHASES if name not in theirs.times), None)
-    asked_first = "pmax_one" if phase == "existential" else phase
-    if ours is None or theirs.status != "stopped" or unfinished != asked_first:
+    if ours is None or theirs.status != "stopped":
         return "-"
-    return f">{(timeout - sum(theirs.times.values())) / ours:.0f}"
+    unfinished = next((name for name in peers.PHASES if name not in theirs.times), None)
+    before = [theirs.times[name] for name in peers.PHASES if name in theirs.times and name not in WITHIN.get(phase, peers.PHASES)]
+    return f">{(timeout - sum(before)) / ours:.0f}" if unfinished in WITHIN.get(phase, peers.PHASES) else "-"
 
 
 def show(name: str, found: Runs, timeout: float) -> bool:
@@ -130,10 +141,10 @@ def show(name: str, found: Runs, timeout: float) -> bool:
     agree = True
     for tool, runs in found.items():
         seconds = [median(runs, phase) for phase in COLUMNS]
-        print(f"  {tool:13}" + "".join(f"{'-' if s is None else f'{s:.3f}':>15}" for s in seconds), end="")
+        print(f"  {tool:13}" + "".join(f"{'-' if s is None else f'{s:.3f}':>13}" for s in seconds), end="")
         print(f"{runs[0].peak_bytes / 2**20:>9.0f} MiB", "" if runs[-1].done else f"  {runs[-1].status}")
         if tool != "meliora":
-            print(f"  {'  ratio':13}" + "".join(f"{cell(found, tool, phase, timeout):>15}" for phase in COLUMNS))
+            print(f"  {'  ratio':13}" + "".join(f"{cell(found, tool, phase, timeout):>13}" for phase in COLUMNS))
         differs = peers.disagreement(ours, runs[0])
         if differs:
             agree = False
@@ -162,17 +173,28 @@ def summary(measured: dict[str, Runs], tools: list[Tool]) -> None:
             print(line)
 
 
+def losses(measured: dict[str, Runs], tools: list[Tool]) -> None:
+    """Prints every instance and phase in which a peer is faster."""
+    for tool in tools[1:]:
+        for phase in COLUMNS:
+            ratios = ((name, ratio(found, tool.name, phase)) for name, found in measured.items())
+            slower = sorted((r, name) for name, r in ratios if r is not None and r < 1)
+            if slower:
+                print(f"{tool.name} is faster in {phase}: " + "; ".join(f"{name} {r:.2f}" for r, name in slower))
+
+
 def write_csv(path: Path, measured: dict[str, Runs], meliora: str, threads: int) -> None:
     """Writes one row per run, in unrounded seconds."""
     about = [harness.machine(), harness.version(meliora), threads]
     with path.open("w", newline="", encoding="utf-8") as file:
         out = csv.writer(file)
-        heads = [f"{phase}_s" for phase in COLUMNS] + [f"count_{count}" for count in peers.COUNTS]
+        phases = list(dict.fromkeys([*peers.PHASES, *COLUMNS]))
+        heads = [f"{phase}_s" for phase in phases] + [f"count_{count}" for count in peers.COUNTS]
         out.writerow(["instance", "tool", "run", "status", *heads, "wall_s", "peak_bytes", "machine", "version", "storm_threads"])
         for name, found in measured.items():
             for tool, runs in found.items():
                 for number, run in enumerate(runs, 1):
-                    values = [run.times.get(phase) for phase in COLUMNS] + [run.counts.get(count) for count in peers.COUNTS]
+                    values = [run.times.get(phase) for phase in phases] + [run.counts.get(count) for count in peers.COUNTS]
                     out.writerow([name, tool, number, run.status, *values, run.wall, run.peak_bytes, *about])
 
 
@@ -182,9 +204,9 @@ def place(runs: list[Measurement], phase: str, timeout: float) -> float | None:
 
 
 def draw(path: Path, measured: dict[str, Runs], tools: list[Tool], timeout: float) -> None:
-    """The scatter plot of build and of both regions."""
+    """The scatter plot of build, of the four regions and of the whole."""
     panels: dict[str, dict[str, list[tuple[float, float]]]] = {}
-    for phase in ("build", "existential"):
+    for phase in ("build", "regions", "total"):
         for tool in tools[1:]:
             points = panels.setdefault(phase, {}).setdefault(tool.name, [])
             for found in measured.values():
@@ -200,9 +222,12 @@ def main() -> int:
         plots.require()
     meliora = harness.find_meliora(given.meliora)
     engines = [] if given.storm == "none" else given.storm.split(",")
-    tools = peers.installed(meliora, engines, given.storm_threads, given.prism)
+    tools = peers.installed(meliora, given.before, engines, given.storm_threads, given.prism)
     print(f"{harness.version(meliora)} on {harness.machine()}; {given.runs} runs, {given.timeout:g} s each")
-    print(f"  {'':13}" + "".join(f"{phase:>15}" for phase in COLUMNS))
+    for tool in tools:
+        if tool.start_up.wall > 0:
+            print(f"start-up of {tool.name}: {tool.start_up.wall:.3f} s, {tool.start_up.cpu:.3f} s of processor time")
+    print(f"  {'':13}" + "".join(f"{phase:>13}" for phase in COLUMNS))
     measured: dict[str, Runs] = {}
     agree = True
     with tempfile.TemporaryDirectory() as folder:
@@ -215,6 +240,7 @@ def main() -> int:
     if not measured:
         harness.stop("no instance matches --filter")
     summary(measured, tools)
+    losses(measured, tools)
     if given.plot is not None:
         draw(given.plot, measured, tools, given.timeout)
     return 0 if agree else 1

@@ -97,7 +97,7 @@ def find_meliora(named: str | None) -> str:
 
 def version(meliora: str) -> str:
     """The output of `meliora --version`, with the commit of the checkout that the script is in."""
-    said = run([meliora, "--version"], 10.0).stdout.strip() or "unknown"
+    said = ", ".join(run([meliora, "--version"], 10.0).stdout.split("\n")).strip(", ") or "unknown"
     try:
         commit = run(["git", "-C", str(ROOT), "describe", "--always", "--dirty"], 10.0).stdout.strip()
     except FileNotFoundError:

@@ -4,10 +4,11 @@
 usage: storm_worker.py {dd,sparse} THREADS MODEL CONSTANTS TARGET
 
 Writes one JSON object a line as soon as a phase is done, so that a run that is stopped keeps what it had.
-build: from the model's text to the reachable states. pmax_one and pmax_positive: the qualitative questions
-Pmax>=1 and Pmax>0. Storm computes both regions for either question; the first one asked pays, the second
-finds most of it in the operation cache. Storm wants the type of a model first: where it stands later, or is
-missing (then `mdp`), a copy of the model with the type in front is read.
+build: from the model's text to the reachable states. The other phases are the qualitative questions, such as
+Pmax>=1 for pmax_one. Storm computes both regions of Pmax for either question, and both of Pmin; the first one
+asked pays, the second finds most of it in the operation cache. Of a Markov chain only Pmax is asked. Storm wants
+the type of a model first: where it stands later, or is missing (then `mdp`), a copy of the model with the type in
+front is read.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-QUESTIONS = {"pmax_one": "Pmax>=1", "pmax_positive": "Pmax>0"}
+QUESTIONS = {"pmax_one": "Pmax>=1", "pmin_one": "Pmin>=1", "pmax_positive": "Pmax>0", "pmin_positive": "Pmin>0"}
 COMMENT = re.compile(r"//[^\n]*")
 KIND = re.compile(r"(?<![\w\"])(mdp|nondeterministic|dtmc|probabilistic)\b(?!\")")
 
@@ -76,7 +77,10 @@ def answer(stormpy: Any, engine: str, threads: int, model: str, constants: str, 
     start = time.perf_counter()
     built, questions = build(stormpy, engine, threads, model, constants, target)
     tell("build", time.perf_counter() - start, states=built.nr_states)
+    chain = built.model_type.name == "DTMC"
     for phase, question in questions.items():
+        if chain and phase.startswith("pmin"):
+            continue
         start = time.perf_counter()
         result = stormpy.model_checking(built, question)
         tell(phase, time.perf_counter() - start, **{phase: result.count()})

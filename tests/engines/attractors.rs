@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use meliora::advanced::symbolic::Thresholds;
+use meliora::advanced::symbolic::{Thresholds, Ways};
 use meliora::engine::regions::{Regions, regions};
 use meliora::engine::{Algebra, Engine, ExplicitEngine, Settings, SymbolicEngine};
 use meliora::error::SourceFile;
@@ -16,13 +16,47 @@ use crate::common::brute::Brute;
 use crate::common::random_program::{random_predicate, random_program};
 use crate::explicit::numbers;
 
-/// The recursion over the lists of all groups alone, turns with layers after a single step and after
-/// some, which finds a part of the lost states, and the usual order of attempts.
-fn thresholds() -> [Thresholds; 5] {
-    let without_parts = Thresholds { relations_per_bit: 0, ..Thresholds::default() };
-    let limited = [u64::MAX, 1, 20, 100].map(|lose_steps| Thresholds { lose_steps, ..without_parts });
-    let [forced, one, few, some] = limited;
-    [forced, one, few, some, Thresholds::default()]
+/// Each way to remove an attractor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Way {
+    /// The recursion over parts, with their bounds, which never gives up.
+    Parts,
+    /// The recursion over the lists of all groups, which never gives up.
+    Lists,
+    /// Turns of that recursion and of layers, the first after this many steps.
+    Turns(u64),
+    /// The usual order of attempts.
+    Usual,
+}
+
+/// A budget that no search here spends.
+const ENDLESS: usize = 1 << 40;
+
+impl Way {
+    const ALL: [Way; 6] = [Way::Parts, Way::Lists, Way::Turns(1), Way::Turns(20), Way::Turns(100), Way::Usual];
+
+    fn thresholds(self) -> Thresholds {
+        let usual = Thresholds::default();
+        let (free_cases, free_steps) = (ENDLESS, ENDLESS as u64);
+        match self {
+            Way::Parts => Thresholds { relations_per_bit: ENDLESS, free_cases, free_steps, ..usual },
+            Way::Lists => Thresholds { relations_per_bit: 0, lose_steps: u64::MAX, ..usual },
+            Way::Turns(lose_steps) => Thresholds { relations_per_bit: 0, lose_steps, ..usual },
+            Way::Usual => usual,
+        }
+    }
+
+    /// Checks that the regions of an mdp were found in this way.
+    fn was_taken(self, ways: &Ways) {
+        let (parts, lists, layers) = (ways.lost_by_recursion, ways.lost_by_lists, ways.lost_by_layers);
+        let is_right = match self {
+            Way::Parts => lists + layers + ways.given_up == 0,
+            Way::Lists => parts + layers == 0,
+            Way::Turns(_) => parts == 0,
+            Way::Usual => true,
+        };
+        assert!(is_right, "{self:?}: {ways:?}");
+    }
 }
 
 fn listed<E: Engine>(engine: &E, target: &Predicate) -> Regions<Vec<State>> {
@@ -44,19 +78,20 @@ proptest! {
         let program = Arc::new(program);
         let brute = Brute::new(&program, Settings::default().scope).unwrap();
         let explicit = ExplicitEngine::new(program.clone(), Settings::default()).unwrap();
-        for thresholds in thresholds() {
-            let settings = Settings { memory: 64 << 20, thresholds, ..Settings::default() };
-            let engine = SymbolicEngine::new(program.clone(), settings).unwrap();
-            agreement::check(&engine, &program, &brute, &predicates);
+        for way in Way::ALL {
+            let settings = || Settings { memory: 64 << 20, thresholds: way.thresholds(), ..Settings::default() };
+            let engine = SymbolicEngine::new(program.clone(), settings()).unwrap();
             for target in predicates.map(|e| program.predicate(e)) {
-                prop_assert_eq!(listed(&engine, &target), listed(&explicit, &target), "{:?}", thresholds);
+                prop_assert_eq!(listed(&engine, &target), listed(&explicit, &target), "{:?}", way);
             }
+            way.was_taken(&engine.ways());
+            agreement::check(&engine, &program, &brute, &predicates);
         }
     }
 }
 
 /// Modules that run down side by side: each loss has as many layers as the longest of them.
-fn burning(modules: usize) -> SymbolicEngine {
+fn burning(modules: usize, thresholds: Thresholds) -> SymbolicEngine {
     let module = |i: usize| {
         format!("module m{i} x{i} : [0..9]; [] x{i}<9 -> 0.5: (x{i}'=x{i}+1) + 0.5: true; endmodule ")
     };
@@ -64,16 +99,35 @@ fn burning(modules: usize) -> SymbolicEngine {
     let none = SourceFile::new("constants", "");
     let source = SourceFile::new("m", text);
     let program = lang::load(&source, &none).unwrap().program;
-    let thresholds = Thresholds { relations_per_bit: 0, ..Thresholds::default() };
     SymbolicEngine::new(Arc::new(program), Settings { thresholds, ..Settings::default() }).unwrap()
 }
 
 #[test]
 fn losses_of_many_layers_in_a_product_need_no_layers() {
-    let engine = burning(6);
+    let thresholds = Thresholds { relations_per_bit: 0, ..Thresholds::default() };
+    let engine = burning(6, thresholds);
     let last = engine.singleton(&[9; 6]).unwrap();
     let found = regions(&engine, &last).unwrap();
     assert_eq!(engine.count(&found.pmin_positive).unwrap(), 1_000_000u32.into());
     let ways = engine.ways();
     assert!(ways.lost_by_lists > 0 && ways.lost_by_layers == 0, "{ways:?}");
+}
+
+#[test]
+fn each_way_is_taken() {
+    for way in Way::ALL {
+        let engine = burning(2, way.thresholds());
+        let last = engine.singleton(&[9; 2]).unwrap();
+        let found = regions(&engine, &last).unwrap();
+        assert_eq!(engine.count(&found.pmin_positive).unwrap(), 100u32.into());
+        let ways = engine.ways();
+        way.was_taken(&ways);
+        let own = match way {
+            Way::Parts => ways.lost_by_recursion,
+            Way::Lists => ways.lost_by_lists,
+            Way::Turns(1) => ways.lost_by_layers,
+            Way::Turns(_) | Way::Usual => continue,
+        };
+        assert!(own > 0, "{way:?}: {ways:?}");
+    }
 }

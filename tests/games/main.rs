@@ -27,12 +27,15 @@ use proptest::prelude::*;
 
 use self::raw::Raw;
 
-/// The usual order of attempts; recursions over lists alone; turns of them and layers.
-fn thresholds() -> [Thresholds; 4] {
-    let without_parts = Thresholds { relations_per_bit: 0, ..Thresholds::default() };
-    let limited = [u64::MAX, 1, 30].map(|lose_steps| Thresholds { lose_steps, ..without_parts });
-    let [forced, one, few] = limited;
-    [Thresholds::default(), forced, one, few]
+/// The usual order of attempts; recursions over parts alone, over lists alone; turns of these and layers.
+fn thresholds() -> [Thresholds; 5] {
+    let usual = Thresholds::default();
+    // No search here spends as much.
+    let (free_cases, free_steps) = (1 << 40, 1 << 40);
+    let parts = Thresholds { relations_per_bit: 1 << 40, free_cases, free_steps, ..usual };
+    let without_parts = Thresholds { relations_per_bit: 0, ..usual };
+    let [lists, one, few] = [u64::MAX, 1, 30].map(|lose_steps| Thresholds { lose_steps, ..without_parts });
+    [usual, parts, lists, one, few]
 }
 
 fn settings(scope: Scope, thresholds: Thresholds) -> Settings {
