@@ -21,7 +21,7 @@ use proptest::sample::select;
 use super::one_player::as_game;
 use super::random_program::{random_predicate, random_program};
 use super::raw::{Enforced, Raw, Won, loaded, program};
-use super::turns::with_turns;
+use super::random_game::with_turns;
 use super::{settings, thresholds};
 
 const REFUSED: &str = "a temporal formula of a game that combines recurrence and persistence";
