@@ -4,7 +4,7 @@
 //! states outside: each must risk to reach states removed earlier, or never reaches the goal.
 
 use super::layers::{Proof, Trends, layers, of_all_players, rounds};
-use super::regions::{bad_states, class_name, numbered, ours};
+use super::regions::{bad_states, class_name, numbered};
 use super::removal::Removal;
 use super::{Named, whole_paths};
 use meliora_engine::edge_labels::{pairs_into, winning};
@@ -138,14 +138,14 @@ fn levels(
         for (label, level) in &all {
             let Some(game) = level.games.get(index) else { continue };
             let name = name_in(analysis, arena, kind, label);
-            let permissive = strategy::permissive(engine, kind, game)?;
+            let choices = strategy::winning_choices(engine, kind, game)?;
             if arena.reference.is_some() {
                 named.push(Named::states(&name, &game.states));
-                named.push(Named::choices(names::strategy(&name), &ours(engine, &permissive)?));
+                named.push(Named::choices(names::strategy(&name), &strategy::ours(engine, &choices)?));
             }
-            let winning = winning(engine, &permissive, &game.edge_labels)?;
+            let winning = winning(engine, &choices, &game.edge_labels)?;
             let goal = engine.can_choose(&winning)?;
-            let towards = trends.towards(engine, (&goal, &winning), &permissive, &game.edge_labels)?;
+            let towards = trends.towards(engine, (&goal, &winning), &choices, &game.edge_labels)?;
             layers(named, &name, towards);
             if kind == Kind::Sasi {
                 let (_, lost) = level_rounds(engine, trends, arena, &game.edge_labels, &before)?;

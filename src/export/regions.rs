@@ -1,7 +1,7 @@
 //! The regions of a finished analysis, with the names that `meliora query` knows.
 
 use super::{Named, whole_paths};
-use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
+use meliora_engine::symbolic::{StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};
 use meliora_model::error::Result;
 use meliora_model::names;
@@ -37,7 +37,7 @@ pub(super) fn all(analysis: &Of<'_>) -> Result<Vec<Named>> {
             let sure = names::almost_sure(name);
             named.push(Named::states(&sure, &outcome.almost_sure));
             named.push(Named::states(names::positive(name), &outcome.positive));
-            let strategy = ours(engine, &engine.choices_in(&staying, &outside)?)?;
+            let strategy = strategy::ours(engine, &engine.choices_in(&staying, &outside)?)?;
             named.push(Named::choices(names::strategy(&sure), &strategy));
         }
     }
@@ -56,13 +56,6 @@ pub(super) fn all(analysis: &Of<'_>) -> Result<Vec<Named>> {
         levels(engine, analysis, kind, &mut named)?;
     }
     Ok(named)
-}
-
-/// Returns the choices of the states in which the opponent does not choose: nothing is permitted or
-/// forbidden to it.
-pub(super) fn ours(engine: &SymbolicEngine, choices: &ChoiceSet) -> Result<ChoiceSet> {
-    let Some(theirs) = engine.theirs() else { return Ok(choices.clone()) };
-    engine.choices_in(choices, &engine.difference(&engine.all_states(), &theirs)?)
 }
 
 /// Returns, for a game under `action`, the bad states: those of the opponent where no choice is kept.
@@ -92,7 +85,7 @@ fn levels(engine: &SymbolicEngine, analysis: &Of<'_>, kind: Kind, named: &mut Ve
         let name = names::level(kind.name(), number);
         named.push(Named::states(&name, &level.states));
         let permitted = strategy::permitted_at_start(engine, kind, classes, improvement, level)?;
-        named.push(Named::choices(names::strategy(&name), &ours(engine, &permitted)?));
+        named.push(Named::choices(names::strategy(&name), &permitted));
     }
     if matches!(analysis.levels(kind).end, Some(End::Empty)) {
         let name = names::level(kind.name(), names::UNBOUNDED);

@@ -79,7 +79,7 @@ impl Program {
         let Some(players) = &self.players else { return Ok(()) };
         let message = format!("{what} of a game is not supported");
         let diagnostic = Diagnostic::new(&self.source, players.span.clone(), message);
-        let help = "games are supported by `check`, `reach`, `strategy`, `simulate`, `compare` and `info`";
+        let help = "games are supported by `check`, `reach`, `strategy`, `simulate`, `compare`, `info`, `export`, `verify` and `query`";
         Err(diagnostic.severity(Severity::Unsupported).label("a game").help(help).into())
     }
 

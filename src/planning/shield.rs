@@ -137,8 +137,6 @@ fn present<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
 /// A shield under construction.
 struct Builder<'s, E: Engine> {
     strategy: &'s mut FiniteMemoryStrategy<E>,
-    /// The states of the opponent, if there are some.
-    theirs: Option<E::States>,
     index: AHashMap<(State, Memory), usize>,
     queue: VecDeque<(State, Memory)>,
     actions: Vec<String>,
@@ -155,13 +153,11 @@ impl Shield {
     /// # Errors
     /// The errors of [`FiniteMemoryStrategy::explain`]; [`Limit::Size`] if there are more than
     /// `limit` nodes; [`Error::Usage`] for strategies that choose by value, with `safety = transition`,
-    /// and if choices with one label cannot be permitted together; the model is a game.
+    /// and if choices with one label cannot be permitted together.
     pub fn new<E: Engine>(strategy: &mut FiniteMemoryStrategy<E>, limit: usize) -> Result<Self> {
-        strategy.program.of_one_player("a shield")?;
         strategy.fits_shields()?;
         let mut builder = Builder {
             actions: labels(&strategy.program),
-            theirs: strategy.whole.theirs(),
             strategy,
             index: AHashMap::new(),
             queue: VecDeque::new(),
@@ -224,6 +220,10 @@ impl Shield {
     /// Returns whether a node is in the next approximation of the secure nodes.
     fn stays(&self, v: usize, secure: &[bool]) -> bool {
         let node = &self.nodes[v];
+        // An unsafe state belongs to no class; nothing is promised there.
+        if node.class.is_none() {
+            return false;
+        }
         let permitted = || node.actions.iter().filter(|action| action.permitted);
         let enters = |action| self.enters(v, action, |to| secure[to]);
         match node.is_at_rest() {
@@ -307,7 +307,7 @@ impl<E: Engine> Builder<'_, E> {
                 labels[place].next.push(self.enter(successor.state.clone(), successor.next)?);
             }
         }
-        let theirs = self.is_theirs(&at.state)?;
+        let theirs = at.is_theirs();
         if !theirs && ahead != Some(0) && !labels.iter().any(|label| label.progress && label.keeps) {
             return Err(self.inseparable(&at));
         }
@@ -322,12 +322,6 @@ impl<E: Engine> Builder<'_, E> {
         let (secure, achieved) = (false, kept || at.is_achieved());
         let state = at.state;
         Ok(ShieldNode { state, theirs, class, reference, ahead, secure, pursues, achieved, actions, pick })
-    }
-
-    /// Returns whether the opponent of a game chooses in a state.
-    fn is_theirs(&self, state: &[i64]) -> Result<bool> {
-        let Some(theirs) = &self.theirs else { return Ok(false) };
-        self.strategy.whole.contains(theirs, state)
     }
 
     /// Returns the error of a state in which every label with a choice that makes progress also has one

@@ -11,6 +11,7 @@ mod random_game;
 mod random_program;
 mod raw;
 mod regions;
+mod shields;
 mod simulations;
 mod states;
 mod strategies;
