@@ -20,6 +20,9 @@ pub(super) struct Trends {
     engines: [(Trend, SymbolicEngine); 2],
 }
 
+/// Layers of a game up to this one are all closed by a trend.
+const FIRST_TRIED: usize = 6;
+
 /// Layers or rounds, each with the trend of the steps inside it that count.
 pub(super) type Proof = Vec<(StateSet, Option<Trend>)>;
 
@@ -70,15 +73,37 @@ impl Trends {
         within: &ChoiceSet,
         edge_labels: &[EdgeLabels<StateSet>],
     ) -> Result<Proof> {
-        let has_opponent = engine.theirs().is_some();
-        self.grow(engine, target.clone(), |by, reached| {
-            if !has_opponent {
-                return by.can_reach(reached, within, edge_labels);
+        if engine.theirs().is_none() {
+            return self
+                .grow(engine, target.clone(), |by, reached| by.can_reach(reached, within, edge_labels));
+        }
+        if engine.is_empty(target)? {
+            return Ok(Vec::new());
+        }
+        let dropped = dropped(engine, edge_labels)?;
+        let (mut reached, mut layers) = (target.clone(), vec![(target.clone(), None)]);
+        loop {
+            let earlier = engine.union(winning, &kept_into(engine, within, &dropped, &reached)?)?;
+            let trend = self.tried(layers.len());
+            let more = match trend {
+                Some((_, by)) => by.can_win(&earlier, within, edge_labels)?,
+                None => engine.can_choose(&earlier)?,
+            };
+            let layer = engine.difference(&more, &reached)?;
+            if engine.is_empty(&layer)? {
+                return Ok(layers);
             }
-            let earlier = kept_into(engine, within, &dropped(engine, edge_labels)?, reached)?;
-            let winning = engine.union(winning, &earlier)?;
-            engine.union(reached, &by.can_win(&winning, within, edge_labels)?)
-        })
+            reached = engine.union(&reached, &layer)?;
+            layers.push((layer, trend.map(|(trend, _)| *trend)));
+        }
+    }
+
+    /// Returns the trend by which a layer or round of a game is closed; `None` if it has only steps into
+    /// earlier ones. Where the players move back and forth, trends shorten little, and each costs a
+    /// fixpoint. So they are tried in the first layers, and then more and more rarely.
+    pub(super) fn tried(&self, number: usize) -> Option<&(Trend, SymbolicEngine)> {
+        let is_tried = number <= FIRST_TRIED || number.is_power_of_two() || (number - 1).is_power_of_two();
+        is_tried.then(|| &self.engines[number % 2])
     }
 
     /// Closes a set under the steps of both trends, one after the other, until nothing is new.

@@ -73,14 +73,22 @@ impl<'a> Removal<'a> {
     }
 
     /// Removes the states without a choice. Each round closes them under steps of one trend; if
-    /// there are states without a choice after it, this continues with the other trend.
+    /// there are states without a choice after it, this continues with the other trend. In a game, later
+    /// rounds have only these states; see [`Trends::tried`].
     fn attract(&mut self) -> Result<()> {
         let engine = self.engine;
+        let in_game = engine.theirs().is_some();
         for (trend, by) in self.trends.all().iter().cycle() {
             let stuck = engine.difference(&self.left, &engine.can_choose(&self.choices)?)?;
             let stuck = engine.difference(&stuck, &self.won)?;
             if engine.is_empty(&stuck)? {
                 break;
+            }
+            if in_game && self.trends.tried(self.rounds.len()).is_none() {
+                self.left = engine.difference(&self.left, &stuck)?;
+                self.withdraw(&stuck)?;
+                self.rounds.push((stuck, None));
+                continue;
             }
             let open = engine.difference(&self.left, &stuck)?;
             let left = Region { states: open, choices: self.choices.clone() };

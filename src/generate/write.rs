@@ -256,10 +256,11 @@ impl<'a> Move<'a> {
     /// wall.
     fn met_commands(&self, guard: &str) -> String {
         let world = self.robot.world;
+        let has_opponents = !world.opponents.is_empty();
         let near = |place: Place| {
             let to = place.moved(self.direction.shift());
             to.is_some_and(|to| world.patrols.iter().any(|patrol| patrol.covers(to)))
-                || world.opponent_step(place, self.direction).is_some()
+                || (has_opponents && world.opponent_step(place, self.direction).is_some())
         };
         let mut stays: BTreeMap<Option<Effect>, Vec<Place>> = BTreeMap::new();
         for place in world.places().filter(|&p| near(p) && !world.cell(p).disabled.contains(self.direction)) {

@@ -220,6 +220,10 @@ impl Shield {
     /// Returns whether a node is in the next approximation of the secure nodes.
     fn stays(&self, v: usize, secure: &[bool]) -> bool {
         let node = &self.nodes[v];
+        // An unsafe state belongs to no class; nothing is promised there.
+        if node.class.is_none() {
+            return false;
+        }
         let permitted = || node.actions.iter().filter(|action| action.permitted);
         let enters = |action| self.enters(v, action, |to| secure[to]);
         match node.is_at_rest() {

@@ -91,9 +91,13 @@ fn entered(program: &Program) -> Option<BTreeSet<Vec<State>>> {
     Some(steps.into_iter().map(support).collect())
 }
 
-/// The flat program as text, unless it would be too long.
+/// The flat program as text, unless it would be too long. That of a game is not supported.
 fn written(program: &Program) -> Option<String> {
     match lang::flat(program) {
+        refused if program.players.is_some() => {
+            assert!(refused.is_err());
+            None
+        }
         Ok(text) => Some(text),
         Err(Error::Limit(_)) => None,
         Err(error) => panic!("{error}"),

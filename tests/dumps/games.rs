@@ -12,7 +12,9 @@ use meliora::model::{ModelKind, Program, State};
 use meliora::progress::NoProgress;
 use proptest::collection::vec;
 use proptest::prelude::*;
+use proptest::sample::select;
 
+use crate::entry;
 use crate::exchange::{analysed, index, label, none, read, steps, tar, two_states, words};
 use crate::random_game::with_turns;
 use crate::random_program::{random_predicate, random_program};
@@ -100,6 +102,24 @@ proptest! {
         let text = Arc::new(Document::open(&at("m.tra")).unwrap().load(&none(), &NoProgress).unwrap().program);
         prop_assert_eq!(names(&text), ["p1", "p2"]);
         prop_assert_eq!(facts_of(&text), facts_of(&Arc::new(read(&archive).unwrap().program)));
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn a_damaged_game_never_panics(
+        edits in vec((any::<prop::sample::Index>(), select(b"0123 :\n.x#%".as_slice())), 1..5),
+        players in vec(any::<u8>(), 8),
+    ) {
+        let mut text = TRA.as_bytes().to_vec();
+        edits.iter().for_each(|(at, byte)| text[at.index(TRA.len())] = *byte);
+        entry::tables(&String::from_utf8(text).unwrap());
+        let count = format!("players\": {}", players[0]);
+        let index = index("", "").replace("players\": 1", &count);
+        let files = [("index.json", index.as_bytes()), ("state-to-player.bin", &players[..])];
+        entry::umb(&tar(&files));
     }
 }
 

@@ -13,7 +13,7 @@ use super::raw::{Raw, Won, loaded};
 use super::{settings, thresholds};
 
 /// Maximum number of pairs of strategies that a check enumerates.
-const MOST_PAIRS: usize = 4096;
+const MOST_PAIRS: usize = 1024;
 
 /// The shield of a kind; `achieve` is for the first objective.
 fn shield(case: &Case, safety: Safety, kind: StrategyKind) -> Shield {
@@ -110,7 +110,7 @@ fn secure_nodes_stay_secure(shield: &Shield) {
 /// avoid the worst.
 fn threatened(shield: &Shield) -> Vec<bool> {
     let nodes = &shield.nodes;
-    let mut bad = vec![false; nodes.len()];
+    let mut bad: Vec<bool> = nodes.iter().map(|node| node.class.is_none()).collect();
     for _ in 0..nodes.len() {
         for (v, node) in nodes.iter().enumerate() {
             let weakens = |to: usize| {
@@ -137,7 +137,7 @@ fn the_opponent_is_free(case: &Case, shield: &Shield) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(150))]
+    #![proptest_config(ProptestConfig::with_cases(100))]
 
     #[test]
     fn promises_hold_against_every_opponent(case in some_case()) {

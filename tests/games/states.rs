@@ -117,6 +117,13 @@ fn a_labelled_command_of_a_game_updates_a_global_variable() {
 }
 
 #[test]
+fn jani_has_no_games() {
+    let text = r#"{"jani-version": 1, "name": "m", "type": "smg", "variables": [], "automata": [],
+        "system": {"elements": []}}"#;
+    assert!(message(text).contains("1:42 models of type `smg` are not supported"), "{}", message(text));
+}
+
+#[test]
 fn a_state_of_two_players_is_refused_by_both_engines() {
     let text = GAME.replace("x=1 & y=0", "y=0");
     let program = Arc::new(program(&text));

@@ -194,6 +194,7 @@ impl Shield {
 
     fn check_promise(&self, v: usize) -> Check {
         let node = &self.nodes[v];
+        ensure(!node.secure || node.class.is_some(), || "an unsafe state is said to be secure".to_owned())?;
         let is_secure = |to: usize| self.nodes[to].secure;
         let mut permitted = node.actions.iter().filter(|action| action.permitted);
         let broken = permitted.find(|action| node.secure && !self.enters(v, action, is_secure));
