@@ -225,7 +225,7 @@ fn moves(dom: &str) -> BTreeMap<String, [String; 2]> {
     rows.map(cells).map(row).collect()
 }
 
-/// The same by `strategy` of one kind.
+/// Returns the ranks after each move by `strategy` of one kind.
 fn explained(state: &str, kind: &str) -> BTreeMap<String, String> {
     let game = "models/pursuit.prism models/pursuit.pref -c N=3";
     let found = run(&format!("strategy {game} --kind {kind} --at {state} --json")).expect(0).json();
