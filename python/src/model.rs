@@ -252,7 +252,10 @@ impl Model {
             Some(bytes) => Model::from_bytes(py, name, bytes, &Call::plain())?,
             None => Model::read(py, SourceFile::new(name, text), (constants, bounds), &Call::plain())?,
         };
-        coalition.map_or(Ok(model), |players| model.played_by(py, players))
+        match coalition {
+            Some(players) => model.played_by(py, players),
+            None => Ok(model),
+        }
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {

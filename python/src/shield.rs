@@ -26,6 +26,9 @@ use crate::values::as_dict;
 /// there are none. Steps are compared as the safety mode says: with "action", with the state before
 /// the step; with "prefix", with the reference.
 ///
+/// The shield of a game keeps its promise against every opponent, even one that knows the shield and our
+/// next action. In a state of the opponent everything is permitted, and the episode follows its steps.
+///
 /// An episode starts with `reset`, or with the first state. A call with another state than the
 /// present one is a step; a call with the present state is a step only after `correct`, or after
 /// `step`. A state is a dictionary, or a sequence of values in the order of the variables (without

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 from conftest import MODELS, Engine
@@ -228,3 +228,74 @@ def test_an_mdp_is_an_environment_too(toy: meliora.Model) -> None:
     assert info["moves"] == [(None, "a", toy.state(s=1))]
     with pytest.raises(meliora.UsageError, match="not a state of the scope"):
         env.reset(options={"state": {"s": 4, "lost": True}})
+
+
+def test_strategies_permit_nothing_at_states_of_the_opponent(engine: Engine) -> None:
+    model = meliora.Model.from_file(MODELS / "pursuit.prism", constants={"N": 3})
+    found = model.check(MODELS / "pursuit.pref", engine=engine)
+    strategy = found.strategy("sasi")
+    start = model.state()
+    ours = strategy.explain(start)
+    assert (ours.owner, ours.theirs) == ("robot", False) and strategy.actions(start)
+    theirs = {**start, "robots_turn": False}
+    at = strategy.explain(theirs)
+    assert (at.owner, at.theirs, strategy.actions(theirs)) == ("guard", True, [])
+    assert {action.name for action in at.actions} == set(found.exploration.successors(theirs))
+    assert "guard moves (the opponent)" in str(at) and not strategy.mask(theirs).any()
+    assert all(not action.permitted and action.reason for action in at.actions)
+    # Whatever the guard does, the run improves once; its moves are counted.
+    opponents: list[Literal["random", "worst"]] = ["random", "worst"]
+    for opponent in opponents:
+        runs = strategy.simulate(start, runs=50, seed=3, opponent=opponent)
+        assert runs.improvements == {1: 50} and (runs.weakened_step, runs.settled) == (0, 50)
+        assert runs.moves["robot"] > 0 and sum(runs.moves.values()) == int(runs.lengths.sum())
+    with pytest.raises(meliora.UsageError, match='opponent="best": it is one of "random", "worst"'):
+        strategy.simulate(start, opponent="best")  # type: ignore[arg-type]
+    with pytest.raises((meliora.InputError, meliora.UsageError), match="of a game is not supported"):
+        found.strategy("sasi", choose="cheap")
+
+
+def test_a_run_follows_both_players() -> None:
+    model = meliora.Model.from_file(MODELS / "pursuit.prism", constants={"N": 3})
+    play = model.check(MODELS / "pursuit.pref").strategy("sasi").play(model.state())
+    explored = model.explore()
+    for _ in range(200):
+        if play.over:
+            break
+        state = play.state
+        actions = play.actions() or list(explored.successors(state))
+        (_, after) = explored.successors(state)[actions[0]][0]
+        play.step(after)
+    assert play.over and play.improvements == 1
+
+
+def test_a_shield_holds_against_every_opponent() -> None:
+    pytest.importorskip("gymnasium", reason="needs gymnasium")
+
+    from meliora.gym import ModelEnv, ShieldedEnv
+
+    found = meliora.Model.from_file(MODELS / "pursuit.prism", constants={"N": 3}).check(MODELS / "pursuit.pref")
+    explored, table = found.exploration, found.strategy("plan").shield()
+    shield = table.copy()
+    rooms = explored.where('"first" | "second"')
+
+    def closes(state: dict[str, Any], actions: Sequence[str]) -> str:
+        """Locks a door as soon as it can; the guard walks to the door that is nearer to the robot."""
+        return next(action for action in ("lock", "down" if state["y"] < 2 else "up", "stay") if action in actions)
+
+    policies: list[Any] = ["random", closes]
+    for opponent in policies:
+        model_env = ModelEnv(explored, opponent=opponent, goal=rooms, actions=shield.actions)
+        env = ShieldedEnv(model_env, shield)
+        for seed in range(20):
+            _, info = env.reset(seed=seed)
+            for _ in range(500):
+                assert shield.secure(info["state"])
+                before = found.most_preferred(info["state"])
+                asked = int(model_env.np_random.integers(len(shield.actions)))
+                _, _, over, _, info = env.step(asked)
+                # A room that is sure stays sure, whoever moves.
+                assert before == ("Outside",) or found.most_preferred(info["state"]) == before
+                if over:
+                    break
+            assert over, "an agent that takes permitted actions at random reaches a room"

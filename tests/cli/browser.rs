@@ -1,7 +1,7 @@
 //! The page in a browser: Chromium opens it, moves a slider and steps through the run. The values of the
 //! cells are compared with `meliora query`. Without Chromium the test prints a message and is skipped.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -125,7 +125,8 @@ fn maps_fit_the_window_narrow_pages_and_dark_themes() {
     let tall = "generate gridworld --rows 30 --cols 12 --battery none --items 4 --seed 2 --force";
     run(&format!("{tall} --out {}", scratch.show("tall"))).expect(0);
     let tall = format!("{} {}", scratch.show("tall.prism"), scratch.show("tall.pref"));
-    for model in ["models/robot5x5.prism models/robot5x5.pref", &tall] {
+    let game = "models/pursuit.prism models/pursuit.pref -c N=12";
+    for model in ["models/robot5x5.prism models/robot5x5.pref", &tall, game] {
         run(&format!("report {model} --out {page}")).expect(0);
         with_script(&page, PROBE, &probe);
         let shown = |options: &[&str], file: &str| {
@@ -212,4 +213,57 @@ fn a_page_shows_in_a_browser_what_query_says() {
         let bytes = std::fs::read(&picture).unwrap();
         assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 30_000, "{name}: {} bytes", bytes.len());
     }
+}
+
+/// The rows of the table of moves: the name, and both columns of ranks.
+fn moves(dom: &str) -> BTreeMap<String, [String; 2]> {
+    let table = dom.split("<table class=\"moves\">").nth(1).unwrap().split("</table>").next().unwrap();
+    let rows = table.split("<tr>").filter(|row| row.contains("<td>"));
+    let cells =
+        |row: &str| row.split("<td>").skip(1).map(|c| c.split('<').next().unwrap().to_owned()).collect();
+    let row = |cells: Vec<String>| (cells[0].clone(), [cells[1].clone(), cells[2].clone()]);
+    rows.map(cells).map(row).collect()
+}
+
+/// Returns the ranks after each move by `strategy` of one kind.
+fn explained(state: &str, kind: &str) -> BTreeMap<String, String> {
+    let game = "models/pursuit.prism models/pursuit.pref -c N=3";
+    let found = run(&format!("strategy {game} --kind {kind} --at {state} --json")).expect(0).json();
+    let at = &found["states"][0];
+    assert_eq!(at["owner"], "opponent", "{at}");
+    let ranks = |action: &Value| {
+        let ranks = action["successors"].as_array().unwrap().iter().map(|to| to["rank"].to_string());
+        ranks.collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>().join(" or ")
+    };
+    let one = |action: &Value| (action["name"].as_str().unwrap().to_owned(), ranks(action));
+    at["actions"].as_array().unwrap().iter().map(one).collect()
+}
+
+#[test]
+fn the_panel_says_what_each_move_of_the_opponent_leads_to() {
+    let Some(browser) = browser() else { return };
+    let scratch = Scratch::new(&[]);
+    let page = scratch.show("page.html");
+    run(&format!("report models/pursuit.prism models/pursuit.pref -c N=3 --out {page}")).expect(0);
+    for (x, y, g, locked) in [(0, 0, 0, 0), (0, 1, 2, 0), (0, 3, 3, 2), (3, 3, 0, 1)] {
+        let link = format!("file://{page}#robots_turn=false&g={g}&locked={locked}&cell={y},{x}");
+        let dom = browse(&browser, &scratch, &["--dump-dom", &link]);
+        assert!(dom.contains("<dd class=\"who theirs\">guard, the opponent</dd>"), "{link}");
+        let state = format!("x={x},y={y},robots_turn=false,g={g},locked={locked}");
+        let (sasi, spi) = (explained(&state, "sasi"), explained(&state, "spi"));
+        let both = |(name, rank): (String, String)| (name.clone(), [rank, spi[&name].clone()]);
+        assert_eq!(moves(&dom), sasi.into_iter().map(both).collect(), "{state}");
+        // All cells of this view are the guard's.
+        let figure = dom.split("id=\"map-sasi\"").nth(1).unwrap().split("</figure>").next().unwrap();
+        assert!(figure.contains("class=\"cell theirs\"") && figure.contains("rx=\"17\""), "{figure}");
+    }
+    let ours =
+        browse(&browser, &scratch, &["--dump-dom", &format!("file://{page}#robots_turn=true&cell=1,0")]);
+    assert!(ours.contains("<dd class=\"who ours\">robot, ours</dd>") && !ours.contains("class=\"moves\""));
+    let run = browse(&browser, &scratch, &["--dump-dom", &format!("file://{page}#step=1")]);
+    assert!(
+        run.contains("<span id=\"turn\" class=\"who theirs\">guard moves</span>"),
+        "the robot moved first"
+    );
+    assert!(run.contains("<tr class=\"ours now\" data-turn=\"1\">"));
 }

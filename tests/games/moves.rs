@@ -1,4 +1,4 @@
-//! What pages say about the opponent's moves, against the steps of each state and the other engine.
+//! The opponent's moves in pages, against the steps of each state and the other engine.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use super::levels::{Case, some_case};
 use super::raw::loaded;
 use super::{settings, thresholds};
 
-/// What a move may lead to: the ranks of both kinds, and whether it may and surely does improve and weaken.
+/// The results of a move: the ranks of both kinds after it, and whether it may and surely does improve and weaken.
 type Leads = (BTreeSet<usize>, BTreeSet<usize>, [bool; 4]);
 
 /// The place of a rank in the lists of a move.
@@ -27,7 +27,7 @@ fn place(rank: Rank, levels: usize) -> usize {
     }
 }
 
-/// What a page says about a move in a state.
+/// Returns what a page says about a move in a state.
 fn shown(projections: &Projections, of: &MoveView, state: &[i64]) -> Leads {
     let view = state.iter().map(|&value| Some(value)).collect();
     let holds = |edge: Edge| projections.holds(edge, &view);
@@ -36,7 +36,7 @@ fn shown(projections: &Projections, of: &MoveView, state: &[i64]) -> Leads {
     (ranks(&of.sasi), ranks(&of.spi), effects)
 }
 
-/// What a step leads to, by the explicit engine.
+/// Returns the results of a step, by the explicit engine.
 fn led(analysis: &Analysis<ExplicitEngine>, state: &[i64], step: &Step) -> Leads {
     let (engine, classes) = (analysis.engine(), analysis.classes().unwrap());
     let after: Vec<&[i64]> = step.successors.iter().map(|(to, _)| to.as_slice()).collect();

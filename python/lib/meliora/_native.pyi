@@ -183,10 +183,21 @@ class Model:
     def variables(self) -> dict[str, Variable]:
         """The variables by name, in the order of declaration."""
     @property
-    def players(self) -> tuple[str, ...]: ...
+    def players(self) -> tuple[str, ...]:
+        """The players of a game, in the order of declaration; () for other models."""
     @property
-    def coalition(self) -> tuple[str, ...]: ...
-    def with_coalition(self, *players: str | int) -> Model: ...
+    def coalition(self) -> tuple[str, ...]:
+        """The players that we are; all others are the opponent. Unless `with_coalition` named them, a
+        preference file may name others.
+        """
+    def with_coalition(self, *players: str | int) -> Model:
+        """Returns the game in which we are these players, each given by its name or its number from 1 on; all
+        others are the opponent. A preference file does not change this. Without it, we are the players
+        that the preference file names, else the first player.
+
+        Raises:
+            InputError: The model is not a game, or has no such player.
+        """
     @property
     def constants(self) -> dict[str, bool | int | float]:
         """All constants with their values, in the order of declaration."""
@@ -397,11 +408,26 @@ class Exploration:
     def deadlocks(self) -> Region:
         """The states without an enabled command; their only choice is a self-loop."""
     @property
-    def players(self) -> dict[str, Region]: ...
+    def players(self) -> dict[str, Region]:
+        """The players of a game, each with the states in which it chooses; {} for other models. A deadlock
+        belongs to nobody.
+        """
     @property
-    def theirs(self) -> Region: ...
-    def owner(self, state: _State) -> str | None: ...
-    def successors(self, state: _State) -> dict[str, list[tuple[float, dict[str, Any]]]]: ...
+    def theirs(self) -> Region:
+        """The states of a game in which the opponent chooses; empty for other models."""
+    def owner(self, state: _State) -> str | None:
+        """Returns the player that chooses in a state of a game; None for deadlocks and other models.
+
+        Raises:
+            UsageError: The state is not in the scope.
+        """
+    def successors(self, state: _State) -> dict[str, list[tuple[float, dict[str, Any]]]]:
+        """Returns the successors of the enabled actions of a state, whoever chooses there: for each action a
+        list of pairs (probability, state). Names are as in `Strategy`.
+
+        Raises:
+            UsageError: The state is not in the scope.
+        """
     @property
     def order(self) -> list[str] | None:
         """The names of the bits in the order of the diagrams, from the root down; None with the
@@ -419,12 +445,13 @@ class Exploration:
         self, target: Region | str | _State, *, timeout: _Timeout | None = None, progress: _Progress | None = None
     ) -> Reachability:
         """Computes the states from which some strategy, and from which every strategy, reaches a
-        target with probability one, and with positive probability.
+        target with probability one, and with positive probability. In a game these are the states from
+        which we, and from which the opponent can enforce this.
 
         Args:
             target: A region, a dictionary of values, or a text: a condition in the model's language,
                 a temporal formula such as 'G F x = 3', or a property such as 'P>=1 [ F x = 3 ]' or
-                'Pmax=? [ F x = 3 ]'.
+                'Pmax=? [ F x = 3 ]'; of a game, '<<p1>> P>=1 [ F x = 3 ]'.
                 For a temporal formula other than 'F condition', the regions are of the product with
                 its monitors, in the states where these begin.
         """
@@ -914,6 +941,8 @@ class Strategy:
             seed: An integer from 0.
             picks: "progress" takes the action that the strategy chooses; "permissive" draws
                 uniformly from the permitted actions, which is for `choose="first"` only.
+            opponent: How the opponent of a game chooses: "random" draws uniformly from its actions;
+                "worst" keeps the next improvement, or the pursued objective, away longest.
             timeout, progress: As in `Model.explore`.
         """
     def __reduce__(self) -> tuple[Any, ...]: ...
@@ -930,6 +959,9 @@ class Shield:
     False, the permitted actions are those of the strategy or those that the safety mode keeps; all, if
     there are none. Steps are compared as the safety mode says: with "action", with the state before
     the step; with "prefix", with the reference.
+
+    The shield of a game keeps its promise against every opponent, even one that knows the shield and our
+    next action. In a state of the opponent everything is permitted, and the episode follows its steps.
 
     An episode starts with `reset`, or with the first state. A call with another state than the
     present one is a step; a call with the present state is a step only after `correct`, or after
@@ -1093,9 +1125,13 @@ class Explanation:
     def state(self) -> dict[str, Any]:
         """The state."""
     @property
-    def owner(self) -> str | None: ...
+    def owner(self) -> str | None:
+        """The player of a game that chooses in the state; None for deadlocks and other models."""
     @property
-    def theirs(self) -> bool: ...
+    def theirs(self) -> bool:
+        """True if this is the opponent: then no action is permitted or forbidden, and reasons say what the
+        actions lead to.
+        """
     @property
     def unsafe(self) -> bool:
         """True if no strategy keeps the requirements from the state."""
@@ -1148,9 +1184,10 @@ class Action:
     @property
     def verdict(self) -> str:
         """The reason in one word: `"improves"`, `"may-improve"`, `"approaches"`, `"stays"`,
-        `"weakens"`, `"unsafe"`, `"violates"`, `"strays"`, `"hopeless"` or `"nothing-ahead"`; while an
-        objective is pursued `"achieves"`, `"may-achieve"`, `"nears"`, `"keeps"`, `"forfeits"` or
-        `"unachievable"`.
+        `"weakens"`, `"exposes"` (the opponent can weaken afterwards), `"unsafe"`, `"violates"`, `"strays"`,
+        `"hopeless"` or `"nothing-ahead"`; while an objective is pursued `"achieves"`, `"may-achieve"`,
+        `"nears"`, `"keeps"`, `"forfeits"` or `"unachievable"`. What an action of the opponent leads to is
+        also `"lateral"`.
         """
     @property
     def reason(self) -> str:
@@ -1224,7 +1261,8 @@ class Simulation:
     def improvements(self) -> dict[int, int]:
         """The number of runs for each number of improvements."""
     @property
-    def moves(self) -> dict[str, int]: ...
+    def moves(self) -> dict[str, int]:
+        """The number of steps of all runs that each player of a game chose; {} for other models."""
     @property
     def value(self) -> dict[str, Any] | None:
         """The value that the strategy attains, computed and measured: a dictionary with the number of

@@ -99,7 +99,7 @@ class ModelEnv(gymnasium.Env[Any, Any]):
 
     def _state(self) -> _State:
         if self._now is None:
-            raise gymnasium.error.ResetNeeded("there is no episode: call `reset` first")
+            raise gymnasium.error.ResetNeeded("there is not an episode yet: call `reset` first")
         return self._now
 
     def _is_over(self) -> bool:

@@ -51,7 +51,7 @@ pub struct MoveView {
     /// The states from which it may lead to a state of SASI rank 0, 1, …; the last entry also stands for
     /// greater ranks.
     pub sasi: Vec<Edge>,
-    /// The same for the SPI rank.
+    /// The states from which it may lead to each SPI rank, likewise.
     pub spi: Vec<Edge>,
 }
 

@@ -1,4 +1,4 @@
-//! What pages show of a game: the players, whose move it is, and where they stand. The states of ours are
+//! Games in pages: the players, whose move it is, and where they stand. The states of ours are
 //! square, those of the opponent round; the signs of the players have the same shapes.
 
 use maud::{Markup, html};

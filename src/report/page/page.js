@@ -325,7 +325,7 @@
     const effect = (verb, [surely, possibly]) => (diagram.meets(surely, pattern) ? [verb + 's'] : diagram.meets(possibly, pattern) ? ['may ' + verb] : []);
     for (const move of game.moves.filter((each) => diagram.meets(each.enabled, pattern))) {
       const effects = [...effect('improve', move.improves), ...effect('weaken', move.weakens)];
-      row('td', [move.name, after(sasi, move.sasi), after(spi, move.spi), effects.join(', ') || 'changes nothing']);
+      row('td', [move.name, after(sasi, move.sasi), after(spi, move.spi), effects.join(', ') || 'neither improves nor weakens']);
     }
     return table;
   }
