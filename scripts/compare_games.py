@@ -10,7 +10,7 @@ models of the repositories prismmodelchecker/prism-games and ga67vib/Algorithms-
 these last names. DIR is a built PRISM-games.
 
 Every run is a process of its own with a time limit. The tools take turns, so a busy machine slows all of them, and the
-least time of all runs counts. Times below 20 ms count as 20 ms for every tool. The phases, as each tool tells them:
+least time of all runs counts. Times below 5 ms count as 5 ms for every tool. The phases, as each tool tells them:
 
   build          from the model's text to the reachable states
   pmax_one       the states from which the coalition enforces the target almost surely (PRISM-games: Prob1)
@@ -39,7 +39,7 @@ import harness
 import peers
 from peers import Instance, Measurement, Meliora, Tool
 
-FLOOR = 0.020
+FLOOR = 0.005
 # Runs of more seconds are not repeated.
 LONG = 20.0
 LARGE = 10_000
