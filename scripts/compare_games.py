@@ -84,7 +84,8 @@ class PrismGames:
         if not (states and sizes):
             return
         result.counts |= {"pmax_one": int(sizes[1]), "pmax_positive": int(states[1]) - int(sizes[2])}
-        spent = dict(re.findall(r"^Prob([01])(?: \(\w+\))? took \d+ iterations and ([\d.]+) seconds", log, re.MULTILINE))
+        took = r"^Prob([01])(?: \(\w+\))? took \d+ iterations and ([\d.]+) seconds"
+        spent = dict(re.findall(took, log, re.MULTILINE))
         # Without these lines, the target has no states, or all of them.
         result.times |= {"pmax_one": float(spent.get("1", 0)), "pmax_positive": float(spent.get("0", 0))}
         result.times["total"] = sum(result.times.values())

@@ -125,7 +125,9 @@ def likeness(difference):
     return difference.check, difference.what.split()[0], said and said[0]
 
 
-SIMPLEST = {"scope": "reachable", "safety": "action", "threads": 1, "order": "declared", "reward": "steps", "coalition": ""}
+SIMPLEST = {
+    "scope": "reachable", "safety": "action", "threads": 1, "order": "declared", "reward": "steps", "coalition": "",
+}  # fmt: skip
 
 
 def features_of(seed):

@@ -26,7 +26,7 @@ class Case:
     empty: str
     history: str  # "" for the default
     settings: dict  # scope, safety, engine, threads, order, reward, coalition
-    fault: str = ""  # what is wrong with the players
+    fault: str = ""  # the mistake in the players, if there is one
     features: set = field(default_factory=set)
 
     LISTS = ("commands", "starts", "rewards", "objectives", "preferences", "required")
