@@ -42,7 +42,9 @@ def exchanged(context):
 def labels_of(context):
     """The labels of an export, each with its states."""
     analysis = context.analysis
-    found = {name: states for name, states in regions_of(context).items() if name not in ("reachable", "initial")}
+    # Files say in a way of their own who chooses in a state.
+    regions = regions_of(context).items()
+    found = {n: s for n, s in regions if n not in ("reachable", "initial") and not n.startswith("player:")}
     for kind in ("sasi", "spi"):
         for state in set(analysis.whole.states) - analysis.mdp.unsafe:
             rank = analysis.levels(kind).rank(state)
