@@ -82,6 +82,10 @@ class Analysis:
     def bad(self):
         return bad_states(self.mdp, self.classes, self.preferences)
 
+    def exposes(self, choice):
+        """Whether the opponent may weaken after a choice."""
+        return self.safety == "action" and not self.bad.isdisjoint(choice.to)
+
     def leaves(self, state, choice):
         """Whether a choice leaves the states of the arena of a state: under `prefix` those that never weaken its
         class."""

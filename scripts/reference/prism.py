@@ -1,7 +1,7 @@
 """The PRISM language (a subset), read into plain Python functions.
 
-What is understood: `mdp`, `dtmc` and `smg` with players, typed constants (given or not), formulas, labels, modules with bounded
-integers and Booleans, module renaming, labelled and unlabelled commands, `init ... endinit`, reward
+What is understood: `mdp`, `dtmc` and `smg` with players, typed constants (given or not), formulas, labels, modules
+with bounded integers and Booleans, module renaming, labelled and unlabelled commands, `init ... endinit`, reward
 structures. Anything else raises `InputError`. Numbers that are not whole are exact fractions.
 """
 
@@ -456,7 +456,7 @@ def program_of(text, given):
 
 
 def players_of(declared, program):
-    """The players of a game, each with what it owns."""
+    """The players of a game, each with its modules and actions."""
     if bool(declared) != (program.kind == "smg"):
         raise InputError("a game has players, and nothing else has")
     owned = [item for _, items in declared for item in items]

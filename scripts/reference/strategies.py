@@ -43,7 +43,7 @@ def explain(analysis, kind, state):
             "leaves": analysis.leaves(state, choice),
             "successors": {t: successor(analysis, levels, state, t, p, t in goals) for t, p in choice.to.items()},
         }
-        exposes = analysis.safety == "action" and not analysis.bad.isdisjoint(choice.to)
+        exposes = analysis.exposes(choice)
         answer = answered if state in analysis.whole.theirs else verdict
         found[choice.name]["verdict"] = answer(known, kind, game is None, exposes, found[choice.name])
     return found
@@ -89,7 +89,8 @@ def pursuing(analysis, objective, reference, state, choice):
     if any(classes[t] is None for t in choice.to):
         return "violates"
     if reference is not None and choice not in way.mdp.choices[state]:
-        return "weakens" if any(analysis.preferences.weakens(reference, classes[t]) for t in choice.to) else "unsafe"
+        weakens = any(analysis.preferences.weakens(reference, classes[t]) for t in choice.to)
+        return "weakens" if weakens else "exposes" if analysis.exposes(choice) else "unsafe"
     return "forfeits"
 
 

@@ -39,7 +39,7 @@ NEEDED = {
     **dict.fromkeys(("strategy", "ranks", "cut", "pursue"), "strategy"),
     **dict.fromkeys(("simulate", "chosen"), "simulate"),
     **dict.fromkeys(("dump", "exchange", "induced"), "export"),
-    **dict.fromkeys(("values", "choose"), "values"),
+    **dict.fromkeys(("values", "choose", "python"), "values"),
 }
 # The program may refuse a case, and then no command answers.
 THE_CASE = re.compile("(is|are) not supported")
@@ -125,7 +125,9 @@ def likeness(difference):
     return difference.check, difference.what.split()[0], said and said[0]
 
 
-SIMPLEST = {"scope": "reachable", "safety": "action", "threads": 1, "order": "declared", "reward": "steps", "coalition": ""}
+SIMPLEST = {
+    "scope": "reachable", "safety": "action", "threads": 1, "order": "declared", "reward": "steps", "coalition": "",
+}  # fmt: skip
 
 
 def features_of(seed):

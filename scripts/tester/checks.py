@@ -108,7 +108,8 @@ def strategy_at(context, kind, named, state, entry):
             to = plain[key(successor["state"])[: context.relation.width]]
             successor_of(context, f"{where} to {successor['state']}", here["successors"][to], successor)
     if theirs:
-        context.same(f"actions of strategies in {named}", [], sorted(entry.keys() & {"progress_action", "chosen_action"}))
+        taken = entry.keys() & {"progress_action", "chosen_action"}
+        context.same(f"actions of strategies in {named}", set(), taken)
         return
     progress = [name for name, here in expected.items() if here["progress"]]
     context.same(f"progress_action of {named}", bool(progress), entry["progress_action"] is not None)

@@ -40,6 +40,7 @@ class Context:
         self.coalition = list(filter(None, case.settings["coalition"].split(",")))
         self.analysis = self.analysis_of(self.source)
         self.coalition = self.coalition or self.preferences.coalition
+        self.ours = self.source.named_players(self.coalition)  # the positions of the players that we are
 
     def analysis_of(self, source):
         settings = self.case.settings

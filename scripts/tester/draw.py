@@ -26,7 +26,7 @@ class Case:
     empty: str
     history: str  # "" for the default
     settings: dict  # scope, safety, engine, threads, order, reward, coalition
-    fault: str = ""  # what is wrong with the players
+    fault: str = ""  # the mistake in the players, if there is one
     features: set = field(default_factory=set)
 
     LISTS = ("commands", "starts", "rewards", "objectives", "preferences", "required")
@@ -268,11 +268,14 @@ class Draw:
     def plant(self, here, commands, objectives):
         """A step that parts two fates, each with an objective of its own: whichever comes is an improvement."""
         p, q = self.rng.sample(range(here + 1, self.size + 1), 2)
+        if q > here + 1 and self.chance(0.5):
+            p = here + 1  # where the next one may be planted
+        worse = self.rng.choice(objectives)[0]
         label = self.rng.choice(self.labels("m", here, ["a", "c", ""]))
         commands.insert(0, ("m", f"[{label}] x={here} -> 1/2 : (x'={p}) + 1/2 : (x'={q});"))
         names = [f"O{len(objectives)}", f"O{len(objectives) + 1}"]
         objectives += [(name, f"F (x={target})") for name, target in zip(names, (p, q))]
-        self.better.append((names, self.rng.choice(objectives)[0]))
+        self.better.append((names, worse))
 
     def preferences(self, count):
         """Statements of every kind. The order of numbers keeps them free of contradictions."""
@@ -287,9 +290,8 @@ class Draw:
             else:
                 self.mark("indifference")
                 found.append(f"prefer O{j} ~ O{i};")
-        planted = {name for names, _ in self.better for name in names}
         for names, worse in self.better:
-            if worse not in planted and self.chance(0.7):
+            if self.chance(0.7):
                 self.mark("strict preference")
                 found.append(f"prefer {', '.join(names)} > {worse};")
         return found

@@ -17,7 +17,7 @@ def exchanged(context):
     whose paths stay outside of `unsafe` is the restricted one.
     """
     program, case = context.program, context.case
-    written = ("explicit", "umb", "drn")[case.seed % 3]
+    written = ("explicit", "umb")[case.seed % 2] if context.is_game else ("explicit", "umb", "drn")[case.seed % 3]
     folder, suffix = program.folder / "model", {"explicit": "tra"}.get(written, written)
     report, path = program.about("export", "--format", written, "--out", folder), folder / f"model.{suffix}"
     labels = labels_of(context)
@@ -32,6 +32,9 @@ def exchanged(context):
     by_name = written == "drn" or context.analysis.play or case.required
     prefs.write_text(by_labels(context, counts) if by_name else case.preferences_text())
     same_analysis(context, written, path, prefs)
+    if context.is_game:
+        enforced_again(context, written, path, labels)
+        return
     numbers_again(context, written, path, prefs)
     reached_again(context, written, path, labels)
 
@@ -39,7 +42,9 @@ def exchanged(context):
 def labels_of(context):
     """The labels of an export, each with its states."""
     analysis = context.analysis
-    found = {name: states for name, states in regions_of(context).items() if name not in ("reachable", "initial")}
+    # Files say in a way of their own who chooses in a state.
+    regions = regions_of(context).items()
+    found = {n: s for n, s in regions if n not in ("reachable", "initial") and not n.startswith("player:")}
     for kind in ("sasi", "spi"):
         for state in set(analysis.whole.states) - analysis.mdp.unsafe:
             rank = analysis.levels(kind).rank(state)
@@ -60,7 +65,7 @@ def same_analysis(context, written, path, prefs):
     """Sizes, classes, levels, and what is said of initial states. Valuations that are no states of the file are
     deadlocks without labels, in the scope `all`."""
     report = context.report
-    back = context.program.ask("check", path, prefs, *context.program.settings("scope", "safety"))
+    back = context.program.ask("check", path, prefs, *context.program.settings("scope", "safety", "coalition"))
     more = int(back["counts"]["states"]) - int(report["counts"]["states"])
     for what in ("states", "choices", "transitions"):
         context.same(f"{what} read from {written}", int(report["counts"][what]) + more, int(back["counts"][what]))
@@ -72,7 +77,7 @@ def same_analysis(context, written, path, prefs):
     context.same(f"classes of {written}", *sides)
     if report["improvement"] and not more:
         context.same(f"improvement of {written}", report["improvement"], back["improvement"])
-    named = context.case.kind == "mdp"  # the choices of a chain have no names in these formats
+    named = context.case.kind != "dtmc"  # the choices of a chain have no names in these formats
     for what in ("most_preferred", "sasi_rank", "spi_rank", *(("sasi_actions", "spi_actions") if named else ())):
         sides = [sorted(said(e[what]) for e in r["initial"] if "unsafe" not in e) for r in (report, back)]
         context.same(f"{what} of {written}", *sides)
@@ -111,6 +116,18 @@ def same_numbers(context, what, before, after):
     close = [math.isclose(a, b, rel_tol=1e-5, abs_tol=1e-5) for a, b in zip(before, after)]
     near = len(before) == len(after) and all(close)
     context.same(what, "" if near else before, "" if near else after)
+
+
+def enforced_again(context, written, path, labels):
+    """`reach` of labels of a game: what its coalition enforces, and what the opponent does."""
+    whole = context.analysis.whole
+    held = sorted(name for name, states in labels.items() if states and name != "deadlock" and "_rank_0" not in name)
+    coalition = ",".join(name for at, name in enumerate(context.case.players) if at in context.ours)
+    for name in held[context.case.seed % 5 :: max(1, len(held) // 3)]:
+        options = ["--coalition", coalition, *context.program.settings("scope")]
+        report = context.program.ask("reach", path, "--target", f'"{name}"', *options)
+        for region, states in reachability(whole, labels[name]).items():
+            context.same(f"{region} of {name} of {written}", context.relation.count(states), report[region])
 
 
 def reached_again(context, written, path, labels):

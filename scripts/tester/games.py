@@ -43,7 +43,8 @@ def weakening(context):
     for state in analysis.mdp.theirs:
         for to in {to for choice in analysis.mdp.choices[state] for to in choice.to}:
             if analysis.preferences.weakens(analysis.classes[state], analysis.classes[to]):
-                left = [i for i in analysis.classes[state] if state in analysis.targets[i] and to not in analysis.sure[i]]
+                counted = [i for i in analysis.classes[state] if state in analysis.targets[i]]
+                left = [i for i in counted if to not in analysis.sure[i]]
                 context.same(f"a step of the opponent weakens in {state}", (False, True), (analysis.play, bool(left)))
 
 
@@ -56,7 +57,8 @@ def enforced(context):
     if target is None:
         return
     whole = explore(context.source, case.settings["scope"], 3000)
-    names = program.settings("scope", "engine", "threads", *(["order"] if case.settings["engine"] == "symbolic" else []))
+    names = program.settings("scope", "engine", "threads")
+    names += program.settings("order") if case.settings["engine"] == "symbolic" else []
     every = coalitions(len(case.players))
     for coalition in draw.sample(every[1:], min(3, len(every) - 1)):
         words = ",".join(case.players[at] for at in sorted(coalition))
@@ -100,7 +102,8 @@ def properties(context, questions, formula, conditions):
         found.append((text, question.regions(), verdict(question, operator, number)))
     report = harness.json_object(out) or {}
     if len(questions) == 1 and found[0][2] == BETWEEN:
-        context.same(f"status of {found[0][0]} with {required}", (2, True), (status, "other than 0 and 1" in errors + out))
+        got = status, "other than 0 and 1" in errors + out
+        context.same(f"status of {found[0][0]} with {required}", (2, True), got)
         return
     context.same(f"status of {words} with {required}", True, "properties" in report and status in (0, 1, 2))
     for (text, regions, expected), entry in zip(found, report.get("properties", ())):

@@ -181,8 +181,7 @@ def verified(context, folder):
     status, out, errors = program.run(*verify, *program.settings("coalition"))
     context.same("verify accepts", (0, ""), (status, "" if status == 0 else (out + errors)[-700:]))
     if context.is_game:
-        ours = context.source.named_players(context.coalition)
-        other = "2" if ours != {1} else "1"
+        other = "2" if context.ours != {1} else "1"
         status, out, _ = program.run(*verify, "--coalition", other)
         context.same("verify of another coalition", (number > 1, True), (status == 1, "the coalition is" in out))
 
