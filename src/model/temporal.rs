@@ -121,6 +121,26 @@ impl<M: Clone + Ord> Condition<M> {
         all
     }
 
+    /// Returns whether it suffices to reach a state from which one disjunct can be kept, and to keep it,
+    /// whatever an opponent does: the states from which we satisfy the condition almost surely are those
+    /// that almost surely reach such a state. Otherwise the opponent may choose, again and again, how the
+    /// condition is satisfied.
+    ///
+    /// This is so without persistence, if there is one disjunct, or if all of them only need marks of
+    /// co-safe formulas. In both cases, consider a path under a strategy that satisfies the condition
+    /// almost surely; it stays in states from which this is possible. It almost surely comes to a state
+    /// where the marks of the co-safe formulas of a disjunct are set. They stay set, and from there on the
+    /// strategy keeps the rest of that disjunct: safe formulas and recurrence are kept from the start, as
+    /// losing one would lose the only disjunct.
+    ///
+    /// # Errors
+    /// There are more than [`MOST_DISJUNCTS`].
+    pub fn reaching_suffices(&self) -> Result<bool> {
+        let disjuncts = self.disjuncts()?;
+        let only_marks = |d: &Disjunct<M>| d.again.is_empty() && d.always.iter().all(|(_, set)| *set);
+        Ok(!self.asks(Asks::Settle) && (disjuncts.len() < 2 || disjuncts.iter().all(only_marks)))
+    }
+
     /// Returns the disjunctive normal form without disjuncts that are stronger than another one or
     /// that contradict themselves.
     ///

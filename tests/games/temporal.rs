@@ -93,6 +93,14 @@ fn listed<E: Engine>(engine: &E, condition: &Condition) -> Regions<Vec<State>> {
     found.map(|x| engine.list_states(&x, usize::MAX).unwrap())
 }
 
+/// The regions of the states with fresh monitors; the engines may differ in the others.
+fn answers<E: Engine>(engine: &E, product: &Program, condition: &Condition) -> Regions<Vec<State>> {
+    let fresh = product.predicate(product.monitors.as_ref().unwrap().fresh);
+    let found = RegionSearch::of_condition(engine, condition).all().unwrap();
+    let found = judged(engine, &fresh, found).unwrap();
+    found.map(|x| engine.list_states(&x, usize::MAX).unwrap())
+}
+
 /// The states of a product by their number, as a game.
 struct Product {
     states: Vec<State>,
@@ -190,6 +198,14 @@ fn compare(raw: &Raw, labels: &str, formula: &str) -> bool {
     let Some(brute) = Product::new(raw, &product, &explicit, &condition) else { return false };
     let expected = brute.regions(&condition);
     assert_eq!(listed(&explicit, &condition), expected, "{formula}: {raw:?} {labels}");
+    let secured = RegionSearch::of_condition(&explicit, &condition).goal().unwrap();
+    let reaching = explicit.almost_surely_reach(&secured, &explicit.all_choices()).unwrap().states;
+    let reaching = explicit.list_states(&reaching, usize::MAX).unwrap();
+    if condition.reaching_suffices().unwrap() {
+        assert_eq!(reaching, expected.pmax_one, "{formula}: {raw:?} {labels}");
+    } else {
+        assert!(reaching.iter().all(|s| expected.pmax_one.contains(s)), "{formula}: {raw:?} {labels}");
+    }
     for thresholds in thresholds() {
         let symbolic = SymbolicEngine::new(product.clone(), settings(Scope::All, thresholds)).unwrap();
         assert_eq!(listed(&symbolic, &condition), expected, "{formula}: {raw:?} {labels}");
@@ -291,13 +307,10 @@ proptest! {
             ExplicitEngine::new(program.clone(), settings(Scope::All, thresholds()[0])).unwrap()
         };
         let (one, other) = (explicit(&alone), explicit(&game));
-        let fresh = |engine: &ExplicitEngine, program: &Program, found: Regions<_>| {
-            let fresh = program.predicate(program.monitors.as_ref().unwrap().fresh);
-            let found = judged(engine, &fresh, found).unwrap();
-            found.map(|x| engine.list_states(&x, usize::MAX).unwrap().iter().map(|s| s[0]).collect::<Vec<_>>())
+        let of = |engine: &ExplicitEngine, program: &Program, condition: &Condition| {
+            answers(engine, program, condition).map(|states| states.iter().map(|s| s[0]).collect::<Vec<_>>())
         };
-        let expected = fresh(&one, &alone, RegionSearch::of_condition(&one, &own).all().unwrap());
-        prop_assert_eq!(fresh(&other, &game, RegionSearch::of_condition(&other, &condition).all().unwrap()), expected);
+        prop_assert_eq!(of(&other, &game, &condition), of(&one, &alone, &own));
     }
 
     #[test]
@@ -341,7 +354,8 @@ proptest! {
             for coalition in [[true, false], [false, true], [true, true], [false, false]] {
                 let (one, other) =
                     (symbolic.with_coalition(&coalition).unwrap(), explicit.with_coalition(&coalition).unwrap());
-                prop_assert_eq!(listed(&one, &condition), listed(&other, &condition), "{} {:?}", formula, coalition);
+                let expected = answers(&other, &product, &condition);
+                prop_assert_eq!(answers(&one, &product, &condition), expected, "{} {:?}", formula, coalition);
             }
         }
     }
@@ -444,13 +458,16 @@ proptest! {
         let wishes = preferences(&formulas, required);
         let Some(game) = accepted(&(without_moves(&raw).text() + &labels), &wishes) else { return Ok(()) };
         let alone = loaded(&(mdp(&raw) + &labels), &wishes);
-        prop_assume!(alone.0.variables.len() == game.0.variables.len());
+        // In a game, the marks of several monitors may become one.
+        let monitors = |preferences: &Preferences| {
+            preferences.objectives.iter().map(|objective| objective.monitor()).collect::<Vec<_>>()
+        };
+        prop_assume!(monitors(&alone.1) == monitors(&game.1));
         for safety in [Safety::Action, Safety::Prefix] {
             let result = |(program, preferences): &(Arc<Program>, Arc<Preferences>)| {
                 let own = settings(Scope::Reachable, thresholds()[0]);
                 analysed(ExplicitEngine::new(program.clone(), own).unwrap(), preferences, safety).1
             };
-            // Where the opponent may choose between disjuncts, fewer states are secured.
             prop_assert_eq!(result(&game), result(&alone));
         }
     }
