@@ -4,6 +4,8 @@
 //! updates in the same way, depending on the present state. Monitors mark some steps; a formula
 //! requires that marks occur or do not occur.
 
+use std::collections::BTreeSet;
+
 use strum::IntoStaticStr;
 
 use super::expr::ExprId;
@@ -126,19 +128,20 @@ impl<M: Clone + Ord> Condition<M> {
     /// that almost surely reach such a state. Otherwise the opponent may choose, again and again, how the
     /// condition is satisfied.
     ///
-    /// This is so without persistence, if there is one disjunct, or if all of them only need marks of
-    /// co-safe formulas. In both cases, consider a path under a strategy that satisfies the condition
-    /// almost surely; it stays in states from which this is possible. It almost surely comes to a state
-    /// where the marks of the co-safe formulas of a disjunct are set. They stay set, and from there on the
-    /// strategy keeps the rest of that disjunct: safe formulas and recurrence are kept from the start, as
-    /// losing one would lose the only disjunct.
+    /// This is so without persistence, if disjuncts differ in marks of co-safe formulas only. Consider a
+    /// path under a strategy that satisfies the condition almost surely; it stays in states from which
+    /// this is possible. It almost surely comes to a state where the marks of some disjunct are set. They
+    /// stay set, and the strategy keeps the rest, which is that of all disjuncts, from the start.
     ///
     /// # Errors
     /// There are more than [`MOST_DISJUNCTS`].
     pub fn reaching_suffices(&self) -> Result<bool> {
-        let disjuncts = self.disjuncts()?;
-        let only_marks = |d: &Disjunct<M>| d.again.is_empty() && d.always.iter().all(|(_, set)| *set);
-        Ok(!self.asks(Asks::Settle) && (disjuncts.len() < 2 || disjuncts.iter().all(only_marks)))
+        let rest = |d: &Disjunct<M>| {
+            let off = d.always.iter().filter(|(_, set)| !set);
+            (off.cloned().collect::<Vec<_>>(), d.again.clone())
+        };
+        let rests = self.disjuncts()?.iter().map(rest).collect::<BTreeSet<_>>();
+        Ok(!self.asks(Asks::Settle) && rests.len() < 2)
     }
 
     /// Returns the disjunctive normal form without disjuncts that are stronger than another one or

@@ -13,7 +13,9 @@ use meliora::model::preference::{Goal, Preferences};
 use meliora::model::temporal::{Asks, Begin, Condition};
 use meliora::model::{ModelKind, Program, State};
 use meliora::planning::temporal::judged;
-use meliora::planning::{Analysis, AnalysisResult, Options, RegionSearch, Safety};
+use meliora::planning::{
+    Analysis, AnalysisResult, FiniteMemoryStrategy, Kind, Options, RegionSearch, Safety, StrategyKind,
+};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -237,6 +239,31 @@ fn persistence_may_be_won_where_the_opponent_never_lets_us_settle() {
     // x=2 is secured. From the other states, the opponent may stay in x=0, or let us reach x=2.
     assert!(states(&secured).iter().all(|&x| x == 2));
     assert_eq!(states(&engine.all_states()), states(&found.pmax_one));
+}
+
+#[test]
+fn strategies_refuse_an_objective_where_the_opponent_chooses_how_it_is_satisfied() {
+    let text = choice_of_the_opponent(true).text() + "label \"p\" = x!=1;\nlabel \"q\" = x=2;\n";
+    for (formula, refused) in [
+        ("F G \"p\"", true),
+        ("(G \"p\") | (F \"q\")", true),
+        ("G F \"q\"", false),
+        ("((F \"q\") | (X !\"p\")) & (G (x<3))", false),
+    ] {
+        let (program, preferences) = loaded(&text, &format!("history = play; objective Goal = {formula};"));
+        let engine =
+            ExplicitEngine::new(program.clone(), settings(Scope::Reachable, thresholds()[0])).unwrap();
+        let (analysis, _) = analysed(engine, &preferences, Safety::Action);
+        for (kind, named) in [(StrategyKind::Plan, None), (StrategyKind::Achieve, Some(0))] {
+            let strategy = FiniteMemoryStrategy::of_kind(&analysis, &program, kind, Kind::Sasi, named);
+            let message = strategy.err().map_or_else(String::new, |error| error.to_string());
+            assert_eq!(
+                message.contains("that achieves `Goal` is not supported"),
+                refused,
+                "{formula}: {message}"
+            );
+        }
+    }
 }
 
 #[test]
