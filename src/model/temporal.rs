@@ -4,6 +4,8 @@
 //! updates in the same way, depending on the present state. Monitors mark some steps; a formula
 //! requires that marks occur or do not occur.
 
+use std::collections::BTreeSet;
+
 use strum::IntoStaticStr;
 
 use super::expr::ExprId;
@@ -119,6 +121,27 @@ impl<M: Clone + Ord> Condition<M> {
         all.sort_unstable();
         all.dedup();
         all
+    }
+
+    /// Returns whether it suffices to reach a state from which one disjunct can be kept, and to keep it,
+    /// whatever an opponent does: the states from which we satisfy the condition almost surely are those
+    /// that almost surely reach such a state. Otherwise the opponent may choose, again and again, how the
+    /// condition is satisfied.
+    ///
+    /// This is so without persistence, if disjuncts differ in marks of co-safe formulas only. Consider a
+    /// path under a strategy that satisfies the condition almost surely; it stays in states from which
+    /// this is possible. It almost surely comes to a state where the marks of some disjunct are set. They
+    /// stay set, and the strategy keeps the rest, which is that of all disjuncts, from the start.
+    ///
+    /// # Errors
+    /// There are more than [`MOST_DISJUNCTS`].
+    pub fn reaching_suffices(&self) -> Result<bool> {
+        let rest = |d: &Disjunct<M>| {
+            let off = d.always.iter().filter(|(_, set)| !set);
+            (off.cloned().collect::<Vec<_>>(), d.again.clone())
+        };
+        let rests = self.disjuncts()?.iter().map(rest).collect::<BTreeSet<_>>();
+        Ok(!self.asks(Asks::Settle) && rests.len() < 2)
     }
 
     /// Returns the disjunctive normal form without disjuncts that are stronger than another one or

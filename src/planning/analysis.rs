@@ -467,13 +467,11 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     ) -> Result<Option<Self>> {
         let objectives: ObjectiveSet = objectives.into_iter().collect();
         kind.check(&objectives)?;
-        if kind.achieves() {
-            // A plan may pursue any objective.
-            let pursued = |index: usize| kind == StrategyKind::Plan || objectives.contains(index);
-            let all = analysis.preferences.objectives.iter().enumerate();
-            let all = all.filter(|(index, _)| pursued(*index)).map(|(_, objective)| objective);
-            temporal_game::check_achieved(&*analysis.engine, all)?;
-        }
+        // A plan may pursue any objective.
+        let pursued = |index: usize| kind == StrategyKind::Plan || objectives.contains(index);
+        let all = analysis.preferences.objectives.iter().enumerate();
+        let pursued = all.filter(|(index, _)| pursued(*index)).map(|(_, objective)| objective);
+        temporal_game::check_achieved(&*analysis.engine, pursued)?;
         let Some(strategy) = Self::new(analysis, program, levels) else { return Ok(None) };
         let mut achieving = if kind.achieves() { Achieving::new(analysis, &strategy)? } else { None };
         if let Some(achieving) = achieving.as_mut().filter(|_| objectives.len() > 1) {

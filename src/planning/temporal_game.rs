@@ -18,7 +18,7 @@ use meliora_engine::regions::Which;
 use meliora_engine::{Engine, Region};
 use meliora_model::error::{Error, Result};
 use meliora_model::preference::{Goal, Objective};
-use meliora_model::temporal::{Asks, Condition, Disjunct};
+use meliora_model::temporal::{Asks, Condition};
 
 /// Computes a region of a condition in a game in which the opponent has states.
 ///
@@ -89,24 +89,8 @@ fn almost_sure<E: Engine>(engine: &E, condition: &Condition) -> Result<E::States
     }
 }
 
-/// Returns whether it suffices to reach a state from which one disjunct can be kept, whatever the
-/// opponent does, and to keep it: the almost-sure states of the condition are those that almost surely
-/// reach ⋃_d U_d. Otherwise the opponent may choose, again and again, how the condition is satisfied.
-///
-/// This is so without persistence, if there is one disjunct, or if all of them only need marks of
-/// co-safe formulas. In both cases, consider a path under a strategy that satisfies the condition almost
-/// surely, which stays in such states. It almost surely comes to a state where the marks of the co-safe
-/// formulas of a disjunct are set. They stay set, and from there on the strategy keeps the rest of that
-/// disjunct, so the state is in U_d. Safe formulas and recurrence can be kept from the start, as losing
-/// one would lose the only disjunct.
-fn is_kept(condition: &Condition) -> Result<bool> {
-    let disjuncts = condition.disjuncts()?;
-    let only_marks = |d: &Disjunct| d.again.is_empty() && d.always.iter().all(|(_, set)| *set);
-    Ok(!condition.asks(Asks::Settle) && (disjuncts.len() < 2 || disjuncts.iter().all(only_marks)))
-}
-
 /// Refuses to achieve some objectives against an opponent if it may choose how one of them is satisfied;
-/// see [`is_kept`].
+/// see [`Condition::reaching_suffices`].
 ///
 /// # Errors
 /// [`Error::Usage`] with the name of the objective; a condition has too many disjuncts.
@@ -119,7 +103,7 @@ pub(super) fn check_achieved<'o, E: Engine>(
     }
     for objective in objectives {
         if let Goal::Satisfy { condition, .. } = &objective.goal
-            && !is_kept(condition)?
+            && !condition.reaching_suffices()?
         {
             let name = &objective.name;
             let message = format!(

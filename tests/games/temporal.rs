@@ -9,11 +9,13 @@ use meliora::engine::regions::Regions;
 use meliora::engine::{Algebra, Engine, ExplicitEngine, Scope, SymbolicEngine};
 use meliora::error::{Error, SourceFile};
 use meliora::model::predicate::Predicate;
-use meliora::model::preference::{Goal, Preferences};
+use meliora::model::preference::{Goal, Objective, Preferences};
 use meliora::model::temporal::{Asks, Begin, Condition};
 use meliora::model::{ModelKind, Program, State};
 use meliora::planning::temporal::judged;
-use meliora::planning::{Analysis, AnalysisResult, Options, RegionSearch, Safety};
+use meliora::planning::{
+    Analysis, AnalysisResult, FiniteMemoryStrategy, Kind, Options, RegionSearch, Safety, StrategyKind,
+};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -90,6 +92,14 @@ fn watched(program: &Program, formula: &str) -> Option<(Arc<Program>, Condition)
 
 fn listed<E: Engine>(engine: &E, condition: &Condition) -> Regions<Vec<State>> {
     let found = RegionSearch::of_condition(engine, condition).all().unwrap();
+    found.map(|x| engine.list_states(&x, usize::MAX).unwrap())
+}
+
+/// The regions of the states with fresh monitors; the engines may differ in the others.
+fn answers<E: Engine>(engine: &E, product: &Program, condition: &Condition) -> Regions<Vec<State>> {
+    let fresh = product.predicate(product.monitors.as_ref().unwrap().fresh);
+    let found = RegionSearch::of_condition(engine, condition).all().unwrap();
+    let found = judged(engine, &fresh, found).unwrap();
     found.map(|x| engine.list_states(&x, usize::MAX).unwrap())
 }
 
@@ -190,6 +200,14 @@ fn compare(raw: &Raw, labels: &str, formula: &str) -> bool {
     let Some(brute) = Product::new(raw, &product, &explicit, &condition) else { return false };
     let expected = brute.regions(&condition);
     assert_eq!(listed(&explicit, &condition), expected, "{formula}: {raw:?} {labels}");
+    let secured = RegionSearch::of_condition(&explicit, &condition).goal().unwrap();
+    let reaching = explicit.almost_surely_reach(&secured, &explicit.all_choices()).unwrap().states;
+    let reaching = explicit.list_states(&reaching, usize::MAX).unwrap();
+    if condition.reaching_suffices().unwrap() {
+        assert_eq!(reaching, expected.pmax_one, "{formula}: {raw:?} {labels}");
+    } else {
+        assert!(reaching.iter().all(|s| expected.pmax_one.contains(s)), "{formula}: {raw:?} {labels}");
+    }
     for thresholds in thresholds() {
         let symbolic = SymbolicEngine::new(product.clone(), settings(Scope::All, thresholds)).unwrap();
         assert_eq!(listed(&symbolic, &condition), expected, "{formula}: {raw:?} {labels}");
@@ -221,6 +239,31 @@ fn persistence_may_be_won_where_the_opponent_never_lets_us_settle() {
     // x=2 is secured. From the other states, the opponent may stay in x=0, or let us reach x=2.
     assert!(states(&secured).iter().all(|&x| x == 2));
     assert_eq!(states(&engine.all_states()), states(&found.pmax_one));
+}
+
+#[test]
+fn strategies_refuse_an_objective_where_the_opponent_chooses_how_it_is_satisfied() {
+    let text = choice_of_the_opponent(true).text() + "label \"p\" = x!=1;\nlabel \"q\" = x=2;\n";
+    for (formula, refused) in [
+        ("F G \"p\"", true),
+        ("(G \"p\") | (F \"q\")", true),
+        ("G F \"q\"", false),
+        ("((F \"q\") | (X !\"p\")) & (G (x<3))", false),
+    ] {
+        let (program, preferences) = loaded(&text, &format!("history = play; objective Goal = {formula};"));
+        let engine =
+            ExplicitEngine::new(program.clone(), settings(Scope::Reachable, thresholds()[0])).unwrap();
+        let (analysis, _) = analysed(engine, &preferences, Safety::Action);
+        for (kind, named) in [(StrategyKind::Plan, None), (StrategyKind::Achieve, Some(0))] {
+            let strategy = FiniteMemoryStrategy::of_kind(&analysis, &program, kind, Kind::Sasi, named);
+            let message = strategy.err().map_or_else(String::new, |error| error.to_string());
+            assert_eq!(
+                message.contains("that achieves `Goal` is not supported"),
+                refused,
+                "{formula}: {message}"
+            );
+        }
+    }
 }
 
 #[test]
@@ -291,13 +334,10 @@ proptest! {
             ExplicitEngine::new(program.clone(), settings(Scope::All, thresholds()[0])).unwrap()
         };
         let (one, other) = (explicit(&alone), explicit(&game));
-        let fresh = |engine: &ExplicitEngine, program: &Program, found: Regions<_>| {
-            let fresh = program.predicate(program.monitors.as_ref().unwrap().fresh);
-            let found = judged(engine, &fresh, found).unwrap();
-            found.map(|x| engine.list_states(&x, usize::MAX).unwrap().iter().map(|s| s[0]).collect::<Vec<_>>())
+        let of = |engine: &ExplicitEngine, program: &Program, condition: &Condition| {
+            answers(engine, program, condition).map(|states| states.iter().map(|s| s[0]).collect::<Vec<_>>())
         };
-        let expected = fresh(&one, &alone, RegionSearch::of_condition(&one, &own).all().unwrap());
-        prop_assert_eq!(fresh(&other, &game, RegionSearch::of_condition(&other, &condition).all().unwrap()), expected);
+        prop_assert_eq!(of(&other, &game, &condition), of(&one, &alone, &own));
     }
 
     #[test]
@@ -312,8 +352,8 @@ proptest! {
             SymbolicEngine::new(program.clone(), settings(Scope::Reachable, thresholds()[0])).unwrap()
         };
         let expected = match watched(&program, &formula) {
-            // In a game, several marks become one.
-            Some((alone, own)) if own.marks().len() == condition.marks().len() => listed(&symbolic(&alone), &own),
+            // In a game, several monitors become one.
+            Some((alone, own)) if own.undecided().len() < 2 => listed(&symbolic(&alone), &own),
             _ => return Ok(()),
         };
         let engine = symbolic(&game);
@@ -341,7 +381,8 @@ proptest! {
             for coalition in [[true, false], [false, true], [true, true], [false, false]] {
                 let (one, other) =
                     (symbolic.with_coalition(&coalition).unwrap(), explicit.with_coalition(&coalition).unwrap());
-                prop_assert_eq!(listed(&one, &condition), listed(&other, &condition), "{} {:?}", formula, coalition);
+                let expected = answers(&other, &product, &condition);
+                prop_assert_eq!(answers(&one, &product, &condition), expected, "{} {:?}", formula, coalition);
             }
         }
     }
@@ -444,13 +485,17 @@ proptest! {
         let wishes = preferences(&formulas, required);
         let Some(game) = accepted(&(without_moves(&raw).text() + &labels), &wishes) else { return Ok(()) };
         let alone = loaded(&(mdp(&raw) + &labels), &wishes);
-        prop_assume!(alone.0.variables.len() == game.0.variables.len());
+        // In a game, several monitors become one.
+        let is_alike = |objective: &Objective| match &objective.goal {
+            Goal::Satisfy { condition, .. } => condition.undecided().len() < 2,
+            Goal::Reach(_) => false,
+        };
+        prop_assume!(alone.1.objectives.iter().all(is_alike));
         for safety in [Safety::Action, Safety::Prefix] {
             let result = |(program, preferences): &(Arc<Program>, Arc<Preferences>)| {
                 let own = settings(Scope::Reachable, thresholds()[0]);
                 analysed(ExplicitEngine::new(program.clone(), own).unwrap(), preferences, safety).1
             };
-            // Where the opponent may choose between disjuncts, fewer states are secured.
             prop_assert_eq!(result(&game), result(&alone));
         }
     }
