@@ -27,7 +27,8 @@ use super::supervise::{Job, supervise};
 
 /// Simulate random runs under a strategy and count improvements, achievements and weakenings
 ///
-/// The strategy chooses the actions, and the probabilities of the model choose the successors.
+/// The strategy chooses the actions, and the probabilities of the model choose the successors. In a
+/// game, `--opponent` chooses the actions of the other side.
 /// After each improvement a run continues at the level of the new state. The default, a plan, makes
 /// all guaranteed improvements and then achieves a most preferred objective.
 #[derive(Debug, Clone, Args)]
