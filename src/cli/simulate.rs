@@ -120,9 +120,12 @@ fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> R
         preferences: &args.preferences,
         engine: &args.engine,
     };
-    let (question, engine, (at, costs)) = args.choose.prepared(job, given, &args.at, kind)?;
-    let opponent = opponent(&question.program, args.opponent)?;
-    job.update(|r| r.opponent = opponent);
+    let check = |program: &Program| {
+        let opponent = opponent(program, args.opponent)?;
+        job.update(|r| r.opponent = opponent);
+        Ok(())
+    };
+    let (question, engine, (at, costs)) = args.choose.prepared(job, given, &args.at, kind, check)?;
     simulate(job, &engine, (&question, kind, costs), args, &at)?;
     Ok(question.program)
 }

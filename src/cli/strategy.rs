@@ -114,7 +114,7 @@ fn work(
         preferences: &args.preferences,
         engine: &args.engine,
     };
-    let (question, engine, (at, costs)) = args.choose.prepared(job, given, &args.at, kind)?;
+    let (question, engine, (at, costs)) = args.choose.prepared(job, given, &args.at, kind, |_| Ok(()))?;
     answer(job, &engine, (&question, kind, costs), args, (&at, csv))
 }
 
