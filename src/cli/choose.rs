@@ -113,7 +113,7 @@ impl ChooseArgs {
     }
 
     /// Does the same as [`plan::prepared`] for a strategy of a kind, with the states of `--at` and the
-    /// cost of a step.
+    /// cost of a step. `check` checks other options once the model is known.
     ///
     /// # Errors
     /// The input or an option is wrong, or a limit is hit.
@@ -123,11 +123,15 @@ impl ChooseArgs {
         given: Arguments<'_>,
         at: &[String],
         kind: StrategyKind,
+        check: impl FnOnce(&Program) -> Result<()>,
     ) -> Result<(Question, Arc<AnyEngine>, (At, Costs))> {
         plan::prepared(job, given, |question| {
             if self.choose != Choose::First {
-                question.program.of_one_player(&format!("`--choose {}`", self.choose.name()))?;
+                let help =
+                    "the probabilities and costs of a game are not computed; `--choose first` needs none";
+                question.program.refuse_game(&format!("`--choose {}`", self.choose.name()), help)?;
             }
+            check(&question.program)?;
             let at = At::read(&question.program, at)?;
             self.objectives(kind, &question.preferences)?;
             Ok((at, self.costs(&question.program, &job.sink)?))

@@ -27,7 +27,8 @@ use super::supervise::{Job, supervise};
 
 /// Simulate random runs under a strategy and count improvements, achievements and weakenings
 ///
-/// The strategy chooses the actions, and the probabilities of the model choose the successors.
+/// The strategy chooses the actions, and the probabilities of the model choose the successors. In a
+/// game, `--opponent` chooses the actions of the other side.
 /// After each improvement a run continues at the level of the new state. The default, a plan, makes
 /// all guaranteed improvements and then achieves a most preferred objective.
 #[derive(Debug, Clone, Args)]
@@ -119,9 +120,12 @@ fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> R
         preferences: &args.preferences,
         engine: &args.engine,
     };
-    let (question, engine, (at, costs)) = args.choose.prepared(job, given, &args.at, kind)?;
-    let opponent = opponent(&question.program, args.opponent)?;
-    job.update(|r| r.opponent = opponent);
+    let check = |program: &Program| {
+        let opponent = opponent(program, args.opponent)?;
+        job.update(|r| r.opponent = opponent);
+        Ok(())
+    };
+    let (question, engine, (at, costs)) = args.choose.prepared(job, given, &args.at, kind, check)?;
     simulate(job, &engine, (&question, kind, costs), args, &at)?;
     Ok(question.program)
 }

@@ -33,7 +33,8 @@ const MOST_NODES: usize = 60;
 /// Explain which actions a strategy permits in a state, and why
 ///
 /// Prints for each state its most preferred objectives, its ranks, every enabled action with its
-/// successors, and the reason why the strategy permits the action or not.
+/// successors, and the reason why the strategy permits the action or not. In a game, a state of the
+/// opponent has all its actions, with what each of them leads to.
 #[derive(Debug, Clone, Args)]
 pub(super) struct StrategyArgs {
     #[command(flatten)]
@@ -113,7 +114,7 @@ fn work(
         preferences: &args.preferences,
         engine: &args.engine,
     };
-    let (question, engine, (at, costs)) = args.choose.prepared(job, given, &args.at, kind)?;
+    let (question, engine, (at, costs)) = args.choose.prepared(job, given, &args.at, kind, |_| Ok(()))?;
     answer(job, &engine, (&question, kind, costs), args, (&at, csv))
 }
 

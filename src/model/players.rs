@@ -76,10 +76,18 @@ impl Program {
     /// # Errors
     /// The model is a game; the error points at `smg`.
     pub fn of_one_player(&self, what: &str) -> Result<()> {
+        let help = "games are supported by `check`, `reach`, `strategy`, `simulate`, `compare` and `info`";
+        self.refuse_game(what, help)
+    }
+
+    /// Does the same as [`Program::of_one_player`] with other advice.
+    ///
+    /// # Errors
+    /// See [`Program::of_one_player`].
+    pub fn refuse_game(&self, what: &str, help: &str) -> Result<()> {
         let Some(players) = &self.players else { return Ok(()) };
         let message = format!("{what} of a game is not supported");
         let diagnostic = Diagnostic::new(&self.source, players.span.clone(), message);
-        let help = "games are supported by `check`, `reach`, `strategy`, `simulate`, `compare`, `info`, `export`, `verify` and `query`";
         Err(diagnostic.severity(Severity::Unsupported).label("a game").help(help).into())
     }
 

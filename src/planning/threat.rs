@@ -31,10 +31,11 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     /// Returns whether the opponent chooses in a state and can weaken from it, under `action`: one of its
     /// choices is not kept.
     fn is_bad(&self, arena: &Arena<E>, state: &[i64]) -> Result<bool> {
-        if self.owner(state)?.is_none_or(|owner| owner.ours) {
+        let choices = self.program.choices(state).map_err(|f| fault::error(&self.program, &f, state))?;
+        let owner = choices.first().and_then(|(choice, _)| self.owner_of(choice));
+        if owner.is_none_or(|owner| owner.ours) {
             return Ok(false);
         }
-        let choices = self.program.choices(state).map_err(|f| fault::error(&self.program, &f, state))?;
         let kept = |(choice, _): &_| self.engine.contains_choice(&arena.choices, state, choice);
         Ok(position(&choices, |choice| Ok(!kept(choice)?))?.is_some())
     }

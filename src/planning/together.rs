@@ -8,7 +8,7 @@
 //! This is right in games, too. Let W(Q) be the states from which we reach all of Q almost surely against
 //! every strategy of the opponent. To win from a state of W(Q) outside of all targets, a path must almost
 //! surely enter the target of some i ∈ Q, and what the strategy does afterwards must win there: it enters
-//! the target in W(Q \ {i}). Conversely, whoever reaches such a state almost surely goes on to win.
+//! the target in W(Q \ {i}). Conversely, a strategy that reaches such a state almost surely can win there.
 //!
 //! Temporal objectives have monitors, which are this memory: together they are their conjunction.
 

@@ -85,7 +85,7 @@ impl Words<'_> {
                 let kept = self.either(&at.reference);
                 format!("not kept: after {place}, a weakening of {kept} cannot be ruled out")
             }
-            Verdict::Exposes(index) => format!("not kept: {}", self.exposes(at, action, index)),
+            Verdict::Exposes(index) => self.exposes(at, action, index),
             Verdict::Violates(None) => "no action keeps the requirements here".to_owned(),
             Verdict::Violates(Some(index)) => {
                 let how = if action.successors.len() == 1 { "leads" } else { "may lead" };

@@ -186,7 +186,7 @@ struct ActionJson {
     successors: Vec<SuccessorJson>,
 }
 
-/// What a strategy makes of an action, in JSON; absent for actions of the opponent.
+/// The judgement of a strategy on an action, in JSON; absent for actions of the opponent.
 #[derive(Serialize, JsonSchema)]
 struct JudgedJson {
     /// The safety mode keeps it; absent for actions of the opponent.

@@ -65,13 +65,21 @@ impl StrategyFindings {
     }
 
     /// Explains the terms of the report.
-    fn legend(&self, style: Style) -> String {
-        let lines = [
-            "Sure: the objectives that some strategy achieves almost surely, without those",
-            "to which another sure objective is preferred. `A or B`: each of them, but not",
-            "always both. A step improves if an objective that becomes sure is preferred to",
-            "one that was sure before, and weakens in the opposite case. Rank: the number of",
-        ];
+    fn legend(&self, is_game: bool, style: Style) -> String {
+        let lines = match is_game {
+            false => [
+                "Sure: the objectives that some strategy achieves almost surely, without those",
+                "to which another sure objective is preferred. `A or B`: each of them, but not",
+                "always both. A step improves if an objective that becomes sure is preferred to",
+                "one that was sure before, and weakens in the opposite case. Rank: the number of",
+            ],
+            true => [
+                "Sure: the objectives that we achieve almost surely, whatever the opponent does,",
+                "without those to which another sure one is preferred. `A or B`: each, but not",
+                "always both. A step improves if an objective that becomes sure is preferred to",
+                "one that was sure before, and weakens in the opposite case. Rank: the number of",
+            ],
+        };
         let how = ranks::how(self.choosing.choose.levels(self.kind));
         style.dim(&format!("\n{}\n{how} improvements.\n", lines.join("\n")))
     }
@@ -93,7 +101,10 @@ impl Findings for StrategyFindings {
     }
 
     fn body(report: &StrategyReport, style: Style) -> String {
-        let legend = if report.states.is_empty() { String::new() } else { report.legend(style) };
+        let legend = match report.states.is_empty() {
+            true => String::new(),
+            false => report.legend(report.header.is_game(), style),
+        };
         let texts = report.states.iter().map(|state| match state {
             Shown::Text(text) => text.as_str(),
             Shown::Json(_) => "",

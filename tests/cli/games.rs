@@ -434,7 +434,7 @@ fn strategy_tells_who_moves_and_what_the_opponent_can_do() {
         assert_eq!(verdicts(ours), [(json!("exposes"), no.clone()), (json!("nothing-ahead"), no)]);
         assert_eq!(verdicts(theirs), [(json!("improves"), None), (json!("weakens"), None)]);
         let reason = ours["actions"][0]["reason"].as_str().unwrap();
-        assert_eq!(reason, "not kept: after x=1, them may take d, which weakens: Start lost");
+        assert_eq!(reason, "after x=1, them may take d, which weakens: Start lost");
     }
     let csv =
         at(&scratch, &["strategy", "@g.prism", "@g.pref", "--at", "x=*", "--csv", "-"]).expect(0).stdout;
@@ -455,7 +455,7 @@ fn the_graph_of_a_strategy_draws_the_states_of_the_opponent_differently() {
         dot.lines().find(|line| line.contains(name)).unwrap_or_else(|| panic!("{dot}")).to_owned()
     };
     assert!(line("s0 [").contains("guard: ") && line("s0 [").contains("shape=hexagon"), "{dot}");
-    assert!(line("robot: ").contains("s") && !line("robot: ").contains("hexagon"), "{dot}");
+    assert!(!line("robot: ").contains("hexagon"), "{dot}");
     let moves = dot.lines().filter(|line| line.starts_with("  s0 ->") && line.contains("style=dashed"));
     assert_eq!(moves.count(), 3, "{dot}");
 }
@@ -504,4 +504,22 @@ fn a_requirement_binds_us_in_every_region() {
             assert_eq!(json[region], "2", "{region} with the {engine} engine");
         }
     }
+}
+
+#[test]
+fn a_reason_names_the_players_who_can_weaken_together() {
+    let model = "smg\nplayer us [a], [b] endplayer\nplayer p2 [c] endplayer\nplayer p3 [d] endplayer\nmodule m\n \
+        x : [0..5] init 0;\n [a] x=0 -> (x'=1);\n [b] x=0 -> (x'=3);\n [c] x=1 | x=3 -> (x'=x+1);\n \
+        [d] x=2 | x=4 -> (x'=x+1);\n [a] x=5 -> true;\nendmodule\n";
+    let scratch = Scratch::new(&[("g.prism", model), ("g.pref", "objective Start = F x<=4;")]);
+    let json = at(&scratch, &["strategy", "@g.prism", "@g.pref", "--json"]).expect(0).json();
+    let actions = json["states"][0]["actions"].as_array().unwrap();
+    let reasons: Vec<&str> = actions.iter().map(|action| action["reason"].as_str().unwrap()).collect();
+    let expected = [
+        "after x=1, p2 may take c, then 2 more steps and p3 may take d, which weakens: Start lost",
+        "after x=3, p2 may take c, then p3 may take d, which weakens: Start lost",
+    ];
+    assert_eq!(reasons, expected);
+    let text = at(&scratch, &["strategy", "@g.prism", "@g.pref", "--coalition", "us,p3"]).expect(0).stdout;
+    assert!(text.contains("To move: us (ours)") && text.contains("whatever the opponent does"), "{text}");
 }

@@ -19,7 +19,7 @@ fn simulated(strategy: &mut Strategy, setup: Setup, opponent: Opponent, start: &
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
-    /// No run weakens, and each run that ends has made as many improvements as the rank guarantees.
+    /// Checks that no run weakens, and that each run that ends has made the guaranteed improvements.
     #[test]
     fn no_run_weakens(case in some_case()) {
         let reference = Reference::new(&case);
