@@ -37,10 +37,13 @@ const BETTER: f64 = 1e-12;
 /// The margin of a step, in rounding errors, that is tried first; the factor for the next attempts, and
 /// their number.
 const MARGIN: f64 = 4.0;
-const WIDER: f64 = 16.0;
-const ATTEMPTS: usize = 3;
+const WIDER: f64 = 4.0;
+const ATTEMPTS: usize = 6;
+/// Sweeps over the equations of the last policy. Along the elimination, errors of rounding add up; what counts
+/// is only by how much each equation is missed.
+const SMOOTH: usize = 8;
 /// The width of bounds, relative above 1, from which they are of no use.
-const WIDE: f64 = 1e-9;
+const WIDE: f64 = 1e-8;
 
 /// Returns narrow bounds of the groups; `None` if none were found.
 ///
@@ -60,7 +63,8 @@ pub(super) fn solve(sparse: &Sparse, meter: &mut Meter<'_>) -> Result<Option<Fou
         },
     };
     let policy = work.greedy(policy, start, meter)?;
-    let Some((policy, x)) = work.improve(policy, meter)? else { return Ok(None) };
+    let Some((policy, mut x)) = work.improve(policy, meter)? else { return Ok(None) };
+    work.smooth(&policy, &mut x, meter)?;
     let most = x.iter().fold(0.0, |most: f64, x| most.max(x.high));
     let mut margin = MARGIN * (sparse.error * most + TINY);
     for _ in 0..ATTEMPTS {
@@ -220,6 +224,22 @@ impl Work<'_> {
         Ok(None)
     }
 
+    /// Replaces the values of a policy by those that its equations yield.
+    fn smooth(&self, policy: &Policy, x: &mut [Values], meter: &mut Meter<'_>) -> Result<()> {
+        for _ in 0..SMOOTH {
+            for (group, &action) in policy.iter().enumerate() {
+                meter.step()?;
+                let ([mut low, mut high], _) = self.sparse.constant(action);
+                for (to, p) in self.sparse.row(self.edges(group, action)) {
+                    low += p * x[to as usize].low;
+                    high += p * x[to as usize].high;
+                }
+                (x[group].low, x[group].high) = (low, high);
+            }
+        }
+        Ok(())
+    }
+
     /// Returns the values on the side where every action counts.
     fn side(&self, x: &[Values]) -> Vec<f64> {
         let side = |x: &Values| if self.sparse.sense == Sense::Max { x.high } else { x.low };
@@ -276,7 +296,7 @@ impl Work<'_> {
         let gap = |group: usize, action: usize, edges: std::ops::Range<usize>| {
             let q = self.value(action, edges, &side);
             let gap = if self.sparse.sense == Sense::Max { side[group] - q } else { q - side[group] };
-            if action == policy[group] { 0.0 } else { gap.max(0.0) }
+            if action == policy[group] { 0.0 } else { gap }
         };
         let (mut longest, mut g) = (policy.clone(), x.iter().map(|x| margin * x.steps).collect::<Vec<_>>());
         for _ in 0..ROUNDS {
