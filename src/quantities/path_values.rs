@@ -214,7 +214,7 @@ impl Found {
 /// The key of all codes.
 const KEY: u32 = 0;
 
-/// Where a step leads.
+/// The end of a step.
 #[derive(Debug, Clone, Copy)]
 enum Target {
     /// To a state that was found: its node, [`END`] or [`LOST`].
