@@ -1,4 +1,4 @@
-//! Which of several sets contain a state, for many states.
+//! Tests of many states for membership in several sets.
 
 use super::engine::Engine;
 use meliora_model::error::Result;

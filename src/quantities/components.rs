@@ -20,7 +20,7 @@ pub(super) trait Successors {
 /// The number of a node that was not visited, and of one whose component is complete.
 const NEW: u32 = 0;
 const DONE: u32 = u32::MAX;
-/// No component, or no group.
+/// The number of nodes without a component or group.
 const NONE: u32 = u32::MAX;
 
 /// Strongly connected components, one after the other.

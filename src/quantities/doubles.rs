@@ -37,10 +37,13 @@ const BETTER: f64 = 1e-12;
 /// The margin of a step, in rounding errors, that is tried first; the factor for the next attempts, and
 /// their number.
 const MARGIN: f64 = 4.0;
-const WIDER: f64 = 16.0;
-const ATTEMPTS: usize = 3;
+const WIDER: f64 = 4.0;
+const ATTEMPTS: usize = 6;
+/// Sweeps over the equations of the last policy. Along the elimination, errors of rounding add up; what counts
+/// is only by how much each equation is missed.
+const SMOOTH: usize = 8;
 /// The width of bounds, relative above 1, from which they are of no use.
-const WIDE: f64 = 1e-9;
+const WIDE: f64 = 1e-8;
 
 /// Returns narrow bounds of the groups; `None` if none were found.
 ///
@@ -52,8 +55,16 @@ pub(super) fn solve(sparse: &Sparse, meter: &mut Meter<'_>) -> Result<Option<Fou
     }
     let work = Work { sparse };
     let Some(policy) = work.leaving_policy() else { return Ok(None) };
-    let policy = if sparse.sense == Sense::Max { work.greedy(policy, meter)? } else { policy };
-    let Some((policy, x)) = work.improve(policy, meter)? else { return Ok(None) };
+    let start = match sparse.sense {
+        Sense::Max => vec![0.0; policy.len()],
+        Sense::Min => match work.values(&policy, meter)? {
+            Some(x) => work.side(&x),
+            None => return Ok(None),
+        },
+    };
+    let policy = work.greedy(policy, start, meter)?;
+    let Some((policy, mut x)) = work.improve(policy, meter)? else { return Ok(None) };
+    work.smooth(&policy, &mut x, meter)?;
     let most = x.iter().fold(0.0, |most: f64, x| most.max(x.high));
     let mut margin = MARGIN * (sparse.error * most + TINY);
     for _ in 0..ATTEMPTS {
@@ -100,13 +111,13 @@ impl Work<'_> {
         let mut policy = vec![usize::MAX; n];
         let mut into: Vec<Vec<(u32, usize)>> = vec![Vec::new(); n];
         let mut layer = Vec::new();
-        for group in 0..n {
+        for (group, own) in policy.iter_mut().enumerate() {
             for (action, edges) in self.sparse.actions(group) {
                 for (to, _) in self.sparse.row(edges) {
                     into[to as usize].push((group as u32, action));
                 }
-                if policy[group] == usize::MAX && self.sparse.constant(action).1 > 0.0 {
-                    policy[group] = action;
+                if *own == usize::MAX && self.sparse.constant(action).1 > 0.0 {
+                    *own = action;
                     layer.push(group as u32);
                 }
             }
@@ -122,19 +133,44 @@ impl Work<'_> {
         policy.iter().all(|&action| action != usize::MAX).then_some(policy)
     }
 
-    /// Replaces a policy by the one that looks best after some sweeps of value iteration.
-    fn greedy(&self, mut policy: Policy, meter: &mut Meter<'_>) -> Result<Policy> {
-        let mut x = vec![0.0; self.groups()];
+    /// Replaces a policy by the one that looks best after some sweeps of value iteration: from 0 for the
+    /// greatest values, from those of the policy for the least ones. So it keeps leaving the component.
+    fn greedy(&self, mut policy: Policy, mut x: Vec<f64>, meter: &mut Meter<'_>) -> Result<Policy> {
         for _ in 0..SWEEPS {
+            let mut settled = true;
             for group in 0..x.len() {
                 meter.step()?;
-                let (q, action) = self.sparse.best(group, false, &x);
-                if q > x[group] {
-                    (x[group], policy[group]) = (q, action);
+                for (action, edges) in self.sparse.actions(group) {
+                    let q = self.value(action, edges, &x);
+                    if self.is_better(q, x[group]) {
+                        (x[group], policy[group], settled) = (q, action, false);
+                    }
                 }
+            }
+            if settled {
+                break;
             }
         }
         Ok(policy)
+    }
+
+    /// Returns whether a value is clearly better than another one.
+    fn is_better(&self, q: f64, than: f64) -> bool {
+        match self.sparse.sense {
+            Sense::Max => q > than * (1.0 + BETTER),
+            Sense::Min => q < than * (1.0 - BETTER),
+        }
+    }
+
+    /// Returns the values of a policy; `None` if it does not leave the component.
+    fn values(&self, policy: &Policy, meter: &mut Meter<'_>) -> Result<Option<Vec<Values>>> {
+        let constants = |_, action| {
+            let ([low, high], _) = self.sparse.constant(action);
+            [low, high, 1.0]
+        };
+        let found = self.evaluate(policy, constants, meter)?;
+        let values = |[low, high, steps]: [f64; 3]| Values { low, high, steps };
+        Ok(found.map(|x| x.into_iter().map(values).collect()))
     }
 
     /// Returns the values of a policy for the given constants of its actions; `None` if it does not leave
@@ -168,13 +204,7 @@ impl Work<'_> {
     /// not settle.
     fn improve(&self, mut policy: Policy, meter: &mut Meter<'_>) -> Result<Option<(Policy, Vec<Values>)>> {
         for _ in 0..ROUNDS {
-            let constants = |_, action| {
-                let ([low, high], _) = self.sparse.constant(action);
-                [low, high, 1.0]
-            };
-            let Some(x) = self.evaluate(&policy, constants, meter)? else { return Ok(None) };
-            let x: Vec<Values> =
-                x.into_iter().map(|[low, high, steps]| Values { low, high, steps }).collect();
+            let Some(x) = self.values(&policy, meter)? else { return Ok(None) };
             let side = self.side(&x);
             let mut settled = true;
             for group in 0..side.len() {
@@ -182,11 +212,7 @@ impl Work<'_> {
                 let mut best = side[group];
                 for (action, edges) in self.sparse.actions(group) {
                     let q = self.value(action, edges, &side);
-                    let better = match self.sparse.sense {
-                        Sense::Max => q > best * (1.0 + BETTER),
-                        Sense::Min => q < best * (1.0 - BETTER),
-                    };
-                    if better && action != policy[group] {
+                    if action != policy[group] && self.is_better(q, best) {
                         (best, policy[group], settled) = (q, action, false);
                     }
                 }
@@ -196,6 +222,22 @@ impl Work<'_> {
             }
         }
         Ok(None)
+    }
+
+    /// Replaces the values of a policy by those that its equations yield.
+    fn smooth(&self, policy: &Policy, x: &mut [Values], meter: &mut Meter<'_>) -> Result<()> {
+        for _ in 0..SMOOTH {
+            for (group, &action) in policy.iter().enumerate() {
+                meter.step()?;
+                let ([mut low, mut high], _) = self.sparse.constant(action);
+                for (to, p) in self.sparse.row(self.edges(group, action)) {
+                    low += p * x[to as usize].low;
+                    high += p * x[to as usize].high;
+                }
+                (x[group].low, x[group].high) = (low, high);
+            }
+        }
+        Ok(())
     }
 
     /// Returns the values on the side where every action counts.
@@ -254,7 +296,7 @@ impl Work<'_> {
         let gap = |group: usize, action: usize, edges: std::ops::Range<usize>| {
             let q = self.value(action, edges, &side);
             let gap = if self.sparse.sense == Sense::Max { side[group] - q } else { q - side[group] };
-            if action == policy[group] { 0.0 } else { gap.max(0.0) }
+            if action == policy[group] { 0.0 } else { gap }
         };
         let (mut longest, mut g) = (policy.clone(), x.iter().map(|x| margin * x.steps).collect::<Vec<_>>());
         for _ in 0..ROUNDS {

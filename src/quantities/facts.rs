@@ -1,4 +1,4 @@
-//! What an analysis knows about states: their classes and the levels that contain them.
+//! The facts about states that an analysis knows: their classes and the levels that contain them.
 
 use super::graph::{EVERY, Rank};
 use meliora_engine::Engine;

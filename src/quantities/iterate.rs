@@ -10,7 +10,7 @@
 //!
 //! The lower bounds are iterated from 0, and rounded down. Their changes soon shrink by the same factor in
 //! every sweep, so they show where the values lead: twice as far is a candidate U, which is iterated, and
-//! rounded up, until one sweep raises no value: then it is an upper bound. If there is no such candidate, the
+//! rounded up, until one sweep raises no value: then it is an upper bound. If no candidate is found, the
 //! lower bounds are raised by a small relative amount when they hardly change. If this takes too long, the lower bounds are iterated
 //! further and a smaller amount is tried. If the values at the exits are bounds, a candidate must be
 //! above their upper ones: it is iterated with them first, or else their greatest width is added to
@@ -262,7 +262,7 @@ impl Iteration<'_> {
     }
 }
 
-/// How the iteration of lower bounds ended.
+/// The end of an iteration of lower bounds.
 enum Raised {
     /// Narrow upper bounds were found.
     Enclosed,

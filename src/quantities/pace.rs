@@ -24,10 +24,9 @@ impl Change {
     #[inline]
     pub(super) fn note(&mut self, by: f64, value: f64) {
         let scale = value.max(FLOOR);
-        // Most changes are smaller, and then a product is faster than a quotient. An infinite one is not a
-        // number, and counts.
-        if !(by <= self.0 * scale) {
-            self.0 = self.0.max(by / scale);
+        // Most changes are smaller, and then a product is faster than a quotient.
+        if by > self.0 * scale {
+            self.0 = by / scale;
         }
     }
 }

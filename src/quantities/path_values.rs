@@ -26,6 +26,9 @@ use meliora_model::{Optimum, Program, State};
 /// The node of all states where the path ends.
 const END: u32 = 0;
 
+/// The number of states after which the progress is shown.
+const SHOWN: usize = 1 << 8;
+
 /// The quantity that is wanted.
 #[derive(Debug)]
 pub enum Wanted<'p, S> {
@@ -211,7 +214,7 @@ impl Found {
 /// The key of all codes.
 const KEY: u32 = 0;
 
-/// Where a step leads.
+/// The end of a step.
 #[derive(Debug, Clone, Copy)]
 enum Target {
     /// To a state that was found: its node, [`END`] or [`LOST`].
@@ -345,7 +348,9 @@ impl<E: Engine> Explorer<'_, '_, E> {
                 continue;
             }
             self.meter.step()?;
-            self.meter.progress(&|| format!("{} states", self.graph.nodes()));
+            if next % SHOWN == 0 {
+                self.meter.progress(&|| format!("{} states", self.graph.nodes()));
+            }
             walk.steps(&code, &mut self.graph.known, &mut steps)?;
             self.graph.begin(node, self.meter)?;
             for position in 0..steps.choices() {

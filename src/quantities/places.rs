@@ -33,7 +33,7 @@ pub(super) struct Places {
     /// The code of each node's state, with the key of the node's place. What finds nodes is dropped after
     /// the exploration.
     codes: Codes,
-    /// None before the first exploration.
+    /// The codes of states; none before the first exploration.
     codec: Option<Codec>,
     /// The class of each node's state plus 1; 0 for no class.
     classes: Narrow,

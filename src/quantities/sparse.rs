@@ -37,7 +37,7 @@ pub(super) struct Sparse {
     /// The group that each edge enters, and its probability.
     to: Vec<u32>,
     probabilities: Repeated<1>,
-    /// Of each action the bounds of the constant, the greatest upper bound at an exit, which is infinite
+    /// The bounds of the constant of each action, the greatest upper bound at an exit, which is infinite
     /// if more is gained or paid, and the probability to leave the component.
     constants: Repeated<4>,
     /// The choice of each action.

@@ -1,4 +1,4 @@
-//! Which of several sets contain a state: one diagram with all answers at its leaves, in an array of its own,
+//! Tests of states for membership in several sets: one diagram with all answers at its leaves, in an array of its own,
 //! so that a test follows one path.
 
 use ahash::AHashMap;
