@@ -2,14 +2,14 @@
 """Sweeps a family over its size for both engines of Meliora, as whole processes.
 
 usage: bench.py [--sizes 8,16,32,64,128,256] [--items 3,6,12] [--runs 3] [--timeout 40] [--memory 4GiB]
-                [--csv bench.csv] [--plot crossover.svg] [--markdown table.md]
+                [--engines symbolic] [--csv bench.csv] [--plot crossover.svg] [--markdown table.md]
        bench.py --family models/fleet.prism --prefs models/fleet.pref --const 'L={size}' --sizes 1,2,3,7,63,511
 
 The family is the grid world of `meliora generate gridworld`, or files whose name holds {size}; with --const 'N={size}'
 also one file with a constant. Each point is `meliora check` on a model and its preferences: states, seconds of the
 whole process (median of the runs) and its largest resident set (the greatest of the runs); what takes ten seconds is not run
-again. An engine that is stopped or runs out of memory is not tried on larger sizes. The CSV has one row a run, with machine
-and version; the plot has states against time and against memory, both axes logarithmic; --markdown writes the table of
+again. An engine that is stopped or runs out of memory is not tried on larger sizes. The CSV has one row a run, with its
+processor time, machine and version; the plot has states against time and against memory, both axes logarithmic; --markdown writes the table of
 `docs/benchmarks.md`. Needs matplotlib for --plot.
 Exit status: 0 done, 1 the engines differ in a number or a run failed, 2 usage.
 """
@@ -65,6 +65,10 @@ class Point:
         return statistics.median(run.seconds for run in self.runs)
 
     @property
+    def cpu_seconds(self) -> float:
+        return statistics.median(run.cpu_seconds for run in self.runs)
+
+    @property
     def peak_bytes(self) -> int:
         return max(peak(run) for run in self.runs)
 
@@ -84,6 +88,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--prefs", metavar="PATTERN", help="their preference files")
     parser.add_argument("--const", default="", metavar="PATTERN", help="their constants")
     parser.add_argument("--meliora", metavar="PATH", help="the binary")
+    parser.add_argument("--engines", type=lambda text: text.split(","), default=list(ENGINES), metavar="E,…")
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--timeout", type=float, default=40.0, metavar="SECONDS", help="for each run")
     parser.add_argument("--memory", default="4GiB", metavar="SIZE", help="passed on to Meliora")
@@ -91,6 +96,8 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--plot", type=Path, help="crossover plot, .svg or .png")
     parser.add_argument("--markdown", type=Path, help="table for docs/benchmarks.md")
     given = parser.parse_args()
+    if not set(given.engines) <= set(ENGINES):
+        parser.error(f"--engines: expected some of {', '.join(ENGINES)}")
     if bool(given.family) != bool(given.prefs):
         parser.error("--family and --prefs go together")
     return given
@@ -129,7 +136,7 @@ def sweep(given: argparse.Namespace, meliora: str, folder: Path) -> Iterator[Poi
     """Every point, the engines alternating; an engine that was stopped leaves the rest of its series out."""
     ended: set[tuple[str, str]] = set()
     for member in members(given, meliora, folder):
-        for engine in ENGINES:
+        for engine in given.engines:
             if (member.series, engine) not in ended:
                 point = measure(given, meliora, member, engine)
                 if point.status != "done":
@@ -155,7 +162,7 @@ def show(point: Point) -> None:
     """Prints a point as a line of the table."""
     states = "?" if point.states is None else str(point.states)
     line = f"{point.member.series:14} {point.member.size:>6} {point.engine:9} {states:>24}"
-    line += f" {point.seconds:>9.3f} s {point.peak_bytes / 2**20:>8.0f} MiB"
+    line += f" {point.seconds:>9.3f} s {point.cpu_seconds:>9.3f} s cpu {point.peak_bytes / 2**20:>8.0f} MiB"
     print(line + ("" if point.status == "done" else f"  {point.status}"), flush=True)
 
 
@@ -164,12 +171,12 @@ def write_csv(path: Path, points: list[Point], meliora: str) -> None:
     about = [harness.machine(), harness.version(meliora)]
     with path.open("w", newline="", encoding="utf-8") as file:
         out = csv.writer(file)
-        out.writerow(["series", "size", "engine", "run", "states", "seconds", "peak_bytes", "status", "machine", "version"])
+        out.writerow(["series", "size", "engine", "run", "states", "seconds", "cpu_seconds", "peak_bytes", "status", "machine", "version"])
         for point in points:
             for number, run in enumerate(point.runs, 1):
                 status = "done" if run.status == 0 else point.status
                 head = [point.member.series, point.member.size, point.engine, number, point.states]
-                out.writerow([*head, f"{run.seconds:.4f}", peak(run), status, *about])
+                out.writerow([*head, f"{run.seconds:.4f}", f"{run.cpu_seconds:.4f}", peak(run), status, *about])
 
 
 def write_markdown(path: Path, points: list[Point], given: argparse.Namespace, meliora: str) -> None:

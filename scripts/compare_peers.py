@@ -7,8 +7,11 @@ usage: compare_peers.py --corpus FOLDER                 the models of FOLDER/per
 
 Both kinds of input may be given at once. perf.json is a list of {id, model, constants, target}, models relative to
 FOLDER, in PRISM's language or in JANI (which PRISM does not read: there it is left out); in place of a target there
-may be a list of targets, the first of which is asked. Every run is a process of its own with a time limit; the tools
-follow each other on each instance, each with all its runs, and the median counts; a run over 20 s is not repeated.
+may be a list of targets, the first of which is asked.
+
+Every run is a process of its own with a time limit, and the median counts; a run over 20 s is not repeated. First the
+binaries of Meliora go through all instances, taking turns on each, then the peers one by one: Storm frees gigabytes, and
+while the kernel clears them, the next processes take up to 0.2 s longer.
 Times below 20 ms count as 20 ms for every tool. The phases, as each tool tells them:
 
   build          from the model's text to the reachable states
@@ -53,8 +56,13 @@ FLOOR = 0.020
 # Runs of more seconds are not repeated.
 LONG = 20.0
 COLUMNS = ("build", "existential", "universal", "regions", "total", "cpu")
-# The first question of a peer that the phase consists of, and those in which it may be stopped.
-WITHIN = {"build": ("build",), "existential": ("pmax_one",), "universal": ("pmin_one",), "regions": ("pmax_one", "pmin_one")}
+# The phases of a peer that make up a column, in which it may be stopped; for the last two columns these are all.
+WITHIN = {
+    "build": ("build",),
+    "existential": ("pmax_one",),
+    "universal": ("pmin_one",),
+    "regions": ("pmax_one", "pmin_one"),
+}
 Runs = dict[str, list[Measurement]]
 
 
@@ -95,18 +103,14 @@ def instances(given: argparse.Namespace, meliora: str, folder: Path) -> Iterator
                 yield Instance(f"{world.name}, objective {number}", world.model, "", target)
 
 
-def measure(instance: Instance, tools: list[Tool], runs: int, timeout: float) -> Runs:
-    """All runs of each tool in a row."""
-    return {tool.name: list(repeated(tool, instance, runs, timeout)) for tool in tools}
-
-
-def repeated(tool: Tool, instance: Instance, runs: int, timeout: float) -> Iterator[Measurement]:
-    """Runs a tool several times in a row: the first run after another tool may include clearing memory."""
-    for _ in range(runs):
-        run = tool.measure(instance, timeout)
-        yield run
-        if not run.done or run.wall > LONG:
-            return
+def measure(measured: dict[str, Runs], group: list[Tool], instance: Instance, given: argparse.Namespace) -> None:
+    """All runs of some tools on an instance, in turns."""
+    found = measured.setdefault(instance.name, {})
+    for _ in range(given.runs):
+        for tool in group:
+            runs = found.setdefault(tool.name, [])
+            if not runs or (runs[-1].done and runs[-1].wall <= LONG):
+                runs.append(tool.measure(instance, given.timeout))
 
 
 def median(runs: list[Measurement], phase: str) -> float | None:
@@ -129,9 +133,11 @@ def cell(found: Runs, peer: str, phase: str, timeout: float) -> str:
     ours, theirs = median(found["meliora"], phase), found[peer][0]
     if ours is None or theirs.status != "stopped":
         return "-"
-    unfinished = next((name for name in peers.PHASES if name not in theirs.times), None)
-    before = [theirs.times[name] for name in peers.PHASES if name in theirs.times and name not in WITHIN.get(phase, peers.PHASES)]
-    return f">{(timeout - sum(before)) / ours:.0f}" if unfinished in WITHIN.get(phase, peers.PHASES) else "-"
+    within = WITHIN.get(phase, peers.PHASES)
+    if next((name for name in peers.PHASES if name not in theirs.times), None) not in within:
+        return "-"
+    before = (theirs.times.get(name, 0.0) for name in peers.PHASES if name not in within)
+    return f">{(timeout - sum(before)) / ours:.0f}"
 
 
 def show(name: str, found: Runs, timeout: float) -> bool:
@@ -228,13 +234,18 @@ def main() -> int:
         if tool.start_up.wall > 0:
             print(f"start-up of {tool.name}: {tool.start_up.wall:.3f} s, {tool.start_up.cpu:.3f} s of processor time")
     print(f"  {'':13}" + "".join(f"{phase:>13}" for phase in COLUMNS))
+    ours: list[Tool] = [tool for tool in tools if isinstance(tool, peers.Meliora)]
+    groups: list[list[Tool]] = [ours, *([tool] for tool in tools if tool not in ours)]
     measured: dict[str, Runs] = {}
     agree = True
     with tempfile.TemporaryDirectory() as folder:
-        for instance in instances(given, meliora, Path(folder)):
-            if re.search(given.filter, instance.name):
-                measured[instance.name] = measure(instance, tools, given.runs, given.timeout)
-                agree &= show(instance.name, measured[instance.name], given.timeout)
+        every = instances(given, meliora, Path(folder))
+        chosen = [instance for instance in every if re.search(given.filter, instance.name)]
+        for number, group in enumerate(groups, 1):
+            for instance in chosen:
+                measure(measured, group, instance, given)
+                if number == len(groups):
+                    agree &= show(instance.name, measured[instance.name], given.timeout)
                 if given.csv is not None:
                     write_csv(given.csv, measured, meliora, given.storm_threads)
     if not measured:

@@ -83,7 +83,7 @@ class Tool(Protocol):
 
     @property
     def start_up(self) -> StartUp:
-        """What is taken from its total."""
+        """The seconds that are subtracted from its total."""
         ...
 
     def measure(self, instance: Instance, timeout: float) -> Measurement:
