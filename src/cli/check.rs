@@ -73,12 +73,7 @@ impl Checked for CheckReport {
 }
 
 fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
-    let given = Arguments {
-        command: "check",
-        model: &args.model,
-        preferences: &args.preferences,
-        engine: &args.engine,
-    };
+    let given = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
     let (question, engine, ()) = plan::prepared(job, given, |question| {
         read(job, question);
         Ok(())

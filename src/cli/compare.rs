@@ -65,7 +65,7 @@ pub(super) fn run(args: CompareArgs) -> Result<Status, Error> {
 }
 
 fn work(job: &Job<CompareReport>, args: &CompareArgs) -> Result<(), Error> {
-    let read = || load::question("compare", &args.model, &args.preferences, &job.sink);
+    let read = || load::question(&args.model, &args.preferences, &job.sink);
     let mut parsed = 0.0;
     let question = job.timed("parse", read, |_, seconds| parsed = seconds)?;
     job.update(|r| r.header.read_both(&question.program, &question.preferences));

@@ -188,7 +188,7 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
     }
     check_directory(&args.out)?;
     let read = || {
-        let question = load::question("export", &args.model, &args.preferences, &job.sink)?;
+        let question = load::question(&args.model, &args.preferences, &job.sink)?;
         let costs = costs(&question.program, args.reward(), &job.sink)?;
         Ok((question, costs))
     };

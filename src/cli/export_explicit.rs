@@ -100,7 +100,7 @@ fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
     let inputs: [&Path; 2] = [&wanted.model.model, &wanted.preferences.preferences];
     let folder = Folder::new(&wanted.out, names(wanted), &inputs)?;
     let read = || {
-        let question = load::question("export", &wanted.model, &wanted.preferences, &job.sink)?;
+        let question = load::question(&wanted.model, &wanted.preferences, &job.sink)?;
         refuse_game(wanted, &question.program)?;
         let costs = |v: &ValuesArgs| costs(&question.program, &v.reward, &job.sink);
         let costs = wanted.values.as_ref().map(costs).transpose()?;

@@ -59,7 +59,7 @@ fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
     let (limits, shown) = (args.model.limits(), args.shown.clone());
     let args = args.clone();
     supervise(FlatReport::default(), limits, &shown, move |job| {
-        let (program, _) = load::program("info", &args.model, &job.sink)?;
+        let (program, _) = load::program(&args.model, &job.sink)?;
         let flat = Flat::of(&program)?;
         job.update(|r| r.flat = Some(flat));
         Ok(())
@@ -68,9 +68,9 @@ fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
 
 fn work(job: &Job<InfoReport>, args: &InfoArgs, storage: Storage) -> Result<(), Error> {
     let read = || match &args.preferences {
-        None => load::program("info", &args.model, &job.sink),
+        None => load::program(&args.model, &job.sink),
         Some(file) => {
-            let question = load::preferring("info", &args.model, file, &job.sink)?;
+            let question = load::preferring(&args.model, file, &job.sink)?;
             Ok((question.program, question.overlap))
         }
     };

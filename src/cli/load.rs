@@ -25,10 +25,6 @@ use super::sweep::ranges;
 /// True once standard input has been read.
 static INPUT_READ: AtomicBool = AtomicBool::new(false);
 
-/// The commands that honour the players of a game. All others refuse games.
-const WITH_PLAYERS: &[&str] =
-    &["check", "compare", "export", "info", "reach", "report", "simulate", "strategy", "verify"];
-
 /// The name of standard input in messages.
 const STANDARD_INPUT: &str = "standard input";
 
@@ -107,7 +103,7 @@ fn standard_input() -> Result<io::Stdin, Error> {
     Ok(io::stdin())
 }
 
-fn parsed(command: &str, args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Error> {
+fn parsed(args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Error> {
     if let Some(range) = ranges::parse(&args.constants())?.iter().find(|range| range.varies) {
         let message =
             format!("`{}` has several values; only `check`, `reach` and `compare` accept ranges", range.name);
@@ -117,7 +113,7 @@ fn parsed(command: &str, args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded
         constants: SourceFile::new("--const", args.constants()),
         bounds: SourceFile::new("--bounds", args.bounds()),
     };
-    let mut loaded = loaded(command, &args.model, &given, sink)?;
+    let mut loaded = loaded(&args.model, &given, sink)?;
     play_as(args.coalition.as_deref(), &mut loaded.program)?;
     Ok(loaded)
 }
@@ -130,12 +126,8 @@ fn play_as(coalition: Option<&str>, program: &mut Program) -> Result<(), Error> 
     Ok(())
 }
 
-/// Reads a model for a command, which must honour the players of a game.
-fn loaded(command: &str, model: &Path, given: &Given, sink: &TerminalSink) -> Result<Loaded, Error> {
+fn loaded(model: &Path, given: &Given, sink: &TerminalSink) -> Result<Loaded, Error> {
     let checked = document(model)?.load(given, sink)?;
-    if !WITH_PLAYERS.contains(&command) {
-        checked.program.of_one_player(&format!("`{command}`"))?;
-    }
     sink.warn_at(&checked.warnings);
     let program = checked.program;
     let overlap = match program.kind {
@@ -150,11 +142,10 @@ fn loaded(command: &str, model: &Path, given: &Given, sink: &TerminalSink) -> Re
 /// # Errors
 /// A file, the constants, the bounds or an expression is wrong.
 pub(super) fn program(
-    command: &str,
     args: &ModelArgs,
     sink: &TerminalSink,
 ) -> Result<(Arc<Program>, Option<Predicate>), Error> {
-    let Loaded { program, overlap, .. } = parsed(command, args, sink)?;
+    let Loaded { program, overlap, .. } = parsed(args, sink)?;
     Ok((Arc::new(program), overlap))
 }
 
@@ -163,12 +154,11 @@ pub(super) fn program(
 /// # Errors
 /// A file, the constants or the bounds are wrong.
 pub(super) fn question(
-    command: &str,
     model: &ModelArgs,
     args: &PreferenceArgs,
     sink: &TerminalSink,
 ) -> Result<Question, Error> {
-    preferring(command, model, &args.preferences, sink)
+    preferring(model, &args.preferences, sink)
 }
 
 /// Does the same as [`question`] for a preference file without options.
@@ -176,12 +166,11 @@ pub(super) fn question(
 /// # Errors
 /// A file, the constants or the bounds are wrong.
 pub(super) fn preferring(
-    command: &str,
     model: &ModelArgs,
     preferences: &Path,
     sink: &TerminalSink,
 ) -> Result<Question, Error> {
-    let mut question = preferred(parsed(command, model, sink)?, preferences, sink)?;
+    let mut question = preferred(parsed(model, sink)?, preferences, sink)?;
     // The preference file may name players, too.
     play_as(model.coalition.as_deref(), Arc::make_mut(&mut question.program))?;
     Ok(question)
@@ -208,7 +197,7 @@ pub(super) fn certified(
     given: &Given,
     sink: &TerminalSink,
 ) -> Result<Question, Error> {
-    let mut question = preferred(loaded("verify", model, given, sink)?, preferences, sink)?;
+    let mut question = preferred(loaded(model, given, sink)?, preferences, sink)?;
     play_as(coalition, Arc::make_mut(&mut question.program))?;
     Ok(question)
 }
@@ -223,7 +212,7 @@ pub(super) fn asked(
     (properties, texts): (&[String], &[String]),
     sink: &TerminalSink,
 ) -> Result<Asked, Error> {
-    let Loaded { program, named, overlap } = parsed("reach", args, sink)?;
+    let Loaded { program, named, overlap } = parsed(args, sink)?;
     let required = required(texts)?;
     let mut questions = Vec::new();
     if let Some(text) = target {
@@ -265,7 +254,7 @@ pub(super) fn named(
     texts: &[String],
     sink: &TerminalSink,
 ) -> Result<(Asked, Vec<Named>), Error> {
-    let Loaded { program, named, overlap } = parsed("reach", args, sink)?;
+    let Loaded { program, named, overlap } = parsed(args, sink)?;
     if named.is_empty() {
         return Err(without_question(&named));
     }

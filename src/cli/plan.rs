@@ -18,8 +18,6 @@ use super::supervise::Job;
 /// The arguments for model, preferences and engine.
 #[derive(Clone, Copy)]
 pub(super) struct Arguments<'a> {
-    /// The name of the command.
-    pub(super) command: &'a str,
     pub(super) model: &'a ModelArgs,
     pub(super) preferences: &'a PreferenceArgs,
     pub(super) engine: &'a EngineArgs,
@@ -32,11 +30,11 @@ pub(super) struct Arguments<'a> {
 /// The input is wrong, or a limit is hit.
 pub(super) fn prepared<F: Findings, T>(
     job: &Job<Envelope<F>>,
-    Arguments { command, model, preferences, engine }: Arguments<'_>,
+    Arguments { model, preferences, engine }: Arguments<'_>,
     more: impl FnOnce(&mut Question) -> Result<T, Error>,
 ) -> Result<(Question, Arc<AnyEngine>, T), Error> {
     let read = || {
-        let mut question = load::question(command, model, preferences, &job.sink)?;
+        let mut question = load::question(model, preferences, &job.sink)?;
         let more = more(&mut question)?;
         Ok((question, more))
     };

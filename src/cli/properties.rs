@@ -121,7 +121,7 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
     }
     let [theirs, others] = split_constants(&given, &open)?;
     let model = questions.model.with_constants(&others.text);
-    let (program, overlap) = load::program("reach", &model, &job.sink)?;
+    let (program, overlap) = load::program(&model, &job.sink)?;
     let mut program = Arc::unwrap_or_clone(program);
     let mut stated = parse_properties(&source, &theirs, &mut program)?;
     let required = load::required(&questions.require)?;

@@ -172,7 +172,7 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
         return Err(Error::Usage(message.to_owned()));
     }
     let read = || {
-        let question = load::question("report", &args.model, &args.preferences, &job.sink)?;
+        let question = load::question(&args.model, &args.preferences, &job.sink)?;
         if let Some(choose) = args.choose.filter(|choose| *choose != Choose::First) {
             question.program.of_one_player(&format!("`--choose {}`", choose.name()))?;
         }

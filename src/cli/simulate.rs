@@ -114,12 +114,7 @@ pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
 }
 
 fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> Result<Arc<Program>, Error> {
-    let given = Arguments {
-        command: "simulate",
-        model: &args.model,
-        preferences: &args.preferences,
-        engine: &args.engine,
-    };
+    let given = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
     let check = |program: &Program| {
         let opponent = opponent(program, args.opponent)?;
         job.update(|r| r.opponent = opponent);

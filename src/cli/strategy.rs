@@ -108,12 +108,7 @@ fn work(
     kind: StrategyKind,
     csv: Option<&Target>,
 ) -> Result<(), Error> {
-    let given = Arguments {
-        command: "strategy",
-        model: &args.model,
-        preferences: &args.preferences,
-        engine: &args.engine,
-    };
+    let given = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
     let (question, engine, (at, costs)) = args.choose.prepared(job, given, &args.at, kind, |_| Ok(()))?;
     answer(job, &engine, (&question, kind, costs), args, (&at, csv))
 }

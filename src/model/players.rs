@@ -76,7 +76,7 @@ impl Program {
     /// # Errors
     /// The model is a game; the error points at `smg`.
     pub fn of_one_player(&self, what: &str) -> Result<()> {
-        let help = "games are supported by `check`, `reach`, `strategy`, `simulate`, `compare` and `info`";
+        let help = "probabilities, costs and rewards against an opponent are not computed; all commands except `values` support games";
         self.refuse_game(what, help)
     }
 

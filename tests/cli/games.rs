@@ -24,10 +24,8 @@ fn at(scratch: &Scratch, arguments: &[&str]) -> Finished {
 #[test]
 fn commands_for_one_player_refuse_a_game_by_name() {
     let scratch = scratch();
-    for (name, more) in [
-        ("values", &["@g.pref"][..]),
-        ("export", &["@g.pref", "--out", "@dump", "--values"]),
-    ] {
+    for (name, more) in [("values", &["@g.pref"][..]), ("export", &["@g.pref", "--out", "@dump", "--values"])]
+    {
         let refused = at(&scratch, &[&[name, "@g.prism"], more].concat()).expect(3);
         let name = if name == "export" { "--values" } else { name };
         let expected = format!("`{name}` of a game is not supported");
@@ -498,7 +496,8 @@ fn a_requirement_binds_us_in_every_region() {
         [] x=0 -> 1/2:(x'=1)+1/2:(x'=2);\n [c] x=0 -> (x'=3);\n [a] x=1 -> 1/3:(x'=3)+2/3:(x'=2);\nendmodule\n";
     let scratch = Scratch::new(&[("r.prism", game)]);
     for engine in ["symbolic", "explicit"] {
-        let all = ["reach", "@r.prism", "--target", "x>=2", "--require", "G !(x=2)", "--engine", engine, "--json"];
+        let all =
+            ["reach", "@r.prism", "--target", "x>=2", "--require", "G !(x=2)", "--engine", engine, "--json"];
         let json = at(&scratch, &all).expect(0).json();
         for region in ["pmax_one", "pmax_positive", "pmin_one", "pmin_positive"] {
             assert_eq!(json[region], "2", "{region} with the {engine} engine");

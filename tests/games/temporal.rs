@@ -21,9 +21,9 @@ use proptest::prelude::*;
 use proptest::sample::select;
 
 use super::one_player::as_game;
+use super::random_game::with_turns;
 use super::random_program::{random_predicate, random_program};
 use super::raw::{Enforced, Raw, Won, loaded, program};
-use super::random_game::with_turns;
 use super::{settings, thresholds};
 
 const REFUSED: &str = "a temporal formula of a game that combines recurrence and persistence";
