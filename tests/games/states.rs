@@ -113,7 +113,7 @@ fn a_labelled_command_of_a_game_updates_a_global_variable() {
     let players = ["smg", "player p1 [a] endplayer\n", "player p2 [b] endplayer\n"];
     let mdp = players.iter().fold(format!("mdp{GLOBAL}"), |text, part| text.replacen(part, "", 1));
     let refused = "a command with an action cannot update the global variable `g`";
-    assert_eq!(message(&mdp), format!("5:15 {refused}; 9:12 {refused}"));
+    assert_eq!(message(&mdp), format!("5:14 {refused}; 9:12 {refused}"));
 }
 
 #[test]
