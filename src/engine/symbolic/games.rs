@@ -256,7 +256,7 @@ impl SymbolicEngine {
         let open = store.minus(&candidates.0, &found.0)?;
         let mut allowed = vec![store.minus(&open, &opponent.states)?];
         for group in (0..self.groups.len()).filter(|&group| opponent.has(group)) {
-            let needed = store.minus(&self.enabled[group], &winning.0[group])?;
+            let needed = store.minus(&self.choices.0[group], &winning.0[group])?;
             allowed.push(store.and(&open, &needed)?);
         }
         let part = |(list, allowed): (&Arc<RelationList>, Bdd)| Part {
@@ -281,11 +281,12 @@ impl SymbolicEngine {
         let confined = |group: usize| Some(within.0[group].clone()).filter(|own| *own != self.enabled[group]);
         let mut lists = vec![self.merged(|group| (!opponent.has(group)).then(|| confined(group)))?];
         for (group, list) in self.groups.iter().enumerate().filter(|(group, _)| opponent.has(*group)) {
-            let won = &winning.0[group];
-            lists.push(if self.store.is_zero(won) {
+            // Requirements may leave fewer choices than are enabled.
+            let (own, won) = (&self.choices.0[group], &winning.0[group]);
+            lists.push(if *own == self.enabled[group] && self.store.is_zero(won) {
                 Arc::clone(list)
             } else {
-                let open = self.store.minus(&self.enabled[group], won)?;
+                let open = self.store.minus(own, won)?;
                 self.merged(|other| (other == group).then(|| Some(open.clone())))?
             });
         }
