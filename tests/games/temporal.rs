@@ -130,7 +130,7 @@ impl Product {
             let bits = here.iter().fold(0, |bits, s| bits | 1 << number[s]);
             (mark, bits)
         });
-        let small = raw.len() <= 40 && pairs(&raw) <= MOST_PAIRS;
+        let small = raw.len() <= 40 && raw.pairs() <= MOST_PAIRS;
         let marked = if small { marked.collect() } else { return None };
         Some(Product { raw, marked, states })
     }
@@ -186,11 +186,6 @@ impl Product {
             pmin_positive: list(&them.possibly),
         }
     }
-}
-
-/// The number of pairs of strategies, bounded.
-fn pairs(raw: &Raw) -> usize {
-    raw.choices.iter().fold(1, |all: usize, choices| all.saturating_mul(choices.len().max(1)))
 }
 
 /// Compares both engines with all strategies; returns false if the product is too large or refused.
