@@ -56,7 +56,8 @@ impl Analysis {
         };
         let preferences = self.preferences();
         let complete = Phase::ALL.iter().all(|&phase| self.is_done(phase));
-        let wanted = complete && drawing == Drawing::Html;
+        // Values of a game are not supported.
+        let wanted = complete && drawing == Drawing::Html && !self.engine().is_game();
         let outlook = if wanted { Some(Outlook::of(self, program)?) } else { None };
         let content = Content {
             check: &check,

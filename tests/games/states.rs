@@ -5,7 +5,7 @@ use std::sync::Arc;
 use meliora::engine::{AnyEngine, Engine, Settings, Storage};
 use meliora::error::{Error, SourceFile};
 use meliora::lang;
-use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Options, Safety, Shield};
+use meliora::planning::{Analysis, Options, Safety};
 use meliora::quantities::{Steps, ValueOptions, Values};
 
 use super::raw::{loaded, program};
@@ -180,8 +180,6 @@ fn the_library_refuses_work_for_one_player() {
         Analysis::new(&engine, &preferences, transition).run(&mut |_| ()),
         "`--safety transition` of a game",
     );
-    let mut strategy = FiniteMemoryStrategy::new(&analysis, &program, Kind::Spi).unwrap();
-    refused(Shield::new(&mut strategy, 99), "a shield of a game");
     let options = ValueOptions { levels: 1, exact: false, within: None };
     refused(Values::compute(options, &analysis, &program, &[vec![0, 0]], &Steps), "a value of a game");
     refused(lang::flat(&program), "the flat program of a game");
