@@ -184,7 +184,7 @@ fn tables_that_restrict_the_opponent_are_refused() {
     };
     assert_eq!(honest.fault(), None);
     refused(|node| node.actions[1].permitted = false, "the opponent's action");
-    // The opponent may stay for ever, and the objective is never achieved.
+    // If the opponent stays, the objective is never achieved.
     let stays = |node: &mut ShieldNode| node.actions[1].next.clear();
     refused(stays, "has no successor");
     let mut forged = honest.clone();
