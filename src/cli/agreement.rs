@@ -146,7 +146,10 @@ fn actions<E: Engine, F: Engine>(
     let achieve = aims(left).into_iter().map(|aim| (StrategyKind::Achieve, aim));
     let others =
         [StrategyKind::Sasi, StrategyKind::Spi, StrategyKind::Plan].map(|kind| (kind, ObjectiveSet::new()));
-    for (kind, aim) in others.into_iter().chain(achieve) {
+    let supported = |(kind, aim): &(StrategyKind, ObjectiveSet)| {
+        FiniteMemoryStrategy::check_achieved(left, *kind, aim).is_ok()
+    };
+    for (kind, aim) in others.into_iter().chain(achieve).filter(supported) {
         let levels = kind.levels();
         let mut mine = plan::finite_memory(left, program, kind, levels, &aim)?;
         let mut theirs = plan::finite_memory(right, program, kind, levels, &aim)?;

@@ -450,6 +450,22 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         })
     }
 
+    /// Checks that a strategy can achieve the objectives that it may pursue: a plan all of them. Cost: no
+    /// image.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if the opponent of a game may choose how the formula of one is satisfied.
+    pub fn check_achieved(
+        analysis: &Analysis<E>,
+        kind: StrategyKind,
+        objectives: &ObjectiveSet,
+    ) -> Result<()> {
+        let pursued = |index: usize| kind == StrategyKind::Plan || objectives.contains(index);
+        let all = analysis.preferences.objectives.iter().enumerate();
+        let pursued = all.filter(|(index, _)| pursued(*index)).map(|(_, objective)| objective);
+        temporal_game::check_achieved(&*analysis.engine, pursued)
+    }
+
     /// Creates the strategy of a kind that makes improvements of the kind `levels`, with the objectives
     /// that it achieves: one, or several together, for [`StrategyKind::Achieve`], at most one for
     /// [`StrategyKind::Plan`]. Returns `None` before the results that it needs are known. Cost: one
@@ -467,11 +483,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     ) -> Result<Option<Self>> {
         let objectives: ObjectiveSet = objectives.into_iter().collect();
         kind.check(&objectives)?;
-        // A plan may pursue any objective.
-        let pursued = |index: usize| kind == StrategyKind::Plan || objectives.contains(index);
-        let all = analysis.preferences.objectives.iter().enumerate();
-        let pursued = all.filter(|(index, _)| pursued(*index)).map(|(_, objective)| objective);
-        temporal_game::check_achieved(&*analysis.engine, pursued)?;
+        Self::check_achieved(analysis, kind, &objectives)?;
         let Some(strategy) = Self::new(analysis, program, levels) else { return Ok(None) };
         let mut achieving = if kind.achieves() { Achieving::new(analysis, &strategy)? } else { None };
         if let Some(achieving) = achieving.as_mut().filter(|_| objectives.len() > 1) {
