@@ -282,7 +282,10 @@ def induced(context):
     found = read_induced(context, folder / f"{kind}-{variant}")
     if found is None:
         return
-    in_other_formats(context, f"{kind}-{variant}", options)
+    if not (context.is_game and variant == "permissive"):  # the only ones that are games again
+        in_other_formats(context, f"{kind}-{variant}", options)
+    if context.is_game and context.analysis.play:
+        return  # here the opponent's actions are drawn at random; the reference judges formulas of games in the worst case
     if kind in ("sasi", "spi"):
         improvements(context, kind, found)
     elif kind == "achieve":
@@ -339,8 +342,9 @@ def read_induced(context, stem):
     is_chain = len(lines[0].split()) == 2
     for state, *rest in (line.split() for line in lines[1:]):
         choice, to = (0, rest[0]) if is_chain else (int(rest[0]), rest[1])
-        name = rows[int(state)]["actions"].split(" | ")[choice]
-        choices[int(state)].setdefault(name, set()).add(int(to))
+        row = int(state.partition(":")[0])  # in games, the player follows
+        name = rows[row]["actions"].split(" | ")[choice]
+        choices[row].setdefault(name, set()).add(int(to))
     return walked(context, rows, choices)
 
 

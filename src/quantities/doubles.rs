@@ -201,25 +201,15 @@ impl Work<'_> {
     }
 
     /// Improves a policy until no action is clearly better; returns it with its values. `None` if it does
-    /// not settle.
+    /// not settle. Between two evaluations, sweeps of value iteration carry changes on to other groups.
     fn improve(&self, mut policy: Policy, meter: &mut Meter<'_>) -> Result<Option<(Policy, Vec<Values>)>> {
         for _ in 0..ROUNDS {
             let Some(x) = self.values(&policy, meter)? else { return Ok(None) };
-            let side = self.side(&x);
-            let mut settled = true;
-            for group in 0..side.len() {
-                meter.step()?;
-                let mut best = side[group];
-                for (action, edges) in self.sparse.actions(group) {
-                    let q = self.value(action, edges, &side);
-                    if action != policy[group] && self.is_better(q, best) {
-                        (best, policy[group], settled) = (q, action, false);
-                    }
-                }
-            }
-            if settled {
+            let better = self.greedy(policy.clone(), self.side(&x), meter)?;
+            if better == policy {
                 return Ok(Some((policy, x)));
             }
+            policy = better;
         }
         Ok(None)
     }
