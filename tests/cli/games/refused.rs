@@ -85,11 +85,17 @@ fn formulas_and_properties_that_games_do_not_have_are_refused_by_name() {
     let scratch = scratch();
     std::fs::write(scratch.path("play.pref"), "objective A = (G F (x=2)) | (F G (x=1));").unwrap();
     std::fs::write(scratch.path("safe.pref"), "objective A = F (x=2); require x=0 W (x=2);").unwrap();
+    std::fs::write(scratch.path("keep.pref"), "objective A = F G x!=1;").unwrap();
     refuses(
         &scratch,
         &[
             (&["check", "@g.prism", "@play.pref"], 3, "combines recurrence and persistence"),
             (&["check", "@g.prism", "@safe.pref"], 3, "`G condition`"),
+            (
+                &["export", "@g.prism", "@keep.pref", "--out", "@dump"],
+                2,
+                "a dump of a game with temporal objectives",
+            ),
             (
                 &["reach", "@g.prism", "--property", "<<us>> P>=1 [ (G F x=2) => (G F x=1) ]"],
                 3,
