@@ -23,6 +23,7 @@ mod handle;
 mod levels;
 mod model;
 mod options;
+mod play;
 mod preferences;
 mod progress;
 mod region;
@@ -32,6 +33,7 @@ mod shield_table;
 mod simulation;
 mod strategy;
 mod values;
+mod variable;
 mod worker;
 
 use pyo3::prelude::*;
@@ -40,7 +42,7 @@ use pyo3::prelude::*;
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<model::Model>()?;
-    module.add_class::<model::Variable>()?;
+    module.add_class::<variable::Variable>()?;
     module.add_class::<preferences::Preferences>()?;
     module.add_class::<exploration::Exploration>()?;
     module.add_class::<exploration::Reachability>()?;
@@ -50,7 +52,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<region::RegionIterator>()?;
     module.add_class::<shield::Shield>()?;
     module.add_class::<strategy::Strategy>()?;
-    module.add_class::<strategy::Play>()?;
+    module.add_class::<play::Play>()?;
     module.add_class::<explanation::Explanation>()?;
     module.add_class::<explanation::Action>()?;
     module.add_class::<explanation::Successor>()?;

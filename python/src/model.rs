@@ -8,7 +8,6 @@ use meliora::SourceFile;
 use meliora::error::render;
 use meliora::lang::{Document, Given};
 use meliora::model::ModelKind;
-use meliora::model::value::Type;
 use meliora::supervise::{Reporter, memory};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList, PyTuple};
@@ -20,6 +19,7 @@ use crate::options::{self, Asked};
 use crate::preferences::{self, Preferences};
 use crate::region::Space;
 use crate::values::{self, Names};
+use crate::variable::Variable;
 use crate::worker::{Call, Worker};
 use crate::{display, files};
 
@@ -37,33 +37,6 @@ pub(crate) struct Model {
     archive: Option<Vec<u8>>,
     /// The players of `with_coalition`.
     coalition: Option<Vec<String>>,
-}
-
-/// A variable of a model.
-#[pyclass(frozen, get_all, module = "meliora")]
-pub(crate) struct Variable {
-    /// Its name.
-    name: String,
-    /// `"int"` or `"bool"`.
-    r#type: &'static str,
-    /// The smallest value.
-    low: i64,
-    /// The largest value.
-    high: i64,
-    /// The value in the initial state; None if the initial states differ in it.
-    initial: Option<Py<PyAny>>,
-    /// The names of its values from `low` on, if they have names.
-    values: Vec<String>,
-}
-
-#[pymethods]
-impl Variable {
-    fn __repr__(&self) -> String {
-        match self.r#type {
-            "bool" => format!("Variable({:?}, bool)", self.name),
-            _ => format!("Variable({:?}, {}..{})", self.name, self.low, self.high),
-        }
-    }
 }
 
 impl Model {
@@ -294,16 +267,7 @@ impl Model {
     fn variables<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
         for v in &self.inner.program().variables {
-            let initial = v.initial.map(|i| values::shown(py, v, i).map(Bound::unbind)).transpose()?;
-            let variable = Variable {
-                name: v.name.clone(),
-                r#type: if v.ty == Type::Bool { "bool" } else { "int" },
-                low: v.low,
-                high: v.high,
-                initial,
-                values: v.values.clone(),
-            };
-            all.set_item(&v.name, Py::new(py, variable)?)?;
+            all.set_item(&v.name, Py::new(py, Variable::new(py, v)?)?)?;
         }
         Ok(all)
     }

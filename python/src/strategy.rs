@@ -1,14 +1,14 @@
-//! Strategies, and runs under them.
+//! Strategies.
 
 use std::sync::{Arc, Mutex};
 
-use meliora::model::{State, fault};
+use meliora::model::State;
 use meliora::output::choose::{Attains, Comparison};
 use meliora::output::reason::Words;
 use meliora::planning::explain::Explanation as Explained;
 use meliora::planning::{Memory, Scheduler, Setup};
 use meliora::supervise::{Reporter, lock};
-use meliora::{Choose, Error, Rank, Result, StrategyKind, ValuedRule, Wanted};
+use meliora::{Choose, Error, Result, StrategyKind, ValuedRule, Wanted};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use serde_json::to_string;
@@ -16,10 +16,11 @@ use serde_json::to_string;
 use crate::errors::{unpicklable, usage};
 use crate::explanation::Explanation;
 use crate::handle::Handle;
+use crate::play::Play;
 use crate::region::Space;
 use crate::shield::Shield;
 use crate::simulation::{Recorder, Simulation};
-use crate::values::{plain, rank_of};
+use crate::values::plain;
 use crate::worker::Call;
 use crate::{arrays, options};
 
@@ -35,18 +36,18 @@ pub(crate) struct Strategy {
 
 /// The data shared by a strategy and its runs.
 #[derive(Clone)]
-struct SharedStrategy {
+pub(crate) struct SharedStrategy {
     kind: StrategyKind,
     inner: Arc<Mutex<meliora::Strategy>>,
     choose: Choose,
     /// The rule that chooses by value.
     chooser: Option<Arc<dyn ValuedRule>>,
-    space: Space,
+    pub(crate) space: Space,
 }
 
 /// The selection of actions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Which {
+pub(crate) enum Which {
     Permitted,
     Progress,
     Chosen,
@@ -54,7 +55,7 @@ enum Which {
 }
 
 impl Which {
-    fn named(name: &str) -> PyResult<Self> {
+    pub(crate) fn named(name: &str) -> PyResult<Self> {
         match name {
             "permitted" => Ok(Which::Permitted),
             "progress" => Ok(Which::Progress),
@@ -66,7 +67,7 @@ impl Which {
         }
     }
 
-    fn names(self, at: &Explained) -> Vec<String> {
+    pub(crate) fn names(self, at: &Explained) -> Vec<String> {
         let first = at.actions.iter().position(|action| action.progress);
         let actions = at.actions.iter().enumerate().filter(|(index, action)| match self {
             Which::Permitted => action.permitted,
@@ -80,7 +81,12 @@ impl Which {
 
 impl SharedStrategy {
     /// Explains a state; on a worker thread if a strategy must be computed first.
-    fn explain(&self, py: Python<'_>, state: State, memory: Option<Memory>) -> PyResult<Explained> {
+    pub(crate) fn explain(
+        &self,
+        py: Python<'_>,
+        state: State,
+        memory: Option<Memory>,
+    ) -> PyResult<Explained> {
         let inner = Arc::clone(&self.inner);
         let memory_of = move |strategy: &meliora::Strategy, state: &[i64]| {
             memory.map_or_else(|| strategy.start(state), Ok)
@@ -111,7 +117,7 @@ impl SharedStrategy {
     }
 
     /// Returns what a query returns; on a worker thread if it may need a computation.
-    fn query<T: Send + 'static>(
+    pub(crate) fn query<T: Send + 'static>(
         &self,
         py: Python<'_>,
         query: impl FnOnce(&meliora::Strategy) -> Result<T> + Send + 'static,
@@ -124,12 +130,16 @@ impl SharedStrategy {
     }
 
     /// Returns what a short query of the strategy returns.
-    fn quick<T>(&self, py: Python<'_>, query: impl FnOnce(&meliora::Strategy) -> Result<T>) -> PyResult<T> {
+    pub(crate) fn quick<T>(
+        &self,
+        py: Python<'_>,
+        query: impl FnOnce(&meliora::Strategy) -> Result<T>,
+    ) -> PyResult<T> {
         self.space.worker.quick(py, || query(&lock(&self.inner)))
     }
 
     /// Returns a state; it must be in the scope.
-    fn state(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<State> {
+    pub(crate) fn state(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<State> {
         let state = self.space.names.state(state)?;
         if self.quick(py, |strategy| strategy.is_state(&state))? {
             return Ok(state);
@@ -139,7 +149,7 @@ impl SharedStrategy {
     }
 
     /// Returns for each action if one with its label is selected.
-    fn mask<'py>(
+    pub(crate) fn mask<'py>(
         &self,
         py: Python<'py>,
         at: &Explained,
@@ -157,7 +167,7 @@ impl SharedStrategy {
         arrays::bools(py, &mask, &[mask.len()])
     }
 
-    fn explanation(&self, py: Python<'_>, at: &Explained) -> PyResult<Explanation> {
+    pub(crate) fn explanation(&self, py: Python<'_>, at: &Explained) -> PyResult<Explanation> {
         // The objects of Python are made without the lock: its collector may run any code.
         let (rank, preferences, levels) = self.quick(py, |strategy| {
             Ok((strategy.rank(&at.state)?, strategy.preferences().clone(), strategy.levels()))
@@ -324,10 +334,7 @@ impl Strategy {
     /// Starts a run in a state; it keeps the memory of the strategy.
     fn play(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Play> {
         let state = self.shared.state(py, state)?;
-        let start = state.clone();
-        let memory = self.shared.query(py, move |strategy| strategy.start(&start))?;
-        let at = Moment { state, memory, improvements: 0 };
-        Ok(Play { shared: self.shared.clone(), at: Mutex::new(at) })
+        Play::start(py, self.shared.clone(), state)
     }
 
     /// Simulates random runs from a state, as arrays. The same seed gives the same runs, with any
@@ -391,139 +398,5 @@ impl Strategy {
 
     fn __reduce__(&self) -> PyResult<Py<PyAny>> {
         Err(unpicklable("a Strategy", "explanations as text and arrays can be pickled"))
-    }
-}
-
-/// The position of a run.
-struct Moment {
-    state: State,
-    memory: Memory,
-    improvements: u64,
-}
-
-/// A run under a strategy, step by step: the caller, or an environment, says what happens.
-///
-/// Must not be used by several threads at once.
-#[pyclass(frozen, module = "meliora")]
-pub(crate) struct Play {
-    shared: SharedStrategy,
-    at: Mutex<Moment>,
-}
-
-impl Play {
-    fn explained(&self, py: Python<'_>) -> PyResult<Explained> {
-        let (state, memory) = {
-            let at = lock(&self.at);
-            (at.state.clone(), at.memory)
-        };
-        self.shared.explain(py, state, Some(memory))
-    }
-}
-
-#[pymethods]
-impl Play {
-    /// The present state.
-    #[getter]
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let state = lock(&self.at).state.clone();
-        self.shared.space.names.dict(py, &state)
-    }
-
-    /// The number of improvements that the strategy still aims for: an int, or `math.inf`; 0 at the
-    /// end of the run.
-    #[getter]
-    fn ahead<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let memory = lock(&self.at).memory;
-        rank_of(py, memory.level)
-    }
-
-    /// The number of improvements so far.
-    #[getter]
-    fn improvements(&self) -> u64 {
-        lock(&self.at).improvements
-    }
-
-    /// True if no improvement is left and no objective is pursued, or if the pursued objective is
-    /// achieved.
-    #[getter]
-    fn over(&self, py: Python<'_>) -> PyResult<bool> {
-        let (state, memory) = {
-            let at = lock(&self.at);
-            (at.state.clone(), at.memory)
-        };
-        if memory.pursuit.is_none() {
-            return Ok(memory.level == Rank::Finite(0));
-        }
-        self.shared.quick(py, |strategy| Ok(strategy.left(memory, &state)?.is_empty()))
-    }
-
-    /// The objective that the run pursues, once no improvement is left, or several as "C and D"; None
-    /// for strategies that achieve none.
-    #[getter]
-    fn pursues(&self, py: Python<'_>) -> PyResult<Option<String>> {
-        let memory = lock(&self.at).memory;
-        self.shared.quick(py, |strategy| {
-            let pursued = strategy.pursued(memory);
-            Ok((!pursued.is_empty()).then(|| strategy.preferences().names(&pursued).join(" and ")))
-        })
-    }
-
-    /// Returns the actions of the present state, as `Strategy.actions`.
-    #[pyo3(signature = (which="permitted"))]
-    fn actions(&self, py: Python<'_>, which: &str) -> PyResult<Vec<String>> {
-        let which = Which::named(which)?;
-        Ok(which.names(&self.explained(py)?))
-    }
-
-    /// Returns the action mask of the present state, as `Strategy.mask`.
-    #[pyo3(signature = (actions=None, which="permitted"))]
-    fn mask<'py>(
-        &self,
-        py: Python<'py>,
-        actions: Option<Vec<String>>,
-        which: &str,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        self.shared.mask(py, &self.explained(py)?, actions, which)
-    }
-
-    /// Explains the present state, as `Strategy.explain`.
-    fn explain(&self, py: Python<'_>) -> PyResult<Explanation> {
-        self.shared.explanation(py, &self.explained(py)?)
-    }
-
-    /// Moves to the state that a step led to. Returns True if the step was an improvement.
-    ///
-    /// Raises:
-    ///     UsageError: The state is not in the scope, or no enabled action leads to it.
-    fn step(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<bool> {
-        let state = self.shared.state(py, state)?;
-        let (from, memory) = {
-            let at = lock(&self.at);
-            (at.state.clone(), at.memory)
-        };
-        let to = state.clone();
-        let improved = self.shared.query(py, move |strategy| {
-            let program = strategy.program();
-            let steps = program.steps(&from).map_err(|f| fault::error(program, &f, &from))?;
-            if !steps.iter().any(|step| step.successors.iter().any(|(reached, _)| *reached == to)) {
-                let (from, to) = (program.show_state(&from), program.show_state(&to));
-                return Err(Error::Usage(format!("no enabled action leads from {from} to {to}")));
-            }
-            strategy.after(memory, &from, &to)
-        });
-        let (memory, is_improvement) = improved?;
-        let mut at = lock(&self.at);
-        let improvements = at.improvements + u64::from(is_improvement);
-        *at = Moment { state, memory, improvements };
-        Ok(is_improvement)
-    }
-
-    fn __repr__(&self) -> String {
-        let at = lock(&self.at);
-        format!("<Play at {}>", self.shared.space.names.program.show_state(&at.state))
-    }
-
-    fn __reduce__(&self) -> PyResult<Py<PyAny>> {
-        Err(unpicklable("a Play", "its `state` can be"))
     }
 }

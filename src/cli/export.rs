@@ -173,14 +173,6 @@ fn globs(patterns: &[String]) -> Result<GlobSet, Error> {
     set.build().map_err(|e| Error::Usage(format!("`--region`: {e}")))
 }
 
-/// Adds to an error that `--region` matches no region.
-fn unmatched(error: Error) -> Error {
-    match error {
-        Error::Usage(message) => Error::Usage(format!("{message}; `--region` matches no name")),
-        other => other,
-    }
-}
-
 fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(), Error> {
     if args.out.as_os_str() == "-" {
         let message = "a dump is a directory; it cannot be written to standard output";
@@ -208,7 +200,7 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
     let all = args.region.is_empty();
     let wanted = |name: &str| all || globs.is_match(name);
     let content = DumpContent { wanted: &wanted, certificate: all && !args.no_certificate };
-    let dump = || export(&analysis, &inputs, &content).map_err(unmatched);
+    let dump = || export(&analysis, &inputs, &content);
     let mut dump = job.timed("dump", dump, |_, _| ())?;
     let mut width = None;
     if args.values {

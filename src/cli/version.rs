@@ -1,4 +1,4 @@
-//! What `--version` prints.
+//! The texts of `--version` and `-V`.
 
 use std::sync::LazyLock;
 

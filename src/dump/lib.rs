@@ -33,6 +33,7 @@ pub mod dddmp;
 pub mod directory;
 pub mod dot;
 pub mod manifest;
+mod manifest_check;
 pub mod place;
 mod streams;
 

@@ -1,6 +1,6 @@
 //! `manifest.json`: the meaning of the roots and variables of a dump.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, Read};
 use std::path::Path;
@@ -11,7 +11,6 @@ use serde_json::Value as Json;
 use super::bounds::Layout;
 use super::{Diagram, Edge};
 use meliora_model::error::{Error, Result, ensure};
-use meliora_model::escape::is_shown;
 use meliora_model::reading::each_once;
 use meliora_model::trend::Trend;
 
@@ -29,10 +28,6 @@ pub const VALUES: &str = "values.csv";
 pub const TOOL: &str = "meliora";
 /// The maximum size of a manifest, in bytes.
 const LARGEST: u64 = 256 << 20;
-/// The maximum number of levels with values.
-const MOST_LEVELS: usize = 1 << 16;
-/// The maximum number of bits for choices.
-const MOST_CHOICE_BITS: u32 = 20;
 
 /// The information that is needed to interpret a dump without the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -282,33 +277,10 @@ struct Head {
     schema: Option<String>,
 }
 
-/// Checks a name: not empty, and every character is visible.
-fn plain(what: &str, name: &str) -> Result<(), String> {
-    let is_plain = !name.is_empty() && name.chars().all(|c| is_shown(c) && !c.is_whitespace());
-    ensure(is_plain, || format!("`{}` is not a valid name of {what}", name.escape_debug()))
-}
-
 impl Variable {
     /// Returns true if the variable is a Boolean.
     pub fn is_bool(&self) -> bool {
         self.ty == "bool"
-    }
-
-    fn check(&self) -> Result<(), String> {
-        let name = &self.name;
-        plain("a variable", name)?;
-        self.names.iter().try_for_each(|bit| plain("a bit", bit))?;
-        ensure(self.is_bool() || self.ty == "int", || {
-            format!("the type of `{name}` is `{}`, neither `bool` nor `int`", self.ty.escape_debug())
-        })?;
-        let Variable { low, high, bits, .. } = *self;
-        ensure(low <= high && (!self.is_bool() || (low, high) == (0, 1)), || {
-            format!("the range of `{name}` is {low}..{high}")
-        })?;
-        let width = u64::BITS - (high.wrapping_sub(low) as u64).leading_zeros();
-        ensure(bits == width && self.names.len() == width as usize, || {
-            format!("`{name}` needs {width} bits for its range, not {bits}")
-        })
     }
 }
 
@@ -316,38 +288,6 @@ impl File {
     /// Returns the root called `name`.
     pub fn root(&self, name: &str) -> Option<&Root> {
         self.roots.iter().find(|r| r.name == name)
-    }
-
-    /// Checks that the roots are those of the diagram, each with its own name, and that the diagram
-    /// is ordered.
-    fn check(&self, diagram: &Diagram) -> Result<(), String> {
-        self.check_names(&self.path)?;
-        let (path, nodes) = (&self.path, diagram.nodes.len() + 1);
-        ensure(diagram.is_ordered(), || {
-            format!("`{path}` has an arc to a later node, or to a variable that is not deeper")
-        })?;
-        ensure(self.nodes == nodes, || format!("`{path}` has {nodes} nodes, not {}", self.nodes))?;
-        for &Root { root, node, .. } in &self.roots {
-            ensure(diagram.roots.get(root) == Some(&node), || {
-                format!("`{path}` has no root {root} that is node {}", node.number())
-            })?;
-        }
-        let positions = self.roots.iter().map(|root| root.root).collect::<BTreeSet<_>>().len();
-        let (named, roots) = (self.roots.len(), diagram.roots.len());
-        ensure((named, roots) == (positions, positions), || {
-            format!("`{path}` has {roots} roots, but the manifest names {named}; each root needs one name")
-        })
-    }
-
-    /// Checks that the file has the expected name, and that its roots have valid and distinct
-    /// names.
-    fn check_names(&self, path: &str) -> Result<(), String> {
-        ensure(self.path == path, || format!("the file is `{path}`, not `{}`", self.path.escape_debug()))?;
-        let mut names = BTreeSet::new();
-        self.roots.iter().try_for_each(|Root { name, .. }| {
-            plain("a region", name)?;
-            ensure(names.insert(name), || format!("the region `{name}` occurs twice"))
-        })
     }
 }
 
@@ -435,69 +375,5 @@ impl Manifest {
     /// Returns the names of all variables, from the root down.
     pub fn variables(&self) -> impl Iterator<Item = &String> {
         self.choices.order.iter().chain(&self.encoding.order)
-    }
-
-    fn check(&self) -> Result<(), String> {
-        self.regions.check_names(REGIONS)?;
-        if let Some(file) = &self.certificate {
-            file.check_names(CERTIFICATE)?;
-        }
-        if let Some(file) = &self.values {
-            ensure(file.path == VALUES, || {
-                format!("the file is `{VALUES}`, not `{}`", file.path.escape_debug())
-            })?;
-            ensure((1..=MOST_LEVELS).contains(&file.levels), || {
-                format!("{} levels of values are not between 1 and {MOST_LEVELS}", file.levels)
-            })?;
-        }
-        for name in self.constants.keys().chain(&self.given) {
-            plain("a constant", name)?;
-        }
-        for name in &self.objectives {
-            plain("an objective", name)?;
-        }
-        let mut players = BTreeSet::new();
-        for name in &self.players {
-            plain("a player", name)?;
-            ensure(players.insert(name), || format!("two players are called `{name}`"))?;
-        }
-        let stranger = self.coalition.iter().find(|name| !players.contains(name));
-        if let Some(name) = stranger {
-            return Err(format!("`{}` of the coalition is not a player", name.escape_debug()));
-        }
-        let mut bits = BTreeSet::new();
-        for variable in &self.encoding.variables {
-            variable.check()?;
-            for bit in &variable.names {
-                ensure(bits.insert(bit), || format!("the bit `{bit}` occurs twice"))?;
-            }
-        }
-        let ordered: BTreeSet<&String> = self.encoding.order.iter().collect();
-        ensure(ordered == bits && self.encoding.order.len() == bits.len(), || {
-            "`order` must contain each bit of the variables exactly once".to_owned()
-        })?;
-        let names: BTreeSet<&String> = self.encoding.variables.iter().map(|v| &v.name).collect();
-        ensure(names.len() == self.encoding.variables.len(), || {
-            "two variables have the same name".to_owned()
-        })?;
-        self.check_choices()
-    }
-
-    fn check_choices(&self) -> Result<(), String> {
-        let (bits, numbers) = (self.choices.order.len(), &self.choices.numbers);
-        for choice in numbers {
-            let mut names =
-                [&choice.name].into_iter().chain(&choice.action).chain(choice.commands.iter().flatten());
-            names.try_for_each(|name| plain("a choice", name))?;
-        }
-        ensure(bits <= MOST_CHOICE_BITS as usize, || {
-            format!("{bits} bits for choices are more than {MOST_CHOICE_BITS}")
-        })?;
-        ensure(numbers.iter().enumerate().all(|(position, n)| n.number == position), || {
-            "the choices are not numbered in order".to_owned()
-        })?;
-        ensure(bits == 0 || numbers.len() <= 1 << bits, || {
-            format!("{bits} bits do not number {} choices", numbers.len())
-        })
     }
 }

@@ -97,7 +97,8 @@ impl Named {
 /// round of each region.
 ///
 /// # Errors
-/// The content matches no region; an objective is called `nothing`; a limit is reached.
+/// The content matches no region; an objective is called `nothing`; an objective of a game is temporal; a limit is
+/// reached.
 pub fn export(
     analysis: &Analysis<SymbolicEngine>,
     inputs: &Inputs,
@@ -105,7 +106,8 @@ pub fn export(
 ) -> Result<Dump> {
     let over_paths = |o: &Objective| matches!(o.goal, Goal::Satisfy { .. });
     if analysis.whole_engine().is_game() && analysis.preferences().objectives.iter().any(over_paths) {
-        let message = "a dump of a game with temporal objectives is not supported";
+        let message = "a dump of a game with temporal objectives, or with `history = play`, is not supported; \
+            `--format umb` writes its model";
         return Err(Error::Usage(message.to_owned()));
     }
     if analysis.preferences().objectives.iter().any(|o| o.name == names::NOTHING) {
@@ -118,7 +120,7 @@ pub fn export(
     let always = |name: &str| matches!(name, names::REACHABLE | names::INITIAL);
     named.retain(|n| always(&n.name) || (content.wanted)(&n.name));
     if !named.iter().any(|n| (content.wanted)(&n.name)) {
-        return Err(Error::Usage("no region is selected".to_owned()));
+        return Err(Error::Usage("no region is selected: `--region` matches no name".to_owned()));
     }
     if named.iter().any(|n| names::is_strategy(&n.name)) {
         // A reader can tell what a strategy leaves out only if all enabled choices are in the dump.

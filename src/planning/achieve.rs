@@ -30,7 +30,7 @@ use meliora_model::preference::{Goal, ObjectiveSet, Preferences};
 pub enum Manner {
     /// All choices with which the objective stays sure: strategies of the kind `achieve`.
     Free,
-    /// Of these, the choices that the safety mode keeps: no step weakens.
+    /// The choices among these that the safety mode keeps: no step weakens.
     Kept,
     /// All choices with which the objective stays sure, because the kept ones do not suffice: the
     /// plan has committed to the objective, and may give up others.

@@ -10,7 +10,8 @@ use super::graph::Edge;
 use super::meter::Meter;
 use super::number::{Interval, Number, Weight};
 use super::solution::Solution;
-use super::solve::{End, Margin, NONE, System};
+use super::solve::NONE;
+use super::system::{End, Margin, System};
 use meliora_model::error::Result;
 use meliora_model::exact::Ratio;
 

@@ -23,7 +23,7 @@
 //! | `codes`, `places` | states in few bytes, and their nodes |
 //! | `graph`, `narrow` | numbered nodes, choices, edges, in few bytes |
 //! | [`cost`] | what a step costs: steps, or a reward structure |
-//! | `solve`, `solution`, `solved` | the equations of each quantity and level, solved component by component |
+//! | `system`, `solve`, `solution`, `solved` | the equations of each quantity and level, solved component by component |
 //! | `components`, `groups` | strongly connected components, and the end components in them |
 //! | `component`, `eliminate` | the optimum of a small component: policy iteration, elimination of states |
 //! | `doubles` | the same in doubles for larger ones, with bounds that one step confirms |
@@ -124,6 +124,7 @@ mod solve;
 mod solved;
 mod sparse;
 pub mod state_values;
+mod system;
 #[cfg(test)]
 mod tests;
 pub mod values;

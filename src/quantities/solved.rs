@@ -4,7 +4,7 @@ use super::graph::Graph;
 use super::meter::Meter;
 use super::number::{Bounds, Number};
 use super::solution::Solution;
-use super::solve::{Quantity, System};
+use super::system::{Quantity, System};
 use meliora_model::error::Result;
 
 /// The solutions so far.

@@ -18,7 +18,7 @@ use super::narrow::{Digits, Narrow};
 use super::number::{Interval, Number, Weight};
 use super::repeated::Repeated;
 use super::solution::Solution;
-use super::solve::System;
+use super::system::System;
 use meliora_model::error::Result;
 
 /// Results below this may have lost digits.

@@ -29,6 +29,7 @@ pub mod order;
 mod pick;
 mod relations;
 mod remembered;
+mod sizes;
 pub(crate) mod store;
 #[cfg(test)]
 mod tests;
@@ -42,6 +43,7 @@ pub use encoding::Encoding;
 pub use encoding::transitions::Numbered;
 pub use order::{Bit, Order};
 pub use pick::Listing;
+pub use sizes::DiagramSizes;
 pub use store::thresholds::{Thresholds, Ways};
 
 use super::edge_labels::{self, EdgeLabels};
@@ -49,7 +51,7 @@ use super::engine::{Algebra, Engine, Region};
 use super::membership::{Each, Membership};
 use super::parallel::Sets;
 use super::settings::{Count, Settings, Usage};
-use encoding::transitions::{Piece, Transitions};
+use encoding::transitions::Transitions;
 use encoding::translate::Translator;
 use fixpoints::clusters::Clusters;
 use games::Game;
@@ -59,7 +61,6 @@ use meliora_model::step::Choice;
 use meliora_model::{ModelKind, Program, State, VarId, fault};
 use membership::Marks;
 use relations::lists::{Lists, RelationList};
-use relations::partial_relation::PartialRelation;
 use relations::tuples::ListTuple;
 use store::Store;
 use store::diagram::Bdd;
@@ -111,19 +112,6 @@ pub struct SymbolicEngine {
     store: Arc<Store>,
 }
 
-/// The sizes of the diagrams of a model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct DiagramSizes {
-    /// The sum of the nodes of all partial relations.
-    pub transition: usize,
-    /// The nodes of the set of states.
-    pub states: usize,
-    /// The number of relations used for reachability.
-    pub clusters: usize,
-    /// The number of groups of choices.
-    pub groups: usize,
-}
-
 impl SymbolicEngine {
     /// Encodes the program with the bits in the order of the settings and explores the scope.
     /// Checks that every command has a meaning in every state of the scope.
@@ -148,17 +136,6 @@ impl SymbolicEngine {
         &self.program
     }
 
-    /// Returns the sizes of the diagrams.
-    pub fn sizes(&self) -> Result<DiagramSizes> {
-        let relations = self.transitions.pieces.iter().map(|p| self.store.size(&p.steps.relation));
-        Ok(DiagramSizes {
-            transition: relations.sum::<Result<_>>()?,
-            states: self.store.size(&self.states.0)?,
-            clusters: self.clusters.len(),
-            groups: self.transitions.guards.len(),
-        })
-    }
-
     /// Returns whether both engines share their diagrams, so that each accepts the sets of the other.
     pub fn shares(&self, other: &SymbolicEngine) -> bool {
         Arc::ptr_eq(&self.store, &other.store)
@@ -167,23 +144,6 @@ impl SymbolicEngine {
     /// Returns the number of times that each method was used.
     pub fn ways(&self) -> Ways {
         self.store.work.ways()
-    }
-
-    /// Returns true if the diagram of a set has at least `many` nodes, constants included. Visits
-    /// at most `many` nodes.
-    ///
-    /// # Errors
-    /// The set belongs to another engine.
-    pub fn has_nodes(&self, x: &StateSet, many: usize) -> Result<bool> {
-        self.store.has_nodes(self.diagram_of(x)?, many)
-    }
-
-    /// Returns the number of inner nodes of the diagram of a set.
-    ///
-    /// # Errors
-    /// The set belongs to another engine.
-    pub fn size(&self, x: &StateSet) -> Result<usize> {
-        self.store.size(self.diagram_of(x)?)
     }
 
     /// Returns the states of X with a self-loop of deadlocks among the choices.
@@ -202,20 +162,6 @@ impl SymbolicEngine {
     fn satisfies(&self, f: &Bdd, state: &[i64]) -> bool {
         self.encoding.is_valid(state)
             && self.store.holds(f, |level| self.encoding.bit_of(state, level as usize / 2))
-    }
-
-    /// Returns the number of triples of one piece with the source in C and the target in X (`None`:
-    /// any target).
-    fn count_piece(&self, piece: &Piece, c: &Bdd, x: Option<&Bdd>) -> Result<Count> {
-        let PartialRelation { relation, support } = &piece.steps;
-        let unused = (self.encoding.width() - support.len()) as u32;
-        match x {
-            None => self.store.count_common(relation, c, unused),
-            Some(x) => {
-                let allowed = self.store.and(relation, c)?;
-                self.store.count_common(&allowed, &self.store.primed(support, x)?, unused)
-            }
-        }
     }
 }
 

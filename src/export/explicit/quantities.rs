@@ -9,7 +9,7 @@ use meliora_quantities::{Bounds, Values};
 pub struct Quantity {
     /// The name: `p_1`, `c_1`, …, `n`.
     pub name: String,
-    /// What it is, in words.
+    /// Its meaning in words.
     pub description: String,
     /// The lower and the upper bound of each state. Both are infinite where the value is.
     pub bounds: Vec<[f64; 2]>,

@@ -1,0 +1,179 @@
+//! The equations of a quantity and a level: which nodes have one, and the value of each choice.
+
+use std::fmt;
+
+use super::component::Sense;
+use super::graph::{Edge, Graph, LOST};
+use super::meter::Meter;
+use super::number::{Interval, Number};
+use super::solution::Solution;
+use super::solve::How;
+use meliora_model::error::{Limit, Result};
+
+/// The quantity of a system of equations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Quantity {
+    /// P_k
+    Probability(u32),
+    /// C_k
+    Cost(u32),
+    /// N
+    Number,
+    /// The largest expected cost until a counted edge, where every strategy takes one almost surely.
+    Reward,
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Quantity::Probability(k) => write!(f, "P_{k}"),
+            Quantity::Cost(k) => write!(f, "C_{k}"),
+            Quantity::Number => write!(f, "N"),
+            Quantity::Reward => write!(f, "the reward"),
+        }
+    }
+}
+
+/// A system of equations over a graph, with the solution of the level below.
+pub(super) struct System<'a, N> {
+    pub(super) graph: &'a Graph,
+    pub(super) quantity: Quantity,
+    /// The solution of level k-1; `None` for level 1. For numbers P_1, if it is known: this is N where at
+    /// most one improvement is possible.
+    pub(super) below: Option<&'a Solution<N>>,
+    /// The fractions of the graph as numbers.
+    pub(super) fractions: &'a [N],
+    /// The method that is tried first; `None` for the one that is expected to be the fastest.
+    pub(super) first: Option<How>,
+    /// A change of the equations for bounds that one step confirms.
+    pub(super) margin: Option<Margin<'a>>,
+}
+
+/// A change of the equations, so that their solution satisfies the unchanged ones with a margin.
+#[derive(Clone, Copy)]
+pub(super) enum Margin<'a> {
+    /// Each departure from a group is lost with this probability, relative to that of departing: for
+    /// lower bounds.
+    Loss(f64),
+    /// Each departure gains this part of the upper bound of its node: for upper bounds.
+    Gain(f64, &'a Solution<Interval>),
+}
+
+/// The value at the end of an edge.
+pub(super) enum End<N> {
+    /// The unknown of a node, and 1 more for an improvement that is counted.
+    Open(u32),
+    /// A known value.
+    Known(N),
+}
+
+impl<N: Number> System<'_, N> {
+    pub(super) fn sense(&self) -> Sense {
+        match self.quantity {
+            Quantity::Cost(_) => Sense::Min,
+            Quantity::Probability(_) | Quantity::Number | Quantity::Reward => Sense::Max,
+        }
+    }
+
+    /// Returns whether a node has an equation: for others, the value follows from the rank, or there
+    /// is none.
+    pub(super) fn is_open(&self, node: u32) -> bool {
+        let rank = self.graph.rank(node);
+        match self.quantity {
+            Quantity::Probability(k) => rank.positive >= k && rank.sure < k,
+            Quantity::Number => rank.positive > u32::from(self.below.is_some()),
+            Quantity::Cost(k) => rank.sure >= k,
+            Quantity::Reward => rank.sure > 0,
+        }
+    }
+
+    /// Returns whether a choice may be taken: for costs, if the improvements stay certain.
+    pub(super) fn permits(&self, choice: u32) -> bool {
+        let Quantity::Cost(k) = self.quantity else { return true };
+        let certain =
+            |edge: Edge| edge.to != LOST && self.graph.rank(edge.to).sure >= k - u32::from(edge.counts());
+        self.graph.edges(choice).all(certain)
+    }
+
+    /// Returns the value at the end of an edge.
+    pub(super) fn end(&self, edge: Edge, solution: &Solution<N>) -> End<N> {
+        if edge.to == LOST {
+            return End::Known(N::zero());
+        }
+        if edge.counts() && self.quantity != Quantity::Number {
+            return End::Known(match (self.below, self.quantity) {
+                (Some(below), _) => below.get(edge.to).cloned().unwrap_or_else(N::zero),
+                (None, Quantity::Cost(_) | Quantity::Reward) => N::zero(),
+                (None, _) => N::one(),
+            });
+        }
+        let solution = match self.below {
+            Some(first) if self.quantity == Quantity::Number && !self.is_open(edge.to) => first,
+            _ => solution,
+        };
+        match solution.get(edge.to) {
+            Some(value) => End::Known(value.clone()),
+            None => End::Open(edge.to),
+        }
+    }
+
+    /// Returns the cost of a choice, by its position among the fractions; `None` if the quantity has
+    /// no costs.
+    pub(super) fn cost(&self, choice: u32) -> Option<u32> {
+        let has_costs = matches!(self.quantity, Quantity::Cost(_) | Quantity::Reward);
+        has_costs.then(|| self.graph.cost(choice))
+    }
+
+    /// Returns the constant part of a choice that does not depend on its successors.
+    pub(super) fn own_constant(&self, choice: u32) -> N {
+        self.cost(choice).map_or_else(N::zero, |cost| self.fractions[cost as usize].clone())
+    }
+
+    /// Returns an edge's constant for the expected number: 1 for an improvement.
+    pub(super) fn bonus(&self, edge: Edge) -> bool {
+        edge.counts() && self.quantity == Quantity::Number
+    }
+
+    /// Returns the value of a choice under a solution; `None` if it is not permitted or a successor
+    /// is not known.
+    pub(super) fn value(&self, choice: u32, solution: &Solution<N>) -> Option<N> {
+        if !self.permits(choice) {
+            return None;
+        }
+        let mut sum = self.own_constant(choice);
+        for edge in self.graph.edges(choice) {
+            let End::Known(mut value) = self.end(edge, solution) else { return None };
+            if self.bonus(edge) {
+                value = value.plus(&N::one());
+            }
+            sum = sum.plus(&self.fractions[edge.probability() as usize].times(&value));
+        }
+        Some(sum)
+    }
+
+    /// Creates a solution that contains only the facts.
+    pub(super) fn start(&self, meter: &mut Meter<'_>) -> Result<Solution<N>> {
+        let is_one = |node: u32| match self.quantity {
+            Quantity::Probability(k) => self.graph.rank(node).sure >= k,
+            _ => false,
+        };
+        let has_facts = matches!(self.quantity, Quantity::Probability(_) | Quantity::Number);
+        let fact = has_facts.then_some(&is_one as &dyn Fn(u32) -> bool);
+        Solution::new(self.graph.nodes(), |node| self.is_open(node), fact, meter)
+    }
+
+    /// Returns the greatest value of a node of which nothing is known.
+    pub(super) fn most(&self) -> f64 {
+        if matches!(self.quantity, Quantity::Probability(_)) { 1.0 } else { f64::INFINITY }
+    }
+
+    /// Returns the bounds of a node of which nothing is known.
+    ///
+    /// # Errors
+    /// There are none among exact numbers.
+    pub(super) fn anything(&self) -> Result<N> {
+        let bounds = N::rounded(Interval { lower: 0.0, upper: self.most() });
+        let what = "no exact value was found; bounds are found without `--exact`".to_owned();
+        bounds.ok_or(Limit::Size { what }.into())
+    }
+}

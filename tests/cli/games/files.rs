@@ -1,0 +1,115 @@
+//! Games that are written, read, verified and queried.
+
+use serde_json::json;
+
+use super::{GAME, at, scratch};
+use crate::common::Scratch;
+
+#[test]
+fn a_game_is_the_same_after_writing_and_reading() {
+    let scratch = scratch();
+    let facts = |model: &str, coalition: &str| {
+        let json =
+            at(&scratch, &["check", model, "@g.pref", "--json", "--coalition", coalition]).expect(0).json();
+        let deadlocks = json["counts"]["deadlocks"].clone();
+        let players = json["players"].as_array().unwrap().iter();
+        let players: Vec<_> = players.map(|p| json!([p["ours"], p["states"]])).collect();
+        let of = ["objectives", "classes", "improvement", "sasi", "spi"].map(|name| json[name].clone());
+        let owner = json["initial"][0]["owner"].clone();
+        (players, deadlocks, of, owner, json["initial"][0]["sasi_actions"].clone())
+    };
+    for coalition in ["1", "2", "1,2"] {
+        for (format, file) in [("umb", "@dump/model.umb"), ("explicit", "@dump/model.tra")] {
+            let arguments = ["--format", format, "--out", "@dump", "--coalition", coalition];
+            at(&scratch, &[&["export", "@g.prism", "@g.pref"], &arguments[..]].concat()).expect(0);
+            assert_eq!(facts(file, coalition), facts("@g.prism", coalition), "{format} {coalition}");
+        }
+    }
+    let info = at(&scratch, &["info", "@dump/model.umb", "--json"]).expect(0).json();
+    assert_eq!(info["players"][1]["name"], json!("them"));
+    let tra = std::fs::read_to_string(scratch.path("dump/model.tra")).unwrap();
+    assert!(tra.starts_with("4:2 6 7\n0:0 0 1 1 a\n"), "{tra}");
+    at(&scratch, &["reach", "@dump/model.umb", "--property", "<<them>> P<1 [ F x=3 ]"]).expect(0);
+    at(&scratch, &["compare", "@dump/model.tra", "@g.pref", "--coalition", "p2"]).expect(0);
+}
+
+/// Our strategy leaves an mdp of the opponent's choices, or a game with fewer choices of ours.
+#[test]
+fn the_model_that_a_strategy_of_a_game_induces_is_written() {
+    let scratch = Scratch::new(&[]);
+    let export = |more: &[&str]| {
+        let files = ["export", "models/pursuit.prism", "models/pursuit.pref", "-c", "N=3", "--kind", "sasi"];
+        at(&scratch, &[&files, more, &["--out", "@out", "--json"]].concat()).expect(0).json()
+    };
+    for (scheduler, kind) in [("progress", "mdp"), ("permissive", "smg")] {
+        let written = export(&["--format", "umb", "--scheduler", scheduler]);
+        let archive = format!("@out/sasi-{scheduler}.umb");
+        let read = at(&scratch, &["info", &archive, "--json"]).expect(0).json();
+        assert_eq!(read["model"]["type"], kind);
+        assert_eq!(read["counts"]["states"], written["states"], "{scheduler}");
+        // Every path improves, and ends: whatever the opponent does.
+        let question = match kind {
+            "mdp" => "Pmin>=1 [ F \"settled\" ]",
+            _ => "<<robot>> P>=1 [ F \"improved\" ]",
+        };
+        at(&scratch, &["reach", &archive, "--property", question]).expect(0);
+    }
+    export(&["--format", "drn", "--scheduler", "progress"]);
+    let drn = at(&scratch, &["info", "@out/sasi-progress.drn", "--json"]).expect(0).json();
+    assert_eq!(drn["model"]["type"], "mdp");
+}
+
+#[test]
+fn a_certificate_of_another_model_does_not_verify_a_game() {
+    let scratch = scratch();
+    let mdp = GAME
+        .replace("smg", "mdp")
+        .replace("player us [a], [b] endplayer\nplayer them [c], [d] endplayer\n", "");
+    std::fs::write(scratch.path("m.prism"), mdp).unwrap();
+    at(&scratch, &["export", "@m.prism", "@g.pref", "--out", "@dump"]).expect(0);
+    let refused = at(&scratch, &["verify", "@dump", "@g.prism", "@g.pref"]).expect(1);
+    assert!(refused.stdout.contains("the SHA-256 of the model"), "{}", refused.stdout);
+}
+
+#[test]
+fn a_dump_is_verified_for_its_coalition() {
+    let scratch = scratch();
+    let accepted = |preferences: &str, more: &[&str]| {
+        let all = [&["verify", "@dump", "@g.prism", preferences], more].concat();
+        at(&scratch, &all).expect(0);
+    };
+    let refused = |preferences: &str, more: &[&str], said: &str| {
+        let all = [&["verify", "@dump", "@g.prism", preferences], more].concat();
+        let refused = at(&scratch, &all).expect(1).stdout;
+        assert!(refused.contains(said), "{refused}");
+    };
+    at(&scratch, &["export", "@g.prism", "@g.pref", "--out", "@dump"]).expect(0);
+    accepted("@g.pref", &[]);
+    accepted("@g.pref", &["--coalition", "us"]);
+    refused("@g.pref", &["--coalition", "them"], "the coalition is `them`: the dump was made for `us`");
+    at(&scratch, &["export", "@g.prism", "@g.pref", "--out", "@dump", "--coalition", "them"]).expect(0);
+    accepted("@g.pref", &["--coalition", "them"]);
+    refused("@g.pref", &[], "`--coalition them` checks it for these players");
+    at(&scratch, &["export", "@g.prism", "@them.pref", "--out", "@dump", "--format", "dot"]).expect(0);
+    accepted("@them.pref", &[]);
+    refused("@them.pref", &["--coalition", "us,them"], "the dump was made for `them`");
+    at(&scratch, &["export", "@g.prism", "@g.pref", "--out", "@dump", "--safety", "prefix"]).expect(0);
+    accepted("@g.pref", &[]);
+}
+
+#[test]
+fn query_knows_the_players_and_their_states() {
+    let scratch = scratch();
+    at(&scratch, &["export", "@g.prism", "@g.pref", "--out", "@dump"]).expect(0);
+    for (region, condition, count) in [
+        ("player:us", "true", "2"),
+        ("player:them", "true", "1"),
+        ("player:us | player:them | deadlock", "true", "4"),
+        ("player:us & positive:Two", "x<2", "1"),
+        ("player:them & strategy:almost-sure:Two", "true", "0"),
+        ("bad", "true", "0"),
+    ] {
+        let found = at(&scratch, &["query", "@dump", region, "--where", condition, "--count"]).expect(0);
+        assert_eq!(found.stdout.trim(), count, "{region}");
+    }
+}
