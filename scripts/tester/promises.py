@@ -285,7 +285,8 @@ def induced(context):
     if not (context.is_game and variant == "permissive"):  # the only ones that are games again
         in_other_formats(context, f"{kind}-{variant}", options)
     if context.is_game and context.analysis.play:
-        return  # here the opponent's actions are drawn at random; the reference judges formulas of games in the worst case
+        # Here the opponent's actions are drawn at random; the reference judges formulas of games in the worst case.
+        return
     if kind in ("sasi", "spi"):
         improvements(context, kind, found)
     elif kind == "achieve":
