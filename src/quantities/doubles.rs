@@ -43,7 +43,7 @@ const ATTEMPTS: usize = 6;
 /// is only by how much each equation is missed.
 const SMOOTH: usize = 8;
 /// The width of bounds, relative above 1, from which they are of no use.
-const WIDE: f64 = 1e-8;
+const WIDE: f64 = 1e-7;
 
 /// Returns narrow bounds of the groups; `None` if none were found.
 ///
