@@ -265,6 +265,7 @@ impl Engine for AnyEngine {
         choices_in(c: AnyChoices, x: AnyStates) -> AnyChoices;
         sources(c: AnyChoices) -> AnyStates;
         can_choose(c: AnyChoices) -> AnyStates;
+        cannot_choose(x: AnyStates, c: AnyChoices) -> AnyStates;
         pre(c: AnyChoices, x: AnyStates) -> AnyChoices;
         pre_within(c: AnyChoices, y: AnyStates) -> AnyChoices;
         post(c: AnyChoices) -> AnyStates;

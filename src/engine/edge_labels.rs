@@ -133,9 +133,7 @@ pub fn grouped<E: Engine>(engine: &E, pairs: Edges<E::States>) -> Result<Edges<E
 /// Examines only the states of the removed pairs, however large `choices` is. Cost: no image.
 fn disallow<E: Engine>(engine: &E, choices: &mut E::Choices, gone: &E::Choices) -> Result<E::States> {
     *choices = engine.difference(choices, gone)?;
-    let hit = engine.sources(gone)?;
-    let alive = engine.can_choose(&engine.choices_in(choices, &hit)?)?;
-    engine.difference(&hit, &alive)
+    engine.cannot_choose(&engine.sources(gone)?, choices)
 }
 
 /// Removes the pairs that enter a lost state from C = `left.choices`. Returns the states that have

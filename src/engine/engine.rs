@@ -164,6 +164,11 @@ pub trait Engine:
         self.sources(c)
     }
 
+    /// Returns the states of X outside [`Engine::can_choose`] of C. Cost: no image.
+    fn cannot_choose(&self, x: &Self::States, c: &Self::Choices) -> Result<Self::States> {
+        self.difference(x, &self.can_choose(&self.choices_in(c, x)?)?)
+    }
+
     /// Returns the states of a game in which the opponent chooses; `None` if every state is ours, as
     /// in an `mdp`.
     fn theirs(&self) -> Option<Self::States> {

@@ -93,6 +93,8 @@ impl<E: Engine> Both<'_, E> {
         let within = engine.union(&c, &d).unwrap();
         let brute_within = &brute_c | &brute_d;
         self.choices("union", &within, &brute_within);
+        let stuck = engine.cannot_choose(y, &within).unwrap();
+        self.states("cannot choose", &stuck, &(brute_y - &brute.sources(&brute_within)));
         self.choices("common", &engine.intersection(&c, &d).unwrap(), &(&brute_c & &brute_d));
         self.choices("without", &engine.difference(&c, &d).unwrap(), &(&brute_c - &brute_d));
         for (pairs, brute_pairs) in [(&within, &brute_within), (&d, &brute_d)] {

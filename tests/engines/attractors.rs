@@ -23,7 +23,8 @@ enum Way {
     Parts,
     /// The recursion over the lists of all groups, which never gives up.
     Lists,
-    /// Turns of that recursion and of layers, the first after this many steps.
+    /// Turns of that recursion and of layers, the first after this many steps, or after half of them if the
+    /// sets have grown.
     Turns(u64),
     /// The usual order of attempts.
     Usual,
@@ -42,7 +43,13 @@ impl Way {
         match self {
             Way::Parts => Thresholds { relations_per_bit: ENDLESS, free_cases, free_steps, ..usual },
             Way::Lists => Thresholds { relations_per_bit: 0, lose_steps: u64::MAX, ..usual },
-            Way::Turns(lose_steps) => Thresholds { relations_per_bit: 0, lose_steps, ..usual },
+            Way::Turns(lose_steps) => Thresholds {
+                relations_per_bit: 0,
+                lose_steps,
+                lose_trial_steps: lose_steps / 2,
+                lose_growth: 1,
+                ..usual
+            },
             Way::Usual => usual,
         }
     }

@@ -50,6 +50,8 @@ fn images<E: Engine>(engine: &E, x: &E::States, c: &E::Choices) {
     refused("pre", engine.pre(c, &states));
     refused("pre", engine.pre(&choices, x));
     refused("can_choose", engine.can_choose(c));
+    refused("cannot_choose", engine.cannot_choose(x, &choices));
+    refused("cannot_choose", engine.cannot_choose(&states, c));
     refused("pre_within", engine.pre_within(c, &states));
     refused("pre_within", engine.pre_within(&choices, x));
     refused("post", engine.post(c));

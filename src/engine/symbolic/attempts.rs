@@ -95,8 +95,27 @@ impl SymbolicEngine {
             }
         }
         let lists = opponent.map_or_else(|| self.tuple(), |opponent| self.removal_lists(opponent))?;
-        let (found, done) = store.lose(&outside, &candidates, lists, steps)?;
+        let (found, done) = self.lose_by_lists(&outside, &candidates, lists, steps)?;
         Ok(Some((StateSet(store.or(&lost.0, &store.minus(&found, &outside)?)?), done)))
+    }
+
+    /// Computes [`Store::lose`] within a number of steps. It is given up earlier if the sets on the way are
+    /// much larger than the candidates: then layers, which do not have them, are faster.
+    fn lose_by_lists(
+        &self,
+        outside: &Bdd,
+        candidates: &Bdd,
+        lists: &ListTuple,
+        steps: u64,
+    ) -> Result<(Bdd, bool)> {
+        let (store, thresholds) = (&self.store, self.store.thresholds());
+        let trial = thresholds.lose_trial_steps.min(steps);
+        let (found, done) = store.lose(outside, candidates, lists, trial)?;
+        let many = store.size(candidates)?.saturating_mul(thresholds.lose_growth);
+        if done || trial == steps || store.has_nodes(&found, many)? {
+            return Ok((found, done));
+        }
+        store.lose(&found, &store.minus(candidates, &found)?, lists, steps - trial)
     }
 
     /// Returns true if a recursion over parts is expected to pay off.

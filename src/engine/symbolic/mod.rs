@@ -255,6 +255,19 @@ impl Engine for SymbolicEngine {
         self.without_escapes(self.sources(c)?, c)
     }
 
+    /// Takes the states of one group after the other out of X, so that no intermediate result is larger
+    /// than X; their union may be.
+    fn cannot_choose(&self, x: &StateSet, c: &ChoiceSet) -> Result<StateSet> {
+        if self.opponent().is_some() {
+            return self.difference(x, &self.can_choose(&self.choices_in(c, x)?)?);
+        }
+        let mut left = self.diagram_of(x)?.clone();
+        for states in self.diagrams_of(c)? {
+            left = self.store.minus(&left, states)?;
+        }
+        Ok(StateSet(left))
+    }
+
     fn theirs(&self) -> Option<StateSet> {
         self.opponent_states()
     }
