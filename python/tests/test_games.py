@@ -77,7 +77,9 @@ def test_regions_are_those_that_a_coalition_enforces(game: meliora.Model, engine
     # A property does not change the coalition of the exploration, and regions of both can be combined.
     both = explored.reach("<<them>> P>=1 [ F x=2 ]").pmax_one & explored.reach("x=2").pmax_one
     assert both.states() == [{"x": 2}]
-    for wrong, message in [("P>=1 [ F x=2 ]", "names the players"), ("<<us>> P>=1 [ G F x=2 ]", "temporal formulas")]:
+    assert explored.reach("<<us>> P>=1 [ G F x=2 ]").holds is False
+    mixed = "<<us>> P>=1 [ (G F x=2) => (G F x=1) ]"
+    for wrong, message in [("P>=1 [ F x=2 ]", "names the players"), (mixed, "recurrence and persistence")]:
         with pytest.raises(meliora.InputError, match=message):
             explored.reach(wrong)
     with pytest.raises(meliora.UsageError, match="other than 0 and 1"):
