@@ -39,14 +39,15 @@ from pathlib import Path
 from typing import Iterator
 
 import harness
-import peers
 from peers import Instance, Measurement, Meliora, Tool
 
 FLOOR = 0.005
 # Runs of more seconds are not repeated.
 LONG = 20.0
 LARGE = 10_000
-COLUMNS = ("build", "pmax_one", "pmax_positive", "total")
+PHASES = ("build", "pmax_one", "pmax_positive")
+COLUMNS = (*PHASES, "total")
+COUNTS = ("states", "pmax_one", "pmax_positive")
 PROCESSOR = "processor"
 PAIRS = {"symbolic": "prism-games-mtbdd", "explicit": "prism-games-explicit"}
 Runs = dict[str, list[Measurement]]
@@ -142,7 +143,7 @@ def measure(instance: Instance, tools: list[Tool], runs: int, timeout: float) ->
 def least(runs: list[Measurement], phase: str) -> float | None:
     """The least time of a phase over the runs that ended, not below the floor; a sum has the floor for each part."""
     if phase == "total":
-        parts = [least(runs, part) for part in peers.PHASES]
+        parts = [least(runs, part) for part in PHASES]
         return None if None in parts else sum(part for part in parts if part)
     times = [run.times[phase] for run in runs if run.done and phase in run.times]
     return max(FLOOR, min(times)) if times else None
@@ -172,7 +173,7 @@ def net(measured: dict[str, Runs]) -> dict[str, Runs]:
 def show(name: str, found: Runs) -> bool:
     """Prints the measurements on an instance; returns whether the counts agree."""
     counts = next((runs[0].counts for runs in found.values() if runs[0].done), {})
-    print(f"\n{name}  " + ", ".join(f"{what} {counts.get(what, '?')}" for what in peers.COUNTS))
+    print(f"\n{name}  " + ", ".join(f"{what} {counts.get(what, '?')}" for what in COUNTS))
     agree = True
     for tool, runs in found.items():
         cells = [least(runs, phase) for phase in COLUMNS]
@@ -182,7 +183,7 @@ def show(name: str, found: Runs) -> bool:
             engine = next(engine for engine, peer in PAIRS.items() if peer == tool)
             ratios = [ratio(found, engine, phase) for phase in COLUMNS]
             print(f"  {'  ratio':22}" + "".join(f"{'-' if r is None else f'{r:.2f}':>15}" for r in ratios))
-        differing = {what for what in peers.COUNTS if runs[0].done and runs[0].counts.get(what) != counts.get(what)}
+        differing = {what for what in COUNTS if runs[0].done and runs[0].counts.get(what) != counts.get(what)}
         if differing:
             agree = False
             print(f"  COUNTS DIFFER: {runs[0].counts}")
@@ -216,12 +217,12 @@ def write_csv(path: Path, measured: dict[str, Runs], meliora: str) -> None:
     about = [harness.machine(), harness.version(meliora)]
     with path.open("w", newline="", encoding="utf-8") as file:
         out = csv.writer(file)
-        heads = [f"{phase}_s" for phase in COLUMNS] + [f"count_{count}" for count in peers.COUNTS]
+        heads = [f"{phase}_s" for phase in COLUMNS] + [f"count_{count}" for count in COUNTS]
         out.writerow(["instance", "tool", "run", "status", *heads, "wall_s", "cpu_s", "peak_bytes", "machine", "version"])
         for name, found in measured.items():
             for tool, runs in found.items():
                 for number, run in enumerate(runs, 1):
-                    values = [run.times.get(phase) for phase in COLUMNS] + [run.counts.get(count) for count in peers.COUNTS]
+                    values = [run.times.get(phase) for phase in COLUMNS] + [run.counts.get(count) for count in COUNTS]
                     out.writerow([name, tool, number, run.status, *values, run.wall, run.cpu, run.peak_bytes, *about])
 
 
@@ -232,7 +233,7 @@ def write_table(path: Path, measured: dict[str, Runs], engines: list[str]) -> No
     lines = [f"| {' | '.join(heads)} |", "| --- |" + " --: |" * (len(heads) - 1)]
     for name, found in measured.items():
         counts = next((runs[0].counts for runs in found.values() if runs[0].done), {})
-        cells = [name, *(f"{counts[what]:,}" if what in counts else "?" for what in peers.COUNTS)]
+        cells = [name, *(f"{counts[what]:,}" if what in counts else "?" for what in COUNTS)]
         for engine, phase in ((engine, phase) for engine in engines for phase in times):
             both = [least(found[tool], phase) for tool in (engine, PAIRS[engine])]
             words = ["–" if time is None else f"{time:.2f}" for time in both]
