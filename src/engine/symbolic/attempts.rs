@@ -111,9 +111,12 @@ impl SymbolicEngine {
         let (store, thresholds) = (&self.store, self.store.thresholds());
         let trial = thresholds.lose_trial_steps.min(steps);
         let (found, done) = store.lose(outside, candidates, lists, trial)?;
-        let many = store.size(candidates)?.saturating_mul(thresholds.lose_growth);
-        if done || trial == steps || store.has_nodes(&found, many)? {
+        if done || trial == steps {
             return Ok((found, done));
+        }
+        let many = store.size(candidates)?.saturating_mul(thresholds.lose_growth);
+        if store.has_nodes(&found, many)? {
+            return Ok((found, false));
         }
         store.lose(&found, &store.minus(candidates, &found)?, lists, steps - trial)
     }
