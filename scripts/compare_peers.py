@@ -12,7 +12,7 @@ may be a list of targets, the first of which is asked.
 Every run is a process of its own with a time limit, and the median counts; a run over 20 s is not repeated. First the
 binaries of Meliora go through all instances, taking turns on each, then the peers one by one: Storm frees gigabytes, and
 while the kernel clears them, the next processes take up to 0.2 s longer.
-Times below 20 ms count as 20 ms for every tool. The phases, as each tool tells them:
+Times below 20 ms count as 20 ms for every tool (--floor). The phases, as each tool tells them:
 
   build          from the model's text to the reachable states
   existential    the two regions of Pmax: where some strategy reaches the target almost surely, or possibly
@@ -44,6 +44,7 @@ import re
 import statistics
 import sys
 import tempfile
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Iterator
 
@@ -52,7 +53,6 @@ import peers
 import plots
 from peers import Instance, Measurement, Tool
 
-FLOOR = 0.020
 # Runs of more seconds are not repeated.
 LONG = 20.0
 COLUMNS = ("build", "existential", "universal", "regions", "total", "cpu")
@@ -81,11 +81,14 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--prism", type=Path, metavar="DIR", help="a PRISM installation")
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--timeout", type=float, default=60.0, metavar="SECONDS", help="for each run")
+    parser.add_argument("--floor", type=float, default=0.02, metavar="SECONDS", help="shorter times count as this (0.02)")
     parser.add_argument("--csv", type=Path, help="every run, with machine and version")
     parser.add_argument("--plot", type=Path, help="scatter plot, .svg or .png")
     given = parser.parse_args()
     if given.corpus is None and not given.gridworld:
         parser.error("name a --corpus, sizes of --gridworld, or both")
+    if given.floor <= 0:
+        parser.error("--floor is above 0")
     return given
 
 
@@ -103,90 +106,108 @@ def instances(given: argparse.Namespace, meliora: str, folder: Path) -> Iterator
                 yield Instance(f"{world.name}, objective {number}", world.model, "", target)
 
 
-def measure(measured: dict[str, Runs], group: list[Tool], instance: Instance, given: argparse.Namespace) -> None:
-    """All runs of some tools on an instance, in turns."""
-    found = measured.setdefault(instance.name, {})
-    for _ in range(given.runs):
-        for tool in group:
-            runs = found.setdefault(tool.name, [])
-            if not runs or (runs[-1].done and runs[-1].wall <= LONG):
-                runs.append(tool.measure(instance, given.timeout))
+@dataclass
+class Comparison:
+    """The runs by instance and tool, and the limits that count for them."""
 
+    tools: list[Tool]
+    timeout: float
+    floor: float
+    measured: dict[str, Runs] = field(default_factory=dict)
 
-def median(runs: list[Measurement], phase: str) -> float | None:
-    """The median over the runs that got through the phase, not below the floor."""
-    times = [run.times[phase] for run in runs if phase in run.times]
-    return max(FLOOR, statistics.median(times)) if times else None
+    def measure(self, group: list[Tool], instance: Instance, runs: int) -> None:
+        """All runs of some tools on an instance, in turns."""
+        found = self.measured.setdefault(instance.name, {})
+        for _ in range(runs):
+            for tool in group:
+                done = found.setdefault(tool.name, [])
+                if not done or (done[-1].done and done[-1].wall <= LONG):
+                    done.append(tool.measure(instance, self.timeout))
 
+    def median(self, runs: list[Measurement], phase: str) -> float | None:
+        """The median over the runs that got through the phase, not below the floor."""
+        times = [run.times[phase] for run in runs if phase in run.times]
+        return max(self.floor, statistics.median(times)) if times else None
 
-def ratio(found: Runs, peer: str, phase: str) -> float | None:
-    """Returns the time of the peer divided by that of Meliora; None if one of the two did not finish."""
-    ours, theirs = median(found["meliora"], phase), median(found[peer], phase)
-    return theirs / ours if ours and theirs else None
+    def ratio(self, found: Runs, peer: str, phase: str) -> float | None:
+        """Returns the time of the peer divided by that of Meliora; None if one of the two did not finish."""
+        ours, theirs = self.median(found["meliora"], phase), self.median(found[peer], phase)
+        return theirs / ours if ours and theirs else None
 
+    def cell(self, found: Runs, peer: str, phase: str) -> str:
+        """Returns a ratio as text; for the phase in which the peer was stopped, a lower bound."""
+        known = self.ratio(found, peer, phase)
+        if known is not None:
+            return f"{known:.2f}"
+        ours, theirs = self.median(found["meliora"], phase), found[peer][0]
+        if ours is None or theirs.status != "stopped":
+            return "-"
+        within = WITHIN.get(phase, peers.PHASES)
+        if next((name for name in peers.PHASES if name not in theirs.times), None) not in within:
+            return "-"
+        before = (theirs.times.get(name, 0.0) for name in peers.PHASES if name not in within)
+        return f">{(self.timeout - sum(before)) / ours:.0f}"
 
-def cell(found: Runs, peer: str, phase: str, timeout: float) -> str:
-    """Returns a ratio as text; for the phase in which the peer was stopped, a lower bound."""
-    known = ratio(found, peer, phase)
-    if known is not None:
-        return f"{known:.2f}"
-    ours, theirs = median(found["meliora"], phase), found[peer][0]
-    if ours is None or theirs.status != "stopped":
-        return "-"
-    within = WITHIN.get(phase, peers.PHASES)
-    if next((name for name in peers.PHASES if name not in theirs.times), None) not in within:
-        return "-"
-    before = (theirs.times.get(name, 0.0) for name in peers.PHASES if name not in within)
-    return f">{(timeout - sum(before)) / ours:.0f}"
+    def show(self, name: str) -> bool:
+        """Prints the measurements on an instance; returns whether the counts agree."""
+        found = self.measured[name]
+        ours = found["meliora"][0]
+        print(f"\n{name}  ({ours.counts.get('states', '?')} states)")
+        agree = True
+        for tool, runs in found.items():
+            seconds = [self.median(runs, phase) for phase in COLUMNS]
+            print(f"  {tool:13}" + "".join(f"{'-' if s is None else f'{s:.3f}':>13}" for s in seconds), end="")
+            print(f"{runs[0].peak_bytes / 2**20:>9.0f} MiB", "" if runs[-1].done else f"  {runs[-1].status}")
+            if tool != "meliora":
+                print(f"  {'  ratio':13}" + "".join(f"{self.cell(found, tool, phase):>13}" for phase in COLUMNS))
+            differs = peers.disagreement(ours, runs[0])
+            if differs:
+                agree = False
+                print(f"  COUNTS DIFFER: {differs}")
+        sys.stdout.flush()
+        return agree
 
+    def summary(self) -> None:
+        """Prints geometric mean, median, least and greatest ratio by peer and phase."""
+        heads = ("both", "only us", "only peer", "geo. mean", "median", "least", "most")
+        print(f"\n{'peer':13} {'phase':14}" + "".join(f"{head:>10}" for head in heads))
+        for tool in self.tools[1:]:
+            for phase in COLUMNS:
+                every = self.measured.values()
+                ratios = [r for found in every if (r := self.ratio(found, tool.name, phase)) is not None]
+                done = [tuple(self.median(found[name], phase) is not None for name in ("meliora", tool.name)) for found in every]
+                counts = (len(ratios), done.count((True, False)), done.count((False, True)))
+                line = f"{tool.name:13} {phase:14}" + "".join(f"{count:>10}" for count in counts)
+                if ratios:
+                    mean = math.exp(statistics.fmean(map(math.log, ratios)))
+                    figures = (mean, statistics.median(ratios), min(ratios), max(ratios))
+                    line += "".join(f"{figure:>10.2f}" for figure in figures)
+                print(line)
 
-def show(name: str, found: Runs, timeout: float) -> bool:
-    """Prints the measurements on an instance; returns whether the counts agree."""
-    ours = found["meliora"][0]
-    print(f"\n{name}  ({ours.counts.get('states', '?')} states)")
-    agree = True
-    for tool, runs in found.items():
-        seconds = [median(runs, phase) for phase in COLUMNS]
-        print(f"  {tool:13}" + "".join(f"{'-' if s is None else f'{s:.3f}':>13}" for s in seconds), end="")
-        print(f"{runs[0].peak_bytes / 2**20:>9.0f} MiB", "" if runs[-1].done else f"  {runs[-1].status}")
-        if tool != "meliora":
-            print(f"  {'  ratio':13}" + "".join(f"{cell(found, tool, phase, timeout):>13}" for phase in COLUMNS))
-        differs = peers.disagreement(ours, runs[0])
-        if differs:
-            agree = False
-            print(f"  COUNTS DIFFER: {differs}")
-    sys.stdout.flush()
-    return agree
+    def losses(self) -> None:
+        """Prints every instance and phase in which a peer is faster."""
+        for tool in self.tools[1:]:
+            for phase in COLUMNS:
+                ratios = ((name, self.ratio(found, tool.name, phase)) for name, found in self.measured.items())
+                slower = sorted((r, name) for name, r in ratios if r is not None and r < 1)
+                if slower:
+                    print(f"{tool.name} is faster in {phase}: " + "; ".join(f"{name} {r:.2f}" for r, name in slower))
 
+    def draw(self, path: Path) -> None:
+        """The scatter plot of build, of the four regions and of the whole; at the time limit, a tool was stopped."""
+        panels: dict[str, dict[str, list[tuple[float, float]]]] = {}
+        for phase in ("build", "regions", "total"):
+            for tool in self.tools[1:]:
+                points = panels.setdefault(phase, {}).setdefault(tool.name, [])
+                for found in self.measured.values():
+                    ours, theirs = (self.place(found[name], phase) for name in ("meliora", tool.name))
+                    if ours and theirs:
+                        points.append((ours, theirs))
+        plots.scatter(path, panels, self.floor, self.timeout)
 
-def summary(measured: dict[str, Runs], tools: list[Tool]) -> None:
-    """Prints geometric mean, median, least and greatest ratio by peer and phase."""
-    heads = ("both", "only us", "only peer", "geo. mean", "median", "least", "most")
-    print(f"\n{'peer':13} {'phase':14}" + "".join(f"{head:>10}" for head in heads))
-    for tool in tools[1:]:
-        for phase in COLUMNS:
-            ratios = [r for found in measured.values() if (r := ratio(found, tool.name, phase)) is not None]
-            alone = [
-                (median(found["meliora"], phase) is not None, median(found[tool.name], phase) is not None)
-                for found in measured.values()
-            ]
-            counts = (len(ratios), alone.count((True, False)), alone.count((False, True)))
-            line = f"{tool.name:13} {phase:14}" + "".join(f"{count:>10}" for count in counts)
-            if ratios:
-                mean = math.exp(statistics.fmean(map(math.log, ratios)))
-                figures = (mean, statistics.median(ratios), min(ratios), max(ratios))
-                line += "".join(f"{figure:>10.2f}" for figure in figures)
-            print(line)
-
-
-def losses(measured: dict[str, Runs], tools: list[Tool]) -> None:
-    """Prints every instance and phase in which a peer is faster."""
-    for tool in tools[1:]:
-        for phase in COLUMNS:
-            ratios = ((name, ratio(found, tool.name, phase)) for name, found in measured.items())
-            slower = sorted((r, name) for name, r in ratios if r is not None and r < 1)
-            if slower:
-                print(f"{tool.name} is faster in {phase}: " + "; ".join(f"{name} {r:.2f}" for r, name in slower))
+    def place(self, runs: list[Measurement], phase: str) -> float | None:
+        """Returns the position of a tool in the plot: the time limit if it was stopped, None if it failed."""
+        return self.median(runs, phase) or (self.timeout if runs[0].status == "stopped" else None)
 
 
 def write_csv(path: Path, measured: dict[str, Runs], meliora: str, threads: int) -> None:
@@ -204,24 +225,6 @@ def write_csv(path: Path, measured: dict[str, Runs], meliora: str, threads: int)
                     out.writerow([name, tool, number, run.status, *values, run.wall, run.peak_bytes, *about])
 
 
-def place(runs: list[Measurement], phase: str, timeout: float) -> float | None:
-    """Returns the position of a tool in the plot: the time limit if it was stopped, None if it failed."""
-    return median(runs, phase) or (timeout if runs[0].status == "stopped" else None)
-
-
-def draw(path: Path, measured: dict[str, Runs], tools: list[Tool], timeout: float) -> None:
-    """The scatter plot of build, of the four regions and of the whole."""
-    panels: dict[str, dict[str, list[tuple[float, float]]]] = {}
-    for phase in ("build", "regions", "total"):
-        for tool in tools[1:]:
-            points = panels.setdefault(phase, {}).setdefault(tool.name, [])
-            for found in measured.values():
-                ours, theirs = (place(found[name], phase, timeout) for name in ("meliora", tool.name))
-                if ours and theirs:
-                    points.append((ours, theirs))
-    plots.scatter(path, panels, FLOOR, timeout)
-
-
 def main() -> int:
     given = arguments()
     if given.plot is not None:
@@ -236,24 +239,24 @@ def main() -> int:
     print(f"  {'':13}" + "".join(f"{phase:>13}" for phase in COLUMNS))
     ours: list[Tool] = [tool for tool in tools if isinstance(tool, peers.Meliora)]
     groups: list[list[Tool]] = [ours, *([tool] for tool in tools if tool not in ours)]
-    measured: dict[str, Runs] = {}
+    comparison = Comparison(tools, given.timeout, given.floor)
     agree = True
     with tempfile.TemporaryDirectory() as folder:
         every = instances(given, meliora, Path(folder))
         chosen = [instance for instance in every if re.search(given.filter, instance.name)]
         for number, group in enumerate(groups, 1):
             for instance in chosen:
-                measure(measured, group, instance, given)
+                comparison.measure(group, instance, given.runs)
                 if number == len(groups):
-                    agree &= show(instance.name, measured[instance.name], given.timeout)
+                    agree &= comparison.show(instance.name)
                 if given.csv is not None:
-                    write_csv(given.csv, measured, meliora, given.storm_threads)
-    if not measured:
+                    write_csv(given.csv, comparison.measured, meliora, given.storm_threads)
+    if not comparison.measured:
         harness.stop("no instance matches --filter")
-    summary(measured, tools)
-    losses(measured, tools)
+    comparison.summary()
+    comparison.losses()
     if given.plot is not None:
-        draw(given.plot, measured, tools, given.timeout)
+        comparison.draw(given.plot)
     return 0 if agree else 1
 
 
