@@ -55,6 +55,7 @@ fn thresholds() -> [Thresholds; 4] {
     let usual = Thresholds { nodes_for_threads: 0, ..Thresholds::default() };
     let hasty = Thresholds {
         trial_steps: 80,
+        trial_steps_per_node: 0,
         forward_trial_steps: 80,
         first_steps: 20,
         free_cases: 3,

@@ -31,7 +31,7 @@ impl Store {
     /// There are two methods. The recursion over all relations is usually faster. Saturation is
     /// faster where components that read much of each other need many rounds. The method that
     /// succeeded last in this direction starts with a limited number of steps, at least twice as many as
-    /// it took then; then the other one may take four times as many. It may take more because saturation,
+    /// any search took before; then the other one may take four times as many. It may take more because saturation,
     /// where it is faster, is about ten times faster; the recursion two or three times. Both repeat with 16
     /// times more steps until one finishes. Intermediate results are reused as long as the operation cache
     /// still has them.
@@ -47,7 +47,10 @@ impl Store {
         let (saturates, reach_steps) = (&self.saturates[at], &self.reach_steps[at]);
         let trial = match direction {
             Direction::Forward => self.thresholds().forward_trial_steps,
-            Direction::Backward => self.thresholds().trial_steps,
+            Direction::Backward => {
+                let of_bound = self.thresholds().trial_steps_per_node * self.size(bound)? as u64;
+                self.thresholds().trial_steps.max(of_bound)
+            }
         };
         let first = saturates.load(Relaxed);
         let mut trial = reach_steps.load(Relaxed).saturating_mul(2).max(trial).max(1);
@@ -58,7 +61,7 @@ impl Store {
                     self.fixpoint(by_saturation, (direction, Some(phase)), steps, list, (x, bound))?;
                 if let Some(found) = found {
                     saturates.store(by_saturation, Relaxed);
-                    reach_steps.store(self.work.steps.load(Relaxed) - before, Relaxed);
+                    reach_steps.fetch_max(self.work.steps.load(Relaxed) - before, Relaxed);
                     return Ok(found);
                 }
             }

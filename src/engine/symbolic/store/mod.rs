@@ -71,7 +71,7 @@ pub(in crate::symbolic) struct Store {
     pub(in crate::symbolic) work: Work,
     /// Flags for the forward and the backward direction: fixpoints try saturation first.
     pub(in crate::symbolic) saturates: [AtomicBool; 2],
-    /// The steps that the last fixpoint took, for both directions.
+    /// The most steps that a fixpoint took by the method that succeeded, for both directions.
     pub(in crate::symbolic) reach_steps: [AtomicU64; 2],
     thresholds: Thresholds,
     /// The bytes of stack that a recursion needs.

@@ -23,6 +23,8 @@ pub struct Thresholds {
     /// Maximum number of steps of one method for backward reachability before the other one is
     /// tried.
     pub trial_steps: u64,
+    /// The same per node of the bound, if that is more.
+    pub trial_steps_per_node: u64,
     /// Maximum number of steps of one method for forward reachability before the other one is
     /// tried. It is larger, because recursion was faster wherever both methods ran to the end.
     pub forward_trial_steps: u64,
@@ -83,6 +85,7 @@ impl Default for Thresholds {
             most_lists: 1 << 18,
             large_set: 2_000,
             trial_steps: 2_000_000,
+            trial_steps_per_node: 100,
             forward_trial_steps: 32_000_000,
             relations_per_bit: 4,
             nodes_per_case: 40,

@@ -35,6 +35,7 @@ fn least() -> Thresholds {
         small_union: 0,
         most_lists: 2,
         trial_steps: 3,
+        trial_steps_per_node: 0,
         forward_trial_steps: 3,
         ..Thresholds::default()
     }
