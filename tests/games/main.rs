@@ -27,8 +27,8 @@ use proptest::prelude::*;
 
 use self::raw::Raw;
 
-/// The usual order of attempts; recursions over parts alone, over lists alone; layers alone; turns of the last
-/// two.
+/// The usual order of attempts; recursions over parts alone, over lists alone; layers of states alone; turns of
+/// lists and layers.
 fn thresholds() -> [Thresholds; 6] {
     let usual = Thresholds::default();
     // No search here spends as much.
@@ -37,8 +37,8 @@ fn thresholds() -> [Thresholds; 6] {
     let without_parts = Thresholds { relations_per_bit: 0, ..usual };
     let recursion_first = Thresholds { most_shared_percent: 0, ..without_parts };
     let [lists, one, few] = [u64::MAX, 1, 30].map(|lose_steps| Thresholds { lose_steps, ..recursion_first });
-    let (shared_by_percent, most_shared_percent) = (0, 100);
-    let layers = Thresholds { shared_by_percent, most_shared_percent, ..lists };
+    let (shared_by_percent, most_shared_percent, nodes_per_bit) = (0, 100, 1 << 40);
+    let layers = Thresholds { shared_by_percent, most_shared_percent, nodes_per_bit, ..lists };
     [usual, parts, lists, layers, one, few]
 }
 

@@ -112,6 +112,7 @@ fn every_way_leads_to_what_the_explicit_engine_finds() {
         lost_by_recursion: sum(|w| w.lost_by_recursion),
         lost_by_lists: sum(|w| w.lost_by_lists),
         lost_by_layers: sum(|w| w.lost_by_layers),
+        lost_by_state_layers: sum(|w| w.lost_by_state_layers),
         given_up: sum(|w| w.given_up),
         steps: sum(|w| w.steps),
     };

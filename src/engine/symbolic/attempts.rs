@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use super::fixpoints::attractor::Removed;
 use super::fixpoints::parts::{self, Budget, Part};
-use super::losing::{By, Losing};
+use super::losing::Losing;
 use super::relations::lists::{RelationList, stay_few};
 use super::store::diagram::Bdd;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
@@ -17,9 +17,10 @@ impl SymbolicEngine {
     /// Computes [`Engine::remove_attractor`]. With a set of states, the choices that may step into it
     /// have still to be removed from the result.
     ///
-    /// The recursion over parts comes first, where it is expected to pay off. If it gives up, the
-    /// search over states alone follows. Edge labels need one bound per group, so it cannot have them; then
-    /// there are layers of states and choices.
+    /// The recursion over parts comes first, where it is expected to pay off; then layers of states, where
+    /// they are. If these give up, the recursion over the lists of all groups and layers of states and
+    /// choices take turns; each continues from its own states, the recursion also from the layers. Edge
+    /// labels need one bound per group, so only parts and layers with choices can have them.
     pub(super) fn lose_states(
         &self,
         mut left: Region<StateSet, ChoiceSet>,
@@ -33,23 +34,40 @@ impl SymbolicEngine {
             work.lost[1].fetch_add(1, Relaxed);
             return Ok((Region { states: self.difference(&left.states, &lost)?, choices }, None));
         }
+        let mut steps = self.store.thresholds().lose_steps.max(1);
         if edge_labels.is_empty()
-            && !self.store.is_zero(&lost.0)
+            && self.suits_layers()?
             && let Some(search) = Losing::new(self, &left, won, &lost)?
+            && let Some(all) = search.by_layers(&lost, steps.saturating_mul(4))?
         {
-            let before = left.states;
-            let (outside, by) = search.run(&lost)?;
-            match by {
-                By::Lists => work.lost_by_lists.fetch_add(1, Relaxed),
-                By::Layers => work.lost[0].fetch_add(1, Relaxed),
-            };
-            left.states = self.difference(&before, &outside)?;
-            let all = self.union(&lost, &self.difference(&before, &left.states)?)?;
+            left.states = self.difference(&left.states, &all)?;
+            work.lost_by_state_layers.fetch_add(1, Relaxed);
             return Ok((left, Some(all)));
         }
+        // Layers do not continue from what an unfinished recursion has found: it has parts of many layers,
+        // which made each later layer several times slower.
+        let mut found = lost.clone();
         while !self.store.is_zero(&lost.0) {
-            let is_simpler = |x: &StateSet, y: &StateSet| self.store.is_smaller(&x.0, &y.0);
-            lost = remove_layer(self, &mut left, within, won, edge_labels, &lost, is_simpler)?;
+            if edge_labels.is_empty() {
+                found = self.union(&found, &lost)?;
+                let rest =
+                    Region { states: self.difference(&left.states, &found)?, choices: left.choices.clone() };
+                if let Some(search) = Losing::new(self, &rest, won, &found)? {
+                    let (all, done) = search.by_lists(&found, steps)?;
+                    if done {
+                        left.states = self.difference(&rest.states, &all)?;
+                        work.lost_by_lists.fetch_add(1, Relaxed);
+                        return Ok((left, Some(all)));
+                    }
+                    found = all;
+                }
+            }
+            let until = work.steps.load(Relaxed).saturating_add(steps.saturating_mul(4));
+            while !self.store.is_zero(&lost.0) && work.steps.load(Relaxed) < until {
+                let is_simpler = |x: &StateSet, y: &StateSet| self.store.is_smaller(&x.0, &y.0);
+                lost = remove_layer(self, &mut left, within, won, edge_labels, &lost, is_simpler)?;
+            }
+            steps = steps.saturating_mul(16);
         }
         work.lost[0].fetch_add(1, Relaxed);
         Ok((left, None))

@@ -5,12 +5,12 @@
 //! group of choices in a list of its own asks for every choice. So the search for the states that can
 //! win has one list for us and many for the opponent, and the removal of losing states the reverse.
 
+use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Arc, OnceLock};
 
 use super::encoding::Encoding;
 use super::encoding::transitions::Transitions;
 use super::fixpoints::parts::{Budget, Part};
-use super::losing::Losing;
 use super::relations::lists::RelationList;
 use super::relations::partial_relation::PartialRelation;
 use super::relations::tuples::{ListTuple, ListTuples};
@@ -199,9 +199,9 @@ impl SymbolicEngine {
     /// Computes μX. T ∪ { s : we can choose a pair of C that is in W, or has an edge into X that is not
     /// dropped }.
     ///
-    /// The recursion over parts comes first, where it is expected to pay off. If it gives up, the search
-    /// over states alone follows. Dropped edges depend on the state that they leave, so lists cannot have
-    /// them; then there are layers of states and choices.
+    /// The recursion over parts comes first, where it is expected to pay off. If it gives up, the recursion
+    /// over lists and layers of the fixpoint take turns; each continues from the states that are found.
+    /// Dropped edges depend on the state that they leave, so lists cannot have them.
     pub(super) fn attract_in_game(
         &self,
         opponent: &Opponent,
@@ -226,20 +226,29 @@ impl SymbolicEngine {
         {
             return Ok(all);
         }
-        if let Some(lists) = lists {
-            let lists = opponent.tuples.of_lists(&self.store, &lists)?;
-            let candidates = self.difference(&candidates, &found)?.0;
-            let search = Losing { engine: self, lists: &lists, lost: found.0.clone(), candidates };
-            return Ok(search.run(&found)?.0);
-        }
+        let lists = lists.map(|lists| opponent.tuples.of_lists(&self.store, &lists)).transpose()?;
+        let mut steps = self.store.thresholds().lose_steps.max(1);
         loop {
-            let entering = edge_labels::kept_into(self, within, &dropped, &found)?;
-            let next = self.can_choose(&self.union(&winning, &entering)?)?;
-            let all = self.union(&found, &next)?;
-            if self.same(&all, &found)? {
-                return Ok(found);
+            if let Some(lists) = &lists {
+                let open = self.difference(&candidates, &found)?;
+                let (all, done) = self.store.lose(&found.0, &open.0, lists, steps)?;
+                found = StateSet(all);
+                if done {
+                    return Ok(found);
+                }
             }
-            found = all;
+            let work = &self.store.work.steps;
+            let until = work.load(Relaxed).saturating_add(steps.saturating_mul(4));
+            while work.load(Relaxed) < until {
+                let entering = edge_labels::kept_into(self, within, &dropped, &found)?;
+                let next = self.can_choose(&self.union(&winning, &entering)?)?;
+                let all = self.union(&found, &next)?;
+                if self.same(&all, &found)? {
+                    return Ok(found);
+                }
+                found = all;
+            }
+            steps = steps.saturating_mul(16);
         }
     }
 

@@ -1,8 +1,7 @@
 //! The search for lost states where all edges are plain, over sets of states alone.
 //!
 //! A choice is allowed as long as it has no step into a lost state, so the lost states say which choices
-//! are left. The recursion over the lists of all groups and layers take turns on budgets. The recursion is
-//! up to nine times faster than layers, or half as fast; the relations tell which of them comes first.
+//! are left.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::Ordering::Relaxed;
@@ -17,22 +16,13 @@ use meliora_model::error::Result;
 
 /// A search for lost states.
 pub(super) struct Losing<'e> {
-    pub(super) engine: &'e SymbolicEngine,
+    engine: &'e SymbolicEngine,
     /// The steps of each group; those of the opponent are one list.
-    pub(super) lists: &'e ListTuple,
+    lists: &'e ListTuple,
     /// The states that are lost or outside.
-    pub(super) lost: Bdd,
+    lost: Bdd,
     /// The other states that may be lost.
-    pub(super) candidates: Bdd,
-}
-
-/// How a search ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum By {
-    /// By the recursion over lists.
-    Lists,
-    /// By layers.
-    Layers,
+    candidates: Bdd,
 }
 
 impl<'e> Losing<'e> {
@@ -68,58 +58,42 @@ impl<'e> Losing<'e> {
         Ok(Some(Losing { engine, lists, lost: outside, candidates }))
     }
 
-    /// Finds the lost states, from those lost first.
-    ///
-    /// Layers do not continue from what an unfinished recursion has found: it has parts of many layers,
-    /// which made each later layer several times slower.
-    pub(super) fn run(mut self, first: &StateSet) -> Result<(StateSet, By)> {
-        let (store, work) = (&self.engine.store, &self.engine.store.work.steps);
-        let mut layers = Layers::new(&first.0, &self.lost, &self.candidates, self.lists);
-        let mut steps = store.thresholds().lose_steps.max(1);
-        let mut for_layers = if self.engine.shares_few_bits() { steps.saturating_mul(4) } else { 0 };
-        loop {
-            let until = work.load(Relaxed).saturating_add(for_layers);
-            while work.load(Relaxed) < until {
-                if !layers.next(store, self.engine.clusters.list(), self.lists)? {
-                    return Ok((StateSet(layers.lost), By::Layers));
-                }
-            }
-            self.add(&layers.lost)?;
-            if self.recurse(steps)? {
-                return Ok((StateSet(self.lost), By::Lists));
-            }
-            for_layers = steps.saturating_mul(4);
-            steps = steps.saturating_mul(16);
-        }
-    }
-
-    fn add(&mut self, lost: &Bdd) -> Result<()> {
+    /// Finds the lost states by layers, from those lost first. Returns `None` after `steps` steps.
+    pub(super) fn by_layers(&self, first: &StateSet, steps: u64) -> Result<Option<StateSet>> {
         let store = &self.engine.store;
-        self.lost = store.or(&self.lost, lost)?;
-        self.candidates = store.minus(&self.candidates, &self.lost)?;
-        Ok(())
+        let until = store.work.steps.load(Relaxed).saturating_add(steps);
+        let mut layers = Layers::new(&first.0, &self.lost, &self.candidates, self.lists);
+        while layers.next(store, self.engine.clusters.list(), self.lists)? {
+            if store.work.steps.load(Relaxed) >= until {
+                return Ok(None);
+            }
+        }
+        self.since(first, &layers.lost).map(Some)
     }
 
-    /// Continues with the recursion for a number of steps. Returns whether it is finished.
+    /// Finds the lost states by the recursion over the lists of all groups. Returns also whether these
+    /// are all; after `steps` steps they are those found so far.
     ///
     /// It is given up earlier if the sets on the way are much larger than the candidates: then layers,
     /// which do not have them, are faster.
-    fn recurse(&mut self, steps: u64) -> Result<bool> {
+    pub(super) fn by_lists(&self, first: &StateSet, steps: u64) -> Result<(StateSet, bool)> {
         let (store, thresholds) = (&self.engine.store, self.engine.store.thresholds());
         let trial = thresholds.lose_trial_steps.min(steps);
-        let most = store.size(&self.candidates)?.saturating_mul(thresholds.lose_growth);
-        for steps in [trial, steps - trial] {
-            let (found, done) = store.lose(&self.lost, &self.candidates, self.lists, steps)?;
-            if done {
-                self.lost = found;
-                return Ok(true);
-            }
-            self.add(&found)?;
-            if store.has_nodes(&self.lost, most)? {
-                break;
+        let (mut found, mut done) = store.lose(&self.lost, &self.candidates, self.lists, trial)?;
+        if !done && trial < steps {
+            let many = store.size(&self.candidates)?.saturating_mul(thresholds.lose_growth);
+            if !store.has_nodes(&found, many)? {
+                let open = store.minus(&self.candidates, &found)?;
+                (found, done) = store.lose(&found, &open, self.lists, steps - trial)?;
             }
         }
-        Ok(false)
+        Ok((self.since(first, &found)?, done))
+    }
+
+    /// Returns the states that are lost since the start, those lost first among them.
+    fn since(&self, first: &StateSet, found: &Bdd) -> Result<StateSet> {
+        let store = &self.engine.store;
+        Ok(StateSet(store.or(&first.0, &store.minus(found, &self.lost)?)?))
     }
 }
 
@@ -133,18 +107,21 @@ impl SymbolicEngine {
         Ok(self.tuple.get_or_init(|| made))
     }
 
-    /// Returns true if layers are expected to be faster than the recursion: if most groups write the same
-    /// few bits. The recursion then exchanges losses between the values of these bits many times, and a
-    /// layer of all values has few nodes.
-    fn shares_few_bits(&self) -> bool {
-        let mut writers = vec![0; self.encoding.width()];
+    /// Returns true if layers of states are expected to be faster than the recursion over lists: if most
+    /// groups write the same few bits, and the states have few nodes. The recursion then exchanges losses
+    /// between the values of these bits many times.
+    pub(super) fn suits_layers(&self) -> Result<bool> {
+        let (thresholds, width) = (self.store.thresholds(), self.encoding.width());
+        if self.store.has_nodes(&self.states.0, width.saturating_mul(thresholds.nodes_per_bit))? {
+            return Ok(false);
+        }
+        let mut writers = vec![0; width];
         for list in &self.groups {
             let bits: BTreeSet<u32> = list.entries().iter().flat_map(|e| e.support.bits()).copied().collect();
             bits.into_iter().for_each(|bit| writers[bit as usize] += 1);
         }
-        let thresholds = self.store.thresholds();
         let many = |writers: &&usize| **writers * 100 >= self.groups.len() * thresholds.shared_by_percent;
         let shared = writers.iter().filter(many).count();
-        shared > 0 && shared * 100 <= writers.len() * thresholds.most_shared_percent
+        Ok(shared > 0 && shared * 100 <= width * thresholds.most_shared_percent)
     }
 }

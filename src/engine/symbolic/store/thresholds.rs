@@ -45,14 +45,17 @@ pub struct Thresholds {
     /// layers are tried, which may take four times as many. Both continue in turns with 16 times
     /// more steps.
     pub lose_steps: u64,
-    /// Layers come first if there are bits that at least this percentage of the groups write …
+    /// Layers of states come first if there are bits that at least this percentage of the groups write, …
     pub shared_by_percent: usize,
-    /// … and these are at most this percentage of all bits.
-    ///
-    /// Measured: `coin` (a counter that each process moves) and `rabin` (the highest draw) take 0.4 to 0.9
-    /// times the steps. In `phil_lss`, 43 % of the bits are shared, and layers take 1.3 times the steps.
-    /// Where no bits are shared, as in `leader` and `wlan`, they take up to 9 times the steps.
+    /// … these are at most this percentage of all bits, …
     pub most_shared_percent: usize,
+    /// … and the set of all states has fewer nodes than this per bit.
+    ///
+    /// Measured: `coin`, in which each process moves one counter, takes 0.4 to 0.8 times the steps; it has
+    /// 16 nodes per bit. Where no bits are shared, as in `leader` and `wlan`, layers take up to 10 times the
+    /// steps, and 1.3 times in `phil_lss`, where 43 % of the bits are shared. `rabin8` has 140 nodes per
+    /// bit and takes 0.9 times the steps, but `rabin10` three times.
+    pub nodes_per_bit: usize,
     /// Number of its steps after which that recursion is given up at once, if the lost states found so
     /// far need many more nodes than all candidates together.
     ///
@@ -95,6 +98,7 @@ impl Default for Thresholds {
             lose_steps: 20_000_000,
             shared_by_percent: 75,
             most_shared_percent: 25,
+            nodes_per_bit: 64,
             lose_trial_steps: 12_000_000,
             lose_growth: 6,
             first_cache: 1 << 17,
@@ -122,6 +126,8 @@ pub(in crate::symbolic) struct Work {
     pub(in crate::symbolic) lost: [AtomicU64; 2],
     /// Removals of losing states by recursion over the lists of all groups.
     pub(in crate::symbolic) lost_by_lists: AtomicU64,
+    /// Removals of losing states by layers of states alone.
+    pub(in crate::symbolic) lost_by_state_layers: AtomicU64,
     /// Recursions for losing states that were given up.
     pub(in crate::symbolic) given_up: AtomicU64,
 }
@@ -143,8 +149,10 @@ pub struct Ways {
     pub lost_by_recursion: u64,
     /// Removals of losing states by recursion over the lists of all groups.
     pub lost_by_lists: u64,
-    /// Removals of losing states layer by layer.
+    /// Removals of losing states layer by layer, with sets of choices.
     pub lost_by_layers: u64,
+    /// Removals of losing states by layers of states alone.
+    pub lost_by_state_layers: u64,
     /// Recursions with bounds that were given up. One of the two methods above and below completed
     /// these removals.
     pub given_up: u64,
@@ -162,7 +170,7 @@ impl Work {
 
     fn methods(&self) -> impl Iterator<Item = &AtomicU64> {
         let several = self.reached.iter().chain(&self.confined).chain(&self.lost);
-        several.chain([&self.lost_by_lists, &self.given_up])
+        several.chain([&self.lost_by_lists, &self.lost_by_state_layers, &self.given_up])
     }
 
     pub(in crate::symbolic) fn ways(&self) -> Ways {
@@ -174,6 +182,7 @@ impl Work {
             lost_by_recursion: self.lost[1].load(Relaxed),
             lost_by_lists: self.lost_by_lists.load(Relaxed),
             lost_by_layers: self.lost[0].load(Relaxed),
+            lost_by_state_layers: self.lost_by_state_layers.load(Relaxed),
             given_up: self.given_up.load(Relaxed),
             steps: self.steps.load(Relaxed),
         }
