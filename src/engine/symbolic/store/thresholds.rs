@@ -88,7 +88,7 @@ impl Default for Thresholds {
             most_lists: 1 << 18,
             large_set: 2_000,
             trial_steps: 2_000_000,
-            trial_steps_per_node: 100,
+            trial_steps_per_node: 200,
             forward_trial_steps: 32_000_000,
             relations_per_bit: 4,
             nodes_per_case: 40,
