@@ -52,9 +52,9 @@ pub struct Thresholds {
     /// … and the set of all states has fewer nodes than this per bit.
     ///
     /// Measured: `coin`, in which each process moves one counter, takes 0.4 to 0.8 times the steps; it has
-    /// 16 nodes per bit. Where no bits are shared, as in `leader` and `wlan`, layers take up to 10 times the
-    /// steps, and 1.3 times in `phil_lss`, where 43 % of the bits are shared. `rabin8` has 140 nodes per
-    /// bit and takes 0.9 times the steps, but `rabin10` three times.
+    /// at most 16 nodes per bit. Where no bits are shared, as in `leader` and `wlan`, layers take up to 10
+    /// times the steps. `phil_lss4` has 1,400 nodes per bit and takes 1.3 times the steps; `rabin8` has 140
+    /// and takes 0.9 times, but `rabin10` more than with sets of choices.
     pub nodes_per_bit: usize,
     /// Number of its steps after which that recursion is given up at once, if the lost states found so
     /// far need many more nodes than all candidates together.
@@ -97,7 +97,7 @@ impl Default for Thresholds {
             free_steps: 40_000,
             lose_steps: 20_000_000,
             shared_by_percent: 75,
-            most_shared_percent: 25,
+            most_shared_percent: 50,
             nodes_per_bit: 64,
             lose_trial_steps: 12_000_000,
             lose_growth: 6,
