@@ -23,7 +23,7 @@ pub struct Thresholds {
     /// Maximum number of steps of one method for backward reachability before the other one is
     /// tried.
     pub trial_steps: u64,
-    /// The same per node of the bound, if that is more.
+    /// Maximum number of these steps per node of the bound, if that allows more.
     pub trial_steps_per_node: u64,
     /// Maximum number of steps of one method for forward reachability before the other one is
     /// tried. It is larger, because recursion was faster wherever both methods ran to the end.
