@@ -389,6 +389,10 @@ impl Engine for AnyEngine {
         on!(self, e => Ok(region(e.stay_within(x.of(e)?, within.of(e)?)?)))
     }
 
+    fn can_reach_through(&self, target: &AnyStates, bound: &AnyStates) -> Result<AnyStates> {
+        on!(self, e => Ok(e.can_reach_through(target.of(e)?, bound.of(e)?)?.into()))
+    }
+
     fn surely_staying(&self, x: &AnyStates, within: &AnyChoices) -> Result<AnyStates> {
         on!(self, e => Ok(e.surely_staying(x.of(e)?, within.of(e)?)?.into()))
     }

@@ -227,6 +227,16 @@ pub trait Engine:
         edge_labels: &[EdgeLabels<Self::States>],
     ) -> Result<Self::States>;
 
+    /// Computes μX. T ∪ { s ∈ B : we can choose a pair with an edge into X }, among all pairs of the engine.
+    ///
+    /// Cost: that of [`Engine::can_reach`].
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
+    fn can_reach_through(&self, target: &Self::States, bound: &Self::States) -> Result<Self::States> {
+        self.can_reach(target, &self.choices_in(&self.all_choices(), bound)?, &[])
+    }
+
     /// Computes μX. { s : we can choose a pair of C that is in W, or has an edge into X that is not
     /// dropped }. W are the pairs with a goal edge; see [`edge_labels::winning`].
     ///

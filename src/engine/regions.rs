@@ -103,8 +103,7 @@ pub fn pmin_one<E: Engine>(engine: &E, target: &E::States, positive: &E::States)
     }
     let avoiding = engine.difference(&engine.all_states(), positive)?;
     let outside = engine.difference(&engine.all_states(), target)?;
-    let choices = engine.choices_in(&engine.all_choices(), &outside)?;
-    let losing = engine.can_reach(&avoiding, &choices, &[])?;
+    let losing = engine.can_reach_through(&avoiding, &outside)?;
     engine.difference(&engine.all_states(), &losing)
 }
 

@@ -23,6 +23,8 @@ enum Way {
     Parts,
     /// The recursion over the lists of all groups, which never gives up.
     Lists,
+    /// Layers of states alone, which never give up.
+    States,
     /// Turns of that recursion and of layers, the first after this many steps, or after half of them if the
     /// sets have grown.
     Turns(u64),
@@ -34,15 +36,25 @@ enum Way {
 const ENDLESS: usize = 1 << 40;
 
 impl Way {
-    const ALL: [Way; 6] =
-        [Way::Parts, Way::Lists, Way::Turns(1), Way::Turns(20), Way::Turns(100), Way::Usual];
+    const ALL: [Way; 7] =
+        [Way::Parts, Way::Lists, Way::States, Way::Turns(1), Way::Turns(20), Way::Turns(100), Way::Usual];
 
     fn thresholds(self) -> Thresholds {
         let usual = Thresholds::default();
         let (free_cases, free_steps) = (ENDLESS, ENDLESS as u64);
         match self {
             Way::Parts => Thresholds { relations_per_bit: ENDLESS, free_cases, free_steps, ..usual },
-            Way::Lists => Thresholds { relations_per_bit: 0, lose_steps: u64::MAX, ..usual },
+            Way::Lists => {
+                Thresholds { relations_per_bit: 0, lose_steps: u64::MAX, most_shared_percent: 0, ..usual }
+            }
+            Way::States => Thresholds {
+                relations_per_bit: 0,
+                lose_steps: u64::MAX,
+                shared_by_percent: 0,
+                most_shared_percent: 100,
+                nodes_per_bit: ENDLESS,
+                ..usual
+            },
             Way::Turns(lose_steps) => Thresholds {
                 relations_per_bit: 0,
                 lose_steps,
@@ -60,6 +72,7 @@ impl Way {
         let is_right = match self {
             Way::Parts => lists + layers + ways.given_up == 0,
             Way::Lists => parts + layers == 0,
+            Way::States => parts + lists + layers == 0,
             Way::Turns(_) => parts == 0,
             Way::Usual => true,
         };
@@ -136,6 +149,7 @@ fn each_way_is_taken() {
         let own = match way {
             Way::Parts => ways.lost_by_recursion,
             Way::Lists => ways.lost_by_lists,
+            Way::States => ways.lost_by_state_layers,
             // Recursion and layers continue each other's turns: either may be the last.
             Way::Turns(_) => ways.lost_by_lists + ways.lost_by_layers,
             Way::Usual => continue,

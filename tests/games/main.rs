@@ -27,15 +27,19 @@ use proptest::prelude::*;
 
 use self::raw::Raw;
 
-/// The usual order of attempts; recursions over parts alone, over lists alone; turns of these and layers.
-fn thresholds() -> [Thresholds; 5] {
+/// The usual order of attempts; recursions over parts alone, over lists alone; layers of states alone; turns of
+/// lists and layers.
+fn thresholds() -> [Thresholds; 6] {
     let usual = Thresholds::default();
     // No search here spends as much.
     let (free_cases, free_steps) = (1 << 40, 1 << 40);
     let parts = Thresholds { relations_per_bit: 1 << 40, free_cases, free_steps, ..usual };
     let without_parts = Thresholds { relations_per_bit: 0, ..usual };
-    let [lists, one, few] = [u64::MAX, 1, 30].map(|lose_steps| Thresholds { lose_steps, ..without_parts });
-    [usual, parts, lists, one, few]
+    let recursion_first = Thresholds { most_shared_percent: 0, ..without_parts };
+    let [lists, one, few] = [u64::MAX, 1, 30].map(|lose_steps| Thresholds { lose_steps, ..recursion_first });
+    let (shared_by_percent, most_shared_percent, nodes_per_bit) = (0, 100, 1 << 40);
+    let layers = Thresholds { shared_by_percent, most_shared_percent, nodes_per_bit, ..lists };
+    [usual, parts, lists, layers, one, few]
 }
 
 fn settings(scope: Scope, thresholds: Thresholds) -> Settings {

@@ -55,6 +55,7 @@ fn thresholds() -> [Thresholds; 4] {
     let usual = Thresholds { nodes_for_threads: 0, ..Thresholds::default() };
     let hasty = Thresholds {
         trial_steps: 80,
+        trial_steps_per_node: 0,
         forward_trial_steps: 80,
         first_steps: 20,
         free_cases: 3,
@@ -111,7 +112,9 @@ fn every_way_leads_to_what_the_explicit_engine_finds() {
         lost_by_recursion: sum(|w| w.lost_by_recursion),
         lost_by_lists: sum(|w| w.lost_by_lists),
         lost_by_layers: sum(|w| w.lost_by_layers),
+        lost_by_state_layers: sum(|w| w.lost_by_state_layers),
         given_up: sum(|w| w.given_up),
+        steps: sum(|w| w.steps),
     };
     println!("{total:?}");
     let reached =

@@ -5,10 +5,9 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use super::fixpoints::attractor::Removed;
 use super::fixpoints::parts::{self, Budget, Part};
+use super::losing::Losing;
 use super::relations::lists::{RelationList, stay_few};
-use super::relations::tuples::{ListTuple, ListTuples};
 use super::store::diagram::Bdd;
-use super::store::walk::Direction;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::edge_labels::{EdgeLabels, remove_layer};
 use crate::engine::{Algebra, Region};
@@ -18,10 +17,10 @@ impl SymbolicEngine {
     /// Computes [`Engine::remove_attractor`]. With a set of states, the choices that may step into it
     /// have still to be removed from the result.
     ///
-    /// The recursion over parts comes first, where it is expected to pay off. If it gives up, the
-    /// recursion over the lists of all groups and layers take turns; each continues from its own
-    /// states, the recursion also from the layers. Edge labels need one bound per group, so this
-    /// recursion cannot have them.
+    /// The recursion over parts comes first, where it is expected to pay off; then layers of states, where
+    /// they are. If these give up, the recursion over the lists of all groups and layers of states and
+    /// choices take turns; each continues from its own states, the recursion also from the layers. Edge
+    /// labels need one bound per group, so only parts and layers with choices can have them.
     pub(super) fn lose_states(
         &self,
         mut left: Region<StateSet, ChoiceSet>,
@@ -36,6 +35,15 @@ impl SymbolicEngine {
             return Ok((Region { states: self.difference(&left.states, &lost)?, choices }, None));
         }
         let mut steps = self.store.thresholds().lose_steps.max(1);
+        if edge_labels.is_empty()
+            && self.suits_layers()?
+            && let Some(search) = Losing::new(self, &left, won, &lost)?
+            && let Some(all) = search.by_layers(&lost, steps.saturating_mul(4))?
+        {
+            left.states = self.difference(&left.states, &all)?;
+            work.lost_by_state_layers.fetch_add(1, Relaxed);
+            return Ok((left, Some(all)));
+        }
         // Layers do not continue from what an unfinished recursion has found: it has parts of many layers,
         // which made each later layer several times slower.
         let mut found = lost.clone();
@@ -44,7 +52,8 @@ impl SymbolicEngine {
                 found = self.union(&found, &lost)?;
                 let rest =
                     Region { states: self.difference(&left.states, &found)?, choices: left.choices.clone() };
-                if let Some((all, done)) = self.lose(&rest, won, &found, steps)? {
+                if let Some(search) = Losing::new(self, &rest, won, &found)? {
+                    let (all, done) = search.by_lists(&found, steps)?;
                     if done {
                         left.states = self.difference(&rest.states, &all)?;
                         work.lost_by_lists.fetch_add(1, Relaxed);
@@ -64,63 +73,6 @@ impl SymbolicEngine {
         Ok((left, None))
     }
 
-    /// Computes the lost states by recursion over the lists of all groups, with edges that are all
-    /// plain. Returns also whether these are all; after `steps` steps they are those found so far.
-    /// Returns `None` if choices are missing for another reason than a step into a lost state.
-    fn lose(
-        &self,
-        left: &Region<StateSet, ChoiceSet>,
-        won: &StateSet,
-        lost: &StateSet,
-        steps: u64,
-    ) -> Result<Option<(StateSet, bool)>> {
-        let (store, loops) = (&self.store, &left.choices.0[self.groups.len()]);
-        let outside = store.minus(&store.any(self.enabled.iter().cloned())?, &left.states.0)?;
-        let staying = store.or(loops, &self.without_edges(&left.choices)?)?;
-        let mut candidates = store.minus(&store.minus(&left.states.0, &won.0)?, &staying)?;
-        let opponent = self.opponent();
-        // In a game, more states may lose than these.
-        if let (None, Some(reaching)) = (opponent, self.recall(lost)) {
-            candidates = store.and(&candidates, &reaching.0)?;
-        }
-        for (group, (list, own)) in self.groups.iter().zip(&*left.choices.0).enumerate() {
-            let is_theirs = opponent.is_some_and(|opponent| opponent.has(group));
-            // The list of the opponent has no choices that are ruled out.
-            let all = if is_theirs { &self.choices.0[group] } else { &self.enabled[group] };
-            if own != all {
-                let missing = store.minus(&store.and(&candidates, all)?, own)?;
-                if store.step(Direction::Backward, list, &outside, &missing)? != missing {
-                    return Ok(None);
-                }
-            }
-        }
-        let lists = opponent.map_or_else(|| self.tuple(), |opponent| self.removal_lists(opponent))?;
-        let (found, done) = self.lose_by_lists(&outside, &candidates, lists, steps)?;
-        Ok(Some((StateSet(store.or(&lost.0, &store.minus(&found, &outside)?)?), done)))
-    }
-
-    /// Computes [`Store::lose`] within a number of steps. It is given up earlier if the sets on the way are
-    /// much larger than the candidates: then layers, which do not have them, are faster.
-    fn lose_by_lists(
-        &self,
-        outside: &Bdd,
-        candidates: &Bdd,
-        lists: &ListTuple,
-        steps: u64,
-    ) -> Result<(Bdd, bool)> {
-        let (store, thresholds) = (&self.store, self.store.thresholds());
-        let trial = thresholds.lose_trial_steps.min(steps);
-        let (found, done) = store.lose(outside, candidates, lists, trial)?;
-        if done || trial == steps {
-            return Ok((found, done));
-        }
-        let many = store.size(candidates)?.saturating_mul(thresholds.lose_growth);
-        if store.has_nodes(&found, many)? {
-            return Ok((found, false));
-        }
-        store.lose(&found, &store.minus(candidates, &found)?, lists, steps - trial)
-    }
-
     /// Returns true if a recursion over parts is expected to pay off.
     ///
     /// It does not if the steps that keep the first bits leave many different relations behind, as
@@ -133,15 +85,6 @@ impl SymbolicEngine {
         let most = self.store.thresholds().relations_per_bit * self.encoding.width();
         let few = stay_few(&self.store, &self.groups, most)?;
         Ok(*self.few_parts.get_or_init(|| few))
-    }
-
-    /// Returns the relations of all groups as one operand.
-    fn tuple(&self) -> Result<&ListTuple> {
-        if let Some(found) = self.tuple.get() {
-            return Ok(found);
-        }
-        let made = ListTuples::new(&self.store).of_lists(&self.store, &self.groups)?;
-        Ok(self.tuple.get_or_init(|| made))
     }
 
     /// Returns the states X of which `choices` has all enabled choices, if it has no others.

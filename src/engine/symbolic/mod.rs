@@ -13,8 +13,8 @@
 //!   relations at once.
 //!
 //! The other files are the engine itself: how it is built and copied, with all edges or only some
-//! (`trends`), which of the methods for
-//! a fixpoint it tries (`attempts`), and how its sets are listed and written.
+//! (`trends`), which of the methods for a fixpoint it tries (`attempts`), the search for lost states by
+//! states alone (`losing`), and how its sets are listed and written.
 
 mod algebra;
 mod attempts;
@@ -24,6 +24,7 @@ mod dump;
 mod encoding;
 mod fixpoints;
 mod games;
+mod losing;
 mod membership;
 pub mod order;
 mod pick;
@@ -356,6 +357,16 @@ impl Engine for SymbolicEngine {
             self.remember(target, &found);
         }
         Ok(found)
+    }
+
+    /// The bound is one for all relations at once, so no set of choices is needed.
+    fn can_reach_through(&self, target: &StateSet, bound: &StateSet) -> Result<StateSet> {
+        if self.opponent().is_some() || self.choices.0 != self.enabled {
+            return self.can_reach(target, &self.choices_in(&self.choices, bound)?, &[]);
+        }
+        let (from, bound) = (self.diagram_of(target)?, self.diagram_of(bound)?);
+        let (how, within) = ((Direction::Backward, "backward reachability"), self.store.or(bound, from)?);
+        Ok(StateSet(self.store.reach(how, self.clusters.list(), from, &within)?))
     }
 
     fn can_win(

@@ -4,9 +4,10 @@
 //! It needs no operand per group. At the first bit, a group none of whose steps changes the bit
 //! goes down into the half with the other groups of its kind. The other groups stay at this bit: a
 //! state in which one of them has a choice that cannot step into a lost state is protected, so it is
-//! not a candidate when the half below is closed. When states are lost, such choices are withdrawn,
-//! the states left without one are candidates again, and the halves are closed again. This finds
-//! losses of many layers in products of modules, where the recursion over parts has too many cases.
+//! not a candidate when the half below is closed. Only the first such group is noted. When states are
+//! lost, such choices are withdrawn, and the next group that protects the state is noted. The states
+//! left without one are candidates again, and the halves are closed again. This finds losses of many
+//! layers in products of modules, where the recursion over parts has too many cases.
 
 use std::mem;
 
@@ -41,7 +42,7 @@ struct Side<'m, 'id: 'm> {
     lost: Held<'m, 'id>,
     /// The candidates that no crossing group protects.
     free: Held<'m, 'id>,
-    /// For each crossing group the candidates that it protects.
+    /// For each crossing group the candidates that it protects and no group before it does.
     protected: Vec<Held<'m, 'id>>,
     /// True if `lost` or `free` has grown since they were closed.
     open: bool,
@@ -110,7 +111,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         self.node_among(2 * bit, set.lost, clear.lost, [(l, (lost[1], lost[0]))])
     }
 
-    /// Finds the candidates that a crossing group protects from the losses on both sides.
+    /// Finds for each candidate the first crossing group that protects it from the losses on both sides.
     fn protect(
         &self,
         half: &Half,
@@ -121,14 +122,23 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         let mut free = self.m.held(candidates);
         let mut protected = Vec::with_capacity(half.crossing.len());
         for group in &half.crossing {
-            let mut own = self.and(candidates, self.edge(&group.sources))?;
-            for (lost, steps) in [(lost, &group.stays), (across, &group.crosses)] {
-                own = self.spare(lost, own.borrowed(), steps)?;
-            }
+            let own = self.kept_by(group, free.borrowed(), [lost, across])?;
             free = self.minus(free.borrowed(), own.borrowed())?;
             protected.push(own);
         }
         Ok(Side { lost: self.m.held(lost), free, protected, open: true })
+    }
+
+    /// { s ∈ X : the group has a step from s, and none into the losses on this side or across }
+    fn kept_by(
+        &self,
+        group: &Crossing,
+        x: Edge<'_, 'id>,
+        [lost, across]: [Edge<'_, 'id>; 2],
+    ) -> Result<Held<'m, 'id>, Halt> {
+        let own = self.and(x, self.edge(&group.sources))?;
+        let own = self.spare(lost, own.borrowed(), &group.stays)?;
+        self.spare(across, own.borrowed(), &group.crosses)
     }
 
     /// Adds the losses below to one side, and withdraws the choices that may step into them.
@@ -141,30 +151,32 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         let before = mem::replace(&mut side.lost, now);
         let new = self.minus(side.lost.borrowed(), before.borrowed())?;
         side.free = self.minus(side.free.borrowed(), new.borrowed())?;
-        self.withdraw_steps(&mut sides[at], new.borrowed(), &halves[at], |group| &group.stays)?;
-        self.withdraw_steps(&mut sides[1 - at], new.borrowed(), &halves[1 - at], |group| &group.crosses)
+        let across = self.m.held(side.lost.borrowed());
+        let [clear, set] = sides;
+        let (side, other) = if at == 0 { (clear, set) } else { (set, clear) };
+        self.withdraw_steps(side, new.borrowed(), other.lost.borrowed(), &halves[at], |group| &group.stays)?;
+        self.withdraw_steps(other, new.borrowed(), across.borrowed(), &halves[1 - at], |group| &group.crosses)
     }
 
-    /// Withdraws the choices of a side with a step into new losses. The states that no group protects
-    /// any more become free.
+    /// Withdraws the choices of a side with a step into new losses. Each state that loses its protection
+    /// gets it from the next group that still can; those before cannot any more. The states that no group
+    /// protects become free.
     fn withdraw_steps(
         &self,
         side: &mut Side<'m, 'id>,
         new: Edge<'_, 'id>,
+        across: Edge<'_, 'id>,
         half: &Half,
         steps: impl Fn(&Crossing) -> &RelationList,
     ) -> Result<(), Halt> {
         let mut hit = self.zero();
         for (own, group) in side.protected.iter_mut().zip(&half.crossing) {
             let left = self.spare(new, own.borrowed(), steps(group))?;
-            if left.borrowed() != own.borrowed() {
-                let gone = self.minus(own.borrowed(), left.borrowed())?;
-                hit = self.or(hit.borrowed(), gone.borrowed())?;
-                *own = left;
-            }
-        }
-        for own in &side.protected {
-            hit = self.minus(hit.borrowed(), own.borrowed())?;
+            let gone = self.minus(own.borrowed(), left.borrowed())?;
+            let more = self.kept_by(group, hit.borrowed(), [side.lost.borrowed(), across])?;
+            hit = self.minus(hit.borrowed(), more.borrowed())?;
+            hit = self.or(hit.borrowed(), gone.borrowed())?;
+            *own = self.or(left.borrowed(), more.borrowed())?;
         }
         if !self.m.is_zero(hit.borrowed()) {
             side.free = self.or(side.free.borrowed(), hit.borrowed())?;

@@ -3,12 +3,13 @@
 //!
 //! `reach` and `saturation` compute the states that are reachable within a bound. `parts` are groups
 //! of choices, each with a bound of its own; `confined` and `attractor` are recursions over them. `lose` removes
-//! losing states without a bound per group.
+//! losing states without a bound per group, and `layers` does so layer by layer.
 //! `clusters` are the relations united for reachability.
 
 pub(in crate::symbolic) mod attractor;
 pub(in crate::symbolic) mod clusters;
 pub(in crate::symbolic) mod confined;
+pub(in crate::symbolic) mod layers;
 mod lose;
 pub(in crate::symbolic) mod parts;
 mod reach;
@@ -29,10 +30,10 @@ impl Store {
     ///
     /// There are two methods. The recursion over all relations is usually faster. Saturation is
     /// faster where components that read much of each other need many rounds. The method that
-    /// succeeded last in this direction starts with a limited number of steps; then the other one
-    /// may take four times as many. It may take more because saturation, where it is faster, is
-    /// about ten times faster; the recursion two or three times. Both repeat with 16 times more
-    /// steps until one finishes. Intermediate results are reused as long as the operation cache
+    /// succeeded last in this direction starts with a limited number of steps, at least twice as many as
+    /// any search took before; then the other one may take four times as many. It may take more because saturation,
+    /// where it is faster, is about ten times faster; the recursion two or three times. Both repeat with 16
+    /// times more steps until one finishes. Intermediate results are reused as long as the operation cache
     /// still has them.
     pub(in crate::symbolic) fn reach(
         &self,
@@ -42,18 +43,25 @@ impl Store {
         bound: &Bdd,
     ) -> Result<Bdd> {
         self.progress(phase);
-        let saturates = &self.saturates[usize::from(direction == Direction::Backward)];
+        let at = usize::from(direction == Direction::Backward);
+        let (saturates, reach_steps) = (&self.saturates[at], &self.reach_steps[at]);
         let trial = match direction {
             Direction::Forward => self.thresholds().forward_trial_steps,
-            Direction::Backward => self.thresholds().trial_steps,
+            Direction::Backward => {
+                let of_bound = self.thresholds().trial_steps_per_node * self.size(bound)? as u64;
+                self.thresholds().trial_steps.max(of_bound)
+            }
         };
-        let (first, mut trial) = (saturates.load(Relaxed), trial.max(1));
+        let first = saturates.load(Relaxed);
+        let mut trial = reach_steps.load(Relaxed).saturating_mul(2).max(trial).max(1);
         loop {
             for (by_saturation, steps) in [(first, trial), (!first, trial.saturating_mul(4))] {
+                let before = self.work.steps.load(Relaxed);
                 let found =
                     self.fixpoint(by_saturation, (direction, Some(phase)), steps, list, (x, bound))?;
                 if let Some(found) = found {
                     saturates.store(by_saturation, Relaxed);
+                    reach_steps.fetch_max(self.work.steps.load(Relaxed) - before, Relaxed);
                     return Ok(found);
                 }
             }

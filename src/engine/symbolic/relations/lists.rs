@@ -142,6 +142,11 @@ impl RelationList {
         store.any(sources.collect::<Result<Vec<_>>>()?)
     }
 
+    /// Returns the relations.
+    pub(in crate::symbolic) fn entries(&self) -> &[PartialRelation] {
+        &self.entries
+    }
+
     /// Returns the table of all lists.
     pub(in crate::symbolic) fn all(&self) -> &Arc<Lists> {
         &self.lists

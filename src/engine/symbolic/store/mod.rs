@@ -17,7 +17,7 @@ pub(in crate::symbolic) mod tables;
 pub(crate) mod thresholds;
 pub(in crate::symbolic) mod walk;
 
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ahash::AHashSet;
@@ -71,6 +71,8 @@ pub(in crate::symbolic) struct Store {
     pub(in crate::symbolic) work: Work,
     /// Flags for the forward and the backward direction: fixpoints try saturation first.
     pub(in crate::symbolic) saturates: [AtomicBool; 2],
+    /// The most steps that a fixpoint took by the method that succeeded, for both directions.
+    pub(in crate::symbolic) reach_steps: [AtomicU64; 2],
     thresholds: Thresholds,
     /// The bytes of stack that a recursion needs.
     stack: usize,
@@ -109,6 +111,7 @@ impl Store {
         Ok(Store {
             work: Work::default(),
             saturates: Default::default(),
+            reach_steps: Default::default(),
             manager,
             sink: settings.sink.clone(),
             memory,

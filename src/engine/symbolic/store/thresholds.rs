@@ -23,6 +23,8 @@ pub struct Thresholds {
     /// Maximum number of steps of one method for backward reachability before the other one is
     /// tried.
     pub trial_steps: u64,
+    /// Maximum number of these steps per node of the bound, if that allows more.
+    pub trial_steps_per_node: u64,
     /// Maximum number of steps of one method for forward reachability before the other one is
     /// tried. It is larger, because recursion was faster wherever both methods ran to the end.
     pub forward_trial_steps: u64,
@@ -43,6 +45,17 @@ pub struct Thresholds {
     /// layers are tried, which may take four times as many. Both continue in turns with 16 times
     /// more steps.
     pub lose_steps: u64,
+    /// Layers of states come first if there are bits that at least this percentage of the groups write, …
+    pub shared_by_percent: usize,
+    /// … these are at most this percentage of all bits, …
+    pub most_shared_percent: usize,
+    /// … and the set of all states has fewer nodes than this per bit.
+    ///
+    /// Measured: `coin`, in which each process moves one counter, takes 0.4 to 0.8 times the steps; it has
+    /// at most 16 nodes per bit. Where no bits are shared, as in `leader` and `wlan`, layers take up to 10
+    /// times the steps. `phil_lss4` has 1,400 nodes per bit and takes 1.3 times the steps; `rabin8` has 140
+    /// and takes 0.9 times, but `rabin10` more than with sets of choices.
+    pub nodes_per_bit: usize,
     /// Number of its steps after which that recursion is given up at once, if the lost states found so
     /// far need many more nodes than all candidates together.
     ///
@@ -75,6 +88,7 @@ impl Default for Thresholds {
             most_lists: 1 << 18,
             large_set: 2_000,
             trial_steps: 2_000_000,
+            trial_steps_per_node: 200,
             forward_trial_steps: 32_000_000,
             relations_per_bit: 4,
             nodes_per_case: 40,
@@ -82,6 +96,9 @@ impl Default for Thresholds {
             steps_per_node: 200,
             free_steps: 40_000,
             lose_steps: 20_000_000,
+            shared_by_percent: 75,
+            most_shared_percent: 50,
+            nodes_per_bit: 64,
             lose_trial_steps: 12_000_000,
             lose_growth: 6,
             first_cache: 1 << 17,
@@ -109,11 +126,14 @@ pub(in crate::symbolic) struct Work {
     pub(in crate::symbolic) lost: [AtomicU64; 2],
     /// Removals of losing states by recursion over the lists of all groups.
     pub(in crate::symbolic) lost_by_lists: AtomicU64,
+    /// Removals of losing states by layers of states alone.
+    pub(in crate::symbolic) lost_by_state_layers: AtomicU64,
     /// Recursions for losing states that were given up.
     pub(in crate::symbolic) given_up: AtomicU64,
 }
 
-/// The number of times that the symbolic engine used each of the methods with the same result.
+/// The number of times that the symbolic engine used each of the methods with the same result, and its
+/// work.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Ways {
     /// Fixpoints of reachability by recursion over the relations.
@@ -129,11 +149,15 @@ pub struct Ways {
     pub lost_by_recursion: u64,
     /// Removals of losing states by recursion over the lists of all groups.
     pub lost_by_lists: u64,
-    /// Removals of losing states layer by layer.
+    /// Removals of losing states layer by layer, with sets of choices.
     pub lost_by_layers: u64,
+    /// Removals of losing states by layers of states alone.
+    pub lost_by_state_layers: u64,
     /// Recursions with bounds that were given up. One of the two methods above and below completed
     /// these removals.
     pub given_up: u64,
+    /// Steps of all recursions: a measure of work that does not depend on the machine.
+    pub steps: u64,
 }
 
 impl Work {
@@ -146,7 +170,7 @@ impl Work {
 
     fn methods(&self) -> impl Iterator<Item = &AtomicU64> {
         let several = self.reached.iter().chain(&self.confined).chain(&self.lost);
-        several.chain([&self.lost_by_lists, &self.given_up])
+        several.chain([&self.lost_by_lists, &self.lost_by_state_layers, &self.given_up])
     }
 
     pub(in crate::symbolic) fn ways(&self) -> Ways {
@@ -158,7 +182,9 @@ impl Work {
             lost_by_recursion: self.lost[1].load(Relaxed),
             lost_by_lists: self.lost_by_lists.load(Relaxed),
             lost_by_layers: self.lost[0].load(Relaxed),
+            lost_by_state_layers: self.lost_by_state_layers.load(Relaxed),
             given_up: self.given_up.load(Relaxed),
+            steps: self.steps.load(Relaxed),
         }
     }
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use proptest::prelude::*;
 
 use crate::settings::Settings;
+use crate::symbolic::fixpoints::layers::Layers;
 use crate::symbolic::fixpoints::parts::{Budget, Part};
 use crate::symbolic::relations::lists::Lists;
 use crate::symbolic::relations::partial_relation::PartialRelation;
@@ -34,6 +35,7 @@ fn least() -> Thresholds {
         small_union: 0,
         most_lists: 2,
         trial_steps: 3,
+        trial_steps_per_node: 0,
         forward_trial_steps: 3,
         ..Thresholds::default()
     }
@@ -256,7 +258,17 @@ proptest! {
         }
         let groups = ListTuples::new(&store).of_lists(&store, &given).unwrap();
         let expected = set(&store, 3, attractor(&edges, lost, candidates));
-        let (lost, candidates) = (set(&store, 3, lost), set(&store, 3, candidates));
+        // Layers expect that every candidate has a step.
+        let able = edges.iter().flatten().fold(0, |able, (from, _)| able | 1 << from) & candidates;
+        let of_able = set(&store, 3, attractor(&edges, lost, able));
+        let (lost, candidates, able) = (set(&store, 3, lost), set(&store, 3, candidates), set(&store, 3, able));
+        let united = given.iter().flat_map(|list| list.entries()).cloned().collect();
+        let united = lists.of(&store, united).unwrap();
+        let mut layers = Layers::new(&lost, &lost, &able, &groups);
+        while layers.next(&store, &united, &groups).unwrap() {
+            prop_assert!(store.is_zero(&store.minus(&layers.lost, &of_able).unwrap()));
+        }
+        prop_assert!(layers.lost == of_able);
         prop_assert!(store.lose(&lost, &candidates, &groups, u64::MAX).unwrap() == (expected.clone(), true));
         for steps in 0..40 {
             // The states found before the steps were used up lie between the two sets.

@@ -1,0 +1,69 @@
+//! Removal of the attractor of lost states layer by layer, where all edges are plain.
+
+use crate::symbolic::relations::lists::RelationList;
+use crate::symbolic::relations::tuples::ListTuple;
+use crate::symbolic::store::Store;
+use crate::symbolic::store::diagram::Bdd;
+use crate::symbolic::store::walk::{Direction, Walk};
+use meliora_model::error::Result;
+
+/// A removal in progress.
+pub(in crate::symbolic) struct Layers {
+    /// The states that are lost or outside.
+    pub(in crate::symbolic) lost: Bdd,
+    /// The last layer: all states of which a step may have made others lost.
+    new: Bdd,
+    /// The other states that may be lost.
+    candidates: Bdd,
+    /// The numbers of the groups; first those that kept a state last time.
+    order: Vec<usize>,
+}
+
+impl Layers {
+    /// Starts a removal: `new` are the states of `lost` from which it continues.
+    pub(in crate::symbolic) fn new(new: &Bdd, lost: &Bdd, candidates: &Bdd, groups: &ListTuple) -> Self {
+        let (new, lost, candidates) = (new.clone(), lost.clone(), candidates.clone());
+        Layers { lost, new, candidates, order: (0..groups.groups.len()).collect() }
+    }
+
+    /// Finds the next layer: the candidates with a step into the last one of which every list with a step
+    /// has one into a lost state. Returns false if there is none.
+    ///
+    /// The states that some group keeps are taken out of those with a step into the last layer, so no
+    /// result on the way has other states. Cost: one pre-image of the last layer, and one per group.
+    pub(in crate::symbolic) fn next(
+        &mut self,
+        store: &Store,
+        united: &RelationList,
+        groups: &ListTuple,
+    ) -> Result<bool> {
+        if groups.stays {
+            return Ok(false);
+        }
+        let mut open = store.step(Direction::Backward, united, &self.new, &self.candidates)?;
+        let (mut keeping, mut others) = (Vec::new(), Vec::new());
+        for &index in &self.order {
+            let before = open.clone();
+            if !store.is_zero(&open) {
+                let group = &groups.groups[index];
+                let kept = store.spare(&self.lost, &store.and(&open, &group.sources)?, &group.list)?;
+                open = store.minus(&open, &kept)?;
+            }
+            if open == before { &mut others } else { &mut keeping }.push(index);
+        }
+        keeping.append(&mut others);
+        self.order = keeping;
+        self.lost = store.or(&self.lost, &open)?;
+        self.candidates = store.minus(&self.candidates, &open)?;
+        self.new = open;
+        Ok(!store.is_zero(&self.new))
+    }
+}
+
+impl Store {
+    /// Computes [`Walk::spare`].
+    fn spare(&self, x: &Bdd, bound: &Bdd, list: &RelationList) -> Result<Bdd> {
+        let how = (Direction::Backward, None);
+        self.walk_to_the_end(how, |walk| walk.own(|w: &Walk<'_, '_>| w.spare(w.edge(x), w.edge(bound), list)))
+    }
+}
