@@ -23,10 +23,11 @@ const MOST_VALUATIONS: u64 = 1 << 12;
 const MOST_TRANSITIONS: u64 = 1 << 24;
 
 /// The most states of a model whose diagrams are given up for the explicit engine.
-const MOST_STATES: u64 = 1_000_000;
+const MOST_STATES: u64 = 2_000_000;
 
-/// The same, where a question lists the states anyway.
-const MOST_LISTED: u64 = 2_000_000;
+/// The number of states above which diagrams must have half as many states for each node to be given
+/// up: to explore so many once more takes long.
+const MANY_STATES: u64 = 1_000_000;
 
 /// The explicit engine replaces diagrams with fewer states for each of their nodes.
 ///
@@ -159,12 +160,12 @@ impl Selection {
 /// states.
 fn sparse(engine: &SymbolicEngine, lists_states: bool) -> Result<Option<String>> {
     let states = engine.count(&engine.all_states())?;
-    let most = if lists_states { MOST_LISTED } else { MOST_STATES };
-    if (engine.is_markov_chain() && !lists_states) || states > Count::from(most) {
+    if (engine.is_markov_chain() && !lists_states) || states > Count::from(MOST_STATES) {
         return Ok(None);
     }
     let sizes = engine.sizes()?;
-    let most = if engine.has_few_parts()? { STATES_PER_NODE_OF_FEW_PARTS } else { STATES_PER_NODE };
+    let usual = if engine.has_few_parts()? { STATES_PER_NODE_OF_FEW_PARTS } else { STATES_PER_NODE };
+    let most = if states > Count::from(MANY_STATES) { usual / 2 } else { usual };
     let few = states < Count::from(most) * (sizes.states + sizes.transition);
     Ok(few.then(|| format!("{states} states found, fewer than {most} for each node of the diagrams")))
 }

@@ -92,7 +92,7 @@ impl Default for Thresholds {
             lose_growth: 6,
             first_cache: 1 << 17,
             first_steps: 1 << 19,
-            steps_before_trial: 1 << 13,
+            steps_before_trial: 1 << 14,
             work_before_diagrams: 1 << 18,
             main_cache: 1 << 20,
             first_collection: 16_000_000,
