@@ -160,7 +160,7 @@ impl Task {
         let interval = (PATIENCE / self.program.commands.len().max(1)).max(1);
         while found.work < most && found.next < found.space.len() {
             // A state with many successors takes as long as many states.
-            if found.next % interval == 0 || stepper.steps.len() >= PATIENCE {
+            if found.next.is_multiple_of(interval) || stepper.steps.len() >= PATIENCE {
                 self.report(found)?;
             }
             let code = found.space.code::<W>(found.next);
