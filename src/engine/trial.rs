@@ -37,7 +37,7 @@ pub(crate) struct Trial {
     state: Mutex<State>,
     /// The steps of the diagrams so far.
     steps: AtomicU64,
-    /// Those to translate the model; the greatest number while they are not over.
+    /// The steps to translate the model; the greatest number until they are over.
     translated: AtomicU64,
     /// The number of steps that count at which the next turn begins.
     next: AtomicU64,
@@ -90,7 +90,7 @@ impl Trial {
         self.steps.load(Relaxed) == 0
     }
 
-    /// Ends the trial, and returns what it knows.
+    /// Ends the trial, and returns its state.
     pub(crate) fn end(&self) -> State {
         self.next.store(u64::MAX, Relaxed);
         std::mem::replace(&mut *self.state(), State::Closed)

@@ -59,7 +59,7 @@ pub(super) struct Explored {
     pub(super) players: Option<Array<u32>>,
 }
 
-/// An exploration in turns: it can be interrupted, and goes on where it was.
+/// An exploration in turns: it can be interrupted and continued.
 pub(crate) struct Exploration {
     task: Task,
     found: Found,
@@ -114,7 +114,7 @@ impl Exploration {
         Ok(Exploration { task, found })
     }
 
-    /// Goes on until all states are explored or the work so far is `most`, counted in states and their
+    /// Continues until all states are explored or the work so far is `most`, counted in states and their
     /// successors. Returns true if all are explored. After an error, the exploration cannot go on.
     ///
     /// # Errors
