@@ -125,7 +125,7 @@ fn many_initial_states_are_not_listed_in_vain() {
 #[test]
 fn a_fault_that_either_engine_finds_is_one_of_the_model() {
     let text = "dtmc module m x : [0..999]; y : [0..999]; \
-        [] x<900 -> (x'=mod(7*x+1, 1000)) & (y'=mod(3*y+x, 1000)); [] x>=900 -> (x'=x+100); endmodule";
+        [] x<900 -> (x'=mod(7*x+3, 1000)) & (y'=mod(3*y+x, 1000)); [] x>=900 -> (x'=x+100); endmodule";
     let program = program(text);
     for stage in [0, 100, 10_000] {
         for lists_states in [false, true] {
