@@ -33,6 +33,7 @@ pub mod regions;
 mod selection;
 mod settings;
 pub mod symbolic;
+mod trial;
 
 pub use any::AnyEngine;
 pub use diagrams::Dumpable;

@@ -13,6 +13,28 @@ pub trait Membership {
     /// # Errors
     /// A set belongs to another engine.
     fn of(&self, state: &[i64]) -> Result<u64>;
+
+    /// Returns the numbers of the states, if the engine stores them one by one.
+    fn numbers(&self) -> Option<&dyn Numbers> {
+        None
+    }
+}
+
+/// The states of an engine that stores them one by one, by number.
+pub trait Numbers {
+    /// Returns the number of states.
+    fn states(&self) -> usize;
+
+    /// Returns the number of the state with a code of [`Codec`](crate::explicit::weighted::Codec);
+    /// `None` outside the scope.
+    fn number(&self, code: &[u64]) -> Option<u32>;
+
+    /// Returns the sets that contain a state: bit i for set i.
+    fn marks(&self, number: u32) -> u64;
+
+    /// Writes the successors of a choice, each once and ordered by values. The choice is known by its
+    /// position in the order of [`Program::steps`](meliora_model::Program::steps).
+    fn successors(&self, number: u32, position: usize, into: &mut Vec<u32>);
 }
 
 /// Tests one set after the other.

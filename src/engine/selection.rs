@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use super::any::AnyEngine;
 use super::engine::{Algebra, Engine};
-use super::explicit::ExplicitEngine;
+use super::explicit::{ExplicitEngine, Exploration};
 use super::settings::{Count, Settings, Storage};
 use super::symbolic::SymbolicEngine;
+use super::trial::{State, Trial};
 use meliora_model::Program;
-use meliora_model::error::Result;
+use meliora_model::error::{Error, Limit, Result};
 
 /// The most valuations of a model for which the explicit engine is selected.
 ///
@@ -21,16 +22,19 @@ const MOST_VALUATIONS: u64 = 1 << 12;
 /// explicit engine is selected.
 const MOST_TRANSITIONS: u64 = 1 << 24;
 
-/// The most bytes of the explicit engine for which it is taken after trying it, where a question
+/// The most states of a model whose diagrams are given up for the explicit engine.
+const MOST_STATES: u64 = 2_000_000;
+
+/// The most states for which the explicit engine is taken whatever the diagrams are, where a question
 /// lists the states anyway.
 ///
 /// Measured on properties of the Quantitative Verification Benchmark Set that ask for a number: up to
-/// this size, about 300,000 states, the explicit engine answers faster, up to 190 times; a trial in
-/// vain takes at most half a second.
-const TRIED: u64 = 32 << 20;
+/// about this many, the explicit engine answers faster, up to 190 times.
+const MOST_LISTED: u64 = 400_000;
 
-/// The most states of a model whose diagrams are given up for the explicit engine.
-const MOST_STATES: u64 = 1_000_000;
+/// The number of states above which diagrams must have half as many states for each node to be given
+/// up: to explore so many once more takes long.
+const MANY_STATES: u64 = 1_000_000;
 
 /// The explicit engine replaces diagrams with fewer states for each of their nodes.
 ///
@@ -79,13 +83,13 @@ impl Selection {
     }
 
     /// Builds the engine for some questions and updates the selection. As long as it is open, the
-    /// states decide:
+    /// states decide: both engines explore them in turns (`Trial`).
     ///
-    /// - If a question lists the states anyway, such as one for a number, the explicit engine is
-    ///   selected if it needs few bytes.
-    /// - Otherwise the symbolic engine explores the states. The explicit engine is selected if there
-    ///   are few of them, also for each node of the diagrams: then these hardly share anything, and
-    ///   long fixpoints cost more than it takes to store the states.
+    /// - If the explicit engine is the first to know all states, it is selected. It begins if a question
+    ///   lists the states anyway, such as one for a number, and takes most turns then.
+    /// - If it is the symbolic engine, the explicit one is selected if there are few states, also for
+    ///   each node of the diagrams: then these hardly share anything, and long fixpoints cost more than
+    ///   it takes to store the states.
     ///
     /// # Errors
     /// The errors of [`AnyEngine::new`].
@@ -98,20 +102,58 @@ impl Selection {
         if !self.is_open {
             return AnyEngine::new(Arc::clone(program), Settings { storage: self.storage, ..settings });
         }
-        let explicit = |most| ExplicitEngine::within(Arc::clone(program), settings.clone(), most);
-        if lists_states && let Some(engine) = explicit(TRIED)? {
-            self.take(format!("{} states found", engine.count(&engine.all_states())?));
-            return Ok(engine.into());
+        let trial = Arc::new(Trial::new(program, &settings, lists_states));
+        let symbolic = match trial.is_over() {
+            true => None,
+            false => Some(SymbolicEngine::new(Arc::clone(program), trial.settings(&settings))),
+        };
+        match (trial.end(), symbolic) {
+            (State::Done(mut exploration), _) => {
+                exploration.set_memory(settings.memory);
+                let engine = ExplicitEngine::explored(*exploration)?;
+                let states = engine.count(&engine.all_states())?;
+                let first = if trial.is_alone() { "" } else { ", before diagrams found them" };
+                self.take(format!("{states} states found{first}"));
+                Ok(engine.into())
+            }
+            (State::Failed(error), _) | (_, Some(Err(error))) => Err(error),
+            (rest, Some(Ok(symbolic))) => match sparse(&symbolic, lists_states)? {
+                Some(reason) => self.replace(symbolic, reason, rest, (program, settings)),
+                None => Ok(symbolic.into()),
+            },
+            (_, None) => AnyEngine::new(Arc::clone(program), settings),
         }
-        let symbolic = SymbolicEngine::new(Arc::clone(program), settings.clone())?;
-        if !lists_states
-            && let Some(reason) = sparse(&symbolic)?
-            && let Some(engine) = explicit(settings.memory.saturating_sub(symbolic.usage().bytes))?
-        {
-            self.take(reason);
-            return Ok(engine.into());
+    }
+
+    /// Explores the rest of a trial by the explicit engine, and takes it for a reason; keeps the
+    /// symbolic engine if the memory does not suffice for both.
+    fn replace(
+        &mut self,
+        symbolic: SymbolicEngine,
+        reason: String,
+        rest: State,
+        (program, settings): (&Arc<Program>, Settings),
+    ) -> Result<AnyEngine> {
+        let memory = settings.memory.saturating_sub(symbolic.usage().bytes);
+        let exploration = match rest {
+            State::Open(mut exploration) => {
+                exploration.set_memory(memory);
+                Ok(*exploration)
+            }
+            _ => {
+                let settings = Settings { memory, storage: Storage::Explicit, ..settings.clone() };
+                Exploration::new(Arc::clone(program), settings, u64::MAX)
+            }
+        };
+        match exploration.and_then(ExplicitEngine::explored) {
+            Ok(mut engine) => {
+                engine.set_memory(settings.memory);
+                self.take(reason);
+                Ok(engine.into())
+            }
+            Err(Error::Limit(Limit::Memory { .. } | Limit::Size { .. })) => Ok(symbolic.into()),
+            Err(error) => Err(error),
         }
-        Ok(symbolic.into())
     }
 
     /// Selects the explicit engine.
@@ -121,14 +163,19 @@ impl Selection {
 }
 
 /// Returns the reason why the explicit engine suits a model better than these diagrams, if it does.
-/// It does not for a Markov chain, whose regions are fast, as they need no search for lost states.
-fn sparse(engine: &SymbolicEngine) -> Result<Option<String>> {
+/// It does not for the regions of a Markov chain, which are fast, as they need no search for lost
+/// states.
+fn sparse(engine: &SymbolicEngine, lists_states: bool) -> Result<Option<String>> {
     let states = engine.count(&engine.all_states())?;
-    if engine.is_markov_chain() || states > Count::from(MOST_STATES) {
+    if (engine.is_markov_chain() && !lists_states) || states > Count::from(MOST_STATES) {
         return Ok(None);
     }
+    if lists_states && states <= Count::from(MOST_LISTED) {
+        return Ok(Some(format!("{states} states found")));
+    }
     let sizes = engine.sizes()?;
-    let most = if engine.has_few_parts()? { STATES_PER_NODE_OF_FEW_PARTS } else { STATES_PER_NODE };
+    let usual = if engine.has_few_parts()? { STATES_PER_NODE_OF_FEW_PARTS } else { STATES_PER_NODE };
+    let most = if states > Count::from(MANY_STATES) { usual / 2 } else { usual };
     let few = states < Count::from(most) * (sizes.states + sizes.transition);
     Ok(few.then(|| format!("{states} states found, fewer than {most} for each node of the diagrams")))
 }

@@ -14,6 +14,9 @@ pub trait ProgressSink: Send + Sync {
         None
     }
 
+    /// Receives the number of steps that decision diagrams took since the last call.
+    fn advance(&self, _steps: u64) {}
+
     /// Returns the time on the caller's clock, for events with durations; always 0 if the caller
     /// has no clock.
     fn clock(&self) -> Duration {

@@ -51,11 +51,11 @@ impl Codes {
 
     /// Adds a code with a key, which are not in the list.
     pub(super) fn add(&mut self, key: u32, code: &[u64]) {
+        self.numbers.get_or_init(|| self.numbered());
         let number = self.len() as u32;
         self.codes.extend_from_slice(code);
         self.keys.push(key);
         let hash = hash(&self.hasher, key, code);
-        self.numbers.get_or_init(HashTable::new);
         let Codes { words, codes, keys, numbers, hasher } = self;
         let rehash = |&number: &u32| {
             self::hash(hasher, keys.get(number as usize), &codes[number as usize * *words..][..*words])
@@ -63,6 +63,13 @@ impl Codes {
         if let Some(numbers) = numbers.get_mut() {
             numbers.insert_unique(hash, number, rehash);
         }
+    }
+
+    /// Does the same as [`Codes::add`], without finding the code again soon.
+    pub(super) fn push(&mut self, key: u32, code: &[u64]) {
+        self.codes.extend_from_slice(code);
+        self.keys.push(key);
+        self.numbers.take();
     }
 
     /// Drops what finds numbers.
@@ -101,6 +108,16 @@ fn hash(hasher: &RandomState, key: u32, code: &[u64]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn codes_that_were_pushed_are_found() {
+        let mut codes = Codes::new(1);
+        for i in 0..100 {
+            if i % 3 == 0 { codes.add(0, &[i]) } else { codes.push(0, &[i]) }
+        }
+        assert!((0..100).all(|i| codes.find(0, &[i]) == Some(i as u32)));
+        assert_eq!(codes.find(0, &[100]), None);
+    }
 
     #[test]
     fn codes_keep_their_numbers_when_the_table_is_built_again() {

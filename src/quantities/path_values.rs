@@ -17,7 +17,7 @@ use super::solve::NONE;
 use super::system::{Quantity, System};
 use meliora_engine::Engine;
 use meliora_engine::explicit::weighted::{Code, Codec, Steps, Walk, Walker};
-use meliora_engine::membership::Membership;
+use meliora_engine::membership::{Membership, Numbers};
 use meliora_engine::regions::{Regions, Which};
 use meliora_model::error::Result;
 use meliora_model::exact::Ratio;
@@ -306,7 +306,9 @@ impl<E: Engine> Search<'_, E> {
         let found = Found { codes: Codes::new(codec.words()), nodes: Vec::new() };
         let mut graph = Graph::default();
         let free = graph.fraction(Ratio::zero());
-        let mut explorer = Explorer { search: self, parts, codec: &codec, graph, found, free, meter };
+        let known = parts.numbers().map(|numbers| Known::new(numbers, meter)).transpose()?;
+        let parts = &*parts;
+        let mut explorer = Explorer { search: self, parts, known, codec: &codec, graph, found, free, meter };
         let starts = explorer.run(states, &mut *walker.walk())?;
         Ok((explorer.graph, explorer.found, starts))
     }
@@ -322,13 +324,50 @@ impl<E: Engine> Search<'_, E> {
 struct Explorer<'a, 'm, E: Engine> {
     search: &'a Search<'a, E>,
     /// Tells the [`Part`] of a state.
-    parts: Box<dyn Membership + 'a>,
+    parts: &'a dyn Membership,
+    /// The states by their numbers, if the engine has explored them one by one.
+    known: Option<Known<'a>>,
     codec: &'a Codec,
     graph: Graph,
     found: Found,
     /// The number of the cost 0.
     free: u32,
     meter: &'a mut Meter<'m>,
+}
+
+/// The states that were found, by the numbers of the engine: so none is looked up by its code.
+struct Known<'a> {
+    numbers: &'a dyn Numbers,
+    /// The node of each state of the engine, or [`UNSEEN`].
+    nodes: Vec<u32>,
+    /// The number of each state found; `None` for those that the engine does not have.
+    states: Vec<Option<u32>>,
+    /// The successors of a choice.
+    successors: Vec<u32>,
+}
+
+/// The node of a state that was not found yet.
+const UNSEEN: u32 = LOST - 1;
+
+impl<'a> Known<'a> {
+    fn new(numbers: &'a dyn Numbers, meter: &mut Meter<'_>) -> Result<Self> {
+        meter.take(numbers.states() * (size_of::<u32>() + size_of::<Option<u32>>()))?;
+        let nodes = vec![UNSEEN; numbers.states()];
+        Ok(Known { numbers, nodes, states: Vec::new(), successors: Vec::new() })
+    }
+
+    /// Returns the node of a state that was found.
+    fn node(&self, number: u32) -> Option<u32> {
+        Some(self.nodes[number as usize]).filter(|&node| node != UNSEEN)
+    }
+
+    /// Adds a state.
+    fn add(&mut self, number: Option<u32>, node: u32) {
+        self.states.push(number);
+        if let Some(number) = number {
+            self.nodes[number as usize] = node;
+        }
+    }
 }
 
 impl<E: Engine> Explorer<'_, '_, E> {
@@ -338,12 +377,14 @@ impl<E: Engine> Explorer<'_, '_, E> {
         let mut starts = Vec::with_capacity(states.len());
         for state in states {
             let code = self.codec.known(state)?;
-            let target = self.target(&code)?.unwrap_or(Target::New(Part::Lost));
-            starts.push(self.enter(target, &code)?);
+            let number = self.known.as_ref().and_then(|known| known.numbers.number(&code));
+            let target = self.target(&code, number)?.unwrap_or(Target::New(Part::Lost));
+            starts.push(self.enter(target, &code, number)?);
         }
         let (mut steps, mut targets, mut next) = (Steps::default(), Vec::new(), 0);
         while let Some(&node) = self.found.nodes.get(next) {
             let code = Code::from_slice(self.found.codes.code(next as u32));
+            let number = self.known.as_ref().and_then(|known| known.states[next]);
             next += 1;
             if node == END || node == LOST {
                 continue;
@@ -355,6 +396,7 @@ impl<E: Engine> Explorer<'_, '_, E> {
             walk.steps(&code, &mut self.graph.known, &mut steps)?;
             self.graph.begin(node, self.meter)?;
             for position in 0..steps.choices() {
+                self.follow(number, position);
                 if self.stays(&steps, position, &mut targets)? {
                     self.choice((&code, position), (walk, &steps), &targets)?;
                 }
@@ -364,11 +406,25 @@ impl<E: Engine> Explorer<'_, '_, E> {
         Ok(starts)
     }
 
+    /// Finds the numbers of the successors of a choice, if the engine has numbers.
+    fn follow(&mut self, state: Option<u32>, position: usize) {
+        let Some(known) = &mut self.known else { return };
+        known.successors.clear();
+        if let Some(state) = state {
+            known.numbers.successors(state, position, &mut known.successors);
+        }
+    }
+
+    /// Returns the number of a successor of the choice.
+    fn successor(&self, at: usize) -> Option<u32> {
+        self.known.as_ref()?.successors.get(at).copied()
+    }
+
     /// Finds the targets of a choice; returns whether all are states of the engine.
     fn stays(&self, steps: &Steps, position: usize, targets: &mut Vec<Target>) -> Result<bool> {
         targets.clear();
-        for (code, _) in steps.of(position) {
-            match self.target(code)? {
+        for (at, (code, _)) in steps.of(position).enumerate() {
+            match self.target(code, self.successor(at))? {
                 Some(target) => targets.push(target),
                 None => return Ok(false),
             }
@@ -391,24 +447,31 @@ impl<E: Engine> Explorer<'_, '_, E> {
             None => self.free,
         };
         self.graph.add_choice(position as u32, cost, self.meter)?;
-        for ((code, probability), &target) in steps.of(position).zip(targets) {
-            let to = self.enter(target, code)?;
+        for (at, ((code, probability), &target)) in steps.of(position).zip(targets).enumerate() {
+            let to = self.enter(target, code, self.successor(at))?;
             self.graph.add_edge(Edge::new(to, probability, to == END));
         }
         Ok(())
     }
 
-    /// Finds a state; `None` if it is not one of the engine.
-    fn target(&self, code: &[u64]) -> Result<Option<Target>> {
-        if let Some(node) = self.found.node(code) {
-            return Ok(Some(Target::Found(node)));
-        }
-        let marks = self.parts.of(&self.codec.decode(code))?;
-        Ok(Part::of(marks).map(Target::New))
+    /// Finds a state, by its number if it has one; `None` if it is not one of the engine.
+    fn target(&self, code: &[u64], number: Option<u32>) -> Result<Option<Target>> {
+        let (known, marks) = match (&self.known, number) {
+            (Some(known), Some(number)) => match known.node(number) {
+                Some(node) => (Some(node), 0),
+                None => (None, known.numbers.marks(number)),
+            },
+            (Some(_), None) => (None, 0),
+            (None, _) => match self.found.node(code) {
+                Some(node) => (Some(node), 0),
+                None => (None, self.parts.of(&self.codec.decode(code))?),
+            },
+        };
+        Ok(known.map(Target::Found).or_else(|| Part::of(marks).map(Target::New)))
     }
 
     /// Returns the node of a target, which is added if it is new.
-    fn enter(&mut self, target: Target, code: &[u64]) -> Result<u32> {
+    fn enter(&mut self, target: Target, code: &[u64], number: Option<u32>) -> Result<u32> {
         let node = match target {
             Target::Found(node) => return Ok(node),
             Target::New(Part::End) => END,
@@ -419,7 +482,13 @@ impl<E: Engine> Explorer<'_, '_, E> {
             }
         };
         self.meter.take(self.found.codes.width() + codes::PLACES + size_of::<u32>())?;
-        self.found.codes.add(KEY, code);
+        match &mut self.known {
+            Some(known) => {
+                known.add(number, node);
+                self.found.codes.push(KEY, code);
+            }
+            None => self.found.codes.add(KEY, code),
+        }
         self.found.nodes.push(node);
         Ok(node)
     }

@@ -11,6 +11,7 @@ mod interruption;
 mod lasso;
 mod membership;
 mod order;
+mod selection;
 mod stopping;
 mod temporal;
 mod threads;

@@ -18,6 +18,21 @@ use meliora_model::error::{Error, Limit, Result};
 use meliora_model::temporal::Begin;
 use meliora_model::{Program, State, fault};
 
+/// Calls a method of a task for codes with its number of words.
+macro_rules! by_words {
+    ($task:expr, $method:ident($($argument:expr),*)) => {
+        match $task.layout.words() {
+            1 => $task.$method::<1>($($argument),*),
+            2 => $task.$method::<2>($($argument),*),
+            3 => $task.$method::<3>($($argument),*),
+            4 => $task.$method::<4>($($argument),*),
+            5..=8 => $task.$method::<8>($($argument),*),
+            9..=16 => $task.$method::<16>($($argument),*),
+            _ => $task.$method::<32>($($argument),*),
+        }
+    };
+}
+
 /// Number of states explored between two checks of the progress sink.
 const PATIENCE: usize = 1 << 12;
 /// Minimum number of bytes per state: its entries in the sparse rows.
@@ -44,20 +59,26 @@ pub(super) struct Explored {
     pub(super) players: Option<Array<u32>>,
 }
 
+/// An exploration in turns: it can be interrupted and continued.
+pub(crate) struct Exploration {
+    task: Task,
+    found: Found,
+}
+
 /// The input of an exploration.
-pub(super) struct Task<'a> {
-    pub(super) program: &'a Arc<Program>,
-    pub(super) settings: &'a Settings,
-    pub(super) layout: &'a Layout,
-    pub(super) prepared: &'a Prepared,
-    pub(super) meter: &'a Meter,
+pub(super) struct Task {
+    pub(super) program: Arc<Program>,
+    pub(super) settings: Settings,
+    pub(super) layout: Layout,
+    pub(super) prepared: Prepared,
+    pub(super) meter: Meter,
 }
 
 /// Chooses the layout of the codes of the states.
 ///
 /// # Errors
 /// The valuations are too many for the memory limit, or the variables for a code.
-pub(super) fn layout(program: &Program, settings: &Settings) -> Result<Layout> {
+fn layout(program: &Program, settings: &Settings) -> Result<Layout> {
     let begin = program.monitors.as_ref().map(|o| o.begin);
     if settings.scope == Scope::Reachable || begin == Some(Begin::Initially) {
         return Layout::packed(program);
@@ -77,58 +98,91 @@ pub(super) fn layout(program: &Program, settings: &Settings) -> Result<Layout> {
     }
 }
 
-impl Task<'_> {
-    /// Explores the scope.
+impl Exploration {
+    /// Prepares an exploration of the scope, and finds the initial states by trying at most `most`
+    /// partial valuations.
+    ///
+    /// # Errors
+    /// The states do not fit the memory or a code, there are more valuations to try, or the work is
+    /// cancelled.
+    pub(crate) fn new(program: Arc<Program>, settings: Settings, most: u64) -> Result<Self> {
+        let layout = layout(&program, &settings)?;
+        let prepared = Prepared::new(&program, &layout, &*settings.sink)?;
+        let meter = Meter::new(settings.memory);
+        let task = Task { program, settings, layout, prepared, meter };
+        let found = by_words!(task, start(most))?;
+        Ok(Exploration { task, found })
+    }
+
+    /// Continues until all states are explored or the work so far is `most`, counted in states and their
+    /// successors. Returns true if all are explored. After an error, the exploration cannot go on.
     ///
     /// # Errors
     /// A limit of the engine is reached, or a command has no meaning in some state.
-    pub(super) fn run(&self) -> Result<Explored> {
-        match self.layout.words() {
-            1 => self.explore::<1>(),
-            2 => self.explore::<2>(),
-            3 => self.explore::<3>(),
-            4 => self.explore::<4>(),
-            5..=8 => self.explore::<8>(),
-            9..=16 => self.explore::<16>(),
-            _ => self.explore::<32>(),
-        }
+    pub(crate) fn run(&mut self, most: u64) -> Result<bool> {
+        let Exploration { task, found } = self;
+        by_words!(task, explore(found, most))
     }
 
-    fn explore<const W: usize>(&self) -> Result<Explored> {
-        let mut exploring = self.start::<W>()?;
+    /// Sets the most bytes of the states and their successors.
+    pub(crate) fn set_memory(&mut self, bytes: u64) {
+        self.task.settings.memory = bytes;
+        self.task.meter.set_limit(bytes);
+    }
+
+    /// Returns the number of states that are explored.
+    pub(crate) fn explored(&self) -> usize {
+        self.found.next
+    }
+
+    /// Returns the number of states that are reached and not yet explored.
+    pub(crate) fn waiting(&self) -> usize {
+        self.found.space.len() - self.found.next
+    }
+
+    /// Explores the rest, and returns all states with their choices and successors.
+    ///
+    /// # Errors
+    /// The errors of [`Exploration::run`].
+    pub(super) fn finish(mut self) -> Result<(Task, Explored)> {
+        self.run(u64::MAX)?;
+        let Exploration { task, found } = self;
+        let explored = task.finish(found);
+        Ok((task, explored))
+    }
+}
+
+impl Task {
+    fn explore<const W: usize>(&self, found: &mut Found, most: u64) -> Result<bool> {
+        let mut stepper = Stepper::new(&self.prepared);
         // A state takes longer if more guards are evaluated, so the interval depends on the
         // commands.
         let interval = (PATIENCE / self.program.commands.len().max(1)).max(1);
-        let mut state = 0;
-        while state < exploring.space.len() {
+        while found.work < most && found.next < found.space.len() {
             // A state with many successors takes as long as many states.
-            if state % interval == 0 || exploring.stepper.steps.len() >= PATIENCE {
-                // In the scope `all` every valuation is a state, so the explored states are
-                // reported.
-                let reached =
-                    if matches!(exploring.space, Space::Every(_)) { state } else { exploring.space.len() };
-                self.report(state, reached)?;
+            if found.next.is_multiple_of(interval) || stepper.steps.len() >= PATIENCE {
+                self.report(found)?;
             }
-            let code = exploring.space.code::<W>(state);
-            self.look(&mut exploring, state, &code)?;
-            exploring.add(state, &code)?;
-            state += 1;
+            let code = found.space.code::<W>(found.next);
+            self.look((&mut *found, &mut stepper), &code)?;
+            found.add(&stepper, &code)?;
         }
-        Ok(self.finish(exploring))
+        Ok(found.next == found.space.len())
     }
 
-    fn start<const W: usize>(&self) -> Result<Exploring<'_, W>> {
+    fn start<const W: usize>(&self, most: u64) -> Result<Found> {
         let space = match self.layout.valuations() {
             Some(n) => Space::Every(n as usize),
-            None => Space::Indexed(self.initial_states::<W>()?),
+            None => Space::Indexed(self.initial_states::<W>(most)?),
         };
         let begin = self.program.monitors.as_ref().map(|o| o.begin);
-        Ok(Exploring {
+        Ok(Found {
             restarts: begin == Some(Begin::Everywhere) && matches!(space, Space::Indexed(_)),
             started: space.len(),
+            next: 0,
+            work: 0,
             space,
-            stepper: Stepper::new(self.prepared),
-            graph: Graph::new(self.meter)?,
+            graph: Graph::new(&self.meter)?,
             initial: Vec::new(),
             deadlocks: Vec::new(),
             rounded: None,
@@ -141,40 +195,38 @@ impl Task<'_> {
         self.program.players.as_ref()?;
         let player = |s| self.program.player_of(s).map_or(NOBODY, |player| player as u32);
         let players = self.program.synchronisations.iter().map(player).collect();
-        Some(PlayersFound::new(players, Array::new(self.meter)))
+        Some(PlayersFound::new(players, Array::new(&self.meter)))
     }
 
-    /// Computes the steps from a state and tests whether it is an initial state.
+    /// Computes the steps from the next state and tests whether it is an initial state.
     #[inline]
     fn look<const W: usize>(
         &self,
-        exploring: &mut Exploring<'_, W>,
-        state: usize,
+        (found, stepper): (&mut Found, &mut Stepper<'_, W>),
         code: &[u64; W],
     ) -> Result<()> {
-        exploring.stepper.enter(self.layout, code);
-        let tests = self.settings.scope == Scope::All && state < exploring.started;
+        stepper.enter(&self.layout, code);
+        let tests = self.settings.scope == Scope::All && found.next < found.started;
         if tests || self.prepared.initial_is_partial {
-            let holds = exploring.stepper.is_initial().map_err(|_| self.fault(code))?;
+            let holds = stepper.is_initial().map_err(|_| self.fault(code))?;
             if holds && tests {
-                exploring.initial.push(state);
+                found.initial.push(found.next);
             }
         }
-        exploring.stepper.expand().map_err(|broken| self.broken(broken, code))?;
-        if let Some(players) = &mut exploring.players
-            && !players.add(|synchronisation| exploring.stepper.combinations(synchronisation))?
+        stepper.expand().map_err(|broken| self.broken(broken, code))?;
+        if let Some(players) = &mut found.players
+            && !players.add(|synchronisation| stepper.combinations(synchronisation))?
         {
-            return Err(fault::of_two_players(self.program, &self.values(code))?);
+            return Err(fault::of_two_players(&self.program, &self.values(code))?);
         }
-        if exploring.stepper.rounded {
-            exploring.rounded.get_or_insert_with(|| self.values(code));
+        if stepper.rounded {
+            found.rounded.get_or_insert_with(|| self.values(code));
         }
         Ok(())
     }
 
-    fn finish<const W: usize>(&self, exploring: Exploring<'_, W>) -> Explored {
-        let Exploring { mut space, mut graph, mut initial, deadlocks, rounded, started, players, .. } =
-            exploring;
+    fn finish(&self, found: Found) -> Explored {
+        let Found { mut space, mut graph, mut initial, deadlocks, rounded, started, players, .. } = found;
         if let Space::Indexed(index) = &mut space {
             index.shrink();
             if self.settings.scope == Scope::Reachable {
@@ -183,7 +235,7 @@ impl Task<'_> {
         }
         graph.shrink();
         let bits = |states: Vec<usize>| {
-            let mut bits = BitSet::empty(self.meter, space.len());
+            let mut bits = BitSet::empty(&self.meter, space.len());
             states.into_iter().for_each(|s| set::set(bits.words_mut(), s));
             bits
         };
@@ -192,14 +244,14 @@ impl Task<'_> {
         Explored { initial, deadlocks, rounded, space, graph, players }
     }
 
-    fn initial_states<const W: usize>(&self) -> Result<Index> {
-        let mut index = Index::new(W, self.meter);
+    fn initial_states<const W: usize>(&self, most: u64) -> Result<Index> {
+        let mut index = Index::new(W, &self.meter);
         let start = match (self.settings.scope, &self.program.monitors) {
             (Scope::All, Some(monitors)) => monitors.fresh,
             _ => self.program.initial,
         };
-        let mut search = Search::new(self.program, start, &*self.settings.sink)?;
-        search.run(&mut |values| {
+        let mut search = Search::new(&self.program, start, &*self.settings.sink)?;
+        search.run(most, &mut |values| {
             if let Some(code) = self.layout.encode(values) {
                 index.intern::<W>(&fixed(&code))?;
             }
@@ -208,7 +260,10 @@ impl Task<'_> {
         Ok(index)
     }
 
-    fn report(&self, explored: usize, reached: usize) -> Result<()> {
+    fn report(&self, found: &Found) -> Result<()> {
+        let explored = found.next;
+        // In the scope `all` every valuation is a state, so the explored states are reported.
+        let reached = if matches!(found.space, Space::Every(_)) { explored } else { found.space.len() };
         self.meter.reached(reached);
         let detail = || format!("{explored} states explored, {reached} reached");
         self.settings.sink.progress("reachable states", &detail);
@@ -219,11 +274,11 @@ impl Task<'_> {
     }
 
     fn broken(&self, broken: Broken, code: &[u64]) -> Error {
-        broken.error(self.program, &self.values(code))
+        broken.error(&self.program, &self.values(code))
     }
 
     fn fault(&self, code: &[u64]) -> Error {
-        fault::in_state(self.program, &self.values(code))
+        fault::in_state(&self.program, &self.values(code))
     }
 
     fn values(&self, code: &[u64]) -> State {
@@ -233,14 +288,17 @@ impl Task<'_> {
     }
 }
 
-/// The state of an exploration.
-struct Exploring<'a, const W: usize> {
+/// The states found so far, and the next one to explore.
+struct Found {
     space: Space,
     /// Number of states before the first step.
     started: usize,
+    /// The next state.
+    next: usize,
+    /// The number of states explored and of their successors.
+    work: u64,
     /// True if monitors may begin in every reached state.
     restarts: bool,
-    stepper: Stepper<'a, W>,
     graph: Graph,
     initial: Vec<usize>,
     deadlocks: Vec<usize>,
@@ -248,20 +306,20 @@ struct Exploring<'a, const W: usize> {
     players: Option<PlayersFound>,
 }
 
-impl<const W: usize> Exploring<'_, W> {
-    /// Adds the steps from a state, with their successors, to the graph.
+impl Found {
+    /// Adds the steps from the next state, with their successors, to the graph.
     #[inline]
-    fn add(&mut self, state: usize, code: &[u64; W]) -> Result<()> {
-        if self.stepper.ends.is_empty() || self.stepper.steps_alone() {
-            self.deadlocks.push(state);
+    fn add<const W: usize>(&mut self, stepper: &Stepper<'_, W>, code: &[u64; W]) -> Result<()> {
+        if stepper.ends.is_empty() || stepper.steps_alone() {
+            self.deadlocks.push(self.next);
         }
-        if self.stepper.ends.is_empty() {
-            self.graph.add(state as u32)?;
+        if stepper.ends.is_empty() {
+            self.graph.add(self.next as u32)?;
             self.graph.end_choice()?;
         }
         let mut at = 0;
-        for &end in &self.stepper.ends {
-            for step in &self.stepper.steps[at..end as usize] {
+        for &end in &stepper.ends {
+            for step in &stepper.steps[at..end as usize] {
                 self.graph.add(self.space.number(&sum(code, step))?)?;
             }
             self.graph.end_choice()?;
@@ -269,8 +327,10 @@ impl<const W: usize> Exploring<'_, W> {
         }
         self.graph.end_state()?;
         if self.restarts {
-            self.space.number(&sum(code, &self.stepper.restart()))?;
+            self.space.number(&sum(code, &stepper.restart()))?;
         }
+        self.next += 1;
+        self.work += 1 + stepper.steps.len() as u64;
         Ok(())
     }
 }

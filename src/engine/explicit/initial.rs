@@ -2,7 +2,7 @@
 
 use super::compile::Compiler;
 use super::machine::{Code, Machine};
-use meliora_model::error::Result;
+use meliora_model::error::{Limit, Result};
 use meliora_model::expr::{Binary, ExprId, Node};
 use meliora_model::progress::{Poll, ProgressSink};
 use meliora_model::{Program, State};
@@ -56,14 +56,14 @@ impl<'a> Search<'a> {
         Ok(Search { program, sink, code, machine, tests, order, tried: 0 })
     }
 
-    /// Calls `found` with every state of the predicate.
+    /// Calls `found` with every state of the predicate. Tries at most `most` partial valuations.
     ///
     /// A conjunct without a value counts as false. It matters only in states of the scope, where
     /// the whole expression is evaluated again.
     ///
     /// # Errors
-    /// The work is cancelled, or `found` fails.
-    pub(super) fn run(&mut self, found: &mut dyn FnMut(&[i64]) -> Result<()>) -> Result<()> {
+    /// The work is cancelled, there are more to try, or `found` fails.
+    pub(super) fn run(&mut self, most: u64, found: &mut dyn FnMut(&[i64]) -> Result<()>) -> Result<()> {
         if !self.passes(0) {
             return Ok(());
         }
@@ -80,7 +80,7 @@ impl<'a> Search<'a> {
                 if next[at] <= i128::from(high) {
                     self.machine.regs[variable] = next[at] as i64;
                     next[at] += 1;
-                    self.poll()?;
+                    self.poll(most)?;
                     at += usize::from(self.passes(at + 1));
                     continue;
                 }
@@ -99,8 +99,12 @@ impl<'a> Search<'a> {
         self.tests[at].iter().all(|&start| machine.run(code, start) == Ok(true))
     }
 
-    fn poll(&mut self) -> Result<()> {
+    fn poll(&mut self, most: u64) -> Result<()> {
         self.tried += 1;
+        if self.tried > most {
+            let what = format!("more than {most} partial valuations to find the initial states");
+            return Err(Limit::Size { what }.into());
+        }
         if self.tried.is_multiple_of(PATIENCE)
             && let Some(limit) = self.sink.stop()
         {

@@ -31,12 +31,13 @@ pub mod weighted;
 use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 
-use super::settings::{Settings, Storage};
+use super::settings::Settings;
+pub(crate) use explore::Exploration;
 use explore::{Explored, Space, Task};
 use games::Game;
 use graph::Graph;
 use layout::Layout;
-use meliora_model::error::{Error, Limit, Result};
+use meliora_model::error::Result;
 use meliora_model::{Program, State};
 use meter::Meter;
 use program::Prepared;
@@ -95,17 +96,17 @@ impl ExplicitEngine {
     /// - An update leaves the range of its variable, probabilities are not a distribution, or an
     ///   expression has no value: an input error with an example state of the scope.
     pub fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
-        let layout = explore::layout(&program, &settings)?;
-        let prepared = Prepared::new(&program, &layout, &*settings.sink)?;
-        let meter = Meter::new(settings.memory);
-        let task = Task {
-            program: &program,
-            settings: &settings,
-            layout: &layout,
-            prepared: &prepared,
-            meter: &meter,
-        };
-        let Explored { space, graph, initial, deadlocks, rounded, players } = task.run()?;
+        Self::explored(Exploration::new(program, settings, u64::MAX)?)
+    }
+
+    /// Explores the rest of the scope, as [`ExplicitEngine::new`] does.
+    ///
+    /// # Errors
+    /// The errors of [`ExplicitEngine::new`].
+    pub(crate) fn explored(exploration: Exploration) -> Result<Self> {
+        let (task, explored) = exploration.finish()?;
+        let Task { program, settings, layout, prepared, meter } = task;
+        let Explored { space, graph, initial, deadlocks, rounded, players } = explored;
         let every_state = BitSet::full(&meter, graph.states());
         let every_choice = BitSet::full(&meter, graph.choices());
         let coalition = program.players.iter().flat_map(|players| players.coalition()).collect();
@@ -129,24 +130,10 @@ impl ExplicitEngine {
         })
     }
 
-    /// Explores the scope if the arrays for this need at most `most` bytes; `None` if they need more.
-    ///
-    /// # Errors
-    /// The errors of [`ExplicitEngine::new`].
-    pub(crate) fn within(program: Arc<Program>, settings: Settings, most: u64) -> Result<Option<Self>> {
-        let memory = settings.memory;
-        match Self::new(
-            program,
-            Settings { memory: memory.min(most), storage: Storage::Explicit, ..settings },
-        ) {
-            Ok(mut engine) => {
-                engine.settings.memory = memory;
-                engine.meter.set_limit(memory);
-                Ok(Some(engine))
-            }
-            Err(Error::Limit(Limit::Memory { .. } | Limit::Size { .. })) => Ok(None),
-            Err(e) => Err(e),
-        }
+    /// Sets the memory limit, in bytes.
+    pub(crate) fn set_memory(&mut self, bytes: u64) {
+        self.settings.memory = bytes;
+        self.meter.set_limit(bytes);
     }
 
     /// Returns the program.

@@ -8,7 +8,7 @@ use super::stepper::{Broken, Stepper};
 use super::{ChoiceSet, ExplicitEngine, Space, StateSet};
 use crate::edge_labels::{self, EdgeLabels};
 use crate::engine::{Algebra, Engine, Region};
-use crate::membership::Membership;
+use crate::membership::{Membership, Numbers};
 use crate::parallel::Sets;
 use crate::settings::{Count, Settings, Usage};
 use meliora_model::error::{Error, Result};
@@ -380,8 +380,37 @@ struct Marks<'e> {
 impl Membership for Marks<'_> {
     fn of(&self, state: &[i64]) -> Result<u64> {
         let Some(state) = self.engine.number(state) else { return Ok(0) };
-        let marks = self.sets.iter().enumerate().map(|(number, x)| u64::from(x.has(state)) << number);
-        Ok(marks.sum())
+        Ok(self.marks(state as u32))
+    }
+
+    /// The numbers of the scope `all` have codes of their own.
+    fn numbers(&self) -> Option<&dyn Numbers> {
+        matches!(*self.engine.space, Space::Indexed(_)).then_some(self as _)
+    }
+}
+
+impl Numbers for Marks<'_> {
+    fn states(&self) -> usize {
+        self.engine.graph.states()
+    }
+
+    fn number(&self, code: &[u64]) -> Option<u32> {
+        self.engine.space.find(code).map(|state| state as u32)
+    }
+
+    fn marks(&self, number: u32) -> u64 {
+        let marks = self.sets.iter().enumerate().map(|(set, x)| u64::from(x.has(number as usize)) << set);
+        marks.sum()
+    }
+
+    fn successors(&self, number: u32, position: usize, into: &mut Vec<u32>) {
+        let Space::Indexed(index) = &*self.engine.space else { return };
+        let graph = &self.engine.graph;
+        let choice = graph.choices_of(number as usize).start + position;
+        into.clear();
+        into.extend_from_slice(graph.successors_of(choice));
+        // Codes compare as the values do.
+        into.sort_unstable_by(|&a, &b| index.code(a as usize).cmp(index.code(b as usize)));
     }
 }
 

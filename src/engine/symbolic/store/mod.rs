@@ -296,6 +296,11 @@ impl Store {
         Charge::new(&self.charges)
     }
 
+    /// Tells the progress sink of some steps.
+    fn advance(&self, steps: u64) {
+        self.sink.advance(steps);
+    }
+
     /// Reports the current phase to the progress sink.
     pub(in crate::symbolic) fn progress(&self, phase: &'static str) {
         self.sink.progress(phase, &|| format!("{} nodes in the table", self.nodes()));

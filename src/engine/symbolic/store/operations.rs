@@ -7,7 +7,7 @@ use oxidd::util::num::Natural;
 
 use super::Store;
 use super::diagram::{Bdd, Diagram, Held};
-use super::walk::{Direction, Halt, Walk};
+use super::walk::{Direction, Halt, PATIENCE, Walk};
 use crate::settings::Count;
 use meliora_model::error::Result;
 
@@ -119,6 +119,7 @@ impl Store {
             self.deep(|| Walk::run((self, m), how, steps, checked))
         });
         self.work.steps.fetch_add(steps, Relaxed);
+        self.advance(steps % PATIENCE);
         match result {
             Ok(found) => Ok(Some(found)),
             Err(Halt::Failed(error)) => Err(*error),

@@ -70,6 +70,12 @@ pub struct Thresholds {
     pub first_cache: u64,
     /// Maximum number of steps of the exploration with the first operation cache.
     pub first_steps: u64,
+    /// Number of steps of the exploration after which the explicit engine takes turns, if the engine is
+    /// selected by the states.
+    pub steps_before_trial: u64,
+    /// Work of the explicit engine, in states and their successors, before the exploration begins, if a
+    /// question lists the states.
+    pub work_before_diagrams: u64,
     /// Number of entries of the operation cache once the exploration took too many steps, or the
     /// states are known and the model is not small. Larger models get more.
     pub main_cache: u64,
@@ -103,6 +109,8 @@ impl Default for Thresholds {
             lose_growth: 6,
             first_cache: 1 << 17,
             first_steps: 1 << 19,
+            steps_before_trial: 1 << 14,
+            work_before_diagrams: 1 << 18,
             main_cache: 1 << 20,
             first_collection: 16_000_000,
             nodes_for_threads: 10_000,

@@ -84,6 +84,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
     #[cold]
     fn check(&self, left: u64) -> Result<(), Halt> {
         self.left.set(left.checked_sub(1).ok_or(Halt::Spent)?);
+        self.store.advance(PATIENCE);
         self.store.check_limits(self.m)?;
         self.phase.inspect(|phase| self.store.progress(phase));
         Ok(())

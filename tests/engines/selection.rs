@@ -1,0 +1,151 @@
+//! The selection of an engine by the states: both engines explore in turns, and whichever is taken, the
+//! answers are the same.
+
+use std::sync::Arc;
+
+use meliora::advanced::symbolic::Thresholds;
+use meliora::engine::regions::{Regions, regions};
+use meliora::engine::{
+    Algebra, AnyEngine, Engine, ExplicitEngine, Scope, Selection, Settings, Storage, SymbolicEngine,
+};
+use meliora::error::{Error, Limit, SourceFile};
+use meliora::lang;
+use meliora::model::predicate::Predicate;
+use meliora::model::{Program, State};
+use proptest::prelude::*;
+
+use crate::common::random_program::{random_predicate, random_program};
+use crate::explicit::numbers;
+
+/// A selection that the states decide, however few they are.
+fn open() -> Selection {
+    Selection { storage: Storage::Symbolic, reason: None, is_open: true }
+}
+
+/// Settings in which the explicit engine begins after some steps of the diagrams or, if the states are
+/// listed, explores for that much work before them.
+fn settings(scope: Scope, stage: u64) -> Settings {
+    let (steps_before_trial, work_before_diagrams) = (stage, stage);
+    let thresholds = Thresholds { steps_before_trial, work_before_diagrams, ..Thresholds::default() };
+    Settings { scope, memory: 64 << 20, thresholds, ..Settings::default() }
+}
+
+fn listed<E: Engine>(engine: &E, target: &Predicate) -> (Regions<Vec<State>>, String) {
+    let found = regions(engine, &engine.states_where(target).unwrap()).unwrap();
+    let choices = engine.count(&engine.all_choices()).unwrap();
+    let transitions = engine.count_transitions(&engine.all_choices(), &engine.all_states()).unwrap();
+    let sets = [engine.all_states(), engine.initial_states(), engine.deadlock_states()];
+    let sets = sets.map(|x| engine.list_states(&x, usize::MAX).unwrap());
+    let found = found.map(|x| engine.list_states(&x, usize::MAX).unwrap());
+    (found, format!("{choices} {transitions} {sets:?}"))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    #[test]
+    fn a_trial_that_stops_at_any_stage_leaves_the_answers_the_same(
+        of in numbers(160),
+        goal in numbers(20),
+        all in any::<bool>(),
+    ) {
+        let mut program = random_program(&of, false);
+        let target = random_predicate(&mut program, &goal);
+        let program = Arc::new(program);
+        let target = program.predicate(target);
+        let scope = if all { Scope::All } else { Scope::Reachable };
+        let symbolic = SymbolicEngine::new(program.clone(), settings(scope, 0)).unwrap();
+        let explicit = ExplicitEngine::new(program.clone(), settings(scope, 0)).unwrap();
+        let expected = listed(&explicit, &target);
+        prop_assert_eq!(&listed(&symbolic, &target), &expected);
+        for stage in [0, 1, 2, 3, 5, 8, 13, 40, 200, 1 << 20] {
+            for lists_states in [false, true] {
+                let build = || {
+                    let mut selection = open();
+                    let engine = selection.build(&program, settings(scope, stage), lists_states).unwrap();
+                    (engine, selection)
+                };
+                let (engine, selection) = build();
+                prop_assert_eq!(engine.storage(), selection.storage);
+                prop_assert_eq!(&listed(&engine, &target), &expected, "{} {}", stage, lists_states);
+                prop_assert_eq!(build().1, selection, "each run takes the same engine");
+            }
+        }
+    }
+}
+
+fn program(text: &str) -> Arc<Program> {
+    let none = SourceFile::new("constants", "");
+    Arc::new(lang::load(&SourceFile::new("m", text), &none).unwrap().program)
+}
+
+fn taken(text: &str, lists_states: bool) -> (AnyEngine, String) {
+    let program = program(text);
+    let mut selection = Selection::of([&*program]);
+    let engine = selection.build(&program, Settings::default(), lists_states).unwrap();
+    let name = selection.storage.name();
+    (engine, format!("{name}: {}", selection.reason.unwrap_or_default()))
+}
+
+/// A round of 10,006 states whose numbers no bit tells.
+const ROUND: &str =
+    "x : [0..10006]; [] true -> 0.5: (x'=mod(5*x+3, 10007)) + 0.5: true; endmodule init x=0 endinit";
+
+#[test]
+fn few_states_of_a_markov_chain_are_found_before_diagrams_find_them() {
+    let (engine, said) = taken(&format!("dtmc module m {ROUND}"), false);
+    assert_eq!(said, "explicit: 10006 states found, before diagrams found them");
+    assert_eq!(engine.count(&engine.all_states()).unwrap(), 10_006u32.into());
+    let (_, said) = taken(&format!("mdp module m {ROUND}"), true);
+    assert_eq!(said, "explicit: 10006 states found");
+}
+
+#[test]
+fn states_that_share_their_nodes_are_found_by_diagrams() {
+    let module = |i: usize| {
+        format!("module m{i} x{i} : [0..9]; [] x{i}<9 -> 0.5: (x{i}'=x{i}+1) + 0.5: true; endmodule ")
+    };
+    for kind in ["dtmc", "mdp"] {
+        let text = format!("{kind} {}", (0..9).map(module).collect::<String>());
+        for lists_states in [false, true] {
+            let (engine, said) = taken(&text, lists_states);
+            assert_eq!(said, "symbolic: over 4096 states possible");
+            assert_eq!(engine.count(&engine.all_states()).unwrap(), 1_000_000_000u32.into());
+        }
+    }
+}
+
+#[test]
+fn many_initial_states_are_not_listed_in_vain() {
+    let text = "dtmc module m x : [0..1073741823]; [] x>0 -> (x'=x-1); endmodule init true endinit";
+    let (_, said) = taken(text, true);
+    assert_eq!(said, "symbolic: over 4096 states possible");
+}
+
+#[test]
+fn a_fault_that_either_engine_finds_is_one_of_the_model() {
+    let text = "dtmc module m x : [0..999]; y : [0..999]; \
+        [] x<900 -> (x'=mod(7*x+3, 1000)) & (y'=mod(3*y+x, 1000)); [] x>=900 -> (x'=x+100); endmodule";
+    let program = program(text);
+    for stage in [0, 100, 10_000] {
+        for lists_states in [false, true] {
+            let built = open().build(&program, settings(Scope::Reachable, stage), lists_states);
+            let error = built.err().unwrap();
+            assert!(!matches!(error, Error::Limit(_)), "{error}");
+        }
+    }
+}
+
+#[test]
+fn a_small_memory_is_a_limit_of_both_together() {
+    // Neither fits: the states are as many as the valuations, in an order that no diagram likes.
+    let text = "dtmc const int N = 1000003; module m x : [0..N-1]; y : [0..N-1]; \
+        [] true -> (x'=mod(5*x+3, N)) & (y'=mod(7*y+x, N)); endmodule";
+    let program = program(text);
+    for lists_states in [false, true] {
+        let memory = 4 << 20;
+        let built = open().build(&program, Settings { memory, ..Settings::default() }, lists_states);
+        let error = built.err().unwrap();
+        assert!(matches!(error, Error::Limit(Limit::Memory { .. })), "{error}");
+    }
+}
