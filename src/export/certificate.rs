@@ -63,21 +63,26 @@ fn outcome_layers(
     let almost_sure = trends.backward(engine, &outcome.target, &staying)?;
     let region = names::almost_sure(name);
     layers(named, &region, almost_sure);
-    rounds(named, &region, lost_rounds(engine, trends, &outcome.target)?);
+    rounds(named, &region, lost_rounds(engine, trends, outcome)?);
     Ok(())
 }
 
 /// Computes the states that do not reach a target almost surely, in rounds of attractor removal:
 /// the states that cannot reach the target by the choices that avoid all removed states, and those
 /// that must risk to enter them.
-fn lost_rounds(engine: &SymbolicEngine, trends: &Trends, target: &StateSet) -> Result<Proof> {
-    let mut removal = Removal::new(engine, trends).with_won(target);
+fn lost_rounds(
+    engine: &SymbolicEngine,
+    trends: &Trends,
+    outcome: &ObjectiveRegions<SymbolicEngine>,
+) -> Result<Proof> {
+    let mut removal = Removal::new(engine, trends).with_won(&outcome.target);
+    let mut reaching = outcome.positive.clone();
     loop {
-        let reaching = engine.can_reach(target, &removal.choices, &[])?;
         let lost = engine.difference(&removal.left, &reaching)?;
         if !removal.remove(lost)? {
             return Ok(removal.rounds);
         }
+        reaching = engine.can_reach(&outcome.target, &removal.choices, &[])?;
     }
 }
 

@@ -105,15 +105,16 @@ impl Trends {
         let (mut reached, mut layers) = (target.clone(), vec![(target.clone(), None)]);
         loop {
             let earlier = engine.union(winning, &kept_into(engine, within, &dropped, &reached)?)?;
-            let trend = self.tried(layers.len());
-            let more = match trend {
-                Some((_, by)) => by.can_win(&earlier, within, edge_labels)?,
-                None => engine.can_choose(&earlier)?,
-            };
-            let layer = engine.difference(&more, &reached)?;
-            if engine.is_empty(&layer)? {
+            let near = engine.difference(&engine.can_choose(&earlier)?, &reached)?;
+            if engine.is_empty(&near)? {
+                // Then no step of a trend leads on, either: paths of such steps end.
                 return Ok(layers);
             }
+            let trend = self.tried(layers.len());
+            let layer = match trend {
+                Some((_, by)) => engine.difference(&by.can_win(&earlier, within, edge_labels)?, &reached)?,
+                None => near,
+            };
             reached = engine.union(&reached, &layer)?;
             layers.push((layer, trend.map(|(trend, _)| *trend)));
         }

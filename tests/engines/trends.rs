@@ -94,6 +94,7 @@ proptest! {
         prop_assert_eq!(order.len(), program.variables.len());
         // The numbers of transitions that keep the digits before, and make this one greater or smaller.
         let key = |before: &[Digit], digit: Digit| {
+            let digit = Digit { steady: false, ..digit };
             let [falling, rising] = Trend::ALL.map(|trend| {
                 let of = |order: &[Digit]| {
                     let brute = reference(&program, order, trend);
@@ -106,6 +107,7 @@ proptest! {
         for (at, &digit) in order.iter().enumerate() {
             let own = key(&order[..at], digit);
             prop_assert!(own.0 <= own.1.0, "{:?}", order);
+            prop_assert_eq!(digit.steady, own.0 == 0, "{:?}", order);
             for &other in &order[at..] {
                 let turned = Digit { reversed: !other.reversed, ..other };
                 prop_assert!(own <= key(&order[..at], other).min(key(&order[..at], turned)), "{:?}", order);
