@@ -11,9 +11,9 @@ use meliora_model::trend::{Digit, Trend};
 
 /// The engines of the trends that occur in a certificate.
 pub(super) struct Trends {
-    /// Those of layers, and of rounds that have no order of their own.
+    /// The engines of layers, and of rounds that have no order of their own.
     shared: Engines,
-    /// Those of rounds that have.
+    /// The engines of rounds that have one.
     of_rounds: Option<Engines>,
 }
 
@@ -40,8 +40,7 @@ impl Trends {
         let has_own = !file.order_of_rounds.is_empty();
         let in_rounds = used(&names::is_round);
         let shared = used(&|name| !(has_own && names::is_round(name)));
-        let condition =
-            "the certificate orders each variable of the model once if a layer or round has a trend, else none";
+        let condition = "the certificate orders each variable of the model once if a layer or round has a trend, else none";
         let is_used = !shared.is_empty() || !in_rounds.is_empty();
         let order = checked(engine, &file.order, is_used, condition)?;
         let condition =

@@ -49,8 +49,8 @@ mod removal;
 mod shield;
 mod whole_paths;
 
-use meliora_dump::manifest::{self, File, Root, RootKind, SafetyMode};
 use layers::Trends;
+use meliora_dump::manifest::{self, File, Root, RootKind, SafetyMode};
 use meliora_dump::{Diagram, Dump};
 use meliora_engine::symbolic::{Set, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};

@@ -22,7 +22,8 @@ use meliora_model::VarId;
 use meliora_model::error::Result;
 use meliora_model::trend::{Digit, Trend};
 
-/// A side of a game, for the proof of what it can reach.
+/// A side of a game. A proof that it reaches a set needs one step at each of its states, and all steps
+/// of the other side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
     /// We; without an opponent all choices are ours.

@@ -189,7 +189,8 @@ fn refuse_all_orders(condition: &str, forge: impl Fn(&mut Draft, Vec<Digit>, Tre
 /// Our step and that of the opponent lead to each other: no order of the variables lets both fall.
 #[test]
 fn no_cycle_of_two_players_is_a_layer() {
-    let condition = "each state in layer 3 of `positive:A` has a {trend} step into this layer or an earlier one";
+    let condition =
+        "each state in layer 3 of `positive:A` has a {trend} step into this layer or an earlier one";
     refuse_all_orders(condition, |draft, order, trend| {
         let [cycle, near, first] = [&[[1, 0], [2, 1]][..], &[[4, 0], [5, 1]], &[[0, 0]]].map(exactly);
         draft.layers("positive:A", &[&draft.get("target:A"), &near, &first, &cycle]);
