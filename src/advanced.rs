@@ -16,7 +16,8 @@ pub mod explicit {
 /// Sets, bits and choice numbers of the symbolic engine, and its choice of methods.
 pub mod symbolic {
     pub use meliora_engine::symbolic::{
-        Bit, ChoiceSet, DiagramSizes, Encoding, Listing, Numbered, Set, StateSet, Thresholds, Ways, order,
+        Bit, ChoiceSet, DiagramSizes, Encoding, Listing, Numbered, Set, Side, StateSet, Thresholds, Ways,
+        order,
     };
 }
 

@@ -147,7 +147,7 @@ impl<'a> Checker<'a> {
                     return Err(CheckError::violated(condition, None));
                 }
             } else {
-                let within = trend.map(|trend| self.trends.engine(trend)).transpose()?;
+                let within = trend.map(|trend| self.trends.of_layer(trend)).transpose()?;
                 let found = leading(&Layer { states: layer, earlier: &earlier, until: &until, within })?;
                 let step = trend.map_or("step into an earlier layer".to_owned(), |trend| {
                     format!("{} step into this layer or an earlier one", trend.name())
@@ -191,7 +191,7 @@ impl<'a> Checker<'a> {
     ) -> CheckResult<StateSet> {
         let mut left = x.clone();
         for (number, (lost, trend)) in self.proof.sequence(|j| names::refuted(name, j))?.iter().enumerate() {
-            let within = trend.map(|trend| self.trends.engine(trend)).transpose()?;
+            let within = trend.map(|trend| self.trends.of_round(trend)).transpose()?;
             self.some(lost, || format!("round {number} of `{name}` has a state"))?;
             let condition = || format!("no state lost in round {number} of `{name}` was lost before");
             self.subset(lost, &left, condition)?;

@@ -4,51 +4,91 @@ use std::collections::BTreeSet;
 
 use super::error::{CheckError, CheckResult};
 use meliora_dump::Manifest;
-use meliora_dump::manifest::{self, Root};
+use meliora_dump::manifest::{self, File, Root};
 use meliora_engine::symbolic::SymbolicEngine;
+use meliora_model::names;
 use meliora_model::trend::{Digit, Trend};
 
 /// The engines of the trends that occur in a certificate.
-pub(super) struct Trends(Vec<(Trend, SymbolicEngine)>);
+pub(super) struct Trends {
+    /// The engines of layers, and of rounds that have no order of their own.
+    shared: Engines,
+    /// The engines of rounds that have one.
+    of_rounds: Option<Engines>,
+}
+
+type Engines = Vec<(Trend, SymbolicEngine)>;
 
 impl Trends {
-    /// Checks which roots have a trend, and the order of the variables that defines it; builds the
-    /// engines.
+    /// Checks which roots have a trend, and the orders of the variables that define the trends; builds
+    /// the engines.
     pub(super) fn new(engine: &SymbolicEngine, dump: &Manifest) -> CheckResult<Self> {
-        let named = ["layers:", "refuted:"];
-        let proof = dump.certificate.iter().flat_map(|file| &file.roots);
-        let is_proof = |root: &Root| named.iter().any(|start| root.name.starts_with(start));
-        let others = dump.regions.roots.iter().chain(proof.clone().filter(|root| !is_proof(root)));
-        if let Some(root) = others.clone().find(|root| root.trend.is_some()) {
+        let none = File::default();
+        let file = dump.certificate.as_ref().unwrap_or(&none);
+        let is_proof = |root: &Root| names::is_layer(&root.name) || names::is_round(&root.name);
+        let mut others = dump.regions.roots.iter().chain(file.roots.iter().filter(|root| !is_proof(root)));
+        if let Some(root) = others.find(|root| root.trend.is_some()) {
             let condition = format!("`{}` has no trend: it is neither a layer nor a round", root.name);
             return Err(CheckError::violated(condition, None));
         }
-        let used = |trend: &Trend| proof.clone().any(|root| root.trend == Some(*trend));
-        let used = Vec::from_iter(Trend::ALL.into_iter().filter(used));
-        let order = order(engine, dump, !used.is_empty())?;
-        let with = |trend: Trend| Ok((trend, engine.with_trend(&order, trend)?));
-        Ok(Trends(used.into_iter().map(with).collect::<CheckResult<_>>()?))
+        let used = |is_meant: &dyn Fn(&str) -> bool| {
+            let has = |trend: &Trend| {
+                file.roots.iter().any(|root| root.trend == Some(*trend) && is_meant(&root.name))
+            };
+            Vec::from_iter(Trend::ALL.into_iter().filter(has))
+        };
+        let has_own = !file.order_of_rounds.is_empty();
+        let in_rounds = used(&names::is_round);
+        let shared = used(&|name| !(has_own && names::is_round(name)));
+        let condition = "the certificate orders each variable of the model once if a layer or round has a trend, else none";
+        let is_used = !shared.is_empty() || !in_rounds.is_empty();
+        let order = checked(engine, &file.order, is_used, condition)?;
+        let condition =
+            "an order of rounds has each variable of the model once, and only rounds with a trend have one";
+        let own = checked(engine, &file.order_of_rounds, has_own && !in_rounds.is_empty(), condition)?;
+        if !dump.regions.order.is_empty() || !dump.regions.order_of_rounds.is_empty() {
+            return Err(CheckError::violated("only the certificate orders the variables", None));
+        }
+        let of_rounds = has_own.then(|| engines(engine, &own, &in_rounds)).transpose()?;
+        Ok(Trends { shared: engines(engine, &order, &shared)?, of_rounds })
     }
 
-    /// Returns the engine with the edges of a trend.
-    pub(super) fn engine(&self, trend: Trend) -> CheckResult<&SymbolicEngine> {
-        let found = self.0.iter().find(|(own, _)| *own == trend).map(|(_, engine)| engine);
-        found.ok_or_else(|| CheckError::violated("only layers and rounds have a trend", None))
+    /// Returns the engine with the edges of a trend of a layer.
+    pub(super) fn of_layer(&self, trend: Trend) -> CheckResult<&SymbolicEngine> {
+        find(&self.shared, trend)
+    }
+
+    /// Returns the engine with the edges of a trend of a round.
+    pub(super) fn of_round(&self, trend: Trend) -> CheckResult<&SymbolicEngine> {
+        find(self.of_rounds.as_ref().unwrap_or(&self.shared), trend)
     }
 }
 
-/// Returns the order of the variables: each of them once if it is used, else none.
-fn order(engine: &SymbolicEngine, dump: &Manifest, is_used: bool) -> CheckResult<Vec<Digit>> {
+fn find(engines: &Engines, trend: Trend) -> CheckResult<&SymbolicEngine> {
+    let found = engines.iter().find(|(own, _)| *own == trend).map(|(_, engine)| engine);
+    found.ok_or_else(|| CheckError::violated("only layers and rounds have a trend", None))
+}
+
+fn engines(engine: &SymbolicEngine, order: &[Digit], used: &[Trend]) -> CheckResult<Engines> {
+    used.iter().map(|&trend| Ok((trend, engine.with_trend(order, trend)?))).collect()
+}
+
+/// Returns an order of the variables: each of them once if it is used, else none.
+fn checked(
+    engine: &SymbolicEngine,
+    names: &[manifest::Digit],
+    is_used: bool,
+    condition: &str,
+) -> CheckResult<Vec<Digit>> {
     let program = engine.program();
-    let names = dump.certificate.as_ref().map_or(&[][..], |file| &file.order);
     let digit = |named: &manifest::Digit| {
-        Some(Digit { variable: program.variable(&named.variable)?, reversed: named.reversed })
+        let variable = program.variable(&named.variable)?;
+        Some(Digit { variable, reversed: named.reversed, steady: named.steady })
     };
     let order = Vec::from_iter(names.iter().filter_map(digit));
     let all = if is_used { program.variables.len() } else { 0 };
     let distinct = order.iter().map(|digit| digit.variable).collect::<BTreeSet<_>>().len();
-    if [names.len(), order.len(), distinct] != [all; 3] || !dump.regions.order.is_empty() {
-        let condition = "the certificate orders each variable of the model once if a layer or round has a trend, else none";
+    if [names.len(), order.len(), distinct] != [all; 3] {
         return Err(CheckError::violated(condition, None));
     }
     Ok(order)

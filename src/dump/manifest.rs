@@ -208,6 +208,9 @@ pub struct File {
     /// significant; for roots with a trend.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub order: Vec<Digit>,
+    /// The order for rounds, if they have one of their own.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub order_of_rounds: Vec<Digit>,
 }
 
 /// A variable as a digit of the number of a state.
@@ -218,6 +221,9 @@ pub struct Digit {
     pub variable: String,
     /// True if greater values make the number smaller.
     pub reversed: bool,
+    /// True if rising steps make this digit smaller, too.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub steady: bool,
 }
 
 /// The file with bounds of quantities; see [`super::bounds`].

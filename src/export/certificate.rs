@@ -12,7 +12,6 @@ use meliora_engine::symbolic::{StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, EdgeLabels, Engine};
 use meliora_model::error::Result;
 use meliora_model::names;
-use meliora_model::trend::Digit;
 use meliora_planning::improvement::Arena;
 use meliora_planning::levels::{End, entering};
 use meliora_planning::winning_regions::ObjectiveRegions;
@@ -20,8 +19,8 @@ use meliora_planning::{Analysis, Kind, strategy};
 
 type Of<'a> = Analysis<SymbolicEngine>;
 
-/// Returns all roots of the certificate, and the order of the variables that defines their trends.
-pub(super) fn all(analysis: &Of<'_>) -> Result<(Vec<Named>, Vec<Digit>)> {
+/// Returns all roots of the certificate, and the trends that they use.
+pub(super) fn all(analysis: &Of<'_>) -> Result<(Vec<Named>, Trends)> {
     let (whole, engine) = (analysis.whole_engine(), analysis.engine());
     let trends = Trends::new(whole)?;
     let mut named = Vec::new();
@@ -47,7 +46,7 @@ pub(super) fn all(analysis: &Of<'_>) -> Result<(Vec<Named>, Vec<Digit>)> {
     for &kind in Kind::ALL {
         levels(engine, &trends, analysis, kind, &mut named)?;
     }
-    Ok((named, trends.order))
+    Ok((named, trends))
 }
 
 fn outcome_layers(
@@ -64,21 +63,26 @@ fn outcome_layers(
     let almost_sure = trends.backward(engine, &outcome.target, &staying)?;
     let region = names::almost_sure(name);
     layers(named, &region, almost_sure);
-    rounds(named, &region, lost_rounds(engine, trends, &outcome.target)?);
+    rounds(named, &region, lost_rounds(engine, trends, outcome)?);
     Ok(())
 }
 
 /// Computes the states that do not reach a target almost surely, in rounds of attractor removal:
 /// the states that cannot reach the target by the choices that avoid all removed states, and those
 /// that must risk to enter them.
-fn lost_rounds(engine: &SymbolicEngine, trends: &Trends, target: &StateSet) -> Result<Proof> {
-    let mut removal = Removal::new(engine, trends).with_won(target);
+fn lost_rounds(
+    engine: &SymbolicEngine,
+    trends: &Trends,
+    outcome: &ObjectiveRegions<SymbolicEngine>,
+) -> Result<Proof> {
+    let mut removal = Removal::new(engine, trends).with_won(&outcome.target);
+    let mut reaching = outcome.positive.clone();
     loop {
-        let reaching = engine.can_reach(target, &removal.choices, &[])?;
         let lost = engine.difference(&removal.left, &reaching)?;
         if !removal.remove(lost)? {
             return Ok(removal.rounds);
         }
+        reaching = engine.can_reach(&outcome.target, &removal.choices, &[])?;
     }
 }
 

@@ -7,7 +7,7 @@
 
 use super::Named;
 use meliora_engine::edge_labels::{dropped, kept_into};
-use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
+use meliora_engine::symbolic::{ChoiceSet, Side, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, EdgeLabels, Engine};
 use meliora_model::error::Result;
 use meliora_model::names;
@@ -18,6 +18,9 @@ pub(super) struct Trends {
     /// The order of the variables that defines the trends.
     pub(super) order: Vec<Digit>,
     engines: [(Trend, SymbolicEngine); 2],
+    /// In a game, the trends of rounds: in layers we choose the steps that lead on, in rounds the
+    /// opponent does.
+    rounds: Option<Box<Trends>>,
 }
 
 /// Layers of a game up to this one are all closed by a trend.
@@ -28,10 +31,26 @@ pub(super) type Proof = Vec<(StateSet, Option<Trend>)>;
 
 impl Trends {
     pub(super) fn new(engine: &SymbolicEngine) -> Result<Self> {
-        let order = engine.falling_order()?;
+        let rounds = engine.theirs().map(|_| Trends::of_side(engine, Side::Opponent));
+        let rounds = rounds.transpose()?.map(Box::new);
+        Ok(Trends { rounds, ..Trends::of_side(engine, Side::We)? })
+    }
+
+    fn of_side(engine: &SymbolicEngine, side: Side) -> Result<Self> {
+        let order = engine.falling_order(side)?;
         let [falling, rising] = Trend::ALL.map(|trend| engine.with_trend(&order, trend));
         let engines = [(Trend::Falling, falling?), (Trend::Rising, rising?)];
-        Ok(Trends { order, engines })
+        Ok(Trends { order, engines, rounds: None })
+    }
+
+    /// Returns the trends of rounds.
+    pub(super) fn of_rounds(&self) -> &Self {
+        self.apart().unwrap_or(self)
+    }
+
+    /// Returns the trends of rounds, if rounds have an order of their own.
+    pub(super) fn apart(&self) -> Option<&Self> {
+        self.rounds.as_deref()
     }
 
     /// Returns the engines with their trends.
@@ -43,12 +62,13 @@ impl Trends {
     pub(super) fn of_all_players(&self) -> Result<Self> {
         let [falling, rising] = self.engines.each_ref().map(|(_, by)| of_all_players(by));
         let engines = [(Trend::Falling, falling?), (Trend::Rising, rising?)];
-        Ok(Trends { order: self.order.clone(), engines })
+        Ok(Trends { order: self.order.clone(), engines, rounds: None })
     }
 
     /// Computes the layers of the states that are reached from the start states of paths.
     pub(super) fn forward(&self, engine: &SymbolicEngine, start: StateSet) -> Result<Proof> {
-        self.grow(engine, start, |by, reached| by.reached_from(reached))
+        let step = |reached: &StateSet| engine.post(&engine.choices_in(&engine.all_choices(), reached)?);
+        self.grow(engine, start, |by, reached| by.reached_from(reached), step)
     }
 
     /// Computes the layers of the states that reach a target by the given choices.
@@ -73,26 +93,28 @@ impl Trends {
         within: &ChoiceSet,
         edge_labels: &[EdgeLabels<StateSet>],
     ) -> Result<Proof> {
+        let dropped = dropped(engine, edge_labels)?;
         if engine.theirs().is_none() {
-            return self
-                .grow(engine, target.clone(), |by, reached| by.can_reach(reached, within, edge_labels));
+            let close = |by: &SymbolicEngine, reached: &StateSet| by.can_reach(reached, within, edge_labels);
+            let step = |reached: &StateSet| engine.sources(&kept_into(engine, within, &dropped, reached)?);
+            return self.grow(engine, target.clone(), close, step);
         }
         if engine.is_empty(target)? {
             return Ok(Vec::new());
         }
-        let dropped = dropped(engine, edge_labels)?;
         let (mut reached, mut layers) = (target.clone(), vec![(target.clone(), None)]);
         loop {
             let earlier = engine.union(winning, &kept_into(engine, within, &dropped, &reached)?)?;
-            let trend = self.tried(layers.len());
-            let more = match trend {
-                Some((_, by)) => by.can_win(&earlier, within, edge_labels)?,
-                None => engine.can_choose(&earlier)?,
-            };
-            let layer = engine.difference(&more, &reached)?;
-            if engine.is_empty(&layer)? {
+            let near = engine.difference(&engine.can_choose(&earlier)?, &reached)?;
+            if engine.is_empty(&near)? {
+                // Then no step of a trend leads on, either: paths of such steps end.
                 return Ok(layers);
             }
+            let trend = self.tried(layers.len());
+            let layer = match trend {
+                Some((_, by)) => engine.difference(&by.can_win(&earlier, within, edge_labels)?, &reached)?,
+                None => near,
+            };
             reached = engine.union(&reached, &layer)?;
             layers.push((layer, trend.map(|(trend, _)| *trend)));
         }
@@ -106,12 +128,14 @@ impl Trends {
         is_tried.then(|| &self.engines[number % 2])
     }
 
-    /// Closes a set under the steps of both trends, one after the other, until nothing is new.
+    /// Closes a set under the steps of both trends, one after the other, until nothing is new. In a
+    /// game some steps have neither trend; `step` then adds those of one step.
     fn grow(
         &self,
         engine: &SymbolicEngine,
         start: StateSet,
         close: impl Fn(&SymbolicEngine, &StateSet) -> Result<StateSet>,
+        step: impl Fn(&StateSet) -> Result<StateSet>,
     ) -> Result<Proof> {
         if engine.is_empty(&start)? {
             return Ok(Vec::new());
@@ -119,13 +143,18 @@ impl Trends {
         let (mut reached, mut unchanged) = (start.clone(), 0);
         let mut layers = vec![(start, None)];
         for (trend, by) in self.engines.iter().cycle() {
-            let more = close(by, &reached)?;
+            let is_closed = unchanged > 1;
+            if is_closed && !engine.is_game() {
+                break;
+            }
+            let more = if is_closed { step(&reached)? } else { close(by, &reached)? };
             let layer = engine.difference(&more, &reached)?;
             unchanged += 1;
             if !engine.is_empty(&layer)? {
-                layers.push((layer, Some(*trend)));
-                (reached, unchanged) = (more, 1);
-            } else if unchanged > 1 {
+                layers.push((layer, (!is_closed).then_some(*trend)));
+                reached = engine.union(&reached, &more)?;
+                unchanged = usize::from(!is_closed);
+            } else if is_closed {
                 break;
             }
         }

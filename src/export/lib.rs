@@ -49,6 +49,7 @@ mod removal;
 mod shield;
 mod whole_paths;
 
+use layers::Trends;
 use meliora_dump::manifest::{self, File, Root, RootKind, SafetyMode};
 use meliora_dump::{Diagram, Dump};
 use meliora_engine::symbolic::{Set, SymbolicEngine};
@@ -133,7 +134,7 @@ pub fn export(
     let paired = sets.any(|n| matches!(n.set, Set::Choices(_)));
     let choices = describe::choices(engine, paired);
     let (regions, diagram) = file(engine, manifest::REGIONS, &named, &choices.order)?;
-    let certified = certificate.map(|(named, order)| proof(engine, &named, &order, &choices.order));
+    let certified = certificate.map(|(named, trends)| proof(engine, &named, &trends, &choices.order));
     let (certificate, layers) = certified.transpose()?.unzip();
     let options = analysis.options();
     let cut = |&kind: &Kind| matches!(analysis.levels(kind).end, Some(End::Cut));
@@ -161,21 +162,29 @@ fn mode(safety: Safety) -> SafetyMode {
     }
 }
 
-/// Builds the diagram of a certificate, and its entry in the manifest without the hash.
+/// Builds the diagram of a certificate, and its entry in the manifest without the hash. An order is in
+/// it if some set has a trend of this order.
 fn proof(
     engine: &SymbolicEngine,
     named: &[Named],
-    order: &[Digit],
+    trends: &Trends,
     bits: &[String],
 ) -> Result<(File, Diagram)> {
     let (mut certificate, diagram) = file(engine, manifest::CERTIFICATE, named, bits)?;
-    if named.iter().any(|set| set.trend.is_some()) {
-        let variables = &engine.program().variables;
-        let name = |digit: &Digit| variables[digit.variable.index()].name.clone();
-        certificate.order = order
-            .iter()
-            .map(|digit| manifest::Digit { variable: name(digit), reversed: digit.reversed })
-            .collect();
+    let variables = &engine.program().variables;
+    let digit = |&Digit { variable, reversed, steady }: &Digit| manifest::Digit {
+        variable: variables[variable.index()].name.clone(),
+        reversed,
+        steady,
+    };
+    let written = |trends: &Trends| trends.order.iter().map(digit).collect::<Vec<_>>();
+    let mut with_trend = named.iter().filter(|set| set.trend.is_some());
+    if let Some(rounds) = trends.apart().filter(|_| with_trend.clone().any(|set| names::is_round(&set.name)))
+    {
+        certificate.order_of_rounds = written(rounds);
+    }
+    if with_trend.next().is_some() {
+        certificate.order = written(trends);
     }
     Ok((certificate, diagram))
 }
@@ -202,7 +211,6 @@ fn file(engine: &SymbolicEngine, path: &str, named: &[Named], bits: &[String]) -
             trend: named.trend,
         });
     }
-    let (path, nodes, order) = (path.to_owned(), diagram.nodes.len() + 1, Vec::new());
-    let file = File { path, sha256: String::new(), nodes, roots, order };
-    Ok((file, diagram))
+    let nodes = diagram.nodes.len() + 1;
+    Ok((File { path: path.to_owned(), nodes, roots, ..File::default() }, diagram))
 }

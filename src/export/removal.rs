@@ -24,6 +24,7 @@ impl<'a> Removal<'a> {
     /// Creates the removal of states from all of an engine, with edges that are all plain.
     pub(super) fn new(engine: &'a SymbolicEngine, trends: &'a Trends) -> Self {
         let (left, choices, won) = (engine.all_states(), engine.all_choices(), engine.no_states());
+        let trends = trends.of_rounds();
         Removal { engine, trends, edge_labels: &[], won, left, choices, rounds: Vec::new() }
     }
 

@@ -108,7 +108,7 @@ pub(super) fn players(world: &World, robots: &[Robot<'_>]) -> String {
     format!("\n{}{}", player(name, &own), opponents.collect::<String>())
 }
 
-/// Returns the modules of the opponents and of the turns. Empty without opponents.
+/// Returns the modules of the opponents. Empty without opponents.
 pub(super) fn modules(world: &World, robots: &[Robot<'_>]) -> String {
     let mut opponents = Opponent::all(world);
     let Some(first) = opponents.next() else { return String::new() };
@@ -122,19 +122,25 @@ pub(super) fn modules(world: &World, robots: &[Robot<'_>]) -> String {
     Direction::ALL.into_iter().for_each(|direction| text += &first.formulas(direction, robots));
     text += &first.module();
     opponents.for_each(|opponent| text += &opponent.renamed(&first));
-    text + &turns(world, robots)
+    text
 }
 
-/// Returns the module of the turns: after each move of a robot, the opponents move one after the other.
-fn turns(world: &World, robots: &[Robot<'_>]) -> String {
+/// Returns the module of the turns: after each move of a robot, the opponents move one after the other,
+/// and the turn counts down to ours. It is the first module, because diagrams are smaller if they split
+/// the states by the turn first. Empty without opponents.
+pub(super) fn turns(world: &World, robots: &[Robot<'_>]) -> String {
     let last = world.opponents.len();
+    if last == 0 {
+        return String::new();
+    }
     let mut text = format!(
         "\n// Turn 0 is that of our side; then each opponent moves.\nmodule turns\n\n  turn : [0..{last}] init 0;\n\n"
     );
     let own: Vec<String> = robots.iter().flat_map(Robot::actions).collect();
     let others = Opponent::all(world).map(|opponent| opponent.actions());
-    for (turn, actions) in std::iter::once(own).chain(others).enumerate() {
-        let next = (turn + 1) % (last + 1);
+    for (number, actions) in std::iter::once(own).chain(others).enumerate() {
+        let turn = (last + 1 - number) % (last + 1);
+        let next = last - number;
         for action in actions {
             text += &format!("  [{action}] turn={turn} -> (turn'={next});\n");
         }

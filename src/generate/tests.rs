@@ -73,20 +73,25 @@ fn step_to(program: &Program, state: &[i64], action: &str) -> Option<BTreeSet<Ve
 }
 
 /// Returns these states according to the world: row, column, battery, then flags in the order of
-/// declaration; with opponents, then their rows and columns, and the turn of the first of them.
+/// declaration; with opponents, the turn of the first of them, battery, flags, row, column, then the
+/// rows and columns of the opponents.
 fn by_world(world: &World, from: Place, direction: Direction) -> Option<BTreeSet<Vec<i64>>> {
     let locks = world.locks();
     let ends = world.outcome_among(from, direction, &world.opponents)?.into_iter().map(|branch| {
         let to = from.moved(branch.shift).unwrap();
-        let mut state = vec![to.row as i64, to.col as i64];
+        let place = [to.row as i64, to.col as i64];
         let charged = world.cell(to).charger && !world.is_locked(Lock::Charger);
-        state.extend(world.battery.map(|full| i64::from(full) - i64::from(!charged)));
+        let battery = world.battery.map(|full| i64::from(full) - i64::from(!charged));
         let item = world.cell(to).item.filter(|&i| !world.is_locked(Lock::Item(i)));
         let opened = item.map(|i| world.items[i].opens.clone()).unwrap_or_default();
-        state.extend(locks.iter().map(|lock| i64::from(opened.contains(lock))));
-        state.extend(world.opponents.iter().flat_map(|place| [place.row as i64, place.col as i64]));
-        state.extend((!world.opponents.is_empty()).then_some(1));
-        state
+        let flags = locks.iter().map(|lock| i64::from(opened.contains(lock)));
+        let rest: Vec<i64> = battery.into_iter().chain(flags).collect();
+        if world.opponents.is_empty() {
+            return [&place[..], &rest].concat();
+        }
+        let opponents = world.opponents.iter().flat_map(|place| [place.row as i64, place.col as i64]);
+        let turn = vec![world.opponents.len() as i64];
+        [turn, rest, place.to_vec(), opponents.collect()].concat()
     });
     Some(ends.collect())
 }
@@ -103,8 +108,8 @@ fn opponents_move(program: &Program, world: &World, at: Place, robot: Place) {
         }
         let mut state: Vec<i64> =
             program.variables.iter().map(|variable| variable.initial.unwrap()).collect();
-        let (first, turn) = (state.len() - 1 - 2 * count, number as i64 + 1);
-        [state[0], state[1]] = [robot.row as i64, robot.col as i64];
+        let (first, turn) = (state.len() - 2 * count, (count - number) as i64);
+        [state[first - 2], state[first - 1]] = [robot.row as i64, robot.col as i64];
         let after = |to: Place| {
             let mut state = state.clone();
             places.iter().enumerate().for_each(|(i, place)| {
@@ -114,12 +119,12 @@ fn opponents_move(program: &Program, world: &World, at: Place, robot: Place) {
             state
         };
         let with_turn = |mut state: Vec<i64>, turn: i64| {
-            *state.last_mut().unwrap() = turn;
+            state[0] = turn;
             state
         };
         let suffix = if count > 1 { (number + 1).to_string() } else { String::new() };
         let now = with_turn(after(at), turn);
-        let next = |to: Place| BTreeSet::from([with_turn(after(to), (turn + 1) % (count as i64 + 1))]);
+        let next = |to: Place| BTreeSet::from([with_turn(after(to), turn - 1)]);
         for direction in Direction::ALL {
             let to = world.opponent_step(at, direction).filter(|to| !others.contains(to));
             let action = format!("opponent_{}{suffix}", direction.name());

@@ -13,6 +13,7 @@ pub(super) fn write(world: &World, title: &str) -> String {
     let kind = if world.opponents.is_empty() { "mdp" } else { "smg" };
     let mut text = format!("// {title}\n{}\n{kind}\n", picture::comment(world));
     text += &opponent::players(world, &robots);
+    text += &opponent::turns(world, &robots);
     if let Some(full) = world.battery {
         text += &format!("\nconst int full = {full};  // the battery\n");
     }
@@ -99,15 +100,15 @@ impl<'a> Robot<'a> {
             0 => (self.start.row.to_string(), self.start.col.to_string()),
             _ => (self.name("row"), self.name("col")),
         };
-        let mut text = format!("  {r} : [0..{}] init {};  // row\n", world.rows - 1, starts.0);
-        text += &format!("  {c} : [0..{}] init {};  // column\n", world.cols - 1, starts.1);
-        if world.battery.is_some() {
-            text += &format!("  {} : [0..full] init full;  // battery\n", self.name("b"));
-        }
+        let mut place = format!("  {r} : [0..{}] init {};  // row\n", world.rows - 1, starts.0);
+        place += &format!("  {c} : [0..{}] init {};  // column\n", world.cols - 1, starts.1);
+        let battery = format!("  {} : [0..full] init full;  // battery\n", self.name("b"));
+        let mut rest = if world.battery.is_some() { battery } else { String::new() };
         for lock in world.locks() {
-            text += &format!("  {} : bool init false;\n", self.flag(lock));
+            rest += &format!("  {} : bool init false;\n", self.flag(lock));
         }
-        text
+        // Among opponents, diagrams are smallest if the positions of all robots follow each other.
+        if world.opponents.is_empty() { place + &rest } else { rest + &place }
     }
 
     fn module(&self, moves: &[Move]) -> String {

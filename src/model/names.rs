@@ -105,3 +105,13 @@ pub fn layer(region: &str, layer: usize) -> String {
 pub fn refuted(region: &str, round: usize) -> String {
     format!("refuted:{region}:{round}")
 }
+
+/// Returns true if the name is that of a layer.
+pub fn is_layer(name: &str) -> bool {
+    name.starts_with("layers:")
+}
+
+/// Returns true if the name is that of a round.
+pub fn is_round(name: &str) -> bool {
+    name.starts_with("refuted:")
+}

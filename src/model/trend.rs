@@ -11,6 +11,8 @@ pub struct Digit {
     pub variable: VarId,
     /// True if greater values make the number smaller.
     pub reversed: bool,
+    /// True if rising steps make this digit smaller, too.
+    pub steady: bool,
 }
 
 /// The effect of a step on the number of a state. Along steps of one trend no state comes twice, so
@@ -20,8 +22,15 @@ pub struct Digit {
 pub enum Trend {
     /// The number becomes smaller.
     Falling,
-    /// The number becomes greater.
+    /// The number becomes greater, where the steady digits are read in reverse.
     Rising,
+}
+
+impl Digit {
+    /// Returns true if steps of a trend make the value of the variable smaller, false if greater.
+    pub fn lowers(self, trend: Trend) -> bool {
+        (trend == Trend::Falling || self.steady) != self.reversed
+    }
 }
 
 impl Trend {

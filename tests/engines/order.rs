@@ -174,3 +174,21 @@ fn networks_with_an_integer_keep_their_flags_as_declared() {
     let flags: Vec<String> = auto(&text).into_iter().filter(|name| name != "n").collect();
     assert_eq!(flags, declared.map(|v| format!("f{v}")));
 }
+
+#[test]
+fn in_a_game_what_every_step_of_a_module_uses_up_stands_above_the_turn_and_the_places() {
+    let text = "smg player us [go], [back] endplayer player them [up], [down] endplayer
+        module turns turn : [0..1]; [go] turn=0 -> (turn'=1); [back] turn=0 -> (turn'=1);
+        [up] turn=1 -> (turn'=0); [down] turn=1 -> (turn'=0); endmodule
+        module robot x : [0..9]; battery : [0..9] init 9;
+        [go] battery>0 & x<9 & x+1!=y -> (x'=x+1) & (battery'=battery-1);
+        [back] battery>0 & x>0 -> (x'=x-1) & (battery'=x=1 ? 9 : battery-1); endmodule
+        module guard y : [0..9] init 9; [up] y<9 -> (y'=y+1); [down] y>0 -> (y'=y-1); endmodule";
+    assert_eq!(auto(text), ["battery", "turn", "x", "y"]);
+    assert_eq!(reason(text), "battery on top, since every step of the module changes it");
+    // Without players, and for a counter that goes both ways, as declared.
+    let alone = text.replace("player us [go], [back] endplayer player them [up], [down] endplayer", "");
+    assert_eq!(auto(&alone.replace("smg", "mdp")), ["turn", "x", "battery", "y"]);
+    let charging = text.replace("(battery'=x=1 ? 9 : battery-1)", "(battery'=battery+1)");
+    assert_eq!(auto(&charging), ["turn", "x", "battery", "y"]);
+}

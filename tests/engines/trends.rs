@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::sync::Arc;
 
-use meliora::advanced::symbolic::Thresholds;
+use meliora::advanced::symbolic::{Side, Thresholds};
 use meliora::engine::{Engine, Settings, SymbolicEngine};
 use meliora::model::trend::{Digit, Trend};
 use meliora::model::{Program, State};
@@ -14,20 +14,18 @@ use crate::common::brute::{Brute, Set};
 use crate::common::random_program::{random_predicate, random_program};
 use crate::explicit::numbers;
 
-/// Compares two states by the first variable of the order in which they differ.
-fn compare(order: &[Digit], s: &State, t: &State) -> Ordering {
-    let value =
-        |d: &Digit, s: &State| if d.reversed { -s[d.variable.index()] } else { s[d.variable.index()] };
-    let of = |s: &State| order.iter().map(|digit| value(digit, s)).collect::<Vec<_>>();
-    of(s).cmp(&of(t))
-}
-
+/// Returns whether the first variable of the order in which two states differ says that a step has the trend.
 fn has_trend(order: &[Digit], trend: Trend, s: &State, t: &State) -> bool {
+    let value = |d: &Digit, s: &State| {
+        let turned = d.reversed != (d.steady && trend == Trend::Rising);
+        if turned { -s[d.variable.index()] } else { s[d.variable.index()] }
+    };
+    let of = |s: &State| order.iter().map(|digit| value(digit, s)).collect::<Vec<_>>();
     let wanted = match trend {
         Trend::Falling => Ordering::Less,
         Trend::Rising => Ordering::Greater,
     };
-    compare(order, t, s) == wanted
+    of(t).cmp(&of(s)) == wanted
 }
 
 /// The reference with only the edges of a trend.
@@ -65,10 +63,12 @@ proptest! {
         let predicates = [random_predicate(&mut program, &first), random_predicate(&mut program, &second)];
         let program = Arc::new(program);
         let key = |digit: &Digit| keys.get(digit.variable.index()).copied().unwrap_or_default();
-        let digit = |variable| Digit { variable, reversed: false };
+        let digit = |variable| Digit { variable, reversed: false, steady: false };
         let mut order: Vec<Digit> = program.variable_ids().map(digit).collect();
         order.sort_by_key(key);
-        order.iter_mut().for_each(|digit| digit.reversed = key(digit) & 1 == 1);
+        for digit in &mut order {
+            (digit.reversed, digit.steady) = (key(digit) & 1 == 1, key(digit) & 2 == 2);
+        }
         for relations_per_bit in [0, Thresholds::default().relations_per_bit] {
             let thresholds = Thresholds { relations_per_bit, ..Thresholds::default() };
             let settings = Settings { memory: 64 << 20, thresholds, ..Settings::default() };
@@ -90,10 +90,11 @@ proptest! {
     fn digits_that_few_transitions_make_greater_come_first(of in numbers(160)) {
         let program = Arc::new(random_program(&of, false));
         let settings = Settings { memory: 64 << 20, ..Settings::default() };
-        let order = SymbolicEngine::new(program.clone(), settings).unwrap().falling_order().unwrap();
+        let order = SymbolicEngine::new(program.clone(), settings).unwrap().falling_order(Side::We).unwrap();
         prop_assert_eq!(order.len(), program.variables.len());
         // The numbers of transitions that keep the digits before, and make this one greater or smaller.
         let key = |before: &[Digit], digit: Digit| {
+            let digit = Digit { steady: false, ..digit };
             let [falling, rising] = Trend::ALL.map(|trend| {
                 let of = |order: &[Digit]| {
                     let brute = reference(&program, order, trend);
@@ -106,6 +107,7 @@ proptest! {
         for (at, &digit) in order.iter().enumerate() {
             let own = key(&order[..at], digit);
             prop_assert!(own.0 <= own.1.0, "{:?}", order);
+            prop_assert_eq!(digit.steady, own.0 == 0, "{:?}", order);
             for &other in &order[at..] {
                 let turned = Digit { reversed: !other.reversed, ..other };
                 prop_assert!(own <= key(&order[..at], other).min(key(&order[..at], turned)), "{:?}", order);

@@ -46,6 +46,7 @@ pub use order::{Bit, Order};
 pub use pick::Listing;
 pub use sizes::DiagramSizes;
 pub use store::thresholds::{Thresholds, Ways};
+pub use trends::Side;
 
 use super::edge_labels::{self, EdgeLabels};
 use super::engine::{Algebra, Engine, Region};

@@ -22,9 +22,21 @@ use meliora_model::VarId;
 use meliora_model::error::Result;
 use meliora_model::trend::{Digit, Trend};
 
+/// A side of a game. A proof that it reaches a set needs one step at each of its states, and all steps
+/// of the other side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// We; without an opponent all choices are ours.
+    We,
+    /// The opponent.
+    Opponent,
+}
+
 /// The transitions of a piece that make each variable smaller, and those that make it greater.
 struct Changes {
     piece: Piece,
+    /// True if the other side chooses them.
+    is_rival: bool,
     counts: Vec<(VarId, [Count; 2])>,
 }
 
@@ -33,20 +45,63 @@ impl Changes {
         self.counts.iter().any(|(own, _)| *own == variable)
     }
 
-    fn add_to(&self, totals: &mut [[Count; 2]]) {
+    fn add_to(&self, totals: &mut [Totals]) {
         for (variable, [falling, rising]) in &self.counts {
-            let [less, more] = &mut totals[variable.index()];
+            let [less, more] = totals[variable.index()].of(self.is_rival);
             *less += falling;
             *more += rising;
         }
     }
 
-    fn take_from(&self, totals: &mut [[Count; 2]]) {
+    fn take_from(&self, totals: &mut [Totals]) {
         for (variable, [falling, rising]) in &self.counts {
-            let [less, more] = &mut totals[variable.index()];
+            let [less, more] = totals[variable.index()].of(self.is_rival);
             *less -= falling;
             *more -= rising;
         }
+    }
+}
+
+/// The numbers of transitions of a side and of the other one that make a variable smaller, and greater.
+#[derive(Clone, Default)]
+struct Totals {
+    own: [Count; 2],
+    rival: [Count; 2],
+}
+
+impl Totals {
+    fn of(&mut self, is_rival: bool) -> &mut [Count; 2] {
+        if is_rival { &mut self.rival } else { &mut self.own }
+    }
+
+    /// Returns whether the other side changes the variable.
+    fn has_rival(&self) -> bool {
+        self.rival.iter().any(|count| !count.is_zero())
+    }
+
+    /// Returns true if more transitions rise than fall: of the other side, if it changes the variable.
+    fn is_reversed(&self) -> bool {
+        let [falling, rising] = if self.has_rival() { &self.rival } else { &self.own };
+        rising > falling
+    }
+
+    /// Returns the numbers of falling and rising transitions, for the better direction.
+    fn directed(of: &[Count; 2], is_reversed: bool) -> (&Count, &Count) {
+        let [falling, rising] = of;
+        if is_reversed { (rising, falling) } else { (falling, rising) }
+    }
+
+    /// Returns the rank of the variable as the next digit, the least one first.
+    fn rank(&self) -> (&Count, &Count, Reverse<&Count>) {
+        let [own, rival] = [&self.own, &self.rival].map(|of| Totals::directed(of, self.is_reversed()));
+        (rival.1, own.1, Reverse(own.0))
+    }
+
+    /// Returns the variable as a digit.
+    fn digit(&self, variable: VarId) -> Digit {
+        let reversed = self.is_reversed();
+        let steady = self.has_rival() || Totals::directed(&self.own, reversed).1.is_zero();
+        Digit { variable, reversed, steady }
     }
 }
 
@@ -88,18 +143,16 @@ impl SymbolicEngine {
         })
     }
 
-    /// Returns the pairs of present and next values of a support in which the next ones are less,
-    /// or greater.
+    /// Returns the pairs of present and next values of a support that have a trend.
     fn has_trend(&self, order: &[Digit], support: &Support, trend: Trend) -> Result<Bdd> {
         let store = &self.store;
         let mut decided = store.zero();
-        for &Digit { variable, reversed } in order.iter().rev() {
-            for &position in self.encoding.positions(variable) {
+        for &digit in order.iter().rev() {
+            for &position in self.encoding.positions(digit.variable) {
                 if has(support, position) {
                     let before = store.literal(2 * position, true)?;
                     let after = store.literal(2 * position + 1, true)?;
-                    let lowers = (trend == Trend::Falling) != reversed;
-                    let (more, less) = if lowers { (before, after) } else { (after, before) };
+                    let (more, less) = if digit.lowers(trend) { (before, after) } else { (after, before) };
                     let greater = store.or(&more, &decided)?;
                     decided = store.ite(&less, &store.and(&more, &decided)?, &greater)?;
                 }
@@ -108,35 +161,35 @@ impl SymbolicEngine {
         Ok(decided)
     }
 
-    /// Returns an order of the variables in which many edges fall. Each digit is one that, of the
-    /// transitions that keep all digits before it, the fewest make greater; of equals, the most make
-    /// smaller. So a counter of rounds comes before the clocks that each round sets back.
+    /// Returns an order of the variables in which many steps of a side fall, and nearly all steps of the
+    /// other side do. Each digit is one that, of the transitions that keep all digits before it, the
+    /// fewest of the other side make greater; of equals, the fewest of all. So a counter of rounds comes
+    /// before the clocks that each round sets back, and the variable for the turn comes after those that
+    /// the side itself changes, and before those that the other side does.
+    ///
+    /// A digit is steady if the other side changes it, or if no transition makes it greater.
     ///
     /// Cost: linear in the relations, for each pair of variables that one of them changes.
     ///
     /// # Errors
     /// A limit.
-    pub fn falling_order(&self) -> Result<Vec<Digit>> {
-        let all = self.transitions.pieces.iter().map(|piece| self.changes(piece.clone()));
+    pub fn falling_order(&self, side: Side) -> Result<Vec<Digit>> {
+        let all = self.transitions.pieces.iter().map(|piece| self.changes(piece.clone(), side));
         let mut all = all.collect::<Result<Vec<_>>>()?;
         let mut left: Vec<VarId> = self.program.variable_ids().collect();
-        let mut totals = vec![[Count::zero(), Count::zero()]; left.len()];
+        let mut totals = vec![Totals::default(); left.len()];
         all.iter().for_each(|changes| changes.add_to(&mut totals));
         let mut order = Vec::new();
-        while let Some(at) = (0..left.len()).min_by_key(|&at| {
-            let [falling, rising] = &totals[left[at].index()];
-            (falling.min(rising), Reverse(falling.max(rising)))
-        }) {
+        while let Some(at) = (0..left.len()).min_by_key(|&at| totals[left[at].index()].rank()) {
             let variable = left.remove(at);
-            let [falling, rising] = &totals[variable.index()];
-            order.push(Digit { variable, reversed: rising > falling });
+            order.push(totals[variable.index()].digit(variable));
             for changes in all.iter_mut().filter(|changes| changes.writes(variable)) {
                 changes.take_from(&mut totals);
                 let PartialRelation { relation, support } = &changes.piece.steps;
                 let kept = self.keeping(variable, support)?;
                 let steps =
                     PartialRelation { relation: self.store.and(relation, &kept)?, support: support.clone() };
-                *changes = self.changes(Piece { group: changes.piece.group, steps })?;
+                *changes = self.changes(Piece { group: changes.piece.group, steps }, side)?;
                 changes.add_to(&mut totals);
             }
         }
@@ -144,21 +197,24 @@ impl SymbolicEngine {
     }
 
     /// Counts the transitions of a piece that change each variable.
-    fn changes(&self, piece: Piece) -> Result<Changes> {
+    fn changes(&self, piece: Piece, side: Side) -> Result<Changes> {
         let mut counts = Vec::new();
         let support = &piece.steps.support;
         let written = |v: &VarId| self.encoding.positions(*v).iter().any(|bit| has(support, *bit));
         let is_empty = self.store.is_zero(&piece.steps.relation);
         for variable in self.program.variable_ids().filter(|v| !is_empty && written(v)) {
             let [falling, rising] = Trend::ALL.map(|trend| {
-                let trend = self.has_trend(&[Digit { variable, reversed: false }], support, trend)?;
+                let digit = Digit { variable, reversed: false, steady: false };
+                let trend = self.has_trend(&[digit], support, trend)?;
                 let relation = self.store.and(&piece.steps.relation, &trend)?;
                 let steps = PartialRelation { relation, support: support.clone() };
                 self.count_piece(&Piece { group: piece.group, steps }, &self.choices.0[piece.group], None)
             });
             counts.push((variable, [falling?, rising?]));
         }
-        Ok(Changes { piece, counts })
+        let theirs = self.opponent().is_some_and(|opponent| opponent.has(piece.group));
+        let is_rival = self.opponent().is_some() && theirs == (side == Side::We);
+        Ok(Changes { piece, is_rival, counts })
     }
 
     /// Returns the pairs of present and next values of a support in which a variable has the same

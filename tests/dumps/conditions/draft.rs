@@ -179,6 +179,13 @@ impl Draft {
         self.sets.get_mut(name).unwrap().trend = trend;
     }
 
+    /// Takes the trends from all layers and rounds whose names start so.
+    pub(super) fn without_trends(&mut self, start: &str) {
+        let named = self.sets.iter_mut().filter(|(name, _)| name.starts_with(start));
+        named.for_each(|(_, set)| set.trend = None);
+        self.manifest.certificate.as_mut().unwrap().order_of_rounds.clear();
+    }
+
     /// Replaces all layers of a region by layers without a trend.
     pub(super) fn layers(&mut self, region: &str, layers: &[&Members]) {
         self.sequence(&format!("layers:{region}:"), layers);
@@ -203,6 +210,10 @@ impl Draft {
         let certificate = manifest.certificate.as_mut().unwrap();
         if self.sets.values().all(|set| set.trend.is_none()) {
             certificate.order.clear();
+        }
+        let round = |(name, set): (&String, &Set)| name.starts_with("refuted:") && set.trend.is_some();
+        if !self.sets.iter().any(round) {
+            certificate.order_of_rounds.clear();
         }
         let [regions, certificate] =
             [(false, &mut manifest.regions), (true, certificate)].map(|(which, file)| {

@@ -3,10 +3,11 @@
 //!
 //! B is almost sure everywhere and preferred to A, so that A decides no class.
 
+use meliora::dump::manifest::Digit;
 use meliora::model::trend::Trend;
 use meliora::planning::Safety;
 
-use super::draft::Draft;
+use super::draft::{Draft, Members};
 use super::{Fault, HISTORIES, cases, refuse};
 
 /// State 1 is the target. States 2 and 3 lead to each other. States 4 and 5 lead to each other or to the target, by
@@ -69,6 +70,9 @@ fn no_cycle_is_a_round() {
     refuse(&cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL), &faults);
 }
 
+const OWN_ORDER: &str =
+    "an order of rounds has each variable of the model once, and only rounds with a trend have one";
+
 #[test]
 fn trends_without_meaning_are_refused() {
     const ORDER: &str =
@@ -98,11 +102,38 @@ fn trends_without_meaning_are_refused() {
             },
         },
         Fault {
-            condition: ORDER,
+            condition: "only the certificate orders the variables",
             forge: |d| d.manifest.regions.order.clone_from(&d.manifest.certificate.as_ref().unwrap().order),
+        },
+        Fault {
+            condition: "only the certificate orders the variables",
+            forge: |d| {
+                let order = &d.manifest.certificate.as_ref().unwrap().order;
+                d.manifest.regions.order_of_rounds.clone_from(order);
+            },
+        },
+        Fault {
+            condition: OWN_ORDER,
+            forge: |d| {
+                let proof = d.manifest.certificate.as_mut().unwrap();
+                proof.order_of_rounds = [&proof.order[..], &proof.order].concat();
+                d.set_trend("refuted:almost-sure:A:0", Some(Trend::Rising));
+            },
         },
     ];
     refuse(&cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL), &faults);
+}
+
+#[test]
+fn an_order_of_rounds_without_a_round_that_needs_it_is_refused() {
+    for (options, case) in cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL) {
+        let mut draft = Draft::of(&case.dump);
+        draft.without_trends("refuted:");
+        let mut dump = draft.dump();
+        let proof = dump.manifest.certificate.as_mut().unwrap();
+        proof.order_of_rounds.clone_from(&proof.order);
+        super::refused(&case, &dump, OWN_ORDER, &options);
+    }
 }
 
 /// Layers by distance, and rounds without trends, are what dumps had before.
@@ -116,4 +147,81 @@ fn layers_by_distance_are_accepted() {
         draft.rounds("almost-sure:A", &[&draft.states(&[2, 3]), &draft.states(&[6, 7]), &first]);
         super::accepted(&case, &draft.dump(), &options);
     }
+}
+
+/// We move where t is 0. State x=3 is the target. The states with x=1 and x=2 lead to each other; those with x=4 and x=5
+/// lead to each other or to the target, by chance.
+const GAME: &str = "smg
+      player us [begin], [circle], [try] endplayer
+      player them [back], [answer] endplayer
+      module m x:[0..5] init 0; t:[0..1] init 0;
+      [begin] x=0 & t=0 -> 0.5:(x'=1) + 0.5:(x'=4);
+      [circle] x=1 & t=0 -> (x'=2) & (t'=1); [back] x=2 & t=1 -> (x'=1) & (t'=0);
+      [try] x=4 & t=0 -> 0.5:(x'=5) & (t'=1) + 0.5:(x'=3); [answer] x=5 & t=1 -> 0.5:(x'=4) & (t'=0) + 0.5:(x'=3);
+    endmodule";
+const GAME_PREFERENCES: &str = "objective A = F x=3; objective B = F x>=0; prefer B > A;";
+
+/// Forges the dumps of the game with every order of its two variables, each digit in every direction, and with both
+/// trends.
+fn refuse_all_orders(condition: &str, forge: impl Fn(&mut Draft, Vec<Digit>, Trend)) {
+    let safeties = [Safety::Action, Safety::Prefix];
+    for (options, case) in cases(GAME, GAME_PREFERENCES, &["history = state;"], &safeties) {
+        super::accepted(&case, &case.dump, &options);
+        for variables in [["x", "t"], ["t", "x"]] {
+            for directions in 0..16 {
+                let digit = |(at, name): (usize, &str)| Digit {
+                    variable: name.to_owned(),
+                    reversed: directions >> (2 * at) & 1 == 1,
+                    steady: directions >> (2 * at + 1) & 1 == 1,
+                };
+                for trend in Trend::ALL {
+                    let mut draft = Draft::of(&case.dump);
+                    draft.without_trends("");
+                    forge(&mut draft, variables.into_iter().enumerate().map(digit).collect(), trend);
+                    let condition = condition.replace("{trend}", trend.name());
+                    super::refused(&case, &draft.dump(), &condition, &options);
+                }
+            }
+        }
+    }
+}
+
+/// Our step and that of the opponent lead to each other: no order of the variables lets both fall.
+#[test]
+fn no_cycle_of_two_players_is_a_layer() {
+    let condition =
+        "each state in layer 3 of `positive:A` has a {trend} step into this layer or an earlier one";
+    refuse_all_orders(condition, |draft, order, trend| {
+        let [cycle, near, first] = [&[[1, 0], [2, 1]][..], &[[4, 0], [5, 1]], &[[0, 0]]].map(exactly);
+        draft.layers("positive:A", &[&draft.get("target:A"), &near, &first, &cycle]);
+        draft.add("positive:A", &cycle);
+        draft.set_trend("layers:positive:A:3", Some(trend));
+        draft.manifest.certificate.as_mut().unwrap().order = order;
+    });
+}
+
+/// States of two players that may return to each other before they reach the target are said to be lost.
+#[test]
+fn no_cycle_of_two_players_is_a_round() {
+    let condition = "no state lost in round 0 of `almost-sure:A` has a safe step out of the round";
+    for has_own in [false, true] {
+        refuse_all_orders(condition, |draft, order, trend| {
+            let (target, cycle) = (draft.get("target:A"), exactly(&[[4, 0], [5, 1]]));
+            draft.layers("almost-sure:A", &[&target]);
+            draft.set("almost-sure:A", target.clone());
+            draft.set("strategy:almost-sure:A", [].into());
+            draft.rounds("almost-sure:A", &[&cycle, &draft.others(&(&target | &cycle))]);
+            draft.set_trend("refuted:almost-sure:A:0", Some(trend));
+            let proof = draft.manifest.certificate.as_mut().unwrap();
+            if has_own {
+                proof.order_of_rounds.clone_from(&order);
+            }
+            proof.order = order;
+        });
+    }
+}
+
+/// These states of the game.
+fn exactly(states: &[[i64; 2]]) -> Members {
+    states.iter().map(|state| state.to_vec()).collect()
 }

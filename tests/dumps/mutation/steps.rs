@@ -33,10 +33,12 @@ pub(super) const EDITS: &[(&str, Edit)] = &[
         true
     }),
     ("the variables are in another order", |d, r| {
-        let order = &mut proof(d).0.order;
+        let file = proof(d).0;
+        let order = if r.random_bool(0.5) { &mut file.order } else { &mut file.order_of_rounds };
         let at = r.random_range(0..order.len().max(1));
-        match (order.get_mut(at), r.random_range(0..6)) {
+        match (order.get_mut(at), r.random_range(0..7)) {
             (None, _) => return false,
+            (Some(digit), 6) => digit.steady = !digit.steady,
             (_, 0) => order.clear(),
             (_, 1) => drop(order.pop()),
             (Some(digit), 2) => digit.variable = "z".to_owned(),
@@ -45,6 +47,11 @@ pub(super) const EDITS: &[(&str, Edit)] = &[
             _ => order.reverse(),
         }
         true
+    }),
+    ("layers and rounds have each other's order", |d, _| {
+        let file = proof(d).0;
+        std::mem::swap(&mut file.order, &mut file.order_of_rounds);
+        file.order != file.order_of_rounds
     }),
     ("a layer or round is left out, and the later ones move up", |d, r| {
         let file = proof(d).0;

@@ -96,6 +96,13 @@ pub(super) fn is_stage(
     signs.len() == 1
 }
 
+/// Returns true if all updates that add a constant to a variable add one of the same sign, and some do.
+pub(super) fn is_one_way(program: &Program, commands: &[&Command], variable: VarId) -> bool {
+    let updates = commands.iter().flat_map(|c| &c.branches).flat_map(|b| &b.updates);
+    let own = updates.filter(|(v, _)| *v == variable).filter_map(|(v, e)| grows(program, *v, *e));
+    own.collect::<AHashSet<bool>>().len() == 1
+}
+
 /// Returns whether an update adds a positive constant to a variable (true) or a negative one (false);
 /// `None` for other updates.
 fn grows(program: &Program, variable: VarId, update: ExprId) -> Option<bool> {

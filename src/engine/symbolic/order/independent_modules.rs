@@ -13,7 +13,7 @@ use std::fmt::Write;
 use ahash::{AHashMap, AHashSet};
 
 use super::Bit;
-use super::counters::{counters, is_stage, operands, support, thresholds};
+use super::counters::{counters, is_one_way, is_stage, operands, support, thresholds};
 use super::{Ordered, by_variables};
 use meliora_model::expr::{ExprId, Node};
 use meliora_model::{Command, Program, VarId};
@@ -55,6 +55,34 @@ pub(super) fn by_positions(program: &Program) -> Option<Ordered> {
         }
     }
     Some(all)
+}
+
+/// Returns, for a game of several modules, the counters that every step of their module changes in one
+/// direction, then the other variables as declared. Returns `None` without such counters.
+///
+/// They divide the states into slices as in a single module: the steps of the other modules stay in a
+/// slice.
+pub(super) fn ticking_first(program: &Program) -> Option<Ordered> {
+    program.players.as_ref()?;
+    let modules = (0..program.modules.len()).map(|m| IndependentModule::of(program, m));
+    let ticking = |module: IndependentModule<'_>| {
+        let all = module.ticks(program, &counters(program, &module.commands));
+        let one_way = |v: &VarId| all.contains(v) && is_one_way(program, &module.commands, *v);
+        module.variables.into_iter().filter(one_way).collect::<Vec<_>>()
+    };
+    let mut order: Vec<VarId> = modules.flat_map(ticking).collect();
+    if order.is_empty() {
+        return None;
+    }
+    let why = format!("{} on top, since every step of the module changes it", names(program, &order));
+    let ticking: AHashSet<VarId> = order.iter().copied().collect();
+    order.extend(program.variable_ids().filter(|v| !ticking.contains(v)));
+    Some(Ordered { bits: by_variables(program, &order), why })
+}
+
+/// Returns the names of some variables.
+fn names(program: &Program, list: &[VarId]) -> String {
+    list.iter().map(|v| program.variables[v.index()].name.as_str()).collect::<Vec<_>>().join(" and ")
 }
 
 /// The variables by their role in a module.
@@ -113,8 +141,7 @@ impl<'p> IndependentModule<'p> {
     fn ordered(&self, program: &Program) -> Ordered {
         let roles = self.roles(program);
         let groups = self.guard_groups(program, &roles.positions);
-        let name = |v: &VarId| program.variables[v.index()].name.as_str();
-        let names = |list: &[VarId]| list.iter().map(name).collect::<Vec<_>>().join(" and ");
+        let names = |list: &[VarId]| names(program, list);
         let mut why = Vec::new();
         if !roles.ticking.is_empty() {
             why.push(format!("{} on top, since every step changes it", names(&roles.ticking)));

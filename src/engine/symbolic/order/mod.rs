@@ -104,7 +104,7 @@ pub fn auto(program: &Program) -> Vec<Bit> {
 /// Computes an order from the structure of the program.
 ///
 /// Variables stay as declared, since authors write related variables next to each other. There are
-/// three exceptions:
+/// four exceptions:
 ///
 /// If one module has all variables, or several modules are independent of each other: counters that
 /// every step changes and counters of outer loops come first, then flags, then positions interleaved
@@ -114,7 +114,10 @@ pub fn auto(program: &Program) -> Vec<Bit> {
 /// the clocks come first, then the clocks and the variables after them, those of equal role next to
 /// each other.
 ///
-/// If all variables are flags, and neither of the above holds: flags of the same commands, and flags
+/// If the program is a game of modules that depend on each other: counters that every step of their
+/// module changes in one direction come first, such as the battery of a robot.
+///
+/// If all variables are flags, and none of the above holds: flags of the same commands, and flags
 /// that depend on the same flag, come close to each other, if that shortens their spans. Such
 /// programs are often translated from formats in which the order of declaration has no meaning.
 ///
@@ -133,7 +136,7 @@ pub fn from_structure(program: &Program) -> Ordered {
         Some(Ordered { bits, .. }) if bits != declared(program) => {
             Ordered { bits, why: "flags above the variables that move".to_owned() }
         }
-        _ => short_spans(program),
+        _ => independent_modules::ticking_first(program).unwrap_or_else(|| short_spans(program)),
     }
 }
 
