@@ -188,7 +188,7 @@ impl<N: Number> Component<N> {
             let action = &actions[number];
             Row { constant: action.constant(upper).clone(), ..action.row.clone() }
         };
-        eliminate::solve(self.actions.iter().zip(policy).map(row).collect(), meter)
+        eliminate::solve(self.actions.iter().zip(policy).map(row).collect(), usize::MAX, meter)
     }
 
     /// Improves a policy by the permitted actions until no action is certainly better; returns its

@@ -23,12 +23,18 @@ use super::component::Sense;
 use super::eliminate::{self, Row};
 use super::iterate::{Found, Sparse};
 use super::meter::Meter;
+use super::pace::Patience;
 use super::solve::NONE;
 use super::sparse::TINY;
 use meliora_model::error::Result;
 
-/// Sweeps of value iteration before policy iteration.
-const SWEEPS: usize = 64;
+/// Sweeps of value iteration before policy iteration, and between two evaluations of policies.
+const SWEEPS: usize = 32;
+const BETWEEN: usize = 8;
+/// The number of entries per row that elimination may touch if there is little patience, and that of all rows: they
+/// take about two seconds.
+const FILL: usize = 4096;
+const MOST_FILL: usize = 1 << 29;
 /// Changes of the policy.
 const ROUNDS: usize = 64;
 /// The smallest relative improvement for which a policy is changed: more than the error of elimination
@@ -45,15 +51,19 @@ const SMOOTH: usize = 8;
 /// The width of bounds, relative above 1, from which they are of no use.
 const WIDE: f64 = 1e-7;
 
-/// Returns narrow bounds of the groups; `None` if none were found.
+/// Returns narrow bounds of the groups; `None` if none were found, or, with little patience, if rows fill in.
 ///
 /// # Errors
 /// A limit is reached.
-pub(super) fn solve(sparse: &Sparse, meter: &mut Meter<'_>) -> Result<Option<Found>> {
+pub(super) fn solve(sparse: &Sparse, patience: Patience, meter: &mut Meter<'_>) -> Result<Option<Found>> {
     if sparse.least < TINY {
         return Ok(None);
     }
-    let work = Work { sparse };
+    let most = match patience {
+        Patience::Little => MOST_FILL.min(FILL * sparse.groups()),
+        Patience::Much => usize::MAX,
+    };
+    let work = Work { sparse, most };
     let Some(policy) = work.leaving_policy() else { return Ok(None) };
     let start = match sparse.sense {
         Sense::Max => vec![0.0; policy.len()],
@@ -62,7 +72,7 @@ pub(super) fn solve(sparse: &Sparse, meter: &mut Meter<'_>) -> Result<Option<Fou
             None => return Ok(None),
         },
     };
-    let policy = work.greedy(policy, start, meter)?;
+    let policy = work.greedy(policy, start, SWEEPS, meter)?;
     let Some((policy, mut x)) = work.improve(policy, meter)? else { return Ok(None) };
     work.smooth(&policy, &mut x, meter)?;
     let most = x.iter().fold(0.0, |most: f64, x| most.max(x.high));
@@ -97,6 +107,8 @@ type Policy = Vec<usize>;
 
 struct Work<'s> {
     sparse: &'s Sparse,
+    /// The greatest number of entries that an elimination may touch.
+    most: usize,
 }
 
 impl Work<'_> {
@@ -135,18 +147,21 @@ impl Work<'_> {
 
     /// Replaces a policy by the one that looks best after some sweeps of value iteration: from 0 for the
     /// greatest values, from those of the policy for the least ones. So it keeps leaving the component.
-    fn greedy(&self, mut policy: Policy, mut x: Vec<f64>, meter: &mut Meter<'_>) -> Result<Policy> {
-        for _ in 0..SWEEPS {
+    fn greedy(
+        &self,
+        mut policy: Policy,
+        mut x: Vec<f64>,
+        most: usize,
+        meter: &mut Meter<'_>,
+    ) -> Result<Policy> {
+        let upper = self.sparse.sense == Sense::Max;
+        for _ in 0..most {
             let mut settled = true;
-            for group in 0..x.len() {
-                meter.step()?;
-                for (action, edges) in self.sparse.actions(group) {
-                    let q = self.value(action, edges, &x);
-                    if self.is_better(q, x[group]) {
-                        (x[group], policy[group], settled) = (q, action, false);
-                    }
+            self.sparse.sweep(upper, &mut x, meter, |group, x, (q, action)| {
+                if self.is_better(q, *x) {
+                    (*x, policy[group], settled) = (q, action, false);
                 }
-            }
+            })?;
             if settled {
                 break;
             }
@@ -189,8 +204,7 @@ impl Work<'_> {
             bytes += edges.len() * size_of::<(u32, f64)>() + size_of::<Row<f64, [f64; K]>>();
             rows.push(Row { edges, escape, constant: constants(group, action) });
         }
-        meter.take(bytes)?;
-        let found = eliminate::solve(rows, meter);
+        let found = meter.take(bytes).and_then(|()| eliminate::solve(rows, self.most, meter));
         meter.release(bytes);
         Ok(found?.filter(|x| x.iter().flatten().all(|x| x.is_finite())))
     }
@@ -205,7 +219,7 @@ impl Work<'_> {
     fn improve(&self, mut policy: Policy, meter: &mut Meter<'_>) -> Result<Option<(Policy, Vec<Values>)>> {
         for _ in 0..ROUNDS {
             let Some(x) = self.values(&policy, meter)? else { return Ok(None) };
-            let better = self.greedy(policy.clone(), self.side(&x), meter)?;
+            let better = self.greedy(policy.clone(), self.side(&x), BETWEEN, meter)?;
             if better == policy {
                 return Ok(Some((policy, x)));
             }
@@ -357,7 +371,7 @@ mod tests {
     fn bounds_are_narrow_where_all_actions_are_equally_good() {
         for sense in [Sense::Max, Sense::Min] {
             let fair = sparse(sense, &fair(300));
-            let found = solve(&fair, &mut Meter::unlimited(&NoProgress)).unwrap().unwrap();
+            let found = solve(&fair, Patience::Much, &mut Meter::unlimited(&NoProgress)).unwrap().unwrap();
             for (i, (low, high)) in found.low.iter().zip(&found.high).enumerate() {
                 let (value, high) = ((i + 1) as f64 / 301.0, high.unwrap());
                 assert!(*low <= value && value <= high, "{i}: {low} {high}");
@@ -371,6 +385,6 @@ mod tests {
         let rare = 2.0f64.powi(-40);
         let group = |i: u32| vec![(vec![((i + 1) % 50, 1.0 - rare)], Some((0.5, rare)))];
         let ring = sparse(Sense::Max, &(0..50).map(group).collect::<Vec<_>>());
-        assert!(solve(&ring, &mut Meter::unlimited(&NoProgress)).unwrap().is_none());
+        assert!(solve(&ring, Patience::Much, &mut Meter::unlimited(&NoProgress)).unwrap().is_none());
     }
 }

@@ -64,14 +64,15 @@ impl<N: Weight, C> Row<N, C> {
     }
 }
 
-/// Solves the equations; `None` if some node cannot leave the chain. Memory and time depend on the
-/// entries that fill in; nodes with few neighbours are eliminated first.
+/// Solves the equations; `None` if some node cannot leave the chain, or if elimination would touch more than `most`
+/// entries. Memory and time depend on the entries that fill in; nodes with few neighbours are eliminated first.
 pub(super) fn solve<N: Weight, C: Constant<N>>(
     rows: Vec<Row<N, C>>,
+    most: usize,
     meter: &mut Meter<'_>,
 ) -> Result<Option<Vec<C>>> {
     let mut work = Elimination::new(rows);
-    let taken = work.run(meter);
+    let taken = work.run(most, meter);
     meter.release(work.bytes);
     Ok(taken?.map(|order| work.substitute(&order)))
 }
@@ -107,10 +108,10 @@ impl<N: Weight, C: Constant<N>> Elimination<N, C> {
     /// Eliminates all nodes; returns their order. Among nodes of equal cost the last one is first:
     /// components are in postorder, and on a chain that is left at its first node, elimination from
     /// there lets the widths of intervals grow with every step.
-    fn run(&mut self, meter: &mut Meter<'_>) -> Result<Option<Vec<u32>>> {
+    fn run(&mut self, most: usize, meter: &mut Meter<'_>) -> Result<Option<Vec<u32>>> {
         let mut queue: BinaryHeap<_> =
             (0..self.rows.len() as u32).map(|node| Reverse((self.cost(node), Reverse(node)))).collect();
-        let mut order = Vec::with_capacity(self.rows.len());
+        let (mut order, mut left) = (Vec::with_capacity(self.rows.len()), most);
         while let Some(Reverse((_, Reverse(node)))) = queue.pop() {
             let cost = self.cost(node);
             // The cost may have grown since the node was queued.
@@ -119,6 +120,8 @@ impl<N: Weight, C: Constant<N>> Elimination<N, C> {
                 meter.step()?;
                 continue;
             }
+            let Some(less) = left.checked_sub(cost) else { return Ok(None) };
+            left = less;
             if !self.eliminate(node, meter)? {
                 return Ok(None);
             }
@@ -203,5 +206,29 @@ impl<N: Weight, C: Constant<N>> Elimination<N, C> {
             x[node as usize] = sum.over(&self.leaving[node as usize]);
         }
         x
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meliora_engine::NoProgress;
+
+    /// Each of three nodes leads to the others and out of the chain, with the value 1.
+    fn rows() -> Vec<Row<f64>> {
+        let row = |i: u32| Row {
+            edges: (0..3).filter(|&j| j != i).map(|j| (j, 0.25)).collect(),
+            escape: 0.5,
+            constant: 0.5,
+        };
+        (0..3).map(row).collect()
+    }
+
+    #[test]
+    fn elimination_is_given_up_where_it_touches_too_many_entries() {
+        let mut meter = Meter::unlimited(&NoProgress);
+        assert_eq!(solve(rows(), 3, &mut meter).unwrap(), None);
+        let x = solve(rows(), 12, &mut meter).unwrap().unwrap();
+        assert!(x.iter().all(|x| (x - 1.0).abs() < 1e-12), "{x:?}");
     }
 }

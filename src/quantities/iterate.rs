@@ -25,7 +25,7 @@
 
 use super::component::Sense;
 use super::meter::Meter;
-use super::pace::{Change, FLOOR, PATIENCE, Pace, SOON, Trend};
+use super::pace::{Change, FLOOR, PATIENCE, Pace, Patience, SOON, Trend};
 use super::solve::NONE;
 pub(super) use super::sparse::Sparse;
 use super::sparse::TINY;
@@ -53,13 +53,25 @@ pub(super) struct Found {
     pub(super) picks: Vec<u32>,
 }
 
+impl Found {
+    /// Returns the bounds of some groups of which nothing is known.
+    pub(super) fn nothing(groups: usize) -> Self {
+        Found { low: vec![0.0; groups], high: vec![None; groups], picks: vec![NONE; groups] }
+    }
+}
+
 /// Computes bounds of the groups, which are at most `top` if it is given. The result is true if they
 /// are narrow, false if iteration would take too long, or an error if a limit is reached; the bounds
 /// hold in any case.
-pub(super) fn solve(sparse: &Sparse, top: Option<f64>, meter: &mut Meter<'_>) -> (Found, Result<bool>) {
+pub(super) fn solve(
+    sparse: &Sparse,
+    top: Option<f64>,
+    patience: Patience,
+    meter: &mut Meter<'_>,
+) -> (Found, Result<bool>) {
     let n = sparse.groups();
     let high = top.map(|top| vec![top; n]);
-    let mut work = Iteration { sparse, low: vec![0.0; n], high, policy: vec![NONE; n] };
+    let mut work = Iteration { sparse, low: vec![0.0; n], high, policy: vec![NONE; n], patience };
     let end = work.run(meter);
     (work.found(), end)
 }
@@ -74,6 +86,7 @@ struct Iteration<'s> {
     /// all would have had to get it from a smaller one. For the least values: the action that
     /// attains the upper bound.
     policy: Vec<u32>,
+    patience: Patience,
 }
 
 impl Iteration<'_> {
@@ -96,7 +109,7 @@ impl Iteration<'_> {
 
     /// Iterates upper bounds downwards; returns whether they become narrow.
     fn sink(&mut self, meter: &mut Meter<'_>) -> Result<bool> {
-        let mut pace = Pace::new(WIDTH * STILL, self.sparse.groups());
+        let mut pace = Pace::new(WIDTH * STILL, self.sparse.groups(), self.patience);
         while !self.is_narrow() {
             let Some(high) = self.high.as_mut().filter(|_| self.sparse.sense == Sense::Max) else {
                 return Ok(false);
@@ -119,7 +132,8 @@ impl Iteration<'_> {
 
     /// Iterates the lower bounds until they hardly change, or until upper bounds are found near them.
     fn raise(&mut self, width: f64, meter: &mut Meter<'_>) -> Result<Raised> {
-        let (mut pace, mut trend) = (Pace::new(width * STILL, self.sparse.groups()), Trend::default());
+        let (mut pace, mut trend) =
+            (Pace::new(width * STILL, self.sparse.groups(), self.patience), Trend::default());
         let mut before: Option<Vec<f64>> = None;
         loop {
             let change = self.lift(meter)?;
@@ -235,7 +249,7 @@ impl Iteration<'_> {
 
     /// Iterates towards the solution with the upper bounds of the constants.
     fn follow(&self, x: &mut [f64], width: f64, meter: &mut Meter<'_>) -> Result<bool> {
-        let mut pace = Pace::new(width * STILL, x.len());
+        let mut pace = Pace::new(width * STILL, x.len(), self.patience);
         loop {
             let mut change = Change::default();
             self.sparse.sweep(true, x, meter, |_, x, (q, _)| {
@@ -349,7 +363,7 @@ mod tests {
     #[test]
     fn bounds_contain_the_value_and_are_narrow() {
         let ring = sparse(Sense::Max, &ring(50, 0.25), 0.0);
-        let (found, end) = solve(&ring, None, &mut Meter::unlimited(&NoProgress));
+        let (found, end) = solve(&ring, None, Patience::Much, &mut Meter::unlimited(&NoProgress));
         assert!(end.unwrap());
         assert_half(&found);
     }
@@ -357,7 +371,7 @@ mod tests {
     #[test]
     fn a_component_that_is_hardly_left_is_given_up_with_true_bounds() {
         let ring = sparse(Sense::Max, &ring(50, 2.0f64.powi(-45)), 0.0);
-        let (found, end) = solve(&ring, None, &mut Meter::unlimited(&NoProgress));
+        let (found, end) = solve(&ring, None, Patience::Much, &mut Meter::unlimited(&NoProgress));
         assert!(!end.unwrap());
         assert!(found.low.iter().all(|low| *low <= 0.5) && found.high.iter().all(Option::is_none));
     }
@@ -379,14 +393,15 @@ mod tests {
 
     #[test]
     fn rounding_does_not_add_up_on_cycles_that_are_hardly_left() {
-        let (found, end) = solve(&hardly_left(0.0), None, &mut Meter::unlimited(&NoProgress));
+        let (found, end) = solve(&hardly_left(0.0), None, Patience::Much, &mut Meter::unlimited(&NoProgress));
         assert!(end.unwrap());
         assert_half(&found);
     }
 
     #[test]
     fn a_rare_exit_may_have_wide_bounds() {
-        let (found, end) = solve(&hardly_left(5e-9), None, &mut Meter::unlimited(&NoProgress));
+        let (found, end) =
+            solve(&hardly_left(5e-9), None, Patience::Much, &mut Meter::unlimited(&NoProgress));
         assert!(end.unwrap());
         assert_half(&found);
     }
@@ -424,7 +439,7 @@ mod tests {
         for (seed, sense) in (0..6).flat_map(|seed| [(seed, Sense::Max), (seed, Sense::Min)]) {
             let groups = random(&mut Draw::new(seed), sense);
             let mut meter = Meter::unlimited(&NoProgress);
-            let (found, end) = solve(&sparse(sense, &groups, 0.0), None, &mut meter);
+            let (found, end) = solve(&sparse(sense, &groups, 0.0), None, Patience::Much, &mut meter);
             assert!(end.unwrap(), "seed {seed}, {sense:?}");
             let other = component(sense, &groups).solve(&mut meter).unwrap().unwrap();
             for group in 0..groups.len() {

@@ -54,10 +54,11 @@
 //! and the narrower bounds count.
 //!
 //! *Large components*, and those in which a group has many edges, are solved by optimistic value iteration
-//! if that takes few sweeps. On random walks in the plane it takes thousands. Elimination fills in rows there
-//! (its time grows with n^1.5), but was faster up to some ten thousand states. So the first sweeps predict how
-//! many are needed, and the component is left to elimination if these are too many. `docs/benchmarks.md` has
-//! figures for each method.
+//! if that takes few sweeps, as the first ones predict. Random walks take hundreds or thousands. Then doubles are
+//! tried in components of any size, as long as elimination fills in little: one policy of most models has a chain that
+//! is nearly acyclic. If rows fill in, as on walks in the plane, where the time of elimination grows with n^1.5,
+//! iteration may take more sweeps, and elimination, which was faster there up to some ten thousand states, comes
+//! last. `docs/benchmarks.md` has figures for each method.
 //!
 //! The levels give qualitative facts for free: P_k > 0 on level k of SPI, and P_k = 1 on level k of
 //! SASI (under `transition`: of SASI under `action`). Only states between the two have equations.

@@ -18,6 +18,7 @@ use super::groups::{AsFractions, AsTheyAre, Groups};
 use super::iterate::{self, Found, Sparse};
 use super::meter::Meter;
 use super::number::{Interval, Number};
+use super::pace::Patience::{self, Little, Much};
 use super::solution::Solution;
 use super::system::{End, Quantity, System};
 use meliora_model::error::{Error, Limit, Result};
@@ -44,9 +45,9 @@ pub(super) enum How {
     /// Policy iteration by elimination with intervals or fractions.
     Eliminate,
     /// Policy iteration by elimination with doubles.
-    Confirm,
+    Confirm(Patience),
     /// Optimistic value iteration.
-    Iterate,
+    Iterate(Patience),
 }
 
 impl<N: Number> System<'_, N> {
@@ -205,77 +206,77 @@ impl<N: Number> System<'_, N> {
         solution: &mut Solution<N>,
         meter: &mut Meter<'_>,
     ) -> Result<()> {
-        let mut known: Option<Vec<N>> = None;
+        let (mut known, mut sparse): (Option<Vec<N>>, Option<Sparse>) = (None, None);
+        let mut end = Ok(());
         for how in self.methods(nodes, groups) {
             // A method takes the nodes of the component from those that are not known.
             nodes.iter().for_each(|&node| solution.know(node, false));
-            let end = match how {
-                How::Eliminate => self.eliminate(groups, solution, meter),
-                How::Confirm => self.confirm(groups, solution, meter),
-                How::Iterate => self.iterate(groups, solution, meter),
-            };
+            let done = self.attempt(how, groups, &mut sparse, solution, meter);
             for (&node, bounds) in nodes.iter().zip(known.iter().flatten()) {
                 solution.set(node, solution.stored(node).within(bounds));
             }
-            if end? {
+            if !matches!(done, Ok(false)) {
+                end = done.map(drop);
                 break;
             }
             known = Some(nodes.iter().map(|&node| solution.stored(node).clone()).collect());
         }
-        Ok(())
+        meter.release(sparse.map_or(0, |sparse| sparse.bytes()));
+        end
     }
 
     /// Returns the methods for a component in the order in which they are tried.
-    fn methods(&self, nodes: &[u32], groups: &Groups<'_>) -> [How; 3] {
+    fn methods(&self, nodes: &[u32], groups: &Groups<'_>) -> Vec<How> {
         let edges = || {
             let choices = nodes.iter().flat_map(|&node| self.graph.choices(node));
             choices.map(|choice| self.graph.edges(choice).count()).sum::<usize>()
         };
         let fastest = match groups.count() {
             ..=FEW => How::Eliminate,
-            ..=SMALL if edges() < DENSE * groups.count() => How::Confirm,
-            _ => How::Iterate,
+            ..=SMALL if edges() < DENSE * groups.count() => How::Confirm(Much),
+            _ => How::Iterate(Little),
         };
-        match self.first.unwrap_or(fastest) {
-            How::Eliminate => [How::Eliminate, How::Iterate, How::Confirm],
-            How::Confirm => [How::Confirm, How::Eliminate, How::Iterate],
-            How::Iterate => [How::Iterate, How::Confirm, How::Eliminate],
+        let first = self.first.unwrap_or(fastest);
+        let others: &[How] = match first {
+            How::Eliminate => &[How::Iterate(Much), How::Confirm(Much)],
+            How::Confirm(_) => &[How::Eliminate, How::Iterate(Much)],
+            How::Iterate(Little) => {
+                &[How::Confirm(Little), How::Iterate(Much), How::Confirm(Much), How::Eliminate]
+            }
+            How::Iterate(Much) => &[How::Confirm(Much), How::Eliminate],
+        };
+        [&[first], others].concat()
+    }
+
+    /// Solves a component by one method; `sparse` has its rows if a method has needed them. Returns false if the
+    /// bounds, which are stored, are wide.
+    fn attempt(
+        &self,
+        how: How,
+        groups: &Groups<'_>,
+        sparse: &mut Option<Sparse>,
+        solution: &mut Solution<N>,
+        meter: &mut Meter<'_>,
+    ) -> Result<bool> {
+        if how != How::Eliminate && sparse.is_none() {
+            let rows = sparse.insert(Sparse::new(self, groups, solution, meter)?);
+            meter.take(rows.bytes())?;
         }
-    }
-
-    /// Solves a component by iteration; returns false if its bounds, which are stored, are wide.
-    fn iterate(
-        &self,
-        groups: &Groups<'_>,
-        solution: &mut Solution<N>,
-        meter: &mut Meter<'_>,
-    ) -> Result<bool> {
-        let sparse = Sparse::new(self, groups, solution, meter)?;
-        meter.take(sparse.bytes())?;
-        let top = matches!(self.quantity, Quantity::Probability(_)).then_some(1.0);
-        let (found, end) = iterate::solve(&sparse, top, meter);
-        meter.release(sparse.bytes());
-        self.keep(found, groups, solution)?;
-        end
-    }
-
-    /// Solves a component with doubles, and confirms bounds near the solution; returns false if there are none.
-    fn confirm(
-        &self,
-        groups: &Groups<'_>,
-        solution: &mut Solution<N>,
-        meter: &mut Meter<'_>,
-    ) -> Result<bool> {
-        let sparse = Sparse::new(self, groups, solution, meter)?;
-        meter.take(sparse.bytes())?;
-        let found = doubles::solve(&sparse, meter);
-        meter.release(sparse.bytes());
-        let is_narrow = matches!(found, Ok(Some(_)));
-        let n = groups.count();
-        let nothing = || Found { low: vec![0.0; n], high: vec![None; n], picks: vec![NONE; n] };
-        let (found, end) = match found {
-            Ok(found) => (found.unwrap_or_else(nothing), Ok(is_narrow)),
-            Err(e) => (nothing(), Err(e)),
+        let (found, end) = match (how, sparse) {
+            (How::Eliminate, _) | (_, None) => return self.eliminate(groups, solution, meter),
+            (How::Iterate(patience), Some(sparse)) => {
+                let top = matches!(self.quantity, Quantity::Probability(_)).then_some(1.0);
+                iterate::solve(sparse, top, patience, meter)
+            }
+            (How::Confirm(patience), Some(sparse)) => match doubles::solve(sparse, patience, meter) {
+                Ok(Some(found)) => (found, Ok(true)),
+                Ok(None) => (Found::nothing(groups.count()), Ok(false)),
+                // Iteration needs no more memory.
+                Err(Error::Limit(Limit::Memory { .. })) if patience == Little => {
+                    (Found::nothing(groups.count()), Ok(false))
+                }
+                Err(e) => (Found::nothing(groups.count()), Err(e)),
+            },
         };
         self.keep(found, groups, solution)?;
         end

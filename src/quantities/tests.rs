@@ -1,4 +1,4 @@
-//! Both methods for components on random graphs: iteration against exact elimination.
+//! The methods for components on random graphs, against exact elimination.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -7,6 +7,7 @@ use num_traits::FromPrimitive;
 use super::graph::{Edge, Graph, LOST, Rank};
 use super::meter::Meter;
 use super::number::{Interval, Number, Weight};
+use super::pace::Patience::{Little, Much};
 use super::solution::Solution;
 use super::solve::How;
 use super::system::{Quantity, System};
@@ -139,7 +140,9 @@ fn attains(graph: &Graph, quantity: Quantity, picks: &Solution<Interval>, exact:
 fn iterated(seed: u64, graph: &Graph, quantity: Quantity, meter: &mut Meter<'_>) -> usize {
     let exact: Solution<Ratio> = solved(graph, quantity, None, meter);
     let mut iterated = 0;
-    for how in [How::Iterate, How::Confirm, How::Eliminate] {
+    let hasty = [How::Iterate(Little), How::Confirm(Little)];
+    let patient = [How::Iterate(Much), How::Confirm(Much), How::Eliminate];
+    for how in hasty.into_iter().chain(patient) {
         let found: Solution<Interval> = solved(graph, quantity, Some(how), meter);
         for node in 0..graph.nodes() as u32 {
             let (Some(x), Some(y)) = (exact.get(node), found.get(node)) else { continue };
@@ -149,7 +152,7 @@ fn iterated(seed: u64, graph: &Graph, quantity: Quantity, meter: &mut Meter<'_>)
                 "seed {seed}, {quantity}, {how:?}, node {node}: {x} not in {y:?}"
             );
             assert!(y.width() <= 1e-7 * y.lower.max(1.0), "seed {seed}, {quantity}: {y:?}");
-            iterated += usize::from(how == How::Iterate && y.width() > 1e-12);
+            iterated += usize::from(how == How::Iterate(Much) && y.width() > 1e-12);
         }
         assert!(attains(graph, quantity, &found, &exact), "seed {seed}, {quantity}, {how:?}");
     }
@@ -202,13 +205,13 @@ fn bounds_hold_wherever_a_limit_ends_the_work() {
         let fractions: Vec<Interval> = graph.fractions().iter().map(Number::of).collect();
         for quantity in [Quantity::Probability(1), Quantity::Cost(1)] {
             let whole: Solution<Interval> =
-                solved(&graph, quantity, Some(How::Iterate), &mut Meter::unlimited(&NoProgress));
+                solved(&graph, quantity, Some(How::Iterate(Much)), &mut Meter::unlimited(&NoProgress));
             let system = System {
                 graph: &graph,
                 quantity,
                 below: None,
                 fractions: &fractions,
-                first: Some(How::Iterate),
+                first: Some(How::Iterate(Much)),
                 margin: None,
             };
             for patience in 0.. {
