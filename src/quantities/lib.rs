@@ -20,11 +20,12 @@
 //! | module | contents |
 //! | --- | --- |
 //! | `facts`, `explore` | from an [`Analysis`](meliora_planning::Analysis) to a graph: the states that kept choices reach, with exact probabilities |
-//! | `codes`, `places` | states in few bytes, and their nodes |
+//! | `codes`, `blocks`, `places` | states in few bytes, and their nodes |
 //! | `graph`, `narrow` | numbered nodes, choices, edges, in few bytes |
 //! | [`cost`] | what a step costs: steps, or a reward structure |
 //! | `system`, `solve`, `solution`, `solved` | the equations of each quantity and level, solved component by component |
 //! | `components`, `groups` | strongly connected components, and the end components in them |
+//! | `hub` | the order of the nodes of a large component |
 //! | `component`, `eliminate` | the optimum of a small component: policy iteration, elimination of states |
 //! | `doubles` | the same in doubles for larger ones, with bounds that one step confirms |
 //! | `iterate`, `pace`, `sparse`, `repeated` | bounds of a large component: optimistic value iteration over compressed rows |
@@ -56,8 +57,8 @@
 //! *Large components*, and those in which a group has many edges, are solved by optimistic value iteration
 //! if that takes few sweeps. On random walks in the plane it takes thousands. Elimination fills in rows there
 //! (its time grows with n^1.5), but was faster up to some ten thousand states. So the first sweeps predict how
-//! many are needed, and the component is left to elimination if these are too many. `docs/benchmarks.md` has
-//! figures for each method.
+//! many are needed, and the component is left to elimination if these are too many. Where most cycles pass
+//! through one node, sweeps follow a search from there. `docs/benchmarks.md` has figures for each method.
 //!
 //! The levels give qualitative facts for free: P_k > 0 on level k of SPI, and P_k = 1 on level k of
 //! SASI (under `transition`: of SASI under `action`). Only states between the two have equations.
@@ -96,6 +97,7 @@
 
 pub mod all_states;
 pub mod answer;
+mod blocks;
 pub mod choose;
 mod codes;
 mod component;
@@ -109,6 +111,7 @@ mod facts;
 mod graph;
 mod groups;
 mod horizon;
+mod hub;
 mod inductive;
 mod iterate;
 mod meter;

@@ -7,7 +7,7 @@
 //! surely: by some strategy for the least, by every strategy for the greatest. So only the states
 //! between the regions, as far as the given states reach them, have equations.
 
-use super::codes::{self, Codes};
+use super::codes::Codes;
 use super::cost::{Cost, Earned};
 use super::graph::{EVERY, Edge, Graph, LOST, Rank};
 use super::meter::Meter;
@@ -181,7 +181,7 @@ impl Likely {
         let node = self.node(state).filter(|node| *node != END && *node != LOST)?;
         Some(self.solution.pick(node))
             .filter(|choice| *choice != NONE)
-            .map(|choice| self.graph.position(choice))
+            .map(|choice| self.graph.position(node, choice))
     }
 }
 
@@ -303,7 +303,7 @@ impl<E: Engine> Search<'_, E> {
     ) -> Result<(Graph, Found, Vec<u32>)> {
         let parts = self.engine.membership(&[&self.end, &self.inside, &self.engine.all_states()])?;
         let codec = walker.codec().clone();
-        let found = Found { codes: Codes::new(codec.words()), nodes: Vec::new() };
+        let found = Found { codes: Codes::new(self.program, &codec), nodes: Vec::new() };
         let mut graph = Graph::default();
         let free = graph.fraction(Ratio::zero());
         let mut explorer = Explorer { search: self, parts, codec: &codec, graph, found, free, meter };
@@ -343,7 +343,7 @@ impl<E: Engine> Explorer<'_, '_, E> {
         }
         let (mut steps, mut targets, mut next) = (Steps::default(), Vec::new(), 0);
         while let Some(&node) = self.found.nodes.get(next) {
-            let code = Code::from_slice(self.found.codes.code(next as u32));
+            let code = self.found.codes.code(next as u32);
             next += 1;
             if node == END || node == LOST {
                 continue;
@@ -390,7 +390,7 @@ impl<E: Engine> Explorer<'_, '_, E> {
             }
             None => self.free,
         };
-        self.graph.add_choice(position as u32, cost, self.meter)?;
+        self.graph.add_choice(position as u32, cost);
         for ((code, probability), &target) in steps.of(position).zip(targets) {
             let to = self.enter(target, code)?;
             self.graph.add_edge(Edge::new(to, probability, to == END));
@@ -418,8 +418,8 @@ impl<E: Engine> Explorer<'_, '_, E> {
                 self.graph.add_node(Rank { positive: EVERY, sure }, false, self.meter)?
             }
         };
-        self.meter.take(self.found.codes.width() + codes::PLACES + size_of::<u32>())?;
-        self.found.codes.add(KEY, code);
+        self.meter.take(size_of::<u32>())?;
+        self.found.codes.add(KEY, code, self.meter)?;
         self.found.nodes.push(node);
         Ok(node)
     }
