@@ -1,4 +1,4 @@
-//! Numbered codes of states, each with a key, and the way back from a code to its number.
+//! A list of codes of states, each with a key, and the way back from a code to its position.
 
 use std::hash::{BuildHasher, Hasher};
 use std::sync::OnceLock;
@@ -6,25 +6,89 @@ use std::sync::OnceLock;
 use ahash::RandomState;
 use hashbrown::HashTable;
 
+use super::blocks::Blocks;
+use super::meter::Meter;
 use super::narrow::Narrow;
+use meliora_engine::explicit::weighted::{Code, Codec, Numbering};
+use meliora_model::Program;
+use meliora_model::error::Result;
+
+/// A list of words. Codes use their upper bits first, so the upper halves suffice for small models.
+#[derive(Debug)]
+enum Words {
+    Halves(Vec<u32>),
+    Whole(Vec<u64>),
+}
+
+impl Default for Words {
+    fn default() -> Self {
+        Words::Halves(Vec::new())
+    }
+}
+
+impl Words {
+    /// Adds a word. Cost: constant, except where the word is the first one that needs its lower half.
+    fn push(&mut self, word: u64) {
+        match self {
+            Words::Halves(list) if word as u32 == 0 => list.push((word >> 32) as u32),
+            Words::Halves(list) => {
+                *self = Words::Whole(list.iter().map(|&half| u64::from(half) << 32).collect());
+                self.push(word);
+            }
+            Words::Whole(list) => list.push(word),
+        }
+    }
+
+    #[inline]
+    fn get(&self, position: usize) -> u64 {
+        match self {
+            Words::Halves(list) => u64::from(list[position]) << 32,
+            Words::Whole(list) => list[position],
+        }
+    }
+
+    /// Returns the words of a code, whose number is given.
+    fn code(&self, number: u32, words: usize) -> impl Iterator<Item = u64> {
+        let start = number as usize * words;
+        (start..start + words).map(|position| self.get(position))
+    }
+
+    /// Returns the bytes of a word.
+    fn width(&self) -> usize {
+        match self {
+            Words::Halves(_) => 4,
+            Words::Whole(_) => 8,
+        }
+    }
+}
 
 /// A list of codes with keys, each pair once.
 #[derive(Debug, Default)]
 pub(super) struct Codes {
     words: usize,
     /// The codes, one after the other.
-    codes: Vec<u64>,
+    codes: Words,
     keys: Narrow,
-    /// The numbers by code and key. Large models need the memory for their equations, so this can be
+    /// The positions by code and key. Large models need the memory for their equations, so this can be
     /// dropped; it is built again for the next question.
-    numbers: OnceLock<HashTable<u32>>,
+    positions: OnceLock<Positions>,
     hasher: RandomState,
+    /// Numbers the valuations; `None` if there are too many.
+    numbering: Option<Numbering>,
+}
+
+/// Finds the positions of codes.
+#[derive(Debug)]
+enum Positions {
+    Blocks(Blocks),
+    /// If the blocks would be almost empty.
+    Hashed(HashTable<u32>),
 }
 
 impl Codes {
-    /// Creates an empty list of codes with this number of words.
-    pub(super) fn new(words: usize) -> Self {
-        Codes { words, ..Codes::default() }
+    /// Creates an empty list of codes of a program.
+    pub(super) fn new(program: &Program, codec: &Codec) -> Self {
+        Codes { words: codec.words(), numbering: codec.numbering(program), ..Codes::default() }
     }
 
     /// Returns the number of codes.
@@ -33,74 +97,114 @@ impl Codes {
     }
 
     /// Returns a code.
-    pub(super) fn code(&self, number: u32) -> &[u64] {
-        &self.codes[number as usize * self.words..][..self.words]
+    pub(super) fn code(&self, position: u32) -> Code {
+        self.codes.code(position, self.words).collect()
     }
 
     /// Returns the key of a code.
-    pub(super) fn key(&self, number: u32) -> u32 {
-        self.keys.get(number as usize)
+    pub(super) fn key(&self, position: u32) -> u32 {
+        self.keys.get(position as usize)
     }
 
-    /// Returns the number of a code with a key.
+    /// Returns the position of a code with a key.
     pub(super) fn find(&self, key: u32, code: &[u64]) -> Option<u32> {
-        let same = |&number: &u32| self.code(number) == code && self.key(number) == key;
-        let numbers = self.numbers.get_or_init(|| self.numbered());
-        numbers.find(hash(&self.hasher, key, code), same).copied()
+        match (self.positions.get_or_init(|| self.found_again()), &self.numbering) {
+            (Positions::Blocks(blocks), Some(numbering)) => blocks.get(key, numbering.number(code)),
+            (Positions::Blocks(_), None) => None,
+            (Positions::Hashed(table), _) => {
+                let same = |&position: &u32| {
+                    let own = self.codes.code(position, self.words);
+                    own.eq(code.iter().copied()) && self.key(position) == key
+                };
+                table.find(hash(&self.hasher, key, code.iter().copied()), same).copied()
+            }
+        }
     }
 
-    /// Adds a code with a key, which are not in the list.
-    pub(super) fn add(&mut self, key: u32, code: &[u64]) {
-        self.numbers.get_or_init(|| self.numbered());
-        let number = self.len() as u32;
-        self.codes.extend_from_slice(code);
+    /// Adds a code with a key, which are not in the list. Cost: constant on average.
+    ///
+    /// # Errors
+    /// The memory limit is reached.
+    pub(super) fn add(&mut self, key: u32, code: &[u64], meter: &mut Meter<'_>) -> Result<()> {
+        self.positions.get_or_init(|| self.found_again());
+        let position = self.len() as u32;
+        code.iter().for_each(|&word| self.codes.push(word));
         self.keys.push(key);
-        let hash = hash(&self.hasher, key, code);
-        let Codes { words, codes, keys, numbers, hasher } = self;
-        let rehash = |&number: &u32| {
-            self::hash(hasher, keys.get(number as usize), &codes[number as usize * *words..][..*words])
-        };
-        if let Some(numbers) = numbers.get_mut() {
-            numbers.insert_unique(hash, number, rehash);
+        meter.take(self.width())?;
+        let Codes { words, codes, keys, positions, hasher, numbering } = self;
+        match (positions.get_mut(), numbering) {
+            (Some(Positions::Blocks(blocks)), Some(numbering)) => {
+                if blocks.set((key, numbering.number(code)), position) {
+                    meter.take(Blocks::BYTES)?;
+                }
+                if blocks.are_sparse(position as usize + 1) {
+                    meter.release(blocks.bytes());
+                    meter.take(PLACES * self.len())?;
+                    self.positions = OnceLock::from(Positions::Hashed(self.hashed()));
+                }
+            }
+            (Some(Positions::Hashed(table)), _) => {
+                meter.take(PLACES)?;
+                let hash =
+                    |&position: &u32| hash(hasher, keys.get(position as usize), codes.code(position, *words));
+                let own = hash(&position);
+                table.insert_unique(own, position, hash);
+            }
+            _ => {}
         }
+        Ok(())
     }
 
     /// Does the same as [`Codes::add`], without finding the code again soon.
-    pub(super) fn push(&mut self, key: u32, code: &[u64]) {
-        self.codes.extend_from_slice(code);
+    ///
+    /// # Errors
+    /// The memory limit is reached.
+    pub(super) fn push(&mut self, key: u32, code: &[u64], meter: &mut Meter<'_>) -> Result<()> {
+        code.iter().for_each(|&word| self.codes.push(word));
         self.keys.push(key);
-        self.numbers.take();
+        self.positions.take();
+        meter.take(self.width())
     }
 
-    /// Drops what finds numbers.
-    pub(super) fn drop_numbers(&mut self) {
-        self.numbers.take();
+    /// Drops what finds positions.
+    pub(super) fn drop_positions(&mut self) {
+        self.positions.take();
     }
 
-    /// Returns the bytes of a code without what finds its number.
+    /// Returns the bytes of a code without what finds its position.
     pub(super) fn width(&self) -> usize {
-        8 * self.words + self.keys.width()
+        self.codes.width() * self.words + self.keys.width()
     }
 
-    fn numbered(&self) -> HashTable<u32> {
-        let mut numbers = HashTable::with_capacity(self.len());
-        for number in 0..self.len() as u32 {
-            numbers.insert_unique(self.hash(number), number, |&number| self.hash(number));
+    fn found_again(&self) -> Positions {
+        let Some(numbering) = &self.numbering else { return Positions::Hashed(self.hashed()) };
+        let mut blocks = Blocks::default();
+        for position in 0..self.len() as u32 {
+            blocks.set((self.key(position), numbering.number(&self.code(position))), position);
+            if blocks.are_sparse(position as usize + 1) {
+                return Positions::Hashed(self.hashed());
+            }
         }
-        numbers
+        Positions::Blocks(blocks)
     }
 
-    fn hash(&self, number: u32) -> u64 {
-        hash(&self.hasher, self.key(number), self.code(number))
+    fn hashed(&self) -> HashTable<u32> {
+        let hash =
+            |&position: &u32| hash(&self.hasher, self.key(position), self.codes.code(position, self.words));
+        let mut table = HashTable::with_capacity(self.len());
+        for position in 0..self.len() as u32 {
+            table.insert_unique(hash(&position), position, hash);
+        }
+        table
     }
 }
 
-/// The bytes of a code in the table of numbers: it has up to twice as many places of five bytes.
-pub(super) const PLACES: usize = 10;
+/// The bytes of a code in a hash table: it has up to twice as many places of five bytes.
+const PLACES: usize = 10;
 
-fn hash(hasher: &RandomState, key: u32, code: &[u64]) -> u64 {
+fn hash(hasher: &RandomState, key: u32, code: impl Iterator<Item = u64>) -> u64 {
     let mut state = hasher.build_hasher();
-    code.iter().for_each(|&word| state.write_u64(word));
+    code.for_each(|word| state.write_u64(word));
     state.write_u32(key);
     state.finish()
 }
@@ -108,30 +212,69 @@ fn hash(hasher: &RandomState, key: u32, code: &[u64]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meliora_engine::NoProgress;
+    use meliora_model::error::SourceFile;
 
-    #[test]
-    fn codes_that_were_pushed_are_found() {
-        let mut codes = Codes::new(1);
-        for i in 0..100 {
-            if i % 3 == 0 { codes.add(0, &[i]) } else { codes.push(0, &[i]) }
+    /// Returns a program with 2^40 valuations.
+    fn program() -> Program {
+        let text =
+            "mdp module m x:[0..1048575]; y:[3..1048578]; [] x<9 -> (x'=x+1); [] y<7 -> (y'=y+1); endmodule";
+        let read = |name, text: &str| SourceFile::new(name, text);
+        meliora_lang::load(&read("model", text), &read("constants", "")).unwrap().program
+    }
+
+    /// Adds codes with three keys, and looks them up, also after what finds them was dropped.
+    fn are_found(state: fn(i64) -> Vec<i64>, in_blocks: bool) {
+        let (program, mut meter) = (program(), Meter::unlimited(&NoProgress));
+        let codec = Codec::new(&program).unwrap();
+        let mut codes = Codes::new(&program, &codec);
+        let code = |i: i64| codec.encode(&state(i)).unwrap();
+        let key = |i: i64| (i % 7 % 3) as u32;
+        for i in 0..20_000 {
+            assert_eq!(codes.find(key(i), &code(i)), None);
+            codes.add(key(i), &code(i), &mut meter).unwrap();
         }
-        assert!((0..100).all(|i| codes.find(0, &[i]) == Some(i as u32)));
-        assert_eq!(codes.find(0, &[100]), None);
+        for _ in 0..2 {
+            for i in 0..20_000 {
+                assert_eq!(codes.find(key(i), &code(i)), Some(i as u32));
+                assert_eq!(codes.find(key(i) + 1, &code(i)), None);
+            }
+            assert_eq!(matches!(codes.positions.get(), Some(Positions::Blocks(_))), in_blocks);
+            codes.drop_positions();
+        }
+        assert_eq!((codes.code(7), codes.key(7)), (code(7), key(7)));
     }
 
     #[test]
-    fn codes_keep_their_numbers_when_the_table_is_built_again() {
-        let mut codes = Codes::new(2);
-        let code = |i: u64| [i / 3, i];
-        for i in 0..1000 {
-            assert_eq!(codes.find((i % 5) as u32, &code(i)), None);
-            codes.add((i % 5) as u32, &code(i));
+    fn codes_that_were_pushed_are_found() {
+        let (program, mut meter) = (program(), Meter::unlimited(&NoProgress));
+        let codec = Codec::new(&program).unwrap();
+        let mut codes = Codes::new(&program, &codec);
+        let code = |i: i64| codec.encode(&[i, 3]).unwrap();
+        for i in 0..100 {
+            let done = if i % 3 == 0 { codes.add(0, &code(i), &mut meter) } else { codes.push(0, &code(i), &mut meter) };
+            done.unwrap();
         }
-        codes.drop_numbers();
-        for i in 0..1000 {
-            assert_eq!(codes.find((i % 5) as u32, &code(i)), Some(i as u32));
-            assert_eq!(codes.find((i % 5 + 1) as u32, &code(i)), None);
-        }
-        assert_eq!((codes.code(7), codes.key(7)), (&[2, 7][..], 2));
+        assert!((0..100).all(|i| codes.find(0, &code(i)) == Some(i as u32)));
+        assert_eq!(codes.find(0, &code(100)), None);
+    }
+
+    #[test]
+    fn codes_near_to_each_other_are_found_in_blocks() {
+        are_found(|i| vec![i / 250, 3 + i % 250], true);
+    }
+
+    #[test]
+    fn codes_far_from_each_other_are_hashed() {
+        are_found(|i| vec![i * 37, 3 + i * 41], false);
+    }
+
+    #[test]
+    fn words_are_widened_for_lower_halves() {
+        let word = |i: u64| i << if i < 600 { 32 } else { 0 };
+        let mut words = Words::default();
+        (0..1000).for_each(|i| words.push(word(i)));
+        assert!((0..500).all(|i| words.code(i, 2).eq([word(2 * u64::from(i)), word(2 * u64::from(i) + 1)])));
+        assert_eq!(words.width(), 8);
     }
 }

@@ -18,6 +18,9 @@ use meliora_model::error::Result;
 use meliora_model::exact::Ratio;
 use meliora_model::preference::Change;
 
+/// The number of nodes after which the progress is shown.
+const SHOWN: u32 = 1 << 8;
+
 /// The exploration of a graph.
 pub(super) struct Explorer<'a, 'm, E: Engine> {
     pub(super) facts: &'a Facts<'a, E>,
@@ -32,6 +35,8 @@ pub(super) struct Explorer<'a, 'm, E: Engine> {
     numbers: Vec<Numbers>,
     /// The number of the cost of every step, if all have the same.
     cost: Option<u32>,
+    /// The state of the last edge, kept for its memory.
+    state: State,
 }
 
 impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
@@ -47,7 +52,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         meter: &'a mut Meter<'m>,
     ) -> Result<Self> {
         let codec = Codec::new(facts.program)?;
-        *places = Places::new(codec.clone(), facts.improvement.arenas.len() as u32);
+        *places = Places::new(facts.program, codec.clone(), facts.improvement.arenas.len() as u32);
         let cost = costs.constant().map(|cost| graph.fraction(cost));
         let sets = facts.sets();
         let marks = match sets.len() {
@@ -55,7 +60,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
             _ => None,
         };
         let numbers = (0..facts.restricted.len() as u32).map(|arena| facts.numbers(arena)).collect();
-        Ok(Explorer { facts, costs, graph, places, meter, codec, marks, numbers, cost })
+        Ok(Explorer { facts, costs, graph, places, meter, codec, marks, numbers, cost, state: State::new() })
     }
 
     /// Looks a state up.
@@ -126,8 +131,10 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
             if self.graph.rank(node).positive == 0 {
                 continue;
             }
-            self.meter.progress(&|| format!("{nodes} states"));
-            let code = Code::from_slice(self.places.code(node));
+            if node % SHOWN == 0 {
+                self.meter.progress(&|| format!("{nodes} states"));
+            }
+            let code = self.places.code(node);
             let arena = self.places.arena(node);
             self.graph.begin(node, self.meter)?;
             match self.graph.is_junction(node) {
@@ -173,10 +180,9 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
 
     /// Adds the node of a state that is not known, with its rank.
     fn add(&mut self, place: Place, code: &[u64], class: Option<u32>, rank: Rank) -> Result<u32> {
-        self.meter.take(self.places.bytes_of_node())?;
         let node = self.graph.add_node(rank, place.junction, self.meter)?;
         let own = place.arena == self.facts.arena_of(class);
-        self.places.add(place, code, (class, own));
+        self.places.add(place, code, (class, own), self.meter)?;
         Ok(node)
     }
 
@@ -190,7 +196,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
             let to = self.node(Place::of(arena), (code, seen), class)?;
             let probability = self.graph.fraction(Ratio::one());
             let free = self.graph.fraction(Ratio::zero());
-            self.graph.add_choice(position as u32, free, self.meter)?;
+            self.graph.add_choice(position as u32, free);
             self.graph.add_edge(Edge::new(to, probability, counts));
         }
         Ok(())
@@ -211,10 +217,11 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
             Some(class) => Some(class as u32),
             None => self.places.class(node),
         };
-        let state = self.codec.decode(code);
+        let free = self.places.unrestricted[node as usize];
+        // The code says all unless choices are tested or have costs of their own.
+        let state = if free && self.cost.is_some() { State::new() } else { self.codec.decode(code) };
         // One test of the state in place of one per choice.
-        let unrestricted =
-            self.places.unrestricted[node as usize] || !facts.engine.contains(restricted, &state)?;
+        let unrestricted = free || !facts.engine.contains(restricted, &state)?;
         walk.steps(code, &mut self.graph.known, steps)?;
         for position in 0..steps.choices() {
             if !unrestricted
@@ -226,7 +233,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
                 Some(cost) => cost,
                 None => self.graph.fraction(self.costs.of(&state, &walk.taken(position).combinations)?),
             };
-            self.graph.add_choice(position as u32, cost, self.meter)?;
+            self.graph.add_choice(position as u32, cost);
             for (code, probability) in steps.of(position) {
                 let edge = self.edge((number, reference), code, probability)?;
                 self.graph.add_edge(edge);
@@ -251,7 +258,8 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
                 return Ok(Edge::new(if lost { LOST } else { node }, probability, improves));
             }
         }
-        let state = self.codec.decode(code);
+        let mut state = std::mem::take(&mut self.state);
+        self.codec.decode_into(code, &mut state);
         let seen = self.seen(&state)?;
         let class = match known {
             Some(node) => self.places.class(node),
@@ -262,8 +270,10 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         let junction = keeps_reference && improves;
         let to = match change {
             Change::Weakening => LOST,
-            _ => self.node(Place { arena, junction }, (code, seen), class)?,
+            _ if junction => self.node(Place { arena, junction }, (code, seen), class)?,
+            _ => self.new_node(Place::of(arena), (code, seen), class)?,
         };
+        self.state = state;
         Ok(Edge::new(to, probability, improves && !keeps_reference))
     }
 }

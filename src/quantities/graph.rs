@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use bitvec::vec::BitVec;
+use ahash::AHashMap;
 
 use super::meter::Meter;
-use super::narrow::Narrow;
+use super::narrow::{Mostly, Narrow};
 use meliora_engine::explicit::weighted::Fractions;
 use meliora_model::error::Result;
 use meliora_model::exact::Ratio;
@@ -28,8 +28,8 @@ impl Edge {
     /// Creates an edge to a node, or [`LOST`], with the number of its probability in
     /// [`Graph::fractions`]; `counts` says whether the step is an improvement.
     pub(super) fn new(to: u32, probability: u32, counts: bool) -> Self {
-        // 2^31 fractions need more than 64 GiB; the meter ends the work long before.
-        assert!(probability < 1 << 31);
+        // 2^30 fractions need more than 32 GiB; the meter ends the work long before.
+        assert!(probability < 1 << 30);
         Edge { to, weight: 2 * probability + u32::from(counts) }
     }
 
@@ -45,7 +45,7 @@ impl Edge {
 }
 
 /// What is known of a node before any number is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub(super) struct Rank {
     /// The greatest k with P_k > 0, or [`EVERY`].
     pub(super) positive: u32,
@@ -53,28 +53,37 @@ pub(super) struct Rank {
     pub(super) sure: u32,
 }
 
+/// The rank of a node, and whether it is a junction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct Kind {
+    rank: Rank,
+    junction: bool,
+}
+
 /// A node: a state in an arena. Under `prefix`, an improving step first enters a *junction*, a node
 /// with up to two choices of cost 0 that take no step: to count the improvement, or not.
 ///
 /// Large models have as many nodes as fit into memory, so numbers are stored in as few bytes as they
-/// need: about 10 bytes per node, and 6 per choice and per edge.
+/// need: about 6 bytes per node and 5 per edge. A choice is named by the position of its first edge.
 #[derive(Debug, Default)]
 pub(super) struct Graph {
-    /// The two ranks of each node plus 1; 0 for [`EVERY`].
-    positive: Narrow,
-    sure: Narrow,
-    junction: BitVec,
-    /// The first choice of each node, and the number of its choices.
-    first_choice: Vec<u32>,
-    choices: Narrow,
-    first_edge: Vec<u32>,
-    /// The node that each edge enters, and its weight.
+    /// The kind of each node, and the kinds in use: few nodes differ in them.
+    kind_of: Narrow,
+    kinds: Vec<Kind>,
+    kind_numbers: AHashMap<Kind, u32>,
+    /// The first edge of each node, and the number of its edges.
+    first: Vec<u32>,
+    edges: Narrow,
+    /// The node that each edge enters.
     to: Vec<u32>,
+    /// Twice the weight of each edge, plus 1 for the first edge of a choice.
     weights: Narrow,
     /// The cost of each choice, by its number in [`Graph::fractions`].
-    costs: Narrow,
-    /// The position of each choice among the choices of its state in the order of the program.
-    positions: Narrow,
+    costs: Mostly,
+    /// The number of choices of its state before each choice that were left out.
+    left_out: Mostly,
+    /// The number of choices of the last node so far, and whether the last one has no edge yet.
+    begun: (u32, bool),
     /// All probabilities and costs.
     pub(super) known: Fractions,
 }
@@ -82,63 +91,66 @@ pub(super) struct Graph {
 impl Graph {
     /// Returns the number of nodes.
     pub(super) fn nodes(&self) -> usize {
-        self.junction.len()
+        self.kind_of.len()
     }
 
     /// Adds a node without choices.
     pub(super) fn add_node(&mut self, rank: Rank, junction: bool, meter: &mut Meter) -> Result<u32> {
         meter.take(self.bytes_of_node())?;
         let node = meter.number(self.nodes())?;
-        self.positive.push(rank.positive.wrapping_add(1));
-        self.sure.push(rank.sure.wrapping_add(1));
-        self.junction.push(junction);
-        self.first_choice.push(0);
-        self.choices.push(0);
+        let kind = self.kind(Kind { rank, junction });
+        self.kind_of.push(kind);
+        self.first.push(0);
+        self.edges.push(0);
         Ok(node)
+    }
+
+    /// Returns the number of a kind, a new one if the kind is new.
+    fn kind(&mut self, kind: Kind) -> u32 {
+        let Graph { kinds, kind_numbers, .. } = self;
+        *kind_numbers.entry(kind).or_insert_with(|| {
+            kinds.push(kind);
+            kinds.len() as u32 - 1
+        })
     }
 
     /// Returns the bytes of a node.
     fn bytes_of_node(&self) -> usize {
-        4 + self.positive.width() + self.sure.width() + self.choices.width()
+        4 + self.kind_of.width() + self.edges.width()
     }
 
     /// Returns what is known of a node.
     pub(super) fn rank(&self, node: u32) -> Rank {
-        let [positive, sure] =
-            [&self.positive, &self.sure].map(|list| list.get(node as usize).wrapping_sub(1));
-        Rank { positive, sure }
+        self.kinds[self.kind_of.get(node as usize) as usize].rank
     }
 
     /// Returns whether a node is a junction.
     pub(super) fn is_junction(&self, node: u32) -> bool {
-        self.junction[node as usize]
+        self.kinds[self.kind_of.get(node as usize) as usize].junction
     }
 
-    /// Begins the choices of a node. They are added one after the other, each with its edges, until
+    /// Begins the choices of a node. They are added one after the other, each with at least one edge, until
     /// [`Graph::end`].
     ///
     /// # Errors
-    /// There are too many choices.
+    /// There are too many edges.
     pub(super) fn begin(&mut self, node: u32, meter: &Meter) -> Result<()> {
-        self.first_choice[node as usize] = meter.number(self.first_edge.len())?;
+        self.first[node as usize] = meter.number(self.to.len())?;
+        self.begun = (0, false);
         Ok(())
     }
 
     /// Adds a choice: its position among the choices of the state and the number of its cost.
-    ///
-    /// # Errors
-    /// There are too many edges.
-    pub(super) fn add_choice(&mut self, position: u32, cost: u32, meter: &Meter) -> Result<()> {
-        self.positions.push(position);
-        self.costs.push(cost);
-        self.first_edge.push(meter.number(self.to.len())?);
-        Ok(())
+    pub(super) fn add_choice(&mut self, position: u32, cost: u32) {
+        self.left_out.set_next(self.to.len(), position - self.begun.0);
+        self.costs.set_next(self.to.len(), cost);
+        self.begun = (self.begun.0 + 1, true);
     }
 
     /// Adds an edge to the last choice.
     pub(super) fn add_edge(&mut self, edge: Edge) {
         self.to.push(edge.to);
-        self.weights.push(edge.weight);
+        self.weights.push(2 * edge.weight + u32::from(std::mem::take(&mut self.begun.1)));
     }
 
     /// Ends the choices of a node.
@@ -146,12 +158,14 @@ impl Graph {
     /// # Errors
     /// A limit is reached.
     pub(super) fn end(&mut self, node: u32, meter: &mut Meter) -> Result<()> {
-        let first = self.first_choice[node as usize];
-        let count = meter.number(self.first_edge.len())? - first;
-        self.choices.set(node as usize, count);
-        let (start, end) = self.edge_range(first, first + count);
-        let (choice, edge) = (self.positions.width() + self.costs.width() + 4, self.weights.width() + 4);
-        meter.take(count as usize * choice + (end - start) as usize * edge)
+        let count = meter.number(self.to.len())? - self.first[node as usize];
+        self.edges.set(node as usize, count);
+        meter.take(count as usize * self.bytes_of_edge())
+    }
+
+    /// Returns the bytes of an edge.
+    fn bytes_of_edge(&self) -> usize {
+        4 + self.weights.width() + self.costs.width() + self.left_out.width()
     }
 
     /// Returns all probabilities and costs by number.
@@ -165,9 +179,8 @@ impl Graph {
     }
 
     /// Returns the choices of a node.
-    pub(super) fn choices(&self, node: u32) -> Range<u32> {
-        let first = self.first_choice[node as usize];
-        first..first + self.choices.get(node as usize)
+    pub(super) fn choices(&self, node: u32) -> impl Iterator<Item = u32> + Clone {
+        self.edges_of(node).filter(|&position| self.begins(position))
     }
 
     /// Returns the number of the cost of a choice in [`Graph::fractions`].
@@ -175,26 +188,32 @@ impl Graph {
         self.costs.get(choice as usize)
     }
 
-    /// Returns the position of a choice among the choices of its state.
-    pub(super) fn position(&self, choice: u32) -> usize {
-        self.positions.get(choice as usize) as usize
+    /// Returns the position of a choice of a node among the choices of its state.
+    pub(super) fn position(&self, node: u32, choice: u32) -> usize {
+        let before = self.choices(node).take_while(|&other| other < choice).count();
+        before + self.left_out.get(choice as usize) as usize
     }
 
-    /// Returns the edges of a choice.
+    /// Returns the edges of a choice, whose positions follow each other.
     pub(super) fn edges(&self, choice: u32) -> impl Iterator<Item = Edge> + Clone {
-        let (start, end) = self.edge_range(choice, choice + 1);
-        (start..end).map(|position| self.at(position))
+        let end = self.to.len() as u32;
+        let others = (choice + 1..end).take_while(|&position| !self.begins(position));
+        std::iter::once(choice).chain(others).map(|position| self.at(position))
     }
 
     fn at(&self, position: u32) -> Edge {
-        Edge { to: self.to[position as usize], weight: self.weights.get(position as usize) }
+        Edge { to: self.to[position as usize], weight: self.weights.get(position as usize) / 2 }
     }
 
-    /// Returns the positions of the first edge of a range of choices, and of the one after the last.
-    pub(super) fn edge_range(&self, first: u32, end: u32) -> (u32, u32) {
-        let start =
-            |choice: u32| self.first_edge.get(choice as usize).copied().unwrap_or(self.to.len() as u32);
-        (start(first), start(end))
+    /// Returns whether an edge is the first one of its choice.
+    fn begins(&self, position: u32) -> bool {
+        self.weights.get(position as usize) % 2 == 1
+    }
+
+    /// Returns the positions of the edges of a node.
+    pub(super) fn edges_of(&self, node: u32) -> Range<u32> {
+        let first = self.first[node as usize];
+        first..first + self.edges.get(node as usize)
     }
 
     /// Returns the number of edges of all choices.
@@ -209,8 +228,6 @@ impl Graph {
 
     /// Returns the bytes of the graph.
     pub(super) fn bytes(&self) -> usize {
-        self.nodes() * self.bytes_of_node()
-            + self.first_edge.len() * (4 + self.costs.width() + self.positions.width())
-            + self.to.len() * (4 + self.weights.width())
+        self.nodes() * self.bytes_of_node() + self.to.len() * self.bytes_of_edge()
     }
 }

@@ -113,11 +113,17 @@ pub(super) struct Equation<N> {
 }
 
 impl<N: Number> Equation<N> {
-    fn new(cost: N) -> Self {
+    /// Creates the equation of nothing.
+    pub(super) fn empty() -> Self {
         let row = Row { edges: Vec::new(), escape: N::zero(), constant: N::zero() };
-        let mut equation = Equation { row, high: N::zero(), whole: true, most: 0.0, width: 0.0 };
-        equation.gain(&cost);
-        equation
+        Equation { row, high: N::zero(), whole: true, most: 0.0, width: 0.0 }
+    }
+
+    /// Forgets the equation; its memory is used again.
+    fn clear(&mut self) {
+        let mut edges = std::mem::take(&mut self.row.edges);
+        edges.clear();
+        *self = Equation { row: Row { edges, ..Equation::empty().row }, ..Equation::empty() };
     }
 
     /// Adds a gain or cost.
@@ -300,8 +306,23 @@ impl<'n> Groups<'n> {
         (own, node, choice): (u32, u32, u32),
         solution: &Solution<N>,
     ) -> Equation<R::Read> {
-        let cost = system.cost(choice).map_or_else(R::Read::zero, |cost| R::fraction(system, cost));
-        let mut equation = Equation::new(cost);
+        let mut equation = Equation::empty();
+        self.write::<N, R>(system, (own, node, choice), solution, &mut equation);
+        equation
+    }
+
+    /// Does the same as [`Groups::equation`], with the memory of another equation.
+    pub(super) fn write<N: Number, R: Reader<N>>(
+        &self,
+        system: &System<'_, N>,
+        (own, node, choice): (u32, u32, u32),
+        solution: &Solution<N>,
+        equation: &mut Equation<R::Read>,
+    ) {
+        equation.clear();
+        if let Some(cost) = system.cost(choice) {
+            equation.gain(&R::fraction(system, cost));
+        }
         for edge in system.graph.edges(choice) {
             let p = R::fraction(system, edge.probability());
             let bonus = if system.bonus(edge) { R::Read::one() } else { R::Read::zero() };
@@ -328,7 +349,6 @@ impl<'n> Groups<'n> {
             }
             None => {}
         }
-        equation
     }
 
     /// Stores the values of the groups for their nodes, and the choices that attain them; all
@@ -345,7 +365,7 @@ impl<'n> Groups<'n> {
         for (index, &node) in self.nodes.iter().enumerate() {
             let group = self.found.group[index] as usize;
             let pick = optimum.map_or(NONE, |optimum| optimum.picks[group]);
-            if system.graph.choices(node).contains(&pick) {
+            if system.graph.edges_of(node).contains(&pick) {
                 solution.set_pick(node, pick);
             }
             let bounds = optimum.map(|optimum| (&optimum.low[group], &optimum.high[group]));

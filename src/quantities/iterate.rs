@@ -18,7 +18,8 @@
 //! downwards (interval iteration).
 //!
 //! A sweep visits the groups in postorder and uses new values at once (Gauss and Seidel), so values
-//! travel through most of a component in one sweep. [`super::sparse`] describes the rounding.
+//! travel through most of a component in one sweep; [`super::hub`] says where the search starts.
+//! [`super::sparse`] describes the rounding.
 //!
 //! A. Hartmanns and B. Kaminski, "Optimistic value iteration" (CAV 2020); S. Haddad and B. Monmege,
 //! "Interval iteration algorithm for MDPs and IMDPs" (TCS 2018).

@@ -20,11 +20,12 @@
 //! | module | contents |
 //! | --- | --- |
 //! | `facts`, `explore` | from an [`Analysis`](meliora_planning::Analysis) to a graph: the states that kept choices reach, with exact probabilities |
-//! | `codes`, `places` | states in few bytes, and their nodes |
+//! | `codes`, `blocks`, `places` | states in few bytes, and their nodes |
 //! | `graph`, `narrow` | numbered nodes, choices, edges, in few bytes |
 //! | [`cost`] | what a step costs: steps, or a reward structure |
 //! | `system`, `solve`, `solution`, `solved` | the equations of each quantity and level, solved component by component |
 //! | `components`, `groups` | strongly connected components, and the end components in them |
+//! | `hub` | the order of the nodes of a large component |
 //! | `component`, `eliminate` | the optimum of a small component: policy iteration, elimination of states |
 //! | `doubles` | the same in doubles for larger ones, with bounds that one step confirms |
 //! | `iterate`, `pace`, `sparse`, `repeated` | bounds of a large component: optimistic value iteration over compressed rows |
@@ -58,7 +59,8 @@
 //! tried in components of any size, as long as elimination fills in little: one policy of most models has a chain that
 //! is nearly acyclic. If rows fill in, as on walks in the plane, where the time of elimination grows with n^1.5,
 //! iteration may take more sweeps, and elimination, which was faster there up to some ten thousand states, comes
-//! last. `docs/benchmarks.md` has figures for each method.
+//! last. Where most cycles pass through one node, sweeps follow a search from there. `docs/benchmarks.md` has figures
+//! for each method.
 //!
 //! The levels give qualitative facts for free: P_k > 0 on level k of SPI, and P_k = 1 on level k of
 //! SASI (under `transition`: of SASI under `action`). Only states between the two have equations.
@@ -97,6 +99,7 @@
 
 pub mod all_states;
 pub mod answer;
+mod blocks;
 pub mod choose;
 mod codes;
 mod component;
@@ -110,6 +113,7 @@ mod facts;
 mod graph;
 mod groups;
 mod horizon;
+mod hub;
 mod inductive;
 mod iterate;
 mod meter;

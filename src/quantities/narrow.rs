@@ -82,6 +82,11 @@ impl Narrow {
         }
     }
 
+    /// Adds copies of a number until the list has a length. Cost: see [`Narrow::push`].
+    pub(super) fn extend_to(&mut self, length: usize, number: u32) {
+        (self.len()..length).for_each(|_| self.push(number));
+    }
+
     /// Widens all numbers so that one that does not fit can be stored.
     fn widen(&mut self, number: u32) {
         let wider = match self {
@@ -114,6 +119,38 @@ impl Narrow {
     }
 }
 
+/// A number for each position, most of which are equal. It takes no memory as long as all are equal.
+#[derive(Debug, Default)]
+pub(super) struct Mostly {
+    /// The number at all positions after the end of the list; the first one that was set.
+    usual: Option<u32>,
+    list: Narrow,
+}
+
+impl Mostly {
+    /// Sets the number at a position after all those that were set. Cost: constant on average.
+    pub(super) fn set_next(&mut self, position: usize, number: u32) {
+        let usual = *self.usual.get_or_insert(number);
+        if number != usual {
+            self.list.extend_to(position, usual);
+            self.list.push(number);
+        }
+    }
+
+    /// Returns the number at a position, which was set.
+    pub(super) fn get(&self, position: usize) -> u32 {
+        match position < self.list.len() {
+            true => self.list.get(position),
+            false => self.usual.unwrap_or_default(),
+        }
+    }
+
+    /// Returns the bytes of a number: none as long as all are equal.
+    pub(super) fn width(&self) -> usize {
+        if self.list.len() == 0 { 0 } else { self.list.width() }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -135,5 +172,17 @@ mod tests {
         list.set(2, 70_000);
         list.set(0, 9);
         assert_eq!([9, 300, 70_000], [0, 1, 2].map(|i| list.get(i)));
+    }
+
+    #[test]
+    fn unusual_numbers_keep_their_positions() {
+        let number = |position: usize| [4, 4, 4, 900, 4, 0][position % 6];
+        let mut list = Mostly::default();
+        list.set_next(0, 4);
+        list.set_next(2, 4);
+        assert_eq!(list.width(), 0);
+        (3..100).filter(|position| position % 4 != 0).for_each(|at| list.set_next(at, number(at)));
+        assert!((3..100).filter(|position| position % 4 != 0).all(|at| list.get(at) == number(at)));
+        assert_eq!([list.get(0), list.get(2)], [4, 4]);
     }
 }

@@ -7,7 +7,7 @@
 //! surely: by some strategy for the least, by every strategy for the greatest. So only the states
 //! between the regions, as far as the given states reach them, have equations.
 
-use super::codes::{self, Codes};
+use super::codes::Codes;
 use super::cost::{Cost, Earned};
 use super::graph::{EVERY, Edge, Graph, LOST, Rank};
 use super::meter::Meter;
@@ -181,7 +181,7 @@ impl Likely {
         let node = self.node(state).filter(|node| *node != END && *node != LOST)?;
         Some(self.solution.pick(node))
             .filter(|choice| *choice != NONE)
-            .map(|choice| self.graph.position(choice))
+            .map(|choice| self.graph.position(node, choice))
     }
 }
 
@@ -303,7 +303,7 @@ impl<E: Engine> Search<'_, E> {
     ) -> Result<(Graph, Found, Vec<u32>)> {
         let parts = self.engine.membership(&[&self.end, &self.inside, &self.engine.all_states()])?;
         let codec = walker.codec().clone();
-        let found = Found { codes: Codes::new(codec.words()), nodes: Vec::new() };
+        let found = Found { codes: Codes::new(self.program, &codec), nodes: Vec::new() };
         let mut graph = Graph::default();
         let free = graph.fraction(Ratio::zero());
         let known = parts.numbers().map(|numbers| Known::new(numbers, meter)).transpose()?;
@@ -383,7 +383,7 @@ impl<E: Engine> Explorer<'_, '_, E> {
         }
         let (mut steps, mut targets, mut next) = (Steps::default(), Vec::new(), 0);
         while let Some(&node) = self.found.nodes.get(next) {
-            let code = Code::from_slice(self.found.codes.code(next as u32));
+            let code = self.found.codes.code(next as u32);
             let number = self.known.as_ref().and_then(|known| known.states[next]);
             next += 1;
             if node == END || node == LOST {
@@ -446,7 +446,7 @@ impl<E: Engine> Explorer<'_, '_, E> {
             }
             None => self.free,
         };
-        self.graph.add_choice(position as u32, cost, self.meter)?;
+        self.graph.add_choice(position as u32, cost);
         for (at, ((code, probability), &target)) in steps.of(position).zip(targets).enumerate() {
             let to = self.enter(target, code, self.successor(at))?;
             self.graph.add_edge(Edge::new(to, probability, to == END));
@@ -481,13 +481,13 @@ impl<E: Engine> Explorer<'_, '_, E> {
                 self.graph.add_node(Rank { positive: EVERY, sure }, false, self.meter)?
             }
         };
-        self.meter.take(self.found.codes.width() + codes::PLACES + size_of::<u32>())?;
+        self.meter.take(size_of::<u32>())?;
         match &mut self.known {
             Some(known) => {
                 known.add(number, node);
-                self.found.codes.push(KEY, code);
+                self.found.codes.push(KEY, code, self.meter)?;
             }
-            None => self.found.codes.add(KEY, code),
+            None => self.found.codes.add(KEY, code, self.meter)?,
         }
         self.found.nodes.push(node);
         Ok(node)

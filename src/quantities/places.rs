@@ -2,10 +2,12 @@
 
 use bitvec::vec::BitVec;
 
-use super::codes::{self, Codes};
+use super::codes::Codes;
+use super::meter::Meter;
 use super::narrow::Narrow;
-use meliora_engine::explicit::weighted::Codec;
-use meliora_model::State;
+use meliora_engine::explicit::weighted::{Code, Codec};
+use meliora_model::error::Result;
+use meliora_model::{Program, State};
 
 /// Where a state is taken: in an arena, or in a junction of it, right after an improving step under
 /// `prefix`.
@@ -47,8 +49,8 @@ pub(super) struct Places {
 
 impl Places {
     /// Creates an empty collection.
-    pub(super) fn new(codec: Codec, arenas: u32) -> Self {
-        Places { codes: Codes::new(codec.words()), codec: Some(codec), arenas, ..Places::default() }
+    pub(super) fn new(program: &Program, codec: Codec, arenas: u32) -> Self {
+        Places { codes: Codes::new(program, &codec), codec: Some(codec), arenas, ..Places::default() }
     }
 
     /// Returns the node of a state at a place.
@@ -63,17 +65,17 @@ impl Places {
 
     /// Returns the state of a node.
     pub(super) fn state(&self, node: u32) -> State {
-        self.codec.as_ref().map_or_else(State::new, |codec| codec.decode(self.code(node)))
+        self.codec.as_ref().map_or_else(State::new, |codec| codec.decode(&self.code(node)))
     }
 
     /// Returns whether a node is that of a state.
     pub(super) fn is_at(&self, node: u32, state: &[i64]) -> bool {
         let code = self.codec.as_ref().and_then(|codec| codec.encode(state));
-        code.is_some_and(|code| self.code(node) == &code[..])
+        code.is_some_and(|code| self.code(node) == code)
     }
 
     /// Returns the code of a node's state.
-    pub(super) fn code(&self, node: u32) -> &[u64] {
+    pub(super) fn code(&self, node: u32) -> Code {
         self.codes.code(node)
     }
 
@@ -89,25 +91,31 @@ impl Places {
 
     /// Adds the next node: its place, the code of its state, the class of the state, and whether the
     /// place is the arena of this class.
-    pub(super) fn add(&mut self, place: Place, code: &[u64], (class, own): (Option<u32>, bool)) {
-        self.codes.add(place.key(), code);
+    ///
+    /// # Errors
+    /// The memory limit is reached.
+    pub(super) fn add(
+        &mut self,
+        place: Place,
+        code: &[u64],
+        (class, own): (Option<u32>, bool),
+        meter: &mut Meter<'_>,
+    ) -> Result<()> {
+        meter.take(self.classes.width() + 1)?;
+        self.codes.add(place.key(), code, meter)?;
         self.classes.push(class.map_or(0, |class| class + 1));
         self.own.push(own);
         self.unrestricted.push(false);
+        Ok(())
     }
 
     /// Drops what the exploration needs.
     pub(super) fn end_exploration(&mut self) {
-        self.codes.drop_numbers();
+        self.codes.drop_positions();
     }
 
     /// Returns the bytes of all nodes.
     pub(super) fn bytes(&self) -> usize {
         self.own.len() * (self.codes.width() + self.classes.width() + 1)
-    }
-
-    /// Returns the bytes of a node during the exploration.
-    pub(super) fn bytes_of_node(&self) -> usize {
-        self.codes.width() + self.classes.width() + 1 + codes::PLACES
     }
 }

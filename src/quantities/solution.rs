@@ -55,6 +55,11 @@ impl<N: Number> Solution<N> {
         Ok(Solution { open, rest, values, known, picks })
     }
 
+    /// Returns whether any node has an equation.
+    pub(super) fn has_equations(&self) -> bool {
+        !self.values.is_empty()
+    }
+
     /// Returns the value of a node; `None` if it is not known or the node has none.
     pub(super) fn get(&self, node: u32) -> Option<&N> {
         match (self.open.place(node), &self.rest) {

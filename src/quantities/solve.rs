@@ -15,6 +15,7 @@ use super::components::{self, Components, Successors};
 use super::doubles;
 use super::graph::{Graph, LOST};
 use super::groups::{AsFractions, AsTheyAre, Groups};
+use super::hub;
 use super::iterate::{self, Found, Sparse};
 use super::meter::Meter;
 use super::number::{Interval, Number};
@@ -31,6 +32,9 @@ const DENSE: usize = 8;
 /// The number of groups up to which a component is solved by intervals at once, and with fractions if its
 /// bounds are wide.
 pub(super) const FEW: usize = 100;
+
+/// The number of components after which the progress is shown.
+const SHOWN: usize = 1 << 8;
 
 /// The number of nodes up to which bounds are passed on after a limit is reached: this must not delay
 /// the end noticeably.
@@ -57,6 +61,9 @@ impl<N: Number> System<'_, N> {
     /// A limit is reached; then all nodes have bounds, as far as those found before the limit show
     /// them.
     pub(super) fn solve(&self, solution: &mut Solution<N>, meter: &mut Meter<'_>) -> Result<()> {
+        if !solution.has_equations() {
+            return Ok(());
+        }
         let nodes = self.graph.nodes();
         let scratch = nodes * 3 * size_of::<u32>();
         let search = nodes * components::SEARCH + self.graph.edges_in_all() / 8;
@@ -65,7 +72,9 @@ impl<N: Number> System<'_, N> {
         meter.release(search - scratch);
         let mut position = vec![NONE; nodes];
         for number in 0..found.count() {
-            meter.progress(&|| format!("component {} of {}", number + 1, found.count()));
+            if number % SHOWN == 0 {
+                meter.progress(&|| format!("component {} of {}", number + 1, found.count()));
+            }
             let end = self.next(found.get(number), &mut position, solution, meter);
             if end.is_err() {
                 self.pass_on(&found, number, solution);
@@ -91,8 +100,19 @@ impl<N: Number> System<'_, N> {
         if let [node] = *component {
             return self.single(node, solution);
         }
-        component.iter().zip(0..).for_each(|(&node, at)| position[node as usize] = at);
-        let end = self.component(component, position, solution, meter);
+        let place = |nodes: &[u32], position: &mut [u32]| {
+            nodes.iter().zip(0..).for_each(|(&node, at)| position[node as usize] = at);
+        };
+        place(component, position);
+        let ordered = match component.len() {
+            ..=SMALL => Ok(None),
+            _ => hub::ordered(self.graph, component, position, meter),
+        };
+        let end = ordered.and_then(|ordered| {
+            let nodes = ordered.as_deref().unwrap_or(component);
+            place(nodes, position);
+            self.component(nodes, position, solution, meter)
+        });
         component.iter().for_each(|&node| position[node as usize] = NONE);
         end.map_err(|e| self.explained(e, component.len()))
     }
@@ -227,10 +247,7 @@ impl<N: Number> System<'_, N> {
 
     /// Returns the methods for a component in the order in which they are tried.
     fn methods(&self, nodes: &[u32], groups: &Groups<'_>) -> Vec<How> {
-        let edges = || {
-            let choices = nodes.iter().flat_map(|&node| self.graph.choices(node));
-            choices.map(|choice| self.graph.edges(choice).count()).sum::<usize>()
-        };
+        let edges = || nodes.iter().map(|&node| self.graph.edges_of(node).len()).sum::<usize>();
         let fastest = match groups.count() {
             ..=FEW => How::Eliminate,
             ..=SMALL if edges() < DENSE * groups.count() => How::Confirm(Much),
@@ -376,8 +393,7 @@ impl<'g> Dependencies<'g> {
         let counted = system.quantity == Quantity::Number;
         for node in (0..graph.nodes() as u32).filter(|&node| system.is_open(node)) {
             for choice in graph.choices(node).filter(|&choice| system.permits(choice)) {
-                let (start, _) = graph.edge_range(choice, choice + 1);
-                for (position, edge) in (start as usize..).zip(graph.edges(choice)) {
+                for (position, edge) in (choice as usize..).zip(graph.edges(choice)) {
                     let follows = edge.to != LOST && (!edge.counts() || counted) && system.is_open(edge.to);
                     followed.set(position, follows);
                 }
@@ -393,9 +409,7 @@ impl Successors for Dependencies<'_> {
     }
 
     fn positions(&self, node: u32) -> Range<u32> {
-        let choices = self.graph.choices(node);
-        let (start, end) = self.graph.edge_range(choices.start, choices.end);
-        start..end
+        self.graph.edges_of(node)
     }
 
     fn at(&self, position: u32) -> Option<u32> {

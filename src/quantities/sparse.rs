@@ -75,11 +75,11 @@ impl Sparse {
         solution: &Solution<N>,
         meter: &mut Meter<'_>,
     ) -> Result<Self> {
-        let mut sparse = Sparse::empty(system.sense());
+        let (mut sparse, mut equation) = (Sparse::empty(system.sense()), Equation::empty());
         groups.visit(system, meter, |group, node, choice, _| {
             sparse.begin(group);
-            let equation = groups.equation::<N, AsIntervals>(system, (group, node, choice), solution);
-            sparse.add(choice, equation);
+            groups.write::<N, AsIntervals>(system, (group, node, choice), solution, &mut equation);
+            sparse.add(choice, &equation);
             Ok(())
         })?;
         sparse.begin(groups.count() as u32);
@@ -115,8 +115,8 @@ impl Sparse {
     }
 
     /// Adds the equation of a choice to the last group, unless the choice never leaves its group.
-    fn add(&mut self, choice: u32, equation: Equation<Interval>) {
-        let Equation { row, high, whole, most, width } = equation;
+    fn add(&mut self, choice: u32, equation: &Equation<Interval>) {
+        let &Equation { ref row, high, whole, most, width } = equation;
         let leaving = if whole { Interval::ONE } else { row.leaving() };
         self.inherited = self.inherited.max(width);
         if leaving.is_zero() {

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use num_traits::FromPrimitive;
 
 use super::graph::{Edge, Graph, LOST, Rank};
+use super::hub;
 use super::meter::Meter;
 use super::number::{Interval, Number, Weight};
 use super::pace::Patience::{Little, Much};
@@ -82,12 +83,18 @@ fn graph(rows: &Rows, counts: fn(&Rows, u32, u32) -> bool, meter: &mut Meter<'_>
         let is = |set: &[bool]| u32::from(set.get(s).is_some_and(|&inside| inside));
         graph.add_node(Rank { positive: is(&positive), sure: is(&sure) }, false, meter).unwrap();
     }
+    fill(&mut graph, rows, counts, meter);
+    graph
+}
+
+/// Adds the choices of all nodes.
+fn fill(graph: &mut Graph, rows: &Rows, counts: fn(&Rows, u32, u32) -> bool, meter: &mut Meter<'_>) {
     for (node, choices) in (0..).zip(rows) {
         graph.begin(node, meter).unwrap();
         for (position, (cost, edges)) in (0..).zip(choices) {
             let sum: i64 = edges.iter().map(|edge| edge.1).sum();
             let cost = graph.fraction(Ratio::from_integer((*cost).into()));
-            graph.add_choice(position, cost, meter).unwrap();
+            graph.add_choice(position, cost);
             for &(to, weight) in edges {
                 let probability = graph.fraction(Ratio::new(weight.into(), sum.into()));
                 graph.add_edge(Edge::new(to, probability, counts(rows, node, to)));
@@ -95,7 +102,6 @@ fn graph(rows: &Rows, counts: fn(&Rows, u32, u32) -> bool, meter: &mut Meter<'_>
         }
         graph.end(node, meter).unwrap();
     }
-    graph
 }
 
 fn solved<N: Number>(
@@ -232,4 +238,53 @@ fn bounds_hold_wherever_a_limit_ends_the_work() {
         }
     }
     assert!(ended > 15 && narrow > 50 && wide > 50, "{ended} {narrow} {wide}");
+}
+
+/// Returns a ring of nodes in which a step leads to the next node or back to the hub, a node in the middle;
+/// the end is entered from the node before the hub.
+fn around_a_hub(nodes: u32, meter: &mut Meter<'_>) -> Graph {
+    let (hub, end) = (nodes / 2, nodes);
+    let choices = |node: u32| match (node + 1) % nodes {
+        to if to == hub => vec![(1, vec![(to, 1), (end, 1)])],
+        to => vec![(1, vec![(to, 999), (hub, 1)]), (2, vec![(to, 99_999), (hub, 1)])],
+    };
+    let rows: Rows = (0..nodes).map(choices).chain([Vec::new()]).collect();
+    let mut graph = Graph::default();
+    for node in 0..=nodes {
+        let rank = u32::from(node < nodes);
+        graph.add_node(Rank { positive: rank, sure: rank }, false, meter).unwrap();
+    }
+    fill(&mut graph, &rows, ends, meter);
+    graph
+}
+
+#[test]
+fn a_component_around_a_hub_is_ordered_from_there() {
+    let meter = &mut Meter::unlimited(&NoProgress);
+    let graph = around_a_hub(3000, meter);
+    let fractions: Vec<Interval> = graph.fractions().iter().map(Interval::of).collect();
+    let (quantity, below) = (Quantity::Cost(1), None);
+    let system = System { graph: &graph, quantity, below, fractions: &fractions, first: None, margin: None };
+    let found = system.components();
+    let component = found.get(0);
+    assert_ne!(component.last(), Some(&1500));
+    let mut position = vec![u32::MAX; graph.nodes()];
+    (0..).zip(component).for_each(|(at, &node)| position[node as usize] = at);
+    let ordered = hub::ordered(&graph, component, &position, meter).unwrap().unwrap();
+    // Each node but the hub comes after the next one of the ring.
+    let expected: Vec<u32> = (0..1500).rev().chain((1500..3000).rev()).collect();
+    assert_eq!(ordered, expected);
+}
+
+#[test]
+fn values_around_a_hub_are_those_of_elimination() {
+    let meter = &mut Meter::unlimited(&NoProgress);
+    let graph = around_a_hub(1500, meter);
+    let [iterated, eliminated] = [How::Iterate, How::Eliminate]
+        .map(|how| solved::<Interval>(&graph, Quantity::Cost(1), Some(how), meter));
+    for node in 0..1500 {
+        let [a, b] = [&iterated, &eliminated].map(|solution| solution.get(node).unwrap());
+        assert!(a.lower <= b.upper && b.lower <= a.upper, "{node}: {a:?} {b:?}");
+        assert!(a.width() <= 1e-7 * a.lower && b.width() <= 1e-7 * b.lower, "{node}: {a:?} {b:?}");
+    }
 }

@@ -160,10 +160,21 @@ impl Field {
         *word = word.wrapping_add(difference);
     }
 
+    /// Returns the number of values of the variable; 0 for 2^64.
+    pub(super) fn values(&self) -> u64 {
+        self.width.wrapping_add(1)
+    }
+
+    /// Returns the value of the variable in a packed code, from 0 on.
+    #[inline]
+    pub(super) fn digit(&self, code: &[u64]) -> u64 {
+        let mask = u64::MAX.checked_shr(self.width.leading_zeros()).unwrap_or(0);
+        code[self.word as usize] >> self.shift & mask
+    }
+
     #[inline]
     fn packed_value(&self, code: &[u64]) -> i64 {
-        let mask = u64::MAX.checked_shr(self.width.leading_zeros()).unwrap_or(0);
-        self.low.wrapping_add(((code[self.word as usize] >> self.shift) & mask) as i64)
+        self.low.wrapping_add(self.digit(code) as i64)
     }
 
     #[inline]

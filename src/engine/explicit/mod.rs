@@ -19,6 +19,7 @@ mod initial;
 mod layout;
 mod machine;
 mod meter;
+mod numbering;
 mod numbers;
 mod operators;
 mod program;

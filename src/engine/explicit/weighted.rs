@@ -12,6 +12,7 @@ use smallvec::SmallVec;
 use super::explore::fixed;
 pub use super::layout::Code;
 use super::layout::Layout;
+pub use super::numbering::Numbering;
 use super::program::{Chances, Prepared};
 use super::stepper::{Stepper, sum};
 use meliora_model::error::{Error, Result};
@@ -85,6 +86,12 @@ impl Codec {
         self.layout.words()
     }
 
+    /// Numbers the states of the program of the codes; `None` if there are 2^64 valuations or more, or if more than
+    /// 16 variables have several values.
+    pub fn numbering(&self, program: &Program) -> Option<Numbering> {
+        Numbering::new(program, &self.layout)
+    }
+
     /// Returns the code of a state; `None` if a value is out of range.
     pub fn encode(&self, state: &[i64]) -> Option<Code> {
         self.layout.encode(state)
@@ -101,9 +108,15 @@ impl Codec {
 
     /// Returns the state of a code.
     pub fn decode(&self, code: &[u64]) -> State {
-        let mut state = vec![0; self.variables];
-        self.layout.decode(code, &mut state);
+        let mut state = State::new();
+        self.decode_into(code, &mut state);
         state
+    }
+
+    /// Replaces a state by that of a code.
+    pub fn decode_into(&self, code: &[u64], state: &mut State) {
+        state.resize(self.variables, 0);
+        self.layout.decode(code, state);
     }
 }
 
