@@ -25,6 +25,9 @@ const MOST_TRANSITIONS: u64 = 1 << 24;
 /// The most states of a model whose diagrams are given up for the explicit engine.
 const MOST_STATES: u64 = 2_000_000;
 
+/// The same, where a question lists the states anyway.
+const MOST_STATES_TO_LIST: u64 = 8_000_000;
+
 /// The most states for which the explicit engine is taken whatever the diagrams are, where a question
 /// lists the states anyway.
 ///
@@ -33,7 +36,7 @@ const MOST_STATES: u64 = 2_000_000;
 const MOST_LISTED: u64 = 400_000;
 
 /// The number of states above which diagrams must have half as many states for each node to be given
-/// up: to explore so many once more takes long.
+/// up: to explore them once more takes long.
 const MANY_STATES: u64 = 1_000_000;
 
 /// The explicit engine replaces diagrams with fewer states for each of their nodes.
@@ -167,7 +170,8 @@ impl Selection {
 /// states.
 fn sparse(engine: &SymbolicEngine, lists_states: bool) -> Result<Option<String>> {
     let states = engine.count(&engine.all_states())?;
-    if (engine.is_markov_chain() && !lists_states) || states > Count::from(MOST_STATES) {
+    let bound = if lists_states { MOST_STATES_TO_LIST } else { MOST_STATES };
+    if (engine.is_markov_chain() && !lists_states) || states > Count::from(bound) {
         return Ok(None);
     }
     if lists_states && states <= Count::from(MOST_LISTED) {

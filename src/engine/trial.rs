@@ -16,10 +16,14 @@ use meliora_model::progress::ProgressSink;
 const FREE_STEPS: u64 = 1 << 16;
 /// The most work of the explicit engine in turns.
 const MOST_WORK: u64 = 1 << 22;
+/// The same, if a question lists the states anyway. Its equations need more time and memory than the states.
+const MOST_WORK_TO_LIST: u64 = 1 << 25;
 /// The share of the explicit engine in the memory, while it takes turns: one in this many bytes, …
 const MEMORY_SHARE: u64 = 8;
-/// … and at most this many.
+/// … and at most this many …
 const MOST_BYTES: u64 = 128 << 20;
+/// … or this many, if a question lists the states anyway.
+const MOST_BYTES_TO_LIST: u64 = 1 << 30;
 /// The partial valuations that may always be tried to find the initial states. To prepare the commands
 /// takes longer.
 const FREE_TRIES: u64 = 1 << 12;
@@ -46,7 +50,7 @@ pub(crate) struct Trial {
 /// The state of a trial.
 pub(crate) enum State {
     /// It has not begun.
-    New(Arc<Program>, Settings),
+    New(Arc<Program>, Box<Settings>),
     /// Some states are not explored.
     Open(Box<Exploration>),
     /// All states are explored.
@@ -60,12 +64,13 @@ pub(crate) enum State {
 impl Trial {
     /// Creates a trial. It begins at once if a question lists the states.
     pub(crate) fn new(program: &Arc<Program>, settings: &Settings, lists_states: bool) -> Self {
-        let own = Settings { storage: Storage::Explicit, memory: share(settings.memory), ..settings.clone() };
+        let memory = share(settings.memory, lists_states);
+        let own = Settings { storage: Storage::Explicit, memory, ..settings.clone() };
         let trial = Trial {
             sink: Arc::clone(&settings.sink),
             thresholds: settings.thresholds,
             lists_states,
-            state: Mutex::new(State::New(Arc::clone(program), own)),
+            state: Mutex::new(State::New(Arc::clone(program), Box::new(own))),
             steps: AtomicU64::new(0),
             translated: AtomicU64::new(u64::MAX),
             next: AtomicU64::new(if lists_states { 0 } else { settings.thresholds.steps_before_trial }),
@@ -76,7 +81,7 @@ impl Trial {
 
     /// Returns the settings of the diagrams.
     pub(crate) fn settings(self: &Arc<Self>, settings: &Settings) -> Settings {
-        let memory = settings.memory - share(settings.memory);
+        let memory = settings.memory - share(settings.memory, self.lists_states);
         Settings { sink: Arc::clone(self) as _, memory, storage: Storage::Symbolic, ..settings.clone() }
     }
 
@@ -118,7 +123,7 @@ impl Trial {
         *state = match std::mem::replace(&mut *state, State::Closed) {
             State::New(program, settings) => {
                 let most = self.allowed(steps, true);
-                match Exploration::new(program, settings, most.max(FREE_TRIES)) {
+                match Exploration::new(program, *settings, most.max(FREE_TRIES)) {
                     Ok(exploration) => self.explored(Box::new(exploration), most),
                     Err(error) => State::of(error),
                 }
@@ -148,13 +153,12 @@ impl Trial {
     /// an end: no more states wait for it than are explored.
     fn allowed(&self, steps: u64, ends: bool) -> u64 {
         let long = steps.saturating_sub(self.thresholds.first_steps);
-        let work = if self.lists_states {
-            let work = if ends { steps.saturating_mul(8) } else { 0 };
-            work.max(self.thresholds.work_before_diagrams)
-        } else {
-            0
-        };
-        work.max(steps / 8 + long / 8 * 3).min(MOST_WORK)
+        let work = steps / 8 + long / 8 * 3;
+        if !self.lists_states {
+            return work.min(MOST_WORK);
+        }
+        let more = if ends { steps.saturating_mul(8) } else { 0 };
+        work.max(more).max(self.thresholds.work_before_diagrams).min(MOST_WORK_TO_LIST)
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -173,8 +177,8 @@ impl State {
 }
 
 /// Returns the bytes of the explicit engine while it takes turns.
-fn share(memory: u64) -> u64 {
-    (memory / MEMORY_SHARE).min(MOST_BYTES)
+fn share(memory: u64, lists_states: bool) -> u64 {
+    (memory / MEMORY_SHARE).min(if lists_states { MOST_BYTES_TO_LIST } else { MOST_BYTES })
 }
 
 impl ProgressSink for Trial {

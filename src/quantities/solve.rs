@@ -27,6 +27,9 @@ use meliora_model::exact::Ratio;
 
 /// The number of groups up to which elimination is as fast as iteration; see [`crate`].
 const SMALL: usize = 1000;
+/// The number of groups up to which iteration is given up early, so that elimination with doubles is tried: in
+/// larger components both attempts cost much.
+const HASTY: usize = 2_000_000;
 /// The number of edges per group from which elimination fills in all rows, so that it is slower.
 const DENSE: usize = 8;
 /// The number of groups up to which a component is solved by intervals at once, and with fractions if its
@@ -251,7 +254,8 @@ impl<N: Number> System<'_, N> {
         let fastest = match groups.count() {
             ..=FEW => How::Eliminate,
             ..=SMALL if edges() < DENSE * groups.count() => How::Confirm(Much),
-            _ => How::Iterate(Little),
+            n if n <= HASTY => How::Iterate(Little),
+            _ => How::Iterate(Much),
         };
         let first = self.first.unwrap_or(fastest);
         let others: &[How] = match first {

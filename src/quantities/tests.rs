@@ -280,7 +280,7 @@ fn a_component_around_a_hub_is_ordered_from_there() {
 fn values_around_a_hub_are_those_of_elimination() {
     let meter = &mut Meter::unlimited(&NoProgress);
     let graph = around_a_hub(1500, meter);
-    let [iterated, eliminated] = [How::Iterate, How::Eliminate]
+    let [iterated, eliminated] = [How::Iterate(Much), How::Eliminate]
         .map(|how| solved::<Interval>(&graph, Quantity::Cost(1), Some(how), meter));
     for node in 0..1500 {
         let [a, b] = [&iterated, &eliminated].map(|solution| solution.get(node).unwrap());
