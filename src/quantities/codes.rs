@@ -252,7 +252,11 @@ mod tests {
         let mut codes = Codes::new(&program, &codec);
         let code = |i: i64| codec.encode(&[i, 3]).unwrap();
         for i in 0..100 {
-            let done = if i % 3 == 0 { codes.add(0, &code(i), &mut meter) } else { codes.push(0, &code(i), &mut meter) };
+            let done = if i % 3 == 0 {
+                codes.add(0, &code(i), &mut meter)
+            } else {
+                codes.push(0, &code(i), &mut meter)
+            };
             done.unwrap();
         }
         assert!((0..100).all(|i| codes.find(0, &code(i)) == Some(i as u32)));
