@@ -62,7 +62,7 @@ fn an_analysis_whose_workers_have_little_memory_ends_with_the_limit_or_with_the_
     let texts = (written.model.as_str(), written.preferences.as_str());
     let expected = dumped(texts, Safety::Action, (1, 256 << 20)).unwrap();
     let (mut done, mut ended) = (0, 0);
-    for memory in (96 << 10..288 << 10).step_by(8 << 10) {
+    for memory in (96 << 10..448 << 10).step_by(8 << 10) {
         match dumped(texts, Safety::Action, (2, memory)) {
             Ok(found) => {
                 assert!(found == expected, "{memory} bytes");
