@@ -272,6 +272,8 @@ def client() -> Iterator[Any]:
         local = distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None)
         with local as cluster, distributed.Client(cluster) as client:
             yield client
+            # A cluster must not close while it starts a worker in place of one that was killed.
+            client.wait_for_workers(2, timeout=60)
 
 
 def steps(client: Any, key: str) -> list[str]:

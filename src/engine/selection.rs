@@ -23,9 +23,9 @@ const MOST_VALUATIONS: u64 = 1 << 12;
 const MOST_TRANSITIONS: u64 = 1 << 24;
 
 /// The most states of a model whose diagrams are given up for the explicit engine.
-const MOST_STATES: u64 = 2_000_000;
+const MOST_STATES: u64 = 1_000_000;
 
-/// The same, where a question lists the states anyway.
+/// The same, where a question lists the states anyway. Its equations take longer than another exploration.
 const MOST_STATES_TO_LIST: u64 = 8_000_000;
 
 /// The most states for which the explicit engine is taken whatever the diagrams are, where a question
@@ -35,15 +35,12 @@ const MOST_STATES_TO_LIST: u64 = 8_000_000;
 /// about this many, the explicit engine answers faster, up to 190 times.
 const MOST_LISTED: u64 = 400_000;
 
-/// The number of states above which diagrams must have half as many states for each node to be given
-/// up: to explore them once more takes long.
-const MANY_STATES: u64 = 1_000_000;
-
 /// The explicit engine replaces diagrams with fewer states for each of their nodes.
 ///
 /// Measured on 50 models of the PRISM benchmark suite, PRISM's examples and tests and the
 /// Quantitative Verification Benchmark Set, exploration by diagrams included: below this bound the
-/// explicit engine saves up to 5 s in `mdp` models and costs up to 0.2 s; above it costs up to 0.6 s.
+/// explicit engine saves up to 5 s in `mdp` models and costs up to 0.2 s; above it costs up to 0.6 s. Half of it
+/// counts for more states than [`MOST_STATES`]: to explore them once more takes long.
 const STATES_PER_NODE: u64 = 80;
 
 /// The same, where recursions over parts are fast, as in grid worlds.
@@ -179,7 +176,7 @@ fn sparse(engine: &SymbolicEngine, lists_states: bool) -> Result<Option<String>>
     }
     let sizes = engine.sizes()?;
     let usual = if engine.has_few_parts()? { STATES_PER_NODE_OF_FEW_PARTS } else { STATES_PER_NODE };
-    let most = if states > Count::from(MANY_STATES) { usual / 2 } else { usual };
+    let most = if states > Count::from(MOST_STATES) { usual / 2 } else { usual };
     let few = states < Count::from(most) * (sizes.states + sizes.transition);
     Ok(few.then(|| format!("{states} states found, fewer than {most} for each node of the diagrams")))
 }

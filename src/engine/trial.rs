@@ -15,7 +15,7 @@ use meliora_model::progress::ProgressSink;
 /// translation says less about the states than that of an exploration.
 const FREE_STEPS: u64 = 1 << 16;
 /// The most work of the explicit engine in turns.
-const MOST_WORK: u64 = 1 << 22;
+const MOST_WORK: u64 = 1 << 20;
 /// The same, if a question lists the states anyway. Its equations need more time and memory than the states.
 const MOST_WORK_TO_LIST: u64 = 1 << 25;
 /// The share of the explicit engine in the memory, while it takes turns: one in this many bytes, …

@@ -18,6 +18,7 @@ mod simulations;
 mod states;
 mod strategies;
 mod temporal;
+mod temporal_preferences;
 mod turns;
 
 use meliora::advanced::symbolic::Thresholds;

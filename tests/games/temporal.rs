@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use meliora::advanced::lang::ltl::{Monitoring, parse_formula};
 use meliora::engine::regions::Regions;
-use meliora::engine::{Algebra, Engine, ExplicitEngine, Scope, SymbolicEngine};
-use meliora::error::{Error, SourceFile};
+use meliora::engine::{Engine, ExplicitEngine, Scope, SymbolicEngine};
+use meliora::error::SourceFile;
 use meliora::model::predicate::Predicate;
-use meliora::model::preference::{Goal, Objective, Preferences};
+use meliora::model::preference::Preferences;
 use meliora::model::temporal::{Asks, Begin, Condition};
 use meliora::model::{ModelKind, Program, State};
 use meliora::planning::temporal::judged;
@@ -26,12 +26,12 @@ use super::random_program::{random_predicate, random_program};
 use super::raw::{Enforced, Raw, Won, loaded, program};
 use super::{settings, thresholds};
 
-const REFUSED: &str = "a temporal formula of a game that combines recurrence and persistence";
+pub(super) const REFUSED: &str = "a temporal formula of a game that combines recurrence and persistence";
 /// Products with more pairs of strategies are not enumerated.
 const MOST_PAIRS: usize = 2048;
 
 /// A formula over the labels "p" and "q", mostly one that games accept.
-fn formula() -> impl Strategy<Value = String> {
+pub(super) fn formula() -> impl Strategy<Value = String> {
     let label = || select(vec!["\"p\"", "\"q\"", "(!\"p\")", "(\"p\" & \"q\")"]).prop_map(str::to_owned);
     let unary = (select(vec!["X", "F", "G", "F<=1", "F X", "G X"]), label());
     let binary = (label(), select(vec!["U", "W", "R", "M"]), label());
@@ -56,7 +56,7 @@ fn formula() -> impl Strategy<Value = String> {
 }
 
 /// A game of `states` states with up to `choices` choices each, perhaps none, and the labels of the states.
-fn game(states: usize, choices: usize) -> impl Strategy<Value = (Raw, String)> {
+pub(super) fn game(states: usize, choices: usize) -> impl Strategy<Value = (Raw, String)> {
     let state = (any::<bool>(), vec(vec(0..states, 1..=3), 0..=choices));
     let labels = (vec(any::<bool>(), states), vec(any::<bool>(), states));
     (vec(state, states), labels).prop_map(|(all, (p, q))| {
@@ -306,11 +306,11 @@ proptest! {
 }
 
 /// Gives the opponent the states in which there is nothing to choose.
-fn without_moves(raw: &Raw) -> Raw {
+pub(super) fn without_moves(raw: &Raw) -> Raw {
     Raw { theirs: raw.choices.iter().map(|choices| choices.len() < 2).collect(), ..raw.clone() }
 }
 
-fn mdp(raw: &Raw) -> String {
+pub(super) fn mdp(raw: &Raw) -> String {
     let text = raw.text();
     let modules = text.find("global").unwrap();
     format!("mdp\n{}", &text[modules..])
@@ -399,7 +399,7 @@ fn labelled(of: &[u16], labels: &[Vec<u16>; 2], change: impl FnOnce(&mut Program
     program
 }
 
-fn analysed<E: Engine>(
+pub(super) fn analysed<E: Engine>(
     engine: E,
     preferences: &Arc<Preferences>,
     safety: Safety,
@@ -409,99 +409,4 @@ fn analysed<E: Engine>(
     analysis.run(&mut |_| ()).unwrap();
     let result = analysis.result().clone();
     (analysis, result)
-}
-
-/// Preferences over three formulas, with a requirement.
-fn preferences(formulas: &[String], required: &str) -> String {
-    let objective = |(i, formula): (usize, &String)| format!("objective o{i} = {formula};\n");
-    let objectives: String = formulas.iter().enumerate().map(objective).collect();
-    format!("history = play;\n{objectives}prefer o0 > o1;\nprefer o0 > o2;\n{required}")
-}
-
-/// Reads a game and preferences; `None` if some formula is refused.
-fn accepted(text: &str, preferences: &str) -> Option<(Arc<Program>, Arc<Preferences>)> {
-    let mut program = program(text);
-    match meliora::lang::load_preferences(&SourceFile::new("preferences", preferences), &mut program) {
-        Ok(_) => Some(loaded(text, preferences)),
-        Err(Error::Input(all)) => {
-            assert!(
-                all.iter().all(|d| d.message.starts_with(REFUSED) || d.message.contains("cases over its"))
-            );
-            None
-        }
-        Err(other) => panic!("{other}"),
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
-
-    /// The objectives that we can enforce grow with each move of the opponent, so none weakens.
-    #[test]
-    fn outcomes_are_those_of_the_formulas_and_the_opponent_never_weakens(
-        (raw, labels) in game(6, 2),
-        formulas in [formula(), formula(), formula()],
-        required in select(vec!["", "require G (x!=5);", "require (x!=5) W \"q\";", "require G (\"p\" => X (x!=4));"]),
-    ) {
-        let Some((program, preferences)) =
-            accepted(&(raw.text() + &labels), &preferences(&formulas, required)) else { return Ok(()) };
-        for safety in [Safety::Action, Safety::Prefix] {
-            let own = settings(Scope::Reachable, thresholds()[0]);
-            let explicit = ExplicitEngine::new(program.clone(), own.clone()).unwrap();
-            let (explicit, result) = analysed(explicit, &preferences, safety);
-            let symbolic = SymbolicEngine::new(program.clone(), own).unwrap();
-            prop_assert_eq!(&result, &analysed(symbolic, &preferences, safety).1);
-            let engine = explicit.engine();
-            for (i, objective) in preferences.objectives.iter().enumerate() {
-                let regions = explicit.outcomes().unwrap().get(i).unwrap();
-                let Goal::Satisfy { condition, .. } = &objective.goal else { panic!() };
-                let found = RegionSearch::of_condition(engine, condition).all().unwrap();
-                prop_assert!(engine.same(&found.pmax_one, &regions.almost_sure).unwrap());
-                prop_assert!(engine.same(&found.pmax_positive, &regions.positive).unwrap());
-                if let Some(theirs) = engine.theirs() {
-                    let own = engine.choices_in(&engine.all_choices(), &theirs).unwrap();
-                    let own = engine.choices_in(&own, &regions.almost_sure).unwrap();
-                    let left = engine.difference(&engine.post(&own).unwrap(), &regions.almost_sure).unwrap();
-                    prop_assert!(engine.is_empty(&left).unwrap());
-                }
-            }
-            let classes = explicit.classes().unwrap();
-            for class in &classes.list {
-                let Some(theirs) = engine.theirs() else { continue };
-                let own = engine.choices_in(&engine.all_choices(), &theirs).unwrap();
-                let own = engine.choices_in(&own, &class.states).unwrap();
-                let worse = engine.intersection(&engine.post(&own).unwrap(), &class.worse).unwrap();
-                prop_assert!(engine.is_empty(&worse).unwrap());
-            }
-        }
-    }
-
-    #[test]
-    fn preferences_with_an_opponent_without_moves_are_those_of_an_mdp(
-        (raw, labels) in game(6, 2),
-        formulas in [formula(), formula(), formula()],
-        required in select(vec!["", "require (x!=5) W \"q\";"]),
-    ) {
-        let wishes = preferences(&formulas, required);
-        let Some(game) = accepted(&(without_moves(&raw).text() + &labels), &wishes) else { return Ok(()) };
-        let alone = loaded(&(mdp(&raw) + &labels), &wishes);
-        // In a game, several monitors become one.
-        let is_alike = |objective: &Objective| match &objective.goal {
-            Goal::Satisfy { condition, .. } => condition.undecided().len() < 2,
-            Goal::Reach(_) => false,
-        };
-        prop_assume!(alone.1.objectives.iter().all(is_alike));
-        for safety in [Safety::Action, Safety::Prefix] {
-            let result = |(program, preferences): &(Arc<Program>, Arc<Preferences>)| {
-                let own = settings(Scope::Reachable, thresholds()[0]);
-                analysed(ExplicitEngine::new(program.clone(), own).unwrap(), preferences, safety).1
-            };
-            let (one, other) = (result(&game), result(&alone));
-            // All counts are those of the products, which differ if the monitors do.
-            let monitors = |of: &AnalysisResult| of.objectives.iter().map(|o| o.monitor).collect::<Vec<_>>();
-            if monitors(&one) == monitors(&other) {
-                prop_assert_eq!(one, other);
-            }
-        }
-    }
 }
