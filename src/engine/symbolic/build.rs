@@ -58,6 +58,7 @@ pub(super) fn build(
         lists,
         groups,
         few_parts: Default::default(),
+        suits_layers: Default::default(),
         clusters: Arc::new(clusters),
         domain,
         states: StateSet(states),

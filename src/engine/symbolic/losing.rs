@@ -109,8 +109,18 @@ impl SymbolicEngine {
 
     /// Returns true if layers of states are expected to be faster than the recursion over lists: if most
     /// groups write the same few bits, and the states have few nodes. The recursion then exchanges losses
-    /// between the values of these bits many times.
+    /// between the values of these bits many times. The answer depends on the relations and the states alone, so
+    /// it is computed once.
     pub(super) fn suits_layers(&self) -> Result<bool> {
+        if let Some(&suits) = self.suits_layers.get() {
+            return Ok(suits);
+        }
+        let suits = self.shares_few_bits()?;
+        Ok(*self.suits_layers.get_or_init(|| suits))
+    }
+
+    /// Returns whether most groups write the same few bits, and the states have few nodes.
+    fn shares_few_bits(&self) -> Result<bool> {
         let (thresholds, width) = (self.store.thresholds(), self.encoding.width());
         if self.store.has_nodes(&self.states.0, width.saturating_mul(thresholds.nodes_per_bit))? {
             return Ok(false);

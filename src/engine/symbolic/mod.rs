@@ -92,6 +92,8 @@ pub struct SymbolicEngine {
     tuple: OnceLock<Arc<ListTuple>>,
     /// The result of [`SymbolicEngine::has_few_parts`] once it has been computed.
     few_parts: OnceLock<bool>,
+    /// The result of [`SymbolicEngine::suits_layers`] once it has been computed.
+    suits_layers: OnceLock<bool>,
     clusters: Arc<Clusters>,
     domain: Bdd,
     states: StateSet,
@@ -224,7 +226,8 @@ impl Engine for SymbolicEngine {
         // The lists of the opponent's choices, too.
         let same = |game: &games::Game| game.moved(&self.store, game.players.clone());
         let game = self.game.as_ref().map(same).transpose()?;
-        Ok(SymbolicEngine { states, choices, game, reaching, workers, ..self.clone() })
+        let suits_layers = OnceLock::new();
+        Ok(SymbolicEngine { states, choices, game, reaching, workers, suits_layers, ..self.clone() })
     }
 
     fn workers(&self) -> u32 {

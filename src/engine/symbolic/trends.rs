@@ -137,6 +137,7 @@ impl SymbolicEngine {
             has_loops: false,
             tuple: OnceLock::new(),
             few_parts: OnceLock::new(),
+            suits_layers: OnceLock::new(),
             reaching: Arc::default(),
             workers: Default::default(),
             ..self.clone()

@@ -103,6 +103,7 @@ impl SymbolicEngine {
             lists,
             transitions: Arc::new(transitions),
             few_parts: self.few_parts.clone(),
+            suits_layers: self.suits_layers.clone(),
             clusters: Arc::new(clusters),
             domain,
             states: StateSet(states),
