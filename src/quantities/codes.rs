@@ -108,10 +108,9 @@ impl Codes {
 
     /// Returns the position of a code with a key.
     pub(super) fn find(&self, key: u32, code: &[u64]) -> Option<u32> {
-        match (self.positions.get_or_init(|| self.found_again()), &self.numbering) {
-            (Positions::Blocks(blocks), Some(numbering)) => blocks.get(key, numbering.number(code)),
-            (Positions::Blocks(_), None) => None,
-            (Positions::Hashed(table), _) => {
+        match self.positions.get_or_init(|| self.found_again()) {
+            Positions::Blocks(blocks) => blocks.get(key, code),
+            Positions::Hashed(table) => {
                 let same = |&position: &u32| {
                     let own = self.codes.code(position, self.words);
                     own.eq(code.iter().copied()) && self.key(position) == key
@@ -127,14 +126,11 @@ impl Codes {
     /// The memory limit is reached.
     pub(super) fn add(&mut self, key: u32, code: &[u64], meter: &mut Meter<'_>) -> Result<()> {
         self.positions.get_or_init(|| self.found_again());
-        let position = self.len() as u32;
-        code.iter().for_each(|&word| self.codes.push(word));
-        self.keys.push(key);
-        meter.take(self.width())?;
-        let Codes { words, codes, keys, positions, hasher, numbering } = self;
-        match (positions.get_mut(), numbering) {
-            (Some(Positions::Blocks(blocks)), Some(numbering)) => {
-                if blocks.set((key, numbering.number(code)), position) {
+        let position = self.append(key, code, meter)?;
+        let Codes { words, codes, keys, positions, hasher, .. } = self;
+        match positions.get_mut() {
+            Some(Positions::Blocks(blocks)) => {
+                if blocks.set(key, code, position) {
                     meter.take(Blocks::BYTES)?;
                 }
                 if blocks.are_sparse(position as usize + 1) {
@@ -143,14 +139,14 @@ impl Codes {
                     self.positions = OnceLock::from(Positions::Hashed(self.hashed()));
                 }
             }
-            (Some(Positions::Hashed(table)), _) => {
+            Some(Positions::Hashed(table)) => {
                 meter.take(PLACES)?;
                 let hash =
                     |&position: &u32| hash(hasher, keys.get(position as usize), codes.code(position, *words));
                 let own = hash(&position);
                 table.insert_unique(own, position, hash);
             }
-            _ => {}
+            None => {}
         }
         Ok(())
     }
@@ -160,10 +156,17 @@ impl Codes {
     /// # Errors
     /// The memory limit is reached.
     pub(super) fn push(&mut self, key: u32, code: &[u64], meter: &mut Meter<'_>) -> Result<()> {
+        self.positions.take();
+        self.append(key, code, meter).map(drop)
+    }
+
+    /// Adds a code with a key to the lists alone; returns its position.
+    fn append(&mut self, key: u32, code: &[u64], meter: &mut Meter<'_>) -> Result<u32> {
+        let position = self.len() as u32;
         code.iter().for_each(|&word| self.codes.push(word));
         self.keys.push(key);
-        self.positions.take();
-        meter.take(self.width())
+        meter.take(self.width())?;
+        Ok(position)
     }
 
     /// Drops what finds positions.
@@ -177,10 +180,10 @@ impl Codes {
     }
 
     fn found_again(&self) -> Positions {
-        let Some(numbering) = &self.numbering else { return Positions::Hashed(self.hashed()) };
-        let mut blocks = Blocks::default();
+        let Some(numbering) = self.numbering.clone() else { return Positions::Hashed(self.hashed()) };
+        let mut blocks = Blocks::new(numbering);
         for position in 0..self.len() as u32 {
-            blocks.set((self.key(position), numbering.number(&self.code(position))), position);
+            blocks.set(self.key(position), &self.code(position), position);
             if blocks.are_sparse(position as usize + 1) {
                 return Positions::Hashed(self.hashed());
             }

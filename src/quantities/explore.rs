@@ -18,9 +18,6 @@ use meliora_model::error::Result;
 use meliora_model::exact::Ratio;
 use meliora_model::preference::Change;
 
-/// The number of nodes after which the progress is shown.
-const SHOWN: u32 = 1 << 8;
-
 /// The exploration of a graph.
 pub(super) struct Explorer<'a, 'm, E: Engine> {
     pub(super) facts: &'a Facts<'a, E>,
@@ -131,9 +128,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
             if self.graph.rank(node).positive == 0 {
                 continue;
             }
-            if node % SHOWN == 0 {
-                self.meter.progress(&|| format!("{nodes} states"));
-            }
+            self.meter.progress_at(node as usize, &|| format!("{nodes} states"));
             let code = self.places.code(node);
             let arena = self.places.arena(node);
             self.graph.begin(node, self.meter)?;

@@ -4,6 +4,9 @@ use meliora_engine::Engine;
 use meliora_model::error::{Limit, Result};
 use meliora_model::progress::Poll;
 
+/// The number of small pieces of work after which the progress is shown.
+const SHOWN: usize = 1 << 8;
+
 /// Counts the bytes of the solver's arrays, and asks the progress sink whether to go on.
 pub(super) struct Meter<'o> {
     poll: Poll<'o>,
@@ -64,6 +67,14 @@ impl<'o> Meter<'o> {
                 Err(Limit::Size { what: "the quantities need more than 2^32 nodes or edges".to_owned() }
                     .into())
             }
+        }
+    }
+
+    /// Reports the progress of one of many small pieces of work, by its number: not of all of them, since to report
+    /// takes longer than the work.
+    pub(super) fn progress_at(&self, number: usize, detail: &dyn Fn() -> String) {
+        if number.is_multiple_of(SHOWN) {
+            self.progress(detail);
         }
     }
 

@@ -27,9 +27,6 @@ use meliora_model::{Optimum, Program, State};
 /// The node of all states where the path ends.
 const END: u32 = 0;
 
-/// The number of states after which the progress is shown.
-const SHOWN: usize = 1 << 8;
-
 /// The quantity that is wanted.
 #[derive(Debug)]
 pub enum Wanted<'p, S> {
@@ -390,9 +387,7 @@ impl<E: Engine> Explorer<'_, '_, E> {
                 continue;
             }
             self.meter.step()?;
-            if next % SHOWN == 0 {
-                self.meter.progress(&|| format!("{} states", self.graph.nodes()));
-            }
+            self.meter.progress_at(next, &|| format!("{} states", self.graph.nodes()));
             walk.steps(&code, &mut self.graph.known, &mut steps)?;
             self.graph.begin(node, self.meter)?;
             for position in 0..steps.choices() {

@@ -36,9 +36,6 @@ const DENSE: usize = 8;
 /// bounds are wide.
 pub(super) const FEW: usize = 100;
 
-/// The number of components after which the progress is shown.
-const SHOWN: usize = 1 << 8;
-
 /// The number of nodes up to which bounds are passed on after a limit is reached: this must not delay
 /// the end noticeably.
 const PASSED_ON: usize = 1 << 22;
@@ -75,9 +72,7 @@ impl<N: Number> System<'_, N> {
         meter.release(search - scratch);
         let mut position = vec![NONE; nodes];
         for number in 0..found.count() {
-            if number % SHOWN == 0 {
-                meter.progress(&|| format!("component {} of {}", number + 1, found.count()));
-            }
+            meter.progress_at(number, &|| format!("component {} of {}", number + 1, found.count()));
             let end = self.next(found.get(number), &mut position, solution, meter);
             if end.is_err() {
                 self.pass_on(&found, number, solution);
@@ -112,9 +107,10 @@ impl<N: Number> System<'_, N> {
             _ => hub::ordered(self.graph, component, position, meter),
         };
         let end = ordered.and_then(|ordered| {
-            let nodes = ordered.as_deref().unwrap_or(component);
-            place(nodes, position);
-            self.component(nodes, position, solution, meter)
+            if let Some(nodes) = &ordered {
+                place(nodes, position);
+            }
+            self.component(ordered.as_deref().unwrap_or(component), position, solution, meter)
         });
         component.iter().for_each(|&node| position[node as usize] = NONE);
         end.map_err(|e| self.explained(e, component.len()))
