@@ -199,7 +199,7 @@ impl Work<'_> {
         let mut rows = Vec::with_capacity(policy.len());
         let mut bytes = 0;
         for (group, &action) in policy.iter().enumerate() {
-            let edges = self.sparse.row(self.edges(group, action)).collect::<Vec<_>>();
+            let edges = self.sparse.row(self.sparse.edges(group, action)).collect::<Vec<_>>();
             let (_, escape) = self.sparse.constant(action);
             bytes += edges.len() * size_of::<(u32, f64)>() + size_of::<Row<f64, [f64; K]>>();
             rows.push(Row { edges, escape, constant: constants(group, action) });
@@ -207,11 +207,6 @@ impl Work<'_> {
         let found = meter.take(bytes).and_then(|()| eliminate::solve(rows, self.most, meter));
         meter.release(bytes);
         Ok(found?.filter(|x| x.iter().flatten().all(|x| x.is_finite())))
-    }
-
-    fn edges(&self, group: usize, action: usize) -> std::ops::Range<usize> {
-        let mut actions = self.sparse.actions(group);
-        actions.find(|(other, _)| *other == action).map_or(0..0, |(_, edges)| edges)
     }
 
     /// Improves a policy until no action is clearly better; returns it with its values. `None` if it does
@@ -234,7 +229,7 @@ impl Work<'_> {
             for (group, &action) in policy.iter().enumerate() {
                 meter.step()?;
                 let ([mut low, mut high], _) = self.sparse.constant(action);
-                for (to, p) in self.sparse.row(self.edges(group, action)) {
+                for (to, p) in self.sparse.row(self.sparse.edges(group, action)) {
                     low += p * x[to as usize].low;
                     high += p * x[to as usize].high;
                 }
@@ -276,7 +271,7 @@ impl Work<'_> {
         for group in 0..x.len() {
             meter.step()?;
             let lower = match self.sparse.sense {
-                Sense::Max => self.sparse.below(policy[group], self.edges(group, policy[group]), &low),
+                Sense::Max => self.sparse.below(policy[group], self.sparse.edges(group, policy[group]), &low),
                 Sense::Min => self.sparse.best(group, false, &low).0,
             };
             if lower < low[group] || self.sparse.best(group, true, &high).0 > high[group] {
@@ -324,7 +319,7 @@ impl Work<'_> {
             if settled {
                 return Ok(Some(g));
             }
-            let constants = |group: usize, action| [margin - gap(group, action, self.edges(group, action))];
+            let constants = |group: usize, action| [margin - gap(group, action, self.sparse.edges(group, action))];
             let Some(found) = self.evaluate(&longest, constants, meter)? else { return Ok(None) };
             g = found.into_iter().map(|[g]| g.max(0.0)).collect();
         }

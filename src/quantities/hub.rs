@@ -1,13 +1,15 @@
-//! The order of the nodes of a component for sweeps: from a hub, if there is one.
+//! The order of the nodes of a component all of whose cycles pass through a few nodes: the charger of a robot, the
+//! start of a round. Such nodes have far more entries than others.
 //!
-//! A sweep moves a value along an edge if the edge enters a node before its own. In the postorder of a
-//! depth-first search, these are all edges but those back to a node on the path of the search. Where most
-//! cycles pass through one node (the charger of a robot, the start of a round), a search that starts there has
-//! hardly any others, so a sweep moves values all the way around. Such a node has far more entries than others.
+//! A sweep moves a value along an edge if the edge enters a node before its own. Without the edges into these nodes,
+//! the component has no cycle, and the postorder of a depth-first search has this for every edge. So one sweep moves
+//! values all the way around; see [`super::feedback`].
 
+use std::cmp::Reverse;
 use std::ops::Range;
 
 use super::components::{self, Successors};
+use super::feedback::MOST;
 use super::graph::{Graph, LOST};
 use super::meter::Meter;
 use super::solve::NONE;
@@ -16,9 +18,9 @@ use meliora_model::error::Result;
 /// The entries of a hub, as a multiple of the average.
 const HUB: usize = 16;
 
-/// Returns the nodes of a strongly connected component in the postorder of a search from its hub; `None` if
-/// no node is one. `position` has the position of each node in `nodes`, and [`NONE`] for others. Time: linear
-/// in nodes and edges.
+/// Returns the nodes of a strongly connected component in an order in which only few of them, the hubs, are entered
+/// from nodes before them; `None` if none was found. `position` has the position of each node in `nodes`, and
+/// [`NONE`] for others. Time: linear in nodes and edges.
 ///
 /// # Errors
 /// A limit is reached.
@@ -30,17 +32,17 @@ pub(super) fn ordered(
 ) -> Result<Option<Vec<u32>>> {
     let bytes = nodes.len() * components::SEARCH;
     meter.take(bytes)?;
-    let inside = Inside { graph, nodes, position };
-    let ordered = hub(&inside).map(|hub| {
-        let found = components::components(&inside, std::iter::once(hub));
-        found.get(0).iter().map(|&node| nodes[node as usize]).collect()
-    });
+    let mut inside = Inside { graph, nodes, position, hubs: Vec::new() };
+    inside.hubs = hubs(&inside);
+    let found = components::components(&inside, inside.hubs.iter().copied());
+    let acyclic = found.count() == nodes.len();
+    let ordered = acyclic.then(|| found.from(0).iter().map(|&node| nodes[node as usize]).collect());
     meter.release(bytes);
     Ok(ordered)
 }
 
-/// Returns the node with far more entries than others, if there is one.
-fn hub(inside: &Inside<'_>) -> Option<u32> {
+/// Returns the nodes with the most entries, if these are far more than the average.
+fn hubs(inside: &Inside<'_>) -> Vec<u32> {
     let nodes = inside.nodes.len();
     let (mut entries, mut edges) = (vec![0_u32; nodes], 0);
     for position in (0..nodes as u32).flat_map(|node| inside.positions(node)) {
@@ -49,16 +51,20 @@ fn hub(inside: &Inside<'_>) -> Option<u32> {
             edges += 1;
         }
     }
-    let (hub, most) = entries.into_iter().enumerate().max_by_key(|&(_, entries)| entries)?;
-    (most as usize * nodes > HUB * edges).then_some(hub as u32)
+    let many = |&node: &u32| entries[node as usize] as usize * nodes > HUB * edges;
+    let mut hubs: Vec<u32> = (0..nodes as u32).filter(many).collect();
+    hubs.sort_by_key(|&node| Reverse(entries[node as usize]));
+    hubs.truncate(MOST);
+    hubs
 }
 
-/// A component with all edges between its nodes, by their positions in the component. There may be more than
-/// the equations follow: only the order depends on them.
+/// A component with all edges between its nodes but those into hubs, by their positions in the component. There may
+/// be more edges than the equations follow: only the order depends on them.
 struct Inside<'a> {
     graph: &'a Graph,
     nodes: &'a [u32],
     position: &'a [u32],
+    hubs: Vec<u32>,
 }
 
 impl Successors for Inside<'_> {
@@ -72,6 +78,6 @@ impl Successors for Inside<'_> {
 
     fn at(&self, position: u32) -> Option<u32> {
         let to = self.graph.target(position);
-        (to != LOST).then(|| self.position[to as usize]).filter(|&at| at != NONE)
+        (to != LOST).then(|| self.position[to as usize]).filter(|&at| at != NONE && !self.hubs.contains(&at))
     }
 }

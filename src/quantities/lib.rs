@@ -25,7 +25,7 @@
 //! | [`cost`] | what a step costs: steps, or a reward structure |
 //! | `system`, `solve`, `solution`, `solved` | the equations of each quantity and level, solved component by component |
 //! | `components`, `groups` | strongly connected components, and the end components in them |
-//! | `hub` | the order of the nodes of a large component |
+//! | `hub`, `feedback` | the order of a large component whose cycles all pass through a few nodes, and policy iteration on these |
 //! | `component`, `eliminate` | the optimum of a small component: policy iteration, elimination of states |
 //! | `doubles` | the same in doubles for larger ones, with bounds that one step confirms |
 //! | `iterate`, `pace`, `sparse`, `repeated` | bounds of a large component: optimistic value iteration over compressed rows |
@@ -59,8 +59,11 @@
 //! tried in components of any size, as long as elimination fills in little: one policy of most models has a chain that
 //! is nearly acyclic. If rows fill in, as on walks in the plane, where the time of elimination grows with n^1.5,
 //! iteration may take more sweeps, and elimination, which was faster there up to some ten thousand states, comes
-//! last. Where most cycles pass through one node, sweeps follow a search from there. `docs/benchmarks.md` has figures
-//! for each method.
+//! last.
+//!
+//! *Around a few nodes:* where all cycles of a large component pass through at most eight nodes, such as the charger of
+//! a robot, policy iteration on the values of these comes first. Each round takes a few sweeps.
+//! `docs/benchmarks.md` has figures for each method.
 //!
 //! The levels give qualitative facts for free: P_k > 0 on level k of SPI, and P_k = 1 on level k of
 //! SASI (under `transition`: of SASI under `action`). Only states between the two have equations.
@@ -110,6 +113,7 @@ mod doubles;
 mod eliminate;
 mod explore;
 mod facts;
+mod feedback;
 mod graph;
 mod groups;
 mod horizon;

@@ -13,6 +13,7 @@ use bitvec::vec::BitVec;
 use super::component::{Component, Optimum, Sense};
 use super::components::{self, Components, Successors};
 use super::doubles;
+use super::feedback;
 use super::graph::{Graph, LOST};
 use super::groups::{AsFractions, AsTheyAre, Groups};
 use super::hub;
@@ -46,6 +47,8 @@ pub(super) const NONE: u32 = u32::MAX;
 /// A method for components; see [`crate`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum How {
+    /// Policy iteration on the few groups through which all cycles pass.
+    Feedback,
     /// Policy iteration by elimination with intervals or fractions.
     Eliminate,
     /// Policy iteration by elimination with doubles.
@@ -250,11 +253,13 @@ impl<N: Number> System<'_, N> {
         let fastest = match groups.count() {
             ..=FEW => How::Eliminate,
             ..=SMALL if edges() < DENSE * groups.count() => How::Confirm(Much),
-            n if n <= HASTY => How::Iterate(Little),
-            _ => How::Iterate(Much),
+            _ => How::Feedback,
         };
+        let iterate = if groups.count() <= HASTY { How::Iterate(Little) } else { How::Iterate(Much) };
         let first = self.first.unwrap_or(fastest);
-        let others: &[How] = match first {
+        let second = (first == How::Feedback).then_some(iterate);
+        let others: &[How] = match second.unwrap_or(first) {
+            How::Feedback => &[],
             How::Eliminate => &[How::Iterate(Much), How::Confirm(Much)],
             How::Confirm(_) => &[How::Eliminate, How::Iterate(Much)],
             How::Iterate(Little) => {
@@ -262,7 +267,7 @@ impl<N: Number> System<'_, N> {
             }
             How::Iterate(Much) => &[How::Confirm(Much), How::Eliminate],
         };
-        [&[first], others].concat()
+        [&[first], second.as_slice(), others].concat()
     }
 
     /// Solves a component by one method; `sparse` has its rows if a method has needed them. Returns false if the
@@ -279,12 +284,14 @@ impl<N: Number> System<'_, N> {
             let rows = sparse.insert(Sparse::new(self, groups, solution, meter)?);
             meter.take(rows.bytes())?;
         }
+        let top = matches!(self.quantity, Quantity::Probability(_)).then_some(1.0);
         let (found, end) = match (how, sparse) {
             (How::Eliminate, _) | (_, None) => return self.eliminate(groups, solution, meter),
-            (How::Iterate(patience), Some(sparse)) => {
-                let top = matches!(self.quantity, Quantity::Probability(_)).then_some(1.0);
-                iterate::solve(sparse, top, patience, meter)
-            }
+            (How::Feedback, Some(sparse)) => match feedback::solve(sparse, top, meter) {
+                Ok(Some(found)) => (found, Ok(true)),
+                other => (Found::nothing(groups.count()), other.map(|_| false)),
+            },
+            (How::Iterate(patience), Some(sparse)) => iterate::solve(sparse, top, patience, meter),
             (How::Confirm(patience), Some(sparse)) => match doubles::solve(sparse, patience, meter) {
                 Ok(Some(found)) => (found, Ok(true)),
                 Ok(None) => (Found::nothing(groups.count()), Ok(false)),

@@ -162,6 +162,12 @@ impl Sparse {
         })
     }
 
+    /// Returns the edges of an action of a group.
+    pub(super) fn edges(&self, group: usize, action: usize) -> Range<usize> {
+        let mut actions = self.actions(group);
+        actions.find(|(other, _)| *other == action).map_or(0..0, |(_, edges)| edges)
+    }
+
     /// Returns the bounds of the constant of an action, and the probability to leave the component.
     pub(super) fn constant(&self, action: usize) -> ([f64; 2], f64) {
         let &[low, high, _, escape] = self.constants.get(action);

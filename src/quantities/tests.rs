@@ -147,7 +147,7 @@ fn iterated(seed: u64, graph: &Graph, quantity: Quantity, meter: &mut Meter<'_>)
     let exact: Solution<Ratio> = solved(graph, quantity, None, meter);
     let mut iterated = 0;
     let hasty = [How::Iterate(Little), How::Confirm(Little)];
-    let patient = [How::Iterate(Much), How::Confirm(Much), How::Eliminate];
+    let patient = [How::Feedback, How::Iterate(Much), How::Confirm(Much), How::Eliminate];
     for how in hasty.into_iter().chain(patient) {
         let found: Solution<Interval> = solved(graph, quantity, Some(how), meter);
         for node in 0..graph.nodes() as u32 {
@@ -240,13 +240,17 @@ fn bounds_hold_wherever_a_limit_ends_the_work() {
     assert!(ended > 15 && narrow > 50 && wide > 50, "{ended} {narrow} {wide}");
 }
 
-/// Returns a ring of nodes in which a step leads to the next node or back to the hub, a node in the middle;
-/// the end is entered from the node before the hub.
-fn around_a_hub(nodes: u32, meter: &mut Meter<'_>) -> Graph {
-    let (hub, end) = (nodes / 2, nodes);
-    let choices = |node: u32| match (node + 1) % nodes {
-        to if to == hub => vec![(1, vec![(to, 1), (end, 1)])],
-        to => vec![(1, vec![(to, 999), (hub, 1)]), (2, vec![(to, 99_999), (hub, 1)])],
+/// Returns a ring of nodes in which a step leads to the next node or back to one of two hubs, which are in the
+/// middle; the end is entered from the node before the second one.
+fn around_hubs(nodes: u32, meter: &mut Meter<'_>) -> Graph {
+    let (hubs, end) = ([nodes / 2, nodes / 2 + 9], nodes);
+    let choices = |node: u32| {
+        let hub = hubs[node as usize % 2];
+        match (node + 1) % nodes {
+            to if to == hubs[1] => vec![(1, vec![(to, 1), (end, 1)])],
+            to if to == hub => vec![(1, vec![(to, 1)])],
+            to => vec![(1, vec![(to, 999), (hub, 1)]), (2, vec![(to, 99_999), (hub, 1)])],
+        }
     };
     let rows: Rows = (0..nodes).map(choices).chain([Vec::new()]).collect();
     let mut graph = Graph::default();
@@ -259,31 +263,34 @@ fn around_a_hub(nodes: u32, meter: &mut Meter<'_>) -> Graph {
 }
 
 #[test]
-fn a_component_around_a_hub_is_ordered_from_there() {
+fn a_component_around_hubs_is_ordered_from_there() {
     let meter = &mut Meter::unlimited(&NoProgress);
-    let graph = around_a_hub(3000, meter);
+    let graph = around_hubs(3000, meter);
     let fractions: Vec<Interval> = graph.fractions().iter().map(Interval::of).collect();
     let (quantity, below) = (Quantity::Cost(1), None);
     let system = System { graph: &graph, quantity, below, fractions: &fractions, first: None, margin: None };
     let found = system.components();
     let component = found.get(0);
-    assert_ne!(component.last(), Some(&1500));
     let mut position = vec![u32::MAX; graph.nodes()];
     (0..).zip(component).for_each(|(at, &node)| position[node as usize] = at);
     let ordered = hub::ordered(&graph, component, &position, meter).unwrap().unwrap();
-    // Each node but the hub comes after the next one of the ring.
-    let expected: Vec<u32> = (0..1500).rev().chain((1500..3000).rev()).collect();
-    assert_eq!(ordered, expected);
+    assert_eq!(ordered.len(), 3000);
+    // Only hubs are entered from nodes before them.
+    let mut place = vec![0; 3000];
+    (0..).zip(&ordered).for_each(|(at, &node)| place[node as usize] = at);
+    let late: Vec<usize> = (0..3000).filter(|&node| place[node] < place[(node + 1) % 3000]).collect();
+    assert!(!late.is_empty() && late.iter().all(|node| [1499, 1508].contains(node)), "{late:?}");
 }
 
 #[test]
-fn values_around_a_hub_are_those_of_elimination() {
+fn values_around_hubs_are_those_of_elimination() {
     let meter = &mut Meter::unlimited(&NoProgress);
-    let graph = around_a_hub(1500, meter);
-    let [iterated, eliminated] = [How::Iterate(Much), How::Eliminate]
-        .map(|how| solved::<Interval>(&graph, Quantity::Cost(1), Some(how), meter));
-    for node in 0..1500 {
-        let [a, b] = [&iterated, &eliminated].map(|solution| solution.get(node).unwrap());
+    let graph = around_hubs(1500, meter);
+    let methods = [None, Some(How::Feedback), Some(How::Iterate(Much)), Some(How::Eliminate)];
+    let [others @ .., eliminated] =
+        methods.map(|how| solved::<Interval>(&graph, Quantity::Cost(1), how, meter));
+    for (node, found) in (0..1500).flat_map(|node| others.iter().map(move |found| (node, found))) {
+        let [a, b] = [found, &eliminated].map(|solution| solution.get(node).unwrap());
         assert!(a.lower <= b.upper && b.lower <= a.upper, "{node}: {a:?} {b:?}");
         assert!(a.width() <= 1e-7 * a.lower && b.width() <= 1e-7 * b.lower, "{node}: {a:?} {b:?}");
     }
