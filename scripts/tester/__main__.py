@@ -39,7 +39,8 @@ NEEDED = {
     **dict.fromkeys(("strategy", "ranks", "cut", "pursue"), "strategy"),
     **dict.fromkeys(("simulate", "chosen"), "simulate"),
     **dict.fromkeys(("dump", "exchange", "induced"), "export"),
-    **dict.fromkeys(("values", "choose", "python"), "values"),
+    **dict.fromkeys(("values", "choose"), "values"),
+    "pages": "report",
 }
 # The program may refuse a case, and then no command answers.
 THE_CASE = re.compile("(is|are) not supported")
