@@ -7,12 +7,12 @@ from dataclasses import replace
 from fractions import Fraction
 
 import harness
+from reference.games import LeftOut
 from reference.model import explore, reachability
 from reference.preferences import target_of
-from reference.prism import program_of
+from reference.prism import InputError, program_of
 from reference.questions import Question
 from reference.reports import amount, players
-from reference.temporal import is_invariant, parse
 from tester.context import Difference
 from tester.program import key
 from tester.questions import COMPARE
@@ -49,30 +49,45 @@ def weakening(context):
 
 
 def enforced(context):
-    """The regions of a target for several coalitions, without and with requirements."""
+    """What several coalitions enforce of a target and of an objective, without and with requirements."""
     if not context.is_game:
         return
     case, program, draw = context.case, context.program, random.Random(context.case.seed)
-    target = next(filter(None, (target_of(text) for _, text in context.preferences.objectives)), None)
-    if target is None:
-        return
-    whole = explore(context.source, case.settings["scope"], 3000)
     names = program.settings("scope", "engine", "threads")
     names += program.settings("order") if case.settings["engine"] == "symbolic" else []
-    every = coalitions(len(case.players))
-    for coalition in draw.sample(every[1:], min(3, len(every) - 1)):
-        words = ",".join(case.players[at] for at in sorted(coalition))
-        report = program.ask("reach", program.model, "--target", target, "--coalition", words, *names)
-        regions = reachability(whole.played_by(coalition), whole.where(target))
-        for name, states in regions.items():
-            context.same(f"{name} of {words}", str(len(states)), report[name])
-            context.same(f"initial {name} of {words}", amount(states, whole.initial), report["initial"][name])
-    questions = [asked(draw, target, case.players, coalition) for coalition in draw.choices(every, k=6)]
-    required = [text for text in context.preferences.required if is_invariant(parse(text))]
+    formulas = [text for _, text in context.preferences.objectives]
+    target = next(filter(None, map(target_of, formulas)), None)
+    temporal = [text for text in formulas if target_of(text) is None]
+    if target is not None:
+        whole = explore(context.source, case.settings["scope"], 3000)
+        every = coalitions(len(case.players))
+        for coalition in draw.sample(every[1:], min(3, len(every) - 1)):
+            words = ",".join(case.players[at] for at in sorted(coalition))
+            report = program.ask("reach", program.model, "--target", target, "--coalition", words, *names)
+            regions = reachability(whole.played_by(coalition), whole.where(target))
+            for name, states in regions.items():
+                context.same(f"{name} of {words}", str(len(states)), report[name])
+                context.same(f"initial {name} of {words}", amount(states, whole.initial), report["initial"][name])
+    for formula in ([f"F {target}"] if target else []) + draw.sample(temporal, min(2, len(temporal))):
+        asked_of(context, draw, formula, names)
+
+
+def asked_of(context, draw, formula, names):
+    """Properties of one formula: several at once, and one alone."""
+    players, required = context.case.players, context.preferences.required
+    questions = [asked(draw, formula, players, who) for who in draw.choices(coalitions(len(players)), k=6)]
     for some in ([], required) if required else ([],):
         options = [word for text in some for word in ("--require", text)]
         for part in (questions, [draw.choice(questions)]):
-            properties(context, part, f"F {target}", (some, [*options, *names]))
+            try:
+                properties(context, part, formula, (some, [*options, *names]))
+            except LeftOut:
+                pass
+            except InputError as error:
+                words = [word for text, *_ in part for word in ("--property", text)]
+                status, _, errors = context.program.run("reach", context.program.model, *words, *options, *names)
+                said = next(said for reason, said in SAID.items() if reason in str(error))
+                context.same(f"refusal of {formula}", (3, True), (status, said in errors))
 
 
 def coalitions(count):
@@ -80,14 +95,14 @@ def coalitions(count):
     return [frozenset(some) for size in range(count + 1) for some in itertools.combinations(range(count), size)]
 
 
-def asked(draw, target, names, coalition):
+def asked(draw, formula, names, coalition):
     """A property of some players: its text, their positions, the operator, and the number that it compares with."""
     words = [names[at] if draw.random() < 0.8 else str(at + 1) for at in draw.sample(sorted(coalition), len(coalition))]
     shown = "*" if len(coalition) == len(names) and draw.random() < 0.5 else ",".join(words)
     operator, number = draw.choice(["=?", *COMPARE]), draw.choice(NUMBERS)
     best = draw.choice(["max", "min"]) if operator == "=?" else ""
     bound = "=?" if operator == "=?" else f"{operator}{number}"
-    return f"<<{shown}>> P{best}{bound} [ F {target} ]", coalition, best or operator, Fraction(number)
+    return f"<<{shown}>> P{best}{bound} [ {formula} ]", coalition, best or operator, Fraction(number)
 
 
 def properties(context, questions, formula, conditions):
