@@ -243,6 +243,10 @@ def test_strategies_permit_nothing_at_states_of_the_opponent(engine: Engine) -> 
     assert {action.name for action in at.actions} == set(found.exploration.successors(theirs))
     assert "guard moves (the opponent)" in str(at) and not strategy.mask(theirs).any()
     assert all(not action.permitted and action.reason for action in at.actions)
+    # What the opponent does is neither kept nor dropped, as in the report of `strategy`.
+    assert not any(action.kept for action in at.actions) and strategy.actions(theirs, "kept") == []
+    assert not strategy.mask(theirs, which="kept").any() and strategy.play(theirs).actions("kept") == []
+    assert strategy.actions(start, "kept")
     # Whatever the guard does, the run improves once; its moves are counted.
     opponents: list[Literal["random", "worst"]] = ["random", "worst"]
     for opponent in opponents:
