@@ -19,7 +19,7 @@ def pages(context):
     if not context.is_game and case.seed % 3:
         return
     kind, objective, variant = options_of(context)
-    options = ["--kind", kind, "--strategy", variant, "--seed", case.seed]
+    options = ["--kind", kind, "--scheduler", variant, "--seed", case.seed]
     options += ["--objective", objective] if objective else []
     options += ["--opponent", opponent_of(context)] if context.is_game else []
     page = Page(context, written(context, "page.html", *options))

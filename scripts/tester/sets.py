@@ -66,8 +66,7 @@ def sets(context, analysis):
     space = analysis.exploration
     of.update({"reachable": space.states, "initial": space.initial, "deadlock": space.deadlocks})
     of.update({f"player:{name}": region for name, region in space.players.items()})
-    # The package has no region of bad states.
-    expected = {name: found.named(states) for name, states in regions.items() if name != "bad"}
+    expected = {name: found.named(states) for name, states in regions.items()}
     known = {name for name in of if name in expected or not name.startswith("target:")}
     context.same("names of regions", {n for n in expected if expected[n] or n in of}, known)
     for name in known & expected.keys():

@@ -6,7 +6,9 @@ use std::path::Path;
 
 use meliora_engine::Engine;
 use meliora_export::bounds;
-use meliora_export::explicit::{Graph, Quantities, action_table, drn, explored, induced, prism, refuse_drn, umb};
+use meliora_export::explicit::{
+    Graph, Quantities, action_table, drn, explored, induced, prism, refuse_drn, umb,
+};
 use meliora_model::Program;
 use meliora_model::error::Error;
 use meliora_planning::induced_model::Scheduler;
