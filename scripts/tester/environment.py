@@ -105,12 +105,6 @@ class Follower:
     def waits(self):
         return self.state in self.whole.theirs
 
-    def leads(self, name, to):
-        """Whether a choice of the present state leads to another one. Monitors may have several states for one."""
-        of = self.context.relation.of
-        choices = (c for state in of[key(self.plain)] for c in self.whole.choices[state] if c.name == name)
-        return any(not c.successors.isdisjoint(of.get(key(to), ())) for c in choices)
-
     def moved(self, moves, action):
         """Follows an action of ours, None at the start, and what the opponent answers. Returns the states on the way."""
         context, way = self.context, [self.state]
@@ -121,7 +115,8 @@ class Follower:
             context.same(f"player of {where}", None if at is None else self.names[at], player)
             context.same(f"turn of {where}", not ours, self.waits())
             context.same(f"label of {where}", True, not ours or label(name) == action)
-            if not context.same(f"step of {where}", True, self.leads(name, to)):
+            steps = context.relation.steps(key(self.plain), key(to))
+            if not context.same(f"step of {where}", True, name in {choice.name for choice in steps}):
                 return way
             self.plain = to
             way.append(self.state)

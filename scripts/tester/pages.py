@@ -217,7 +217,7 @@ class Page:
             if not context.same(f"a state of the run after {old}", True, new in self.of):
                 return
             state, to = self.one(old), self.one(new)
-            taken = [choice for choice in context.analysis.whole.choices[state] if to in choice.to]
+            taken = context.relation.steps(self.of[old], self.of[new])
             context.same(f"a step of the run from {old} to {new}", True, bool(taken))
             if machine:
                 permitted, progress = machine.permitted(state, memory)

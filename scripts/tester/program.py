@@ -96,6 +96,11 @@ class Named:
         """The state of the reference that stands for a state of the program."""
         return self.of[name][0]
 
+    def steps(self, name, to):
+        """The choices that lead from a state of the program to another one. Each may stand for several states."""
+        choices = (choice for state in self.of[name] for choice in self.analysis.whole.choices[state])
+        return [choice for choice in choices if not choice.successors.isdisjoint(self.of.get(to, ()))]
+
     def count(self, states):
         """The number of states of the program that stand for states of a set."""
         return str(sum(self.one(name) in states for name in self.of))

@@ -62,9 +62,9 @@ def achieving(context):
 
 
 def is_chosen(context, formula):
-    """Whether the opponent may choose how a formula is satisfied: it has persistence, or cases that differ in more than
-    co-safe parts."""
-    if not context.analysis.play:
+    """Whether an opponent with some state may choose how a formula is satisfied: it has persistence, or cases that
+    differ in more than co-safe parts."""
+    if not context.analysis.play or not context.analysis.whole.theirs:
         return False
     ways = cases(conditions_in_game(formula))
     rests = {frozenset(leaf for leaf in case if not (leaf[0] == "again" and is_cosafe(leaf[1]))) for case in ways}
