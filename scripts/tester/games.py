@@ -201,10 +201,9 @@ def refused(case, program, error):
 def sweeps(context):
     """A sweep over the initial value of x: each instance has the sizes, levels and ranks of its model alone."""
     case, program = context.case, context.program
-    if case.starts or case.seed % 4:
+    if not is_swept(case):
         return
-    kind, *lines = case.model_text("K").splitlines()
-    text, model = "\n".join([kind, "const int K;", *lines, ""]), program.folder / "sweep.prism"
+    text, model = parametrised(case), program.folder / "sweep.prism"
     model.write_text(text)
     options = program.settings("scope", "safety", "threads", "coalition", "engine")
     report = program.ask("check", model, program.prefs, "-c", f"K=0:{case.size}", *options, allowed=(0, 1))
@@ -212,6 +211,16 @@ def sweeps(context):
     for run in report["runs"]:
         start = run["constants"]["K"]
         instance(context, f"K={start}", context.analysis_of(program_of(text, {"K": str(start)})), run)
+
+
+def is_swept(case):
+    return not case.starts and case.seed % 4 == 0
+
+
+def parametrised(case):
+    """The model with a constant K, the initial value of x."""
+    kind, *lines = case.model_text("K").splitlines()
+    return "\n".join([kind, "const int K;", *lines, ""])
 
 
 def instance(context, where, analysis, run):

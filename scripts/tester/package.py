@@ -1,9 +1,10 @@
 """What the Python package says, against the command: reports, values, explanations, simulations and shields."""
 
+import csv
 import json
 import math
 
-from tester import environment, sets
+from tester import environment, games, pages, sets
 from tester.context import LEVELS, WITHIN
 from tester.program import Refused
 from tester.promises import RUNS, STEPS, opponent_of, options_of
@@ -54,13 +55,20 @@ def package(context):
     sets.reach(context, meliora, model)
     simulated(context, meliora, analysis)
     written(context, meliora, analysis)
+    page(context, analysis)
+    swept(context, meliora)
 
 
 def modelled(context, meliora):
     """The model, with the coalition that the options name."""
     model = meliora.Model.from_string(context.case.model_text())
-    named = context.case.settings["coalition"].split(",")
-    return model.with_coalition(*(int(n) if n.isdigit() else n for n in named)) if named != [""] else model
+    named = named_players(context.case)
+    return model.with_coalition(*named) if named else model
+
+
+def named_players(case):
+    """The coalition that the options name; a number is a player, too."""
+    return [int(n) if n.isdigit() else n for n in case.settings["coalition"].split(",") if n]
 
 
 def options_of_model(context):
@@ -218,6 +226,34 @@ def written(context, meliora, analysis):
     context.same("regions of a dump", counts, {name: dump.count(name) for name in dump.regions})
     verdict = meliora.verify(folders[0], analysis.model, analysis.preferences)
     context.same("verify accepts", (True, None), (verdict.accepted, verdict.violation))
+
+
+def page(context, analysis):
+    """The page has the data and the maps of `report`, which draws no other engine's."""
+    if context.case.settings["engine"] == "symbolic":
+        found = pages.Page(context, analysis.to_html())
+        found.everywhere()
+        found.maps()
+
+
+def swept(context, meliora):
+    """A sweep writes the table of the command, times and memory aside."""
+    case, program = context.case, context.program
+    if not games.is_swept(case):
+        return
+    model, tables = program.folder / "swept.prism", [program.folder / f"{name}.csv" for name in ("command", "package")]
+    model.write_text(games.parametrised(case), encoding="utf-8")
+    options = program.settings("scope", "safety", "engine", "coalition")
+    program.run("check", model, program.prefs, "-c", f"K=0:{case.size}", *options, "--csv", tables[0])
+    settings = {name: case.settings[name] for name in ("scope", "safety", "engine")}
+    coalition = named_players(case) or None
+    meliora.sweep(model, program.prefs, K=range(case.size + 1), csv=tables[1], coalition=coalition, **settings)
+    rows = [[without_costs(row) for row in csv.DictReader(table.open(encoding="utf-8"))] for table in tables]
+    context.same("table of a sweep", *rows)
+
+
+def without_costs(row):
+    return {name: value for name, value in row.items() if name not in ("seconds", "peak_nodes", "peak_rss_bytes")}
 
 
 ALL = {"python": package}

@@ -24,11 +24,7 @@ def pages(context):
     options += ["--opponent", opponent_of(context)] if context.is_game else []
     page = Page(context, written(context, "page.html", *options))
     page.everywhere()
-    maps = page.text.split('<figure class="map" id="map-')[1:]
-    for figure in maps:
-        name = figure[: figure.index('"')]
-        if name in ("sasi", "spi", "classes"):
-            page.cells(name, figure.partition("</figure>")[0])
+    page.maps()
     page.run(kind, variant, opponent_of(context))
     page.heat()
     if case.seed % 2:
@@ -171,6 +167,13 @@ class Page:
             ranks = {most if rank == "unbounded" else rank for rank in ranks}
             found.append([rank in ranks for rank in range(most + 1)])
         return found
+
+    def maps(self):
+        """The maps of ranks and classes."""
+        for figure in self.text.split('<figure class="map" id="map-')[1:]:
+            name = figure[: figure.index('"')]
+            if name in ("sasi", "spi", "classes"):
+                self.cells(name, figure.partition("</figure>")[0])
 
     def cells(self, name, text):
         """The cells of a map show the states with the values of the opening view."""
