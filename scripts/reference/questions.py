@@ -5,8 +5,9 @@ import math
 from fractions import Fraction
 
 from reference.equations import ONE, ZERO, Action, cheapest, greatest
-from reference.games import almost_surely
+from reference.games import LeftOut, almost_surely
 from reference.model import almost_sure, can_stay, explore, reachability
+from reference.prism import InputError
 from reference.product import formulas_watched, product, satisfaction, secured
 from reference.temporal import TRUE, conjunction, negated, parse
 
@@ -107,9 +108,12 @@ def jointly(analysis, members):
 
 
 def against_opponent(analysis, formula):
-    """The states from which we satisfy a formula almost surely; None if it needs a monitor that the analysis has not."""
+    """The states from which we satisfy a formula almost surely; None if it has several leaves that no path decides."""
     watched, mdp = analysis.product, analysis.mdp
-    needed = formulas_watched([formula], True)
+    try:
+        needed = formulas_watched([formula], True)
+    except (InputError, LeftOut):
+        return None
     if not analysis.play:
         watched = product(analysis.program, analysis.whole.values, needed)
         unsafe = {analysis.whole.values[s] for s in mdp.unsafe}

@@ -158,8 +158,9 @@ class Page:
         """What a move leads to: whether all of its successors, and some, improve and weaken; and their ranks."""
         analysis, old = self.context.analysis, self.context.analysis.classes[state]
         found = []
-        for compare in (analysis.preferences.improves, analysis.preferences.weakens):
-            each = [compare(old, analysis.classes[to]) for to in choice.to]
+        changes = [analysis.preferences.change(old, analysis.classes[to]) for to in choice.to]
+        for change in ("improving", "weakening"):
+            each = [one == change for one in changes]
             found.append([all(each), any(each)])
         for kind in ("sasi", "spi"):
             levels, most = analysis.levels(kind), len(self.data[kind]["levels"])
