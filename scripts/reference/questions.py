@@ -92,8 +92,8 @@ def rewards(mdp, target, structure):
 
 
 def jointly(analysis, members):
-    """Section 10: the states from which one strategy achieves all of some objectives in the same path almost surely. In a
-    game with several leaves that no path decides, None."""
+    """Section 10: the states from which one strategy achieves all of some objectives in the same path almost surely;
+    None in a game with several leaves that no path decides."""
     formulas = [analysis.formulas[i] for i in members]
     if analysis.program.players:
         return against_opponent(analysis, functools.reduce(conjunction, formulas))

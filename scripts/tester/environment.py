@@ -1,4 +1,4 @@
-"""Games in the Python package: players, what is refused, and environments of Gymnasium, in which the opponent moves."""
+"""Games in the Python package: players, refusals, and environments of Gymnasium, in which the opponent moves."""
 
 import importlib.util
 import random
@@ -67,7 +67,7 @@ def refused(context, meliora, model, analysis):
 
 
 def opponent(context):
-    """An opponent that takes the last of its actions, and looks at what it is asked."""
+    """An opponent that takes the last of its actions, and compares those that it is offered."""
 
     def last(state, actions):
         choices = context.analysis.whole.choices[context.relation.one(key(state))]
@@ -106,7 +106,7 @@ class Follower:
         return self.state in self.whole.theirs
 
     def moved(self, moves, action):
-        """Follows an action of ours, None at the start, and what the opponent answers. Returns the states on the way."""
+        """Follows an action of ours, None at the start, and the opponent's answers. Returns the states on the way."""
         context, way = self.context, [self.state]
         for number, (player, name, to) in enumerate(moves):
             at = self.whole.owners[self.state]
@@ -123,14 +123,18 @@ class Follower:
         return way
 
     def looked(self, observation, info, ended):
-        """What the environment says of the present state: the state, whether the episode goes on, and our actions."""
+        """What the environment says of the present state: its values, the end, and the reward."""
         over, cut, reward = ended
         same, where = self.context.same, self.plain
         same(f"state {where}", where, info["state"])
         width = self.context.relation.width
         same(f"observation of {where}", [int(v) for v in list(where.values())[:width]], list(observation)[:width])
         entered = self.goal is not None and where in self.goal
-        same(f"end in {where}", (self.is_over(), not self.is_over() and self.waits(), float(entered)), (over, cut, reward))
+        same(
+            f"end in {where}",
+            (self.is_over(), not self.is_over() and self.waits(), float(entered)),
+            (over, cut, reward),
+        )
 
 
 def episode(context, env, draw, goal):
@@ -175,16 +179,24 @@ def shielded(context, environments, draw, goal):
             return
         where, secure, enabled = follower.plain, shield.secure(observation), follower.enabled()
         allowed = [name for name, may in zip(shield.actions, info["action_mask"]) if may]
-        context.same(f"the shield permits enabled actions in {where}", True, bool(allowed) and enabled.keys() >= set(allowed))
+        context.same(
+            f"the shield permits enabled actions in {where}", True, bool(allowed) and enabled.keys() >= set(allowed)
+        )
         asked = draw.choice(shield.actions)
         observation, reward, over, cut, info = env.step(shield.actions.index(asked))
         taken = label(info["moves"][0][1])
-        context.same(f"action taken for {asked} in {where}", (True, taken != asked), (taken in allowed, info["corrected"]))
+        context.same(
+            f"action taken for {asked} in {where}", (True, taken != asked), (taken in allowed, info["corrected"])
+        )
         context.same(f"{asked} in {where} is corrected", asked not in allowed, info["corrected"])
         way = follower.moved(info["moves"], taken)
         follower.looked(observation, info, (over, cut, reward))
         classes = [analysis.classes[state] for state in way]
         if secure and analysis.safety == "action":
-            weak = [i for i, (old, new) in enumerate(zip(classes, classes[1:])) if analysis.preferences.weakens(old, new)]
+            weak = [
+                i for i, (old, new) in enumerate(zip(classes, classes[1:])) if analysis.preferences.weakens(old, new)
+            ]
             context.same(f"steps that weaken from {where}", [], weak)
-        context.same(f"most preferred in {follower.plain}", tuple(context.named(classes[-1])), shield.most_preferred(observation))
+        context.same(
+            f"most preferred in {follower.plain}", tuple(context.named(classes[-1])), shield.most_preferred(observation)
+        )

@@ -87,7 +87,7 @@ def numbers(context, analysis):
 
 
 def by_name(states):
-    """Values with the actions in the order of their names: the order of the states decides between equally good ones."""
+    """Values with actions in the order of their names: the order of states decides between equally good ones."""
     for state in states:
         for level in state["levels"]:
             level["actions"].sort(key=lambda action: action["action"])
@@ -110,7 +110,9 @@ def pursuing(context, meliora, analysis):
         try:
             context.strategy("--kind", kind, *options)
         except Refused as refused:
-            said = raised(meliora, lambda: analysis.strategy(kind, objective=objective).explain(context.check_states[0]))
+            said = raised(
+                meliora, lambda: analysis.strategy(kind, objective=objective).explain(context.check_states[0])
+            )
             context.same(f"refusal of {what}", True, bool(said) and said in message_of(refused))
             continue
         strategy = analysis.strategy(kind, objective=objective)
@@ -175,7 +177,9 @@ def explained(context, where, entry, found, more=()):
 
 def masked(context, where, entry, strategy, actions):
     """The masks of a state: for each label, whether a choice with it is selected."""
-    actions_of = {what: [a["name"] for a in entry["actions"] if a.get(what)] for what in ("permitted", "progress", "kept")}
+    actions_of = {
+        what: [a["name"] for a in entry["actions"] if a.get(what)] for what in ("permitted", "progress", "kept")
+    }
     actions_of["progress"] = actions_of["progress"][:1]
     actions_of["chosen"] = list(filter(None, [entry.get("chosen_action")]))
     for which, names in actions_of.items():

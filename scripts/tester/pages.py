@@ -48,7 +48,9 @@ def order(context, text):
     for middle, high, low in itertools.product(groups, repeat=3):
         if (high, middle) in arcs and (middle, low) in arcs:
             arcs.add((high, low))
-    context.same("objectives in the order", sorted(context.names), sorted(name for own in groups.values() for name in own))
+    context.same(
+        "objectives in the order", sorted(context.names), sorted(name for own in groups.values() for name in own)
+    )
     got = {(a, b) for high, low in arcs for a in groups[high] for b in groups[low]}
     strict = {(context.names[i], context.names[j]) for i, j in context.preferences.strict}
     context.same("preferences in the order", strict, got)
@@ -134,7 +136,9 @@ class Page:
         """Who moves in a state and, if the opponent does, what its moves lead to."""
         context, game = self.context, self.data["game"]
         whole, one = context.analysis.whole, self.one(state)
-        players = [(name, at in context.ours, at == whole.owners[one]) for at, name in enumerate(context.source.players)]
+        players = [
+            (name, at in context.ours, at == whole.owners[one]) for at, name in enumerate(context.source.players)
+        ]
         got = [(player["name"], player["ours"], self.holds(player["edge"], state)) for player in game["players"]]
         context.same(f"players of a page at {state}", players, got)
         if not self.is_safe(state):
@@ -145,7 +149,9 @@ class Page:
             for move in game["moves"]
             if self.holds(move["enabled"], state)
         ]
-        context.same(f"moves of a page at {state}", sorted((self.called(c), *self.move(one, c)) for c in theirs), sorted(got))
+        context.same(
+            f"moves of a page at {state}", sorted((self.called(c), *self.move(one, c)) for c in theirs), sorted(got)
+        )
 
     def called(self, choice):
         """The name of a choice in the page: its label, the names of all commands that have its number, or in a dtmc

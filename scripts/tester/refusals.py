@@ -29,7 +29,9 @@ def refusals(context):
         refused(context, (command, *program.settings(*settings), *more), status, (f"{name} of a game", help_))
     achieving(context)
     if context.analysis.play:
-        refused(context, ("export", *program.settings("coalition")), 2, ("a dump of a game with temporal", "`--format umb`"))
+        refused(
+            context, ("export", *program.settings("coalition")), 2, ("a dump of a game with temporal", "`--format umb`")
+        )
 
 
 def refused(context, asked, status, said):

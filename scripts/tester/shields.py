@@ -49,7 +49,7 @@ def shares_labels(context):
 
 
 def shield_of_pursuit(context, meliora, strategy, objective):
-    """A shield of a plan or of `achieve`: what it permits where episodes may start, and what it pursues there."""
+    """A shield of a plan or of `achieve`: the permitted labels and the objectives where episodes may start."""
     nodes, analysis = saved(context, meliora, strategy)[2], context.analysis
     if nodes is None or analysis.play:
         return

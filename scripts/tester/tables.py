@@ -78,7 +78,7 @@ def text_of(context, state):
 
 
 def paths(context, kind):
-    """The choices that are taken on the way: the state, their name, their successors, and whether the opponent takes them."""
+    """The choices on the way: the state, their name, their successors, and whether the opponent takes them."""
     machine, whole, found = Machine(context.analysis, kind), context.analysis.whole, set()
     todo = [(state, machine.start(state)) for state in starts(context).values()]
     for state, memory in todo:  # grows while we walk it

@@ -18,7 +18,9 @@ def together(context):
         answers = context.strategy(*asked)
     except Refused as refused:
         # `refusals` compares which objectives a game refuses; several marks that recur are refused together.
-        context.same(f"refusal of {asked}", True, context.is_game and analysis.play and "is not supported" in str(refused))
+        context.same(
+            f"refusal of {asked}", True, context.is_game and analysis.play and "is not supported" in str(refused)
+        )
         return
     region = jointly(analysis, members)
     if region is None:
