@@ -51,7 +51,7 @@ class Program:
         """Returns the JSON object of a command."""
         status, out, errors = self.run(*arguments, "--json")
         if status not in allowed:
-            raise Refused(f"status {status}: {(errors or out)[:600]}")
+            raise Refused(f"status {status}: {(errors[errors.find('error:') :] or out)[:600]}")
         return json.loads(out)
 
     def about(self, command, *more, allowed=(0,)):
