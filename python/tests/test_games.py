@@ -303,3 +303,22 @@ def test_a_shield_holds_against_every_opponent() -> None:
                 if over:
                     break
             assert over, "an agent that takes permitted actions at random reaches a room"
+
+
+def test_a_shield_sees_the_first_moves_of_the_opponent() -> None:
+    pytest.importorskip("gymnasium", reason="needs gymnasium")
+
+    from meliora.gym import ModelEnv, ShieldedEnv
+
+    text = "smg player us m endplayer player them [c] endplayer module m x : [0..2]; [c] x=0 -> (x'=1); [] x=1 -> (x'=2); [] x=1 -> true; endmodule"
+    model = meliora.Model.from_string(text)
+    found = model.check(meliora.Preferences.from_string("objective Late = X X X x=2; objective Soon = X X x=2; prefer Soon > Late; history = play;"))
+    explored, shield = found.exploration, found.strategy("sasi").shield()
+    env = ShieldedEnv(ModelEnv(explored, actions=shield.actions), shield)
+    # It began the episode after the first move, in a state where none may start.
+    observation, info = env.reset(seed=1)
+    assert (info["start"]["x"], info["state"]["x"], len(info["moves"])) == (0, 1, 1)
+    play = found.strategy("sasi").play(info["start"])
+    play.step(info["state"])
+    assert shield.most_preferred(observation) == found.most_preferred(play.state) == ("Soon",)
+    assert info["action_mask"].any()

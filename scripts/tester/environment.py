@@ -161,7 +161,7 @@ def started(context, follower, env, draw):
     follower.plain = start
     observation, info = env.reset(seed=draw.randrange(1000), options={"state": start})
     follower.moved(info["moves"], None)
-    context.same(f"start in {start}", follower.plain, info["state"])
+    context.same(f"start in {start}", (start, follower.plain), (info["start"], info["state"]))
     return observation, info
 
 
