@@ -19,14 +19,13 @@ OF_ONE_PLAYER = (
 
 
 def refusals(context):
-    """Two of these for each game, and strategies and dumps of its objectives."""
+    """One of these for each game, and strategies and dumps of its objectives."""
     if not context.is_game:
         return
     program, seed = context.program, context.case.seed
-    for place in (seed % len(OF_ONE_PLAYER), seed // 8 % len(OF_ONE_PLAYER)):
-        (command, *more), status, name, help_ = OF_ONE_PLAYER[place]
-        settings = ["coalition"] if "--safety" in more else ["coalition", "safety"]
-        refused(context, (command, *program.settings(*settings), *more), status, (f"{name} of a game", help_))
+    (command, *more), status, name, help_ = OF_ONE_PLAYER[seed % len(OF_ONE_PLAYER)]
+    settings = ["coalition"] if "--safety" in more else ["coalition", "safety"]
+    refused(context, (command, *program.settings(*settings), *more), status, (f"{name} of a game", help_))
     achieving(context)
     if context.analysis.play:
         refused(

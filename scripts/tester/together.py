@@ -8,8 +8,8 @@ from tester.promises import RUNS, STEPS, is_cosafe, opponent_of
 
 
 def together(context):
-    """`--kind achieve` with two or three objectives."""
-    if len(context.names) < 2:
+    """For some cases, `--kind achieve` with two or three objectives."""
+    if len(context.names) < 2 or not context.is_game and context.case.seed % 3 != 2:
         return
     draw, analysis = random.Random(context.case.seed), context.analysis
     members = draw.sample(range(len(context.names)), min(len(context.names), draw.choice([2, 2, 3])))
