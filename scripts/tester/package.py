@@ -5,7 +5,7 @@ import json
 import math
 
 from tester import environment, games, pages, sets
-from tester.context import LEVELS, WITHIN
+from tester.context import LEVELS, WITHIN, Difference
 from tester.program import Refused
 from tester.promises import RUNS, STEPS, opponent_of, options_of
 from tester.shields import shield_of_pursuit, shields
@@ -32,7 +32,7 @@ def package(context):
     """All of it for one case. The command was compared with the reference, so it is what is expected."""
     import meliora
 
-    case, model = context.case, modelled(context, meliora)
+    case, model = context.case, modelled(context.case, meliora)
     labels = sorted({text[1 : text.index("]")] for _, text in case.commands} - {""})
     context.same("labels", labels, sorted(model.actions))
     preferences = meliora.Preferences.from_string(case.preferences_text())
@@ -59,10 +59,27 @@ def package(context):
     swept(context, meliora)
 
 
-def modelled(context, meliora):
+def refused(case, error):
+    """A case that the reference refuses is refused by the package, too, for the same reason. Returns differences."""
+    import meliora
+
+    settings, reason = case.settings, games.reason_of(error)
+    try:
+        preferences = meliora.Preferences.from_string(case.preferences_text())
+        options = {name: settings[name] for name in ("scope", "safety", "engine")}
+        said = f"no error: {modelled(case, meliora).check(preferences, **options)}"
+    except (meliora.InputError, meliora.UsageError) as raised:
+        said = str(raised)
+    # The package explores before it looks at the preferences.
+    known = {reason, *(["two players may move"] if case.fault == "two movers" else [])}
+    if any(games.SAID[one] in said for one in known):
+        return []
+    return [Difference("faults", "refused by the package", reason, said, [])]
+
+
+def modelled(case, meliora):
     """The model, with the coalition that the options name."""
-    model = meliora.Model.from_string(context.case.model_text())
-    named = named_players(context.case)
+    model, named = meliora.Model.from_string(case.model_text()), named_players(case)
     return model.with_coalition(*named) if named else model
 
 
