@@ -45,7 +45,7 @@ pub(crate) struct Explanation {
 pub(crate) struct Action {
     /// Its name.
     name: String,
-    /// True if the safety mode keeps the action.
+    /// True if the safety mode keeps the action; False where the opponent chooses.
     kept: bool,
     /// True if the strategy permits it.
     permitted: bool,
@@ -130,7 +130,8 @@ impl Action {
         let successors = action.successors.iter().map(successor).collect::<PyResult<Vec<_>>>()?;
         Ok(Action {
             name: action.name.clone(),
-            kept: action.kept,
+            // As in JSON: what the opponent does is neither kept nor dropped.
+            kept: action.kept && !at.is_theirs(),
             permitted: action.permitted,
             progress: action.progress,
             verdict: action.verdict.name(),

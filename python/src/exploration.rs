@@ -67,7 +67,8 @@ impl Exploration {
         call: &Call,
     ) -> PyResult<Analysis> {
         if options.safety == Safety::Transition && self.inner.engine().is_game() {
-            return Err(usage("safety=\"transition\" of a game is not supported"));
+            let others = "\"action\" and \"prefix\" hold against every strategy of the opponent";
+            return Err(usage(format!("safety=\"transition\" of a game is not supported; {others}")));
         }
         let (inner, source) = (self.inner.clone(), Arc::clone(&preferences.get().source));
         let work = move |reporter: &Reporter<'_>| {

@@ -73,7 +73,7 @@ impl Which {
             Which::Permitted => action.permitted,
             Which::Progress => first == Some(*index),
             Which::Chosen => at.pick == Some(*index),
-            Which::Kept => action.kept,
+            Which::Kept => action.kept && !at.is_theirs(),
         });
         actions.map(|(_, action)| action.name.clone()).collect()
     }

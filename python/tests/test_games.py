@@ -243,6 +243,10 @@ def test_strategies_permit_nothing_at_states_of_the_opponent(engine: Engine) -> 
     assert {action.name for action in at.actions} == set(found.exploration.successors(theirs))
     assert "guard moves (the opponent)" in str(at) and not strategy.mask(theirs).any()
     assert all(not action.permitted and action.reason for action in at.actions)
+    # What the opponent does is neither kept nor dropped, as in the report of `strategy`.
+    assert not any(action.kept for action in at.actions) and strategy.actions(theirs, "kept") == []
+    assert not strategy.mask(theirs, which="kept").any() and strategy.play(theirs).actions("kept") == []
+    assert strategy.actions(start, "kept")
     # Whatever the guard does, the run improves once; its moves are counted.
     opponents: list[Literal["random", "worst"]] = ["random", "worst"]
     for opponent in opponents:
@@ -299,3 +303,22 @@ def test_a_shield_holds_against_every_opponent() -> None:
                 if over:
                     break
             assert over, "an agent that takes permitted actions at random reaches a room"
+
+
+def test_a_shield_sees_the_first_moves_of_the_opponent() -> None:
+    pytest.importorskip("gymnasium", reason="needs gymnasium")
+
+    from meliora.gym import ModelEnv, ShieldedEnv
+
+    text = "smg player us m endplayer player them [c] endplayer module m x : [0..2]; [c] x=0 -> (x'=1); [] x=1 -> (x'=2); [] x=1 -> true; endmodule"
+    model = meliora.Model.from_string(text)
+    found = model.check(meliora.Preferences.from_string("objective Late = X X X x=2; objective Soon = X X x=2; prefer Soon > Late; history = play;"))
+    explored, shield = found.exploration, found.strategy("sasi").shield()
+    env = ShieldedEnv(ModelEnv(explored, actions=shield.actions), shield)
+    # It began the episode after the first move, in a state where none may start.
+    observation, info = env.reset(seed=1)
+    assert (info["start"]["x"], info["state"]["x"], len(info["moves"])) == (0, 1, 1)
+    play = found.strategy("sasi").play(info["start"])
+    play.step(info["state"])
+    assert shield.most_preferred(observation) == found.most_preferred(play.state) == ("Soon",)
+    assert info["action_mask"].any()

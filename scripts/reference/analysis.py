@@ -32,7 +32,8 @@ class Analysis:
             self.product = product(program, roots_of(program, scope), watched, limit)
         whole = self.product.mdp if self.play else explore(program, scope, limit)
         ours = [program.named_players(names) for names in (preferences.coalition, coalition)]
-        self.whole = whole.played_by(ours[1] if coalition else ours[0])
+        self.ours = ours[1] if coalition else ours[0]
+        self.whole = whole.played_by(self.ours)
         self.violated = self.violations()
         safe = can_stay(self.whole.moves, set(self.whole.states) - self.violated)
         self.mdp = self.whole.restricted(safe)

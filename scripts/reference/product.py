@@ -86,7 +86,8 @@ def secured(product, mdp, *formulas):
     """The union over the cases d of a conjunction of formulas of U_d: the greatest Z without the marks that must cease,
     from whose states some choices stay in Z surely and almost surely reach each mark that must recur."""
     moves, found = mdp.moves, set()
-    for case in cases(functools.reduce(lambda a, b: ("and", a, b), map(conditions, formulas))):
+    parts = conditions_in_game if mdp.program.players else conditions
+    for case in cases(functools.reduce(lambda a, b: ("and", a, b), map(parts, formulas))):
         ceasing = set().union(*(product.marks[g] for kind, g in case if kind == "finally"))
         recurring = [product.marks[g] for kind, g in case if kind == "again"]
         region, before = set(mdp.states) - ceasing - mdp.unsafe, None

@@ -5,7 +5,9 @@ import math
 from fractions import Fraction
 
 from reference.equations import ONE, ZERO, Action, cheapest, greatest
+from reference.games import LeftOut, almost_surely
 from reference.model import almost_sure, can_stay, explore, reachability
+from reference.prism import InputError
 from reference.product import formulas_watched, product, satisfaction, secured
 from reference.temporal import TRUE, conjunction, negated, parse
 
@@ -90,8 +92,11 @@ def rewards(mdp, target, structure):
 
 
 def jointly(analysis, members):
-    """Section 10: the states from which one strategy achieves all of some objectives in the same path almost surely."""
+    """Section 10: the states from which one strategy achieves all of some objectives in the same path almost surely;
+    None in a game with several leaves that no path decides."""
     formulas = [analysis.formulas[i] for i in members]
+    if analysis.program.players:
+        return against_opponent(analysis, functools.reduce(conjunction, formulas))
     if analysis.play:
         reached = secured(analysis.product, analysis.mdp, *formulas)
         return almost_sure(analysis.mdp.moves, reached)
@@ -100,3 +105,21 @@ def jointly(analysis, members):
     mdp = watched.mdp.restricted({s for s in watched.mdp.states if watched.mdp.plain(s) not in unsafe})
     reached = almost_sure(mdp.moves, secured(watched, mdp, *formulas))
     return {s for s in analysis.whole.states if s in reached}  # the roots of the product come first, in their order
+
+
+def against_opponent(analysis, formula):
+    """The states from which we satisfy a formula almost surely; None if it has several leaves that no path decides."""
+    watched, mdp = analysis.product, analysis.mdp
+    try:
+        needed = formulas_watched([formula], True)
+    except (InputError, LeftOut):
+        return None
+    if not analysis.play:
+        watched = product(analysis.program, analysis.whole.values, needed)
+        unsafe = {analysis.whole.values[s] for s in mdp.unsafe}
+        mdp = watched.mdp.played_by(analysis.ours)
+        mdp = mdp.restricted({s for s in mdp.states if mdp.plain(s) not in unsafe})
+    elif not {monitor.formula for monitor in watched.monitors} >= set(needed):
+        return None
+    found = almost_surely(watched, mdp.moves, set(mdp.states) - mdp.unsafe, formula)
+    return {s for s in analysis.whole.states if s in found}  # the roots of the product come first, in their order

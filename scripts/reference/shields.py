@@ -81,8 +81,10 @@ class Shield:
         return self.levels.games[place][self.reference(state, memory)]
 
     def labels(self, state, memory):
-        """The labels of a node by name."""
+        """The labels of a node by name. In a state of the opponent all are permitted, and none makes progress."""
         permitted, progress = self.permitted(state, memory)
+        if state in self.analysis.whole.theirs:
+            permitted, progress = {choice.name for choice in self.analysis.whole.choices[state]}, set()
         found = {}
         for choice in self.analysis.whole.choices[state]:
             found.setdefault(choice.name.split("(")[0], []).append(choice)

@@ -28,7 +28,7 @@ sys.path[0] = str(Path(__file__).resolve().parent.parent)
 import harness  # noqa: E402
 from reference.games import LeftOut  # noqa: E402
 from reference.prism import InputError  # noqa: E402
-from tester import games, suites  # noqa: E402
+from tester import games, package, suites  # noqa: E402
 from tester.context import Context, Difference  # noqa: E402
 from tester.draw import draw  # noqa: E402
 from tester.program import Program, Refused  # noqa: E402
@@ -36,10 +36,11 @@ from tester.program import Program, Refused  # noqa: E402
 
 # The commands that checks ask, besides `check` and `reach`. Not all honour the players of a game.
 NEEDED = {
-    **dict.fromkeys(("strategy", "ranks", "cut", "pursue"), "strategy"),
+    **dict.fromkeys(("strategy", "ranks", "cut", "pursue", "tables", "together"), "strategy"),
     **dict.fromkeys(("simulate", "chosen"), "simulate"),
     **dict.fromkeys(("dump", "exchange", "induced"), "export"),
-    **dict.fromkeys(("values", "choose", "python"), "values"),
+    **dict.fromkeys(("values", "choose"), "values"),
+    "pages": "report",
 }
 # The program may refuse a case, and then no command answers.
 THE_CASE = re.compile("(is|are) not supported")
@@ -63,7 +64,11 @@ def examine(case, binary, checks, ignored=""):
         try:
             context = Context(case, program)
         except InputError as error:
-            return games.refused(case, program, error)
+            compared, found = games.refused(case, program, error)
+            if "python" in checks:
+                found += package.refused(case, error)
+                compared["faults"] += 1
+            return compared, found
         except LeftOut:
             return {"left out": 1}, []
         case.features |= context.features()

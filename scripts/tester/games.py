@@ -7,12 +7,12 @@ from dataclasses import replace
 from fractions import Fraction
 
 import harness
+from reference.games import LeftOut
 from reference.model import explore, reachability
 from reference.preferences import target_of
-from reference.prism import program_of
+from reference.prism import InputError, program_of
 from reference.questions import Question
 from reference.reports import amount, players
-from reference.temporal import is_invariant, parse
 from tester.context import Difference
 from tester.program import key
 from tester.questions import COMPARE
@@ -49,30 +49,45 @@ def weakening(context):
 
 
 def enforced(context):
-    """The regions of a target for several coalitions, without and with requirements."""
+    """What several coalitions enforce of a target and of an objective, without and with requirements."""
     if not context.is_game:
         return
     case, program, draw = context.case, context.program, random.Random(context.case.seed)
-    target = next(filter(None, (target_of(text) for _, text in context.preferences.objectives)), None)
-    if target is None:
-        return
-    whole = explore(context.source, case.settings["scope"], 3000)
     names = program.settings("scope", "engine", "threads")
     names += program.settings("order") if case.settings["engine"] == "symbolic" else []
-    every = coalitions(len(case.players))
-    for coalition in draw.sample(every[1:], min(3, len(every) - 1)):
-        words = ",".join(case.players[at] for at in sorted(coalition))
-        report = program.ask("reach", program.model, "--target", target, "--coalition", words, *names)
-        regions = reachability(whole.played_by(coalition), whole.where(target))
-        for name, states in regions.items():
-            context.same(f"{name} of {words}", str(len(states)), report[name])
-            context.same(f"initial {name} of {words}", amount(states, whole.initial), report["initial"][name])
-    questions = [asked(draw, target, case.players, coalition) for coalition in draw.choices(every, k=6)]
-    required = [text for text in context.preferences.required if is_invariant(parse(text))]
+    formulas = [text for _, text in context.preferences.objectives]
+    target = next(filter(None, map(target_of, formulas)), None)
+    temporal = [text for text in formulas if target_of(text) is None]
+    if target is not None:
+        whole = explore(context.source, case.settings["scope"], 3000)
+        every = coalitions(len(case.players))
+        for coalition in draw.sample(every[1:], min(3, len(every) - 1)):
+            words = ",".join(case.players[at] for at in sorted(coalition))
+            report = program.ask("reach", program.model, "--target", target, "--coalition", words, *names)
+            regions = reachability(whole.played_by(coalition), whole.where(target))
+            for name, states in regions.items():
+                context.same(f"{name} of {words}", str(len(states)), report[name])
+                context.same(f"initial {name} of {words}", amount(states, whole.initial), report["initial"][name])
+    for formula in ([f"F {target}"] if target else []) + draw.sample(temporal, min(2, len(temporal))):
+        asked_of(context, draw, formula, names)
+
+
+def asked_of(context, draw, formula, names):
+    """Properties of one formula: several at once, and one alone."""
+    players, required = context.case.players, context.preferences.required
+    questions = [asked(draw, formula, players, who) for who in draw.choices(coalitions(len(players)), k=6)]
     for some in ([], required) if required else ([],):
         options = [word for text in some for word in ("--require", text)]
         for part in (questions, [draw.choice(questions)]):
-            properties(context, part, f"F {target}", (some, [*options, *names]))
+            try:
+                properties(context, part, formula, (some, [*options, *names]))
+            except LeftOut:
+                pass
+            except InputError as error:
+                words = [word for text, *_ in part for word in ("--property", text)]
+                status, _, errors = context.program.run("reach", context.program.model, *words, *options, *names)
+                said = next(said for reason, said in SAID.items() if reason in str(error))
+                context.same(f"refusal of {formula}", (3, True), (status, said in errors))
 
 
 def coalitions(count):
@@ -80,14 +95,14 @@ def coalitions(count):
     return [frozenset(some) for size in range(count + 1) for some in itertools.combinations(range(count), size)]
 
 
-def asked(draw, target, names, coalition):
+def asked(draw, formula, names, coalition):
     """A property of some players: its text, their positions, the operator, and the number that it compares with."""
     words = [names[at] if draw.random() < 0.8 else str(at + 1) for at in draw.sample(sorted(coalition), len(coalition))]
     shown = "*" if len(coalition) == len(names) and draw.random() < 0.5 else ",".join(words)
     operator, number = draw.choice(["=?", *COMPARE]), draw.choice(NUMBERS)
     best = draw.choice(["max", "min"]) if operator == "=?" else ""
     bound = "=?" if operator == "=?" else f"{operator}{number}"
-    return f"<<{shown}>> P{best}{bound} [ F {target} ]", coalition, best or operator, Fraction(number)
+    return f"<<{shown}>> P{best}{bound} [ {formula} ]", coalition, best or operator, Fraction(number)
 
 
 def properties(context, questions, formula, conditions):
@@ -156,11 +171,15 @@ SAID = {
 OF_PREFERENCES = ("unknown player", "recurrence and persistence")
 
 
+def reason_of(error):
+    """The key of `SAID` that the reference names."""
+    return next(reason for reason in SAID if reason in str(error))
+
+
 def refused(case, program, error):
     """A case that the reference refuses is refused by all commands, for the same reason. Returns the numbers of
     comparisons by check, and the differences."""
-    reason = next(reason for reason in SAID if reason in str(error))
-    movers = None
+    reason, movers = reason_of(error), None
     if reason == "two players may move":
         source = program_of(case.model_text(), {})
         whole = explore(replace(source, players={}), case.settings["scope"], 3000)
@@ -176,7 +195,6 @@ def refused(case, program, error):
         right = status == 3 and SAID[reason] in errors
         # The words of monitors follow the state.
         right &= movers is None or bool(state) and any(f"{state[1]},".startswith(f"{mover},") for mover in movers)
-        right |= case.history == "play" and "over whole paths of a game are not supported" in errors
         if not right:
             expected = (reason, movers)
             found.append(Difference("faults", f"refused by {command}", expected, errors[:600], program.asked[-1]))
@@ -186,17 +204,31 @@ def refused(case, program, error):
 def sweeps(context):
     """A sweep over the initial value of x: each instance has the sizes, levels and ranks of its model alone."""
     case, program = context.case, context.program
-    if case.starts or case.seed % 4:
+    if not is_swept(case):
         return
-    kind, *lines = case.model_text("K").splitlines()
-    text, model = "\n".join([kind, "const int K;", *lines, ""]), program.folder / "sweep.prism"
+    text, model = parametrised(case), program.folder / "sweep.prism"
     model.write_text(text)
     options = program.settings("scope", "safety", "threads", "coalition", "engine")
     report = program.ask("check", model, program.prefs, "-c", f"K=0:{case.size}", *options, allowed=(0, 1))
     context.same("values of the sweep", list(range(case.size + 1)), [run["constants"]["K"] for run in report["runs"]])
     for run in report["runs"]:
         start = run["constants"]["K"]
-        instance(context, f"K={start}", context.analysis_of(program_of(text, {"K": str(start)})), run)
+        try:
+            analysis = context.analysis_of(program_of(text, {"K": str(start)}))
+        except InputError:  # elsewhere two players may move
+            context.same(f"status of K={start}", "error", run["status"])
+            continue
+        instance(context, f"K={start}", analysis, run)
+
+
+def is_swept(case):
+    return not case.starts and case.seed % 4 == 0
+
+
+def parametrised(case):
+    """The model with a constant K, the initial value of x."""
+    kind, *lines = case.model_text("K").splitlines()
+    return "\n".join([kind, "const int K;", *lines, ""])
 
 
 def instance(context, where, analysis, run):

@@ -51,7 +51,7 @@ class Program:
         """Returns the JSON object of a command."""
         status, out, errors = self.run(*arguments, "--json")
         if status not in allowed:
-            raise Refused(f"status {status}: {(errors or out)[:600]}")
+            raise Refused(f"status {status}: {(errors[errors.find('error:') :] or out)[:600]}")
         return json.loads(out)
 
     def about(self, command, *more, allowed=(0,)):
@@ -95,6 +95,11 @@ class Named:
     def one(self, name):
         """The state of the reference that stands for a state of the program."""
         return self.of[name][0]
+
+    def steps(self, name, to):
+        """The choices that lead from a state of the program to another one. Each may stand for several states."""
+        choices = (choice for state in self.of[name] for choice in self.analysis.whole.choices[state])
+        return [choice for choice in choices if not choice.successors.isdisjoint(self.of.get(to, ()))]
 
     def count(self, states):
         """The number of states of the program that stand for states of a set."""

@@ -33,12 +33,17 @@ def options_of(context):
     return kind, objective, ("progress", "permissive")[(seed // 8) % 2]
 
 
+def opponent_of(context):
+    """How the opponent of a game chooses; None for other models."""
+    return ("random", "worst")[context.case.seed // 32 % 2] if context.is_game else None
+
+
 def simulate(context):
     """Simulated paths are paths of the model, and keep the promises of their strategy."""
     kind, objective, variant = options_of(context)
     options = ["--kind", kind, "--scheduler", variant, "--runs", RUNS, "--steps", STEPS, "--seed", context.case.seed]
     options += ["--objective", objective] if objective else []
-    opponent = ("random", "worst")[context.case.seed // 32 % 2] if context.is_game else None
+    opponent = opponent_of(context)
     options += ["--opponent", opponent] if opponent else []
     report = context.program.about("simulate", *options)
     context.same("opponent", opponent, report.get("opponent"))

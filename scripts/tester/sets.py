@@ -4,6 +4,8 @@ import itertools
 import math
 import random
 
+from reference.games import LeftOut
+from reference.prism import InputError
 from reference.questions import Question
 from tester.program import key
 from tester.regions import regions_of
@@ -63,6 +65,7 @@ def sets(context, analysis):
     of = {name: analysis.region(name) for name in analysis.region_names}
     space = analysis.exploration
     of.update({"reachable": space.states, "initial": space.initial, "deadlock": space.deadlocks})
+    of.update({f"player:{name}": region for name, region in space.players.items()})
     expected = {name: found.named(states) for name, states in regions.items()}
     known = {name for name in of if name in expected or not name.startswith("target:")}
     context.same("names of regions", {n for n in expected if expected[n] or n in of}, known)
@@ -126,8 +129,9 @@ def ranked(found, kind, expected):
     context.same(f"counts of {kind}", (sizes, True), (levels.counts, levels.complete))
     found.same(f"unbounded of {kind}", expected[f"{kind}:unbounded"], levels.unbounded)
     safe = {n for n in found.every if context.relation.one(n) not in context.analysis.mdp.unsafe}
-    ranks = {n: number(reference.rank(context.relation.one(n))) if n in safe else 0 for n in found.every}
-    context.same(f"ranks of {kind}", ranks, {n: levels.rank(dict(n)) for n in found.every})
+    ranks = {n: number(reference.rank(context.relation.one(n))) if n in safe else None for n in found.every}
+    got = {n: levels.rank(dict(n)) for n in found.every}
+    context.same(f"ranks of {kind}", ranks, {n: None if math.isnan(rank) else rank for n, rank in got.items()})
     for k in range(len(sizes) + 1):
         found.same(f"at least {k} of {kind}", {n for n in safe if ranks[n] >= k}, levels.at_least(k))
         found.same(f"exactly {k} of {kind}", {n for n in safe if ranks[n] == k}, levels.exactly(k))
@@ -158,9 +162,16 @@ def reach(context, meliora, model):
     case, text = context.case, context.preferences.objectives[context.case.seed % len(context.names)][1]
     names = ["scope", "engine", "threads"] + (["order"] if case.settings["engine"] == "symbolic" else [])
     space = model.explore(**{name: case.settings[name] for name in names})
-    question = Question(context.source, case.settings["scope"], text, (), 3000)
-    regions, starts = question.regions(), question.whole.initial
-    holds = {f"{p} [ {text} ]": set(starts) <= regions[name] for p, name in PROPERTIES.items()}
+    # The exploration of a model does not know what a preference file says.
+    ours = context.source.named_players(list(filter(None, case.settings["coalition"].split(","))))
+    try:
+        question = Question(context.source, case.settings["scope"], text, (), 3000, ours)
+        regions, starts = question.regions(), question.whole.initial
+    except (InputError, LeftOut):
+        return  # the opponent of the preferences makes the formula easier
+    named = f"<<{','.join(sorted(context.case.players[at] for at in ours))}>> " if context.is_game else ""
+    properties = IN_GAMES if context.is_game else PROPERTIES
+    holds = {f"{named}{p} [ {text} ]": set(starts) <= regions[name] for p, name in properties.items()}
     for asked, expected in {text: None, **holds}.items():
         found = space.reach(asked)
         context.same(f"holds of {asked}", expected, found.holds)
@@ -177,4 +188,5 @@ def reach(context, meliora, model):
         context.same(f"{name} of a region and of its condition", [True] * 2, [given[0] == other for other in given[1:]])
 
 
+IN_GAMES = {"P>=1": "pmax_one", "P>0": "pmax_positive"}
 PROPERTIES = {"P>=1": "pmin_one", "Pmax>=1": "pmax_one", "P>0": "pmin_positive", "Pmax>0": "pmax_positive"}

@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 from reference.shields import Shield
+from reference.strategies import pursued, pursuit
 from tester.program import key
 
 MOST_WALKED = 120  # nodes of a shield that are reached step by step
@@ -13,12 +14,25 @@ MOST_WALKED = 120  # nodes of a shield that are reached step by step
 
 def shields(context, meliora, strategy):
     """A shield, read back from disk, permits in every node what its definition says."""
+    made, shield, nodes = saved(context, meliora, strategy)
+    if made is None:
+        return
+    table = Table(context, nodes, strategy.kind)
+    table.compare()
+    answers(context, table, meliora, shield)
+    Walk(context, table, strategy, (made, shield)).everywhere()
+
+
+def saved(context, meliora, strategy):
+    """A shield, the same one read back from disk, and its table; nothing if choices of one label have to differ.
+    Reading checks that the promises follow from the table."""
     try:
         made = strategy.shield()
     except meliora.UsageError as error:
         if "choices with one label together" not in str(error):
             raise
-        return told_apart(context, strategy.kind)
+        context.same("some choices share a label", True, shares_labels(context))
+        return None, None, None
     with tempfile.TemporaryDirectory() as folder:
         folders = [Path(folder) / name for name in ("made", "loaded")]
         made.save(folders[0])
@@ -26,16 +40,54 @@ def shields(context, meliora, strategy):
         shield.save(folders[1])
         tables = [(f / "nodes.json").read_text(encoding="utf-8") for f in folders]
     context.same(f"table of the loaded shield of {strategy.kind}", *tables)
-    table = Table(context, json.loads(tables[0]), strategy.kind)
-    table.compare()
-    answers(context, table, meliora, shield)
-    Walk(context, table, strategy, (made, shield)).everywhere()
+    return made, shield, json.loads(tables[0])
 
 
-def told_apart(context, kind):
-    """A shield may refuse a strategy only if choices of one label differ in some state."""
-    names = [[action["name"] for action in entry["actions"]] for entry in context.strategy("--kind", kind).values()]
-    context.same("some choices share a label", True, any(len({label(a) for a in own}) < len(own) for own in names))
+def shares_labels(context):
+    """Whether choices of some state share a label."""
+    return any(len({label(c.name) for c in own}) < len(own) for own in context.analysis.whole.choices)
+
+
+def shield_of_pursuit(context, meliora, strategy, objective):
+    """A shield of a plan or of `achieve`: the permitted labels and the objectives where episodes may start."""
+    nodes, analysis = saved(context, meliora, strategy)[2], context.analysis
+    if nodes is None or analysis.play:
+        return
+    table, number = Table(context, nodes, strategy.kind), context.names.index(objective) if objective else None
+    for v in range(table.starts):
+        state, where = context.relation.one(key(table.state(v))), f"start {v} of {strategy.kind} {objective}"
+        taken, may = aimed(analysis, strategy.kind, number, state)
+        node = table.nodes[v]
+        context.same(f"pursues of {where}", [context.names[i] for i in taken], node.get("pursues", []))
+        done = any(state in analysis.targets[i] for i in taken)
+        context.same(f"achieved of {where}", done, node.get("achieved", False))
+        if state in analysis.whole.theirs:
+            context.same(f"permitted of {where}", sorted(table.labels(v)), table.permitted(v))
+        elif may is not None and not done:
+            of = {}
+            for choice in analysis.whole.choices[state]:
+                of.setdefault(label(choice.name), set()).add(choice.name)
+            if all(own <= may or own.isdisjoint(may) for own in of.values()):
+                context.same(f"permitted of {where}", sorted(n for n in of if of[n] <= may), table.permitted(v))
+
+
+def aimed(analysis, kind, number, state):
+    """The objectives that are pursued from a state on, and the names of the choices that may be taken; None where
+    nothing is aimed at."""
+    if analysis.classes[state] is None:
+        return [], None
+    levels = analysis.levels("sasi")
+    if kind == "plan" and levels.rank(state) != 0:
+        return [], {choice.name for choice in levels.permitted(state)}
+    if kind == "plan":
+        found = pursued(analysis, state, number)
+        objective, commits = found or (None, False)
+        reference = None if commits else analysis.classes[state]
+    else:
+        objective, reference = number if state in analysis.sure[number] else None, None
+    if objective is None:
+        return [], None
+    return [objective], {choice.name for choice in pursuit(analysis, objective, reference).staying(state)}
 
 
 def label(action):
@@ -93,6 +145,7 @@ class Table:
         context.same(f"ahead of {where}", math.inf if memory.level == "unbounded" else memory.level, ahead)
         own = None if node["class"] is None else self.classes[node["class"]]
         context.same(f"class of {where}", None if classes[state] is None else context.named(classes[state]), own)
+        context.same(f"theirs of {where}", state in context.analysis.whole.theirs, node.get("theirs", False))
         reference = context.named(self.machine.reference(state, memory))
         context.same(f"reference of {where}", reference, self.classes[node["reference"]])
         labels, actions = self.machine.labels(state, memory), self.labels(v)
@@ -129,18 +182,23 @@ class Table:
 
     def stays(self, v, secure):
         labels, actions = self.machine.labels(*self.at[v][0]), self.labels(v)
-        if self.at[v][0][1].level == 0:
+        if self.is_at_rest(v):
             kept = [name for name, own in labels.items() if own.some and (own.every or not is_told_apart(labels))]
             return any(self.enters(v, actions[name], secure) for name in kept)
         taken = [action for action in actions.values() if action["permitted"]]
         return bool(taken) and all(self.enters(v, action, secure) for action in taken)
+
+    def is_at_rest(self, v):
+        """Whether we choose in a node, and no improvement is ahead."""
+        state, memory = self.at[v][0]
+        return memory.level == 0 and state not in self.context.analysis.whole.theirs
 
     def permits(self, v, state, memory, secure):
         """The permitted labels of a node."""
         labels, actions = self.machine.labels(state, memory), self.labels(v)
         where = f"node {v} of {self.kind}, {self.state(v)}, {memory}"
         wanted = [name for name, own in labels.items() if own.every]
-        at_rest = v in secure and memory.level == 0
+        at_rest = v in secure and self.is_at_rest(v)
         if not is_told_apart(labels):
             return self.permits_together(where, labels, set(self.permitted(v)), at_rest)
         if at_rest:
@@ -226,6 +284,8 @@ class Walk:
         context.same(f"play ahead of {where}", ahead, play.ahead)
         for state, memory in table.at[v]:
             expected = [sorted(names) for names in table.machine.permitted(state, memory)]
+            if state in context.analysis.whole.theirs:
+                expected = [[], []]  # a strategy neither permits nor forbids what the opponent does
             which, actions = ("permitted", "progress") if ahead else ("kept",), play.explain().actions
             found = [sorted(action.name for action in actions if getattr(action, name)) for name in which]
             context.same(f"play of {where}", expected[: len(which)], found)

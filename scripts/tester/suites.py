@@ -1,5 +1,6 @@
 """All checks by name."""
 
-from tester import checks, exchange, games, package, promises, questions, regions
+from tester import checks, exchange, games, package, pages, promises, questions, refusals, regions, tables, together
 
-ALL = {**checks.ALL, **games.ALL, **promises.ALL, **regions.ALL, **questions.ALL, **exchange.ALL, **package.ALL}
+GROUPS = (checks, games, promises, regions, questions, tables, together, exchange, pages, refusals, package)
+ALL = {name: check for group in GROUPS for name, check in group.ALL.items()}

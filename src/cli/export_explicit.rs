@@ -6,7 +6,9 @@ use std::path::Path;
 
 use meliora_engine::Engine;
 use meliora_export::bounds;
-use meliora_export::explicit::{Graph, Quantities, action_table, drn, explored, induced, prism, umb};
+use meliora_export::explicit::{
+    Graph, Quantities, action_table, drn, explored, induced, prism, refuse_drn, umb,
+};
 use meliora_model::Program;
 use meliora_model::error::Error;
 use meliora_planning::induced_model::Scheduler;
@@ -135,9 +137,13 @@ fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
 fn refuse_game(wanted: &Wanted, program: &Program) -> Result<(), Error> {
     // The progress strategy leaves an mdp of the opponent's choices.
     let is_mdp = wanted.strategy.is_some_and(|strategy| strategy.scheduler == Scheduler::Progress);
-    let options =
-        [(wanted.format == Files::Drn && !is_mdp, "`--format drn`"), (wanted.values.is_some(), "`--values`")];
-    options.iter().filter(|(given, _)| *given).try_for_each(|(_, name)| program.of_one_player(name))
+    if wanted.format == Files::Drn && !is_mdp {
+        refuse_drn(program)?;
+    }
+    if wanted.values.is_some() {
+        program.of_one_player("`--values`")?;
+    }
+    Ok(())
 }
 
 fn listed<E: Engine>(

@@ -216,11 +216,7 @@ impl PageWriter<'_> {
             let projections = plane.map(|(plane, start)| {
                 projections::build(self.analysis, plane, start, self.args.nodes as usize)
             });
-            Ok((
-                projections.transpose()?,
-                start.as_ref().map(|start| self.best_run(start, outlook.as_ref())).transpose()?.flatten(),
-                outlook,
-            ))
+            Ok((projections.transpose()?, self.run(start.as_ref(), outlook.as_ref())?, outlook))
         };
         let (projections, run, outlook) = self.job.timed("draw", draw, |_, _| ())?;
         let text = self.text(projections.as_ref(), run.as_ref(), outlook.as_ref())?;
@@ -294,6 +290,16 @@ impl PageWriter<'_> {
             None => kind.levels(),
         };
         Ok((kind, levels))
+    }
+
+    /// Returns the run that a page shows. Pictures have none, and compute one to check its options only.
+    fn run(&self, start: Option<&State>, outlook: Option<&Outlook>) -> Result<Option<ShownRun>, Error> {
+        let args = self.args;
+        let asked = args.kind.is_some() || args.objective.is_some() || args.choose.is_some();
+        match start.filter(|_| asked || args.format == Format::Html) {
+            Some(start) => self.best_run(start, outlook),
+            None => Ok(None),
+        }
     }
 
     /// Simulates a run from a state; returns `None` if the strategy does nothing there.

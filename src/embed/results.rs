@@ -33,7 +33,7 @@ impl Analysis {
     }
 
     /// Returns the names of the regions known so far: `unsafe` (under requirements), `target:A`, `almost-sure:A`, `positive:A`,
-    /// `class:A+B`, `sasi:1`, …
+    /// `class:A+B`, `bad` (of a game), `sasi:1`, …
     pub fn region_names(&self) -> Vec<String> {
         regions(self).into_iter().map(|(name, _)| name).collect()
     }

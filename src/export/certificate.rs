@@ -4,7 +4,7 @@
 //! states outside: each must risk to reach states removed earlier, or never reaches the goal.
 
 use super::layers::{Proof, Trends, layers, of_all_players, rounds};
-use super::regions::{bad_states, class_name, numbered};
+use super::regions::{class_name, numbered};
 use super::removal::Removal;
 use super::{Named, whole_paths};
 use meliora_engine::edge_labels::{pairs_into, winning};
@@ -94,8 +94,9 @@ fn bad_layers(
     analysis: &Of<'_>,
     named: &mut Vec<Named>,
 ) -> Result<()> {
-    let (Some(bad), Some(classes)) = (bad_states(analysis)?, analysis.classes()) else { return Ok(()) };
-    let own = engine.choices_in(&engine.all_choices(), &bad)?;
+    let bad = analysis.improvement().and_then(|improvement| improvement.bad.as_ref());
+    let (Some(bad), Some(classes)) = (bad, analysis.classes()) else { return Ok(()) };
+    let own = engine.choices_in(&engine.all_choices(), bad)?;
     let worse = classes.list.iter().map(|class| (class.states.clone(), class.worse.clone()));
     let weakening = engine.sources(&pairs_into(engine, &own, worse.collect())?)?;
     let towards = trends.of_all_players()?.backward(&of_all_players(engine)?, &weakening, &own)?;

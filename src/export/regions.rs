@@ -1,7 +1,7 @@
 //! The regions of a finished analysis, with the names that `meliora query` knows.
 
 use super::{Named, whole_paths};
-use meliora_engine::symbolic::{StateSet, SymbolicEngine};
+use meliora_engine::symbolic::SymbolicEngine;
 use meliora_engine::{Algebra, Engine};
 use meliora_model::error::Result;
 use meliora_model::names;
@@ -51,25 +51,12 @@ pub(super) fn all(analysis: &Of<'_>) -> Result<Vec<Named>> {
         // Scripts ask for it by name, so it is in the dump even if it is empty.
         named.push(Named::states(nothing, &engine.no_states()));
     }
-    named.extend(bad_states(analysis)?.map(|bad| Named::states(names::BAD, &bad)));
+    let bad = analysis.improvement().and_then(|improvement| improvement.bad.as_ref());
+    named.extend(bad.map(|states| Named::states(names::BAD, states)));
     for &kind in Kind::ALL {
         levels(engine, analysis, kind, &mut named)?;
     }
     Ok(named)
-}
-
-/// Returns, for a game under `action`, the bad states: those of the opponent where no choice is kept.
-pub(super) fn bad_states(analysis: &Of<'_>) -> Result<Option<StateSet>> {
-    let engine = analysis.engine();
-    let Some(improvement) = analysis.improvement().filter(|i| engine.is_game() && !i.safety.has_reference())
-    else {
-        return Ok(None);
-    };
-    let (Some(arena), Some(theirs)) = (improvement.arenas.first(), engine.theirs()) else {
-        return Ok(Some(engine.no_states()));
-    };
-    let theirs = engine.intersection(&theirs, &engine.all_states())?;
-    engine.difference(&theirs, &engine.sources(&arena.choices)?).map(Some)
 }
 
 /// Returns the name of a class: `A+B`, or `nothing`.

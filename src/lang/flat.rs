@@ -32,7 +32,9 @@ impl Flat {
     /// # Errors
     /// Modules that the language cannot express separately have too many commands when merged; a game.
     pub fn of(program: &Arc<Program>) -> Result<Self> {
-        program.of_one_player("the flat program")?;
+        let help =
+            "the text does not name the players of its commands; `info` without `--flat` shows the model";
+        program.refuse_game("the flat program", help)?;
         merge::merged(program).map(identifiers::with_identifiers).map(Flat)
     }
 }

@@ -144,7 +144,8 @@ impl<E: Engine> Analysis<E> {
     fn check_game(&self) -> Result<()> {
         match self.options.safety {
             Safety::Transition if self.whole.is_game() => {
-                Err(Error::Usage("`--safety transition` of a game is not supported".to_owned()))
+                let others = "`action` and `prefix` hold against every strategy of the opponent";
+                Err(Error::Usage(format!("`--safety transition` of a game is not supported; {others}")))
             }
             _ => Ok(()),
         }

@@ -241,7 +241,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         };
         let exposed = match kept || self.program.players.is_none() {
             true => None,
-            false => self.exposed(memory, successors.iter().map(|s| &s.state))?,
+            false => self.exposed(successors.iter().map(|s| &s.state))?,
         };
         let case = Case {
             pursuit: memory.pursuit.map(|pursuit| pursuit.manner),
@@ -256,7 +256,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         let (permitted, progress) = level.unwrap_or((false, false));
         let verdict = if theirs { case.answer(&successors) } else { case.verdict(&successors) };
         let threat = match verdict {
-            Verdict::Exposes(index) => self.threat(memory, &successors[index].state)?,
+            Verdict::Exposes(index) => self.threat(&successors[index].state)?,
             _ => None,
         };
         let distance = if theirs { self.distance(memory, &successors)? } else { None };

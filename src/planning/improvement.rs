@@ -62,11 +62,15 @@ pub struct Improvement<E: Engine> {
     pub safety: Safety,
     /// One arena; under [`Safety::Prefix`] one per class with a safe state.
     pub arenas: Vec<Arena<E>>,
+    /// The bad states of a game under [`Safety::Action`]: those of the opponent in which no choice is kept,
+    /// because one of them may weaken, or may lead to a bad state. `None` for other models and modes.
+    pub bad: Option<E::States>,
 }
 
 impl<E: Engine> Portable<E> for Improvement<E> {
     fn ported(&self, port: &mut Port<E>) -> Self {
-        Improvement { safety: self.safety, arenas: self.arenas.ported(port) }
+        let bad = self.bad.as_ref().map(|states| port.states(states));
+        Improvement { safety: self.safety, arenas: self.arenas.ported(port), bad }
     }
 }
 
@@ -74,7 +78,10 @@ impl<E: Engine> Improvement<E> {
     /// Computes the arenas of the improvement MDP under `safety`. Cost: one pre-image per class
     /// with distinct Worse(c); under `prefix` one `stay_within` per class.
     pub fn new(engine: &E, classes: &Classes<E>, safety: Safety) -> Result<Self> {
-        Ok(Improvement { safety, arenas: safety.arenas(engine, classes)? })
+        let arenas = safety.arenas(engine, classes)?;
+        let bad =
+            if engine.is_game() && !safety.has_reference() { Some(bad(engine, &arenas)?) } else { None };
+        Ok(Improvement { safety, arenas, bad })
     }
 
     /// Returns the position of the arena in which planning starts in a state of a class. `None` if no
@@ -138,6 +145,15 @@ fn without_bad_states<E: Engine>(engine: &E, c: E::Choices) -> Result<E::Choices
     let left = Region { states: engine.difference(&engine.all_states(), &bad)?, choices: c.clone() };
     let Region { states, choices } = engine.remove_attractor(left, &c, &ours, &[], bad)?;
     engine.choices_in(&choices, &states)
+}
+
+/// Returns the states of the opponent in which no choice is kept.
+fn bad<E: Engine>(engine: &E, arenas: &[Arena<E>]) -> Result<E::States> {
+    let (Some(arena), Some(theirs)) = (arenas.first(), engine.theirs()) else {
+        return Ok(engine.no_states());
+    };
+    let theirs = engine.intersection(&theirs, &engine.all_states())?;
+    engine.difference(&theirs, &engine.sources(&arena.choices)?)
 }
 
 /// Computes the arena under [`Safety::Transition`]: all enabled choices minus ⋃ over c of [c] ∩

@@ -40,7 +40,9 @@ impl<E: Engine> Joint<E> {
     /// [`Error::Usage`] if the classes are not known; a limit of the engine is reached.
     pub fn new(analysis: &Analysis<E>) -> Result<Self> {
         if analysis.whole_engine().is_game() {
-            return Err(Error::Usage("`--jointly` of a game is not supported".to_owned()));
+            let message = "`--jointly` of a game is not supported; strategies of the kind `achieve` say where several \
+                           objectives are achieved together";
+            return Err(Error::Usage(message.to_owned()));
         }
         let Some(classes) = analysis.classes() else {
             return Err(Error::Usage("the classes are not known; run the analysis first".to_owned()));

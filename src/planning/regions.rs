@@ -6,7 +6,7 @@ use meliora_engine::Engine;
 use meliora_model::names;
 
 /// Returns the regions that are known so far: `unsafe` (under requirements), `target:A`, `almost-sure:A`, `positive:A`,
-/// `class:A+B`, `sasi:1`, `spi:unbounded`, …
+/// `class:A+B`, `bad` (of a game under `action`), `sasi:1`, `spi:unbounded`, …
 pub fn regions<E: Engine>(analysis: &Analysis<E>) -> Vec<(String, &E::States)> {
     let mut regions = Vec::new();
     let preferences = analysis.preferences();
@@ -24,6 +24,9 @@ pub fn regions<E: Engine>(analysis: &Analysis<E>) -> Vec<(String, &E::States)> {
     for class in analysis.classes().iter().flat_map(|c| &c.list) {
         let name = names::members(&preferences.names(&class.most_preferred));
         regions.push((names::class(&name), &class.states));
+    }
+    if let Some(bad) = analysis.improvement().and_then(|improvement| improvement.bad.as_ref()) {
+        regions.push((names::BAD.to_owned(), bad));
     }
     for &kind in Kind::ALL {
         let levels = analysis.levels(kind);

@@ -108,7 +108,8 @@ pub(super) fn check_achieved<'o, E: Engine>(
             let name = &objective.name;
             let message = format!(
                 "a strategy of a game that achieves `{name}` is not supported: the opponent may choose how \
-                 the formula is satisfied"
+                 the formula is satisfied; strategies achieve formulas with one case and without persistence, \
+                 such as `F a`, `G a` and `G F a`; those of SASI and SPI pursue no objective"
             );
             return Err(Error::Usage(message));
         }

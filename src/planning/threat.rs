@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use ahash::AHashSet;
 
 use super::explain::lost;
-use super::finite_memory::{FiniteMemoryStrategy, Memory};
+use super::finite_memory::FiniteMemoryStrategy;
 use super::improvement::Arena;
 use meliora_engine::{Engine, position};
 use meliora_model::error::Result;
@@ -40,23 +40,27 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         Ok(position(&choices, |choice| Ok(!kept(choice)?))?.is_some())
     }
 
+    /// Returns the arena of all states, unsafe ones among them, which have none of their own; `None` under
+    /// `prefix`, where steps are compared with a reference.
+    fn arena_of_all(&self) -> Option<&Arena<E>> {
+        self.improvement.arenas.first().filter(|arena| arena.reference.is_none())
+    }
+
     /// Returns the first successor from which the opponent can weaken, for an action that is not kept;
-    /// `None` under `prefix`, where steps are compared with a reference.
+    /// `None` under `prefix`.
     pub(super) fn exposed<'s>(
         &self,
-        memory: Memory,
         successors: impl IntoIterator<Item = &'s State>,
     ) -> Result<Option<usize>> {
-        let action = |arena: &&Arena<E>| arena.reference.is_none();
-        let Some(arena) = self.arena(memory).filter(action) else { return Ok(None) };
+        let Some(arena) = self.arena_of_all() else { return Ok(None) };
         let successors: Vec<&State> = successors.into_iter().collect();
         position(&successors, |state| self.is_bad(arena, state))
     }
 
     /// Returns the shortest way in which the opponent can weaken from one of its states; `None` if it is
     /// not found among a number of states.
-    pub(super) fn threat(&self, memory: Memory, state: &State) -> Result<Option<Threat>> {
-        let Some(arena) = self.arena(memory) else { return Ok(None) };
+    pub(super) fn threat(&self, state: &State) -> Result<Option<Threat>> {
+        let Some(arena) = self.arena_of_all() else { return Ok(None) };
         let (mut seen, mut queue) = (AHashSet::from([state.clone()]), VecDeque::new());
         queue.push_back((state.clone(), Vec::new()));
         while let Some((from, actions)) = queue.pop_front() {

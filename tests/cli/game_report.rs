@@ -113,3 +113,21 @@ fn pages_of_games_are_files_with_a_report() {
     run(&format!("{PURSUIT} --engine explicit")).expect(2);
     run(&format!("{PURSUIT} --safety transition")).expect(2);
 }
+
+/// Pictures computed the run of a page, too, and so were refused where a plan is.
+#[test]
+fn pictures_need_no_strategy() {
+    let wishes = "objective Far = F G (r1=2); objective Out = F (c1=2); prefer Far > Out;";
+    let scratch = Scratch::new(&[("m.prism", FIELD), ("p.pref", wishes)]);
+    let (model, wishes) = (scratch.show("m.prism"), scratch.show("p.pref"));
+    let report = |more: &[&str]| {
+        Finished::of(meliora().args([&["report", model.as_str(), wishes.as_str()], more].concat()))
+    };
+    assert!(report(&["--format", "dot"]).expect(0).stdout.contains("Far"));
+    assert!(report(&["--format", "svg", "--picture", "sasi"]).expect(0).stdout.contains("■ rover moves"));
+    report(&["--kind", "sasi"]).expect(0);
+    for refused in [&[][..], &["--format", "dot", "--kind", "plan"]] {
+        let said = report(refused).expect(2).stderr;
+        assert!(said.contains("that achieves `Far` is not supported"), "{said}");
+    }
+}

@@ -1172,7 +1172,7 @@ class Action:
         """Its name."""
     @property
     def kept(self) -> bool:
-        """True if the safety mode keeps the action."""
+        """True if the safety mode keeps the action; False where the opponent chooses."""
     @property
     def permitted(self) -> bool:
         """True if the strategy permits it."""

@@ -29,7 +29,8 @@ class ModelEnv(gymnasium.Env[Any, Any]):
     it is also a state of a shield. The action ``i`` is ``actions[i]``; to take one that is not enabled raises UsageError.
 
     ``info`` has ``action_mask``, the enabled actions; ``state``, the state as a dictionary; and ``moves``, what happened since
-    our turn: for each step the player (None if the model is not a game), the action, and the state after it.
+    our turn: for each step the player (None if the model is not a game), the action, and the state after it. ``info`` of
+    ``reset`` also has ``start``, the state before these moves.
 
     The reward is 1 for the step that enters ``goal``, and 0 for all others. An episode is terminated in ``goal`` and in
     deadlocks, and truncated if the opponent moves ``patience`` times without giving us a turn.
@@ -79,7 +80,7 @@ class ModelEnv(gymnasium.Env[Any, Any]):
         self._now = dict(start)
         moves: list[tuple[str | None, str, _State]] = []
         self._answer(moves)
-        return self._observation(), self._info(moves)
+        return self._observation(), {**self._info(moves), "start": dict(start)}
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         if self._is_over():
@@ -166,7 +167,8 @@ class ShieldedEnv(gymnasium.Wrapper[Any, Any, Any, Any]):
     of a vector needs a copy: ``shield.copy()``.
 
     The shield of a game keeps its promise against every opponent. If the opponent moves inside the environment, the shield
-    has to see its moves: ``info["moves"]`` lists, after each step, what happened since our turn, as ``ModelEnv`` does.
+    has to see its moves: ``info["moves"]`` lists, after each step, what happened since our turn, and ``info["start"]`` of
+    ``reset`` is where the episode started, as ``ModelEnv`` does.
     """
 
     def __init__(
@@ -180,7 +182,10 @@ class ShieldedEnv(gymnasium.Wrapper[Any, Any, Any, Any]):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         observation, info = self.env.reset(seed=seed, options=options)
         self._now = self._state(observation)
-        self.shield.reset(self._now)
+        # The opponent may have moved already; what counts is the whole episode.
+        self.shield.reset(info.get("start", self._now))
+        for _, _, entered in info.get("moves", ()):
+            self.shield.step(entered)
         return observation, {**info, "action_mask": self.shield.mask(self._now)}
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:

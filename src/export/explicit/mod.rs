@@ -20,4 +20,4 @@ pub use induced::induced;
 pub use quantities::{Quantities, Quantity};
 pub use umb::umb;
 pub use write::action_table;
-pub use write::{drn, prism};
+pub use write::{drn, prism, refuse_drn};

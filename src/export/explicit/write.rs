@@ -89,6 +89,16 @@ fn lab(graph: &Graph) -> String {
     text
 }
 
+/// Refuses the format DRN of a game.
+///
+/// # Errors
+/// The model is a game.
+pub fn refuse_drn(program: &Program) -> Result<()> {
+    let help = "the format has no players: write `--format umb` or `explicit`, or add `--kind` and `--scheduler \
+                progress` for the mdp that a strategy leaves to the opponent";
+    program.refuse_game("`--format drn`", help)
+}
+
 /// Writes a model in Storm's explicit format, with the reward structures of the program that have a
 /// value in all states. The values of the variables are comments. Cost: for rewards, one step of the
 /// program per state.
@@ -98,7 +108,7 @@ fn lab(graph: &Graph) -> String {
 /// format does not have.
 pub fn drn(graph: &Graph, program: &Program, sink: &dyn ProgressSink) -> Result<String> {
     if graph.players.is_some() {
-        program.of_one_player("`--format drn`")?;
+        refuse_drn(program)?;
     }
     let rewards = match program.rewards.is_empty() {
         true => Vec::new(),

@@ -33,6 +33,30 @@ fn a_game_is_the_same_after_writing_and_reading() {
     at(&scratch, &["compare", "@dump/model.tra", "@g.pref", "--coalition", "p2"]).expect(0);
 }
 
+/// Only dumps had the region `bad`; models state by state have all regions as labels.
+#[test]
+fn the_bad_states_of_a_game_are_a_label_of_its_files() {
+    let scratch = Scratch::new(&[
+        (
+            "m.prism",
+            "smg player us endplayer player them m endplayer module m x : [0..2]; [] x=0 -> (x'=1); endmodule",
+        ),
+        ("m.pref", "objective Here = F x=0;"),
+    ]);
+    let bad = |format: &str, listed: &str, count: &str| {
+        let arguments = ["export", "@m.prism", "@m.pref", "--out", "@out", "--format", format, "--json"];
+        let written = at(&scratch, &arguments).expect(0).json();
+        let entry = written[listed].as_array().unwrap().iter().find(|entry| entry["name"] == "bad").cloned();
+        std::fs::remove_dir_all(scratch.path("out")).unwrap();
+        entry.map(|entry| entry[count].clone())
+    };
+    for (format, listed, count) in
+        [("explicit", "labels", "states"), ("umb", "labels", "states"), ("dddmp", "regions", "count")]
+    {
+        assert_eq!(bad(format, listed, count), Some(json!("1")), "{format}");
+    }
+}
+
 /// Our strategy leaves an mdp of the opponent's choices, or a game with fewer choices of ours.
 #[test]
 fn the_model_that_a_strategy_of_a_game_induces_is_written() {

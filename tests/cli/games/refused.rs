@@ -17,19 +17,21 @@ fn commands_for_one_player_refuse_a_game_by_name() {
     }
     let refused = at(&scratch, &["info", "@g.prism", "--flat"]).expect(3);
     assert!(refused.stderr.contains("the flat program of a game is not supported"), "{}", refused.stderr);
+    assert!(refused.stderr.contains("help: the text does not name the players"), "{}", refused.stderr);
 }
 
 #[test]
 fn what_a_game_cannot_be_written_with_is_refused_by_name() {
     let scratch = scratch();
-    for (more, name) in [
-        (&["--format", "drn"][..], "`--format drn`"),
-        (&["--format", "umb", "--values"], "`--values`"),
-        (&["--format", "drn", "--kind", "sasi"], "`--format drn`"),
+    for (more, name, help) in [
+        (&["--format", "drn"][..], "`--format drn`", "write `--format umb` or `explicit`"),
+        (&["--format", "umb", "--values"], "`--values`", "probabilities, costs and rewards"),
+        (&["--format", "drn", "--kind", "sasi"], "`--format drn`", "write `--format umb` or `explicit`"),
     ] {
         let all = [&["export", "@g.prism", "@g.pref", "--out", "@dump"], more].concat();
         let refused = at(&scratch, &all).expect(3);
         assert!(refused.stderr.contains(&format!("{name} of a game is not supported")), "{}", refused.stderr);
+        assert!(refused.stderr.contains(help), "{}", refused.stderr);
         assert!(refused.stderr.contains("g.prism:1:1"), "{}", refused.stderr);
         assert!(!scratch.path("dump").exists());
     }
@@ -59,7 +61,9 @@ fn options_that_games_do_not_have_are_refused_by_name() {
                 2,
                 "`--safety transition` of a game",
             ),
+            (&["check", "@g.prism", "@g.pref", "--safety", "transition"], 2, "`action` and `prefix` hold"),
             (&["check", "@g.prism", "@g.pref", "--jointly"], 2, "`--jointly` of a game"),
+            (&["check", "@g.prism", "@g.pref", "--jointly"], 2, "strategies of the kind `achieve` say where"),
             (
                 &["strategy", "@g.prism", "@g.pref", "--safety", "transition"],
                 2,
@@ -96,6 +100,12 @@ fn formulas_and_properties_that_games_do_not_have_are_refused_by_name() {
                 2,
                 "a dump of a game with temporal objectives",
             ),
+            (
+                &["strategy", "@g.prism", "@keep.pref", "--kind", "achieve", "--objective", "A"],
+                2,
+                "a strategy of a game that achieves `A` is not supported",
+            ),
+            (&["simulate", "@g.prism", "@keep.pref"], 2, "such as `F a`, `G a` and `G F a`"),
             (
                 &["reach", "@g.prism", "--property", "<<us>> P>=1 [ (G F x=2) => (G F x=1) ]"],
                 3,

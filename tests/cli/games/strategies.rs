@@ -52,6 +52,23 @@ fn strategy_tells_who_moves_and_what_the_opponent_can_do() {
     );
 }
 
+/// In an unsafe state, an action of the opponent was said to do nothing.
+#[test]
+fn an_action_of_the_opponent_in_an_unsafe_state_exposes() {
+    let model = "smg player us m endplayer player them [c], [d] endplayer module m x : [0..4]; [c] x=0 -> (x'=4); \
+                 [d] x=0 -> (x'=1); [c] x=1 -> (x'=2); endmodule";
+    let wishes = "objective High = F x=1; objective Low = F x=2; prefer High > Low; require G x!=4;";
+    let scratch = Scratch::new(&[("g.prism", model), ("g.pref", wishes)]);
+    for engine in ["symbolic", "explicit"] {
+        let json =
+            at(&scratch, &["strategy", "@g.prism", "@g.pref", "--engine", engine, "--json"]).expect(0).json();
+        let state = &json["states"][0];
+        assert!(state.get("unsafe").is_some(), "{state}");
+        let verdicts = state["actions"].as_array().unwrap().iter().map(|action| action["verdict"].clone());
+        assert_eq!(verdicts.collect::<Vec<_>>(), [json!("violates"), json!("exposes")]);
+    }
+}
+
 #[test]
 fn the_graph_of_a_strategy_draws_the_states_of_the_opponent_differently() {
     let start = "x=1,y=0,g=0,robots_turn=false";

@@ -1,0 +1,268 @@
+"""Report pages: the diagram that their script reads, in every state; the cells of their maps; and the run."""
+
+import itertools
+import json
+import math
+import re
+
+from reference.shields import Shield as Machine
+from tester.program import Refused, key
+from tester.promises import opponent_of, options_of
+from tester.shields import label
+
+CELL = re.compile(r'<g class="(cell[^"]*)"[^>]* data-row="(-?\d+)" data-col="(-?\d+)" data-value="([^"]*)"')
+
+
+def pages(context):
+    """A page, and for some cases a separate picture."""
+    program, case = context.program, context.case
+    if not context.is_game and case.seed % 3:
+        return
+    kind, objective, variant = options_of(context)
+    options = ["--kind", kind, "--scheduler", variant, "--seed", case.seed]
+    options += ["--objective", objective] if objective else []
+    options += ["--opponent", opponent_of(context)] if context.is_game else []
+    page = Page(context, written(context, "page.html", *options))
+    page.everywhere()
+    page.maps()
+    page.run(kind, variant, opponent_of(context))
+    page.heat()
+    if case.seed % 2:
+        page.cells("spi", written(context, "map.svg", "--format", "svg", "--picture", "spi"))
+    else:
+        order(context, written(context, "order.dot", "--format", "dot"))
+
+
+def written(context, name, *options):
+    """The text of the file that `report` writes; it draws diagrams, so it has one engine."""
+    program, settings = context.program, ("scope", "safety", "threads", "coalition", "order")
+    out = program.folder / name
+    program.ask("report", program.model, program.prefs, *program.settings(*settings), *options, "--out", out)
+    return out.read_text(encoding="utf-8")
+
+
+def order(context, text):
+    """The preference order: paths of the graph are strict preferences, its nodes are objectives that are equivalent."""
+    groups = {group: re.findall(r"O\d+", label) for group, label in re.findall(r'(g\d+) \[label="([^"]*)"\]', text)}
+    arcs = set(re.findall(r"(g\d+) -> (g\d+)", text))
+    for middle, high, low in itertools.product(groups, repeat=3):
+        if (high, middle) in arcs and (middle, low) in arcs:
+            arcs.add((high, low))
+    context.same(
+        "objectives in the order", sorted(context.names), sorted(name for own in groups.values() for name in own)
+    )
+    got = {(a, b) for high, low in arcs for a in groups[high] for b in groups[low]}
+    strict = {(context.names[i], context.names[j]) for i, j in context.preferences.strict}
+    context.same("preferences in the order", strict, got)
+
+
+class Page:
+    """The data of a page; an edge of its diagram is a set of states."""
+
+    def __init__(self, context, text):
+        self.context, self.text = context, text
+        self.data = json.loads(re.search(r'<script id="data"[^>]*>(.*?)</script>', text, re.DOTALL)[1])
+        self.variables, self.nodes = self.data["variables"], self.data["nodes"]
+        self.of = {self.numbers(name): name for name in context.relation.of}
+
+    def numbers(self, name):
+        """The values of a state as numbers, in the order of the variables."""
+        values = dict(name)
+        return tuple(
+            v["low"] + v["names"].index(values[v["name"]]) if v["names"] else int(values[v["name"]])
+            for v in self.variables
+        )
+
+    def holds(self, edge, state):
+        """Whether an edge has a state, given as numbers."""
+        bits = {
+            level: (value - v["low"]) >> k & 1
+            for v, value in zip(self.variables, state)
+            for k, level in enumerate(v["levels"])
+        }
+        while abs(edge) != 1:
+            level, yes, no = self.nodes[3 * (abs(edge) - 2) :][:3]
+            edge = (yes if bits[level] else no) * (1 if edge > 0 else -1)
+        return edge > 0
+
+    def one(self, state):
+        return self.context.relation.one(self.of[state])
+
+    def is_safe(self, state):
+        return state in self.of and self.one(state) not in self.context.analysis.mdp.unsafe
+
+    def everywhere(self):
+        """The sets of the page in every state, and the scope in all other valuations of a model without monitors."""
+        same, data, analysis = self.context.same, self.data, self.context.analysis
+        valuations = [range(v["low"], v["high"] + 1) for v in self.variables]
+        everything = itertools.product(*valuations) if not analysis.play else self.of
+        unsafe = data["unsafe"]["edge"] if data["unsafe"] else -1
+        for state in everything:
+            safe = self.is_safe(state)
+            got = self.holds(data["scope"], state), self.holds(unsafe, state)
+            same(f"scope and unsafe at {state}", (safe, state in self.of and not safe), got)
+        for state in filter(self.is_safe, self.of):
+            self.outcomes(state)
+            self.levels(state)
+        if self.context.is_game:
+            for state in self.of:
+                self.mover(state)
+        same("a page has a game", self.context.is_game, data["game"] is not None)
+
+    def outcomes(self, state):
+        context, data, one = self.context, self.data, self.one(state)
+        names = context.named(context.analysis.classes[one])
+        shown = f"{', '.join(names[:-1])} or {names[-1]}" if len(names) > 1 else names[0] if names else "nothing"
+        got = [c["name"] for c in data["classes"] if self.holds(c["edge"], state)]
+        context.same(f"class of a page at {state}", [shown], got)
+        for number, edge in enumerate(data["targets"]):
+            if context.secured(number) is not None:
+                inside = one in context.analysis.targets[number]
+                context.same(f"target {number} of a page at {state}", inside, self.holds(edge, state))
+
+    def levels(self, state):
+        for kind in ("sasi", "spi"):
+            ladder, found = self.data[kind], self.context.analysis.levels(kind)
+            got = sum(self.holds(edge, state) for edge in ladder["levels"])
+            if ladder["unbounded"] is not None and self.holds(ladder["unbounded"], state):
+                got = "unbounded"
+            self.context.same(f"{kind} rank of a page at {state}", found.rank(self.one(state)), got)
+            permitted = sorted(self.called(choice) for choice in found.permitted(self.one(state)))
+            edges = zip(self.data["choices"], ladder["permitted"])
+            got = sorted(choice["name"] for choice, edge in edges if self.holds(edge, state))
+            self.context.same(f"{kind} permits at {state} of a page", permitted, got)
+
+    def mover(self, state):
+        """Who moves in a state and, if the opponent does, what its moves lead to."""
+        context, game = self.context, self.data["game"]
+        whole, one = context.analysis.whole, self.one(state)
+        players = [
+            (name, at in context.ours, at == whole.owners[one]) for at, name in enumerate(context.source.players)
+        ]
+        got = [(player["name"], player["ours"], self.holds(player["edge"], state)) for player in game["players"]]
+        context.same(f"players of a page at {state}", players, got)
+        if not self.is_safe(state):
+            return
+        theirs = whole.choices[one] if one in whole.theirs else ()
+        got = [
+            (move["name"], *([self.holds(edge, state) for edge in move[what]] for what in MOVE))
+            for move in game["moves"]
+            if self.holds(move["enabled"], state)
+        ]
+        context.same(
+            f"moves of a page at {state}", sorted((self.called(c), *self.move(one, c)) for c in theirs), sorted(got)
+        )
+
+    def called(self, choice):
+        """The name of a choice in the page: its label, the names of all commands that have its number, or in a dtmc
+        `uniform`, the only choice."""
+        names = [c["name"] for c in self.data["choices"]]
+        found = (name for name in names if name == label(choice.name) or choice.name in name.split("|"))
+        return next(found, "uniform" if self.context.case.kind == "dtmc" else choice.name)
+
+    def move(self, state, choice):
+        """What a move leads to: whether all of its successors, and some, improve and weaken; and their ranks."""
+        analysis, old = self.context.analysis, self.context.analysis.classes[state]
+        found = []
+        changes = [analysis.preferences.change(old, analysis.classes[to]) for to in choice.to]
+        for change in ("improving", "weakening"):
+            each = [one == change for one in changes]
+            found.append([all(each), any(each)])
+        for kind in ("sasi", "spi"):
+            levels, most = analysis.levels(kind), len(self.data[kind]["levels"])
+            ranks = {levels.rank(to) for to in choice.to}
+            ranks = {most if rank == "unbounded" else rank for rank in ranks}
+            found.append([rank in ranks for rank in range(most + 1)])
+        return found
+
+    def maps(self):
+        """The maps of ranks and classes."""
+        for figure in self.text.split('<figure class="map" id="map-')[1:]:
+            name = figure[: figure.index('"')]
+            if name in ("sasi", "spi", "classes"):
+                self.cells(name, figure.partition("</figure>")[0])
+
+    def cells(self, name, text):
+        """The cells of a map show the states with the values of the opening view."""
+        context, data, opening = self.context, self.data, self.data["opening"]
+        found = CELL.findall(text)
+        context.same(f"cells of {name}", len(data["rows"]) * len(data["columns"]), len(found))
+        for kind, row, column, value in found:
+            state = list(opening)
+            if data["row"] is not None:
+                state[data["row"]] = int(row)
+            state[data["column"]] = int(column)
+            inside = (data["row"], data["column"])
+            others = [s for s in self.of if all(s[v] == state[v] for v in inside if v is not None)]
+            here = [tuple(state)] if tuple(state) in self.of else others
+            theirs = bool(here) and all(self.one(s) in context.analysis.whole.theirs for s in here if self.owned(s))
+            theirs = theirs and any(map(self.owned, here))
+            expected = self.shown(name, tuple(state)), tuple(state) not in self.of and bool(others), theirs
+            got = value, "elsewhere" in kind.split(), "theirs" in kind.split()
+            context.same(f"cell {row},{column} of {name}", expected, got)
+
+    def owned(self, state):
+        return bool(self.context.is_game) and self.context.analysis.whole.owners[self.one(state)] is not None
+
+    def shown(self, name, state):
+        """The text of a cell with one state; the others have none."""
+        if state not in self.of:
+            return ""
+        if not self.is_safe(state):
+            return "×"
+        if name == "classes":
+            return next((c["mark"] for c in self.data["classes"] if self.holds(c["edge"], state)), None)
+        rank = self.context.analysis.levels(name).rank(self.one(state))
+        return "∞" if rank == "unbounded" else str(rank)
+
+    def run(self, kind, variant, opponent):
+        """The run is a path of the model from the opening state; one that improves follows its strategy."""
+        context, path = self.context, [tuple(state) for state in self.data["play"]]
+        if not path:
+            return
+        context.same("start of the run", tuple(self.data["at"]), path[0])
+        machine = Machine(context.analysis, kind) if kind in ("sasi", "spi") else None
+        memory = machine and machine.start(self.one(path[0]))
+        for old, new in zip(path, path[1:]):
+            if not context.same(f"a state of the run after {old}", True, new in self.of):
+                return
+            state, to = self.one(old), self.one(new)
+            taken = context.relation.steps(self.of[old], self.of[new])
+            context.same(f"a step of the run from {old} to {new}", True, bool(taken))
+            if machine:
+                permitted, progress = machine.permitted(state, memory)
+                may = permitted if variant == "permissive" else progress
+                if state in context.analysis.whole.theirs:
+                    may = machine.answers(state, memory, opponent == "worst")
+                context.same(f"the run follows its strategy from {old}", True, any(c.name in may for c in taken))
+                memory = machine.after(state, memory, to)
+
+    def heat(self):
+        """The values of all states; games have none."""
+        context, heat = self.context, self.data["heat"]
+        context.same("values of a page", True, not context.is_game or heat is None)
+        if heat is None or context.case.settings["reward"] != "steps":
+            return
+        try:
+            values = {self.numbers(key(entry["state"])): entry for entry in context.values["states"]}
+        except Refused:
+            return
+        for measure in heat["measures"]:
+            what, k = measure["id"][0], int(measure["id"][1:])
+            for state, value in zip(map(tuple, heat["states"]), measure["all"]):
+                levels = values[state]["levels"][k - 1 : k]
+                bounds = levels[0][{"p": "probability", "c": "cost"}[what]] if levels else None
+                if bounds is not None or value is None:
+                    self.context.same(f"{measure['id']} of a page at {state}", True, is_within(value, bounds))
+
+
+def is_within(value, bounds):
+    """Whether a value with six digits lies between bounds."""
+    if value is None or bounds is None:
+        return value is None and bounds is None
+    lower, upper = (math.inf if x == "inf" else x for x in (bounds["lower"], bounds["upper"]))
+    return lower - 1e-5 * max(1, lower) <= value <= upper + 1e-5 * max(1, upper)
+
+
+MOVE = ("improves", "weakens", "sasi", "spi")
+ALL = {"pages": pages}
