@@ -7,9 +7,11 @@
 
 mod almost_sure;
 mod bounds;
+mod cells;
 mod compile;
 mod explore;
 mod fixpoint;
+mod fractions;
 mod games;
 mod graph;
 mod guard_index;
@@ -23,9 +25,12 @@ mod numbering;
 mod numbers;
 mod operators;
 mod program;
+mod repeats;
 mod set;
 mod share;
 mod stepper;
+#[cfg(test)]
+mod tests;
 mod visit;
 pub mod weighted;
 
