@@ -17,7 +17,7 @@ use super::safety::Safety;
 use super::temporal::{self, AcceptingRegion};
 use super::temporal_game;
 use super::winning_regions::{RegionCounts, Sought, WinningRegions};
-use meliora_engine::{AnyEngine, Count, Engine};
+use meliora_engine::{AnyEngine, Count, Engine, parallel};
 use meliora_model::Program;
 use meliora_model::error::{Error, Result};
 use meliora_model::preference::{Goal, ObjectiveSet, Preferences};
@@ -255,8 +255,20 @@ impl<E: Engine> Analysis<E> {
         };
         let (engine, max) = (&*self.engine, self.options.max_level);
         let mut end = Ok(());
-        if both && let (Some(sasi), Some(spi)) = (self.sasi.open(), self.spi.open()) {
-            (self.counted, end) = level_search::search(engine, classes, improvement, max, [sasi, spi]);
+        if both && let (Some(_), Some(spi)) = (self.sasi.open(), self.spi.open()) {
+            // W_1 of SPI comes first, as a bound of the levels of SASI.
+            if spi.found.is_empty() {
+                end = spi.advance(engine, classes, improvement, max).map(drop);
+            }
+        }
+        let bound = self.spi.levels().found.first().map(|level| Arc::new(parallel::same(level)));
+        if both
+            && end.is_ok()
+            && let (Some(sasi), Some(spi)) = (self.sasi.open(), self.spi.open())
+        {
+            let kinds = [sasi, spi];
+            (self.counted, end) =
+                level_search::search(engine, classes, improvement, max, bound.as_ref(), kinds);
             self.sasi.close();
             self.spi.close();
         }
@@ -268,7 +280,7 @@ impl<E: Engine> Analysis<E> {
             }
         };
         if let (Ok(()), Some(levels)) = (&end, search.open()) {
-            while levels.advance(engine, classes, improvement, max)? {
+            while levels.advance_within(engine, classes, improvement, max, bound.as_deref())? {
                 level_search::count_levels(engine, levels, counted, counts, listener)?;
             }
             search.close();

@@ -51,10 +51,11 @@ impl<E: Engine> LevelSearch<E> {
     }
 }
 
-/// The classes and the improvement MDP.
+/// The classes and the improvement MDP, with W_1 of SPI if it is known.
 struct Given<E: Engine> {
     classes: Arc<Classes<E>>,
     improvement: Arc<Improvement<E>>,
+    bound: Option<Arc<Level<E>>>,
 }
 
 impl<E: Engine> Portable<E> for Given<E> {
@@ -62,6 +63,7 @@ impl<E: Engine> Portable<E> for Given<E> {
         Given {
             classes: Arc::new(self.classes.ported(port)),
             improvement: Arc::new(self.improvement.ported(port)),
+            bound: self.bound.as_ref().map(|level| Arc::new(level.ported(port))),
         }
     }
 }
@@ -89,22 +91,28 @@ pub(super) fn search<E: Engine, const N: usize>(
     classes: &Arc<Classes<E>>,
     improvement: &Arc<Improvement<E>>,
     max_level: Option<usize>,
+    bound: Option<&Arc<Level<E>>>,
     kinds: [&mut Levels<E>; N],
 ) -> ([Vec<Count>; N], Result<()>) {
     if improvement.arenas.len() > 1 || engine.workers() == 0 {
         return ([const { Vec::new() }; N], Ok(()));
     }
-    let given = || Given { classes: Arc::clone(classes), improvement: Arc::clone(improvement) };
+    let given = || Given {
+        classes: Arc::clone(classes),
+        improvement: Arc::clone(improvement),
+        bound: bound.cloned(),
+    };
     let mut jobs = kinds
         .each_ref()
         .map(|levels| (given(), Counted { levels: parallel::same(&**levels), counts: Vec::new() }));
-    let end = parallel::run(engine, &mut jobs, |engine, Given { classes, improvement }, found| {
+    let end = parallel::run(engine, &mut jobs, |engine, Given { classes, improvement, bound }, found| {
         let Counted { levels, counts } = found;
         loop {
             for level in &levels.found[counts.len().min(levels.found.len())..] {
                 counts.push(engine.count(&level.states)?);
             }
-            if !levels.advance(engine, classes, improvement, max_level)? {
+            let bound = bound.as_deref();
+            if !levels.advance_within(engine, classes, improvement, max_level, bound)? {
                 break;
             }
         }
