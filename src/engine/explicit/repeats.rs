@@ -5,7 +5,7 @@ use ahash::AHashMap;
 use super::cells::Cells;
 use super::weighted::{Steps, Taken};
 
-/// The number of states of a cell whose choices are listed one by one.
+/// The number of states of a cell whose choices are listed one by one before its row is found.
 const PATIENCE: u32 = 4;
 /// Stands for a cell whose states do not have the same choices, or whose choices were not stored.
 const NONE: u32 = u32::MAX;
@@ -61,8 +61,8 @@ pub(super) enum Known {
 /// The rows of the cells of a program.
 pub(super) struct Repeats<const W: usize> {
     pub(super) cells: Cells,
-    /// For each cell the number of its states that were listed, if less than [`PATIENCE`]; else the number of its
-    /// row, counted from there, or [`NONE`].
+    /// For each cell the number of its states that were listed, up to [`PATIENCE`]; then the number of its row,
+    /// counted from there, or [`NONE`].
     numbers: Vec<u32>,
     rows: Vec<Row<W>>,
     known: AHashMap<Row<W>, u32>,
@@ -82,12 +82,12 @@ impl<const W: usize> Repeats<W> {
         let cell = self.cells.cell(code);
         match &mut self.numbers[cell] {
             &mut NONE => Known::Alone,
-            number if *number + 1 < PATIENCE => {
+            &mut PATIENCE => Known::Unknown(cell),
+            number if *number < PATIENCE => {
                 *number += 1;
                 Known::Alone
             }
-            number if *number < PATIENCE => Known::Unknown(cell),
-            number => Known::Row(*number - PATIENCE),
+            number => Known::Row(*number - PATIENCE - 1),
         }
     }
 
@@ -99,7 +99,7 @@ impl<const W: usize> Repeats<W> {
     /// Stores the row of all states of a cell, or that there is none; returns its number.
     pub(super) fn set(&mut self, cell: usize, row: Option<Row<W>>) -> Option<u32> {
         let number = row.and_then(|row| self.number(row));
-        self.numbers[cell] = number.map_or(NONE, |number| number + PATIENCE);
+        self.numbers[cell] = number.map_or(NONE, |number| number + PATIENCE + 1);
         number
     }
 

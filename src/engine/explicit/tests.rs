@@ -69,10 +69,10 @@ fn compare(kind: &str, of: &[u16]) {
     let (mut fractions, mut walker) = (Fractions::default(), Walker::new(&program, &NoProgress).unwrap());
     let codec = walker.codec().clone();
     let (mut walk, mut steps) = (walker.walk(), Steps::default());
-    for round in 0..4 {
+    for round in 0..8 {
         for at in 0..states.len() {
             // Each round has its own order.
-            let at = at * [1, 7, 101, 1009][round] % states.len();
+            let at = at * [1, 7, 101, 1009][round % 4] % states.len();
             let code = codec.encode(&states[at]).unwrap();
             let found = walk.steps(&code, &mut fractions, &mut steps).map_err(drop);
             let choice = |position: usize| {

@@ -479,10 +479,10 @@ mod tests {
         let codec = walker.codec().clone();
         let (mut walk, mut steps) = (PackedWalk::<1>::new(&mut walker), Steps::default());
         let mut shared = 0;
-        for round in 0..5 {
+        for round in 0..10 {
             for (x, b) in (0..10).flat_map(|x| (0..100).map(move |b| (x, b))) {
                 walk.steps(&codec.encode(&[x, b]).unwrap(), &mut fractions, &mut steps).unwrap();
-                shared += usize::from(round == 4 && walk.row.is_some());
+                shared += usize::from(round == 9 && walk.row.is_some());
             }
         }
         // In the place x = 1, one choice charges the battery, unless it is empty.
