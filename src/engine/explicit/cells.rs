@@ -86,7 +86,8 @@ impl Cells {
     #[inline]
     pub(super) fn cell(&self, code: &[u64]) -> usize {
         let digits: u64 = self.digits.iter().map(|digit| digit.field.digit(code) * digit.stride).sum();
-        let interval = |counter: &Counter| counter.interval(counter.field.digit(code)) as u64 * counter.stride;
+        let interval =
+            |counter: &Counter| counter.interval(counter.field.digit(code)) as u64 * counter.stride;
         (digits + self.counters.iter().map(interval).sum::<u64>()) as usize
     }
 
@@ -133,7 +134,8 @@ struct Uses<'p> {
 
 impl<'p> Uses<'p> {
     fn of_commands(program: &'p Program) -> Self {
-        let cuts = program.variables.iter().map(|v| (v.high.abs_diff(v.low) >= WORTH).then(Vec::new)).collect();
+        let cuts =
+            program.variables.iter().map(|v| (v.high.abs_diff(v.low) >= WORTH).then(Vec::new)).collect();
         let mut uses = Uses { program, cuts, shapes: AHashMap::new() };
         for command in &program.commands {
             uses.constant(command.guard);

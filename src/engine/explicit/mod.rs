@@ -3,8 +3,9 @@
 //!
 //! States are codes of a few words (`layout`). The program is compiled (`compile`, `machine`,
 //! `program`) and explored state by state (`stepper`, `explore`). A hash index numbers the codes
-//! (`index`). Choices with exact probabilities are listed state by state (`weighted`, `fractions`), those of states
-//! that differ only in counters once (`cells`, `repeats`). Fixpoints use work lists over a reversed graph (`fixpoint`, `almost_sure`, `games`, `graph`).
+//! (`index`). Choices with exact probabilities are listed state by state (`weighted`, `fractions`), those
+//! of states that differ only in counters once (`cells`, `repeats`). Fixpoints use work lists over a
+//! reversed graph (`fixpoint`, `almost_sure`, `games`, `graph`).
 
 mod almost_sure;
 mod bounds;
