@@ -29,7 +29,7 @@ fn model(kind: &str, of: &[u16]) -> String {
     let mut command = |label: &str, updates: &[(&str, &'static str)]| {
         let guard = format!("{} & ({})", pick(CONDITIONS), pick(CONDITIONS));
         let mut branch = || {
-            let update = |(name, values): &(&str, _)| format!("({name}'={})", pick(values));
+            let update = |(name, values): &(&str, &'static str)| format!("({name}'={})", pick(values));
             updates.iter().map(update).collect::<Vec<_>>().join(" & ")
         };
         let (first, second) = (branch(), branch());
@@ -89,7 +89,10 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
     #[test]
-    fn choices_of_cells_are_those_of_each_state(of in proptest::collection::vec(0u16..1000, 0..60), chain in any::<bool>()) {
+    fn choices_of_cells_are_those_of_each_state(
+        of in proptest::collection::vec(0u16..1000, 0..60),
+        chain in any::<bool>(),
+    ) {
         compare(if chain { "dtmc" } else { "mdp" }, &of);
     }
 }
