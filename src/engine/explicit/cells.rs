@@ -7,7 +7,7 @@
 
 use ahash::AHashMap;
 
-use super::layout::{Code, Field, Layout};
+use super::layout::{Bits, Code, Field, Layout};
 use meliora_model::expr::{Binary, ExprId, Node};
 use meliora_model::value::Value;
 use meliora_model::{Program, VarId};
@@ -20,23 +20,18 @@ const WORTH: u64 = 16;
 /// The cells of a program.
 #[derive(Debug)]
 pub(super) struct Cells {
-    /// One digit of the number of a cell for each variable with several values or intervals.
-    digits: Vec<Digit>,
+    /// For each variable with several values that is no counter, its bits and the weight of its digit in the number
+    /// of a cell.
+    digits: Vec<(Bits, u64)>,
     counters: Vec<Counter>,
     count: usize,
-}
-
-/// A variable that is no counter.
-#[derive(Debug)]
-struct Digit {
-    field: Field,
-    stride: u64,
 }
 
 #[derive(Debug)]
 struct Counter {
     field: Field,
-    stride: u64,
+    /// The weight of its interval in the number of a cell.
+    weight: u64,
     /// The least value of each interval, counted from the least value of the variable.
     starts: Vec<u64>,
 }
@@ -65,12 +60,12 @@ impl Cells {
             let values = field.values();
             let starts = cuts.map(|cuts| starts(cuts, program.variables[index].low, values));
             let parts = starts.as_ref().map_or(values, |starts| starts.len() as u64);
-            let stride = count;
+            let weight = count;
             count = count.checked_mul(parts).filter(|&count| 0 < count && count <= MOST_CELLS)?;
             in_each = in_each.saturating_mul(values / parts);
             match starts {
-                Some(starts) => counters.push(Counter { field, stride, starts }),
-                None if values > 1 => digits.push(Digit { field, stride }),
+                Some(starts) => counters.push(Counter { field, weight, starts }),
+                None if values > 1 => digits.push((field.bits(), weight)),
                 None => {}
             }
         }
@@ -85,9 +80,9 @@ impl Cells {
     /// Returns the cell of a state.
     #[inline]
     pub(super) fn cell(&self, code: &[u64]) -> usize {
-        let digits: u64 = self.digits.iter().map(|digit| digit.field.digit(code) * digit.stride).sum();
+        let digits: u64 = self.digits.iter().map(|(bits, weight)| bits.of(code) * weight).sum();
         let interval =
-            |counter: &Counter| counter.interval(counter.field.digit(code)) as u64 * counter.stride;
+            |counter: &Counter| counter.interval(counter.field.bits().of(code)) as u64 * counter.weight;
         (digits + self.counters.iter().map(interval).sum::<u64>()) as usize
     }
 
@@ -96,7 +91,7 @@ impl Cells {
     pub(super) fn corners(&self, code: &[u64]) -> [Code; 2] {
         let mut corners = [(); 2].map(|()| Code::from_slice(code));
         for counter in &self.counters {
-            let value = counter.field.digit(code);
+            let value = counter.field.bits().of(code);
             let ends = counter.ends(counter.interval(value));
             for (corner, end) in corners.iter_mut().zip(ends) {
                 counter.field.add(corner, value as i64, end as i64);
