@@ -52,10 +52,10 @@ impl<E: Engine> LevelSearch<E> {
 }
 
 /// The classes and the improvement MDP, with W_1 of SPI if it is known.
-struct Given<E: Engine> {
-    classes: Arc<Classes<E>>,
-    improvement: Arc<Improvement<E>>,
-    bound: Option<Arc<Level<E>>>,
+pub(super) struct Given<E: Engine> {
+    pub(super) classes: Arc<Classes<E>>,
+    pub(super) improvement: Arc<Improvement<E>>,
+    pub(super) bound: Option<Arc<Level<E>>>,
 }
 
 impl<E: Engine> Portable<E> for Given<E> {
@@ -88,23 +88,15 @@ impl<E: Engine> Portable<E> for Counted<E> {
 /// [`super::levels::next_level`]. Nothing is done then, or without workers.
 pub(super) fn search<E: Engine, const N: usize>(
     engine: &E,
-    classes: &Arc<Classes<E>>,
-    improvement: &Arc<Improvement<E>>,
+    given: &Given<E>,
     max_level: Option<usize>,
-    bound: Option<&Arc<Level<E>>>,
     kinds: [&mut Levels<E>; N],
 ) -> ([Vec<Count>; N], Result<()>) {
-    if improvement.arenas.len() > 1 || engine.workers() == 0 {
+    if given.improvement.arenas.len() > 1 || engine.workers() == 0 {
         return ([const { Vec::new() }; N], Ok(()));
     }
-    let given = || Given {
-        classes: Arc::clone(classes),
-        improvement: Arc::clone(improvement),
-        bound: bound.cloned(),
-    };
-    let mut jobs = kinds
-        .each_ref()
-        .map(|levels| (given(), Counted { levels: parallel::same(&**levels), counts: Vec::new() }));
+    let open = |levels: &Levels<E>| Counted { levels: parallel::same(levels), counts: Vec::new() };
+    let mut jobs = kinds.each_ref().map(|levels| (parallel::same(given), open(levels)));
     let end = parallel::run(engine, &mut jobs, |engine, Given { classes, improvement, bound }, found| {
         let Counted { levels, counts } = found;
         loop {
