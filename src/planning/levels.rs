@@ -411,7 +411,7 @@ fn almost_surely<E: Engine>(
     Ok(Game { edge_labels, states, choices })
 }
 
-/// Returns what is left of an arena if all states outside of X are lost. Cost: one removal of an attractor.
+/// Returns the rest of an arena if all states outside of X are lost. Cost: one removal of an attractor.
 fn confined<E: Engine>(
     engine: &E,
     arena: &Arena<E>,

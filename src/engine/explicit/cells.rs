@@ -20,8 +20,8 @@ const WORTH: u64 = 16;
 /// The cells of a program.
 #[derive(Debug)]
 pub(super) struct Cells {
-    /// For each variable with several values that is no counter, its bits and the weight of its digit in the number
-    /// of a cell.
+    /// For each variable with several values, without counters, its bits and the weight of its digit in the number of
+    /// a cell.
     digits: Vec<(Bits, u64)>,
     counters: Vec<Counter>,
     count: usize,
@@ -111,7 +111,7 @@ fn starts(cuts: Vec<i64>, low: i64, values: u64) -> Vec<u64> {
     starts
 }
 
-/// How an expression depends on the state within a cell.
+/// The dependence of an expression on the state within a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Shape {
     Constant,

@@ -15,7 +15,7 @@ const MOST_STORED: usize = 1 << 20;
 /// The choices of a state, relative to its code.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(super) struct Row<const W: usize> {
-    /// What each successor adds to the code.
+    /// The difference between each successor and the code.
     differences: Vec<[u64; W]>,
     weights: Vec<u32>,
     /// The end of each choice in `weights`.
@@ -48,7 +48,7 @@ impl<const W: usize> Row<W> {
     }
 }
 
-/// What is known of the choices of a cell.
+/// The knowledge about the choices of a cell.
 pub(super) enum Known {
     /// The number of the row of all its states.
     Row(u32),
@@ -76,7 +76,7 @@ impl<const W: usize> Repeats<W> {
         Repeats { cells, numbers, rows: Vec::new(), known: AHashMap::new(), stored: 0 }
     }
 
-    /// Returns what is known of the choices of a state.
+    /// Looks up the choices of a state, which is counted.
     #[inline]
     pub(super) fn look(&mut self, code: &[u64]) -> Known {
         let cell = self.cells.cell(code);

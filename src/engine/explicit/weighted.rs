@@ -217,7 +217,7 @@ struct PackedWalk<'w, const W: usize> {
     weights: Weights,
     /// The number of states so far, up to [`PATIENCE`].
     asked: u32,
-    /// What the states of a cell have in common; `None` before it is sought, and if cells are not worth it.
+    /// The choices of cells; `None` before cells are sought, and if they would save no time.
     repeats: Option<Repeats<W>>,
     /// The row of the last state, if it has one.
     row: Option<u32>,
@@ -285,10 +285,10 @@ impl<'w, const W: usize> PackedWalk<'w, W> {
     /// Returns the row of all states of the cell of a state; `None` if they do not have the same choices, or if a
     /// command has no meaning in one of them.
     ///
-    /// Within a cell, a branch either adds the same to a counter everywhere, or sets it to the same value. The counter
-    /// has different values in the two corners, so what is set differs by less from the one than from the other, and
-    /// the expected differences are not the same: if the rows of both corners are equal, all branches add. The row is
-    /// then that of all states between the corners.
+    /// Within a cell, a branch either adds the same to a counter everywhere, or sets it to the same value. A value that
+    /// is set differs from the values of the counter in the two corners by different amounts, and so do the expected
+    /// differences of a choice: if the rows of both corners are equal, all branches add. The row is then that of all
+    /// states between the corners.
     fn common(&mut self, state: &[u64], fractions: &mut Fractions, into: &mut Steps) -> Option<Row<W>> {
         let corners = self.repeats.as_ref()?.cells.corners(state);
         let mut rows = corners.iter().map(|corner| {
@@ -300,7 +300,7 @@ impl<'w, const W: usize> PackedWalk<'w, W> {
         (first == second).then_some(first)
     }
 
-    /// Lists the choices of a state by itself.
+    /// Lists the choices of a state without those of its cell.
     fn list(&mut self, state: &[u64], fractions: &mut Fractions, into: &mut Steps) -> Result<()> {
         // An error may have left some.
         self.successors.clear();
@@ -338,7 +338,7 @@ impl<'w, const W: usize> PackedWalk<'w, W> {
         Ok(())
     }
 
-    /// Returns a choice of the state that was listed last by itself.
+    /// Returns a choice of the last state that was listed so.
     fn listed(&self, position: usize) -> Taken {
         if self.stepper.ends.is_empty() {
             return Taken { choice: Choice::Deadlock, combinations: Vec::new() };
