@@ -8,8 +8,8 @@ use super::classes::Classes;
 use super::finite_memory::{FiniteMemoryStrategy, StrategyKind};
 use super::improvement::Improvement;
 use super::joint::{Joint, MOST};
-use super::level_search::{self, Given, LevelSearch};
-use super::levels::{End, Kind, Level, Levels, Rank};
+use super::level_search::{self, LevelSearch};
+use super::levels::{End, Kind, Levels, Rank};
 pub use super::phases::{Event, Phase};
 use super::requirements::Requirements;
 use super::result::{AnalysisResult, ClassCount, JointCount, LevelsEnd, ModelCounts, ObjectiveCounts};
@@ -17,7 +17,7 @@ use super::safety::Safety;
 use super::temporal::{self, AcceptingRegion};
 use super::temporal_game;
 use super::winning_regions::{RegionCounts, Sought, WinningRegions};
-use meliora_engine::{AnyEngine, Count, Engine, parallel};
+use meliora_engine::{AnyEngine, Count, Engine};
 use meliora_model::Program;
 use meliora_model::error::{Error, Result};
 use meliora_model::preference::{Goal, ObjectiveSet, Preferences};
@@ -247,37 +247,19 @@ impl<E: Engine> Analysis<E> {
         Ok(())
     }
 
-    /// Returns W_1 of SPI, if it is known: the bound of the levels of SASI.
-    fn bound(&self) -> Option<Arc<Level<E>>> {
-        self.spi.levels().found.first().map(|level| Arc::new(parallel::same(level)))
-    }
-
-    /// Computes W_1 of SPI, then the remaining levels of both kinds next to each other, as far as workers do. Cost: see
-    /// [`super::levels::next_level`].
-    fn search_both(&mut self, classes: &Arc<Classes<E>>, improvement: &Arc<Improvement<E>>) -> Result<()> {
-        let max = self.options.max_level;
-        let (Some(_), Some(spi)) = (self.sasi.open(), self.spi.open()) else { return Ok(()) };
-        if spi.found.is_empty() {
-            spi.advance(&*self.engine, classes, improvement, max)?;
-        }
-        let bound = self.bound();
-        let (Some(sasi), Some(spi)) = (self.sasi.open(), self.spi.open()) else { return Ok(()) };
-        let given = Given { classes: Arc::clone(classes), improvement: Arc::clone(improvement), bound };
-        let end;
-        (self.counted, end) = level_search::search(&*self.engine, &given, max, [sasi, spi]);
-        self.sasi.close();
-        self.spi.close();
-        end
-    }
-
     /// Computes the remaining levels of one kind, or of both. Cost: see
     /// [`super::levels::next_level`].
     fn run_levels(&mut self, kind: Kind, both: bool, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
-        let (Some(classes), Some(improvement)) = (self.classes.clone(), self.improvement.clone()) else {
+        let (Some(classes), Some(improvement)) = (&self.classes, &self.improvement) else {
             return Ok(());
         };
-        let end = if both { self.search_both(&classes, &improvement) } else { Ok(()) };
-        let (engine, max, bound) = (&*self.engine, self.options.max_level, self.bound());
+        let (engine, max) = (&*self.engine, self.options.max_level);
+        let mut end = Ok(());
+        if both && let (Some(sasi), Some(spi)) = (self.sasi.open(), self.spi.open()) {
+            (self.counted, end) = level_search::search(engine, classes, improvement, max, [sasi, spi]);
+            self.sasi.close();
+            self.spi.close();
+        }
         let (search, counts, [counted, _]) = match kind {
             Kind::Sasi => (&mut self.sasi, &mut self.result.sasi, self.counted.each_ref()),
             Kind::Spi => {
@@ -286,7 +268,7 @@ impl<E: Engine> Analysis<E> {
             }
         };
         if let (Ok(()), Some(levels)) = (&end, search.open()) {
-            while levels.advance_within(engine, &classes, &improvement, max, bound.as_deref())? {
+            while levels.advance(engine, classes, improvement, max)? {
                 level_search::count_levels(engine, levels, counted, counts, listener)?;
             }
             search.close();

@@ -51,11 +51,10 @@ impl<E: Engine> LevelSearch<E> {
     }
 }
 
-/// The classes and the improvement MDP, with W_1 of SPI if it is known.
-pub(super) struct Given<E: Engine> {
-    pub(super) classes: Arc<Classes<E>>,
-    pub(super) improvement: Arc<Improvement<E>>,
-    pub(super) bound: Option<Arc<Level<E>>>,
+/// The classes and the improvement MDP.
+struct Given<E: Engine> {
+    classes: Arc<Classes<E>>,
+    improvement: Arc<Improvement<E>>,
 }
 
 impl<E: Engine> Portable<E> for Given<E> {
@@ -63,7 +62,6 @@ impl<E: Engine> Portable<E> for Given<E> {
         Given {
             classes: Arc::new(self.classes.ported(port)),
             improvement: Arc::new(self.improvement.ported(port)),
-            bound: self.bound.as_ref().map(|level| Arc::new(level.ported(port))),
         }
     }
 }
@@ -88,23 +86,25 @@ impl<E: Engine> Portable<E> for Counted<E> {
 /// [`super::levels::next_level`]. Nothing is done then, or without workers.
 pub(super) fn search<E: Engine, const N: usize>(
     engine: &E,
-    given: &Given<E>,
+    classes: &Arc<Classes<E>>,
+    improvement: &Arc<Improvement<E>>,
     max_level: Option<usize>,
     kinds: [&mut Levels<E>; N],
 ) -> ([Vec<Count>; N], Result<()>) {
-    if given.improvement.arenas.len() > 1 || engine.workers() == 0 {
+    if improvement.arenas.len() > 1 || engine.workers() == 0 {
         return ([const { Vec::new() }; N], Ok(()));
     }
-    let open = |levels: &Levels<E>| Counted { levels: parallel::same(levels), counts: Vec::new() };
-    let mut jobs = kinds.each_ref().map(|levels| (parallel::same(given), open(levels)));
-    let end = parallel::run(engine, &mut jobs, |engine, Given { classes, improvement, bound }, found| {
+    let given = || Given { classes: Arc::clone(classes), improvement: Arc::clone(improvement) };
+    let mut jobs = kinds
+        .each_ref()
+        .map(|levels| (given(), Counted { levels: parallel::same(&**levels), counts: Vec::new() }));
+    let end = parallel::run(engine, &mut jobs, |engine, Given { classes, improvement }, found| {
         let Counted { levels, counts } = found;
         loop {
             for level in &levels.found[counts.len().min(levels.found.len())..] {
                 counts.push(engine.count(&level.states)?);
             }
-            let bound = bound.as_deref();
-            if !levels.advance_within(engine, classes, improvement, max_level, bound)? {
+            if !levels.advance(engine, classes, improvement, max_level)? {
                 break;
             }
         }

@@ -181,19 +181,6 @@ impl<E: Engine> Levels<E> {
         improvement: &Improvement<E>,
         max_level: Option<usize>,
     ) -> Result<bool> {
-        self.advance_within(engine, classes, improvement, max_level, None)
-    }
-
-    /// Does the same as [`Levels::advance`]; `bound` may be W_1 of SPI, a superset of all levels, whose search is
-    /// the first round of the search for W_1 of SASI.
-    pub(super) fn advance_within(
-        &mut self,
-        engine: &E,
-        classes: &Classes<E>,
-        improvement: &Improvement<E>,
-        max_level: Option<usize>,
-        bound: Option<&Level<E>>,
-    ) -> Result<bool> {
         if self.end.is_some() {
             return Ok(false);
         }
@@ -202,7 +189,7 @@ impl<E: Engine> Levels<E> {
             return Ok(false);
         }
         let last = self.found.last();
-        let next = next_level(engine, classes, improvement, self.kind, last, bound)?;
+        let next = next_level(engine, classes, improvement, self.kind, last)?;
         if engine.is_empty(&next.states)? {
             self.end = Some(End::Empty);
         } else if last.map_or(Ok(false), |last| engine.same(&last.states, &next.states))? {
@@ -267,7 +254,7 @@ pub fn improvable<E: Engine>(analysis: &Analysis<E>) -> Result<Option<E::States>
     let Some((classes, improvement)) = analysis.classes().zip(analysis.improvement()) else {
         return Ok(None);
     };
-    let first = next_level(analysis.engine(), classes, improvement, Kind::Spi, None, None)?;
+    let first = next_level(analysis.engine(), classes, improvement, Kind::Spi, None)?;
     Ok(Some(first.states))
 }
 
@@ -276,23 +263,19 @@ pub fn improvable<E: Engine>(analysis: &Analysis<E>) -> Result<Option<E::States>
 /// By induction, levels decrease: fewer goal edges mean fewer winning states. Each game therefore
 /// starts from the states and choices left by the game of the last level. Cost per arena: one
 /// pre-image per part for the goal edges, and one `can_reach` (SPI) or one `almost_surely_win`
-/// (SASI). W_1 of SPI as a `bound` saves the first `can_reach` of W_1 of SASI.
+/// (SASI).
 pub(crate) fn next_level<E: Engine>(
     engine: &E,
     classes: &Classes<E>,
     improvement: &Improvement<E>,
     kind: Kind,
     last: Option<&Level<E>>,
-    bound: Option<&Level<E>>,
 ) -> Result<Level<E>> {
     let entered = last.map_or_else(|| engine.all_states(), |level| level.states.clone());
     let mut turns = Vec::with_capacity(improvement.arenas.len());
     for (index, arena) in improvement.arenas.iter().enumerate() {
         let before = last.and_then(|level| level.games.get(index));
-        let (mut turn, known) = Turn::new(engine, arena, &entered, before)?;
-        let bound = bound.filter(|_| turn.before.is_none()).and_then(|level| level.games.get(index));
-        turn.bound = bound.map(|game| game.states.clone());
-        turns.push((turn, known));
+        turns.push(Turn::new(engine, arena, &entered, before)?);
     }
     parallel::run(engine, &mut turns, |engine, turn, game| {
         if game.is_none() {
@@ -322,14 +305,11 @@ struct Turn<E: Engine> {
     arena: Arena<E>,
     /// The game of the last level.
     before: Option<Game<E>>,
-    /// The states from which the first level is possible, if they are known.
-    bound: Option<E::States>,
 }
 
 impl<E: Engine> Portable<E> for Turn<E> {
     fn ported(&self, port: &mut Port<E>) -> Self {
-        let bound = self.bound.as_ref().map(|states| port.states(states));
-        Turn { arena: self.arena.ported(port), before: self.before.ported(port), bound }
+        Turn { arena: self.arena.ported(port), before: self.before.ported(port) }
     }
 }
 
@@ -349,14 +329,14 @@ impl<E: Engine> Turn<E> {
                 known = Some(game.clone());
             }
         }
-        Ok((Turn { arena, before: before.cloned(), bound: None }, known))
+        Ok((Turn { arena, before: before.cloned() }, known))
     }
 }
 
-fn win<E: Engine>(engine: &E, Turn { arena, before, bound }: &Turn<E>, kind: Kind) -> Result<Game<E>> {
+fn win<E: Engine>(engine: &E, Turn { arena, before }: &Turn<E>, kind: Kind) -> Result<Game<E>> {
     let (edge_labels, before) = (arena.edge_labels.clone(), before.as_ref());
     match kind {
-        Kind::Sasi => almost_surely(engine, arena, edge_labels, before, bound.as_ref()),
+        Kind::Sasi => almost_surely(engine, arena, edge_labels, before),
         Kind::Spi => positively(engine, arena, edge_labels, before),
     }
 }
@@ -397,32 +377,16 @@ fn almost_surely<E: Engine>(
     arena: &Arena<E>,
     edge_labels: Vec<EdgeLabels<E::States>>,
     before: Option<&Game<E>>,
-    bound: Option<&E::States>,
 ) -> Result<Game<E>> {
-    let start = match (before, bound) {
-        (Some(game), _) => {
+    let start = match before {
+        Some(game) => {
             let choices = still_good(engine, &edge_labels, game)?;
             Region { states: game.states.clone(), choices }
         }
-        (None, Some(bound)) => confined(engine, arena, &edge_labels, bound)?,
-        (None, None) => Region { states: arena.states.clone(), choices: arena.choices.clone() },
+        None => Region { states: arena.states.clone(), choices: arena.choices.clone() },
     };
     let Region { states, choices } = engine.almost_surely_win(start, &edge_labels)?;
     Ok(Game { edge_labels, states, choices })
-}
-
-/// Returns the rest of an arena if all states outside of X are lost. Cost: one removal of an attractor.
-fn confined<E: Engine>(
-    engine: &E,
-    arena: &Arena<E>,
-    edge_labels: &[EdgeLabels<E::States>],
-    x: &E::States,
-) -> Result<Region<E::States, E::Choices>> {
-    let lost = engine.difference(&arena.states, x)?;
-    let all = Region { states: engine.intersection(&arena.states, x)?, choices: arena.choices.clone() };
-    let left = engine.remove_attractor(all, &arena.choices, &engine.no_states(), edge_labels, lost)?;
-    let choices = engine.choices_in(&left.choices, &left.states)?;
-    Ok(Region { choices, ..left })
 }
 
 /// Returns the choices of the last level's game that are not lost immediately at the next level.
