@@ -130,9 +130,7 @@ impl Codes {
         let Codes { words, codes, keys, positions, hasher, .. } = self;
         match positions.get_mut() {
             Some(Positions::Blocks(blocks)) => {
-                if blocks.set(key, code, position) {
-                    meter.take(Blocks::BYTES)?;
-                }
+                meter.take(blocks.set(key, code, position))?;
                 if blocks.are_sparse(position as usize + 1) {
                     meter.release(blocks.bytes());
                     meter.take(PLACES * self.len())?;

@@ -64,16 +64,15 @@ struct Kind {
 /// with up to two choices of cost 0 that take no step: to count the improvement, or not.
 ///
 /// Large models have as many nodes as fit into memory, so numbers are stored in as few bytes as they
-/// need: about 6 bytes per node and 5 per edge. A choice is named by the position of its first edge.
+/// need: about 5 bytes per node and 5 per edge. A choice is named by the position of its first edge.
 #[derive(Debug, Default)]
 pub(super) struct Graph {
     /// The kind of each node, and the kinds in use: few nodes differ in them.
     kind_of: Narrow,
     kinds: Vec<Kind>,
     kind_numbers: AHashMap<Kind, u32>,
-    /// The first edge of each node, and the number of its edges.
+    /// The first edge of each node whose choices have begun: its edges end where those of the next node begin.
     first: Vec<u32>,
-    edges: Narrow,
     /// The node that each edge enters.
     to: Vec<u32>,
     /// Twice the weight of each edge, plus 1 for the first edge of a choice.
@@ -100,8 +99,6 @@ impl Graph {
         let node = meter.number(self.nodes())?;
         let kind = self.kind(Kind { rank, junction });
         self.kind_of.push(kind);
-        self.first.push(0);
-        self.edges.push(0);
         Ok(node)
     }
 
@@ -116,7 +113,7 @@ impl Graph {
 
     /// Returns the bytes of a node.
     fn bytes_of_node(&self) -> usize {
-        4 + self.kind_of.width() + self.edges.width()
+        4 + self.kind_of.width()
     }
 
     /// Returns what is known of a node.
@@ -129,13 +126,13 @@ impl Graph {
         self.kinds[self.kind_of.get(node as usize) as usize].junction
     }
 
-    /// Begins the choices of a node. They are added one after the other, each with at least one edge, until
-    /// [`Graph::end`].
+    /// Begins the choices of a node, after those of all nodes before it. They are added one after the other, each
+    /// with at least one edge, until [`Graph::end`].
     ///
     /// # Errors
     /// There are too many edges.
     pub(super) fn begin(&mut self, node: u32, meter: &Meter) -> Result<()> {
-        self.first[node as usize] = meter.number(self.to.len())?;
+        self.first.resize(node as usize + 1, meter.number(self.to.len())?);
         self.begun = (0, false);
         Ok(())
     }
@@ -159,7 +156,6 @@ impl Graph {
     /// A limit is reached.
     pub(super) fn end(&mut self, node: u32, meter: &mut Meter) -> Result<()> {
         let count = meter.number(self.to.len())? - self.first[node as usize];
-        self.edges.set(node as usize, count);
         meter.take(count as usize * self.bytes_of_edge())
     }
 
@@ -212,8 +208,8 @@ impl Graph {
 
     /// Returns the positions of the edges of a node.
     pub(super) fn edges_of(&self, node: u32) -> Range<u32> {
-        let first = self.first[node as usize];
-        first..first + self.edges.get(node as usize)
+        let first = |node: usize| self.first.get(node).map_or(self.to.len() as u32, |&first| first);
+        first(node as usize)..first(node as usize + 1)
     }
 
     /// Returns the number of edges of all choices.

@@ -69,19 +69,6 @@ impl Narrow {
         self.push(number);
     }
 
-    /// Replaces the number at a position. Cost: see [`Narrow::push`].
-    pub(super) fn set(&mut self, position: usize, number: u32) {
-        match self {
-            Narrow::Bytes(list) if number <= u32::from(u8::MAX) => list[position] = number as u8,
-            Narrow::Shorts(list) if number <= u32::from(u16::MAX) => list[position] = number as u16,
-            Narrow::Words(list) => list[position] = number,
-            _ => {
-                self.widen(number);
-                self.set(position, number);
-            }
-        }
-    }
-
     /// Adds copies of a number until the list has a length. Cost: see [`Narrow::push`].
     pub(super) fn extend_to(&mut self, length: usize, number: u32) {
         (self.len()..length).for_each(|_| self.push(number));
@@ -162,16 +149,6 @@ mod tests {
         wanted.iter().for_each(|&number| list.push(number));
         assert_eq!(wanted.to_vec(), (0..8).map(|i| list.get(i)).collect::<Vec<_>>());
         assert_eq!(list.width(), 4);
-    }
-
-    #[test]
-    fn a_number_is_replaced_by_a_wider_one() {
-        let mut list = Narrow::default();
-        (0..3).for_each(|number| list.push(number));
-        list.set(1, 300);
-        list.set(2, 70_000);
-        list.set(0, 9);
-        assert_eq!([9, 300, 70_000], [0, 1, 2].map(|i| list.get(i)));
     }
 
     #[test]

@@ -3,13 +3,17 @@
 //!
 //! States are codes of a few words (`layout`). The program is compiled (`compile`, `machine`,
 //! `program`) and explored state by state (`stepper`, `explore`). A hash index numbers the codes
-//! (`index`). Fixpoints use work lists over a reversed graph (`fixpoint`, `almost_sure`, `games`, `graph`).
+//! (`index`). Choices with exact probabilities are listed state by state (`weighted`, `fractions`), those
+//! of states that differ only in counters once (`cells`, `repeats`). Fixpoints use work lists over a
+//! reversed graph (`fixpoint`, `almost_sure`, `games`, `graph`).
 
 mod almost_sure;
 mod bounds;
+mod cells;
 mod compile;
 mod explore;
 mod fixpoint;
+mod fractions;
 mod games;
 mod graph;
 mod guard_index;
@@ -23,9 +27,12 @@ mod numbering;
 mod numbers;
 mod operators;
 mod program;
+mod repeats;
 mod set;
 mod share;
 mod stepper;
+#[cfg(test)]
+mod tests;
 mod visit;
 pub mod weighted;
 

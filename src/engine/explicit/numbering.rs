@@ -6,7 +6,7 @@
 
 use std::cmp::Reverse;
 
-use super::layout::{Field, Layout};
+use super::layout::{Bits, Layout};
 use meliora_model::Program;
 
 /// Maximum number of digits: with more, a code is hashed in less time.
@@ -15,8 +15,8 @@ const MOST_DIGITS: usize = 16;
 /// Numbers all valuations of the variables.
 #[derive(Debug, Clone)]
 pub struct Numbering {
-    /// The field of each variable with several values, and the weight of its digit.
-    digits: Vec<(Field, u64)>,
+    /// The bits of each variable with several values, and the weight of its digit.
+    digits: Vec<(Bits, u64)>,
 }
 
 impl Numbering {
@@ -33,7 +33,7 @@ impl Numbering {
         let (mut digits, mut weight) = (Vec::new(), 1_u64);
         for field in order.into_iter().rev().map(|variable| layout.field(variable)) {
             if field.values() != 1 {
-                digits.push((field, weight));
+                digits.push((field.bits(), weight));
                 weight = weight.checked_mul(field.values()).filter(|&weight| weight > 0)?;
             }
         }
@@ -42,6 +42,6 @@ impl Numbering {
 
     /// Returns the number of a code.
     pub fn number(&self, code: &[u64]) -> u64 {
-        self.digits.iter().map(|(field, weight)| field.digit(code) * weight).sum()
+        self.digits.iter().map(|(bits, weight)| bits.of(code) * weight).sum()
     }
 }

@@ -5,65 +5,23 @@
 //! probabilities of commands that do not depend on the state are read once. The successors of all choices
 //! of a state are written to buffers that are used again for the next state.
 
-use ahash::AHashMap;
 use num_traits::One;
 use smallvec::SmallVec;
 
+use super::cells::Cells;
 use super::explore::fixed;
+pub use super::fractions::Fractions;
 pub use super::layout::Code;
 use super::layout::Layout;
 pub use super::numbering::Numbering;
 use super::program::{Chances, Prepared};
+use super::repeats::{Known, Repeats, Row};
 use super::stepper::{Stepper, sum};
 use meliora_model::error::{Error, Result};
-use meliora_model::exact::{Ratio, Real};
+use meliora_model::exact::Ratio;
 use meliora_model::progress::ProgressSink;
 use meliora_model::step::{Choice, Combination};
 use meliora_model::{CommandId, ModelKind, Program, State, fault};
-
-/// Fractions, each stored once.
-#[derive(Debug, Default)]
-pub struct Fractions {
-    list: Vec<Ratio>,
-    /// The numbers by fraction; see the hash of [`Real`].
-    numbers: AHashMap<Real, u32>,
-    products: AHashMap<(u32, u32), u32>,
-    sums: AHashMap<(u32, u32), u32>,
-}
-
-impl Fractions {
-    /// Returns the fractions in the order of their numbers.
-    pub fn list(&self) -> &[Ratio] {
-        &self.list
-    }
-
-    /// Returns the number of a fraction; a new one if the fraction is new.
-    pub fn number(&mut self, fraction: Ratio) -> u32 {
-        let Fractions { list, numbers, .. } = self;
-        *numbers.entry(Real::Finite(fraction)).or_insert_with_key(|fraction| {
-            list.extend(fraction.finite().cloned());
-            list.len() as u32 - 1
-        })
-    }
-
-    fn product(&mut self, a: u32, b: u32) -> u32 {
-        if let Some(&known) = self.products.get(&(a, b)) {
-            return known;
-        }
-        let product = self.number(&self.list[a as usize] * &self.list[b as usize]);
-        self.products.insert((a, b), product);
-        product
-    }
-
-    fn sum(&mut self, a: u32, b: u32) -> u32 {
-        if let Some(&known) = self.sums.get(&(a, b)) {
-            return known;
-        }
-        let sum = self.number(&self.list[a as usize] + &self.list[b as usize]);
-        self.sums.insert((a, b), sum);
-        sum
-    }
-}
 
 /// The codes of the states of a program.
 #[derive(Debug, Clone)]
@@ -126,11 +84,11 @@ pub struct Steps {
     /// The number of words of a code.
     words: usize,
     /// The codes of the successors, one after the other: each once per choice, ordered by values.
-    codes: Vec<u64>,
+    pub(super) codes: Vec<u64>,
     /// The number of the probability of each successor.
-    weights: Vec<u32>,
+    pub(super) weights: Vec<u32>,
     /// The end of each choice in `weights`.
-    ends: Vec<u32>,
+    pub(super) ends: Vec<u32>,
 }
 
 impl Steps {
@@ -148,7 +106,7 @@ impl Steps {
     }
 
     /// Forgets all choices.
-    fn clear(&mut self, words: usize) {
+    pub(super) fn clear(&mut self, words: usize) {
         self.words = words;
         self.codes.clear();
         self.weights.clear();
@@ -176,13 +134,16 @@ impl Steps {
 }
 
 /// A choice, and the combinations of commands that it draws from; none for a deadlock.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Taken {
     /// The choice.
     pub choice: Choice,
     /// The combinations.
     pub combinations: Vec<Combination>,
 }
+
+/// The number of states whose choices are listed before cells are sought.
+const PATIENCE: u32 = 1 << 10;
 
 /// The numbers of some probabilities.
 type Weights = SmallVec<[u32; 8]>;
@@ -215,15 +176,14 @@ impl<'p> Walker<'p> {
 
     /// Creates the walk, which keeps work between states.
     pub fn walk(&mut self) -> Box<dyn Walk + '_> {
-        let Walker { program, codec, prepared, known } = self;
-        match codec.layout.words() {
-            1 => PackedWalk::<1>::boxed(program, codec, prepared, known),
-            2 => PackedWalk::<2>::boxed(program, codec, prepared, known),
-            3 => PackedWalk::<3>::boxed(program, codec, prepared, known),
-            4 => PackedWalk::<4>::boxed(program, codec, prepared, known),
-            5..=8 => PackedWalk::<8>::boxed(program, codec, prepared, known),
-            9..=16 => PackedWalk::<16>::boxed(program, codec, prepared, known),
-            _ => PackedWalk::<32>::boxed(program, codec, prepared, known),
+        match self.codec.layout.words() {
+            1 => Box::new(PackedWalk::<1>::new(self)),
+            2 => Box::new(PackedWalk::<2>::new(self)),
+            3 => Box::new(PackedWalk::<3>::new(self)),
+            4 => Box::new(PackedWalk::<4>::new(self)),
+            5..=8 => Box::new(PackedWalk::<8>::new(self)),
+            9..=16 => Box::new(PackedWalk::<16>::new(self)),
+            _ => Box::new(PackedWalk::<32>::new(self)),
         }
     }
 }
@@ -255,10 +215,95 @@ struct PackedWalk<'w, const W: usize> {
     /// The successors of a choice.
     successors: Vec<([u64; W], u32)>,
     weights: Weights,
+    /// The number of states so far, up to [`PATIENCE`].
+    asked: u32,
+    /// The choices of cells; `None` before cells are sought, and if they would save no time.
+    repeats: Option<Repeats<W>>,
+    /// The row of the last state, if it has one.
+    row: Option<u32>,
 }
 
 impl<const W: usize> Walk for PackedWalk<'_, W> {
     fn steps(&mut self, state: &[u64], fractions: &mut Fractions, into: &mut Steps) -> Result<()> {
+        if self.asked < PATIENCE {
+            self.asked += 1;
+            if self.asked == PATIENCE {
+                self.repeats = Cells::new(self.program, &self.codec.layout).map(Repeats::new);
+            }
+        }
+        self.row = match self.repeats.as_mut().map(|repeats| repeats.look(state)) {
+            Some(Known::Row(row)) => Some(row),
+            Some(Known::Unknown(cell)) => {
+                let row = self.common(state, fractions, into);
+                self.repeats.as_mut().and_then(|repeats| repeats.set(cell, row))
+            }
+            Some(Known::Alone) | None => None,
+        };
+        match self.repeats.as_ref().zip(self.row) {
+            Some((repeats, row)) => {
+                repeats.row(row).apply(state, into);
+                Ok(())
+            }
+            None => self.list(state, fractions, into),
+        }
+    }
+
+    fn taken(&self, position: usize) -> Taken {
+        match self.repeats.as_ref().zip(self.row) {
+            Some((repeats, row)) => repeats.row(row).taken[position].clone(),
+            None => self.listed(position),
+        }
+    }
+
+    fn names(&mut self, state: &[u64]) -> Result<Vec<String>> {
+        self.expand(state)?;
+        if self.stepper.ends.is_empty() {
+            return Ok(vec!["deadlock".to_owned()]);
+        }
+        let names = self.program.names(&self.combinations());
+        Ok(if self.program.kind == ModelKind::Dtmc { vec![names.join("+")] } else { names })
+    }
+}
+
+impl<'w, const W: usize> PackedWalk<'w, W> {
+    fn new(walker: &'w mut Walker<'_>) -> Self {
+        let Walker { program, codec, prepared, known } = walker;
+        PackedWalk {
+            program,
+            codec,
+            stepper: Stepper::new(prepared),
+            prepared,
+            known,
+            successors: Vec::new(),
+            weights: Weights::new(),
+            asked: 0,
+            repeats: None,
+            row: None,
+        }
+    }
+
+    /// Returns the row of all states of the cell of a state; `None` if they do not have the same choices, or if a
+    /// command has no meaning in one of them.
+    ///
+    /// Within a cell, a branch either adds the same to a counter everywhere, or sets it to the same value. A value that
+    /// is set differs from the values of the counter in the two corners by different amounts, and so do the expected
+    /// differences of a choice: if the rows of both corners are equal, all branches add. The row is then that of all
+    /// states between the corners.
+    fn common(&mut self, state: &[u64], fractions: &mut Fractions, into: &mut Steps) -> Option<Row<W>> {
+        let corners = self.repeats.as_ref()?.cells.corners(state);
+        let mut rows = corners.iter().map(|corner| {
+            self.list(corner, fractions, into).ok()?;
+            let taken = (0..into.choices()).map(|position| self.listed(position)).collect();
+            Some(Row::new(corner, into, taken))
+        });
+        let (first, second) = (rows.next()??, rows.next()??);
+        (first == second).then_some(first)
+    }
+
+    /// Lists the choices of a state without those of its cell.
+    fn list(&mut self, state: &[u64], fractions: &mut Fractions, into: &mut Steps) -> Result<()> {
+        // An error may have left some.
+        self.successors.clear();
         self.expand(state)?;
         into.clear(state.len());
         let code = fixed::<W>(state);
@@ -293,7 +338,8 @@ impl<const W: usize> Walk for PackedWalk<'_, W> {
         Ok(())
     }
 
-    fn taken(&self, position: usize) -> Taken {
+    /// Returns a choice of the last state that was listed so.
+    fn listed(&self, position: usize) -> Taken {
         if self.stepper.ends.is_empty() {
             return Taken { choice: Choice::Deadlock, combinations: Vec::new() };
         }
@@ -308,28 +354,6 @@ impl<const W: usize> Walk for PackedWalk<'_, W> {
         let (synchronisation, commands) = self.combination(synchronisation, number);
         let combinations = vec![(synchronisation, commands.clone())];
         Taken { choice: Choice::Combination { synchronisation, commands }, combinations }
-    }
-
-    fn names(&mut self, state: &[u64]) -> Result<Vec<String>> {
-        self.expand(state)?;
-        if self.stepper.ends.is_empty() {
-            return Ok(vec!["deadlock".to_owned()]);
-        }
-        let names = self.program.names(&self.combinations());
-        Ok(if self.program.kind == ModelKind::Dtmc { vec![names.join("+")] } else { names })
-    }
-}
-
-impl<'w, const W: usize> PackedWalk<'w, W> {
-    fn boxed(
-        program: &'w Program,
-        codec: &'w Codec,
-        prepared: &'w Prepared,
-        known: &'w mut [Option<Weights>],
-    ) -> Box<dyn Walk + 'w> {
-        let stepper = Stepper::new(prepared);
-        let (successors, weights) = (Vec::new(), Weights::new());
-        Box::new(PackedWalk::<W> { program, codec, stepper, prepared, known, successors, weights })
     }
 
     /// Lists the commands that are enabled in a state, and their effects.
@@ -443,6 +467,27 @@ mod tests {
           [] x=1 -> x/3:(x'=2) + 1-x/3:(x'=3); [c] x=3 -> true;
         endmodule
         module n y:[0..2]; [a] y<2 -> 0.5:(y'=y+1) + 0.5:(y'=0); [a] y=0 -> (y'=2); [c] y=2 -> (y'=0); endmodule";
+
+    #[test]
+    fn states_that_differ_in_the_charge_share_their_choices() {
+        let model = "mdp module m x:[0..9] init 0; b:[0..99] init 99;
+              [] b>0 & x<9 -> 0.9:(x'=x+1)&(b'=b-1) + 0.1:(b'=b-1); [] b>0 & x>0 -> (x'=x=1?0:x-1)&(b'=x=1?99:b-1);
+              [] b=0 -> true; endmodule";
+        let read = |name, text: &str| SourceFile::new(name, text);
+        let program = lang::load(&read("model", model), &read("constants", "")).unwrap().program;
+        let (mut fractions, mut walker) = (Fractions::default(), Walker::new(&program, &NoProgress).unwrap());
+        let codec = walker.codec().clone();
+        let (mut walk, mut steps) = (PackedWalk::<1>::new(&mut walker), Steps::default());
+        let mut shared = 0;
+        for round in 0..10 {
+            for (x, b) in (0..10).flat_map(|x| (0..100).map(move |b| (x, b))) {
+                walk.steps(&codec.encode(&[x, b]).unwrap(), &mut fractions, &mut steps).unwrap();
+                shared += usize::from(round == 9 && walk.row.is_some());
+            }
+        }
+        // In the place x = 1, one choice charges the battery, unless it is empty.
+        assert_eq!(shared, 901);
+    }
 
     #[test]
     fn choices_and_probabilities_are_those_of_exact_steps() {

@@ -1,0 +1,49 @@
+//! Fractions by number, with the numbers of their products and sums.
+
+use ahash::AHashMap;
+
+use meliora_model::exact::{Ratio, Real};
+
+/// Fractions, each stored once.
+#[derive(Debug, Default)]
+pub struct Fractions {
+    list: Vec<Ratio>,
+    /// The numbers by fraction; see the hash of [`Real`].
+    numbers: AHashMap<Real, u32>,
+    products: AHashMap<(u32, u32), u32>,
+    sums: AHashMap<(u32, u32), u32>,
+}
+
+impl Fractions {
+    /// Returns the fractions in the order of their numbers.
+    pub fn list(&self) -> &[Ratio] {
+        &self.list
+    }
+
+    /// Returns the number of a fraction; a new one if the fraction is new.
+    pub fn number(&mut self, fraction: Ratio) -> u32 {
+        let Fractions { list, numbers, .. } = self;
+        *numbers.entry(Real::Finite(fraction)).or_insert_with_key(|fraction| {
+            list.extend(fraction.finite().cloned());
+            list.len() as u32 - 1
+        })
+    }
+
+    pub(super) fn product(&mut self, a: u32, b: u32) -> u32 {
+        if let Some(&known) = self.products.get(&(a, b)) {
+            return known;
+        }
+        let product = self.number(&self.list[a as usize] * &self.list[b as usize]);
+        self.products.insert((a, b), product);
+        product
+    }
+
+    pub(super) fn sum(&mut self, a: u32, b: u32) -> u32 {
+        if let Some(&known) = self.sums.get(&(a, b)) {
+            return known;
+        }
+        let sum = self.number(&self.list[a as usize] + &self.list[b as usize]);
+        self.sums.insert((a, b), sum);
+        sum
+    }
+}

@@ -1,0 +1,98 @@
+//! States that share their choices with others have those of the program.
+
+use meliora_lang as lang;
+use proptest::prelude::*;
+
+use super::weighted::{Fractions, Steps, Walker};
+use meliora_model::error::SourceFile;
+use meliora_model::progress::NoProgress;
+use meliora_model::{Program, State, step};
+
+/// Conditions: most compare a counter with a literal, some compare counters with each other or with sums.
+const CONDITIONS: &str = "b>0; b=0; b<=7; b>=20; b!=5; d<3; d=16; d>=1; x=0; x<2; x>=1; true; \
+    b>0 | d=2; b<d; b+x<9; b=x; mod(d,3)=1";
+/// New values of the variables, some of which are out of range in some states.
+const OF_B: &str = "b; b-1; b+1; b-2+x; x+b; 31; 5-x; d>3 ? 31 : b-1; x=1 ? b : 4; \
+    b>5 ? b-3 : b+2; min(b+3,31); d; -b+31; b=0 ? 0 : (x<2 ? b-1 : b); floor(b/2)";
+const OF_D: &str = "d; d+1; d-1; 16; d=16 ? 0 : d+1; max(d-2,0); b>9 ? d-1 : 3; 16-d; d-(b>4 ? 1 : 0); b";
+const OF_X: &str = "x; 2-x; 0; 1; b>3 ? 1 : 2; mod(d,3); x<2 ? x+1 : 0";
+/// Probabilities of the first of two branches.
+const CHANCES: &str = "1/2; 1/3; 0; x/2; b>5 ? 1/2 : 1/4; b/31; d=0 ? 1 : 0.3; 1";
+
+/// Writes a model from random numbers.
+fn model(kind: &str, of: &[u16]) -> String {
+    let mut of = of.iter().copied();
+    let mut pick = move |list: &'static str| {
+        let list: Vec<&str> = list.split("; ").collect();
+        list[usize::from(of.next().unwrap_or(0)) % list.len()]
+    };
+    let mut command = |label: &str, updates: &[(&str, &'static str)]| {
+        let guard = format!("{} & ({})", pick(CONDITIONS), pick(CONDITIONS));
+        let mut branch = || {
+            let update = |(name, values): &(&str, &'static str)| format!("({name}'={})", pick(values));
+            updates.iter().map(update).collect::<Vec<_>>().join(" & ")
+        };
+        let (first, second) = (branch(), branch());
+        let chance = pick(CHANCES);
+        format!("[{label}] {guard} -> ({chance}) : {first} + 1-({chance}) : {second};\n")
+    };
+    let [first, second] =
+        [(["", "", "s"], &[("x", OF_X), ("b", OF_B)][..]), (["s", "s", ""], &[("d", OF_D)])]
+            .map(|(labels, updates)| labels.map(|label| command(label, updates)).concat());
+    format!(
+        "{kind} module m x : [0..2]; b : [0..31];\n{first}endmodule module n d : [0..16];\n{second}endmodule"
+    )
+}
+
+/// The choices of a state with their successors, unless a command has no meaning there.
+type Choices = Result<Vec<(String, Vec<(State, String)>)>, ()>;
+
+fn of_program(program: &Program, state: &State) -> Choices {
+    let steps = program.exact_steps(state).map_err(|_| ())?;
+    let successors = |step: step::Step<_>| {
+        let exact = |(to, p): (State, _)| (to, format!("{p:?}"));
+        (format!("{:?}", step.choice), step.successors.into_iter().map(exact).collect())
+    };
+    Ok(steps.into_iter().map(successors).collect())
+}
+
+/// Compares all valuations, several times: from the second time on, most of them share their choices.
+fn compare(kind: &str, of: &[u16]) {
+    let text = model(kind, of);
+    let program =
+        lang::load(&SourceFile::new("m", &text), &SourceFile::new("constants", "")).unwrap().program;
+    let values = (0..3).flat_map(|x| (0..32).flat_map(move |b| (0..17).map(move |d| vec![x, b, d])));
+    let states: Vec<State> = values.collect();
+    let expected: Vec<Choices> = states.iter().map(|state| of_program(&program, state)).collect();
+    let (mut fractions, mut walker) = (Fractions::default(), Walker::new(&program, &NoProgress).unwrap());
+    let codec = walker.codec().clone();
+    let (mut walk, mut steps) = (walker.walk(), Steps::default());
+    for round in 0..8 {
+        for at in 0..states.len() {
+            // Each round has its own order.
+            let at = at * [1, 7, 101, 1009][round % 4] % states.len();
+            let code = codec.encode(&states[at]).unwrap();
+            let found = walk.steps(&code, &mut fractions, &mut steps).map_err(drop);
+            let choice = |position: usize| {
+                let exact = |(to, p): (&[u64], u32)| {
+                    (codec.decode(to), format!("{:?}", fractions.list()[p as usize]))
+                };
+                (format!("{:?}", walk.taken(position).choice), steps.of(position).map(exact).collect())
+            };
+            let found: Choices = found.map(|()| (0..steps.choices()).map(choice).collect());
+            assert_eq!(found, expected[at], "{:?} of {text}", states[at]);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn choices_of_cells_are_those_of_each_state(
+        of in proptest::collection::vec(0u16..1000, 0..60),
+        chain in any::<bool>(),
+    ) {
+        compare(if chain { "dtmc" } else { "mdp" }, &of);
+    }
+}
