@@ -16,6 +16,8 @@ use meliora_model::progress::ProgressSink;
 const FREE_STEPS: u64 = 1 << 16;
 /// The most work of the explicit engine in turns.
 const MOST_WORK: u64 = 1 << 20;
+/// The same, if more and more states wait for it.
+const MOST_WORK_OF_MANY: u64 = 1 << 18;
 /// The same, if a question lists the states anyway. Its equations need more time and memory than the states.
 const MOST_WORK_TO_LIST: u64 = 1 << 25;
 /// The share of the explicit engine in the memory, while it takes turns: one in this many bytes, …
@@ -163,8 +165,10 @@ impl Trial {
             let more = if outlook.is_near { steps.saturating_mul(8) } else { 0 };
             return usual.max(more).max(self.thresholds.work_before_diagrams).min(MOST_WORK_TO_LIST);
         }
-        let work = if outlook.grows { steps / 32 } else { usual.min(outlook.next()) };
-        work.min(MOST_WORK)
+        if outlook.grows {
+            return (steps / 32).min(MOST_WORK_OF_MANY);
+        }
+        usual.min(outlook.next()).min(MOST_WORK)
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -261,5 +265,67 @@ impl ProgressSink for Trial {
     fn progress(&self, phase: &'static str, detail: &dyn Fn() -> String) {
         self.translated.fetch_min(self.steps.load(Relaxed), Relaxed);
         self.sink.progress(phase, detail);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::{Exploration, ProgressSink, Trial};
+    use crate::settings::Settings;
+    use meliora_lang as lang;
+    use meliora_model::error::SourceFile;
+
+    /// The trial of a model after a number of steps of the diagrams, of which each counts.
+    fn after(text: &str, steps: u64) -> Trial {
+        let source = SourceFile::new("m", text);
+        let program = lang::load(&source, &SourceFile::new("constants", "")).unwrap().program;
+        let trial = Trial::new(&Arc::new(program), &Settings::default(), false);
+        trial.progress("reachable states", &String::new);
+        for _ in 0..steps / 1024 {
+            trial.advance(1024);
+            trial.stop();
+        }
+        trial
+    }
+
+    fn all_of(trial: &Trial) -> Option<usize> {
+        trial.take_all().map(|all| all.unwrap().explored())
+    }
+
+    fn rest_of(trial: &Trial) -> Box<Exploration> {
+        assert!(all_of(trial).is_none());
+        trial.end().unwrap()
+    }
+
+    #[test]
+    fn states_that_become_more_and_more_have_few_turns() {
+        let module = |i: usize| format!("module m{i} x{i} : [0..9]; [] x{i}<9 -> (x{i}'=x{i}+1); endmodule ");
+        let text = format!("mdp {}", (0..7).map(module).collect::<String>());
+        // Half of 10^7 states and more wait at the end of this. An eighth of the steps is 2^17.
+        let work = rest_of(&after(&text, 1 << 20)).work();
+        assert!((1 << 14..=1 << 15).contains(&work), "{work}");
+    }
+
+    #[test]
+    fn states_of_which_few_wait_have_an_eighth_of_the_steps_and_half_of_many() {
+        let text = "dtmc module m x : [0..9999999]; [] x<9999999 -> 0.5: (x'=x+1) + 0.5: true; endmodule";
+        let work = rest_of(&after(text, 1 << 18)).work();
+        assert!((1 << 14..=1 << 15).contains(&work), "{work}");
+        let work = rest_of(&after(text, 1 << 20)).work();
+        assert!((1 << 17..=1 << 19).contains(&work), "{work}");
+    }
+
+    #[test]
+    fn states_that_wait_from_the_start_do_not_count_as_more() {
+        // 10,000 successors of the first state; each has a path of its own, so as many wait until the end.
+        let branches: Vec<String> = (0..10_000).map(|i| format!("1/10000: (x'=1) & (y'={i})")).collect();
+        let text = format!(
+            "dtmc module m x : [0..5]; y : [0..9999]; [] x=0 -> {}; [] x>0 & x<5 -> (x'=x+1); endmodule",
+            branches.join(" + ")
+        );
+        assert_eq!(all_of(&after(&text, 1 << 19)), None);
+        assert_eq!(all_of(&after(&text, 1 << 20)), Some(50_001));
     }
 }

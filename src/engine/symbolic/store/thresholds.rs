@@ -104,7 +104,7 @@ impl Default for Thresholds {
             steps_per_node: 200,
             free_steps: 40_000,
             lose_steps: 20_000_000,
-            lose_steps_per_node: 100,
+            lose_steps_per_node: 200,
             shared_by_percent: 75,
             most_shared_percent: 50,
             nodes_per_bit: 64,
