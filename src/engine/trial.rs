@@ -176,7 +176,7 @@ impl Trial {
     }
 }
 
-/// What the states that wait for the explicit engine say about its end.
+/// A sign of how far the end of an exploration is: the states that wait for the explicit engine.
 struct Outlook {
     /// The work, and the states that waited, when they were last compared.
     last: Option<(u64, usize)>,
