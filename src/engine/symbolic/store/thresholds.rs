@@ -46,6 +46,9 @@ pub struct Thresholds {
     /// more steps.
     pub lose_steps: u64,
     /// Maximum number of these steps of the recursion per node of the candidates, if that allows more.
+    ///
+    /// Measured: `csma4_4` has 429,000 nodes and needs 138 steps for each; to give up after 20 million and
+    /// take layers costs 1.2 times as much. `csma3_6` needs 53 for each.
     pub lose_steps_per_node: u64,
     /// Layers of states come first if there are bits that at least this percentage of the groups write, …
     pub shared_by_percent: usize,
