@@ -7,7 +7,7 @@ use super::engine::{Algebra, Engine};
 use super::explicit::{ExplicitEngine, Exploration};
 use super::settings::{Count, Settings, Storage};
 use super::symbolic::SymbolicEngine;
-use super::trial::{State, Trial};
+use super::trial::Trial;
 use meliora_model::Program;
 use meliora_model::error::{Error, Limit, Result};
 
@@ -103,26 +103,28 @@ impl Selection {
             return AnyEngine::new(Arc::clone(program), Settings { storage: self.storage, ..settings });
         }
         let trial = Arc::new(Trial::new(program, &settings, lists_states));
-        let symbolic = match trial.is_over() {
-            true => None,
-            false => Some(SymbolicEngine::new(Arc::clone(program), trial.settings(&settings))),
-        };
-        match (trial.end(), symbolic) {
-            (State::Done(mut exploration), _) => {
-                exploration.set_memory(settings.memory);
-                let engine = ExplicitEngine::explored(*exploration)?;
-                let states = engine.count(&engine.all_states())?;
-                let first = if trial.is_alone() { "" } else { ", before diagrams found them" };
-                self.take(format!("{states} states found{first}"));
-                Ok(engine.into())
-            }
-            (State::Failed(error), _) | (_, Some(Err(error))) => Err(error),
-            (rest, Some(Ok(symbolic))) => match sparse(&symbolic, lists_states)? {
-                Some(reason) => self.replace(symbolic, reason, rest, (program, settings)),
-                None => Ok(symbolic.into()),
-            },
-            (_, None) => AnyEngine::new(Arc::clone(program), settings),
+        if let Some(all) = trial.take_all() {
+            return self.found_by(&trial, *all?, settings.memory);
         }
+        let symbolic = SymbolicEngine::new(Arc::clone(program), trial.settings(&settings));
+        if let Some(all) = trial.take_all() {
+            return self.found_by(&trial, *all?, settings.memory);
+        }
+        let (symbolic, rest) = (symbolic?, trial.end());
+        match sparse(&symbolic, lists_states)? {
+            Some(reason) => self.replace(symbolic, reason, rest, (program, settings)),
+            None => Ok(symbolic.into()),
+        }
+    }
+
+    /// Takes the explicit engine, which was the first to know all states.
+    fn found_by(&mut self, trial: &Trial, mut all: Exploration, memory: u64) -> Result<AnyEngine> {
+        all.set_memory(memory);
+        let engine = ExplicitEngine::explored(all)?;
+        let states = engine.count(&engine.all_states())?;
+        let first = if trial.is_alone() { "" } else { ", before diagrams found them" };
+        self.take(format!("{states} states found{first}"));
+        Ok(engine.into())
     }
 
     /// Explores the rest of a trial by the explicit engine, and takes it for a reason; keeps the
@@ -131,16 +133,16 @@ impl Selection {
         &mut self,
         symbolic: SymbolicEngine,
         reason: String,
-        rest: State,
+        rest: Option<Box<Exploration>>,
         (program, settings): (&Arc<Program>, Settings),
     ) -> Result<AnyEngine> {
         let memory = settings.memory.saturating_sub(symbolic.usage().bytes);
         let exploration = match rest {
-            State::Open(mut exploration) => {
+            Some(mut exploration) => {
                 exploration.set_memory(memory);
                 Ok(*exploration)
             }
-            _ => {
+            None => {
                 let settings = Settings { memory, storage: Storage::Explicit, ..settings.clone() };
                 Exploration::new(Arc::clone(program), settings, u64::MAX)
             }

@@ -128,6 +128,9 @@ struct Parity<E: Engine> {
 impl<E: Engine> Parity<E> {
     /// Computes A and P. Cost: no image.
     ///
+    /// Conditions of texts have one mark left at most, since recurrence and persistence are joined there;
+    /// those that a program builds itself may have several.
+    ///
     /// # Errors
     /// Several marks are left to decide, or the errors of [`Engine::states_where`].
     fn of(engine: &E, condition: &Condition) -> Result<Self> {

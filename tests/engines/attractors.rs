@@ -28,6 +28,9 @@ enum Way {
     /// Turns of that recursion and of layers, the first after this many steps, or after half of them if the
     /// sets have grown.
     Turns(u64),
+    /// Layers of states for four times this many steps; then these turns, each recursion with two steps more per
+    /// node of the candidates.
+    StatesFirst(u64),
     /// The usual order of attempts.
     Usual,
 }
@@ -36,32 +39,42 @@ enum Way {
 const ENDLESS: usize = 1 << 40;
 
 impl Way {
-    const ALL: [Way; 7] =
-        [Way::Parts, Way::Lists, Way::States, Way::Turns(1), Way::Turns(20), Way::Turns(100), Way::Usual];
+    const ALL: [Way; 9] = [
+        Way::Parts,
+        Way::Lists,
+        Way::States,
+        Way::Turns(1),
+        Way::Turns(20),
+        Way::Turns(100),
+        Way::StatesFirst(1),
+        Way::StatesFirst(20),
+        Way::Usual,
+    ];
 
     fn thresholds(self) -> Thresholds {
         let usual = Thresholds::default();
         let (free_cases, free_steps) = (ENDLESS, ENDLESS as u64);
+        let without_parts = Thresholds { relations_per_bit: 0, ..usual };
+        let states_first = Thresholds {
+            shared_by_percent: 0,
+            most_shared_percent: 100,
+            nodes_per_bit: ENDLESS,
+            ..without_parts
+        };
         match self {
             Way::Parts => Thresholds { relations_per_bit: ENDLESS, free_cases, free_steps, ..usual },
-            Way::Lists => {
-                Thresholds { relations_per_bit: 0, lose_steps: u64::MAX, most_shared_percent: 0, ..usual }
-            }
-            Way::States => Thresholds {
-                relations_per_bit: 0,
-                lose_steps: u64::MAX,
-                shared_by_percent: 0,
-                most_shared_percent: 100,
-                nodes_per_bit: ENDLESS,
-                ..usual
-            },
+            Way::Lists => Thresholds { lose_steps: u64::MAX, most_shared_percent: 0, ..without_parts },
+            Way::States => Thresholds { lose_steps: u64::MAX, ..states_first },
             Way::Turns(lose_steps) => Thresholds {
-                relations_per_bit: 0,
                 lose_steps,
+                lose_steps_per_node: 0,
                 lose_trial_steps: lose_steps / 2,
                 lose_growth: 1,
-                ..usual
+                ..without_parts
             },
+            Way::StatesFirst(lose_steps) => {
+                Thresholds { lose_steps, lose_steps_per_node: 2, lose_trial_steps: 1, ..states_first }
+            }
             Way::Usual => usual,
         }
     }
@@ -73,7 +86,7 @@ impl Way {
             Way::Parts => lists + layers + ways.given_up == 0,
             Way::Lists => parts + layers == 0,
             Way::States => parts + lists + layers == 0,
-            Way::Turns(_) => parts == 0,
+            Way::Turns(_) | Way::StatesFirst(_) => parts == 0,
             Way::Usual => true,
         };
         assert!(is_right, "{self:?}: {ways:?}");
@@ -151,7 +164,7 @@ fn each_way_is_taken() {
             Way::Lists => ways.lost_by_lists,
             Way::States => ways.lost_by_state_layers,
             // Recursion and layers continue each other's turns: either may be the last.
-            Way::Turns(_) => ways.lost_by_lists + ways.lost_by_layers,
+            Way::Turns(_) | Way::StatesFirst(_) => ways.lost_by_lists + ways.lost_by_layers,
             Way::Usual => continue,
         };
         assert!(own > 0, "{way:?}: {ways:?}");

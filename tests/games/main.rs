@@ -36,7 +36,7 @@ fn thresholds() -> [Thresholds; 6] {
     let (free_cases, free_steps) = (1 << 40, 1 << 40);
     let parts = Thresholds { relations_per_bit: 1 << 40, free_cases, free_steps, ..usual };
     let without_parts = Thresholds { relations_per_bit: 0, ..usual };
-    let recursion_first = Thresholds { most_shared_percent: 0, ..without_parts };
+    let recursion_first = Thresholds { most_shared_percent: 0, lose_steps_per_node: 0, ..without_parts };
     let [lists, one, few] = [u64::MAX, 1, 30].map(|lose_steps| Thresholds { lose_steps, ..recursion_first });
     let (shared_by_percent, most_shared_percent, nodes_per_bit) = (0, 100, 1 << 40);
     let layers = Thresholds { shared_by_percent, most_shared_percent, nodes_per_bit, ..lists };

@@ -60,6 +60,7 @@ fn thresholds() -> [Thresholds; 4] {
         first_steps: 20,
         free_cases: 3,
         lose_steps: 1,
+        lose_steps_per_node: 0,
         nodes_per_case: 300,
         large_set: 0,
         ..usual

@@ -135,6 +135,11 @@ impl Exploration {
         self.found.next
     }
 
+    /// Returns the work so far, counted in states and their successors.
+    pub(crate) fn work(&self) -> u64 {
+        self.found.work
+    }
+
     /// Returns the number of states that are reached and not yet explored.
     pub(crate) fn waiting(&self) -> usize {
         self.found.space.len() - self.found.next

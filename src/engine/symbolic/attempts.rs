@@ -29,48 +29,65 @@ impl SymbolicEngine {
         edge_labels: &[EdgeLabels<StateSet>],
         mut lost: StateSet,
     ) -> Result<(Region<StateSet, ChoiceSet>, Option<StateSet>)> {
+        if self.store.is_zero(&lost.0) {
+            return Ok((left, None));
+        }
         let work = &self.store.work;
         if let Some((lost, choices)) = remove_attractor(self, &lost, won, &left.choices, edge_labels)? {
             work.lost[1].fetch_add(1, Relaxed);
             return Ok((Region { states: self.difference(&left.states, &lost)?, choices }, None));
         }
         let mut steps = self.store.thresholds().lose_steps.max(1);
-        if edge_labels.is_empty()
+        // Layers do not continue from what an unfinished recursion has found: it has parts of many layers,
+        // which made each later layer several times slower.
+        let mut found = lost.clone();
+        let mut search = self.search(&left, won, &found, edge_labels)?;
+        if let Some(search) = &search
             && self.suits_layers()?
-            && let Some(search) = Losing::new(self, &left, won, &lost)?
             && let Some(all) = search.by_layers(&lost, steps.saturating_mul(4))?
         {
             left.states = self.difference(&left.states, &all)?;
             work.lost_by_state_layers.fetch_add(1, Relaxed);
             return Ok((left, Some(all)));
         }
-        // Layers do not continue from what an unfinished recursion has found: it has parts of many layers,
-        // which made each later layer several times slower.
-        let mut found = lost.clone();
-        while !self.store.is_zero(&lost.0) {
-            if edge_labels.is_empty() {
-                found = self.union(&found, &lost)?;
-                let rest =
-                    Region { states: self.difference(&left.states, &found)?, choices: left.choices.clone() };
-                if let Some(search) = Losing::new(self, &rest, won, &found)? {
-                    let (all, done) = search.by_lists(&found, steps)?;
-                    if done {
-                        left.states = self.difference(&rest.states, &all)?;
-                        work.lost_by_lists.fetch_add(1, Relaxed);
-                        return Ok((left, Some(all)));
-                    }
-                    found = all;
+        loop {
+            if let Some(search) = &search {
+                let (all, done) = search.by_lists(&found, steps)?;
+                if done {
+                    left.states = self.difference(&left.states, &all)?;
+                    work.lost_by_lists.fetch_add(1, Relaxed);
+                    return Ok((left, Some(all)));
                 }
+                found = all;
             }
             let until = work.steps.load(Relaxed).saturating_add(steps.saturating_mul(4));
             while !self.store.is_zero(&lost.0) && work.steps.load(Relaxed) < until {
                 let is_simpler = |x: &StateSet, y: &StateSet| self.store.is_smaller(&x.0, &y.0);
                 lost = remove_layer(self, &mut left, within, won, edge_labels, &lost, is_simpler)?;
             }
+            if self.store.is_zero(&lost.0) {
+                break;
+            }
+            found = self.union(&found, &lost)?;
+            let rest =
+                Region { states: self.difference(&left.states, &found)?, choices: left.choices.clone() };
+            search = self.search(&rest, won, &found, edge_labels)?;
             steps = steps.saturating_mul(16);
         }
         work.lost[0].fetch_add(1, Relaxed);
         Ok((left, None))
+    }
+
+    /// Starts a search over sets of states alone. Returns `None` if there are edge labels, or choices are missing
+    /// for another reason than a step into a lost state.
+    fn search(
+        &self,
+        left: &Region<StateSet, ChoiceSet>,
+        won: &StateSet,
+        lost: &StateSet,
+        edge_labels: &[EdgeLabels<StateSet>],
+    ) -> Result<Option<Losing<'_>>> {
+        if edge_labels.is_empty() { Losing::new(self, left, won, lost) } else { Ok(None) }
     }
 
     /// Returns true if a recursion over parts is expected to pay off.

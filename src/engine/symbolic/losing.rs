@@ -78,6 +78,9 @@ impl<'e> Losing<'e> {
     /// which do not have them, are faster.
     pub(super) fn by_lists(&self, first: &StateSet, steps: u64) -> Result<(StateSet, bool)> {
         let (store, thresholds) = (&self.engine.store, self.engine.store.thresholds());
+        let of_candidates =
+            thresholds.lose_steps_per_node.saturating_mul(store.size(&self.candidates)? as u64);
+        let steps = steps.max(of_candidates);
         let trial = thresholds.lose_trial_steps.min(steps);
         let (mut found, mut done) = store.lose(&self.lost, &self.candidates, self.lists, trial)?;
         if !done && trial < steps {
