@@ -77,6 +77,10 @@ impl Engine for ExplicitEngine {
         self.program.kind == ModelKind::Dtmc
     }
 
+    fn drawing_states(&self) -> Option<Count> {
+        Some(Count::from(self.drawing))
+    }
+
     fn rounded_state(&self) -> Option<&State> {
         self.rounded.as_ref()
     }
@@ -398,6 +402,22 @@ impl Numbers for Marks<'_> {
         self.engine.space.find(code).map(|state| state as u32)
     }
 
+    fn code(&self, number: u32) -> &[u64] {
+        match &*self.engine.space {
+            Space::Indexed(index) => index.code(number as usize),
+            Space::Every(_) => &[],
+        }
+    }
+
+    fn choices(&self, number: u32) -> usize {
+        self.engine.graph.choices_of(number as usize).len()
+    }
+
+    fn is_certain(&self, number: u32) -> bool {
+        let choices = self.engine.graph.choices_of(number as usize);
+        self.engine.graph.transitions_of(choices.clone()) == choices.len()
+    }
+
     fn marks(&self, number: u32) -> u64 {
         let marks = self.sets.iter().enumerate().map(|(set, x)| u64::from(x.has(number as usize)) << set);
         marks.sum()
@@ -409,8 +429,10 @@ impl Numbers for Marks<'_> {
         let choice = graph.choices_of(number as usize).start + position;
         into.clear();
         into.extend_from_slice(graph.successors_of(choice));
-        // Codes compare as the values do.
-        into.sort_unstable_by(|&a, &b| index.code(a as usize).cmp(index.code(b as usize)));
+        if into.len() > 1 {
+            // Codes compare as the values do.
+            into.sort_unstable_by(|&a, &b| index.code(a as usize).cmp(index.code(b as usize)));
+        }
     }
 }
 
