@@ -291,7 +291,7 @@ impl<'a, E: Engine> Search<'a, E> {
         let found = Coded::new(self.program, &codec);
         let by_code = ByCode { parts: &*parts, codec: &codec, growing, found };
         let (graph, starts, found) = by_code.run(states, walk)?;
-        Ok(Reached { graph, starts, nodes: Nodes::Coded(found) })
+        Ok(Reached { graph, starts, nodes: Nodes::Coded(Box::new(found)) })
     }
 }
 

@@ -58,7 +58,7 @@ pub(super) struct Reached<'e> {
 /// The nodes of the states that were found.
 pub(super) enum Nodes<'e> {
     /// By code.
-    Coded(Coded),
+    Coded(Box<Coded>),
     /// The node of each state of the engine, by its number, or [`UNSEEN`].
     Numbered(Box<dyn Membership + 'e>, Vec<u32>),
 }
@@ -70,7 +70,7 @@ impl Nodes<'_> {
     /// The memory limit is reached.
     pub(super) fn coded(self, program: &Program, codec: &Codec, meter: &mut Meter<'_>) -> Result<Coded> {
         let (parts, nodes) = match self {
-            Nodes::Coded(coded) => return Ok(coded),
+            Nodes::Coded(coded) => return Ok(*coded),
             Nodes::Numbered(parts, nodes) => (parts, nodes),
         };
         let mut coded = Coded::new(program, codec);

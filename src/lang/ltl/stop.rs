@@ -40,6 +40,9 @@ impl Stopped {
     }
 }
 
+/// A condition on states in the pool, also as a formula.
+type Known = (ExprId, Box<Formula>);
+
 struct Reader<'a> {
     program: &'a Program,
     source: &'a Arc<SourceFile>,
@@ -61,26 +64,33 @@ impl Reader<'_> {
                 let known = self.known(a)?;
                 known.map(|(a, known)| (self.pool.unary(Unary::Not, a), here(Always(steps.clone(), known))))
             }
-            Until(steps, a, b) if steps.least.is_none() => self.pair(a, b)?.map(|(stop, a, b)| match steps {
-                Steps { most: None, .. } => (stop, here(Eventually(Steps::default(), b))),
-                steps => (stop, here(Until(steps.clone(), a, b))),
+            Until(steps, a, b) if steps.least.is_none() => self.pair(a, b)?.map(|(a, b)| {
+                let kind = match &steps.most {
+                    None => Eventually(Steps::default(), b.1),
+                    Some(_) => Until(steps.clone(), a.1, b.1),
+                };
+                (self.unless(a.0, b.0), here(kind))
             }),
-            Weak(a, b) => self.pair(a, b)?.map(|(stop, a, b)| (stop, here(Weak(a, b)))),
-            Release(a, b) => self.pair(b, a)?.map(|(stop, b, a)| (stop, here(Release(a, b)))),
-            Strong(a, b) => self.pair(b, a)?.map(|(stop, b, a)| (stop, here(Strong(a, b)))),
+            Weak(a, b) => self.pair(a, b)?.map(|(a, b)| (self.unless(a.0, b.0), here(Weak(a.1, b.1)))),
+            Release(a, b) => self.pair(a, b)?.map(|(a, b)| (self.unless(b.0, a.0), here(Release(a.1, b.1)))),
+            Strong(a, b) => self.pair(a, b)?.map(|(a, b)| (self.unless(b.0, a.0), here(Strong(a.1, b.1)))),
             _ => None,
         })
     }
 
-    /// Returns the condition `b | !a` for two conditions, and the conditions in the pool.
-    fn pair(&mut self, a: &Formula, b: &Formula) -> Result<Option<(ExprId, Box<Formula>, Box<Formula>)>> {
-        let (Some((a, first)), Some((b, second))) = (self.known(a)?, self.known(b)?) else { return Ok(None) };
+    /// Returns two conditions on states in the pool; `None` for other formulas.
+    fn pair(&mut self, a: &Formula, b: &Formula) -> Result<Option<(Known, Known)>> {
+        Ok(self.known(a)?.zip(self.known(b)?))
+    }
+
+    /// Returns the condition `b | !a`.
+    fn unless(&mut self, a: ExprId, b: ExprId) -> ExprId {
         let not = self.pool.unary(Unary::Not, a);
-        Ok(Some((self.pool.binary(Binary::Or, b, not), first, second)))
+        self.pool.binary(Binary::Or, b, not)
     }
 
     /// Returns a condition on states in the pool; `None` for other formulas.
-    fn known(&mut self, f: &Formula) -> Result<Option<(ExprId, Box<Formula>)>> {
+    fn known(&mut self, f: &Formula) -> Result<Option<Known>> {
         let id = match &f.kind {
             FormulaKind::State(e) => lower_condition(self.program, self.pool, self.source, e)?,
             FormulaKind::Known(id) => *id,
