@@ -26,6 +26,7 @@ def stop(context):
     if decided is None:
         refused(context, asked)
     else:
+        context.case.features.add("stops at the target")
         of_formula(context, whole, (asked, operator, text), decided)
     if target is not None and "cost" in context.source.rewards:
         earned(context, whole, target)

@@ -26,7 +26,7 @@ const KEY: u32 = 0;
 pub(super) enum Part {
     /// The path ends: with the probability 1, or without further reward.
     End,
-    /// The path goes on.
+    /// The path continues.
     Inside,
     /// The path has failed.
     Lost,

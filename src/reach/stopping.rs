@@ -46,7 +46,7 @@ impl Stopping {
     /// Takes a property that the model names.
     ///
     /// # Errors
-    /// No state decides the formula.
+    /// The formula is not decided by a state.
     pub fn named(program: &Program, asked: named::Asked) -> Result<Self> {
         let source = Arc::clone(&program.source);
         let Stopped { program, formula } = Stopped::new(program, &source, &asked.formula)?;

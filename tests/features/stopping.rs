@@ -35,7 +35,7 @@ const FORMULAS: [&str; 12] = [
 const ATOMS: [&str; 9] =
     ["s=0", "s=2", "s>1", "b", "s!=1", "s=2 & !b", "\"l\"", "\"deadlock\"", "!\"deadlock\" & s<3"];
 
-/// What an engine says of a question.
+/// The answer of an engine to a question.
 struct Said {
     /// The regions that contain each initial state.
     regions: BTreeMap<State, Vec<bool>>,
