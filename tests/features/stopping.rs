@@ -82,6 +82,7 @@ fn check(case: &RandomCase, question: &str) {
     let none = SourceFile::new("--const", "");
     let program = lang::load(&SourceFile::new("m.prism", case.model.as_str()), &none).unwrap().program;
     let source = SourceFile::new("--property", question);
+    let mut values = Vec::new();
     for settings in settings(&case) {
         let asking = Asking::property(&program, &source, &[]).unwrap();
         let whole = said(program.clone(), &asking, &settings);
@@ -91,7 +92,10 @@ fn check(case: &RandomCase, question: &str) {
         assert_eq!(stopped.holds, whole.holds, "{question}");
         assert!(overlap(&stopped.value, &whole.value), "{question}: {:?} {:?}", stopped.value, whole.value);
         assert!(stopped.states <= whole.states && stopped.deadlocks <= whole.deadlocks, "{question}");
+        values.push([whole.value, stopped.value].map(|value| format!("{value:?}")));
     }
+    // States found by number and by code have the same equations, in the same order.
+    assert!(values.iter().all(|of| *of == values[0]), "{question}: {values:?}");
 }
 
 proptest! {

@@ -18,6 +18,7 @@ mod index;
 mod initial;
 mod layout;
 mod machine;
+mod marks;
 mod meter;
 mod numbering;
 mod numbers;
