@@ -2,12 +2,13 @@
 """Compares the probabilities of `meliora reach` with those of Storm's sparse engine, and the times of both.
 
 usage: compare_values.py FOLDER [--only TEXT] [--runs N] [--timeout S] [--memory M] [--csv FILE] [--binary PATH]
+                         [--stop-at-target]
 
 FOLDER/perf.json is a list of {id, model, constants, target}, models relative to FOLDER, in PRISM's language. For each
 instance Pmax=? and Pmin=? of reaching the target are asked. Times are CPU seconds in user mode, the least of all runs, which
 alternate: Meliora's are those of the whole process, Storm's those of reading, building and checking, with its sound methods,
 in a process of its own (`pip install stormpy`). A value agrees if Storm's number is inside the interval, or at most 2e-6 away
-from it.
+from it. With --stop-at-target, `reach` does not explore the states behind the target, as Storm does not.
 Exit status: 0 all agree, 1 a difference, 2 usage.
 """
 
@@ -60,6 +61,7 @@ def compare(args: argparse.Namespace, instance: dict[str, Any], question: str) -
     model, constants = str(args.folder / instance["model"]), instance["constants"] or ""
     command = [args.binary, "reach", model, "--property", question, "--json", "--quiet", "--memory", args.memory]
     command += ["--const", constants] if constants else []
+    command += ["--stop-at-target"] if args.stop_at_target else []
     asked = [sys.executable, __file__, "--ask", model, constants, question]
     ours, theirs = harness.alternately(
         args.runs, [lambda: harness.run(command, args.timeout), lambda: harness.run(asked, args.timeout)]
@@ -107,6 +109,7 @@ def main() -> int:
     parser.add_argument("--memory", default="4GiB")
     parser.add_argument("--csv", type=Path)
     parser.add_argument("--binary", help="the command meliora")
+    parser.add_argument("--stop-at-target", action="store_true")
     args = parser.parse_args()
     args.binary = harness.find_meliora(args.binary)
     rows: list[dict[str, Any]] = []

@@ -2,14 +2,15 @@
 """Compares the values of `meliora reach` with the reference results of the Quantitative Verification Benchmark Set.
 
 usage: qvbs_values.py BENCHMARKS [--models DIR] [--only TEXT] [--timeout S] [--storm] [--runs N] [--markdown FILE]
-                      [--binary PATH]
+                      [--binary PATH] [--stop-at-target]
 
 BENCHMARKS is the folder `benchmarks` of the set (https://github.com/ahartmanns/qcomp), whose files `index.json` have the
 results; --models: the folder with the JANI files, if they are elsewhere. For each instance and property of type
 `prob-reach` or `exp-reward` with a result, the interval must contain the reference value: exactly if the result is a
 fraction, and up to its own precision (1e-3, relative) if it is an approximation. With --storm, Storm's sparse engine
 computes the same values with its sound methods, as a process of its own (`pip install stormpy`). Times are CPU seconds in user
-mode, the least of all runs, which alternate.
+mode, the least of all runs, which alternate. With --stop-at-target, `reach` does not explore the states behind the target, as
+Storm does not; the column of states has those explored.
 Exit status: 0 all agree, 1 a difference, 2 usage.
 """
 
@@ -103,6 +104,7 @@ def compare(args: argparse.Namespace, row: tuple[str, Path, str, dict[str, Any]]
             continue
         commands = [[args.binary, "reach", str(path), "--property", prop, "--json"]]
         commands[0] += ["--const", constants] if constants else []
+        commands[0] += ["--stop-at-target"] if args.stop_at_target else []
         if args.storm:
             commands.append([sys.executable, __file__, "--ask-storm", str(path), constants, prop])
         runs = harness.alternately(args.runs, [partial(harness.run, c, args.timeout) for c in commands])
@@ -135,6 +137,7 @@ def main() -> int:
     parser.add_argument("--runs", type=int, default=1)
     parser.add_argument("--markdown", type=Path)
     parser.add_argument("--binary", help="the command meliora")
+    parser.add_argument("--stop-at-target", action="store_true")
     args = parser.parse_args()
     args.binary = harness.find_meliora(args.binary)
     heading = ["instance", "property", "states", "reference", "interval", "", "time"] + ["Storm"] * args.storm

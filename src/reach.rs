@@ -1,6 +1,7 @@
 //! Questions about paths: to reach a target, or to satisfy a temporal formula.
 
 mod asking;
+mod stopping;
 mod under;
 
 use std::sync::Arc;
@@ -17,6 +18,7 @@ use meliora_model::predicate::Predicate;
 use meliora_model::preference::Requirement;
 use meliora_model::temporal::{Begin, Condition};
 use meliora_planning::{RegionSearch, temporal};
+pub use stopping::Stopping;
 pub use under::Under;
 
 /// The name of the monitors of requirements.

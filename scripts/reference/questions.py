@@ -2,6 +2,7 @@
 
 import functools
 import math
+import re
 from fractions import Fraction
 
 from reference.equations import ONE, ZERO, Action, cheapest, greatest
@@ -9,7 +10,7 @@ from reference.games import LeftOut, almost_surely
 from reference.model import almost_sure, can_stay, explore, reachability
 from reference.prism import InputError
 from reference.product import formulas_watched, product, satisfaction, secured
-from reference.temporal import TRUE, conjunction, negated, parse
+from reference.temporal import TRUE, conjunction, negated, parse, parts
 
 
 class Question:
@@ -44,6 +45,40 @@ class Question:
     def least(self):
         """The least probability of the formula in each state."""
         return {state: 1 - p for state, p in self.most(negated(self.formula)).items()}
+
+
+def deciding(whole, text):
+    """The states that decide a formula, whatever comes later; None unless it is one operator over conditions on states.
+    An upper bound on its steps decides nothing else."""
+    formula = parse(re.sub(r"\b([FGU])<=\d+", r"\1", text))
+    if formula[0] not in ("U", "W") or any(part[0] in ("X", "U", "W") for side in formula[1:] for part in parts(side)):
+        return None
+    left, right = (satisfying(whole, side) for side in formula[1:])
+    return right | (set(whole.states) - left)
+
+
+def satisfying(whole, formula):
+    """The states that satisfy a formula without temporal operators."""
+    kind = formula[0]
+    if kind in ("true", "false"):
+        return set(whole.states if kind == "true" else ())
+    if kind == "is":
+        found = whole.where(formula[1])
+        return found if formula[2] else set(whole.states) - found
+    one, other = (satisfying(whole, part) for part in formula[1:])
+    return one & other if kind == "and" else one | other
+
+
+def reached_until(whole, decided):
+    """The states that paths reach if they do not leave those that decide a question."""
+    found, open_ = set(whole.initial), list(whole.initial)
+    while open_:
+        state = open_.pop()
+        if state not in decided:
+            new = {to for choice in whole.choices[state] for to in choice.to} - found
+            found |= new
+            open_ += new
+    return found
 
 
 def chances(mdp, target):

@@ -1,6 +1,19 @@
 """All checks by name."""
 
-from tester import checks, exchange, games, package, pages, promises, questions, refusals, regions, tables, together
+from tester import (
+    checks,
+    exchange,
+    games,
+    package,
+    pages,
+    promises,
+    questions,
+    refusals,
+    regions,
+    stopping,
+    tables,
+    together,
+)
 
-GROUPS = (checks, games, promises, regions, questions, tables, together, exchange, pages, refusals, package)
+GROUPS = (checks, games, promises, regions, questions, tables, together, stopping, exchange, pages, refusals, package)
 ALL = {name: check for group in GROUPS for name, check in group.ALL.items()}

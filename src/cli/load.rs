@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use meliora::reach::{Asking, Required};
+use meliora::reach::{Asking, Required, Stopping};
 use meliora_dump::manifest;
 use meliora_engine::{AnyEngine, Count, Engine, NoProgress, Selection, Settings, Storage};
 use meliora_engine::{Order, SymbolicEngine};
@@ -130,11 +130,15 @@ fn loaded(model: &Path, given: &Given, sink: &TerminalSink) -> Result<Loaded, Er
     let checked = document(model)?.load(given, sink)?;
     sink.warn_at(&checked.warnings);
     let program = checked.program;
-    let overlap = match program.kind {
+    Ok(Loaded { overlap: overlap(&program), program, named: checked.properties })
+}
+
+/// Returns [`Loaded::overlap`] for a program.
+fn overlap(program: &Program) -> Option<Predicate> {
+    match program.kind {
         ModelKind::Dtmc => Some(program.overlap()),
         ModelKind::Mdp | ModelKind::Smg => None,
-    };
-    Ok(Loaded { program, named: checked.properties, overlap })
+    }
 }
 
 /// Reads the model for a command. Returns it with [`Loaded::overlap`].
@@ -233,6 +237,27 @@ pub(super) fn asked(
         questions.push(Stated { text: text.clone(), asking });
     }
     Ok(Asked::new(program, questions, overlap))
+}
+
+/// Reads the model, and a target or a property whose paths stop where it is decided.
+///
+/// # Errors
+/// A file, the constants, the bounds or an expression is wrong; no state decides the property.
+pub(super) fn stopping(
+    args: &ModelArgs,
+    (target, property): (Option<&str>, Option<&str>),
+    sink: &TerminalSink,
+) -> Result<Asked, Error> {
+    let Loaded { program, named, .. } = parsed(args, sink)?;
+    let Some(text) = target.or(property) else { return Err(without_question(&named)) };
+    let known = named.iter().find(|p| target.is_none() && p.name == text);
+    let Stopping { program, asking } = match known {
+        Some(named) => Stopping::named(&program, of_model(named)?)?,
+        None if target.is_some() => Stopping::target(&program, &SourceFile::new("--target", text))?,
+        None => Stopping::property(&program, &SourceFile::new("--property", text))?,
+    };
+    let overlap = overlap(&program);
+    Ok(Asked::new(program, vec![Stated { text: text.to_owned(), asking }], overlap))
 }
 
 /// Lets reports name an expression of the conditions that is not exact, if all of the model are.
@@ -441,7 +466,10 @@ pub(super) fn warn_of_states<E: Engine>(
         sink.warn_at(&[fault::rounded(program, command, sum, state)]);
     }
     let Some(overlap) = overlap else { return Ok(()) };
-    let states = engine.count(&engine.states_where(overlap)?)?;
+    let states = match engine.drawing_states() {
+        Some(states) => states,
+        None => engine.count(&engine.states_where(overlap)?)?,
+    };
     if states != Count::ZERO {
         let (count, plural) = counted(&states);
         let what = if plural { "states" } else { "state" };

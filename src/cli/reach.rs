@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use meliora::reach::{Asking, Target, Under};
-use meliora_engine::{Count, Engine};
+use meliora_engine::{Count, Engine, Scope};
 use meliora_model::error::Error;
 use meliora_quantities::answer::{Answer, PRECISION};
 use meliora_report::reach::Share;
@@ -13,6 +13,7 @@ use meliora_report::{Number, ReachReport};
 use super::exit::Status;
 use super::load::{self, Asked, Stated};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
+use super::progress::TerminalSink;
 use super::properties::{self, Several};
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
@@ -51,6 +52,11 @@ pub(super) struct ReachArgs {
     #[arg(long, value_name = "FORMULA", allow_hyphen_values = true)]
     require: Vec<String>,
 
+    /// Do not explore the states behind those that decide the question, one target or property: the
+    /// answer in the initial states is the same, and the counts are those of the part explored
+    #[arg(long)]
+    stop_at_target: bool,
+
     /// Largest width of a value, absolute for probabilities, relative above 1 for rewards
     #[arg(long, value_name = "X", default_value_t = PRECISION, value_parser = super::options::precision)]
     precision: f64,
@@ -73,6 +79,31 @@ impl ReachArgs {
         };
         Ok(sweep::Job::Reach { regions: self.target.is_some() || self.property.len() == 1, properties })
     }
+
+    /// Checks that `--stop-at-target` has a meaning with the other options.
+    fn check_stop(&self) -> Result<(), Error> {
+        let problem = if !self.stop_at_target {
+            return Ok(());
+        } else if self.properties.is_some() || self.all_properties || self.property.len() > 1 {
+            "needs one `--target` or one `--property`, since each question is decided in other states"
+        } else if !self.require.is_empty() {
+            "cannot be used with `--require`, which must be kept behind the target, too; leave out one of the two"
+        } else if self.model.scope == Scope::All {
+            "cannot be used with `--scope all`, in which every valuation is a state; leave out one of the two"
+        } else {
+            return Ok(());
+        };
+        Err(Error::Usage(format!("`--stop-at-target` {problem}")))
+    }
+
+    /// Reads the model and the question.
+    fn asked(&self, sink: &TerminalSink) -> Result<Asked, Error> {
+        let target = self.target.as_deref();
+        match self.stop_at_target {
+            true => load::stopping(&self.model, (target, self.property.first().map(String::as_str)), sink),
+            false => load::asked(&self.model, target, (&self.property, &self.require), sink),
+        }
+    }
 }
 
 /// Runs the command.
@@ -81,6 +112,7 @@ impl ReachArgs {
 /// The input is wrong, or a limit is hit.
 pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
+    args.check_stop()?;
     let inputs: Vec<&Path> = args.properties.iter().map(PathBuf::as_path).collect();
     if let Some(status) = args.sweep.run(&args.model, &inputs, |first| args.rows(first), &args.shown)? {
         return Ok(status);
@@ -97,15 +129,14 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
     }
     let asked = args.target.as_ref().or(args.property.first()).cloned().unwrap_or_default();
     let header = args.engine.header(args.model.header());
-    let report = ReachReport::of_expression(header, &asked);
+    let mut report = ReachReport::of_expression(header, &asked);
+    report.stops_at_target = args.stop_at_target;
     let (limits, shown) = (args.model.limits(), args.shown.of(&args.model));
     supervise(report, limits, &shown, move |job| work(job, &args))
 }
 
 fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
-    let read =
-        || load::asked(&args.model, args.target.as_deref(), (&args.property, &args.require), &job.sink);
-    let asked = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
+    let asked = job.timed("parse", || args.asked(&job.sink), |r, s| r.time.add("parse", s))?;
     let Some(Stated { asking, .. }) = asked.questions.first() else { return Ok(()) };
     let program = asking.goal.program(&asked.program);
     let mut selected = args.engine.select([&**program], &args.model);
@@ -138,7 +169,9 @@ fn answer<E: Engine>(
     let engine = under.engine();
     let (mut search, judged) = (asking.goal.search(engine)?, asking.goal.judged(engine)?);
     if matches!(asking.goal.target, Target::States(_)) {
-        let size = engine.count(&search.goal()?)?;
+        // The goal has states with monitors that are not fresh, which stand for the same model state.
+        let own = engine.intersection(&engine.all_states(), &judged)?;
+        let size = engine.count(&engine.intersection(&search.goal()?, &own)?)?;
         if size == Count::ZERO {
             job.sink.warn("no state satisfies the target");
         }

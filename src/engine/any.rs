@@ -309,6 +309,10 @@ impl Engine for AnyEngine {
         on!(self, e => e.is_markov_chain())
     }
 
+    fn drawing_states(&self) -> Option<Count> {
+        on!(self, e => e.drawing_states())
+    }
+
     fn rounded_state(&self) -> Option<&State> {
         on!(self, e => e.rounded_state())
     }

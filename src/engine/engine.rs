@@ -89,6 +89,11 @@ pub trait Engine:
     fn is_markov_chain(&self) -> bool {
         false
     }
+    /// Returns the number of states of a `dtmc` in which several choices are enabled, one of which is
+    /// drawn; `None` if the engine has not counted them.
+    fn drawing_states(&self) -> Option<Count> {
+        None
+    }
     /// Returns a state of the scope in which the probabilities of an enabled command sum to 1 only
     /// after rounding, or `None` if all sums are exact. [`meliora_model::Program::rounded_in`] finds
     /// the command.

@@ -29,8 +29,17 @@ pub trait Numbers {
     /// `None` outside the scope.
     fn number(&self, code: &[u64]) -> Option<u32>;
 
+    /// Returns the code of a state.
+    fn code(&self, number: u32) -> &[u64];
+
     /// Returns the sets that contain a state: bit i for set i.
     fn marks(&self, number: u32) -> u64;
+
+    /// Returns the number of choices of a state.
+    fn choices(&self, number: u32) -> usize;
+
+    /// Returns whether each choice of a state has one successor, whose probability is 1 then.
+    fn is_certain(&self, number: u32) -> bool;
 
     /// Writes the successors of a choice, each once and ordered by values. The choice is known by its
     /// position in the order of [`Program::steps`](meliora_model::Program::steps).

@@ -122,6 +122,9 @@ fn title(program: &Program, id: CommandId) -> String {
     if program.monitors.as_ref().is_some_and(|o| o.module == command.module) {
         return "a state formula of a temporal objective".to_owned();
     }
+    if program.stop == Some(id) {
+        return "the condition of the states where paths stop".to_owned();
+    }
     match command.action {
         Some(action) => format!("command {} of `{module}` for [{}]", command.number, program.actions[action]),
         None => format!("command {} of `{module}` without a label", command.number),

@@ -44,6 +44,7 @@ pub mod short;
 pub mod span;
 pub mod stack;
 pub mod step;
+mod stop;
 pub mod temporal;
 pub mod trend;
 pub mod valuation;
@@ -148,6 +149,8 @@ pub struct Program {
     pub monitors: Option<temporal::Monitors>,
     /// The players of a game (`smg`); `None` for all other models.
     pub players: Option<Players>,
+    /// The command of the states that are not left; see [`Program::stopping_at`].
+    pub stop: Option<CommandId>,
 }
 
 /// A variable with its range.

@@ -87,6 +87,23 @@ impl Program {
         predicates.get(some)
     }
 
+    /// Returns the states in which some item of a structure may apply to a choice: in all others, every
+    /// choice earns 0. A structure without a meaning applies everywhere, so that its error is found.
+    pub fn earning(&self, structure: &RewardStructure) -> Predicate {
+        let mut predicates = Predicates::over(self);
+        let pool = predicates.pool();
+        let mut some = Vec::with_capacity(structure.items.len());
+        for item in &structure.items {
+            let earned = self.earned_where(pool, item.earner);
+            some.push(pool.binary(Binary::And, item.guard, earned));
+        }
+        let some = match structure.errors.is_empty() {
+            true => joined(pool, Binary::Or, some),
+            false => pool.value(Value::Bool(true)),
+        };
+        predicates.get(some)
+    }
+
     /// Returns the states in which some choice earns.
     fn earned_where(&self, pool: &mut ExprPool, earner: Earner) -> ExprId {
         match earner {

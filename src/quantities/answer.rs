@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use super::cost::check_rewards;
 use super::number::{Number, Weight};
-use super::path_values::{self, Value, Wanted};
+use super::path_values::{self, Paths, Value, Wanted};
 use super::state_values::Bound;
 use super::{Bounds, Earned, Interval};
 use meliora_engine::Engine;
@@ -142,15 +142,15 @@ pub fn answer<E: Engine>(
     }
     let optimum = optimum(quantity, program);
     let wanted = wanted(program, quantity, &target)?;
-    let values = |exact| path_values::values(engine, program, (&wanted, optimum), regions, &states, exact);
-    let mut found = values(false)?;
+    let mut paths = Paths::explore(engine, program, (&wanted, optimum), regions, &states)?;
+    let mut found = paths.values(false)?;
     // The values of several states may be far apart; each has narrow bounds of its own.
     let is_narrow = |found: &[Value]| found.iter().all(|value| bound(value.interval()).width() <= precision);
     let is_decided =
         |found: &[Value]| quantity.bound.as_ref().is_none_or(|bound| truth(found, bound).is_some());
     // Where bounds are too wide, or contain the bound of the property, exact numbers decide.
     if found.end.is_ok() && !(is_narrow(&found.values) && is_decided(&found.values)) {
-        match values(true).and_then(|exact| exact.end.map(|()| exact.values)) {
+        match paths.values(true).and_then(|exact| exact.end.map(|()| exact.values)) {
             Ok(exact) => found.values = exact,
             Err(e) => found.end = Err(e),
         }

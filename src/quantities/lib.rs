@@ -35,6 +35,7 @@
 //! | [`choose`] | strategies that attain the values |
 //! | [`confirmed`], `inductive` | bounds that one step confirms, for certificates |
 //! | [`path_values`] | probabilities of formulas and rewards until a target, without preferences |
+//! | `reached`, `by_number`, `by_code` | the graph of their states: by the numbers of an engine that stores states one by one, or by code |
 //!
 //! # Methods
 //!
@@ -103,6 +104,8 @@
 pub mod all_states;
 pub mod answer;
 mod blocks;
+mod by_code;
+mod by_number;
 pub mod choose;
 mod codes;
 mod component;
@@ -127,6 +130,7 @@ pub mod outlook;
 mod pace;
 pub mod path_values;
 mod places;
+mod reached;
 mod repeated;
 mod solution;
 mod solve;

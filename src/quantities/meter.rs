@@ -46,6 +46,16 @@ impl<'o> Meter<'o> {
         self.bytes = self.bytes.saturating_sub(bytes as u64);
     }
 
+    /// Returns the bytes that are kept.
+    pub(super) fn bytes(&self) -> usize {
+        self.bytes as usize
+    }
+
+    /// Gives all but these bytes back.
+    pub(super) fn release_to(&mut self, bytes: usize) {
+        self.bytes = bytes as u64;
+    }
+
     /// Counts one of many small steps.
     ///
     /// # Errors

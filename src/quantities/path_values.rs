@@ -7,25 +7,23 @@
 //! surely: by some strategy for the least, by every strategy for the greatest. So only the states
 //! between the regions, as far as the given states reach them, have equations.
 
-use super::codes::Codes;
-use super::cost::{Cost, Earned};
-use super::graph::{EVERY, Edge, Graph, LOST, Rank};
+use super::by_code::ByCode;
+use super::by_number::ByNumber;
+use super::cost::Earned;
+use super::graph::{Graph, LOST};
 use super::meter::Meter;
-use super::number::{Bounds, Interval, Number, Weight};
+use super::number::{Bounds, Interval, Number};
+use super::reached::{Coded, END, Growing, Nodes, Reached};
 use super::solution::Solution;
 use super::solve::NONE;
 use super::system::{Quantity, System};
 use meliora_engine::Engine;
-use meliora_engine::explicit::weighted::{Code, Codec, Steps, Walk, Walker};
-use meliora_engine::membership::{Membership, Numbers};
+use meliora_engine::explicit::weighted::{Codec, Walker};
 use meliora_engine::regions::{Regions, Which};
 use meliora_model::error::Result;
 use meliora_model::exact::Ratio;
 use meliora_model::property::Measure;
 use meliora_model::{Optimum, Program, State};
-
-/// The node of all states where the path ends.
-const END: u32 = 0;
 
 /// The quantity that is wanted.
 #[derive(Debug)]
@@ -78,47 +76,115 @@ pub fn needed(measure: &Measure, optimum: Optimum) -> &'static [Which] {
 /// names; for a reward, these are the regions of reaching the target. With `exact`, computes with fractions, which can
 /// become very long.
 ///
-/// Cost: one evaluation of the commands, and some membership tests, per state between the regions
-/// that the given states reach.
+/// Cost: that of [`Paths::explore`] and [`Paths::values`].
 ///
 /// # Errors
-/// A limit is reached before bounds are known; a command or a reward has no meaning in some state; a
-/// region is missing.
+/// The errors of [`Paths::explore`].
 pub fn values<E: Engine>(
     engine: &E,
     program: &Program,
-    (wanted, optimum): (&Wanted<'_, E::States>, Optimum),
+    wanted: (&Wanted<'_, E::States>, Optimum),
     regions: &Regions<Option<E::States>>,
     states: &[State],
     exact: bool,
 ) -> Result<Answer> {
-    program.of_one_player("a number")?;
-    let all = engine.all_states();
-    let region = |which: Which| regions.known(which).cloned();
-    let others = |which: Which| engine.difference(&all, regions.known(which)?);
-    let search = match (wanted, optimum) {
-        (Wanted::Probability, Optimum::Max) => {
-            let (end, inside) = (region(Which::PmaxOne)?, region(Which::PmaxPositive)?);
-            Search { engine, program, end, inside, quantity: Quantity::Probability(1), cost: None }
-        }
-        (Wanted::Probability, Optimum::Min) => {
-            let (end, inside) = (others(Which::PminPositive)?, others(Which::PminOne)?);
-            Search { engine, program, end, inside, quantity: Quantity::Probability(1), cost: None }
-        }
-        (Wanted::Reward(cost, target), Optimum::Min) => {
-            let (end, inside) = ((*target).clone(), region(Which::PmaxOne)?);
-            Search { engine, program, end, inside, quantity: Quantity::Cost(1), cost: Some(*cost) }
-        }
-        (Wanted::Reward(cost, target), Optimum::Max) => {
-            let (end, inside) = ((*target).clone(), region(Which::PminOne)?);
-            Search { engine, program, end, inside, quantity: Quantity::Reward, cost: Some(*cost) }
-        }
-    };
-    let mut answer = if exact { search.run::<Ratio>(states)? } else { search.run::<Interval>(states)? };
-    if search.cost.is_none() && optimum == Optimum::Min {
-        answer.values = answer.values.into_iter().map(complemented).collect();
+    Paths::explore(engine, program, wanted, regions, states)?.values(exact)
+}
+
+/// The states between the regions that some states reach, with the equations of a quantity.
+pub struct Paths<'e> {
+    graph: Graph,
+    /// The nodes of the states asked for.
+    starts: Vec<u32>,
+    quantity: Quantity,
+    /// True if the probability of the negation is computed.
+    is_negated: bool,
+    meter: Meter<'e>,
+}
+
+impl<'e> Paths<'e> {
+    /// Finds the states that have equations, for a quantity in some states of the scope; see [`values`].
+    ///
+    /// Cost: some membership tests per state between the regions that the given states reach, and one
+    /// evaluation of the commands, unless the engine knows that each choice of the state has one successor.
+    ///
+    /// # Errors
+    /// A limit is reached; a command or a reward has no meaning in some state; a region is missing.
+    pub fn explore<E: Engine>(
+        engine: &'e E,
+        program: &Program,
+        (wanted, optimum): (&Wanted<'_, E::States>, Optimum),
+        regions: &Regions<Option<E::States>>,
+        states: &[State],
+    ) -> Result<Self> {
+        program.of_one_player("a number")?;
+        let all = engine.all_states();
+        let region = |which: Which| regions.known(which).cloned();
+        let others = |which: Which| engine.difference(&all, regions.known(which)?);
+        let (end, inside, quantity, cost) = match (wanted, optimum) {
+            (Wanted::Probability, Optimum::Max) => {
+                let (end, inside) = (region(Which::PmaxOne)?, region(Which::PmaxPositive)?);
+                (end, inside, Quantity::Probability(1), None)
+            }
+            (Wanted::Probability, Optimum::Min) => {
+                let (end, inside) = (others(Which::PminPositive)?, others(Which::PminOne)?);
+                (end, inside, Quantity::Probability(1), None)
+            }
+            (Wanted::Reward(cost, target), Optimum::Min) => {
+                ((*target).clone(), region(Which::PmaxOne)?, Quantity::Cost(1), Some(*cost))
+            }
+            (Wanted::Reward(cost, target), Optimum::Max) => {
+                ((*target).clone(), region(Which::PminOne)?, Quantity::Reward, Some(*cost))
+            }
+        };
+        let mut meter = Meter::new(engine);
+        let search = Search { engine, program, end, inside, cost };
+        let (mut walker, before) = (search.walker()?, meter.bytes());
+        let Reached { graph, starts, nodes } = search.explored(states, &mut walker, &mut meter)?;
+        // The graph alone is needed from now on.
+        drop(nodes);
+        meter.release_to(before + graph.bytes());
+        let is_negated = cost.is_none() && optimum == Optimum::Min;
+        Ok(Paths { graph, starts, quantity, is_negated, meter })
     }
-    Ok(answer)
+
+    /// Computes the values of the states asked for. With `exact`, computes with fractions.
+    ///
+    /// # Errors
+    /// A limit is reached before bounds are known.
+    pub fn values(&mut self, exact: bool) -> Result<Answer> {
+        let before = self.meter.bytes();
+        let answer = if exact { self.computed::<Ratio>() } else { self.computed::<Interval>() };
+        self.meter.release_to(before);
+        answer
+    }
+
+    fn computed<N: Number>(&mut self) -> Result<Answer> {
+        let (solution, end) = solved::<N>(&self.graph, self.quantity, &mut self.meter)?;
+        let is_cost = !matches!(self.quantity, Quantity::Probability(_));
+        let value = |node: &u32| match *node {
+            END => Value::Finite(Bounds::of(&if is_cost { N::zero() } else { N::one() })),
+            LOST if is_cost => Value::Infinite,
+            LOST => Value::Finite(Bounds::of(&N::zero())),
+            node => Value::Finite(match solution.get(node).map(Bounds::of) {
+                None => anything(is_cost),
+                Some(bounds) if is_cost => bounds,
+                Some(bounds) => bounds.at_most_one(),
+            }),
+        };
+        let values = self.starts.iter().map(value);
+        let values = match self.is_negated {
+            true => values.map(complemented).collect(),
+            false => values.collect(),
+        };
+        Ok(Answer { values, end })
+    }
+}
+
+/// Returns the bounds of a value of which nothing is known.
+fn anything(is_cost: bool) -> Bounds {
+    let upper = if is_cost { f64::INFINITY } else { 1.0 };
+    Bounds { interval: Interval { lower: 0.0, upper }, exact: None }
 }
 
 /// Returns 1 minus a probability.
@@ -136,7 +202,7 @@ fn complemented(value: Value) -> Value {
 pub(super) struct Likely {
     graph: Graph,
     codec: Codec,
-    found: Found,
+    found: Coded,
     solution: Solution<Interval>,
 }
 
@@ -152,9 +218,13 @@ impl Likely {
         (sure, possible): (&E::States, &E::States),
         states: &[State],
     ) -> Result<Self> {
-        let (end, inside) = (sure.clone(), possible.clone());
-        let search = Search { engine, program, end, inside, quantity: Quantity::Probability(1), cost: None };
-        let Solved { graph, codec, found, solution, end, .. } = search.solved(states)?;
+        let mut meter = Meter::new(engine);
+        let search = Search { engine, program, end: sure.clone(), inside: possible.clone(), cost: None };
+        let mut walker = search.walker()?;
+        let codec = walker.codec().clone();
+        let Reached { graph, nodes, .. } = search.explored(states, &mut walker, &mut meter)?;
+        let found = nodes.coded(program, &codec, &mut meter)?;
+        let (solution, end) = solved(&graph, Quantity::Probability(1), &mut meter)?;
         end.map(|()| Likely { graph, codec, found, solution })
     }
 
@@ -190,301 +260,50 @@ struct Search<'a, E: Engine> {
     end: E::States,
     /// The states in which the path goes on; it fails where it leaves them.
     inside: E::States,
-    quantity: Quantity,
     cost: Option<Earned<'a>>,
 }
 
-/// The states found so far.
-#[derive(Debug)]
-struct Found {
-    codes: Codes,
-    /// The node of each state, [`END`] or [`LOST`].
-    nodes: Vec<u32>,
-}
-
-impl Found {
-    /// Returns the node of a state that was found.
-    fn node(&self, code: &[u64]) -> Option<u32> {
-        self.codes.find(KEY, code).map(|number| self.nodes[number as usize])
-    }
-}
-
-/// The key of all codes.
-const KEY: u32 = 0;
-
-/// The end of a step.
-#[derive(Debug, Clone, Copy)]
-enum Target {
-    /// To a state that was found: its node, [`END`] or [`LOST`].
-    Found(u32),
-    /// To another state of this part of the engine.
-    New(Part),
-}
-
-/// A part of the states of the engine.
-#[derive(Debug, Clone, Copy)]
-enum Part {
-    End,
-    Inside,
-    Lost,
-}
-
-impl Part {
-    /// Returns the part of a state that is in some of these sets: the ends, the states in which the path goes
-    /// on, and all states of the engine.
-    fn of(marks: u64) -> Option<Self> {
-        match marks.trailing_zeros() {
-            0 => Some(Part::End),
-            1 => Some(Part::Inside),
-            2 => Some(Part::Lost),
-            _ => None,
-        }
-    }
-}
-
-/// The states that have equations, with their solution.
-struct Solved<N> {
-    graph: Graph,
-    codec: Codec,
-    found: Found,
-    /// The nodes of the states asked for.
-    starts: Vec<u32>,
-    solution: Solution<N>,
-    /// An error if a limit was reached.
-    end: Result<()>,
-}
-
-impl<E: Engine> Search<'_, E> {
-    /// Returns the values of some states.
-    fn run<N: Number>(&self, states: &[State]) -> Result<Answer> {
-        let Solved { starts, solution, end, .. } = self.solved::<N>(states)?;
-        let value = |node: &u32| match *node {
-            END => Value::Finite(Bounds::of(&if self.cost.is_some() { N::zero() } else { N::one() })),
-            LOST if self.cost.is_some() => Value::Infinite,
-            LOST => Value::Finite(Bounds::of(&N::zero())),
-            node => Value::Finite(match solution.get(node).map(Bounds::of) {
-                None => self.anything(),
-                Some(bounds) if self.cost.is_some() => bounds,
-                Some(bounds) => bounds.at_most_one(),
-            }),
-        };
-        Ok(Answer { values: starts.iter().map(value).collect(), end })
+impl<'a, E: Engine> Search<'a, E> {
+    /// Compiles the program.
+    fn walker(&self) -> Result<Walker<'a>> {
+        Walker::new(self.program, &*self.engine.settings().sink)
     }
 
-    /// Finds the states that some states reach, and solves their equations.
-    fn solved<N: Number>(&self, states: &[State]) -> Result<Solved<N>> {
-        let mut meter = Meter::new(self.engine);
-        let mut walker = Walker::new(self.program, &*self.engine.settings().sink)?;
-        let codec = walker.codec().clone();
-        let (graph, found, starts) = self.explored(states, &mut walker, &mut meter)?;
-        let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
-        let system = System {
-            graph: &graph,
-            quantity: self.quantity,
-            below: None,
-            fractions: &fractions,
-            first: None,
-            margin: None,
-        };
-        let mut solution = system.start(&mut meter)?;
-        let end = system.solve(&mut solution, &mut meter);
-        Ok(Solved { graph, codec, found, starts, solution, end })
-    }
-
-    /// Finds the states that some states reach; returns their graph, and the nodes of those states.
+    /// Finds the states that some states reach.
     fn explored(
         &self,
         states: &[State],
         walker: &mut Walker<'_>,
         meter: &mut Meter<'_>,
-    ) -> Result<(Graph, Found, Vec<u32>)> {
-        let parts = self.engine.membership(&[&self.end, &self.inside, &self.engine.all_states()])?;
-        let codec = walker.codec().clone();
-        let found = Found { codes: Codes::new(self.program, &codec), nodes: Vec::new() };
-        let mut graph = Graph::default();
-        let free = graph.fraction(Ratio::zero());
-        let known = parts.numbers().map(|numbers| Known::new(numbers, meter)).transpose()?;
-        let parts = &*parts;
-        let mut explorer = Explorer { search: self, parts, known, codec: &codec, graph, found, free, meter };
-        let starts = explorer.run(states, &mut *walker.walk())?;
-        Ok((explorer.graph, explorer.found, starts))
-    }
-
-    /// Returns the bounds of a value of which nothing is known.
-    fn anything(&self) -> Bounds {
-        let upper = if self.cost.is_some() { f64::INFINITY } else { 1.0 };
-        Bounds { interval: Interval { lower: 0.0, upper }, exact: None }
+    ) -> Result<Reached<'a>> {
+        let all = self.engine.all_states();
+        let mut parts = self.engine.membership(&[&self.end, &self.inside, &all])?;
+        if let (Some(cost), true) = (&self.cost, parts.numbers().is_some()) {
+            let earning = self.engine.states_where(&self.program.earning(cost.structure))?;
+            parts = self.engine.membership(&[&self.end, &self.inside, &all, &earning])?;
+        }
+        let (codec, growing) = (walker.codec().clone(), Growing::new(self.cost, meter)?);
+        let walk = &mut *walker.walk();
+        if let Some(numbers) = parts.numbers() {
+            let (graph, starts, nodes) = ByNumber::new(numbers, &codec, growing)?.run(states, walk)?;
+            return Ok(Reached { graph, starts, nodes: Nodes::Numbered(parts, nodes) });
+        }
+        let found = Coded::new(self.program, &codec);
+        let by_code = ByCode { parts: &*parts, codec: &codec, growing, found };
+        let (graph, starts, found) = by_code.run(states, walk)?;
+        Ok(Reached { graph, starts, nodes: Nodes::Coded(Box::new(found)) })
     }
 }
 
-/// The exploration of the graph of a search.
-struct Explorer<'a, 'm, E: Engine> {
-    search: &'a Search<'a, E>,
-    /// Tells the [`Part`] of a state.
-    parts: &'a dyn Membership,
-    /// The states by their numbers, if the engine has explored them one by one.
-    known: Option<Known<'a>>,
-    codec: &'a Codec,
-    graph: Graph,
-    found: Found,
-    /// The number of the cost 0.
-    free: u32,
-    meter: &'a mut Meter<'m>,
-}
-
-/// The states that were found, by the numbers of the engine: so none is looked up by its code.
-struct Known<'a> {
-    numbers: &'a dyn Numbers,
-    /// The node of each state of the engine, or [`UNSEEN`].
-    nodes: Vec<u32>,
-    /// The number of each state found; `None` for those that the engine does not have.
-    states: Vec<Option<u32>>,
-    /// The successors of a choice.
-    successors: Vec<u32>,
-}
-
-/// The node of a state that was not found yet.
-const UNSEEN: u32 = LOST - 1;
-
-impl<'a> Known<'a> {
-    fn new(numbers: &'a dyn Numbers, meter: &mut Meter<'_>) -> Result<Self> {
-        meter.take(numbers.states() * (size_of::<u32>() + size_of::<Option<u32>>()))?;
-        let nodes = vec![UNSEEN; numbers.states()];
-        Ok(Known { numbers, nodes, states: Vec::new(), successors: Vec::new() })
-    }
-
-    /// Returns the node of a state that was found.
-    fn node(&self, number: u32) -> Option<u32> {
-        Some(self.nodes[number as usize]).filter(|&node| node != UNSEEN)
-    }
-
-    /// Adds a state.
-    fn add(&mut self, number: Option<u32>, node: u32) {
-        self.states.push(number);
-        if let Some(number) = number {
-            self.nodes[number as usize] = node;
-        }
-    }
-}
-
-impl<E: Engine> Explorer<'_, '_, E> {
-    /// Explores the states that some states of the engine reach, breadth first; returns their nodes.
-    fn run(&mut self, states: &[State], walk: &mut dyn Walk) -> Result<Vec<u32>> {
-        self.graph.add_node(Rank::default(), false, self.meter)?;
-        let mut starts = Vec::with_capacity(states.len());
-        for state in states {
-            let code = self.codec.known(state)?;
-            let number = self.known.as_ref().and_then(|known| known.numbers.number(&code));
-            let target = self.target(&code, number)?.unwrap_or(Target::New(Part::Lost));
-            starts.push(self.enter(target, &code, number)?);
-        }
-        let (mut steps, mut targets, mut next) = (Steps::default(), Vec::new(), 0);
-        while let Some(&node) = self.found.nodes.get(next) {
-            let code = self.found.codes.code(next as u32);
-            let number = self.known.as_ref().and_then(|known| known.states[next]);
-            next += 1;
-            if node == END || node == LOST {
-                continue;
-            }
-            self.meter.step()?;
-            self.meter.progress_at(next, &|| format!("{} states", self.graph.nodes()));
-            walk.steps(&code, &mut self.graph.known, &mut steps)?;
-            self.graph.begin(node, self.meter)?;
-            for position in 0..steps.choices() {
-                self.follow(number, position);
-                if self.stays(&steps, position, &mut targets)? {
-                    self.choice((&code, position), (walk, &steps), &targets)?;
-                }
-            }
-            self.graph.end(node, self.meter)?;
-        }
-        Ok(starts)
-    }
-
-    /// Finds the numbers of the successors of a choice, if the engine has numbers.
-    fn follow(&mut self, state: Option<u32>, position: usize) {
-        let Some(known) = &mut self.known else { return };
-        known.successors.clear();
-        if let Some(state) = state {
-            known.numbers.successors(state, position, &mut known.successors);
-        }
-    }
-
-    /// Returns the number of a successor of the choice.
-    fn successor(&self, at: usize) -> Option<u32> {
-        self.known.as_ref()?.successors.get(at).copied()
-    }
-
-    /// Finds the targets of a choice; returns whether all are states of the engine.
-    fn stays(&self, steps: &Steps, position: usize, targets: &mut Vec<Target>) -> Result<bool> {
-        targets.clear();
-        for (at, (code, _)) in steps.of(position).enumerate() {
-            match self.target(code, self.successor(at))? {
-                Some(target) => targets.push(target),
-                None => return Ok(false),
-            }
-        }
-        Ok(true)
-    }
-
-    /// Adds a choice of a state.
-    fn choice(
-        &mut self,
-        (code, position): (&Code, usize),
-        (walk, steps): (&dyn Walk, &Steps),
-        targets: &[Target],
-    ) -> Result<()> {
-        let cost = match &self.search.cost {
-            Some(cost) => {
-                let cost = cost.of(&self.codec.decode(code), &walk.taken(position).combinations)?;
-                self.graph.fraction(cost)
-            }
-            None => self.free,
-        };
-        self.graph.add_choice(position as u32, cost);
-        for (at, ((code, probability), &target)) in steps.of(position).zip(targets).enumerate() {
-            let to = self.enter(target, code, self.successor(at))?;
-            self.graph.add_edge(Edge::new(to, probability, to == END));
-        }
-        Ok(())
-    }
-
-    /// Finds a state, by its number if it has one; `None` if it is not one of the engine.
-    fn target(&self, code: &[u64], number: Option<u32>) -> Result<Option<Target>> {
-        let (known, marks) = match (&self.known, number) {
-            (Some(known), Some(number)) => match known.node(number) {
-                Some(node) => (Some(node), 0),
-                None => (None, known.numbers.marks(number)),
-            },
-            (Some(_), None) => (None, 0),
-            (None, _) => match self.found.node(code) {
-                Some(node) => (Some(node), 0),
-                None => (None, self.parts.of(&self.codec.decode(code))?),
-            },
-        };
-        Ok(known.map(Target::Found).or_else(|| Part::of(marks).map(Target::New)))
-    }
-
-    /// Returns the node of a target, which is added if it is new.
-    fn enter(&mut self, target: Target, code: &[u64], number: Option<u32>) -> Result<u32> {
-        let node = match target {
-            Target::Found(node) => return Ok(node),
-            Target::New(Part::End) => END,
-            Target::New(Part::Lost) => LOST,
-            Target::New(Part::Inside) => {
-                let sure = if self.search.cost.is_some() { EVERY } else { 0 };
-                self.graph.add_node(Rank { positive: EVERY, sure }, false, self.meter)?
-            }
-        };
-        self.meter.take(size_of::<u32>())?;
-        match &mut self.known {
-            Some(known) => {
-                known.add(number, node);
-                self.found.codes.push(KEY, code, self.meter)?;
-            }
-            None => self.found.codes.add(KEY, code, self.meter)?,
-        }
-        self.found.nodes.push(node);
-        Ok(node)
-    }
+/// Solves the equations of a graph. Returns the solution, and an error if a limit was reached.
+fn solved<N: Number>(
+    graph: &Graph,
+    quantity: Quantity,
+    meter: &mut Meter<'_>,
+) -> Result<(Solution<N>, Result<()>)> {
+    let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
+    let system = System { graph, quantity, below: None, fractions: &fractions, first: None, margin: None };
+    let mut solution = system.start(meter)?;
+    let end = system.solve(&mut solution, meter);
+    Ok((solution, end))
 }

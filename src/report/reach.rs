@@ -21,6 +21,10 @@ use meliora_quantities::state_values::Bound;
 pub struct ReachFindings {
     /// The sizes of the model; `null` if unknown.
     pub counts: Option<ModelCounts>,
+    /// The states that decide the question are not left (`--stop-at-target`): all counts are those of the
+    /// part explored; absent otherwise.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub stops_at_target: bool,
     /// An initial state from which no strategy keeps `--require`: no property holds, and no quantity
     /// has a value; absent without such a state.
     #[serde(rename = "unsafe", skip_serializing_if = "Option::is_none")]
@@ -110,6 +114,9 @@ impl Findings for ReachFindings {
     fn body(report: &ReachReport, style: Style) -> String {
         let mut out = unsafe_start::text(report.escape.as_ref(), style);
         out += &report.header.sizes(report.counts.as_ref(), style);
+        if report.stops_at_target && report.counts.is_some() {
+            out += "The states behind those that decide the question are not explored, nor counted.\n";
+        }
         if let Some(target) = &report.target {
             let _ = write!(out, "\n{}\n", style.bold(&format!("Reaching {}", report.expression)));
             let _ = writeln!(out, "  target states  {}", target.grouped());

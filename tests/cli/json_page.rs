@@ -232,6 +232,7 @@ const COMMANDS: &[(i32, &str)] = &[
     (1, "reach models/toy.prism --properties OUT/some.props"),
     (0, "reach OUT/paid.prism --property Rmin=?[F(x=0)]"),
     (0, "reach models/pond.prism --target at=5 --require G(at!=4)"),
+    (0, "reach models/pond.prism --target at=5 --stop-at-target"),
     (0, "reach OUT/paid.prism --property Pmax=?[F(x=1)]"),
     (0, "info OUT/paid.prism"),
     (0, "info OUT/rounded.prism"),

@@ -33,6 +33,7 @@ mod report;
 mod requirements;
 mod settings;
 mod status;
+mod stopping;
 mod strategies;
 mod sweeps;
 mod temporal;

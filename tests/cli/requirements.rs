@@ -56,6 +56,14 @@ fn forbidden_choices_do_not_count() {
 }
 
 #[test]
+fn a_target_is_counted_once_whatever_monitors_say() {
+    for engine in ["symbolic", "explicit"] {
+        let options = ["--target", "x=4", "--require", "!\"ice\" W x=4", "--engine", engine];
+        assert_eq!(asked("0", &options).expect(0).json()["target"], "1", "{engine}");
+    }
+}
+
+#[test]
 fn rewards_are_checked_in_the_model_with_the_monitors_of_requirements() {
     // Monitors and the conditions on rewards are both expressions next to the model.
     let items: String = (0..60).map(|i| format!("[a] x<{} : x+{i};\n", i % 5)).collect();

@@ -1,8 +1,9 @@
 //! Compares every operation of an engine with the reference implementation.
 
 use meliora::engine::{EdgeLabels, Engine};
-use meliora::model::Program;
 use meliora::model::expr::ExprId;
+use meliora::model::value::Value;
+use meliora::model::{ModelKind, Program};
 
 use super::brute::{Brute, Set};
 
@@ -13,6 +14,7 @@ pub fn check<E: Engine>(engine: &E, program: &Program, brute: &Brute, predicates
     both.states("none", &engine.no_states(), &Set::new());
     both.states("initial", &engine.initial_states(), &brute.initial);
     both.states("deadlocks", &engine.deadlock_states(), &brute.deadlocks);
+    both.drawing(program);
     both.choices("all", &engine.all_choices(), &brute.all_choices());
     both.choices("none", &engine.no_choices(), &Set::new());
     let sets: Vec<(E::States, Set)> = predicates
@@ -51,6 +53,15 @@ impl<E: Engine> Both<'_, E> {
             }
         }
         assert!(engine.same(x, &union).unwrap(), "{what}");
+    }
+
+    /// The states of a `dtmc` in which several choices are enabled, if the engine has counted them.
+    fn drawing(&self, program: &Program) {
+        let Some(found) = self.engine.drawing_states() else { return };
+        let overlap = program.overlap();
+        let draws = |s: &usize| overlap.eval(&self.brute.states[*s]) == Ok(Value::Bool(true));
+        let draws = self.brute.all_states().into_iter().filter(draws).count();
+        assert_eq!(found, if program.kind == ModelKind::Dtmc { draws } else { 0 }.into(), "drawing");
     }
 
     fn choices(&self, what: &str, c: &E::Choices, expected: &Set) {

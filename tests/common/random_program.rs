@@ -66,6 +66,7 @@ pub fn random_program(numbers: &[u16], faulty: bool) -> Program {
         rewards: Vec::new(),
         inexact: None,
         monitors: None,
+        stop: None,
         players: None,
         modules: (0..modules).map(|m| format!("m{m}")).collect(),
         actions: (0..actions).map(|a| format!("a{a}")).collect(),

@@ -10,6 +10,7 @@ mod plans;
 mod promises;
 #[path = "../common/random_case.rs"]
 mod random_case;
+mod stopping;
 mod together;
 mod values;
 

@@ -217,6 +217,7 @@ fn program(pool: ExprPool, initial: ExprId) -> Program {
         rewards: Vec::new(),
         inexact: None,
         monitors: None,
+        stop: None,
         players: None,
     }
 }

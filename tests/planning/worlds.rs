@@ -139,6 +139,7 @@ impl Graph {
             rewards: Vec::new(),
             inexact: None,
             monitors: None,
+            stop: None,
             players: None,
             modules: vec!["m".into()],
             actions: vec![],

@@ -53,6 +53,8 @@ pub(super) struct Explored {
     pub(super) graph: Graph,
     pub(super) initial: BitSet,
     pub(super) deadlocks: BitSet,
+    /// The number of states of a `dtmc` whose choice draws from several.
+    pub(super) drawing: u64,
     /// The first state in which probabilities sum to 1 only after rounding.
     pub(super) rounded: Option<State>,
     /// For a game, the player of each state; [`NOBODY`] for deadlocks.
@@ -190,6 +192,7 @@ impl Task {
             graph: Graph::new(&self.meter)?,
             initial: Vec::new(),
             deadlocks: Vec::new(),
+            drawing: 0,
             rounded: None,
             players: self.players(),
         })
@@ -231,7 +234,9 @@ impl Task {
     }
 
     fn finish(&self, found: Found) -> Explored {
-        let Found { mut space, mut graph, mut initial, deadlocks, rounded, started, players, .. } = found;
+        let Found {
+            mut space, mut graph, mut initial, deadlocks, drawing, rounded, started, players, ..
+        } = found;
         if let Space::Indexed(index) = &mut space {
             index.shrink();
             if self.settings.scope == Scope::Reachable {
@@ -246,7 +251,7 @@ impl Task {
         };
         let (initial, deadlocks) = (bits(initial), bits(deadlocks));
         let players = players.map(|players| players.of_state);
-        Explored { initial, deadlocks, rounded, space, graph, players }
+        Explored { initial, deadlocks, drawing, rounded, space, graph, players }
     }
 
     fn initial_states<const W: usize>(&self, most: u64) -> Result<Index> {
@@ -307,6 +312,7 @@ struct Found {
     graph: Graph,
     initial: Vec<usize>,
     deadlocks: Vec<usize>,
+    drawing: u64,
     rounded: Option<State>,
     players: Option<PlayersFound>,
 }
@@ -322,6 +328,7 @@ impl Found {
             self.graph.add(self.next as u32)?;
             self.graph.end_choice()?;
         }
+        self.drawing += u64::from(stepper.draws);
         let mut at = 0;
         for &end in &stepper.ends {
             for step in &stepper.steps[at..end as usize] {

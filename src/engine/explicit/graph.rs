@@ -102,6 +102,12 @@ impl Graph {
         &self.successors[self.rows[choice] as usize..self.rows[choice + 1] as usize]
     }
 
+    /// Returns the number of successors of some choices that follow each other.
+    #[inline]
+    pub(super) fn transitions_of(&self, choices: Range<usize>) -> usize {
+        (self.rows[choices.end] - self.rows[choices.start]) as usize
+    }
+
     /// Returns the reversed graph if it is built already.
     pub(super) fn known_predecessors(&self) -> Option<&Predecessors> {
         self.predecessors.get()

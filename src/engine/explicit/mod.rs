@@ -22,6 +22,7 @@ mod index;
 mod initial;
 mod layout;
 mod machine;
+mod marks;
 mod meter;
 mod numbering;
 mod numbers;
@@ -88,6 +89,7 @@ pub struct ExplicitEngine {
     every_choice: BitSet,
     initial: BitSet,
     deadlocks: BitSet,
+    drawing: u64,
     rounded: Option<State>,
     /// The players of a game; `None` for other models.
     game: Option<Game>,
@@ -114,7 +116,7 @@ impl ExplicitEngine {
     pub(crate) fn explored(exploration: Exploration) -> Result<Self> {
         let (task, explored) = exploration.finish()?;
         let Task { program, settings, layout, prepared, meter } = task;
-        let Explored { space, graph, initial, deadlocks, rounded, players } = explored;
+        let Explored { space, graph, initial, deadlocks, drawing, rounded, players } = explored;
         let every_state = BitSet::full(&meter, graph.states());
         let every_choice = BitSet::full(&meter, graph.choices());
         let coalition = program.players.iter().flat_map(|players| players.coalition()).collect();
@@ -133,6 +135,7 @@ impl ExplicitEngine {
             every_choice,
             initial,
             deadlocks,
+            drawing,
             rounded,
             ticks: Arc::default(),
         })

@@ -3,12 +3,13 @@
 use super::almost_sure::{Entering, Table};
 use super::compile::Compiler;
 use super::machine::Machine;
+use super::marks::Marks;
 use super::set::{BitSet, set, test};
 use super::stepper::{Broken, Stepper};
 use super::{ChoiceSet, ExplicitEngine, Space, StateSet};
 use crate::edge_labels::{self, EdgeLabels};
 use crate::engine::{Algebra, Engine, Region};
-use crate::membership::{Membership, Numbers};
+use crate::membership::Membership;
 use crate::parallel::Sets;
 use crate::settings::{Count, Settings, Usage};
 use meliora_model::error::{Error, Result};
@@ -75,6 +76,10 @@ impl Engine for ExplicitEngine {
 
     fn is_markov_chain(&self) -> bool {
         self.program.kind == ModelKind::Dtmc
+    }
+
+    fn drawing_states(&self) -> Option<Count> {
+        Some(Count::from(self.drawing))
     }
 
     fn rounded_state(&self) -> Option<&State> {
@@ -371,49 +376,6 @@ impl Engine for ExplicitEngine {
     }
 }
 
-/// The bits of several sets.
-struct Marks<'e> {
-    engine: &'e ExplicitEngine,
-    sets: Vec<BitSet>,
-}
-
-impl Membership for Marks<'_> {
-    fn of(&self, state: &[i64]) -> Result<u64> {
-        let Some(state) = self.engine.number(state) else { return Ok(0) };
-        Ok(self.marks(state as u32))
-    }
-
-    /// The numbers of the scope `all` have codes of their own.
-    fn numbers(&self) -> Option<&dyn Numbers> {
-        matches!(*self.engine.space, Space::Indexed(_)).then_some(self as _)
-    }
-}
-
-impl Numbers for Marks<'_> {
-    fn states(&self) -> usize {
-        self.engine.graph.states()
-    }
-
-    fn number(&self, code: &[u64]) -> Option<u32> {
-        self.engine.space.find(code).map(|state| state as u32)
-    }
-
-    fn marks(&self, number: u32) -> u64 {
-        let marks = self.sets.iter().enumerate().map(|(set, x)| u64::from(x.has(number as usize)) << set);
-        marks.sum()
-    }
-
-    fn successors(&self, number: u32, position: usize, into: &mut Vec<u32>) {
-        let Space::Indexed(index) = &*self.engine.space else { return };
-        let graph = &self.engine.graph;
-        let choice = graph.choices_of(number as usize).start + position;
-        into.clear();
-        into.extend_from_slice(graph.successors_of(choice));
-        // Codes compare as the values do.
-        into.sort_unstable_by(|&a, &b| index.code(a as usize).cmp(index.code(b as usize)));
-    }
-}
-
 impl ExplicitEngine {
     /// Returns the bits of a set of this engine.
     ///
@@ -434,7 +396,7 @@ impl ExplicitEngine {
     }
 
     /// Returns the number of a state; `None` outside the scope.
-    fn number(&self, values: &[i64]) -> Option<usize> {
+    pub(super) fn number(&self, values: &[i64]) -> Option<usize> {
         self.space.find(&self.layout.encode(values)?)
     }
 

@@ -62,6 +62,8 @@ pub(super) struct Stepper<'a, const W: usize> {
     /// code.
     commands: Vec<Slice>,
     effects: Vec<[u64; W]>,
+    /// True if the one choice of the current state draws from several.
+    pub(super) draws: bool,
     /// True if the probabilities of an enabled command summed to 1 only after rounding.
     pub(super) rounded: bool,
     /// The differences that the choices add to the code, one after the other.
@@ -82,6 +84,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
             enabled: Vec::new(),
             commands: vec![Slice::default(); prepared.commands.len()],
             effects: Vec::new(),
+            draws: false,
             rounded: false,
             steps: Vec::new(),
             ends: Vec::new(),
@@ -110,6 +113,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
         for index in 0..self.prepared.synchronisations.len() {
             self.synchronise(index)?;
         }
+        self.draws = self.prepared.uniform && self.ends.len() > 1;
         if self.prepared.uniform && !self.ends.is_empty() {
             self.ends.clear();
             self.ends.push(self.steps.len() as u32);

@@ -105,6 +105,12 @@ impl Steps {
         codes.zip(self.weights[start..end].iter().copied())
     }
 
+    /// Returns the numbers of the probabilities of the successors of a choice.
+    pub fn weights(&self, choice: usize) -> &[u32] {
+        let start = choice.checked_sub(1).map_or(0, |before| self.ends[before]) as usize;
+        &self.weights[start..self.ends[choice] as usize]
+    }
+
     /// Forgets all choices.
     pub(super) fn clear(&mut self, words: usize) {
         self.words = words;

@@ -26,11 +26,7 @@ const DEADLOCK: &str = "deadlock";
 /// Unknown names and wrong types; the target must be of type `bool`.
 pub fn lower_target(program: &Program, source: &Arc<SourceFile>, target: &Expr) -> Result<Predicate> {
     let mut predicates = Predicates::over(program);
-    let is_deadlock = |node: &Node| matches!(&node.kind, NodeKind::Label(name) if **name == *DEADLOCK);
-    let with_deadlock = target.nodes.iter().any(is_deadlock);
-    let id = lowered(program, (predicates.pool(), with_deadlock), source, |lowerer| {
-        lowerer.condition(target, NO_RENAMING, "a target")
-    })?;
+    let id = lower_condition(program, predicates.pool(), source, target)?;
     Ok(predicates.get(id))
 }
 
@@ -44,7 +40,11 @@ pub(crate) fn lower_condition(
     source: &Arc<SourceFile>,
     target: &Expr,
 ) -> Result<ExprId> {
-    lowered(program, (pool, true), source, |lowerer| lowerer.condition(target, NO_RENAMING, "a target"))
+    let is_deadlock = |node: &Node| matches!(&node.kind, NodeKind::Label(name) if **name == *DEADLOCK);
+    let with_deadlock = target.nodes.iter().any(is_deadlock);
+    lowered(program, (pool, with_deadlock), source, |lowerer| {
+        lowerer.condition(target, NO_RENAMING, "a target")
+    })
 }
 
 /// Same as [`lower_condition`], for an expression of any type.

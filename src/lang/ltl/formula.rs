@@ -55,6 +55,13 @@ pub struct Steps {
 }
 
 impl Formula {
+    /// Returns the formula `F e`.
+    pub fn reaching(e: Expr) -> Self {
+        let span = e.span();
+        let target = Box::new(Formula { kind: FormulaKind::State(e), span });
+        Formula { kind: FormulaKind::Eventually(Steps::default(), target), span }
+    }
+
     /// Returns the target `e` if the formula is the reachability `F e` of a state formula.
     pub fn reachability(&self) -> Option<&Expr> {
         match self.eventually()? {

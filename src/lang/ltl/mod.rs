@@ -11,6 +11,7 @@ mod install;
 mod normaliser;
 mod parse;
 mod require;
+mod stop;
 #[cfg(test)]
 mod tests;
 mod wording;
@@ -20,3 +21,4 @@ pub use formula::{Formula, Steps};
 pub use install::Monitoring;
 pub(crate) use parse::MOST_OPERATORS;
 pub use parse::parse_formula;
+pub use stop::Stopped;

@@ -133,6 +133,7 @@ impl Frame<'_> {
             rewards: Vec::new(),
             inexact: None,
             monitors: None,
+            stop: None,
         }
     }
 }

@@ -96,6 +96,7 @@ impl Lowering<'_> {
             rewards,
             inexact: self.lowerer.inexact,
             monitors: None,
+            stop: None,
             players: None,
         };
         Ok(Checked { program, warnings: self.warnings, properties })

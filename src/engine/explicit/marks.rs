@@ -1,0 +1,67 @@
+//! The sets that contain a state, and the steps of a state, by its number.
+
+use super::set::BitSet;
+use super::{ExplicitEngine, Space};
+use crate::membership::{Membership, Numbers};
+use meliora_model::error::Result;
+
+/// The bits of several sets.
+pub(super) struct Marks<'e> {
+    pub(super) engine: &'e ExplicitEngine,
+    pub(super) sets: Vec<BitSet>,
+}
+
+impl Membership for Marks<'_> {
+    fn of(&self, state: &[i64]) -> Result<u64> {
+        let Some(state) = self.engine.number(state) else { return Ok(0) };
+        Ok(self.marks(state as u32))
+    }
+
+    /// The numbers of the scope `all` have codes of their own.
+    fn numbers(&self) -> Option<&dyn Numbers> {
+        matches!(*self.engine.space, Space::Indexed(_)).then_some(self as _)
+    }
+}
+
+impl Numbers for Marks<'_> {
+    fn states(&self) -> usize {
+        self.engine.graph.states()
+    }
+
+    fn number(&self, code: &[u64]) -> Option<u32> {
+        self.engine.space.find(code).map(|state| state as u32)
+    }
+
+    fn code(&self, number: u32) -> &[u64] {
+        match &*self.engine.space {
+            Space::Indexed(index) => index.code(number as usize),
+            Space::Every(_) => &[],
+        }
+    }
+
+    fn choices(&self, number: u32) -> usize {
+        self.engine.graph.choices_of(number as usize).len()
+    }
+
+    fn is_certain(&self, number: u32) -> bool {
+        let choices = self.engine.graph.choices_of(number as usize);
+        self.engine.graph.transitions_of(choices.clone()) == choices.len()
+    }
+
+    fn marks(&self, number: u32) -> u64 {
+        let marks = self.sets.iter().enumerate().map(|(set, x)| u64::from(x.has(number as usize)) << set);
+        marks.sum()
+    }
+
+    fn successors(&self, number: u32, position: usize, into: &mut Vec<u32>) {
+        let Space::Indexed(index) = &*self.engine.space else { return };
+        let graph = &self.engine.graph;
+        let choice = graph.choices_of(number as usize).start + position;
+        into.clear();
+        into.extend_from_slice(graph.successors_of(choice));
+        if into.len() > 1 {
+            // Codes compare as the values do.
+            into.sort_unstable_by(|&a, &b| index.code(a as usize).cmp(index.code(b as usize)));
+        }
+    }
+}

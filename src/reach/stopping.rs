@@ -1,0 +1,56 @@
+//! Questions whose paths stop where they are decided.
+
+use std::sync::Arc;
+
+use super::{Asking, Goal};
+use meliora_lang::ltl::{Formula, Stopped};
+use meliora_lang::named;
+use meliora_lang::property::Property;
+use meliora_lang::{parse_expression, parse_property};
+use meliora_model::Program;
+use meliora_model::error::{Result, SourceFile};
+
+/// A question, and the program in which the states that decide it are not left: the states behind these
+/// are neither explored nor counted. In the initial states, the answer is that for the whole program.
+pub struct Stopping {
+    /// The program of the question.
+    pub program: Program,
+    /// The question.
+    pub asking: Asking,
+}
+
+impl Stopping {
+    /// Reads a target such as `x = 3`.
+    ///
+    /// # Errors
+    /// The text is wrong; each error has its place.
+    pub fn target(program: &Program, source: &Arc<SourceFile>) -> Result<Self> {
+        let formula = Formula::reaching(parse_expression(source)?);
+        let Stopped { program, formula } = Stopped::new(program, source, &formula)?;
+        let goal = Goal::of(&program, source, &formula, &[])?;
+        Ok(Stopping { program, asking: Asking { goal, question: None, wrong: None, coalition: None } })
+    }
+
+    /// Reads a property such as `P>=1 [ F x = 3 ]`.
+    ///
+    /// # Errors
+    /// The text is wrong, or no state decides the formula; each error has its place.
+    pub fn property(program: &Program, source: &Arc<SourceFile>) -> Result<Self> {
+        let property = parse_property(source)?;
+        property.check(program, source)?;
+        let Stopped { program, formula } = Stopped::new(program, source, &property.formula)?;
+        let asking = Asking::of_property(&program, source, &Property { formula, ..property }, &[])?;
+        Ok(Stopping { program, asking })
+    }
+
+    /// Takes a property that the model names.
+    ///
+    /// # Errors
+    /// The formula is not decided by a state.
+    pub fn named(program: &Program, asked: named::Asked) -> Result<Self> {
+        let source = Arc::clone(&program.source);
+        let Stopped { program, formula } = Stopped::new(program, &source, &asked.formula)?;
+        let asking = Asking::of(&program, &source, (&formula, asked.question), &[])?;
+        Ok(Stopping { program, asking })
+    }
+}
