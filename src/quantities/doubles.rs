@@ -319,7 +319,8 @@ impl Work<'_> {
             if settled {
                 return Ok(Some(g));
             }
-            let constants = |group: usize, action| [margin - gap(group, action, self.sparse.edges(group, action))];
+            let constants =
+                |group: usize, action| [margin - gap(group, action, self.sparse.edges(group, action))];
             let Some(found) = self.evaluate(&longest, constants, meter)? else { return Ok(None) };
             g = found.into_iter().map(|[g]| g.max(0.0)).collect();
         }

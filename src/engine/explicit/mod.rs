@@ -32,6 +32,7 @@ mod repeats;
 mod set;
 mod share;
 mod stepper;
+mod steps;
 #[cfg(test)]
 mod tests;
 mod visit;

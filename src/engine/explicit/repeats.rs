@@ -3,7 +3,7 @@
 use ahash::AHashMap;
 
 use super::cells::Cells;
-use super::weighted::{Steps, Taken};
+use super::steps::{Steps, Taken};
 
 /// The number of states of a cell whose choices are listed one by one before its row is found.
 const PATIENCE: u32 = 4;

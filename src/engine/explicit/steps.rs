@@ -1,0 +1,78 @@
+//! The choices of a state with their successors and the numbers of their probabilities.
+
+use super::fractions::Fractions;
+use meliora_model::step::{Choice, Combination};
+
+/// The successors of all choices of a state.
+#[derive(Debug, Default)]
+pub struct Steps {
+    /// The number of words of a code.
+    words: usize,
+    /// The codes of the successors, one after the other: each once per choice, ordered by values.
+    pub(super) codes: Vec<u64>,
+    /// The number of the probability of each successor.
+    pub(super) weights: Vec<u32>,
+    /// The end of each choice in `weights`.
+    pub(super) ends: Vec<u32>,
+}
+
+impl Steps {
+    /// Returns the number of choices.
+    pub fn choices(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Returns the successors of a choice, with the numbers of their probabilities.
+    pub fn of(&self, choice: usize) -> impl Iterator<Item = (&[u64], u32)> {
+        let start = choice.checked_sub(1).map_or(0, |before| self.ends[before]) as usize;
+        let end = self.ends[choice] as usize;
+        let codes = self.codes[start * self.words..end * self.words].chunks_exact(self.words);
+        codes.zip(self.weights[start..end].iter().copied())
+    }
+
+    /// Returns the numbers of the probabilities of the successors of a choice.
+    pub fn weights(&self, choice: usize) -> &[u32] {
+        let start = choice.checked_sub(1).map_or(0, |before| self.ends[before]) as usize;
+        &self.weights[start..self.ends[choice] as usize]
+    }
+
+    /// Forgets all choices.
+    pub(super) fn clear(&mut self, words: usize) {
+        self.words = words;
+        self.codes.clear();
+        self.weights.clear();
+        self.ends.clear();
+    }
+
+    /// Adds a choice. Its successors are sorted, and the probabilities of equal ones are added.
+    pub(super) fn add<const W: usize>(
+        &mut self,
+        successors: &mut Vec<([u64; W], u32)>,
+        fractions: &mut Fractions,
+    ) {
+        if successors.len() > 1 {
+            successors.sort_unstable();
+            successors.dedup_by(|next, kept| {
+                let same = next.0 == kept.0;
+                if same {
+                    kept.1 = fractions.sum(kept.1, next.1);
+                }
+                same
+            });
+        }
+        for (code, weight) in successors.drain(..) {
+            self.codes.extend(&code[..self.words]);
+            self.weights.push(weight);
+        }
+        self.ends.push(self.weights.len() as u32);
+    }
+}
+
+/// A choice, and the combinations of commands that it draws from; none for a deadlock.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct Taken {
+    /// The choice.
+    pub choice: Choice,
+    /// The combinations.
+    pub combinations: Vec<Combination>,
+}
