@@ -32,6 +32,8 @@ use meliora_model::error::Result;
 pub(super) const MOST: usize = 8;
 /// Changes of the policy.
 const ROUNDS: usize = 64;
+/// The least relative improvement for which an action is changed: more than the error of a row.
+const BETTER: f64 = 1e-12;
 /// The relative change of the values at H that ends policy iteration: above the error of a sweep.
 const SETTLED: f64 = 1e-11;
 /// The relative margins that are tried.
@@ -139,19 +141,51 @@ impl Work<'_> {
         let Some(mut hubs) = self.evaluate(upper, policy, &mut x, meter)? else { return Ok(None) };
         for round in 0..ROUNDS {
             meter.progress(&|| format!("policy {} of {} states", round + 1, policy.len()));
-            let values: Vec<f64> = hubs.iter().map(|hub| hub.value).collect();
-            let swept = self.sweep(upper, &values, &mut x, policy, meter)?;
-            match self.evaluate(upper, policy, &mut x, meter)? {
-                Some(better) => hubs = better,
-                // Where to stay is as good as to leave, the policy may stay for all time.
-                None => hubs.iter_mut().zip(swept).for_each(|(hub, value)| hub.value = value),
+            let changed = self.improve(upper, &hubs, policy, &mut x, meter)?;
+            let Some(better) = self.evaluate(upper, policy, &mut x, meter)? else { return Ok(None) };
+            let near = |(a, b): (&Hub, &Hub)| (a.value - b.value).abs() <= SETTLED * a.value.max(b.value);
+            if !changed || hubs.iter().zip(&better).all(near) {
+                return Ok(Some(better));
             }
-            let near = |(a, b): (&f64, &Hub)| (a - b.value).abs() <= SETTLED * a.max(b.value);
-            if values.iter().zip(&hubs).all(near) {
-                return Ok(Some(hubs));
-            }
+            hubs = better;
         }
         Ok(None)
+    }
+
+    /// Replaces the actions of a policy by clearly better ones, given its values at H; returns whether there are any.
+    /// An action that is merely as good may lead round and round. `x` is overwritten.
+    fn improve(
+        &self,
+        upper: bool,
+        hubs: &[Hub],
+        policy: &mut Policy,
+        x: &mut [f64],
+        meter: &mut Meter<'_>,
+    ) -> Result<bool> {
+        self.hubs.iter().zip(hubs).for_each(|(&hub, of)| x[hub] = of.value);
+        let mut changed = false;
+        for (group, own) in policy.iter_mut().enumerate() {
+            meter.step()?;
+            let value = |action: usize, edges: Range<usize>| {
+                let constant = self.sparse.constant(action).0[usize::from(upper)];
+                self.sparse.row(edges).fold(constant, |sum, (to, p)| sum + p * x[to as usize])
+            };
+            let mut best = value(*own as usize, self.sparse.edges(group, *own as usize));
+            for (action, edges) in self.sparse.actions(group) {
+                let q = value(action, edges);
+                let better = match self.sparse.sense {
+                    Sense::Max => q > best * (1.0 + BETTER),
+                    Sense::Min => q < best * (1.0 - BETTER),
+                };
+                if better {
+                    (best, *own, changed) = (q, action as u32, true);
+                }
+            }
+            if !self.hubs.contains(&group) {
+                x[group] = best;
+            }
+        }
+        Ok(changed)
     }
 
     /// Computes the values of all groups from those at H, with the actions that attain them; returns the values
