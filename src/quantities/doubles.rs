@@ -37,9 +37,6 @@ const FILL: usize = 4096;
 const MOST_FILL: usize = 1 << 29;
 /// Changes of the policy.
 const ROUNDS: usize = 64;
-/// The smallest relative improvement for which a policy is changed: more than the error of elimination
-/// in most components. If it is not, the policy changes without end and is given up.
-const BETTER: f64 = 1e-12;
 /// The margin of a step, in rounding errors, that is tried first; the factor for the next attempts, and
 /// their number.
 const MARGIN: f64 = 4.0;
@@ -158,7 +155,7 @@ impl Work<'_> {
         for _ in 0..most {
             let mut settled = true;
             self.sparse.sweep(upper, &mut x, meter, |group, x, (q, action)| {
-                if self.is_better(q, *x) {
+                if self.sparse.is_better(q, *x) {
                     (*x, policy[group], settled) = (q, action, false);
                 }
             })?;
@@ -167,14 +164,6 @@ impl Work<'_> {
             }
         }
         Ok(policy)
-    }
-
-    /// Returns whether a value is clearly better than another one.
-    fn is_better(&self, q: f64, than: f64) -> bool {
-        match self.sparse.sense {
-            Sense::Max => q > than * (1.0 + BETTER),
-            Sense::Min => q < than * (1.0 - BETTER),
-        }
     }
 
     /// Returns the values of a policy; `None` if it does not leave the component.
@@ -245,13 +234,6 @@ impl Work<'_> {
         x.iter().map(side).collect()
     }
 
-    /// Returns the value of an action on the side where every action counts, to the nearest double.
-    fn value(&self, action: usize, edges: std::ops::Range<usize>, x: &[f64]) -> f64 {
-        let ([low, high], _) = self.sparse.constant(action);
-        let constant = if self.sparse.sense == Sense::Max { high } else { low };
-        self.sparse.row(edges).fold(constant, |sum, (to, p)| sum + p * x[to as usize])
-    }
-
     /// Returns bounds with a margin per step; `None` if one step does not confirm them.
     fn bounds(
         &self,
@@ -293,7 +275,7 @@ impl Work<'_> {
     ) -> Result<Option<Vec<f64>>> {
         let side = self.side(x);
         let gap = |group: usize, action: usize, edges: std::ops::Range<usize>| {
-            let q = self.value(action, edges, &side);
+            let q = self.sparse.sum(action, edges, self.sparse.sense == Sense::Max, &side);
             let gap = if self.sparse.sense == Sense::Max { side[group] - q } else { q - side[group] };
             if action == policy[group] { 0.0 } else { gap }
         };

@@ -32,8 +32,6 @@ use meliora_model::error::Result;
 pub(super) const MOST: usize = 8;
 /// Changes of the policy.
 const ROUNDS: usize = 64;
-/// The least relative improvement for which an action is changed: more than the error of a row.
-const BETTER: f64 = 1e-12;
 /// The relative change of the values at H that ends policy iteration: above the error of a sweep.
 const SETTLED: f64 = 1e-11;
 /// The relative margins that are tried.
@@ -166,18 +164,11 @@ impl Work<'_> {
         let mut changed = false;
         for (group, own) in policy.iter_mut().enumerate() {
             meter.step()?;
-            let value = |action: usize, edges: Range<usize>| {
-                let constant = self.sparse.constant(action).0[usize::from(upper)];
-                self.sparse.row(edges).fold(constant, |sum, (to, p)| sum + p * x[to as usize])
-            };
-            let mut best = value(*own as usize, self.sparse.edges(group, *own as usize));
+            let edges = self.sparse.edges(group, *own as usize);
+            let mut best = self.sparse.sum(*own as usize, edges, upper, x);
             for (action, edges) in self.sparse.actions(group) {
-                let q = value(action, edges);
-                let better = match self.sparse.sense {
-                    Sense::Max => q > best * (1.0 + BETTER),
-                    Sense::Min => q < best * (1.0 - BETTER),
-                };
-                if better {
+                let q = self.sparse.sum(action, edges, upper, x);
+                if self.sparse.is_better(q, best) {
                     (best, *own, changed) = (q, action as u32, true);
                 }
             }
@@ -223,7 +214,7 @@ impl Work<'_> {
         let escapes = self.pass(policy, |action| self.sparse.constant(action).1, None, x, meter)?;
         let row = |(constant, escape)| Row { edges: Vec::new(), escape, constant: [constant, 1.0] };
         let mut rows: Vec<Row<f64, [f64; 2]>> = constants.into_iter().zip(escapes).map(row).collect();
-        if let [_, _, ..] = self.hubs[..] {
+        if self.hubs.len() > 1 {
             for (to, &hub) in (0..).zip(&self.hubs) {
                 let met = self.pass(policy, |_| 0.0, Some(hub), x, meter)?;
                 for ((from, row), p) in (0..).zip(&mut rows).zip(met) {

@@ -21,6 +21,10 @@ use super::solution::Solution;
 use super::system::System;
 use meliora_model::error::Result;
 
+/// The smallest relative improvement for which a policy is changed: more than the error of elimination
+/// in most components. If it is not, the policy changes without end and is given up.
+const BETTER: f64 = 1e-12;
+
 /// Results below this may have lost digits.
 pub(super) const TINY: f64 = 1e-280;
 
@@ -181,13 +185,22 @@ impl Sparse {
 
     /// Returns a lower bound of c + Σ p · x of an action, which has the given edges.
     pub(super) fn below(&self, action: usize, edges: Range<usize>, x: &[f64]) -> f64 {
-        self.lowered(self.sum(action, edges, x))
+        self.lowered(self.sum(action, edges, false, x))
     }
 
-    /// Returns c + Σ p · x of an action, which has the given edges, to the nearest double, with the lower
-    /// bound of the constant.
-    fn sum(&self, action: usize, edges: Range<usize>, x: &[f64]) -> f64 {
-        self.row(edges).fold(self.constants.get(action)[0], |sum, (to, p)| sum + p * x[to as usize])
+    /// Returns c + Σ p · x of an action, which has the given edges, to the nearest double, with the lower or
+    /// upper bound of the constant.
+    pub(super) fn sum(&self, action: usize, edges: Range<usize>, upper: bool, x: &[f64]) -> f64 {
+        let constant = self.constants.get(action)[usize::from(upper)];
+        self.row(edges).fold(constant, |sum, (to, p)| sum + p * x[to as usize])
+    }
+
+    /// Returns whether a value is clearly better than another one.
+    pub(super) fn is_better(&self, q: f64, than: f64) -> bool {
+        match self.sense {
+            Sense::Max => q > than * (1.0 + BETTER),
+            Sense::Min => q < than * (1.0 - BETTER),
+        }
     }
 
     /// Returns an upper bound of c + Σ p · x of an action, which has the given edges.
@@ -205,7 +218,7 @@ impl Sparse {
     pub(super) fn best(&self, group: usize, upper: bool, x: &[f64]) -> (f64, usize) {
         let mut best = self.worst(group);
         for (action, edges) in self.actions(group) {
-            let q = if upper { self.above(action, edges, x) } else { self.sum(action, edges, x) };
+            let q = if upper { self.above(action, edges, x) } else { self.sum(action, edges, false, x) };
             self.choose(&mut best, (q, action));
         }
         if upper { best } else { (self.lowered(best.0), best.1) }
