@@ -94,8 +94,7 @@ fn bad_layers(
     analysis: &Of<'_>,
     named: &mut Vec<Named>,
 ) -> Result<()> {
-    let bad = analysis.improvement().and_then(|improvement| improvement.bad.as_ref());
-    let (Some(bad), Some(classes)) = (bad, analysis.classes()) else { return Ok(()) };
+    let (Some(bad), Some(classes)) = (analysis.bad(), analysis.classes()) else { return Ok(()) };
     let own = engine.choices_in(&engine.all_choices(), bad)?;
     let worse = classes.list.iter().map(|class| (class.states.clone(), class.worse.clone()));
     let weakening = engine.sources(&pairs_into(engine, &own, worse.collect())?)?;

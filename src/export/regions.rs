@@ -51,8 +51,7 @@ pub(super) fn all(analysis: &Of<'_>) -> Result<Vec<Named>> {
         // Scripts ask for it by name, so it is in the dump even if it is empty.
         named.push(Named::states(nothing, &engine.no_states()));
     }
-    let bad = analysis.improvement().and_then(|improvement| improvement.bad.as_ref());
-    named.extend(bad.map(|states| Named::states(names::BAD, states)));
+    named.extend(analysis.bad().map(|states| Named::states(names::BAD, states)));
     for &kind in Kind::ALL {
         levels(engine, analysis, kind, &mut named)?;
     }

@@ -417,6 +417,11 @@ impl<E: Engine> Analysis<E> {
         self.improvement.as_deref()
     }
 
+    /// Returns the bad states of a game, once known; see [`Improvement::bad`].
+    pub fn bad(&self) -> Option<&E::States> {
+        self.improvement()?.bad.as_ref()
+    }
+
     /// Returns the levels of one kind found so far.
     pub fn levels(&self, kind: Kind) -> &Levels<E> {
         self.search(kind).levels()

@@ -25,7 +25,7 @@ pub fn regions<E: Engine>(analysis: &Analysis<E>) -> Vec<(String, &E::States)> {
         let name = names::members(&preferences.names(&class.most_preferred));
         regions.push((names::class(&name), &class.states));
     }
-    if let Some(bad) = analysis.improvement().and_then(|improvement| improvement.bad.as_ref()) {
+    if let Some(bad) = analysis.bad() {
         regions.push((names::BAD.to_owned(), bad));
     }
     for &kind in Kind::ALL {
