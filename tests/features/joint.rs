@@ -7,8 +7,9 @@ use meliora::engine::{Algebra, Engine, Settings};
 use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::model::State;
-use proptest::test_runner::{Config, TestRunner};
+use proptest::test_runner::Config;
 
+use crate::coverage::draw_until;
 use crate::random_case::{RandomCase, random_case};
 use crate::{Analysed, config, settings};
 
@@ -59,13 +60,11 @@ fn check(case: &RandomCase, settings: &Settings) -> usize {
 
 #[test]
 fn objectives_are_achieved_together_where_their_conjunction_is() {
-    let seen = std::cell::Cell::new(0);
     let config = Config { source_file: Some(file!()), ..config(60) };
-    let outcome = TestRunner::new(config).run(&random_case(), |case| {
+    // Sets of several objectives that are achieved together.
+    let enough = |seen: &usize| *seen > 20;
+    draw_until(&config, &random_case(), enough, |case, seen| {
         let [symbolic, explicit, _] = settings(&case);
-        seen.set(seen.get() + check(&case, &symbolic) + check(&case, &explicit));
-        Ok(())
+        *seen += check(&case, &symbolic) + check(&case, &explicit);
     });
-    outcome.unwrap_or_else(|e| panic!("{e}"));
-    assert!(seen.get() > 20, "too few sets are achieved together: {seen:?}");
 }

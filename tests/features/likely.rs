@@ -8,8 +8,9 @@ use meliora::engine::Engine;
 use meliora::model::State;
 use meliora::planning::{FiniteMemoryStrategy, StrategyKind};
 use meliora::quantities::{Achiever, ValuedRule};
-use proptest::test_runner::{Config, TestRunner};
+use proptest::test_runner::Config;
 
+use crate::coverage::draw_until;
 use crate::random_case::{RandomCase, random_case};
 use crate::{Analysed, config};
 
@@ -77,17 +78,14 @@ fn picks(strategy: &mut FiniteMemoryStrategy, states: &[State]) -> BTreeMap<Stat
 
 #[test]
 fn an_objective_that_is_not_sure_is_achieved_with_the_greatest_probability() {
-    let between = std::cell::Cell::new(0);
     let config = Config { source_file: Some(file!()), ..config(200) };
-    let outcome = TestRunner::new(config).run(&random_case(), |case: RandomCase| {
+    let enough = |between: &usize| *between > 40;
+    draw_until(&config, &random_case(), enough, |case: RandomCase, between| {
         let [symbolic, explicit, _] = Analysed::all(&case);
         for of in [symbolic, explicit] {
             for objective in 0..of.analysis.preferences().objectives.len() {
-                between.set(between.get() + check(&of, objective));
+                *between += check(&of, objective);
             }
         }
-        Ok(())
     });
-    outcome.unwrap_or_else(|e| panic!("{e}"));
-    assert!(between.get() > 40, "{between:?}");
 }

@@ -2,6 +2,8 @@
 
 mod agreement;
 mod certificates;
+#[path = "../common/coverage.rs"]
+mod coverage;
 #[path = "../common/graphs.rs"]
 mod graphs;
 mod joint;

@@ -4,8 +4,9 @@
 use meliora::engine::{AnyEngine, Engine, Scope};
 use meliora::model::preference::Goal;
 use meliora::planning::{Analysis, InducedModel, Rank, Safety, Scheduler, StrategyKind, temporal};
-use proptest::test_runner::{Config, TestRunner};
+use proptest::test_runner::Config;
 
+use crate::coverage::draw_until;
 use crate::graphs::{Set, bottom_components, chain, edges};
 use crate::random_case::{RandomCase, random_case};
 use crate::{Analysed, config};
@@ -105,15 +106,9 @@ fn check(case: &RandomCase, seen: &mut Seen) {
 
 #[test]
 fn a_sure_objective_is_achieved_by_its_strategy() {
-    let seen = std::cell::RefCell::new(Seen::default());
     let config = Config { source_file: Some(file!()), ..config(80) };
-    let outcome = TestRunner::new(config).run(&random_case(), |case| {
-        check(&case, &mut seen.borrow_mut());
-        Ok(())
-    });
-    outcome.unwrap_or_else(|e| panic!("{e}"));
-    let seen = seen.into_inner();
-    assert!(seen.achieved > 500 && seen.kept > 500, "{seen:?}");
+    let enough = |seen: &Seen| seen.achieved > 500 && seen.kept > 500;
+    draw_until(&config, &random_case(), enough, |case, seen| check(&case, seen));
 }
 
 // Few random models have guaranteed improvements.

@@ -1,15 +1,14 @@
 //! Objectives that are achieved together: the chain that the strategy induces achieves all of them
 //! almost surely, from each state from which `Joint` says that this is possible.
 
-use std::cell::Cell;
-
 use meliora::engine::{Algebra, Engine};
 use meliora::model::State;
 use meliora::model::preference::{Goal, ObjectiveSet};
 use meliora::planning::joint::Joint;
 use meliora::planning::{FiniteMemoryStrategy, InducedModel, Scheduler, StrategyKind};
-use proptest::test_runner::{Config, TestRunner};
+use proptest::test_runner::Config;
 
+use crate::coverage::draw_until;
 use crate::graphs::{Set, bottom_components, chain, edges};
 use crate::random_case::{RandomCase, random_case};
 use crate::{Analysed, config};
@@ -91,14 +90,11 @@ fn check(case: &RandomCase) -> [usize; 2] {
 
 #[test]
 fn what_is_sure_together_is_achieved_in_one_path() {
-    let seen = [const { Cell::new(0) }; 2];
     let config = Config { source_file: Some(file!()), ..config(100) };
-    let outcome = TestRunner::new(config).run(&random_case(), |case| {
-        for (total, found) in seen.iter().zip(check(&case)) {
-            total.set(total.get() + found);
+    let enough = |seen: &[usize; 2]| seen.iter().all(|&n| n > 100);
+    draw_until(&config, &random_case(), enough, |case, seen| {
+        for (total, found) in seen.iter_mut().zip(check(&case)) {
+            *total += found;
         }
-        Ok(())
     });
-    outcome.unwrap_or_else(|e| panic!("{e}"));
-    assert!(seen.iter().all(|total| total.get() > 100), "{seen:?}");
 }

@@ -1,7 +1,6 @@
 //! Objectives are achieved when the path so far decides them, and not before; and both engines say the
 //! same of every state, of Markov chains and of deadlocks too.
 
-use std::cell::RefCell;
 use std::sync::Arc;
 
 use meliora::engine::{Algebra, AnyEngine, Engine, Scope, Settings, Storage};
@@ -14,8 +13,9 @@ use meliora::planning::{
     Analysis, FiniteMemoryStrategy, InducedModel, Options, Safety, Scheduler, Setup, Simulation, StrategyKind,
 };
 use proptest::prelude::*;
-use proptest::test_runner::{Config, TestRunner};
+use proptest::test_runner::Config;
 
+use crate::coverage::draw_until;
 use crate::graphs::{bottom_components, chain, edges};
 use crate::literal::Set;
 use crate::loaded::Loaded;
@@ -192,46 +192,38 @@ fn check_ends(strategy: &mut FiniteMemoryStrategy, start: &[i64], scheduler: Sch
 
 #[test]
 fn an_objective_is_achieved_when_the_path_decides_it_and_not_before() {
-    let seen = RefCell::new([0; 2]);
     let config = Config { cases: 150, failure_persistence: None, ..Config::default() };
-    let outcome = TestRunner::new(config).run(&(drawn(), any::<bool>()), |(drawn, symbolic)| {
+    let enough = |seen: &[usize; 2]| seen[0] > 500 && seen[1] > 100;
+    draw_until(&config, &(drawn(), any::<bool>()), enough, |(drawn, symbolic), seen| {
         let storage = if symbolic { Storage::Symbolic } else { Storage::Explicit };
         for &safety in Safety::ALL {
-            check_achieved(&drawn, &analysed(&drawn, storage, safety), &mut seen.borrow_mut());
+            check_achieved(&drawn, &analysed(&drawn, storage, safety), seen);
         }
-        Ok(())
     });
-    outcome.unwrap_or_else(|e| panic!("{e}"));
-    let seen = seen.into_inner();
-    assert!(seen[0] > 500 && seen[1] > 100, "{seen:?}");
 }
 
 #[test]
 fn both_engines_explain_every_state_of_chains_and_deadlocks_with_monitors() {
-    let deadlocks = RefCell::new([0; 2]);
     let config = Config { cases: 150, failure_persistence: None, ..Config::default() };
-    let outcome =
-        TestRunner::new(config).run(&(drawn(), prop::sample::select(Safety::ALL)), |(drawn, safety)| {
-            let [left, right] =
-                [Storage::Symbolic, Storage::Explicit].map(|storage| analysed(&drawn, storage, safety));
-            let engine = left.1.engine();
-            let states = engine.list_states(&engine.all_states(), usize::MAX).unwrap();
-            let stuck = !engine.is_empty(&engine.deadlock_states()).unwrap();
-            deadlocks.borrow_mut()[usize::from(drawn.is_chain)] += usize::from(stuck);
-            for wanted in drawn.kinds() {
-                let (mut mine, mut theirs) = (strategy(&left, wanted), strategy(&right, wanted));
-                for state in &states {
-                    let memory = mine.start(state).unwrap();
-                    assert_eq!(theirs.start(state).unwrap(), memory);
-                    let (mine, theirs) = (mine.explain(state, memory), theirs.explain(state, memory));
-                    prop_assert_eq!(mine.unwrap(), theirs.unwrap());
-                }
+    let cases = (drawn(), prop::sample::select(Safety::ALL));
+    let enough = |deadlocks: &[usize; 2]| deadlocks.iter().all(|&n| n > 20);
+    draw_until(&config, &cases, enough, |(drawn, safety), deadlocks| {
+        let [left, right] =
+            [Storage::Symbolic, Storage::Explicit].map(|storage| analysed(&drawn, storage, safety));
+        let engine = left.1.engine();
+        let states = engine.list_states(&engine.all_states(), usize::MAX).unwrap();
+        let stuck = !engine.is_empty(&engine.deadlock_states()).unwrap();
+        deadlocks[usize::from(drawn.is_chain)] += usize::from(stuck);
+        for wanted in drawn.kinds() {
+            let (mut mine, mut theirs) = (strategy(&left, wanted), strategy(&right, wanted));
+            for state in &states {
+                let memory = mine.start(state).unwrap();
+                assert_eq!(theirs.start(state).unwrap(), memory);
+                let (mine, theirs) = (mine.explain(state, memory), theirs.explain(state, memory));
+                assert_eq!(mine.unwrap(), theirs.unwrap());
             }
-            Ok(())
-        });
-    outcome.unwrap_or_else(|e| panic!("{e}"));
-    let deadlocks = deadlocks.into_inner();
-    assert!(deadlocks.iter().all(|&n| n > 20), "{deadlocks:?}");
+        }
+    });
 }
 
 #[test]

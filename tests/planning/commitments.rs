@@ -2,7 +2,6 @@
 //! commits only where kept choices achieve no most preferred objective; then it achieves the objective
 //! that it committed to.
 
-use std::cell::RefCell;
 use std::sync::Arc;
 
 use meliora::engine::{AnyEngine, Scope, Settings, Storage};
@@ -18,9 +17,10 @@ use meliora::planning::{
     StrategyKind,
 };
 use proptest::prelude::*;
-use proptest::test_runner::{Config, TestRunner};
+use proptest::test_runner::Config;
 
 use crate::Case;
+use crate::coverage::draw_until;
 use crate::generate::{case, order};
 use crate::graphs::{bottom_components, edges};
 use crate::literal::{Literal, Set, almost_sure};
@@ -81,6 +81,13 @@ struct Seen {
     committed: usize,
     exchanged: usize,
     given_up: usize,
+}
+
+impl Seen {
+    fn is_enough(&self) -> bool {
+        let kept = self.kept > 2000 && self.passed_over > 40;
+        kept && self.committed > 60 && self.exchanged > 20 && self.given_up > 15
+    }
 }
 
 struct Check<'a> {
@@ -263,16 +270,10 @@ fn check(case: &Case, empty: Empty, storage: Storage, seen: &mut Seen) {
 
 #[test]
 fn plans_keep_what_they_promise() {
-    let seen = RefCell::new(Seen::default());
     let config = Config { cases: 400, failure_persistence: None, ..Config::default() };
     let drawn = (prop_oneof![case(6), crossing()], prop::sample::select(Empty::ALL), any::<bool>());
-    let outcome = TestRunner::new(config).run(&drawn, |(case, empty, symbolic)| {
+    draw_until(&config, &drawn, Seen::is_enough, |(case, empty, symbolic), seen| {
         let storage = if symbolic { Storage::Symbolic } else { Storage::Explicit };
-        check(&case, empty, storage, &mut seen.borrow_mut());
-        Ok(())
+        check(&case, empty, storage, seen);
     });
-    outcome.unwrap_or_else(|e| panic!("{e}"));
-    let seen = seen.into_inner();
-    assert!(seen.kept > 2000 && seen.passed_over > 40 && seen.committed > 60, "{seen:?}");
-    assert!(seen.exchanged > 20 && seen.given_up > 15, "{seen:?}");
 }

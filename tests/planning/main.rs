@@ -5,6 +5,8 @@ mod achieving;
 mod chains;
 mod choosing;
 mod commitments;
+#[path = "../common/coverage.rs"]
+mod coverage;
 mod differential;
 mod embed;
 #[path = "../common/engines.rs"]

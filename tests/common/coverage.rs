@@ -1,0 +1,39 @@
+//! Random tests that fail if what they draw hardly occurs.
+
+#![allow(unreachable_pub, reason = "each test program uses it as a module of its own")]
+
+use std::cell::RefCell;
+use std::fmt::Debug;
+
+use proptest::strategy::Strategy;
+use proptest::test_runner::{Config, TestRunner};
+
+/// Rare events may be missing in one round by chance, and are missing in all only if they do not occur.
+const ROUNDS: usize = 10;
+
+/// Runs `test` on `config.cases` random cases, and in further rounds until `enough` of what it counts was seen.
+///
+/// Fails if a case fails, or if ten rounds are not enough.
+pub fn draw_until<S: Strategy, Seen: Debug + Default>(
+    config: &Config,
+    cases: &S,
+    enough: impl Fn(&Seen) -> bool,
+    test: impl Fn(S::Value, &mut Seen),
+) {
+    let seen = RefCell::new(Seen::default());
+    for _ in 0..ROUNDS {
+        let outcome = TestRunner::new(config.clone()).run(cases, |case| {
+            test(case, &mut seen.borrow_mut());
+            Ok(())
+        });
+        outcome.unwrap_or_else(|e| panic!("{e}"));
+        if enough(&seen.borrow()) {
+            return;
+        }
+    }
+    panic!(
+        "{ROUNDS} rounds of {} cases have too little of what is tested: {:?}",
+        config.cases,
+        seen.borrow()
+    );
+}
