@@ -3,11 +3,11 @@
 #
 #   scripts/benchmarks.sh OUT [TABLE…]
 #
-# The tables, the variables that name what they need, and hours on 2 cores:
+# The tables, the variables that name their inputs, and hours on 2 cores:
 #
 #   grids      grid worlds by both engines, `check` as a process                                        0.7
 #   fleet      models/fleet.prism by both engines                                                       0.1
-#   quantities `values --all` on grid worlds, beside `check`                                            0.2
+#   quantities `values --all` and `check` on grid worlds                                                0.2
 #   networks   NETWORKS, a checkout of biodivine-boolean-models; PEER, a command (may be missing)       0.4
 #   own        PERF, a folder or file as of compare_peers.py; BEFORE, an older binary (may be missing)  0.2
 #   dd         PERF and stormpy: Storm's diagrams                                                       0.8
@@ -21,8 +21,8 @@
 #
 # MELIORA is the binary (default: target/release/meliora, which is built), PYTHON the interpreter with stormpy
 # (default: python3). OUT gets NAME.csv or NAME.md of each table, its log, and the machine. A table that OUT has
-# already is not measured again, so an interrupted run is continued by the same command. A table without what it
-# needs is skipped by name. Nothing else should run on the machine: the load is written before each table.
+# already is not measured again, so an interrupted run is continued by the same command. A table without its
+# inputs is skipped by name. Nothing else should run on the machine: the load is written before each table.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=${1:?usage: scripts/benchmarks.sh OUT [TABLE…]}
@@ -102,7 +102,7 @@ all="grids fleet quantities networks own dd sparse prism robots games numbers qv
 # shellcheck disable=SC2086 # names without spaces
 [ $# -gt 0 ] || set -- $all
 for name in "$@"; do
-  grep -qw -- "$name" <<<"$all" || { echo "there is no table $name; there are: $all" >&2; exit 2; }
+  grep -qw -- "$name" <<<"$all" || { echo "unknown table $name; the tables are: $all" >&2; exit 2; }
 done
 failed=0
 for name in "$@"; do

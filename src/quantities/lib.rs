@@ -64,7 +64,7 @@
 //!
 //! *Around a few nodes:* where all cycles of a large component pass through at most eight nodes, such as the charger of
 //! a robot, policy iteration on the values of these comes first. Each round takes a few sweeps.
-//! `docs/benchmarks.md` has figures for each method.
+//! `docs/tuning.md` has figures for each method.
 //!
 //! The levels give qualitative facts for free: P_k > 0 on level k of SPI, and P_k = 1 on level k of
 //! SASI (under `transition`: of SASI under `action`). Only states between the two have equations.

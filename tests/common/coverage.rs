@@ -1,4 +1,4 @@
-//! Random tests that fail if what they draw hardly occurs.
+//! Random tests that fail if the cases of interest are rare.
 
 #![allow(unreachable_pub, reason = "each test program uses it as a module of its own")]
 
@@ -11,7 +11,7 @@ use proptest::test_runner::{Config, TestRunner};
 /// Rare events may be missing in one round by chance, and are missing in all only if they do not occur.
 const ROUNDS: usize = 10;
 
-/// Runs `test` on `config.cases` random cases, and in further rounds until `enough` of what it counts was seen.
+/// Runs `test` on `config.cases` random cases, and in further rounds until its counts are `enough`.
 ///
 /// Fails if a case fails, or if ten rounds are not enough.
 pub fn draw_until<S: Strategy, Seen: Debug + Default>(
@@ -31,9 +31,5 @@ pub fn draw_until<S: Strategy, Seen: Debug + Default>(
             return;
         }
     }
-    panic!(
-        "{ROUNDS} rounds of {} cases have too little of what is tested: {:?}",
-        config.cases,
-        seen.borrow()
-    );
+    panic!("{ROUNDS} rounds of {} cases have too few cases of interest: {:?}", config.cases, seen.borrow());
 }
