@@ -77,7 +77,7 @@ fn single(checker: &mut Checker<'_>, sides: Vec<Side>, drops: bool) -> CheckResu
         };
         kept = engine.difference(&kept, &engine.choices_in(&refused, &class.states)?)?;
         let dropped = if drops { class.worse } else { engine.no_states() };
-        edge_labels.push(EdgeLabels { from: class.states, goal: class.better, dropped });
+        edge_labels.push(EdgeLabels::new(class.states, class.better, dropped));
     }
     if engine.is_game() {
         kept = without_bad_states(checker, kept)?;
@@ -127,7 +127,7 @@ fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> CheckResult<Vec<Arena>
         let kept = avoided.check(checker, &safe, condition)?;
         let engine = &checker.engine;
         let goal = engine.intersection(&class.better, &safe)?;
-        let edge_labels = EdgeLabels { from: safe.clone(), goal, dropped: engine.no_states() };
+        let edge_labels = EdgeLabels::new(safe.clone(), goal, engine.no_states());
         let start = engine.intersection(&class.states, &safe)?;
         if !engine.is_empty(&start)? {
             arenas.push(Arena {

@@ -204,7 +204,10 @@ where
     edge_labels
         .iter()
         .map(|labels| {
-            Ok(EdgeLabels { from: of(&labels.from)?, goal: of(&labels.goal)?, dropped: of(&labels.dropped)? })
+            let barred = labels.barred.iter().map(|(from, into)| Ok((of(from)?, of(into)?)));
+            let barred = barred.collect::<Result<_>>()?;
+            let (from, goal, dropped) = (of(&labels.from)?, of(&labels.goal)?, of(&labels.dropped)?);
+            Ok(EdgeLabels { from, goal, dropped, barred })
         })
         .collect()
 }

@@ -14,10 +14,26 @@ pub struct EdgeLabels<S> {
     /// The targets of dropped edges: an edge from `from` into this set is ignored. Disjoint from
     /// `goal`.
     pub dropped: S,
+    /// Pairs (X, Y) with disjoint X ⊆ `from`, and Y outside of `from`: no choice of the game has an edge from
+    /// X into Y. They say why choices are missing, so that a search may look at states alone.
+    pub barred: Edges<S>,
+}
+
+impl<S> EdgeLabels<S> {
+    /// Creates labels without barred edges.
+    pub fn new(from: S, goal: S, dropped: S) -> Self {
+        EdgeLabels { from, goal, dropped, barred: Vec::new() }
+    }
+
+    /// Returns all sets.
+    pub(super) fn sets(&self) -> impl Iterator<Item = &S> {
+        let barred = self.barred.iter().flat_map(|(from, into)| [from, into]);
+        [&self.from, &self.goal, &self.dropped].into_iter().chain(barred)
+    }
 }
 
 /// Sets of edges, each as a pair of source states and target states.
-type Edges<S> = Vec<(S, S)>;
+pub type Edges<S> = Vec<(S, S)>;
 
 /// Returns { (s,a) ∈ C : some edge is a goal edge }. Cost: one pre-image per distinct goal set.
 pub fn winning<E: Engine>(

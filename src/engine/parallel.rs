@@ -77,8 +77,9 @@ impl<E: Engine, T: Portable<E>> Portable<E> for Vec<T> {
 
 impl<E: Engine> Portable<E> for EdgeLabels<E::States> {
     fn ported(&self, port: &mut Port<E>) -> Self {
-        let EdgeLabels { from, goal, dropped } = self;
-        EdgeLabels { from: port.states(from), goal: port.states(goal), dropped: port.states(dropped) }
+        let EdgeLabels { from, goal, dropped, barred } = self;
+        let barred = barred.iter().map(|(from, into)| (port.states(from), port.states(into))).collect();
+        EdgeLabels { from: port.states(from), goal: port.states(goal), dropped: port.states(dropped), barred }
     }
 }
 

@@ -6,7 +6,7 @@
 
 use serde::Serialize;
 
-use super::classes::{Class, Classes};
+use super::classes::Classes;
 use super::safety::Safety;
 use meliora_engine::edge_labels::{dropped, grouped, pairs_into};
 use meliora_engine::parallel::{self, Port, Portable};
@@ -125,7 +125,7 @@ pub(super) fn action<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Aren
         reference: None,
         states: engine.all_states(),
         choices: without_bad_states(engine, choices)?,
-        edge_labels: edge_labels(engine, classes, |_| engine.no_states())?,
+        edge_labels: edge_labels(engine, classes, Worse::Barred)?,
     })
 }
 
@@ -164,7 +164,7 @@ pub(super) fn transition<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<
         let emptied = engine.choices_in(&engine.pre_within(&engine.all_choices(), worse)?, from)?;
         choices = engine.difference(&choices, &emptied)?;
     }
-    let edge_labels = edge_labels(engine, classes, |c| c.worse.clone())?;
+    let edge_labels = edge_labels(engine, classes, Worse::Dropped)?;
     Ok(Arena { reference: None, states: engine.all_states(), choices, edge_labels })
 }
 
@@ -195,7 +195,7 @@ pub(super) fn prefix<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Vec<
             continue;
         }
         let goal = engine.intersection(&class.better, &safe.states)?;
-        let edge_labels = vec![EdgeLabels { from: safe.states.clone(), goal, dropped: engine.no_states() }];
+        let edge_labels = vec![EdgeLabels::new(safe.states.clone(), goal, engine.no_states())];
         let Region { states, choices } = safe;
         arenas.push(Arena { reference: Some(reference), states, choices, edge_labels });
     }
@@ -206,25 +206,35 @@ fn by_worse<E: Engine>(classes: &Classes<E>) -> Vec<(E::States, E::States)> {
     classes.list.iter().map(|c| (c.states.clone(), c.worse.clone())).collect()
 }
 
+/// The treatment of the edges into Worse(c).
+#[derive(Clone, Copy, PartialEq)]
+enum Worse {
+    /// The choices with such an edge are not kept.
+    Barred,
+    /// The edges are dropped.
+    Dropped,
+}
+
 /// Returns the labels of the edges from each class. Classes with the same Better(c) and the same
 /// dropped set are merged.
 fn edge_labels<E: Engine>(
     engine: &E,
     classes: &Classes<E>,
-    dropped: impl Fn(&Class<E>) -> E::States,
+    worse: Worse,
 ) -> Result<Vec<EdgeLabels<E::States>>> {
     let mut edge_labels: Vec<EdgeLabels<E::States>> = Vec::new();
     for class in &classes.list {
-        let lost = dropped(class);
+        let dropped = if worse == Worse::Dropped { class.worse.clone() } else { engine.no_states() };
         let same = |labels: &EdgeLabels<E::States>| {
-            Ok(engine.same(&labels.goal, &class.better)? && engine.same(&labels.dropped, &lost)?)
+            Ok(engine.same(&labels.goal, &class.better)? && engine.same(&labels.dropped, &dropped)?)
         };
-        match position(&edge_labels, same)? {
-            Some(at) => edge_labels[at].from = engine.union(&edge_labels[at].from, &class.states)?,
-            None => {
-                let (from, goal) = (class.states.clone(), class.better.clone());
-                edge_labels.push(EdgeLabels { from, goal, dropped: lost });
-            }
+        let at = position(&edge_labels, same)?.unwrap_or(edge_labels.len());
+        match edge_labels.get_mut(at) {
+            Some(labels) => labels.from = engine.union(&labels.from, &class.states)?,
+            None => edge_labels.push(EdgeLabels::new(class.states.clone(), class.better.clone(), dropped)),
+        }
+        if worse == Worse::Barred {
+            edge_labels[at].barred.push((class.states.clone(), class.worse.clone()));
         }
     }
     Ok(edge_labels)

@@ -1,6 +1,6 @@
 //! Compares every operation of an engine with the reference implementation.
 
-use meliora::engine::{EdgeLabels, Engine};
+use meliora::engine::{EdgeLabels, Engine, Region};
 use meliora::model::expr::ExprId;
 use meliora::model::value::Value;
 use meliora::model::{ModelKind, Program};
@@ -116,6 +116,60 @@ impl<E: Engine> Both<'_, E> {
         let count = engine.count_transitions(&within, x).unwrap();
         assert_eq!(count, brute.count_transitions(&brute_within, brute_x).into(), "transitions into x");
         self.fixpoints((x, brute_x), (y, brute_y), (&within, &brute_within));
+        self.games((x, brute_x), (y, brute_y), (&within, &brute_within));
+    }
+
+    /// Games on edges: steps from Y into X, and from the rest into both, win. Other steps from Y out of Y are
+    /// plain, dropped, or their choices are barred.
+    fn games(
+        &self,
+        (x, brute_x): (&E::States, &Set),
+        (y, brute_y): (&E::States, &Set),
+        (within, brute_within): (&E::Choices, &Set),
+    ) {
+        let (engine, brute) = (self.engine, self.brute);
+        let (all, none) = (engine.all_choices(), engine.no_states());
+        let rest = engine.difference(&engine.all_states(), y).unwrap();
+        let brute_rest = &brute.all_states() - brute_y;
+        let (other, brute_other) = (engine.difference(&rest, x).unwrap(), &brute_rest - brute_x);
+        let both = engine.intersection(x, y).unwrap();
+        let labels = |dropped: &E::States, barred: Vec<(E::States, E::States)>| {
+            let first = EdgeLabels::new(y.clone(), x.clone(), dropped.clone());
+            [EdgeLabels { barred, ..first }, EdgeLabels::new(rest.clone(), both.clone(), none.clone())]
+        };
+        let brute_labels = |dropped: &Set| {
+            let first = EdgeLabels::new(brute_y.clone(), brute_x.clone(), dropped.clone());
+            [first, EdgeLabels::new(brute_rest.clone(), brute_x & brute_y, Set::new())]
+        };
+        let (plain, brute_plain) = (labels(&none, Vec::new()), brute_labels(&Set::new()));
+        let barring = labels(&none, vec![(y.clone(), other.clone())]);
+        let without = |gone| engine.difference(&all, &engine.choices_in(&gone, y).unwrap()).unwrap();
+        let brute_without = |gone| &brute.all_choices() - &brute.choices_in(&gone, brute_y);
+        let barred = without(engine.pre(&all, &other).unwrap());
+        let brute_barred = brute_without(brute.pre(&brute.all_choices(), &brute_other));
+        let kept = without(engine.pre_within(&all, &other).unwrap());
+        let brute_kept = brute_without(brute.pre_within(&brute.all_choices(), &brute_other));
+        for (what, c, labels, brute_c, brute_labels) in [
+            ("win", &all, &plain, &brute.all_choices(), &brute_plain),
+            ("win by some", within, &plain, brute_within, &brute_plain),
+            ("win, barred", &barred, &barring, &brute_barred, &brute_plain),
+            ("win, dropped", &kept, &labels(&other, Vec::new()), &brute_kept, &brute_labels(&brute_other)),
+        ] {
+            let start = Region { states: engine.all_states(), choices: c.clone() };
+            let region = engine.almost_surely_win(start, labels).unwrap();
+            let (states, choices) = brute.almost_surely_win(brute_c, brute_labels);
+            self.states(what, &region.states, &states);
+            self.choices(what, &region.choices, &choices);
+            let stuck = engine.difference(&engine.all_states(), &engine.sources(c).unwrap()).unwrap();
+            let outside = engine.difference(x, y).unwrap();
+            let lost = engine.union(&stuck, &outside).unwrap();
+            let left = engine.difference(&engine.all_states(), &lost).unwrap();
+            let left = Region { states: left, choices: c.clone() };
+            let left = engine.remove_attractor(left, c, &none, labels, lost).unwrap();
+            let brute_lost = &(&brute.all_states() - &brute.sources(brute_c)) | &(brute_x - brute_y);
+            let brute_lost = brute.attractor(&brute_lost, brute_c, brute_labels);
+            self.states(what, &left.states, &(&brute.all_states() - &brute_lost));
+        }
     }
 
     fn fixpoints(
@@ -128,11 +182,8 @@ impl<E: Engine> Both<'_, E> {
         let rest = engine.difference(&engine.all_states(), y).unwrap();
         let brute_rest = &brute.all_states() - brute_y;
         let none = engine.no_states();
-        let dropping = |from: &E::States, into: &E::States| EdgeLabels {
-            from: from.clone(),
-            goal: none.clone(),
-            dropped: into.clone(),
-        };
+        let dropping =
+            |from: &E::States, into: &E::States| EdgeLabels::new(from.clone(), none.clone(), into.clone());
         let dropped = [dropping(y, x), dropping(&rest, y)];
         let brute_dropped = [(brute_y.clone(), brute_x.clone()), (brute_rest, brute_y.clone())];
         for (c, brute_c) in [(within, brute_within), (&engine.all_choices(), &brute.all_choices())] {

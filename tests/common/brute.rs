@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use meliora::engine::Scope;
+use meliora::engine::{EdgeLabels, Scope};
 use meliora::model::expr::ExprId;
 use meliora::model::step::{Choice, StepError};
 use meliora::model::value::{EvalError, Value};
@@ -164,6 +164,40 @@ impl Brute {
         let states = Self::fixpoint(x.clone(), |z| &self.sources(&good(z)) & x);
         let choices = good(&states);
         (states, choices)
+    }
+
+    /// The kept edges of a pair: to the targets of goal edges, and to all others.
+    fn kept(&self, pair: &Pair, labels: &[EdgeLabels<Set>]) -> [Set; 2] {
+        let own = labels.iter().find(|labels| labels.from.contains(&pair.state)).unwrap();
+        let kept = &pair.successors - &own.dropped;
+        [&kept & &own.goal, &kept - &own.goal]
+    }
+
+    /// νY. μX. { s : some (s,a) ∈ C has only goal edges and edges into Y, and a goal edge or an edge into X }
+    /// without dropped edges, with the pairs of C that stay inside.
+    pub fn almost_surely_win(&self, within: &Set, labels: &[EdgeLabels<Set>]) -> (Set, Set) {
+        let staying = |y: &Set| {
+            let stays = |p: &Pair| self.kept(p, labels)[1].is_subset(y);
+            self.choices_in(&self.pairs_where(within, stays), y)
+        };
+        let wins = |p: &Pair, x: &Set| {
+            let [goal, plain] = self.kept(p, labels);
+            !goal.is_empty() || !plain.is_disjoint(x)
+        };
+        let inner = |y: &Set| {
+            let staying = staying(y);
+            Self::fixpoint(Set::new(), |x| self.sources(&self.pairs_where(&staying, |p| wins(p, x))))
+        };
+        let states = Self::fixpoint(self.all_states(), inner);
+        let choices = staying(&states);
+        (states, choices)
+    }
+
+    /// The least X ⊇ L that has every state of which each pair of C has a plain edge into X.
+    pub fn attractor(&self, lost: &Set, within: &Set, labels: &[EdgeLabels<Set>]) -> Set {
+        let avoids = |p: &Pair, x: &Set| self.kept(p, labels)[1].is_disjoint(x);
+        let stuck = |x: &Set| &self.all_states() - &self.sources(&self.pairs_where(within, |p| avoids(p, x)));
+        Self::fixpoint(lost.clone(), |x| x | &stuck(x))
     }
 
     /// νY. μX. T ∪ { s : some (s,a) ∈ C has all successors in Y and one in X }, with the pairs of C

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use meliora::advanced::symbolic::{Thresholds, Ways};
 use meliora::engine::regions::{Regions, regions};
-use meliora::engine::{Algebra, Engine, ExplicitEngine, Settings, SymbolicEngine};
+use meliora::engine::{Algebra, EdgeLabels, Engine, ExplicitEngine, Region, Settings, SymbolicEngine};
 use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::model::State;
@@ -146,6 +146,28 @@ fn losses_of_many_layers_in_a_product_need_no_layers() {
     let last = engine.singleton(&[9; 6]).unwrap();
     let found = regions(&engine, &last).unwrap();
     assert_eq!(engine.count(&found.pmin_positive).unwrap(), 1_000_000u32.into());
+    let ways = engine.ways();
+    assert!(ways.lost_by_lists > 0 && ways.lost_by_layers == 0, "{ways:?}");
+}
+
+#[test]
+fn a_game_with_barred_choices_in_a_product_needs_no_layers() {
+    let thresholds = Thresholds { relations_per_bit: 0, ..Thresholds::default() };
+    let engine = burning(6, thresholds);
+    let x0 = engine.program().variable("x0").unwrap();
+    let all = engine.all_states();
+    let barred = engine.slice(&[(x0, 5)]).unwrap();
+    let from = engine.difference(&all, &barred).unwrap();
+    let entering = engine.pre(&engine.all_choices(), &barred).unwrap();
+    let choices = engine.choices_in(&engine.difference(&engine.all_choices(), &entering).unwrap(), &from);
+    let x1 = engine.program().variable("x1").unwrap();
+    let goal = engine.slice(&[(x1, 5)]).unwrap();
+    let labels = EdgeLabels::new(from.clone(), goal, engine.no_states());
+    let labels = EdgeLabels { barred: vec![(from.clone(), barred)], ..labels };
+    let start = Region { states: from, choices: choices.unwrap() };
+    let found = engine.almost_surely_win(start, &[labels]).unwrap();
+    // Where x1 is 5, a state without another step loses: with x0=9, and with x0=4 by the barred step.
+    assert_eq!(engine.count(&found.states).unwrap(), 539_998u32.into());
     let ways = engine.ways();
     assert!(ways.lost_by_lists > 0 && ways.lost_by_layers == 0, "{ways:?}");
 }

@@ -80,9 +80,14 @@ fn fixpoints<E: Engine>(engine: &E, x: &E::States, c: &E::Choices) {
     refused("can_reach", engine.can_reach(&states, c, &[]));
     let region = |x: &E::States, c: &E::Choices| Region { states: x.clone(), choices: c.clone() };
     let label = |from: &E::States, goal: &E::States, dropped: &E::States| {
-        vec![EdgeLabels { from: from.clone(), goal: goal.clone(), dropped: dropped.clone() }]
+        vec![EdgeLabels::new(from.clone(), goal.clone(), dropped.clone())]
     };
-    for labels in [label(x, &none, &none), label(&none, x, &none), label(&none, &none, x)] {
+    let barred = |from: &E::States, into: &E::States| {
+        let barred = vec![(from.clone(), into.clone())];
+        vec![EdgeLabels { barred, ..label(&none, &none, &none).remove(0) }]
+    };
+    let foreign = [label(x, &none, &none), label(&none, x, &none), label(&none, &none, x)];
+    for labels in foreign.into_iter().chain([barred(x, &none), barred(&none, x)]) {
         refused("can_reach", engine.can_reach(&states, &choices, &labels));
         refused("almost_surely_win", engine.almost_surely_win(region(&states, &choices), &labels));
         let left = region(&states, &choices);

@@ -84,9 +84,8 @@ fn no_fixpoint_goes_on<E: Engine>(size: Size, build: Build<E>) {
     let others = engine.difference(&all, &last).unwrap();
     let moving = engine.choices_in(&choices, &others).unwrap();
     let none = engine.no_states();
-    let edge_labels =
-        |goal: &E::States| EdgeLabels { from: others.clone(), goal: goal.clone(), dropped: none.clone() };
-    let dropping = [EdgeLabels { from: last.clone(), goal: none.clone(), dropped: others.clone() }];
+    let edge_labels = |goal: &E::States| EdgeLabels::new(others.clone(), goal.clone(), none.clone());
+    let dropping = [EdgeLabels::new(last.clone(), none.clone(), others.clone())];
     let game = || Region { states: others.clone(), choices: moving.clone() };
     sink.allowed.store(0, Relaxed);
     stopped("can_reach", engine.can_reach(&last, &choices, &[]));

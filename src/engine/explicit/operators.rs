@@ -281,6 +281,7 @@ impl Engine for ExplicitEngine {
         start: Region<StateSet, ChoiceSet>,
         edge_labels: &[EdgeLabels<StateSet>],
     ) -> Result<Region<StateSet, ChoiceSet>> {
+        self.check_owned(edge_labels)?;
         let rules = Table::new(self, edge_labels)?;
         self.bits(&start.choices)?;
         let Region { states, choices } = self.pursue(self.bits(&start.states)?, start.choices.0, &rules)?;
@@ -391,7 +392,7 @@ impl ExplicitEngine {
     /// # Errors
     /// A set belongs to another engine.
     fn check_owned(&self, edge_labels: &[EdgeLabels<StateSet>]) -> Result<()> {
-        let mut sets = edge_labels.iter().flat_map(|labels| [&labels.from, &labels.goal, &labels.dropped]);
+        let mut sets = edge_labels.iter().flat_map(EdgeLabels::sets);
         sets.try_for_each(|x| self.bits(x).map(drop))
     }
 

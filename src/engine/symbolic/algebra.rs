@@ -46,7 +46,7 @@ impl SymbolicEngine {
     /// # Errors
     /// A set belongs to another engine.
     pub(super) fn check_owned(&self, edge_labels: &[EdgeLabels<StateSet>]) -> Result<()> {
-        let mut sets = edge_labels.iter().flat_map(|labels| [&labels.from, &labels.goal, &labels.dropped]);
+        let mut sets = edge_labels.iter().flat_map(EdgeLabels::sets);
         sets.try_for_each(|x| self.diagram_of(x).map(drop))
     }
 

@@ -19,8 +19,7 @@ impl SymbolicEngine {
     ///
     /// The recursion over parts comes first, where it is expected to pay off; then layers of states, where
     /// they are. If these give up, the recursion over the lists of all groups and layers of states and
-    /// choices take turns; each continues from its own states, the recursion also from the layers. Edge
-    /// labels need one bound per group, so only parts and layers with choices can have them.
+    /// choices take turns; each continues from its own states, the recursion also from the layers.
     pub(super) fn lose_states(
         &self,
         mut left: Region<StateSet, ChoiceSet>,
@@ -43,6 +42,7 @@ impl SymbolicEngine {
         let mut found = lost.clone();
         let mut search = self.search(&left, won, &found, edge_labels)?;
         if let Some(search) = &search
+            && edge_labels.is_empty()
             && self.suits_layers()?
             && let Some(all) = search.by_layers(&lost, steps.saturating_mul(4))?
         {
@@ -78,8 +78,8 @@ impl SymbolicEngine {
         Ok((left, None))
     }
 
-    /// Starts a search over sets of states alone. Returns `None` if there are edge labels, or choices are missing
-    /// for another reason than a step into a lost state.
+    /// Starts a search over sets of states alone. Returns `None` if the sets do not say which choices are left.
+    /// With edge labels, it is not used where layers suit, nor in games.
     fn search(
         &self,
         left: &Region<StateSet, ChoiceSet>,
@@ -87,7 +87,10 @@ impl SymbolicEngine {
         lost: &StateSet,
         edge_labels: &[EdgeLabels<StateSet>],
     ) -> Result<Option<Losing<'_>>> {
-        if edge_labels.is_empty() { Losing::new(self, left, won, lost) } else { Ok(None) }
+        if !edge_labels.is_empty() && (self.opponent().is_some() || self.suits_layers()?) {
+            return Ok(None);
+        }
+        Losing::new(self, left, won, lost, edge_labels)
     }
 
     /// Returns true if a recursion over parts is expected to pay off.

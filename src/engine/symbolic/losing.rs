@@ -1,16 +1,21 @@
-//! The search for lost states where all edges are plain, over sets of states alone.
+//! The search for lost states over sets of states alone.
 //!
 //! A choice is allowed as long as it has no step into a lost state, so the lost states say which choices
-//! are left.
+//! are left. Edge labels say from which states a step into which lost states does not count, and which
+//! choices are missing from the start. So each set of states with the same labels has a search of its own, and
+//! the searches take turns.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::Ordering::Relaxed;
 
-use super::fixpoints::layers::Layers;
+use super::fixpoints::layers::{self, Layers};
+use super::fixpoints::parts::by_exception;
 use super::relations::tuples::{ListTuple, ListTuples};
+use super::store::Store;
 use super::store::diagram::Bdd;
 use super::store::walk::Direction;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
+use crate::edge_labels::EdgeLabels;
 use crate::engine::Region;
 use meliora_model::error::Result;
 
@@ -21,18 +26,60 @@ pub(super) struct Losing<'e> {
     lists: &'e ListTuple,
     /// The states that are lost or outside.
     lost: Bdd,
-    /// The other states that may be lost.
-    candidates: Bdd,
+    /// The other states that may be lost, by their edge labels.
+    candidates: Vec<Candidates>,
+}
+
+/// The states with the same edge labels that may be lost.
+struct Candidates {
+    states: Bdd,
+    /// The states into which their steps do not count.
+    safe: Bdd,
+    /// True if these states are safe themselves, so that none is lost because of another one; else none is.
+    are_safe: bool,
+    /// The states into which none of their choices has a step.
+    barred: Bdd,
+}
+
+impl Candidates {
+    /// Splits states by their edge labels.
+    fn by_labels(store: &Store, states: Bdd, edge_labels: &[EdgeLabels<StateSet>]) -> Result<Vec<Self>> {
+        let nothing = store.zero();
+        if edge_labels.is_empty() {
+            let (safe, barred) = (nothing.clone(), nothing);
+            return Ok(vec![Candidates { states, safe, are_safe: false, barred }]);
+        }
+        let mut parts = Vec::new();
+        for EdgeLabels { from, goal, dropped, barred } in edge_labels {
+            let safe = store.or(&goal.0, &dropped.0)?;
+            let barred = Vec::from_iter(barred.iter().map(|(from, into)| (from.0.clone(), into.0.clone())));
+            for (states, barred) in by_exception(store, &store.and(&states, &from.0)?, &barred)? {
+                for (states, are_safe) in
+                    [(store.and(&states, &safe)?, true), (store.minus(&states, &safe)?, false)]
+                {
+                    parts.push(Candidates { states, safe: safe.clone(), are_safe, barred: barred.clone() });
+                }
+            }
+        }
+        parts.retain(|part| !store.is_zero(&part.states));
+        Ok(parts)
+    }
+
+    /// Returns the states into which a choice has no step as long as it is allowed.
+    fn avoided(&self, store: &Store, lost: &Bdd) -> Result<Bdd> {
+        store.or(&store.minus(lost, &self.safe)?, &self.barred)
+    }
 }
 
 impl<'e> Losing<'e> {
-    /// Starts a search. Returns `None` if choices are missing for another reason than a step into a lost
-    /// state.
+    /// Starts a search. Returns `None` if choices are missing for another reason than a step into a lost or
+    /// a barred state.
     pub(super) fn new(
         engine: &'e SymbolicEngine,
         left: &Region<StateSet, ChoiceSet>,
         won: &StateSet,
         lost: &StateSet,
+        edge_labels: &[EdgeLabels<StateSet>],
     ) -> Result<Option<Self>> {
         let (store, loops) = (&engine.store, &left.choices.0[engine.groups.len()]);
         let outside = store.minus(&store.any(engine.enabled.iter().cloned())?, &left.states.0)?;
@@ -43,26 +90,38 @@ impl<'e> Losing<'e> {
         if let (None, Some(reaching)) = (opponent, engine.recall(lost)) {
             candidates = store.and(&candidates, &reaching.0)?;
         }
-        for (group, (list, own)) in engine.groups.iter().zip(&*left.choices.0).enumerate() {
+        let candidates = Candidates::by_labels(store, candidates, edge_labels)?;
+        let lists = opponent.map_or_else(|| engine.tuple(), |opponent| engine.removal_lists(opponent))?;
+        let search = Losing { engine, lists, lost: outside, candidates };
+        Ok(search.explains(&left.choices)?.then_some(search))
+    }
+
+    /// Returns whether all choices that C lacks in the candidates have a step into a lost or a barred state.
+    fn explains(&self, c: &ChoiceSet) -> Result<bool> {
+        let (engine, store, opponent) = (self.engine, &self.engine.store, self.engine.opponent());
+        let avoided = self.candidates.iter().map(|part| part.avoided(store, &self.lost));
+        let avoided = avoided.collect::<Result<Vec<_>>>()?;
+        for (group, (list, own)) in engine.groups.iter().zip(&*c.0).enumerate() {
             let is_theirs = opponent.is_some_and(|opponent| opponent.has(group));
             // The list of the opponent has no choices that are ruled out.
             let all = if is_theirs { &engine.choices.0[group] } else { &engine.enabled[group] };
-            if own != all {
-                let missing = store.minus(&store.and(&candidates, all)?, own)?;
-                if store.step(Direction::Backward, list, &outside, &missing)? != missing {
-                    return Ok(None);
+            for (part, avoided) in self.candidates.iter().zip(&avoided).filter(|_| own != all) {
+                let missing = store.minus(&store.and(&part.states, all)?, own)?;
+                if store.step(Direction::Backward, list, avoided, &missing)? != missing {
+                    return Ok(false);
                 }
             }
         }
-        let lists = opponent.map_or_else(|| engine.tuple(), |opponent| engine.removal_lists(opponent))?;
-        Ok(Some(Losing { engine, lists, lost: outside, candidates }))
+        Ok(true)
     }
 
-    /// Finds the lost states by layers, from those lost first. Returns `None` after `steps` steps.
+    /// Finds the lost states by layers, from those lost first, if all edges are plain. Returns `None` after
+    /// `steps` steps.
     pub(super) fn by_layers(&self, first: &StateSet, steps: u64) -> Result<Option<StateSet>> {
         let store = &self.engine.store;
+        let [Candidates { states, .. }] = self.candidates.as_slice() else { return Ok(None) };
         let until = store.work.steps.load(Relaxed).saturating_add(steps);
-        let mut layers = Layers::new(&first.0, &self.lost, &self.candidates, self.lists);
+        let mut layers = Layers::new(&first.0, &self.lost, states, self.lists);
         while layers.next(store, self.engine.clusters.list(), self.lists)? {
             if store.work.steps.load(Relaxed) >= until {
                 return Ok(None);
@@ -73,24 +132,51 @@ impl<'e> Losing<'e> {
 
     /// Finds the lost states by the recursion over the lists of all groups. Returns also whether these
     /// are all; after `steps` steps they are those found so far.
-    ///
-    /// It is given up earlier if the sets on the way are much larger than the candidates: then layers,
-    /// which do not have them, are faster.
     pub(super) fn by_lists(&self, first: &StateSet, steps: u64) -> Result<(StateSet, bool)> {
-        let (store, thresholds) = (&self.engine.store, self.engine.store.thresholds());
-        let of_candidates =
-            thresholds.lose_steps_per_node.saturating_mul(store.size(&self.candidates)? as u64);
-        let steps = steps.max(of_candidates);
-        let trial = thresholds.lose_trial_steps.min(steps);
-        let (mut found, mut done) = store.lose(&self.lost, &self.candidates, self.lists, trial)?;
-        if !done && trial < steps {
-            let many = store.size(&self.candidates)?.saturating_mul(thresholds.lose_growth);
-            if !store.has_nodes(&found, many)? {
-                let open = store.minus(&self.candidates, &found)?;
-                (found, done) = store.lose(&found, &open, self.lists, steps - trial)?;
+        let (store, work) = (&self.engine.store, &self.engine.store.work);
+        let mut nodes = 0;
+        for part in &self.candidates {
+            nodes += store.size(&part.states)? as u64;
+        }
+        let steps = steps.max(store.thresholds().lose_steps_per_node.saturating_mul(nodes));
+        let until = work.steps.load(Relaxed).saturating_add(steps);
+        let (mut lost, mut open) = (self.lost.clone(), vec![true; self.candidates.len()]);
+        while let Some(at) = open.iter().position(|&is_open| is_open) {
+            open[at] = false;
+            let left = until.saturating_sub(work.steps.load(Relaxed));
+            let (new, done) = self.lost_among(&self.candidates[at], &lost, left)?;
+            lost = store.or(&lost, &new)?;
+            if !done {
+                return Ok((self.since(first, &lost)?, false));
+            }
+            for (other, part) in self.candidates.iter().enumerate().filter(|(other, _)| *other != at) {
+                open[other] |= !store.is_zero(&store.minus(&new, &part.safe)?);
             }
         }
-        Ok((self.since(first, &found)?, done))
+        Ok((self.since(first, &lost)?, true))
+    }
+
+    /// Finds the candidates with the same labels that are lost because of `lost` and of each other. Returns also
+    /// whether these are all.
+    ///
+    /// The recursion is given up earlier if the sets on the way are much larger than the candidates: then
+    /// layers, which do not have them, are faster.
+    fn lost_among(&self, part: &Candidates, lost: &Bdd, steps: u64) -> Result<(Bdd, bool)> {
+        let (store, thresholds) = (&self.engine.store, self.engine.store.thresholds());
+        let (avoided, open) = (part.avoided(store, lost)?, store.minus(&part.states, lost)?);
+        if part.are_safe {
+            return Ok((layers::stuck(store, &avoided, open, self.lists)?, true));
+        }
+        let trial = thresholds.lose_trial_steps.min(steps);
+        let (mut found, mut done) = store.lose(&avoided, &open, self.lists, trial)?;
+        if !done && trial < steps {
+            let many = store.size(&open)?.saturating_mul(thresholds.lose_growth);
+            if !store.has_nodes(&found, many)? {
+                let rest = store.minus(&open, &found)?;
+                (found, done) = store.lose(&found, &rest, self.lists, steps - trial)?;
+            }
+        }
+        Ok((store.and(&open, &found)?, done))
     }
 
     /// Returns the states that are lost since the start, those lost first among them.

@@ -48,7 +48,7 @@ pub use sizes::DiagramSizes;
 pub use store::thresholds::{Thresholds, Ways};
 pub use trends::Side;
 
-use super::edge_labels::{self, EdgeLabels};
+use super::edge_labels::{self, EdgeLabels, plain_edges_into};
 use super::engine::{Algebra, Engine, Region};
 use super::membership::{Each, Membership};
 use super::parallel::Sets;
@@ -404,7 +404,10 @@ impl Engine for SymbolicEngine {
         self.check_owned(edge_labels)?;
         let (left, lost) = self.lose_states(left, within, won, edge_labels, lost)?;
         let Some(lost) = lost else { return Ok(left) };
-        let gone = self.pre(&left.choices, &lost)?;
+        let gone = match edge_labels {
+            [] => self.pre(&left.choices, &lost)?,
+            _ => plain_edges_into(self, &left.choices, edge_labels, &lost)?,
+        };
         Ok(Region { choices: self.difference(&left.choices, &gone)?, ..left })
     }
 

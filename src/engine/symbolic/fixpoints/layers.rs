@@ -1,7 +1,7 @@
 //! Removal of the attractor of lost states layer by layer, where all edges are plain.
 
 use crate::symbolic::relations::lists::RelationList;
-use crate::symbolic::relations::tuples::ListTuple;
+use crate::symbolic::relations::tuples::{Group, ListTuple};
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::Bdd;
 use crate::symbolic::store::walk::{Direction, Walk};
@@ -45,9 +45,7 @@ impl Layers {
         for &index in &self.order {
             let before = open.clone();
             if !store.is_zero(&open) {
-                let group = &groups.groups[index];
-                let kept = store.spare(&self.lost, &store.and(&open, &group.sources)?, &group.list)?;
-                open = store.minus(&open, &kept)?;
+                open = store.minus(&open, &groups.groups[index].kept(store, &self.lost, &open)?)?;
             }
             if open == before { &mut others } else { &mut keeping }.push(index);
         }
@@ -57,6 +55,27 @@ impl Layers {
         self.candidates = store.minus(&self.candidates, &open)?;
         self.new = open;
         Ok(!store.is_zero(&self.new))
+    }
+}
+
+/// Returns the states of X of which every list with a step has one into L.
+///
+/// Cost: one pre-image per group.
+pub(in crate::symbolic) fn stuck(store: &Store, l: &Bdd, x: Bdd, groups: &ListTuple) -> Result<Bdd> {
+    if groups.stays {
+        return Ok(store.zero());
+    }
+    let mut open = x;
+    for group in &groups.groups {
+        open = store.minus(&open, &group.kept(store, l, &open)?)?;
+    }
+    Ok(open)
+}
+
+impl Group {
+    /// Returns the states of X with a step of the group and none into L.
+    fn kept(&self, store: &Store, l: &Bdd, x: &Bdd) -> Result<Bdd> {
+        store.spare(l, &store.and(x, &self.sources)?, &self.list)
     }
 }
 
