@@ -20,6 +20,7 @@ mod signals;
 mod supervise;
 mod sweep;
 mod terminal;
+mod tips;
 mod watch;
 
 mod check;
@@ -41,10 +42,8 @@ mod verify;
 mod version;
 
 use std::ffi::OsString;
-use std::path::Path;
 use std::process::ExitCode;
 
-use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use meliora_model::error::Error;
 
@@ -110,7 +109,7 @@ fn run(args: &[OsString], json: bool) -> Status {
     signals::prepare();
     let cli = match parsed(args) {
         Ok(cli) => cli,
-        Err(error) => return terminal::show_clap(&with_tip(error, args), json),
+        Err(error) => return terminal::show_clap(&tips::with_tip(error, args), json),
     };
     let outcome = match cli.command {
         Command::Check(args) => check::run(args),
@@ -132,16 +131,6 @@ fn run(args: &[OsString], json: bool) -> Status {
         Ok(status) => status,
         Err(error) => fail(&error, json),
     }
-}
-
-/// Adds a tip if a file was given instead of a command.
-fn with_tip(mut error: clap::Error, args: &[OsString]) -> clap::Error {
-    let is_file = args.get(1).is_some_and(|arg| Path::new(arg).is_file());
-    if error.kind() == ErrorKind::InvalidSubcommand && is_file {
-        let tip = "a file comes after a command, as in `meliora check MODEL PREFS`";
-        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
-    }
-    error
 }
 
 /// Shows an error that ends the run without a report.

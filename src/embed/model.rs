@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::Exploration;
+use crate::reach::check_start;
 use meliora_engine::{AnyEngine, Settings};
 use meliora_lang::{self as lang, Document, Given};
 use meliora_model::error::{Diagnostic, Result, SourceFile};
@@ -105,9 +106,10 @@ impl Model {
     ///
     /// # Errors
     /// A limit is reached; an expression has no value in a state of the scope (the error shows an
-    /// example); the variable order is invalid.
+    /// example); the variable order is invalid; the model has no initial state.
     pub fn explore(&self, settings: Settings) -> Result<Exploration> {
         let engine = AnyEngine::new(Arc::clone(&self.program), settings)?;
+        check_start(&engine, &self.program)?;
         Ok(Exploration::of(engine, self.named.clone()))
     }
 

@@ -7,7 +7,7 @@ use num_traits::{One, Zero};
 
 use super::ast::{Ident, Span};
 use super::ltl::Formula;
-use super::parse::{Failed, Parsed, Parser};
+use super::parse::{Failed, Parsed, Parser, operator};
 use super::players;
 use super::token::Token;
 pub use meliora_model::Optimum;
@@ -93,8 +93,9 @@ impl Property {
         if let (Some(_), Question::Quantity(Quantity { measure: Measure::Reward(_), .. })) =
             (game, &self.question)
         {
-            let diagnostic = wrong("rewards of a game are not supported");
-            return Err(diagnostic.severity(Severity::Unsupported).label("not supported").into());
+            let diagnostic = wrong(GAME_REWARDS);
+            let help = "PRISM-games computes them";
+            return Err(diagnostic.severity(Severity::Unsupported).label("not supported").help(help).into());
         }
         match (game, &named.players) {
             (Some(game), None) => Ok(Some(vec![true; game.list.len()])),
@@ -103,6 +104,26 @@ impl Property {
                 players::coalition(program, source, names, named.span).map(Some)
             }
         }
+    }
+}
+
+/// The filters that are supported, for messages.
+const FILTERS: &str = "write `filter(forall, P>=1 [ … ], \"init\")` or `filter(range, Pmax=? [ … ], \"init\")`; \
+                       the regions of `reach` are what `filter(count, …)` counts";
+
+/// The refusal of the rewards of PRISM-games.
+const GAME_REWARDS: &str = "rewards of a game are not supported";
+
+/// Returns what to write in place of an operator that is not supported.
+fn instead(operator: &str) -> &'static str {
+    match operator {
+        "E" => "`E [ F a ]` is `Pmax>0 [ F a ]`, some strategy reaches `a` possibly",
+        "A" => "`A [ G a ]` is `P>=1 [ G a ]`: no strategy ever leaves `a`",
+        "multi" => {
+            "ask for each property alone; `meliora check --jointly` tells which objectives one strategy \
+                    achieves together"
+        }
+        _ => "PRISM and Storm compute averages over the long run",
     }
 }
 
@@ -190,9 +211,40 @@ impl Parser<'_> {
     fn property(&mut self) -> Parsed<Property> {
         let is_filter = self.text(self.here()) == "filter";
         let property = if is_filter { self.filter()? } else { self.asked()? };
-        self.eat(Token::Semicolon);
-        self.expect(Token::End)?;
-        Ok(property)
+        let ended = self.eat(Token::Semicolon);
+        match self.peek() {
+            Token::End => Ok(property),
+            _ if ended => Err(self.second()),
+            _ => Err(self.behind()),
+        }
+    }
+
+    /// Reports another property behind the semicolon.
+    fn second(&mut self) -> Failed {
+        let diagnostic =
+            self.wrong(self.here(), "more than one property").label("expected the end of the text");
+        self.report(diagnostic.help(
+            "give each property by an option `--property` of its own, or all of them by `--properties FILE`",
+        ));
+        Failed
+    }
+
+    /// Reports what PRISM permits behind the formula of a property.
+    fn behind(&mut self) -> Failed {
+        let span = self.here();
+        let (message, help) = match self.peek() {
+            Token::LeftBrace => (
+                "a condition on the states behind a property is not supported",
+                "the answer is that of the initial states; other initial states are given by `init … endinit` \
+                 in the model",
+            ),
+            sign if operator(sign).is_some() || sign == Token::Question => {
+                ("properties cannot be operands", "ask for each property alone, and combine the answers")
+            }
+            _ => return self.expected("the end of the text"),
+        };
+        self.report(self.unsupported(span, message).help(help));
+        Failed
     }
 
     /// Parses `filter(forall, P>=1 [ … ], "init")` or `filter(range, Pmax=? [ … ], "init")`. The answer
@@ -203,6 +255,11 @@ impl Parser<'_> {
         self.advance();
         self.expect(Token::LeftParen)?;
         let operator = self.text(self.here()).to_owned();
+        if !["forall", "range"].contains(&operator.as_str()) {
+            let message = format!("the filter `{operator}` is not supported");
+            self.report(self.unsupported(self.here(), message).help(FILTERS));
+            return Err(Failed);
+        }
         self.advance();
         self.expect(Token::Comma)?;
         let property = self.asked()?;
@@ -215,9 +272,7 @@ impl Parser<'_> {
             return Ok(property);
         }
         let message = "of the filters, those of all initial states are supported";
-        let help = "write `filter(forall, P>=1 [ … ], \"init\")` or `filter(range, Pmax=? [ … ], \"init\")`; \
-                    the regions of `reach` are what `filter(count, …)` counts";
-        self.report(self.unsupported(start.to(self.before()), message).help(help));
+        self.report(self.unsupported(start.to(self.before()), message).help(FILTERS));
         Err(Failed)
     }
 
@@ -234,8 +289,9 @@ impl Parser<'_> {
             return Err(Failed);
         }
         self.advance();
-        if matches!(measure, Measure::Reward(_)) {
-            self.other_rewards()?;
+        match measure {
+            Measure::Reward(_) => self.other_rewards()?,
+            Measure::Probability => self.no_rewards()?,
         }
         let formula = self.temporal_formula()?;
         self.expect(Token::RightBracket)?;
@@ -253,6 +309,12 @@ impl Parser<'_> {
 
     /// Parses the players of a game, `<<p1,p2>>`, if they are there.
     fn coalition(&mut self) -> Parsed<Option<Coalition>> {
+        if self.peek() == Token::LeftBracket {
+            let message = "properties of the players in `[[…]]` are not supported";
+            let help = "write `<<p1>> P>=1 [ … ]`, for the players who choose to make it true";
+            self.report(self.unsupported(self.here(), message).help(help));
+            return Err(Failed);
+        }
         if self.peek() != Token::Lt {
             return Ok(None);
         }
@@ -265,6 +327,12 @@ impl Parser<'_> {
         } else {
             Some(self.list(Self::player_name)?)
         };
+        if self.peek() == Token::Colon {
+            let message = "equilibria of several coalitions are not supported";
+            let help = "write `<<p1>> P>=1 [ … ]`: all other players are the opponent";
+            self.report(self.unsupported(self.here(), message).help(help));
+            return Err(Failed);
+        }
         self.expect(Token::Gt)?;
         let span = start.to(self.expect(Token::Gt)?);
         Ok(Some(Coalition { players, span }))
@@ -283,13 +351,13 @@ impl Parser<'_> {
                 let rewards = self.reward_structure()?;
                 Ok((Measure::Reward(rewards), self.extreme(word)))
             }
-            word @ ("S" | "E" | "A" | "multi") => {
-                let help = "supported are `P>=1 [ F … ]`, `Pmax=? [ … ]` and `R{\"name\"}min=? [ F … ]`";
+            word @ ("S" | "Smin" | "Smax" | "E" | "A" | "multi") => {
                 let message = format!("properties with `{word}` are not supported");
-                self.report(self.unsupported(span, message).help(help));
+                self.report(self.unsupported(span, message).help(instead(word)));
                 Err(Failed)
             }
             "" => Err(self.expected("a property such as `P>=1 [ F … ]`")),
+            _ if self.slip(&["Pmin", "Pmax", "Rmin", "Rmax", "filter", "multi"]).is_some() => Err(Failed),
             _ => {
                 let message = "a property needs a bound on the probability of its formula";
                 let help =
@@ -354,11 +422,25 @@ impl Parser<'_> {
         self.advance();
         let span = self.here();
         if !matches!(self.peek(), Token::Int | Token::Real) {
-            return Err(self.expected("a number"));
+            return Err(self.no_bound());
         }
         let value = self.exact(span)?;
         self.advance();
         Ok(Some((comparison, value)))
+    }
+
+    /// Reports a bound that is not a number.
+    fn no_bound(&mut self) -> Failed {
+        if self.peek() != Token::Word {
+            return self.expected("a number");
+        }
+        let span = self.here();
+        let message = format!("expected a number, found `{}`", self.text(span));
+        let diagnostic = self.unsupported(span, message).label("expected a number, not a name");
+        self.report(
+            diagnostic.help("constants are not supported in bounds: write the number, as in `P>=0.5`"),
+        );
+        Failed
     }
 
     /// Returns the question; reports a bound that no probability can have.
@@ -381,10 +463,25 @@ impl Parser<'_> {
         }
     }
 
-    /// Reports the rewards that PRISM has besides those until a target: `C<=k`, `C`, `I=k` and `S`.
+    /// Reports a reward in the brackets of a probability.
+    fn no_rewards(&mut self) -> Parsed<()> {
+        let span = self.here();
+        if !["C", "I", "S", "LRA"].contains(&self.text(span)) {
+            return Ok(());
+        }
+        let message = format!("`{}` is a reward, not a formula on paths", self.text(span));
+        let help = "the probability of a formula is asked for by `Pmax=? [ F condition ]`";
+        self.report(self.wrong(span, message).label("expected a formula").help(help));
+        Err(Failed)
+    }
+
+    /// Reports the rewards that PRISM and PRISM-games have besides those until a target: `C<=k`, `C`,
+    /// `I=k`, `S`, `Fc`, `F0` and `F*`.
     fn other_rewards(&mut self) -> Parsed<()> {
         let span = self.here();
         let (message, help) = match self.text(span) {
+            "Fc" | "F0" => (GAME_REWARDS, "PRISM-games computes them"),
+            "F" if self.peek_at(1) == Token::Star => (GAME_REWARDS, "PRISM-games computes them"),
             "C" => (
                 "rewards that are accumulated over all steps, or over a number of steps, are not supported",
                 "for `C<=k`, count the steps in the model: declare `t : [0..k]`, add `(t'=min(t+1,k))` to each \
@@ -394,7 +491,7 @@ impl Parser<'_> {
                 "rewards of a single step are not supported",
                 "rewards are accumulated until a target: `R{\"name\"}min=? [ F condition ]`",
             ),
-            "S" => ("long-run averages are not supported", "PRISM and Storm compute them"),
+            "S" | "LRA" => ("long-run averages are not supported", "PRISM and Storm compute them"),
             _ => return Ok(()),
         };
         self.report(self.unsupported(span, message).label("expected `F condition`").help(help));

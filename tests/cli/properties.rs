@@ -26,10 +26,14 @@ fn properties_are_answered_or_have_a_reason_why_not() {
         assert_eq!(holds, [&json!(true), &json!(false), &json!(false), &Json::Null, &Json::Null]);
         assert_eq!((&all[0]["pmax_one"], &all[0]["pmin_one"]), (&json!("4"), &json!("2")));
         assert_eq!(all[3]["value"], json!({"lower": 1.0, "upper": 1.0}));
-        assert_eq!(all[4]["reason"], json!("unknown reward structure"));
+        let unknown = "unknown reward structure; no reward structure of the model has a name";
+        assert_eq!(all[4]["reason"], json!(unknown));
+        assert_eq!((&all[4]["line"], &all[4]["column"]), (&json!(8), &json!(9)));
+        assert_eq!((&all[0]["line"], &all[0]["column"]), (&Json::Null, &Json::Null));
     }
     let shown = asked(&[]).expect(1).stdout;
     assert!(shown.contains("Not answered") && shown.contains("does not hold"), "{shown}");
+    assert!(shown.contains("line 8, column 9: unknown reward structure"), "{shown}");
 }
 
 #[test]
@@ -37,6 +41,42 @@ fn one_property_of_a_file_is_asked_by_its_name() {
     let found = asked(&["--json", "--only", "sure"]).expect(0).json();
     assert_eq!(found["properties"].as_array().unwrap().len(), 1);
     asked(&["--only", "none"]).expect(2);
+    for question in [["--property", "P>0[Fx=1]"], ["--target", "x=1"]] {
+        let scratch = Scratch::new(&[("m.prism", MODEL)]);
+        let model = scratch.show("m.prism");
+        let without =
+            Finished::of(meliora().args(["reach", &model, "--only", "sure"]).args(question)).expect(2);
+        assert!(without.stderr.contains("`--only NAME` needs `--properties FILE`"), "{}", without.stderr);
+    }
+}
+
+#[test]
+fn a_model_without_an_initial_state_is_refused() {
+    let model = MODEL.replace(" init 0", "").replace("endmodule", "endmodule\ninit x>3 endinit");
+    let scratch = Scratch::new(&[
+        ("m.prism", &model),
+        ("m.props", "P>=1 [ F x=1 ];\nPmax=? [ F x=1 ];\n"),
+        ("m.pref", "objective A = F x=1;\nobjective B = F x=2;\nprefer B > A;\n"),
+    ]);
+    let [file, props, prefs, out] = ["m.prism", "m.props", "m.pref", "out"].map(|name| scratch.show(name));
+    for engine in ["symbolic", "explicit"] {
+        for question in [
+            ["--property", "P>=1 [ F x=1 ]"],
+            ["--property", "Pmax=? [ F x=1 ]"],
+            ["--target", "x=1"],
+            ["--properties", &props],
+        ] {
+            let asked = ["reach", &file, "--engine", engine].into_iter().chain(question);
+            let refused = Finished::of(meliora().args(asked)).expect(3).stderr;
+            assert!(refused.contains("the model has no initial state"), "{refused}");
+            assert!(refused.contains("m.prism:7:6") && refused.contains("init x>3 endinit"), "{refused}");
+        }
+    }
+    for command in ["check", "strategy", "values", "simulate", "compare", "report"] {
+        let refused = Finished::of(meliora().args([command, &file, &prefs])).expect(3).stderr;
+        assert!(refused.contains("the model has no initial state"), "{command}: {refused}");
+    }
+    Finished::of(meliora().args(["export", &file, &prefs, "--out", &out])).expect(3);
 }
 
 #[test]
