@@ -442,12 +442,19 @@ impl Model {
     /// Args:
     ///     target: A condition in the model's language, such as 'x = 3 & "goal"', a temporal formula,
     ///         or a property such as 'P>=1 [ G F x = 3 ]'.
+    ///     stop_at_target: Do not explore the states behind those that decide the question. In the initial
+    ///         states the answer is the same; the regions are those of the part explored. Only with the
+    ///         scope "reachable".
     ///     scope, engine, memory, order, threads, timeout, progress: As in `explore`.
-    #[pyo3(signature = (target, *, scope="reachable", engine="symbolic", memory=None, order=None, threads=1, timeout=None, progress=None))]
+    ///
+    /// Raises:
+    ///     InputError: The text is wrong; with `stop_at_target`, also if no state decides it, as for `G F`.
+    #[pyo3(signature = (target, *, stop_at_target=false, scope="reachable", engine="symbolic", memory=None, order=None, threads=1, timeout=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
     fn reach(
         slf: &Bound<'_, Self>,
         target: &str,
+        stop_at_target: bool,
         scope: &str,
         engine: &str,
         memory: Option<&Bound<'_, PyAny>>,
@@ -458,6 +465,13 @@ impl Model {
     ) -> PyResult<Reachability> {
         let asked = Asked { scope, engine, memory, order, threads };
         let call = Call::new(timeout, progress)?;
+        if stop_at_target {
+            let model = slf.get();
+            let (settings, worker) = asked.settings(model.inner.program())?;
+            let space = Space { worker, names: Arc::clone(&model.names) };
+            let question = (&model.inner, target.to_owned());
+            return Exploration::reach_stopping(slf.py(), question, &space, settings, &call);
+        }
         Model::explored(slf, &asked, &call)?.reach_text(slf.py(), target.to_owned(), &call)
     }
 

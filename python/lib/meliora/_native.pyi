@@ -282,6 +282,7 @@ class Model:
         self,
         target: str,
         *,
+        stop_at_target: bool = False,
         scope: _Scope = "reachable",
         engine: _Engine = "symbolic",
         memory: int | str | None = None,
@@ -296,7 +297,13 @@ class Model:
         Args:
             target: A condition in the model's language, such as 'x = 3 & "goal"', a temporal formula,
                 or a property such as 'P>=1 [ G F x = 3 ]'.
+            stop_at_target: Do not explore the states behind those that decide the question. In the initial
+                states the answer is the same; the regions are those of the part explored. Only with the
+                scope "reachable".
             scope, engine, memory, order, threads, timeout, progress: As in `explore`.
+
+        Raises:
+            InputError: The text is wrong; with `stop_at_target`, also if no state decides it, as for `G F`.
         """
     def _repr_html_(self) -> str: ...
 
@@ -454,6 +461,8 @@ class Exploration:
                 'Pmax=? [ F x = 3 ]'; of a game, '<<p1>> P>=1 [ F x = 3 ]'.
                 For a temporal formula other than 'F condition', the regions are of the product with
                 its monitors, in the states where these begin.
+
+        `Model.reach` can leave out the states behind the target, which are explored here already.
         """
     def check(
         self,
