@@ -61,9 +61,10 @@ const EXIT_STATUS: &str = "Exit status:
 
 /// Symbolic model checker for opportunistic planning with incomplete preferences.
 ///
-/// Reads models in PRISM's language or in JANI (mdp, dtmc) and preferences over objectives.
-/// Computes from which states, and how many times in a row, a strategy can improve the most
-/// preferred objectives: almost surely (SASI) or with positive probability (SPI).
+/// Reads models in PRISM's language (mdp, dtmc, smg), in JANI, or listed state by state (UMB, DRN,
+/// .tra), and preferences over objectives. Computes from which states, and how many times in a row, a
+/// strategy can improve the most preferred objectives: almost surely (SASI) or with positive
+/// probability (SPI).
 #[derive(Debug, Parser)]
 #[command(name = "meliora", version, long_version = version::long(), propagate_version = true, arg_required_else_help = true)]
 #[command(after_help = EXIT_STATUS)]
