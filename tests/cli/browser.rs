@@ -286,7 +286,9 @@ fn choices_with_one_label_have_the_names_that_strategy_gives_them() {
     let players =
         "smg\nplayer p [go], [back], [stay] endplayer\nplayer q o endplayer\nmodule o\n y : bool;\nendmodule";
     let [mdp, game] = ["mdp", players].map(|kind| LABELS.replace("TYPE", kind));
-    let scratch = Scratch::new(&[("m.prism", &mdp), ("g.prism", &game), ("m.pref", LABELS_PREFS)]);
+    let chain = LABELS.replace("TYPE", "dtmc");
+    let files = [("m.prism", &*mdp), ("g.prism", &*game), ("c.prism", &*chain), ("m.pref", LABELS_PREFS)];
+    let scratch = Scratch::new(&files);
     let (prefs, page) = (scratch.show("m.pref"), scratch.show("page.html"));
     let mdp = scratch.show("m.prism");
     Finished::of(meliora().args(["report", &mdp, &prefs, "--out", &page])).expect(0);
@@ -301,6 +303,11 @@ fn choices_with_one_label_have_the_names_that_strategy_gives_them() {
         let dom = browse(&browser, &scratch, &["--dump-dom", &format!("file://{page}#cell=0,{x}")]);
         assert_eq!(permitted(&dom), expected, "{at}: {dom}");
     }
+    // In a Markov chain, nothing is chosen.
+    let chain = scratch.show("c.prism");
+    Finished::of(meliora().args(["report", &chain, &prefs, "--out", &page])).expect(0);
+    let dom = browse(&browser, &scratch, &["--dump-dom", &format!("file://{page}#cell=0,0")]);
+    assert!(dom.contains("<dt>guaranteed</dt>") && !dom.contains("permitted: "), "{dom}");
     // The opponent of a game has the same choices.
     let game = scratch.show("g.prism");
     Finished::of(meliora().args(["report", &game, &prefs, "--coalition", "q", "--out", &page])).expect(0);

@@ -43,6 +43,7 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         "objectives": content.preferences.objectives.iter().map(|o| o.name.as_str()).collect::<Vec<_>>(),
         "targets": edges(&projections.targets),
         "labels": projections.labels.iter().map(|(name, edge)| json!({"name": name, "edge": edge.number()})).collect::<Vec<_>>(),
+        "chain": content.check.header.is_chain(),
         "choices": projections.choices.iter().map(choice).collect::<Vec<_>>(),
         "play": run,
         "game": game::data(projections),

@@ -337,7 +337,8 @@
 
   function describeRank(line, name, ladder, pattern, open) {
     const names = [...new Set(permitted(ladder, pattern).map((choice) => nameOf(choice, pattern)))];
-    const actions = names.length && !open ? '; permitted: ' + names.join(', ') : '';
+    // The only choice of a state of a Markov chain has no name of its own.
+    const actions = names.length && !open && !data.chain ? '; permitted: ' + names.join(', ') : '';
     line(name, rank(ladder, pattern).text + (open ? ' at best' : '') + actions);
   }
 
