@@ -153,6 +153,23 @@ fn a_changed_file_model_or_hash_is_refused() {
 }
 
 #[test]
+fn texts_that_the_dump_was_not_made_from_are_named() {
+    let scratch = Scratch::new(&[("other.pref", "objective A = F nowhere=1;\n")]);
+    let dump = export(&scratch, "network", "-c K=3,M=1");
+    for (model, preferences, what) in [
+        ("models/chain.prism", "models/network.pref".to_owned(), "the dump was made from another model"),
+        (
+            "models/network.prism",
+            scratch.show("other.pref"),
+            "the dump was made from another preference file",
+        ),
+    ] {
+        let refused = run(&format!("verify {dump} {model} {preferences}")).expect(3).stderr;
+        assert!(refused.contains(what) && !refused.contains("the constants of the dump"), "{refused}");
+    }
+}
+
+#[test]
 fn regions_are_chosen_by_globs() {
     let scratch = Scratch::new(&[]);
     let dump = export(&scratch, "toy", "--region sasi:* --region class:nothing --format dot");
