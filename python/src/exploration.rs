@@ -261,14 +261,24 @@ impl Exploration {
     }
 
     /// Returns the states that satisfy a condition in the model's language, such as 'x = 3 &
-    /// "goal"', or in which some variables have the values of a dictionary.
+    /// "goal"', or in which some variables have the values of a dictionary, or of arguments:
+    /// `explored.where(x=3)`.
     ///
     /// Raises:
     ///     InputError: The condition is invalid (the error shows the place), or has no value in
     ///         some state.
-    #[pyo3(name = "where")]
-    fn states_where(&self, py: Python<'_>, condition: &Bound<'_, PyAny>) -> PyResult<Region> {
-        self.meant(py, condition)
+    #[pyo3(name = "where", signature = (condition=None, /, **values))]
+    fn states_where(
+        &self,
+        py: Python<'_>,
+        condition: Option<&Bound<'_, PyAny>>,
+        values: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Region> {
+        match (condition, values) {
+            (Some(condition), None) => self.meant(py, condition),
+            (None, Some(values)) => self.meant(py, values.as_any()),
+            _ => Err(usage("where() has either a condition or values of variables")),
+        }
     }
 
     /// Computes the states from which some strategy, and from which every strategy, reaches a

@@ -120,8 +120,7 @@ fn instead(operator: &str) -> &'static str {
         "E" => "`E [ F a ]` is `Pmax>0 [ F a ]`, some strategy reaches `a` possibly",
         "A" => "`A [ G a ]` is `P>=1 [ G a ]`: no strategy ever leaves `a`",
         "multi" => {
-            "ask for each property alone; `meliora check --jointly` tells which objectives one strategy \
-                    achieves together"
+            "ask for each property alone; `jointly` tells which objectives one strategy achieves together"
         }
         _ => "PRISM and Storm compute averages over the long run",
     }
@@ -223,9 +222,7 @@ impl Parser<'_> {
     fn second(&mut self) -> Failed {
         let diagnostic =
             self.wrong(self.here(), "more than one property").label("expected the end of the text");
-        self.report(diagnostic.help(
-            "give each property by an option `--property` of its own, or all of them by `--properties FILE`",
-        ));
+        self.report(diagnostic.help("ask for each property alone; a file may contain many"));
         Failed
     }
 

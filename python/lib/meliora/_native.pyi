@@ -91,7 +91,8 @@ class Model:
         timeout: _Timeout | None = None,
         progress: _Progress | None = None,
     ) -> Model:
-        """Reads a model from a file. The content tells if it is in PRISM's language or in JANI.
+        """Reads a model from a file. The content tells if it is in PRISM's language or in JANI, an archive
+        (UMB), or a list of states: DRN, or PRISM's `.tra` with the `.sta` and `.lab` next to it.
 
         Args:
             path: The file.
@@ -440,9 +441,10 @@ class Exploration:
         """The names of the bits in the order of the diagrams, from the root down; None with the
         explicit engine.
         """
-    def where(self, condition: str | _State) -> Region:
+    def where(self, condition: str | _State | None = None, /, **values: _Value) -> Region:
         """Returns the states that satisfy a condition in the model's language, such as 'x = 3 &
-        "goal"', or in which some variables have the values of a dictionary.
+        "goal"', or in which some variables have the values of a dictionary, or of arguments:
+        `explored.where(x=3)`.
 
         Raises:
             InputError: The condition is invalid (the error shows the place), or has no value in
