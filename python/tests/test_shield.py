@@ -378,6 +378,6 @@ def test_the_wrapper_passes_the_check_of_gymnasium() -> None:
     explored = analysis.model.explore()
     env = ShieldedEnv(ModelEnv(explored, actions=shield.actions, goal=explored.where("s>=3")), shield)
     check_env(env, skip_render_check=True)
-    # What one call returns is not changed by later ones.
+    # Later calls do not change the result of an earlier one.
     _, first = env.reset(seed=1)
     assert first["action_mask"] is not env.reset(seed=1)[1]["action_mask"]

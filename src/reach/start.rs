@@ -12,7 +12,7 @@ use meliora_model::error::{Diagnostic, Result};
 /// would be that of no state. Cost: no image.
 ///
 /// # Errors
-/// No valuation of the variables is an initial state; the error is at `init … endinit`.
+/// The condition `init … endinit` holds for no valuation of the variables; the error is at its place.
 pub fn check_start<E: Engine>(engine: &E, program: &Program) -> Result<()> {
     if !engine.is_empty(&engine.initial_states())? {
         return Ok(());

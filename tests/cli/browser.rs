@@ -268,7 +268,7 @@ fn the_panel_says_what_each_move_of_the_opponent_leads_to() {
     assert!(run.contains("<tr class=\"ours now\" data-turn=\"1\">"));
 }
 
-/// Where both commands with the label `go` are enabled, they are two choices. At x=1 only one is.
+/// At x=0 both commands with the label `go` are enabled: two choices. At x=1 only one is.
 const LABELS: &str = "TYPE\nmodule m\n x : [0..4] init 0;\n [go] x=0 -> 0.5:(x'=2) + 0.5:(x'=4);\n\
     [go] x<2 -> 0.5:(x'=2) + 0.5:(x'=3);\n [back] x=0 -> (x'=1);\n [stay] x>1 -> true;\nendmodule\n";
 const LABELS_PREFS: &str =
