@@ -7,13 +7,14 @@ use num_traits::{One, Zero};
 
 use super::ast::{Ident, Span};
 use super::ltl::Formula;
-use super::parse::{Failed, Parsed, Parser, operator};
+use super::parse::{Failed, Parsed, Parser};
 use super::players;
+use super::refused::{FILTERS, GAME_REWARDS};
 use super::token::Token;
 pub use meliora_model::Optimum;
 use meliora_model::Program;
 use meliora_model::error::{Diagnostic, Result, Severity, SourceFile};
-use meliora_model::exact::{Ratio, Real};
+use meliora_model::exact::{Exact, Ratio, Real};
 use meliora_model::progress::NoProgress;
 pub use meliora_model::property::{Bound, Inequality, Measure, Quantity, Question, Rewards, Strategies};
 
@@ -107,25 +108,6 @@ impl Property {
     }
 }
 
-/// The filters that are supported, for messages.
-const FILTERS: &str = "write `filter(forall, P>=1 [ … ], \"init\")` or `filter(range, Pmax=? [ … ], \"init\")`; \
-                       the regions of `reach` are what `filter(count, …)` counts";
-
-/// The refusal of the rewards of PRISM-games.
-const GAME_REWARDS: &str = "rewards of a game are not supported";
-
-/// Returns what to write in place of an operator that is not supported.
-fn instead(operator: &str) -> &'static str {
-    match operator {
-        "E" => "`E [ F a ]` is `Pmax>0 [ F a ]`, some strategy reaches `a` possibly",
-        "A" => "`A [ G a ]` is `P>=1 [ G a ]`: no strategy ever leaves `a`",
-        "multi" => {
-            "ask for each property alone; `jointly` tells which objectives one strategy achieves together"
-        }
-        _ => "PRISM and Storm compute averages over the long run",
-    }
-}
-
 /// Minimum or maximum, as an operator names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Extreme {
@@ -193,23 +175,38 @@ pub(crate) fn quantity(measure: Measure, extreme: Extreme, bound: Option<(Inequa
 /// # Errors
 /// A syntax error, or a property that is not supported.
 pub fn parse_property(source: &Arc<SourceFile>) -> Result<Property> {
-    property_at(source, Span::new(0, source.text.len()))
+    property_at(source, Span::new(0, source.text.len()), &[])
 }
 
-/// Parses a part of a text that is one property.
+/// Parses a property whose bound may be a constant of a program, as in `P>=p [ F "done" ]`.
 ///
 /// # Errors
 /// See [`parse_property`].
-pub(crate) fn property_at(source: &Arc<SourceFile>, place: Span) -> Result<Property> {
+pub fn parse_property_of(program: &Program, source: &Arc<SourceFile>) -> Result<Property> {
+    property_at(source, Span::new(0, source.text.len()), &program.constants)
+}
+
+/// Constants with their values.
+type Constants<'a> = &'a [(String, Exact)];
+
+/// Parses a part of a text that is one property; its bound may be one of the constants.
+///
+/// # Errors
+/// See [`parse_property`].
+pub(crate) fn property_at(
+    source: &Arc<SourceFile>,
+    place: Span,
+    constants: Constants<'_>,
+) -> Result<Property> {
     let mut parser = Parser::of_part(source, place, &NoProgress);
-    let parsed = parser.property();
+    let parsed = parser.property(constants);
     parser.finish_parsed(parsed)
 }
 
 impl Parser<'_> {
-    fn property(&mut self) -> Parsed<Property> {
+    fn property(&mut self, constants: Constants<'_>) -> Parsed<Property> {
         let is_filter = self.text(self.here()) == "filter";
-        let property = if is_filter { self.filter()? } else { self.asked()? };
+        let property = if is_filter { self.filter(constants)? } else { self.asked(constants)? };
         let ended = self.eat(Token::Semicolon);
         match self.peek() {
             Token::End => Ok(property),
@@ -218,36 +215,10 @@ impl Parser<'_> {
         }
     }
 
-    /// Reports another property behind the semicolon.
-    fn second(&mut self) -> Failed {
-        let diagnostic =
-            self.wrong(self.here(), "more than one property").label("expected the end of the text");
-        self.report(diagnostic.help("ask for each property alone; a file may contain many"));
-        Failed
-    }
-
-    /// Reports what PRISM permits behind the formula of a property.
-    fn behind(&mut self) -> Failed {
-        let span = self.here();
-        let (message, help) = match self.peek() {
-            Token::LeftBrace => (
-                "a condition on the states behind a property is not supported",
-                "the answer is that of the initial states; other initial states are given by `init … endinit` \
-                 in the model",
-            ),
-            sign if operator(sign).is_some() || sign == Token::Question => {
-                ("properties cannot be operands", "ask for each property alone, and combine the answers")
-            }
-            _ => return self.expected("the end of the text"),
-        };
-        self.report(self.unsupported(span, message).help(help));
-        Failed
-    }
-
     /// Parses `filter(forall, P>=1 [ … ], "init")` or `filter(range, Pmax=? [ … ], "init")`. The answer
     /// is that of the property inside: whether it holds in all initial states, or the least and the
     /// greatest value in them.
-    fn filter(&mut self) -> Parsed<Property> {
+    fn filter(&mut self, constants: Constants<'_>) -> Parsed<Property> {
         let start = self.here();
         self.advance();
         self.expect(Token::LeftParen)?;
@@ -259,7 +230,7 @@ impl Parser<'_> {
         }
         self.advance();
         self.expect(Token::Comma)?;
-        let property = self.asked()?;
+        let property = self.asked(constants)?;
         let is_value = matches!(&property.question, Question::Quantity(quantity) if quantity.bound.is_none());
         let is_initial =
             self.eat(Token::Comma) && self.peek() == Token::Quoted && self.text(self.here()) == "\"init\"";
@@ -274,11 +245,11 @@ impl Parser<'_> {
     }
 
     /// Parses an operator with its formula.
-    fn asked(&mut self) -> Parsed<Property> {
+    fn asked(&mut self, constants: Constants<'_>) -> Parsed<Property> {
         let coalition = self.coalition()?;
         let start = self.here();
         let (measure, extreme) = self.operator()?;
-        let bound = self.bound()?;
+        let bound = self.bound(constants)?;
         let whole = start.to(self.before());
         if self.peek() != Token::LeftBracket {
             let diagnostic = self.wrong(self.here(), "the formula of a property is written in brackets");
@@ -307,10 +278,7 @@ impl Parser<'_> {
     /// Parses the players of a game, `<<p1,p2>>`, if they are there.
     fn coalition(&mut self) -> Parsed<Option<Coalition>> {
         if self.peek() == Token::LeftBracket {
-            let message = "properties of the players in `[[…]]` are not supported";
-            let help = "write `<<p1>> P>=1 [ … ]`, for the players who choose to make it true";
-            self.report(self.unsupported(self.here(), message).help(help));
-            return Err(Failed);
+            return Err(self.other_players());
         }
         if self.peek() != Token::Lt {
             return Ok(None);
@@ -325,10 +293,7 @@ impl Parser<'_> {
             Some(self.list(Self::player_name)?)
         };
         if self.peek() == Token::Colon {
-            let message = "equilibria of several coalitions are not supported";
-            let help = "write `<<p1>> P>=1 [ … ]`: all other players are the opponent";
-            self.report(self.unsupported(self.here(), message).help(help));
-            return Err(Failed);
+            return Err(self.other_players());
         }
         self.expect(Token::Gt)?;
         let span = start.to(self.expect(Token::Gt)?);
@@ -348,11 +313,7 @@ impl Parser<'_> {
                 let rewards = self.reward_structure()?;
                 Ok((Measure::Reward(rewards), self.extreme(word)))
             }
-            word @ ("S" | "Smin" | "Smax" | "E" | "A" | "multi") => {
-                let message = format!("properties with `{word}` are not supported");
-                self.report(self.unsupported(span, message).help(instead(word)));
-                Err(Failed)
-            }
+            word @ ("S" | "Smin" | "Smax" | "E" | "A" | "multi") => Err(self.other_operator(word)),
             "" => Err(self.expected("a property such as `P>=1 [ F … ]`")),
             _ if self.slip(&["Pmin", "Pmax", "Rmin", "Rmax", "filter", "multi"]).is_some() => Err(Failed),
             _ => {
@@ -394,8 +355,8 @@ impl Parser<'_> {
         Ok(rewards)
     }
 
-    /// Parses a bound such as `>=1` or `>0.5`, or `=?`, for which it returns `None`.
-    fn bound(&mut self) -> Parsed<Option<(Inequality, Ratio)>> {
+    /// Parses a bound such as `>=1`, `>0.5` or `<p`, or `=?`, for which it returns `None`.
+    fn bound(&mut self, constants: Constants<'_>) -> Parsed<Option<(Inequality, Ratio)>> {
         let start = self.here();
         let comparison = match self.peek() {
             Token::Ge => Inequality::Ge,
@@ -418,26 +379,27 @@ impl Parser<'_> {
         };
         self.advance();
         let span = self.here();
-        if !matches!(self.peek(), Token::Int | Token::Real) {
-            return Err(self.no_bound());
-        }
-        let value = self.exact(span)?;
+        let value = match self.peek() {
+            Token::Int | Token::Real => self.exact(span)?,
+            Token::Word => self.value_of(constants)?,
+            _ => return Err(self.expected("a number or a constant")),
+        };
         self.advance();
         Ok(Some((comparison, value)))
     }
 
-    /// Reports a bound that is not a number.
-    fn no_bound(&mut self) -> Failed {
-        if self.peek() != Token::Word {
-            return self.expected("a number");
-        }
-        let span = self.here();
-        let message = format!("expected a number, found `{}`", self.text(span));
-        let diagnostic = self.unsupported(span, message).label("expected a number, not a name");
-        self.report(
-            diagnostic.help("constants are not supported in bounds: write the number, as in `P>=0.5`"),
-        );
-        Failed
+    /// Returns the value of the constant that stands here.
+    fn value_of(&mut self, constants: Constants<'_>) -> Parsed<Ratio> {
+        let (span, name) = (self.here(), self.text(self.here()));
+        let value = constants.iter().find(|(known, _)| known == name).map(|(_, value)| value);
+        let diagnostic = match value {
+            Some(Exact::Int(value)) => return Ok(Ratio::from_integer((*value).into())),
+            Some(Exact::Real(Real::Finite(value))) => return Ok(value.clone()),
+            Some(_) => self.wrong(span, format!("the constant `{name}` is not a finite number")),
+            None => self.wrong(span, format!("unknown name `{name}`")).label("not a constant"),
+        };
+        self.report(diagnostic.help("a bound is a number or a constant, as in `P>=0.5` or `P>=p`"));
+        Err(Failed)
     }
 
     /// Returns the question; reports a bound that no probability can have.
@@ -458,41 +420,6 @@ impl Parser<'_> {
             (Measure::Probability, Some((comparison, value))) => Ok(compared(extreme, comparison, value)),
             (measure, bound) => Ok(Question::Quantity(quantity(measure, extreme, bound))),
         }
-    }
-
-    /// Reports a reward in the brackets of a probability.
-    fn no_rewards(&mut self) -> Parsed<()> {
-        let span = self.here();
-        if !["C", "I", "S", "LRA"].contains(&self.text(span)) {
-            return Ok(());
-        }
-        let message = format!("`{}` is a reward, not a formula on paths", self.text(span));
-        let help = "the probability of a formula is asked for by `Pmax=? [ F condition ]`";
-        self.report(self.wrong(span, message).label("expected a formula").help(help));
-        Err(Failed)
-    }
-
-    /// Reports the rewards that PRISM and PRISM-games have besides those until a target: `C<=k`, `C`,
-    /// `I=k`, `S`, `Fc`, `F0` and `F*`.
-    fn other_rewards(&mut self) -> Parsed<()> {
-        let span = self.here();
-        let (message, help) = match self.text(span) {
-            "Fc" | "F0" => (GAME_REWARDS, "PRISM-games computes them"),
-            "F" if self.peek_at(1) == Token::Star => (GAME_REWARDS, "PRISM-games computes them"),
-            "C" => (
-                "rewards that are accumulated over all steps, or over a number of steps, are not supported",
-                "for `C<=k`, count the steps in the model: declare `t : [0..k]`, add `(t'=min(t+1,k))` to each \
-                 command, and ask for the rewards until `F t=k`",
-            ),
-            "I" => (
-                "rewards of a single step are not supported",
-                "rewards are accumulated until a target: `R{\"name\"}min=? [ F condition ]`",
-            ),
-            "S" | "LRA" => ("long-run averages are not supported", "PRISM and Storm compute them"),
-            _ => return Ok(()),
-        };
-        self.report(self.unsupported(span, message).label("expected `F condition`").help(help));
-        Err(Failed)
     }
 
     /// Reports rewards that are not accumulated until a target is reached.

@@ -245,7 +245,8 @@ impl File<'_> {
         let (name, start) = named(&source.text[range.clone()]);
         let range = range.start + start..range.end;
         let text = source.text[range.clone()].trim().to_owned();
-        let property = property_at(source, place(&range)).map_err(|e| refusal(&e));
+        let property = property_at(source, place(&range), &self.program.constants)
+            .map_err(|e| refusal(&self.without_value(e)));
         let property = property.and_then(|p| {
             let known = known(self.program, source, &p).map(|()| p);
             known.map_err(|e| refusal(&self.without_value(e)))

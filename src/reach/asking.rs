@@ -7,7 +7,7 @@ use meliora_engine::Engine;
 use meliora_engine::regions::Which;
 use meliora_lang::ltl::{self, Formula};
 use meliora_lang::property::{Measure, Property, Question};
-use meliora_lang::{lower_target, parse_expression, parse_property};
+use meliora_lang::{lower_target, parse_expression, parse_property_of};
 use meliora_model::Program;
 use meliora_model::error::{Result, SourceFile};
 use meliora_model::predicate::Predicate;
@@ -49,7 +49,7 @@ impl Asking {
     /// # Errors
     /// The text or a requirement is wrong, or not supported; each error has its place.
     pub fn property(program: &Program, source: &Arc<SourceFile>, required: &[Required]) -> Result<Self> {
-        let property = parse_property(source)?;
+        let property = parse_property_of(program, source)?;
         property.check(program, source)?;
         Asking::of_property(program, source, &property, required)
     }

@@ -7,7 +7,7 @@ use super::{Asking, Goal};
 use meliora_lang::ltl::{self, Formula, Stopped};
 use meliora_lang::named;
 use meliora_lang::property::Property;
-use meliora_lang::{parse_expression, parse_property};
+use meliora_lang::{parse_expression, parse_property_of};
 use meliora_model::Program;
 use meliora_model::error::{Result, SourceFile};
 
@@ -52,7 +52,7 @@ impl Stopping {
     /// # Errors
     /// The text is wrong, or no state decides the formula; each error has its place.
     pub fn property(program: &Program, source: &Arc<SourceFile>) -> Result<Self> {
-        let property = parse_property(source)?;
+        let property = parse_property_of(program, source)?;
         property.check(program, source)?;
         let Stopped { program, formula } = Stopped::new(program, source, &property.formula)?;
         let asking = Asking::of_property(&program, source, &Property { formula, ..property }, &[])?;

@@ -51,6 +51,37 @@ fn one_property_of_a_file_is_asked_by_its_name() {
 }
 
 #[test]
+fn bounds_may_be_constants_of_the_model_or_the_file() {
+    // From x=0 the end is reached within 3 steps with probability 1/8.
+    let model = MODEL.replace("mdp", "mdp\nconst double half = 1/2;\nconst bool no = false;");
+    let file = "const double p;\nconst int one = 1;\nP<=half [ F<=3 x=3 ];\nPmax>=p [ F<=3 x=3 ];\nP>=one [ F x>=0 ];\n\
+        Pmax>q [ F x=3 ];\nPmax>no [ F x=3 ];\n";
+    let scratch = Scratch::new(&[("m.prism", &model), ("m.props", file)]);
+    let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
+    for (p, holds) in [("0.125", true), ("0.126", false)] {
+        let given = format!("p={p}");
+        let found =
+            Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json", "-c", &given]));
+        let found = found.expect(if holds { 0 } else { 1 }).json();
+        let verdicts: Vec<&Json> =
+            found["properties"].as_array().unwrap().iter().map(|p| &p["holds"]).collect();
+        assert_eq!(verdicts, [&json!(true), &json!(holds), &json!(true), &Json::Null, &Json::Null]);
+        let reasons = [3, 4].map(|at: usize| found["properties"][at]["reason"].as_str().unwrap().to_owned());
+        assert!(reasons[0].contains("unknown name `q`"), "{reasons:?}");
+        assert!(reasons[1].contains("the constant `no` is not a finite number"), "{reasons:?}");
+        assert_eq!(
+            (&found["properties"][3]["line"], &found["properties"][3]["column"]),
+            (&json!(6), &json!(6))
+        );
+    }
+    let without = Finished::of(meliora().args(["reach", &model, "--properties", &file])).expect(0).stdout;
+    assert!(without.contains("line 4, column 7: the constant `p` has no value"), "{without}");
+    let alone = ["reach", &model, "--property", "P<=half [ F<=3 x=3 ]"];
+    Finished::of(meliora().args(alone)).expect(0);
+    Finished::of(meliora().args([&alone[..], &["--stop-at-target"]].concat())).expect(0);
+}
+
+#[test]
 fn a_model_without_an_initial_state_is_refused() {
     let model = MODEL.replace(" init 0", "").replace("endmodule", "endmodule\ninit x>3 endinit");
     let scratch = Scratch::new(&[
