@@ -514,6 +514,8 @@ fn what_is_written_otherwise_elsewhere_is_told_with_what_to_write() {
     expect_words(&with_commands("[] x=0 -> (x':=1);"), &["given by `=`", "(x'=1)"]);
     expect_words(&with_commands("[] x=0 -> (x'=1),(b'=true);"), &["`,` cannot join updates", "write `&`"]);
     expect_words(&with_commands("[] x=0 -> (x'=if b then 1 else 2);"), &["`condition ? value : other`"]);
+    expect_words(&with_commands("[] x=0 -> (x'=1) & true;"), &["`true` stands alone", "leave it out"]);
+    expect_words(&model("mdp /* why */ module m endmodule"), &["found `/`", "a comment begins with `//`"]);
     expect_words(&with_commands("[] x≤1 -> true;"), &["unexpected `≤`", "write `<=`"]);
     expect_words(&with_commands("[] 0<=x<=1 -> true;"), &["must be a number", "`0<=x & x<=1`"]);
     let rewards = |text: &str| {

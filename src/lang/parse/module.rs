@@ -194,6 +194,11 @@ impl Parser<'_> {
             self.report(diagnostic.label("expected `(`").help(format!("write `({name}'=…)`")));
             return Err(Failed);
         }
+        if self.at_word("true") {
+            let diagnostic = self.wrong(self.here(), "`true` stands alone: it changes nothing");
+            self.report(diagnostic.label("not joined with updates").help("leave it out"));
+            return Err(Failed);
+        }
         if self.peek() != Token::LeftParen {
             return Err(self.expected("an update `(x'=…)` or `true`"));
         }

@@ -288,6 +288,7 @@ impl<'a> Parser<'a> {
             "not" | "NOT" => "negation is written `!`",
             "->" if what != "an expression" => "`->` ends a guard; implication is written `=>`",
             "U" | "W" => "temporal formulas are allowed in properties, `P>=1 [ … ]`, and in objectives",
+            "/" if self.peek_at(1) == Token::Star => "a comment begins with `//` and ends with its line",
             "'" => "`x'` is the new value of `x`; it is allowed only in updates, `(x'=…)` after `->`",
             ":" if self.peek_at(1) == Token::Eq => "a new value is given by `=`, as in `(x'=1)`",
             _ if ["not", "NOT"].contains(&self.text(self.before())) => "negation is written `!`",
