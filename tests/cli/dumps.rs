@@ -117,6 +117,17 @@ fn levels_past_the_last_one_are_the_fixpoint() {
 }
 
 #[test]
+fn an_empty_list_says_so() {
+    let scratch = Scratch::new(&[]);
+    let dump = export(&scratch, "toy", "");
+    let empty = query(&dump, &["reachable & !reachable", "--list", "3"]).expect(0);
+    assert_eq!(empty.stdout, "");
+    assert!(empty.stderr.contains("no state to list"), "{}", empty.stderr);
+    assert_eq!(query(&dump, &["reachable", "--list", "3"]).expect(0).stderr, "");
+    assert_eq!(query(&dump, &["reachable", "--list", "0"]).expect(0).stderr, "");
+}
+
+#[test]
 fn wrong_questions_point_at_their_place() {
     let scratch = Scratch::new(&[]);
     let dump = export(&scratch, "toy", "");
