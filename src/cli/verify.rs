@@ -106,7 +106,7 @@ fn explained(error: Error, args: &VerifyArgs, manifest: &Manifest) -> Error {
     };
     let (file, made_from) = (file.display(), made_from.escape_debug());
     let message = format!(
-        "the dump was made from another {what}: `{made_from}` was then another text than `{file}` is now"
+        "the dump was made from another {what}, `{made_from}`, whose text differs from that of `{file}`"
     );
     wrong(&args.directory, message)
 }

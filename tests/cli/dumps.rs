@@ -177,6 +177,7 @@ fn texts_that_the_dump_was_not_made_from_are_named() {
     ] {
         let refused = run(&format!("verify {dump} {model} {preferences}")).expect(3).stderr;
         assert!(refused.contains(what) && !refused.contains("the constants of the dump"), "{refused}");
+        assert!(refused.contains("manifest.json: "), "{refused}");
     }
 }
 
