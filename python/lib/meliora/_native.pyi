@@ -168,7 +168,13 @@ class Model:
         """
     @staticmethod
     def _restore(
-        name: str, text: str, constants: str, bounds: str, archive: bytes | None = None, coalition: list[str] | None = None
+        name: str,
+        text: str,
+        constants: str,
+        bounds: str,
+        archive: bytes | None = None,
+        coalition: list[str] | None = None,
+        beside: tuple[tuple[str, str] | None, tuple[str, str] | None] = ...,
     ) -> Model: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
     @property
