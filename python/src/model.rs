@@ -486,7 +486,8 @@ impl Model {
 
     fn __repr__(&self) -> String {
         let variables = self.inner.program().variables.len();
-        format!("<Model {:?}: {}, {variables} variables>", self.name(), self.kind())
+        let plural = if variables == 1 { "" } else { "s" };
+        format!("<Model {:?}: {}, {variables} variable{plural}>", self.name(), self.kind())
     }
 
     fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
