@@ -178,7 +178,7 @@ pub mod lang {
     pub use meliora_lang::{
         Checked, Document, Given, flat, load, load_given, load_preferences, load_with_progress, lower_target,
         outline_preferences, parse_coalition, parse_constants, parse_expression, parse_model,
-        parse_preferences, parse_property, parse_state,
+        parse_preferences, parse_property, parse_property_of, parse_state,
     };
 }
 

@@ -1,6 +1,7 @@
 //! Questions about paths: to reach a target, or to satisfy a temporal formula.
 
 mod asking;
+mod start;
 mod stopping;
 mod under;
 
@@ -18,6 +19,7 @@ use meliora_model::predicate::Predicate;
 use meliora_model::preference::Requirement;
 use meliora_model::temporal::{Begin, Condition};
 use meliora_planning::{RegionSearch, temporal};
+pub use start::check_start;
 pub use stopping::Stopping;
 pub use under::Under;
 

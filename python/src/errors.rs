@@ -92,10 +92,23 @@ fn instance<'py>(
     Ok(PyErr::from_value(class.call1(arguments)?))
 }
 
-/// Removes advice about the command line.
+/// Removes advice about the command line, and writes that on constants as Python does.
 fn in_python(problem: &Diagnostic) -> Diagnostic {
-    let help = problem.help.clone().filter(|help| !help.contains("`meliora "));
-    Diagnostic { help, ..problem.clone() }
+    let help = problem.help.as_ref().filter(|help| !help.contains("`meliora ") && !help.contains("`--"));
+    Diagnostic { help: help.map(|help| with_dictionary(help)), ..problem.clone() }
+}
+
+/// Replaces `` `constants N=…,K=…` `` by a dictionary.
+fn with_dictionary(help: &str) -> String {
+    let written = |rest: &str| -> Option<String> {
+        let (list, behind) = rest.split_once('`')?;
+        let pair = |one: &str| one.split_once('=').map(|(name, value)| format!("\"{name}\": {value}"));
+        let all = list.split(',').map(pair).collect::<Option<Vec<_>>>()?;
+        Some(format!("`constants={{{}}}`{behind}", all.join(", ")))
+    };
+    let found = help.split_once("`constants ");
+    let made = found.and_then(|(before, rest)| Some(format!("{before}{}", written(rest)?)));
+    made.unwrap_or_else(|| help.to_owned())
 }
 
 fn input(py: Python<'_>, wrong: &[Diagnostic]) -> PyResult<PyErr> {

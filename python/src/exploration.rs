@@ -97,6 +97,26 @@ impl Exploration {
         self.reach_by(py, call, move || inner.reach_where(&question))
     }
 
+    /// Answers a question in the part of a model that decides it.
+    ///
+    /// # Errors
+    /// The errors of [`meliora::Model::reach_stopping`], and of the call.
+    pub(crate) fn reach_stopping(
+        py: Python<'_>,
+        (model, question): (&meliora::Model, String),
+        space: &Space,
+        settings: Settings,
+        call: &Call,
+    ) -> PyResult<Reachability> {
+        let model = model.clone();
+        let work = move |reporter: &Reporter<'_>| {
+            reporter.report("target", String::new());
+            model.reach_stopping(&question, settings)
+        };
+        let found = space.worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
+        Reachability::of(py, space, found)
+    }
+
     /// Computes the regions of a target.
     fn reach_states(&self, py: Python<'_>, target: States, call: &Call) -> PyResult<Reachability> {
         let inner = self.inner.clone();
@@ -117,18 +137,7 @@ impl Exploration {
             answer()
         };
         let found = self.space.worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
-        let names = self.space.names.of_product(py, found.exploration.program());
-        let space = Space { worker: Arc::clone(&self.space.worker), names };
-        let region = |states| Py::new(py, space.region(states));
-        Ok(Reachability {
-            target: region(found.target)?,
-            holds: found.holds,
-            value: found.value.map(|value| (value.lower, value.upper)),
-            pmax_one: region(found.regions.pmax_one)?,
-            pmax_positive: region(found.regions.pmax_positive)?,
-            pmin_one: region(found.regions.pmin_one)?,
-            pmin_positive: region(found.regions.pmin_positive)?,
-        })
+        Reachability::of(py, &self.space, found)
     }
 
     /// Returns the states of a condition, or those with some values.
@@ -252,14 +261,24 @@ impl Exploration {
     }
 
     /// Returns the states that satisfy a condition in the model's language, such as 'x = 3 &
-    /// "goal"', or in which some variables have the values of a dictionary.
+    /// "goal"', or in which some variables have the values of a dictionary, or of arguments:
+    /// `explored.where(x=3)`.
     ///
     /// Raises:
     ///     InputError: The condition is invalid (the error shows the place), or has no value in
     ///         some state.
-    #[pyo3(name = "where")]
-    fn states_where(&self, py: Python<'_>, condition: &Bound<'_, PyAny>) -> PyResult<Region> {
-        self.meant(py, condition)
+    #[pyo3(name = "where", signature = (condition=None, /, **values))]
+    fn states_where(
+        &self,
+        py: Python<'_>,
+        condition: Option<&Bound<'_, PyAny>>,
+        values: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Region> {
+        match (condition, values) {
+            (Some(condition), None) => self.meant(py, condition),
+            (None, Some(values)) => self.meant(py, values.as_any()),
+            _ => Err(usage("where() has either a condition or values of variables")),
+        }
     }
 
     /// Computes the states from which some strategy, and from which every strategy, reaches a
@@ -272,6 +291,8 @@ impl Exploration {
     ///         'Pmax=? [ F x = 3 ]'; of a game, '<<p1>> P>=1 [ F x = 3 ]'.
     ///         For a temporal formula other than 'F condition', the regions are of the product with
     ///         its monitors, in the states where these begin.
+    ///
+    /// `Model.reach` can leave out the states behind the target, which are explored here already.
     #[pyo3(signature = (target, *, timeout=None, progress=None))]
     fn reach(
         &self,
@@ -339,6 +360,24 @@ pub(crate) struct Reachability {
     pmin_one: Py<Region>,
     /// The states from which every strategy reaches the target with positive probability.
     pmin_positive: Py<Region>,
+}
+
+impl Reachability {
+    /// Returns an answer; `space` is that of the model without monitors.
+    fn of(py: Python<'_>, space: &Space, found: Reached) -> PyResult<Self> {
+        let names = space.names.of_product(py, found.exploration.program());
+        let space = Space { worker: Arc::clone(&space.worker), names };
+        let region = |states| Py::new(py, space.region(states));
+        Ok(Reachability {
+            target: region(found.target)?,
+            holds: found.holds,
+            value: found.value.map(|value| (value.lower, value.upper)),
+            pmax_one: region(found.regions.pmax_one)?,
+            pmax_positive: region(found.regions.pmax_positive)?,
+            pmin_one: region(found.regions.pmin_one)?,
+            pmin_positive: region(found.regions.pmin_positive)?,
+        })
+    }
 }
 
 #[pymethods]

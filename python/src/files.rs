@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use meliora::SourceFile;
+use meliora::lang::Document;
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 
@@ -18,6 +19,15 @@ pub(crate) fn open(py: Python<'_>, path: &Path) -> PyResult<Arc<SourceFile>> {
     let file = opened(py, path)?;
     let name = path.display().to_string();
     py.detach(|| SourceFile::read(name, file)).map_err(|error| Failure::of(error).raise(py))
+}
+
+/// Reads a model file, and those next to it.
+///
+/// # Errors
+/// See [`open`].
+pub(crate) fn document(py: Python<'_>, path: &Path) -> PyResult<Document> {
+    opened(py, path)?;
+    py.detach(|| Document::open(path)).map_err(|error| Failure::of(error).raise(py))
 }
 
 /// Opens a file.

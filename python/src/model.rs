@@ -23,6 +23,9 @@ use crate::variable::Variable;
 use crate::worker::{Call, Worker};
 use crate::{display, files};
 
+/// The name and the text of a file.
+type NamedText = (String, String);
+
 /// A model in PRISM's language or in JANI, or a list of its states: read, checked and flat, but not
 /// explored.
 ///
@@ -33,23 +36,17 @@ pub(crate) struct Model {
     names: Arc<Names>,
     constants: String,
     bounds: String,
-    /// The bytes of an archive.
-    archive: Option<Vec<u8>>,
+    /// The file that it was read from.
+    document: Document,
     /// The players of `with_coalition`.
     coalition: Option<Vec<String>>,
 }
 
 impl Model {
-    /// Reads a text on a worker thread.
-    fn read(py: Python<'_>, source: Arc<SourceFile>, given: (String, String), call: &Call) -> PyResult<Self> {
-        Model::load(py, Document::of(source), given, None, call)
-    }
-
     /// Reads the bytes of an archive or a text.
-    fn from_bytes(py: Python<'_>, name: &str, bytes: Vec<u8>, call: &Call) -> PyResult<Self> {
-        let document =
-            Document::read(name, bytes.as_slice()).map_err(|error| Failure::of(error).raise(py))?;
-        Model::load(py, document, (String::new(), String::new()), Some(bytes), call)
+    fn from_bytes(py: Python<'_>, name: &str, bytes: &[u8], call: &Call) -> PyResult<Self> {
+        let document = Document::read(name, bytes).map_err(|error| Failure::of(error).raise(py))?;
+        Model::load(py, document, (String::new(), String::new()), call)
     }
 
     /// Reads a document on a worker thread.
@@ -57,7 +54,6 @@ impl Model {
         py: Python<'_>,
         document: Document,
         (constants, bounds): (String, String),
-        archive: Option<Vec<u8>>,
         call: &Call,
     ) -> PyResult<Self> {
         let given = Given {
@@ -66,13 +62,14 @@ impl Model {
         };
         let worker = Worker::new(memory::default_memory());
         let supervisor = Arc::clone(&worker.supervisor);
+        let read = document.clone();
         let work = move |reporter: &Reporter<'_>| {
             reporter.report("model", String::new());
-            meliora::Model::loaded(&document, &given, &*supervisor)
+            meliora::Model::loaded(&read, &given, &*supervisor)
         };
         let inner = worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
         let names = Names::new(py, inner.program());
-        Ok(Model { inner, names, constants, bounds, archive, coalition: None })
+        Ok(Model { inner, names, constants, bounds, document, coalition: None })
     }
 
     /// Returns the game in which these players are ours.
@@ -80,8 +77,8 @@ impl Model {
         let inner = self.inner.with_coalition(&players).map_err(|error| Failure::of(error).raise(py))?;
         let names = Names::new(py, inner.program());
         let (constants, bounds) = (self.constants.clone(), self.bounds.clone());
-        let (archive, coalition) = (self.archive.clone(), Some(players));
-        Ok(Model { inner, names, constants, bounds, archive, coalition })
+        let (document, coalition) = (self.document.clone(), Some(players));
+        Ok(Model { inner, names, constants, bounds, document, coalition })
     }
 
     fn name(&self) -> &str {
@@ -98,7 +95,8 @@ impl Model {
 
 #[pymethods]
 impl Model {
-    /// Reads a model from a file. The content tells if it is in PRISM's language or in JANI.
+    /// Reads a model from a file. The content tells if it is in PRISM's language or in JANI, an archive
+    /// (UMB), or a list of states: DRN, or PRISM's `.tra` with the `.sta` and `.lab` next to it.
     ///
     /// Args:
     ///     path: The file.
@@ -121,7 +119,8 @@ impl Model {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
         let given = (values::constants_text(constants)?, values::bounds_text(bounds)?);
-        Model::read(py, files::open(py, &path)?, given, &Call::new(timeout, progress)?)
+        let call = Call::new(timeout, progress)?;
+        Model::load(py, files::document(py, &path)?, given, &call)
     }
 
     /// Reads a model from a string, as `from_file` does from a file. Messages call the model
@@ -138,7 +137,7 @@ impl Model {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
         let given = (values::constants_text(constants)?, values::bounds_text(bounds)?);
-        Model::read(py, SourceFile::new(name, text), given, &Call::new(timeout, progress)?)
+        Model::load(py, Document::of(SourceFile::new(name, text)), given, &Call::new(timeout, progress)?)
     }
 
     /// Reads a model from an archive in the unified Markov binary format (UMB).
@@ -160,12 +159,12 @@ impl Model {
     ) -> PyResult<Self> {
         let call = Call::new(timeout, progress)?;
         if let Ok(bytes) = source.cast::<PyBytes>() {
-            return Model::from_bytes(py, "model", bytes.as_bytes().to_vec(), &call);
+            return Model::from_bytes(py, "model", bytes.as_bytes(), &call);
         }
         let path: PathBuf = source.extract()?;
         let (mut file, mut bytes) = (files::opened(py, &path)?, Vec::new());
         file.read_to_end(&mut bytes)?;
-        Model::from_bytes(py, &path.display().to_string(), bytes, &call)
+        Model::from_bytes(py, &path.display().to_string(), &bytes, &call)
     }
 
     /// Reads a model from a table of transitions. The only variable is `state`, the number of the
@@ -207,11 +206,12 @@ impl Model {
         let tables = py.import("meliora._tables")?;
         let text = tables.call_method1("drn", (transitions, rewards, labels, start, actions))?;
         let source = SourceFile::new("transitions", text.extract::<String>()?);
-        Model::read(py, source, (String::new(), String::new()), &call)
+        Model::load(py, Document::of(source), (String::new(), String::new()), &call)
     }
 
     #[staticmethod]
-    #[pyo3(signature = (name, text, constants, bounds, archive=None, coalition=None))]
+    #[pyo3(signature = (name, text, constants, bounds, archive=None, coalition=None, beside=(None, None)))]
+    #[expect(clippy::too_many_arguments, reason = "they are those of `__reduce__`")]
     fn _restore(
         py: Python<'_>,
         name: &str,
@@ -220,10 +220,16 @@ impl Model {
         bounds: String,
         archive: Option<Vec<u8>>,
         coalition: Option<Vec<String>>,
+        beside: (Option<NamedText>, Option<NamedText>),
     ) -> PyResult<Self> {
+        let file = |(name, text): NamedText| SourceFile::new(name, text);
+        let beside = [beside.0.map(file), beside.1.map(file)];
         let model = match archive {
-            Some(bytes) => Model::from_bytes(py, name, bytes, &Call::plain())?,
-            None => Model::read(py, SourceFile::new(name, text), (constants, bounds), &Call::plain())?,
+            Some(bytes) => Model::from_bytes(py, name, &bytes, &Call::plain())?,
+            None => {
+                let document = Document::of(SourceFile::new(name, text)).with_beside(beside);
+                Model::load(py, document, (constants, bounds), &Call::plain())?
+            }
         };
         match coalition {
             Some(players) => model.played_by(py, players),
@@ -234,9 +240,12 @@ impl Model {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let restore = py.get_type::<Model>().getattr("_restore")?;
         let source = &self.inner.program().source;
-        let archive = self.archive.as_ref().map(|bytes| PyBytes::new(py, bytes));
+        let archive = self.document.archive().map(|bytes| PyBytes::new(py, bytes));
         let (constants, bounds, coalition) = (&self.constants, &self.bounds, &self.coalition);
-        let arguments = (&source.name, source.original(), constants, bounds, archive, coalition);
+        let [values, labels] =
+            self.document.beside().each_ref().map(|file| file.as_ref().map(|f| (&f.name, f.original())));
+        let arguments =
+            (&source.name, source.original(), constants, bounds, archive, coalition, (values, labels));
         (restore, arguments).into_pyobject(py)
     }
 
@@ -442,12 +451,19 @@ impl Model {
     /// Args:
     ///     target: A condition in the model's language, such as 'x = 3 & "goal"', a temporal formula,
     ///         or a property such as 'P>=1 [ G F x = 3 ]'.
+    ///     stop_at_target: Do not explore the states behind those that decide the question. In the initial
+    ///         states the answer is the same; the regions are those of the part explored. Only with the
+    ///         scope "reachable".
     ///     scope, engine, memory, order, threads, timeout, progress: As in `explore`.
-    #[pyo3(signature = (target, *, scope="reachable", engine="symbolic", memory=None, order=None, threads=1, timeout=None, progress=None))]
+    ///
+    /// Raises:
+    ///     InputError: The text is wrong; with `stop_at_target`, also if no state decides it, as for `G F`.
+    #[pyo3(signature = (target, *, stop_at_target=false, scope="reachable", engine="symbolic", memory=None, order=None, threads=1, timeout=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
     fn reach(
         slf: &Bound<'_, Self>,
         target: &str,
+        stop_at_target: bool,
         scope: &str,
         engine: &str,
         memory: Option<&Bound<'_, PyAny>>,
@@ -458,12 +474,20 @@ impl Model {
     ) -> PyResult<Reachability> {
         let asked = Asked { scope, engine, memory, order, threads };
         let call = Call::new(timeout, progress)?;
+        if stop_at_target {
+            let model = slf.get();
+            let (settings, worker) = asked.settings(model.inner.program())?;
+            let space = Space { worker, names: Arc::clone(&model.names) };
+            let question = (&model.inner, target.to_owned());
+            return Exploration::reach_stopping(slf.py(), question, &space, settings, &call);
+        }
         Model::explored(slf, &asked, &call)?.reach_text(slf.py(), target.to_owned(), &call)
     }
 
     fn __repr__(&self) -> String {
         let variables = self.inner.program().variables.len();
-        format!("<Model {:?}: {}, {variables} variables>", self.name(), self.kind())
+        let plural = if variables == 1 { "" } else { "s" };
+        format!("<Model {:?}: {}, {variables} variable{plural}>", self.name(), self.kind())
     }
 
     fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {

@@ -58,7 +58,25 @@ pub(crate) fn given(py: Python<'_>, argument: &Bound<'_, PyAny>) -> PyResult<Py<
     let path: PathBuf = argument
         .extract()
         .map_err(|_| usage(format!("preferences are a Preferences or the path of a file, not {argument}")))?;
+    let text = path.to_string_lossy();
+    if text.contains(';') && !path.exists() {
+        return Err(usage("this is a text of preferences; Preferences.from_string reads one"));
+    }
     Py::new(py, Preferences::read(py, files::open(py, &path)?)?)
+}
+
+/// Returns the items of a list; a text alone is none.
+fn listed<'py, T: for<'a> FromPyObject<'a, 'py>>(
+    name: &str,
+    argument: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Vec<T>> {
+    match argument {
+        None => Ok(Vec::new()),
+        Some(text) if text.is_instance_of::<PyString>() => {
+            Err(usage(format!("{name} is a list: write [\"{text}\"]")))
+        }
+        Some(list) => list.extract(),
+    }
 }
 
 #[pymethods]
@@ -68,16 +86,18 @@ impl Preferences {
     fn new(
         py: Python<'_>,
         objectives: &Bound<'_, PyDict>,
-        prefer: Option<Vec<Bound<'_, PyAny>>>,
+        prefer: Option<&Bound<'_, PyAny>>,
         empty: &str,
         history: Option<&str>,
-        require: Option<Vec<String>>,
+        require: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        let prefer: Vec<Bound<'_, PyAny>> = listed("prefer", prefer)?;
+        let require: Vec<String> = listed("require", require)?;
         let mut text = String::new();
         for (name, formula) in objectives {
             text.push_str(&format!("objective {name} = {formula};\n"));
         }
-        for statement in prefer.unwrap_or_default() {
+        for statement in prefer {
             if statement.is_instance_of::<PyString>() {
                 text.push_str(&format!("prefer {statement};\n"));
             } else {
@@ -91,7 +111,7 @@ impl Preferences {
         if let Some(history) = history {
             text.push_str(&format!("history = {history};\n"));
         }
-        for formula in require.unwrap_or_default() {
+        for formula in require {
             text.push_str(&format!("require {formula};\n"));
         }
         Preferences::read(py, SourceFile::new("preferences", text))

@@ -118,6 +118,60 @@ def test_reachable_states_are_the_scope_by_default(robot: meliora.Model, wishes:
     assert np.isnan(found.sasi.to_numpy("r", "c")[0, 2])
 
 
+LINE = """mdp
+module m
+  x : [0..9] init 2;
+  y : [0..9] init 0;
+  [up] x<9 -> 1/2: (x'=x+1) + 1/2: (x'=0);
+  [count] y<9 & x>5 -> (y'=y+1);
+  [down] x=0 -> (x'=1);
+endmodule
+"""
+
+
+@pytest.mark.parametrize(
+    "question",
+    ["x=5", "F x=5", "P>=1 [ F x=5 ]", "Pmax=? [ F x=5 ]", "Pmin=? [ F<=4 x=5 ]", "P>=0.2 [ x!=0 U x=5 ]", "Pmax=? [ G x<5 ]"],
+)
+def test_states_behind_a_target_can_be_left_out(question: str, engine: Engine) -> None:
+    model = meliora.Model.from_string(LINE)
+    whole = model.reach(question, engine=engine)
+    part = model.reach(question, stop_at_target=True, engine=engine)
+    assert (part.holds, part.value) == (whole.holds, whole.value)
+    assert (part.pmax_one | ~part.pmax_one).count() < (whole.pmax_one | ~whole.pmax_one).count()
+    for name in ["pmax_one", "pmax_positive", "pmin_one", "pmin_positive"]:
+        few, all_states = getattr(part, name), getattr(whole, name)
+        assert 0 < few.count() <= all_states.count() or few.count() == all_states.count() == 0
+        initial = {"x": 2, "y": 0}
+        assert few.where(**initial).count() == all_states.where(**initial).count()
+
+
+def test_states_are_left_out_only_where_they_are_behind_a_target() -> None:
+    model = meliora.Model.from_string(LINE)
+    with pytest.raises(meliora.UsageError, match="every valuation is a state"):
+        model.reach("x=5", stop_at_target=True, scope="all")
+    with pytest.raises(meliora.InputError):
+        model.reach("P>=1 [ G F x=5 ]", stop_at_target=True)
+    with pytest.raises(meliora.InputError, match="unknown name"):
+        model.reach("z=5", stop_at_target=True)
+
+
+def test_a_model_without_an_initial_state_is_refused(engine: Engine) -> None:
+    model = meliora.Model.from_string("mdp module m x : [0..3]; endmodule init x>3 endinit")
+    with pytest.raises(meliora.InputError, match="no initial state"):
+        model.explore(engine=engine)
+
+
+def test_questions_that_are_not_supported_are_refused_by_name() -> None:
+    explored = meliora.Model.from_string(LINE).explore()
+    for question in ["S=? [ x=1 ]", "E [ F x=1 ]", "A [ G x=1 ]", "multi(Pmax=? [ F x=1 ], Pmax=? [ F x=2 ])"]:
+        with pytest.raises(meliora.InputError, match="not supported"):
+            explored.reach(question)
+    with pytest.raises(meliora.InputError, match="the filter `count` is not supported"):
+        explored.reach("filter(count, x=1)")
+    assert explored.reach('filter(forall, P>0 [ F x=1 ], "init")').holds is True
+
+
 def test_small_models_are_explicit_with_the_engine_auto() -> None:
     small, large = (meliora.Model.from_file(MODELS / "chain.prism", constants={"N": n}) for n in (4, 400))
     assert small.explore(engine="auto").engine == "explicit"

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import io
+import json
 import pickle
+import struct
+import tarfile
 from pathlib import Path
 
 import pytest
@@ -68,7 +72,7 @@ def test_mistakes_are_shown_where_they_are() -> None:
 def test_advice_is_in_terms_of_python() -> None:
     with pytest.raises(meliora.InputError) as caught:
         meliora.Model.from_string(TOY)
-    assert caught.value.problems[0].help == "give values with `constants last=…`"
+    assert caught.value.problems[0].help == 'give values with `constants={"last": …}`'
     with pytest.raises(meliora.InputError) as caught:
         meliora.Model.from_string(TOY, constants={"last": 5, "first": 1})
     assert caught.value.file == "constants" and "--" not in str(caught.value).replace("-->", "")
@@ -76,6 +80,48 @@ def test_advice_is_in_terms_of_python() -> None:
         with pytest.raises(meliora.InputError, match="not a model") as caught:
             meliora.Model.from_string(text)
         assert "`meliora " not in str(caught.value) and "MODEL" not in str(caught.value)
+
+
+def test_lists_of_states_are_read_with_the_files_next_to_them(tmp_path: Path) -> None:
+    for name, text in [
+        ("m.tra", "3 4 4\n0 0 0 1 stay\n1 0 0 1 back\n1 1 2 1 on\n2 0 2 1 stay\n"),
+        ("m.sta", "(x)\n0:(5)\n1:(6)\n2:(7)\n"),
+        ("m.lab", '0="init" 1="deadlock" 2="goal"\n1: 0\n2: 2\n'),
+    ]:
+        (tmp_path / name).write_text(text)
+    model = meliora.Model.from_file(tmp_path / "m.tra")
+    for read in [model, pickle.loads(pickle.dumps(model))]:
+        assert list(read.variables) == ["x"] and read.labels == ["goal"]
+        explored = read.explore()
+        assert explored.initial.states() == [{"x": 6}]
+        assert explored.reach('"goal"').pmax_one.states() == [{"x": 6}, {"x": 7}]
+
+
+def archive() -> bytes:
+    """An archive in the format UMB: from state 0, a step leads to state 1 with probability 3/4."""
+    sizes = {"#players": 1, "#states": 2, "#initial-states": 1, "#choices": 2, "#choice-actions": 0, "#branches": 3}
+    others = {"time": "discrete", "#branch-actions": 0, "#observations": 0}
+    double = {"branch-probability-type": {"type": "double", "size": 64}}
+    index = {"format-version": 1, "format-revision": 0, "transition-system": {**sizes, **others, **double}}
+    arrays = {"state-to-choices": [0, 1, 2], "state-is-initial": [1], "choice-to-branches": [0, 2, 3], "branch-to-target": [0, 1, 1]}
+    files = {f"{name}.bin": struct.pack(f"<{len(numbers)}Q", *numbers) for name, numbers in arrays.items()}
+    files = {"index.json": json.dumps(index).encode(), **files, "branch-to-probability.bin": struct.pack("<3d", 0.25, 0.75, 1)}
+    packed = io.BytesIO()
+    with tarfile.open(fileobj=packed, mode="w:gz") as tar:
+        for name, data in files.items():
+            entry = tarfile.TarInfo(name)
+            entry.size = len(data)
+            tar.addfile(entry, io.BytesIO(data))
+    return packed.getvalue()
+
+
+def test_archives_are_told_by_their_content(tmp_path: Path) -> None:
+    (tmp_path / "m.umb").write_bytes(archive())
+    by_file, by_bytes = meliora.Model.from_file(tmp_path / "m.umb"), meliora.Model.from_umb(archive())
+    for model in [by_file, by_bytes, pickle.loads(pickle.dumps(by_file))]:
+        explored = model.explore()
+        assert explored.counts["states"] == 2
+        assert list(explored.successors({"state": 0}).values()) == [[(0.25, {"state": 0}), (0.75, {"state": 1})]]
 
 
 def test_files_that_are_not_there_are_errors_of_the_system(tmp_path: Path) -> None:
@@ -107,6 +153,15 @@ def test_preferences_say_what_they_have(wishes: meliora.Preferences) -> None:
     with pytest.raises(meliora.UsageError, match="no objective `Z`"):
         wishes.compare("A", "Z")
     assert "A, B, C" in repr(wishes)
+
+
+def test_usual_mistakes_in_preferences_are_told(toy: meliora.Model) -> None:
+    with pytest.raises(meliora.UsageError, match=r'prefer is a list: write \["A > B"\]'):
+        meliora.Preferences({"A": "F s=1", "B": "F s=2"}, "A > B")
+    with pytest.raises(meliora.UsageError, match="require is a list"):
+        meliora.Preferences({"A": "F s=1"}, require="G s<5")
+    with pytest.raises(meliora.UsageError, match="Preferences.from_string"):
+        toy.check(WISHES)
 
 
 def test_preferences_can_be_put_together(toy: meliora.Model) -> None:

@@ -29,7 +29,7 @@ def test_an_exploration_knows_its_states(robot: meliora.Model, explored: meliora
 def test_regions_are_values(explored: meliora.Exploration) -> None:
     low, left = explored.where("r < 2"), explored.where({"c": 0})
     everything, nothing = explored.states, low - low
-    assert low.count() == 3600 * 2 // 5 and left == explored.where("c = 0")
+    assert low.count() == 3600 * 2 // 5 and left == explored.where("c = 0") == explored.where(c=0)
     assert (low & left).count() == 3600 * 2 // 25
     assert low | left == left | low and low ^ left == (low | left) - (low & left)
     assert ~low == everything - low and ~~low == low and ~everything == nothing
@@ -41,6 +41,14 @@ def test_regions_are_values(explored: meliora.Exploration) -> None:
         low < 3  # type: ignore[operator]
     with pytest.raises(TypeError):
         hash(low)
+
+
+def test_a_region_is_chosen_by_a_condition_or_by_values(explored: meliora.Exploration) -> None:
+    for arguments, values in [((), {}), (("r < 2",), {"c": 0})]:
+        with pytest.raises(meliora.UsageError, match="either a condition or values"):
+            explored.where(*arguments, **values)
+    with pytest.raises(meliora.UsageError):
+        explored.where(nowhere=0)
 
 
 def test_states_are_members(robot: meliora.Model, explored: meliora.Exploration) -> None:

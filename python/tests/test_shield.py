@@ -365,3 +365,19 @@ def test_the_wrapper_of_gymnasium_corrects_actions() -> None:
     _, _, over, _, info = env.step(1)
     assert (over, info["corrected"]) == (True, True)
     assert info["action_mask"].tolist() == [False, False, True, False]
+
+
+def test_the_wrapper_passes_the_check_of_gymnasium() -> None:
+    pytest.importorskip("gymnasium", reason="needs gymnasium")
+    from gymnasium.utils.env_checker import check_env
+
+    from meliora.gym import ModelEnv, ShieldedEnv
+
+    analysis = world()
+    shield = analysis.strategy("sasi").shield()
+    explored = analysis.model.explore()
+    env = ShieldedEnv(ModelEnv(explored, actions=shield.actions, goal=explored.where("s>=3")), shield)
+    check_env(env, skip_render_check=True)
+    # Later calls do not change the result of an earlier one.
+    _, first = env.reset(seed=1)
+    assert first["action_mask"] is not env.reset(seed=1)[1]["action_mask"]

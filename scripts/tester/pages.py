@@ -129,7 +129,7 @@ class Page:
             self.context.same(f"{kind} rank of a page at {state}", found.rank(self.one(state)), got)
             permitted = sorted(self.called(choice) for choice in found.permitted(self.one(state)))
             edges = zip(self.data["choices"], ladder["permitted"])
-            got = sorted(choice["name"] for choice, edge in edges if self.holds(edge, state))
+            got = sorted(self.name(choice, state) for choice, edge in edges if self.holds(edge, state))
             self.context.same(f"{kind} permits at {state} of a page", permitted, got)
 
     def mover(self, state):
@@ -145,7 +145,7 @@ class Page:
             return
         theirs = whole.choices[one] if one in whole.theirs else ()
         got = [
-            (move["name"], *([self.holds(edge, state) for edge in move[what]] for what in MOVE))
+            (self.name(self.data["choices"][move["choice"]], state), *([self.holds(edge, state) for edge in move[what]] for what in MOVE))
             for move in game["moves"]
             if self.holds(move["enabled"], state)
         ]
@@ -153,11 +153,17 @@ class Page:
             f"moves of a page at {state}", sorted((self.called(c), *self.move(one, c)) for c in theirs), sorted(got)
         )
 
+    def name(self, choice, state):
+        """The name that the page gives to a choice in a state."""
+        several = choice["several"] is not None and self.holds(choice["several"], state)
+        return choice["own"] if several else choice["name"]
+
     def called(self, choice):
-        """The name of a choice in the page: its label, the names of all commands that have its number, or in a dtmc
-        `uniform`, the only choice."""
-        names = [c["name"] for c in self.data["choices"]]
-        found = (name for name in names if name == label(choice.name) or choice.name in name.split("|"))
+        """The name of a choice in the page: its label; where others have the label, too, or without one, the names of
+        all commands that have its number; or in a dtmc `uniform`, the only choice."""
+        is_full = choice.name != label(choice.name)
+        names = (c["own" if is_full else "name"] for c in self.data["choices"])
+        found = (name for name in names if stands_for(name, choice.name))
         return next(found, "uniform" if self.context.case.kind == "dtmc" else choice.name)
 
     def move(self, state, choice):
@@ -266,3 +272,11 @@ def is_within(value, bounds):
 
 MOVE = ("improves", "weakens", "sasi", "spi")
 ALL = {"pages": pages}
+
+
+def stands_for(name, choice):
+    """Whether the name of a number, such as `a(m#1|m#2,n#1)`, stands for a choice, such as `a(m#2,n#1)`."""
+    ours, theirs = (text.removesuffix(")").rpartition("(") for text in (name, choice))
+    factors = list(zip(ours[2].split(","), theirs[2].split(",")))
+    same = ours[0] == theirs[0] and ours[2].count(",") == theirs[2].count(",")
+    return same and all(own in alternatives.split("|") for alternatives, own in factors)

@@ -107,8 +107,11 @@ impl Named {
             None => "no path reaches a state with these values".to_owned(),
         };
         let diagnostic = Diagnostic::new(&self.source, 0..self.source.text.len(), message);
-        let help = match (&program.monitors, scope) {
-            (Some(monitors), _) => Some(at_the_start(program, &monitors.variables)),
+        // Monitors without a value begin in the state, which then is not reachable itself.
+        let is_given = |at: &VarId| self.places[at.index()].given().is_some();
+        let monitors = program.monitors.as_ref().map(|monitors| &monitors.variables);
+        let help = match (monitors.filter(|all| all.iter().any(is_given)), scope) {
+            (Some(monitors), _) => Some(at_the_start(program, monitors)),
             (None, Scope::Reachable) => Some("`--scope all` accepts every valuation as a state".to_owned()),
             (None, Scope::All) => None,
         };

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use meliora::reach::{Asking, Required, Stopping};
+use meliora::reach::{Asking, Required, Stopping, check_start};
 use meliora_dump::manifest;
 use meliora_engine::{AnyEngine, Count, Engine, NoProgress, Selection, Settings, Storage};
 use meliora_engine::{Order, SymbolicEngine};
@@ -339,9 +339,17 @@ pub(super) fn required(texts: &[String]) -> Result<Vec<Required>, Error> {
     let each = |text: &String| {
         let source = SourceFile::new("--require", text.as_str());
         let formula = ltl::parse_formula(&source)?;
-        Ok((source, formula))
+        if formula.is_state_formula() { Err(over_one_state(&source)) } else { Ok((source, formula)) }
     };
     texts.iter().map(each).collect()
+}
+
+/// Returns the error for a requirement without a temporal operator, which would be about the initial
+/// states only.
+fn over_one_state(source: &Arc<SourceFile>) -> Error {
+    let message = "a requirement is a formula over paths, not over one state";
+    let diagnostic = Diagnostic::new(source, 0..source.text.len(), message).label("expected `G`, …");
+    diagnostic.help(format!("write `G ({})`, or another safe formula", source.text)).into()
 }
 
 /// Returns the question of a property that the model names.
@@ -404,14 +412,15 @@ pub(super) fn settings(
 /// Builds the engine that the arguments select.
 ///
 /// # Errors
-/// The variable order is wrong, the model has no meaning in some state, or a limit is hit.
+/// The variable order is wrong, the model has no meaning in some state or no initial state, or a limit is
+/// hit.
 pub(super) fn engine(
     program: &Arc<Program>,
     args: &ModelArgs,
     storage: Storage,
     sink: &Arc<TerminalSink>,
 ) -> Result<Arc<AnyEngine>, Error> {
-    AnyEngine::new(Arc::clone(program), settings(args, storage, sink)?).map(Arc::new)
+    started(AnyEngine::new(Arc::clone(program), settings(args, storage, sink)?)?, program)
 }
 
 /// Builds the engine for some questions, and updates the selection. Numbers list the states anyway.
@@ -426,7 +435,7 @@ pub(super) fn engine_for(
     sink: &Arc<TerminalSink>,
 ) -> Result<Arc<AnyEngine>, Error> {
     let lists_states = questions.iter().any(|q| q.asks_for_number());
-    selected.build(program, settings(args, selected.storage, sink)?, lists_states).map(Arc::new)
+    started(selected.build(program, settings(args, selected.storage, sink)?, lists_states)?, program)
 }
 
 /// Builds the symbolic engine, for commands that need decision diagrams.
@@ -438,7 +447,13 @@ pub(super) fn symbolic(
     args: &ModelArgs,
     sink: &Arc<TerminalSink>,
 ) -> Result<Arc<SymbolicEngine>, Error> {
-    SymbolicEngine::new(Arc::clone(program), settings(args, Storage::Symbolic, sink)?).map(Arc::new)
+    started(SymbolicEngine::new(Arc::clone(program), settings(args, Storage::Symbolic, sink)?)?, program)
+}
+
+/// Returns the engine of a model that has an initial state.
+fn started<E: Engine>(engine: E, program: &Program) -> Result<Arc<E>, Error> {
+    check_start(&engine, program)?;
+    Ok(Arc::new(engine))
 }
 
 /// Warns of deadlocks, of rounded probabilities, and of states in which a `dtmc` draws a command

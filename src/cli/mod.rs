@@ -20,6 +20,7 @@ mod signals;
 mod supervise;
 mod sweep;
 mod terminal;
+mod tips;
 mod watch;
 
 mod check;
@@ -41,10 +42,8 @@ mod verify;
 mod version;
 
 use std::ffi::OsString;
-use std::path::Path;
 use std::process::ExitCode;
 
-use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use meliora_model::error::Error;
 
@@ -62,9 +61,10 @@ const EXIT_STATUS: &str = "Exit status:
 
 /// Symbolic model checker for opportunistic planning with incomplete preferences.
 ///
-/// Reads models in PRISM's language or in JANI (mdp, dtmc) and preferences over objectives.
-/// Computes from which states, and how many times in a row, a strategy can improve the most
-/// preferred objectives: almost surely (SASI) or with positive probability (SPI).
+/// Reads models in PRISM's language (mdp, dtmc, smg), in JANI, or listed state by state (UMB, DRN,
+/// .tra), and preferences over objectives. Computes from which states, and how many times in a row, a
+/// strategy can improve the most preferred objectives: almost surely (SASI) or with positive
+/// probability (SPI).
 #[derive(Debug, Parser)]
 #[command(name = "meliora", version, long_version = version::long(), propagate_version = true, arg_required_else_help = true)]
 #[command(after_help = EXIT_STATUS)]
@@ -110,7 +110,7 @@ fn run(args: &[OsString], json: bool) -> Status {
     signals::prepare();
     let cli = match parsed(args) {
         Ok(cli) => cli,
-        Err(error) => return terminal::show_clap(&with_tip(error, args), json),
+        Err(error) => return terminal::show_clap(&tips::with_tip(error, args), json),
     };
     let outcome = match cli.command {
         Command::Check(args) => check::run(args),
@@ -132,16 +132,6 @@ fn run(args: &[OsString], json: bool) -> Status {
         Ok(status) => status,
         Err(error) => fail(&error, json),
     }
-}
-
-/// Adds a tip if a file was given instead of a command.
-fn with_tip(mut error: clap::Error, args: &[OsString]) -> clap::Error {
-    let is_file = args.get(1).is_some_and(|arg| Path::new(arg).is_file());
-    if error.kind() == ErrorKind::InvalidSubcommand && is_file {
-        let tip = "a file comes after a command, as in `meliora check MODEL PREFS`";
-        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
-    }
-    error
 }
 
 /// Shows an error that ends the run without a report.

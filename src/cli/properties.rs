@@ -133,8 +133,9 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
     }
     let (mut open, mut asking) = (Vec::new(), Vec::new());
     for (position, stated) in stated.into_iter().enumerate() {
-        let reason = stated.property.as_ref().err().cloned();
-        let entry = PropertyAnswer::open(stated.name, stated.text.clone(), reason);
+        let refusal = stated.property.as_ref().err();
+        let entry = PropertyAnswer::open(stated.name, stated.text.clone(), refusal.map(|r| r.reason.clone()))
+            .at(refusal.and_then(|r| r.place));
         job.update(|r| r.properties.push(entry));
         if let Ok(property) = stated.property {
             let own = Asking::of_property(&program, &stated.source, &property, &required)?;

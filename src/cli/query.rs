@@ -128,7 +128,11 @@ fn work(job: &Job<QueryReport>, args: &QueryArgs, csv: Option<&Target>) -> Resul
     if args.list.is_none() && csv.is_none() {
         return Ok(());
     }
-    let rows = Rows::new(archive.program(), archive.list(&selected, args.list.unwrap_or(usize::MAX))?);
+    let members = archive.list(&selected, args.list.unwrap_or(usize::MAX))?;
+    if members.is_empty() && args.list != Some(0) {
+        job.sink.warn("no state to list: the selection is empty");
+    }
+    let rows = Rows::new(archive.program(), members);
     if let Some(csv) = csv {
         csv.write(&rows.csv(matches!(selected, Selected::Choices(_))))?;
     }

@@ -45,7 +45,7 @@ pub(super) struct ReachArgs {
     all_properties: bool,
 
     /// Check only the property with this name
-    #[arg(long, value_name = "NAME", requires = "properties")]
+    #[arg(long, value_name = "NAME")]
     only: Option<String>,
 
     /// Formula G p that no path may violate; only strategies that surely keep it count (repeatable)
@@ -80,6 +80,16 @@ impl ReachArgs {
         Ok(sweep::Job::Reach { regions: self.target.is_some() || self.property.len() == 1, properties })
     }
 
+    /// Checks that `--only` has properties to choose from. The parser does not: it takes one question only.
+    fn check_only(&self) -> Result<(), Error> {
+        if self.only.is_none() || self.properties.is_some() {
+            return Ok(());
+        }
+        Err(Error::Usage(
+            "`--only NAME` needs `--properties FILE`, whose property NAME it answers".to_owned(),
+        ))
+    }
+
     /// Checks that `--stop-at-target` has a meaning with the other options.
     fn check_stop(&self) -> Result<(), Error> {
         let problem = if !self.stop_at_target {
@@ -112,6 +122,7 @@ impl ReachArgs {
 /// The input is wrong, or a limit is hit.
 pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
+    args.check_only()?;
     args.check_stop()?;
     let inputs: Vec<&Path> = args.properties.iter().map(PathBuf::as_path).collect();
     if let Some(status) = args.sweep.run(&args.model, &inputs, |first| args.rows(first), &args.shown)? {

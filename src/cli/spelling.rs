@@ -4,10 +4,15 @@ use std::ffi::OsString;
 
 use super::terminal;
 
-/// Replaces `-const K=4`, as in PRISM, by `--const K=4`. (`-c onst` would give no constant a
-/// value.)
+/// Options of PRISM that are ours. (`-c onst` would give no constant a value.)
+const OF_PRISM: [(&str, &str); 3] = [("-const", "--const"), ("-pf", "--property"), ("-pctl", "--property")];
+
+/// Replaces options of PRISM, such as `-const K=4`, by ours.
 pub(super) fn in_our_words(args: &[OsString]) -> Vec<OsString> {
-    let is_ours = |a: &OsString| if a == "-const" { OsString::from("--const") } else { a.clone() };
+    let is_ours = |a: &OsString| {
+        let found = OF_PRISM.iter().find(|(theirs, _)| a == theirs);
+        found.map_or_else(|| a.clone(), |(_, ours)| ours.into())
+    };
     let end = end_of_options(args);
     args[..end].iter().map(is_ours).chain(args[end..].iter().cloned()).collect()
 }
@@ -116,5 +121,6 @@ mod tests {
             in_our_words(&args("m info a -const K=4 -- -const")),
             args("m info a --const K=4 -- -const")
         );
+        assert_eq!(in_our_words(&args("m reach a -pf P>0[...]")), args("m reach a --property P>0[...]"));
     }
 }

@@ -72,7 +72,8 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
     };
     let model = (&*args.model, args.coalition.as_deref());
     let question = || load::certified(model, &args.preferences, &given, &job.sink);
-    let question = job.timed("parse", question, |_, _| ())?;
+    let question =
+        job.timed("parse", question, |_, _| ()).map_err(|error| explained(error, args, manifest))?;
     if dump.certificate.is_none() {
         let message = "the dump has no certificate; `meliora export` without `--region` and `--no-certificate` writes one";
         return Err(wrong(&args.directory, message.to_owned()));
@@ -87,6 +88,27 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
     verdict.violation = verdict.violation.or(picture);
     job.update(|r| r.set(&question.program, &verdict));
     Ok(())
+}
+
+/// Explains an error in a text that is not the one the dump was made from.
+fn explained(error: Error, args: &VerifyArgs, manifest: &Manifest) -> Error {
+    let differs = |file: &Path, expected: &str| {
+        load::read(file).is_ok_and(|source| sha256(source.original().as_bytes()) != expected)
+    };
+    let (what, file, made_from) = match error {
+        Error::Input(_) if differs(&args.model, &manifest.model.sha256) => {
+            ("model", &args.model, &manifest.model.path)
+        }
+        Error::Input(_) if differs(&args.preferences, &manifest.preferences.sha256) => {
+            ("preference file", &args.preferences, &manifest.preferences.path)
+        }
+        error => return error,
+    };
+    let (file, made_from) = (file.display(), made_from.escape_debug());
+    let message = format!(
+        "the dump was made from another {what}, `{made_from}`, whose text differs from that of `{file}`"
+    );
+    wrong(&args.directory, message)
 }
 
 fn scope(manifest: &Manifest, directory: &Path) -> Result<Scope, Error> {

@@ -43,6 +43,33 @@ pub struct Reached {
     pub exploration: Exploration,
 }
 
+impl Reached {
+    /// Answers a question about a program; the engine is that of its goal.
+    pub(super) fn of(
+        asking: &Asking,
+        (program, engine): (&Arc<Program>, AnyEngine),
+        precision: f64,
+        named: Option<Vec<bool>>,
+    ) -> Result<Self> {
+        let goal = &asking.goal;
+        let engine = asking.played(&engine)?.unwrap_or(engine);
+        let of = |set| States::of(&engine, set);
+        let mut search = goal.search(&engine)?;
+        let target = of(search.goal()?);
+        let found = search.all()?;
+        let known = found.clone().map(Some);
+        let answer = Under::new(&engine, program, goal)?.answer(asking, program, &known, precision)?;
+        answer.end?;
+        Ok(Reached {
+            target,
+            holds: answer.holds,
+            value: answer.value,
+            regions: goal.restricted(&engine, found)?.map(of),
+            exploration: Exploration::of(engine.clone(), named),
+        })
+    }
+}
+
 impl Exploration {
     pub(super) fn of(engine: AnyEngine, named: Option<Vec<bool>>) -> Self {
         Exploration { engine, named }
@@ -181,26 +208,11 @@ impl Exploration {
         let source = SourceFile::new("condition", question);
         let program = self.program();
         let asking = Asking::parse(program, &source)?;
-        let goal = &asking.goal;
-        let engine = match &goal.watched {
+        let engine = match &asking.goal.watched {
             None => self.engine.clone(),
             Some(watched) => AnyEngine::new(Arc::clone(&watched.program), self.engine.settings().clone())?,
         };
-        let engine = asking.played(&engine)?.unwrap_or(engine);
-        let of = |set| States::of(&engine, set);
-        let mut search = goal.search(&engine)?;
-        let target = of(search.goal()?);
-        let found = search.all()?;
-        let known = found.clone().map(Some);
-        let answer = Under::new(&engine, program, goal)?.answer(&asking, program, &known, precision)?;
-        answer.end?;
-        Ok(Reached {
-            target,
-            holds: answer.holds,
-            value: answer.value,
-            regions: goal.restricted(&engine, found)?.map(of),
-            exploration: Exploration::of(engine.clone(), self.named.clone()),
-        })
+        Reached::of(&asking, (program, engine), precision, self.named.clone())
     }
 
     /// Prepares an analysis under the preferences of a text, without computing anything. With

@@ -4,14 +4,16 @@ use std::borrow::Borrow;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::Exploration;
-use meliora_engine::{AnyEngine, Settings};
+use super::{Exploration, Reached};
+use crate::reach::{Stopping, check_start};
+use meliora_engine::{AnyEngine, Scope, Settings};
 use meliora_lang::{self as lang, Document, Given};
-use meliora_model::error::{Diagnostic, Result, SourceFile};
+use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
 use meliora_model::players::Player;
 use meliora_model::progress::{NoProgress, ProgressSink};
 use meliora_model::value::{Type, Value};
 use meliora_model::{ModelKind, Program, State};
+use meliora_quantities::answer::PRECISION;
 
 /// A model, checked and flat, but not explored. It is read from a text in PRISM's language or in
 /// JANI, or from a list of its states: UMB, DRN, or PRISM's explicit files.
@@ -105,10 +107,32 @@ impl Model {
     ///
     /// # Errors
     /// A limit is reached; an expression has no value in a state of the scope (the error shows an
-    /// example); the variable order is invalid.
+    /// example); the variable order is invalid; the model has no initial state.
     pub fn explore(&self, settings: Settings) -> Result<Exploration> {
         let engine = AnyEngine::new(Arc::clone(&self.program), settings)?;
+        check_start(&engine, &self.program)?;
         Ok(Exploration::of(engine, self.named.clone()))
+    }
+
+    /// Answers a question about paths, as [`Exploration::reach_where`], in the part of the model that
+    /// decides it: the states behind those that decide the question are not explored. In the initial
+    /// states the answer is that for the whole model; the regions are those of the part.
+    ///
+    /// # Errors
+    /// The errors of [`Model::explore`] and [`Exploration::reach_where`]; no state decides the question;
+    /// the scope has every valuation.
+    pub fn reach_stopping(&self, question: &str, settings: Settings) -> Result<Reached> {
+        if settings.scope == Scope::All {
+            let message = "paths can stop at a target only where the reachable states are explored, not where \
+                           every valuation is a state";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        let Stopping { program, asking } =
+            Stopping::parse(&self.program, &SourceFile::new("condition", question))?;
+        let program = Arc::new(program);
+        let engine = AnyEngine::new(Arc::clone(asking.goal.program(&program)), settings)?;
+        check_start(&engine, &self.program)?;
+        Reached::of(&asking, (&program, engine), PRECISION, self.named.clone())
     }
 
     /// Parses a state: `r=2,c=2,d=false`. Missing variables get their initial values.

@@ -66,6 +66,22 @@ impl Document {
         Document { source, archive: None, beside: [None, None] }
     }
 
+    /// Adds the files next to the transitions of PRISM: the values and the labels of states.
+    #[must_use]
+    pub fn with_beside(self, beside: [Option<Arc<SourceFile>>; 2]) -> Self {
+        Document { beside, ..self }
+    }
+
+    /// Returns the files next to the transitions of PRISM: the values and the labels of states.
+    pub fn beside(&self) -> &[Option<Arc<SourceFile>>; 2] {
+        &self.beside
+    }
+
+    /// Returns the bytes of an archive; `None` for a text.
+    pub fn archive(&self) -> Option<&[u8]> {
+        self.archive.as_ref().map(|bytes| bytes.as_slice())
+    }
+
     /// Returns the names of the constants that a model in PRISM's language declares; none for other
     /// models, and where the text is wrong.
     pub fn constants(&self) -> Vec<String> {

@@ -38,24 +38,33 @@ pub(super) fn no_model(source: &Arc<SourceFile>) -> Result<()> {
         Some(word) if PREFERENCE_WORDS.contains(&word) => {
             Some(("this is a preference file, not a model", "the preference file comes after the model"))
         }
-        Some(word) if PROPERTY_WORDS.contains(&word) && begin.second_is_bound() => Some((
-            "this is a list of properties, not a model",
-            "`meliora reach MODEL --properties FILE` checks it",
-        )),
+        _ if begin.is_properties() => Some(("this is a list of properties, not a model", CHECKED)),
         _ => begin.explicit(),
     };
     found.map_or(Ok(()), |(message, help)| Err(begin.refuse(message, help)))
 }
 
-/// Refuses a text given as preferences that is clearly a model.
+/// Refuses a text given as preferences that is clearly something else, or begins with definitions.
 ///
 /// # Errors
-/// The text is a model.
+/// The text is a model or a list of properties, or a preference file that defines names.
 pub(super) fn no_preferences(source: &Arc<SourceFile>) -> Result<()> {
     let begin = Beginning::of(source);
-    let is_model = begin.first_word().is_some_and(|word| MODEL_WORDS.contains(&word)) || begin.is_jani();
-    let help = "the model comes before the preferences";
-    if is_model { Err(begin.refuse("this is a model, not a preference file", help)) } else { Ok(()) }
+    let word = begin.first_word().unwrap_or_default();
+    let is_model = MODEL_WORDS.contains(&word) || begin.is_jani();
+    let (message, help) = if begin.is_properties() {
+        ("this is a list of properties, not a preference file", CHECKED)
+    } else if DEFINITIONS.contains(&word) && begin.has_word(&["objective", "prefer"]) {
+        (
+            "a preference file does not define constants, formulas and labels",
+            "define the name in the model; preferences can use all names of the model",
+        )
+    } else if is_model {
+        ("this is a model, not a preference file", "the model comes before the preferences")
+    } else {
+        return Ok(());
+    };
+    Err(begin.refuse(message, help))
 }
 
 /// Refuses a text given as properties that is clearly something else.
@@ -80,6 +89,12 @@ pub(super) fn no_properties(source: &Arc<SourceFile>) -> Result<()> {
     };
     Err(begin.refuse(message, help))
 }
+
+/// First words of definitions, which models and lists of properties have.
+const DEFINITIONS: &[&str] = &["const", "formula", "label"];
+
+/// The command for a list of properties, for messages.
+const CHECKED: &str = "`meliora reach MODEL --properties FILE` checks it";
 
 /// The form of properties, for messages.
 const WRITTEN: &str = "properties are written `\"name\": P>=1 [ F condition ];`";
@@ -109,10 +124,48 @@ impl<'a> Beginning<'a> {
         self.tokens.first() == Some(&(Token::LeftBrace, "{"))
     }
 
-    fn second_is_bound(&self) -> bool {
-        let signs =
-            [Token::Ge, Token::Gt, Token::Le, Token::Lt, Token::Eq, Token::LeftParen, Token::LeftBracket];
-        self.tokens.get(1).is_some_and(|(token, text)| signs.contains(token) || ["min", "max"].contains(text))
+    /// Returns true for a list of properties: it begins with one, with the name of one, or with definitions
+    /// that one follows, and not a part of a model.
+    fn is_properties(&self) -> bool {
+        let first = self.tokens.first().map(|(token, _)| *token);
+        let second = self.tokens.get(1).map(|(token, _)| *token);
+        let is_named = (first, second) == (Some(Token::Quoted), Some(Token::Colon));
+        let defines = self.first_word().is_some_and(|word| DEFINITIONS.contains(&word));
+        let no_model = || !self.has_word(&["module", "mdp", "dtmc", "smg", "objective", "prefer"]);
+        is_named || self.is_property(0) || (defines && no_model() && self.some_property())
+    }
+
+    fn some_property(&self) -> bool {
+        (0..self.tokens.len()).any(|at| self.is_property(at))
+    }
+
+    /// Returns true if a property begins at this token: at the start of a statement, an operator with a
+    /// bound or a bracket.
+    fn is_property(&self, at: usize) -> bool {
+        let signs = [
+            Token::Ge,
+            Token::Gt,
+            Token::Le,
+            Token::Lt,
+            Token::Eq,
+            Token::LeftParen,
+            Token::LeftBracket,
+            Token::LeftBrace,
+        ];
+        let is_operator = self
+            .tokens
+            .get(at)
+            .is_some_and(|(token, word)| *token == Token::Word && PROPERTY_WORDS.contains(word));
+        let before = at.checked_sub(1).and_then(|at| self.tokens.get(at)).map(|(token, _)| *token);
+        let starts = before.is_none_or(|token| matches!(token, Token::Semicolon | Token::Colon));
+        let next = self.tokens.get(at + 1);
+        starts
+            && is_operator
+            && next.is_some_and(|(token, word)| signs.contains(token) || ["min", "max"].contains(word))
+    }
+
+    fn has_word(&self, words: &[&str]) -> bool {
+        self.tokens.iter().any(|(token, word)| *token == Token::Word && words.contains(word))
     }
 
     /// Recognises a file that belongs to an explicit model but is not the model itself.

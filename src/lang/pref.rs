@@ -5,7 +5,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use super::ast::{Ident, Span};
-use super::ltl::{Formula, FormulaKind};
+use super::ltl::Formula;
 use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
 use meliora_model::error::{Result, SourceFile};
@@ -116,7 +116,7 @@ impl Parser<'_> {
     fn path_formula(&mut self, what: &str, help: &str) -> Parsed<Formula> {
         let place = self.here();
         let formula = self.temporal_formula()?;
-        if matches!(formula.kind, FormulaKind::State(_)) {
+        if formula.is_state_formula() {
             let message = format!("{what} is a formula over paths, not over one state");
             self.report(self.wrong(place, message).label("expected `F`, `G`, …").help(help));
             return Err(Failed);

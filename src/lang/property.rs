@@ -9,11 +9,12 @@ use super::ast::{Ident, Span};
 use super::ltl::Formula;
 use super::parse::{Failed, Parsed, Parser};
 use super::players;
+use super::refused::{FILTERS, GAME_REWARDS};
 use super::token::Token;
 pub use meliora_model::Optimum;
 use meliora_model::Program;
 use meliora_model::error::{Diagnostic, Result, Severity, SourceFile};
-use meliora_model::exact::{Ratio, Real};
+use meliora_model::exact::{Exact, Ratio, Real};
 use meliora_model::progress::NoProgress;
 pub use meliora_model::property::{Bound, Inequality, Measure, Quantity, Question, Rewards, Strategies};
 
@@ -93,8 +94,9 @@ impl Property {
         if let (Some(_), Question::Quantity(Quantity { measure: Measure::Reward(_), .. })) =
             (game, &self.question)
         {
-            let diagnostic = wrong("rewards of a game are not supported");
-            return Err(diagnostic.severity(Severity::Unsupported).label("not supported").into());
+            let diagnostic = wrong(GAME_REWARDS);
+            let help = "PRISM-games computes them";
+            return Err(diagnostic.severity(Severity::Unsupported).label("not supported").help(help).into());
         }
         match (game, &named.players) {
             (Some(game), None) => Ok(Some(vec![true; game.list.len()])),
@@ -173,39 +175,62 @@ pub(crate) fn quantity(measure: Measure, extreme: Extreme, bound: Option<(Inequa
 /// # Errors
 /// A syntax error, or a property that is not supported.
 pub fn parse_property(source: &Arc<SourceFile>) -> Result<Property> {
-    property_at(source, Span::new(0, source.text.len()))
+    property_at(source, Span::new(0, source.text.len()), &[])
 }
 
-/// Parses a part of a text that is one property.
+/// Parses a property whose bound may be a constant of a program, as in `P>=p [ F "done" ]`.
 ///
 /// # Errors
 /// See [`parse_property`].
-pub(crate) fn property_at(source: &Arc<SourceFile>, place: Span) -> Result<Property> {
+pub fn parse_property_of(program: &Program, source: &Arc<SourceFile>) -> Result<Property> {
+    property_at(source, Span::new(0, source.text.len()), &program.constants)
+}
+
+/// Constants with their values.
+type Constants<'a> = &'a [(String, Exact)];
+
+/// Parses a part of a text that is one property; its bound may be one of the constants.
+///
+/// # Errors
+/// See [`parse_property`].
+pub(crate) fn property_at(
+    source: &Arc<SourceFile>,
+    place: Span,
+    constants: Constants<'_>,
+) -> Result<Property> {
     let mut parser = Parser::of_part(source, place, &NoProgress);
-    let parsed = parser.property();
+    let parsed = parser.property(constants);
     parser.finish_parsed(parsed)
 }
 
 impl Parser<'_> {
-    fn property(&mut self) -> Parsed<Property> {
+    fn property(&mut self, constants: Constants<'_>) -> Parsed<Property> {
         let is_filter = self.text(self.here()) == "filter";
-        let property = if is_filter { self.filter()? } else { self.asked()? };
-        self.eat(Token::Semicolon);
-        self.expect(Token::End)?;
-        Ok(property)
+        let property = if is_filter { self.filter(constants)? } else { self.asked(constants)? };
+        let ended = self.eat(Token::Semicolon);
+        match self.peek() {
+            Token::End => Ok(property),
+            _ if ended => Err(self.second()),
+            _ => Err(self.behind()),
+        }
     }
 
     /// Parses `filter(forall, P>=1 [ … ], "init")` or `filter(range, Pmax=? [ … ], "init")`. The answer
     /// is that of the property inside: whether it holds in all initial states, or the least and the
     /// greatest value in them.
-    fn filter(&mut self) -> Parsed<Property> {
+    fn filter(&mut self, constants: Constants<'_>) -> Parsed<Property> {
         let start = self.here();
         self.advance();
         self.expect(Token::LeftParen)?;
         let operator = self.text(self.here()).to_owned();
+        if !["forall", "range"].contains(&operator.as_str()) {
+            let message = format!("the filter `{operator}` is not supported");
+            self.report(self.unsupported(self.here(), message).help(FILTERS));
+            return Err(Failed);
+        }
         self.advance();
         self.expect(Token::Comma)?;
-        let property = self.asked()?;
+        let property = self.asked(constants)?;
         let is_value = matches!(&property.question, Question::Quantity(quantity) if quantity.bound.is_none());
         let is_initial =
             self.eat(Token::Comma) && self.peek() == Token::Quoted && self.text(self.here()) == "\"init\"";
@@ -215,18 +240,16 @@ impl Parser<'_> {
             return Ok(property);
         }
         let message = "of the filters, those of all initial states are supported";
-        let help = "write `filter(forall, P>=1 [ … ], \"init\")` or `filter(range, Pmax=? [ … ], \"init\")`; \
-                    the regions of `reach` are what `filter(count, …)` counts";
-        self.report(self.unsupported(start.to(self.before()), message).help(help));
+        self.report(self.unsupported(start.to(self.before()), message).help(FILTERS));
         Err(Failed)
     }
 
     /// Parses an operator with its formula.
-    fn asked(&mut self) -> Parsed<Property> {
+    fn asked(&mut self, constants: Constants<'_>) -> Parsed<Property> {
         let coalition = self.coalition()?;
         let start = self.here();
         let (measure, extreme) = self.operator()?;
-        let bound = self.bound()?;
+        let bound = self.bound(constants)?;
         let whole = start.to(self.before());
         if self.peek() != Token::LeftBracket {
             let diagnostic = self.wrong(self.here(), "the formula of a property is written in brackets");
@@ -234,8 +257,9 @@ impl Parser<'_> {
             return Err(Failed);
         }
         self.advance();
-        if matches!(measure, Measure::Reward(_)) {
-            self.other_rewards()?;
+        match measure {
+            Measure::Reward(_) => self.other_rewards()?,
+            Measure::Probability => self.no_rewards()?,
         }
         let formula = self.temporal_formula()?;
         self.expect(Token::RightBracket)?;
@@ -253,6 +277,9 @@ impl Parser<'_> {
 
     /// Parses the players of a game, `<<p1,p2>>`, if they are there.
     fn coalition(&mut self) -> Parsed<Option<Coalition>> {
+        if self.peek() == Token::LeftBracket {
+            return Err(self.other_players());
+        }
         if self.peek() != Token::Lt {
             return Ok(None);
         }
@@ -265,6 +292,9 @@ impl Parser<'_> {
         } else {
             Some(self.list(Self::player_name)?)
         };
+        if self.peek() == Token::Colon {
+            return Err(self.other_players());
+        }
         self.expect(Token::Gt)?;
         let span = start.to(self.expect(Token::Gt)?);
         Ok(Some(Coalition { players, span }))
@@ -283,13 +313,9 @@ impl Parser<'_> {
                 let rewards = self.reward_structure()?;
                 Ok((Measure::Reward(rewards), self.extreme(word)))
             }
-            word @ ("S" | "E" | "A" | "multi") => {
-                let help = "supported are `P>=1 [ F … ]`, `Pmax=? [ … ]` and `R{\"name\"}min=? [ F … ]`";
-                let message = format!("properties with `{word}` are not supported");
-                self.report(self.unsupported(span, message).help(help));
-                Err(Failed)
-            }
+            word @ ("S" | "Smin" | "Smax" | "E" | "A" | "multi") => Err(self.other_operator(word)),
             "" => Err(self.expected("a property such as `P>=1 [ F … ]`")),
+            _ if self.slip(&["Pmin", "Pmax", "Rmin", "Rmax", "filter", "multi"]).is_some() => Err(Failed),
             _ => {
                 let message = "a property needs a bound on the probability of its formula";
                 let help =
@@ -329,8 +355,8 @@ impl Parser<'_> {
         Ok(rewards)
     }
 
-    /// Parses a bound such as `>=1` or `>0.5`, or `=?`, for which it returns `None`.
-    fn bound(&mut self) -> Parsed<Option<(Inequality, Ratio)>> {
+    /// Parses a bound such as `>=1`, `>0.5` or `<p`, or `=?`, for which it returns `None`.
+    fn bound(&mut self, constants: Constants<'_>) -> Parsed<Option<(Inequality, Ratio)>> {
         let start = self.here();
         let comparison = match self.peek() {
             Token::Ge => Inequality::Ge,
@@ -353,12 +379,27 @@ impl Parser<'_> {
         };
         self.advance();
         let span = self.here();
-        if !matches!(self.peek(), Token::Int | Token::Real) {
-            return Err(self.expected("a number"));
-        }
-        let value = self.exact(span)?;
+        let value = match self.peek() {
+            Token::Int | Token::Real => self.exact(span)?,
+            Token::Word => self.value_of(constants)?,
+            _ => return Err(self.expected("a number or a constant")),
+        };
         self.advance();
         Ok(Some((comparison, value)))
+    }
+
+    /// Returns the value of the constant that stands here.
+    fn value_of(&mut self, constants: Constants<'_>) -> Parsed<Ratio> {
+        let (span, name) = (self.here(), self.text(self.here()));
+        let value = constants.iter().find(|(known, _)| known == name).map(|(_, value)| value);
+        let diagnostic = match value {
+            Some(Exact::Int(value)) => return Ok(Ratio::from_integer((*value).into())),
+            Some(Exact::Real(Real::Finite(value))) => return Ok(value.clone()),
+            Some(_) => self.wrong(span, format!("the constant `{name}` is not a finite number")),
+            None => self.wrong(span, format!("unknown name `{name}`")).label("not a constant"),
+        };
+        self.report(diagnostic.help("a bound is a number or a constant, as in `P>=0.5` or `P>=p`"));
+        Err(Failed)
     }
 
     /// Returns the question; reports a bound that no probability can have.
@@ -379,26 +420,6 @@ impl Parser<'_> {
             (Measure::Probability, Some((comparison, value))) => Ok(compared(extreme, comparison, value)),
             (measure, bound) => Ok(Question::Quantity(quantity(measure, extreme, bound))),
         }
-    }
-
-    /// Reports the rewards that PRISM has besides those until a target: `C<=k`, `C`, `I=k` and `S`.
-    fn other_rewards(&mut self) -> Parsed<()> {
-        let span = self.here();
-        let (message, help) = match self.text(span) {
-            "C" => (
-                "rewards that are accumulated over all steps, or over a number of steps, are not supported",
-                "for `C<=k`, count the steps in the model: declare `t : [0..k]`, add `(t'=min(t+1,k))` to each \
-                 command, and ask for the rewards until `F t=k`",
-            ),
-            "I" => (
-                "rewards of a single step are not supported",
-                "rewards are accumulated until a target: `R{\"name\"}min=? [ F condition ]`",
-            ),
-            "S" => ("long-run averages are not supported", "PRISM and Storm compute them"),
-            _ => return Ok(()),
-        };
-        self.report(self.unsupported(span, message).label("expected `F condition`").help(help));
-        Err(Failed)
     }
 
     /// Reports rewards that are not accumulated until a target is reached.

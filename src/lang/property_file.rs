@@ -18,7 +18,7 @@ use super::valuation::Binding;
 use crate::ltl::Monitoring;
 use crate::property::Property;
 use meliora_model::Program;
-use meliora_model::error::{Diagnostic, Error, Limit, Result, Severity, SourceFile};
+use meliora_model::error::{Diagnostic, Error, Limit, Result, SourceFile};
 use meliora_model::exact::{Exact, Real};
 use meliora_model::expr::{ExprId, ExprPool};
 use meliora_model::progress::NoProgress;
@@ -38,9 +38,18 @@ pub struct Stated {
     /// Text, without the name.
     pub text: String,
     /// The parsed property, or the reason why it cannot be answered here.
-    pub property: Result<Property, String>,
+    pub property: Result<Property, Refusal>,
     /// The text that contains it.
     pub source: Arc<SourceFile>,
+}
+
+/// The reason why a property cannot be answered.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Refusal {
+    /// The reason, and what helps.
+    pub reason: String,
+    /// The line and the column of the mistake in the file; `None` if it has no place.
+    pub place: Option<(usize, usize)>,
 }
 
 /// Returns the constants that a property file declares without a value.
@@ -236,10 +245,11 @@ impl File<'_> {
         let (name, start) = named(&source.text[range.clone()]);
         let range = range.start + start..range.end;
         let text = source.text[range.clone()].trim().to_owned();
-        let property = property_at(source, place(&range)).map_err(|e| reason(&e));
+        let property = property_at(source, place(&range), &self.program.constants)
+            .map_err(|e| refusal(&self.without_value(e)));
         let property = property.and_then(|p| {
             let known = known(self.program, source, &p).map(|()| p);
-            known.map_err(|e| reason(&self.without_value(e)))
+            known.map_err(|e| refusal(&self.without_value(e)))
         });
         Stated { name, text, property, source: Arc::clone(source) }
     }
@@ -255,6 +265,7 @@ impl File<'_> {
                     self.given.name
                 );
                 diagnostic.label = "undefined".to_owned();
+                diagnostic.help = None;
             }
         }
         Error::Input(diagnostics)
@@ -270,14 +281,14 @@ fn known(program: &Program, source: &Arc<SourceFile>, property: &Property) -> Re
     }
 }
 
-fn reason(error: &Error) -> String {
-    match error {
-        Error::Input(diagnostics) => diagnostics.first().map_or_else(String::new, |d| match &d.help {
-            Some(help) if d.severity == Severity::Unsupported => format!("{}; {help}", d.message),
-            _ => d.message.clone(),
-        }),
-        other => other.to_string(),
-    }
+fn refusal(error: &Error) -> Refusal {
+    let first = match error {
+        Error::Input(diagnostics) => diagnostics.first(),
+        _ => None,
+    };
+    let Some(first) = first else { return Refusal { reason: error.to_string(), place: None } };
+    let help = first.help.as_ref().map_or_else(String::new, |help| format!("; {help}"));
+    Refusal { reason: format!("{}{help}", first.message), place: Some(first.position()) }
 }
 
 /// Splits off `"name":` at the beginning; returns the name and the offset of the rest.
@@ -408,8 +419,11 @@ mod tests {
         assert_eq!(names, [Some("one"), None, Some("two"), None, None]);
         let answered: Vec<bool> = all.iter().map(|s| s.property.is_ok()).collect();
         assert_eq!(answered, [true, true, true, false, false]);
-        assert_eq!(all[3].property.as_ref().unwrap_err(), "unknown reward structure");
-        assert!(all[4].property.as_ref().unwrap_err().contains("unknown name `y`"));
+        let refused = |at: usize| all[at].property.as_ref().unwrap_err();
+        let unknown = "unknown reward structure; no reward structure of the model has a name";
+        assert_eq!(refused(3), &Refusal { reason: unknown.to_owned(), place: Some((10, 1)) });
+        assert!(refused(4).reason.contains("unknown name `y`"));
+        assert_eq!(refused(4).place, Some((11, 2)));
         assert!(program.labels.iter().any(|(name, _)| name == "far"));
     }
 

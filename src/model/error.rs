@@ -22,7 +22,7 @@ pub enum Error {
     #[error("{0}")]
     Limit(Limit),
     /// A dump could not be read.
-    #[error("{file}:{line}: {message}")]
+    #[error("{file}{}: {message}", at_line(*line))]
     Dump {
         /// The invalid file.
         file: String,
@@ -53,6 +53,11 @@ fn first_message(diagnostics: &[Diagnostic]) -> String {
         [one] => one.message.clone(),
         [first, rest @ ..] => format!("{} (and {} more)", first.message, rest.len()),
     }
+}
+
+/// Returns `:7` for a line; nothing for 0, no line.
+fn at_line(line: usize) -> String {
+    if line == 0 { String::new() } else { format!(":{line}") }
 }
 
 impl Error {

@@ -165,9 +165,19 @@ fn encoding(engine: &SymbolicEngine) -> Encoding {
     Encoding { variables: encoding.variables().iter().map(variable).collect(), order: encoding.names() }
 }
 
-/// Returns the label of each choice by number, or its commands if it has no label. The self-loop of
-/// deadlocks is last.
-pub fn choice_labels(engine: &SymbolicEngine) -> Vec<String> {
+/// The names of a choice.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ChoiceNames {
+    /// The label, or the commands of a choice without one.
+    pub label: String,
+    /// The name that no other choice has: the label with the commands, if several choices have it.
+    pub own: String,
+}
+
+/// Returns the names of each choice by number. The self-loop of deadlocks is last.
+pub fn choice_names(engine: &SymbolicEngine) -> Vec<ChoiceNames> {
     let numbers = choices(engine, false).numbers;
-    numbers.into_iter().map(|n| n.action.unwrap_or(n.name)).collect()
+    let names =
+        |n: ChoiceNumber| ChoiceNames { label: n.action.unwrap_or_else(|| n.name.clone()), own: n.name };
+    numbers.into_iter().map(names).collect()
 }

@@ -7,14 +7,15 @@ use meliora_engine::Engine;
 use meliora_engine::regions::Which;
 use meliora_lang::ltl::{self, Formula};
 use meliora_lang::property::{Measure, Property, Question};
-use meliora_lang::{lower_target, parse_expression, parse_property};
+use meliora_lang::{lower_target, parse_expression, parse_property_of};
 use meliora_model::Program;
 use meliora_model::error::{Result, SourceFile};
 use meliora_model::predicate::Predicate;
 use meliora_quantities::answer;
 
-/// The operators with which a property begins; they are keywords.
-const OPERATORS: [&str; 6] = ["P", "Pmin", "Pmax", "R", "Rmin", "Rmax"];
+/// The operators with which a property begins, also those that are not supported.
+const OPERATORS: [&str; 12] =
+    ["P", "Pmin", "Pmax", "R", "Rmin", "Rmax", "S", "Smin", "Smax", "E", "A", "multi"];
 
 /// A question about the paths of a model.
 pub struct Asking {
@@ -48,7 +49,7 @@ impl Asking {
     /// # Errors
     /// The text or a requirement is wrong, or not supported; each error has its place.
     pub fn property(program: &Program, source: &Arc<SourceFile>, required: &[Required]) -> Result<Self> {
-        let property = parse_property(source)?;
+        let property = parse_property_of(program, source)?;
         property.check(program, source)?;
         Asking::of_property(program, source, &property, required)
     }
@@ -118,17 +119,42 @@ impl Asking {
     /// # Errors
     /// The text is none of these, or not supported; each error has its place.
     pub fn parse(program: &Program, source: &Arc<SourceFile>) -> Result<Self> {
+        match Form::of(source) {
+            Form::Target => Asking::target(program, source, &[]),
+            Form::Property => Asking::property(program, source, &[]),
+            Form::Formula => {
+                let goal = Goal::of(program, source, &ltl::parse_formula(source)?, &[])?;
+                Ok(Asking { goal, question: None, wrong: None, coalition: None })
+            }
+        }
+    }
+}
+
+/// The form of a question.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    /// `x = 3`
+    Target,
+    /// `P>=1 [ F x = 3 ]`
+    Property,
+    /// `F x = 3`
+    Formula,
+}
+
+impl Form {
+    pub(super) fn of(source: &Arc<SourceFile>) -> Self {
         if parse_expression(source).is_ok() {
-            return Asking::target(program, source, &[]);
+            return Form::Target;
         }
+        let text = source.text.trim_start();
         let is_word = |c: char| c.is_alphanumeric() || c == '_';
-        let first = source.text.trim_start().split(|c| !is_word(c)).next();
-        let names_players = source.text.trim_start().starts_with("<<");
-        if names_players || first.is_some_and(|word| OPERATORS.contains(&word)) {
-            return Asking::property(program, source, &[]);
+        let first = text.split(|c| !is_word(c)).next().unwrap_or_default();
+        let is_filter = first == "filter" && text[first.len()..].trim_start().starts_with('(');
+        if is_filter || text.starts_with("<<") || OPERATORS.contains(&first) {
+            Form::Property
+        } else {
+            Form::Formula
         }
-        let goal = Goal::of(program, source, &ltl::parse_formula(source)?, &[])?;
-        Ok(Asking { goal, question: None, wrong: None, coalition: None })
     }
 }
 

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use super::asking::Form;
 use super::{Asking, Goal};
-use meliora_lang::ltl::{Formula, Stopped};
+use meliora_lang::ltl::{self, Formula, Stopped};
 use meliora_lang::named;
 use meliora_lang::property::Property;
-use meliora_lang::{parse_expression, parse_property};
+use meliora_lang::{parse_expression, parse_property_of};
 use meliora_model::Program;
 use meliora_model::error::{Result, SourceFile};
 
@@ -25,10 +26,25 @@ impl Stopping {
     /// # Errors
     /// The text is wrong; each error has its place.
     pub fn target(program: &Program, source: &Arc<SourceFile>) -> Result<Self> {
-        let formula = Formula::reaching(parse_expression(source)?);
-        let Stopped { program, formula } = Stopped::new(program, source, &formula)?;
+        Stopping::formula(program, source, &Formula::reaching(parse_expression(source)?))
+    }
+
+    fn formula(program: &Program, source: &Arc<SourceFile>, formula: &Formula) -> Result<Self> {
+        let Stopped { program, formula } = Stopped::new(program, source, formula)?;
         let goal = Goal::of(&program, source, &formula, &[])?;
         Ok(Stopping { program, asking: Asking { goal, question: None, wrong: None, coalition: None } })
+    }
+
+    /// Reads a target `x = 3`, a formula `F x = 3`, or a property `P>=1 [ F x = 3 ]`.
+    ///
+    /// # Errors
+    /// The text is none of these, or no state decides the formula; each error has its place.
+    pub fn parse(program: &Program, source: &Arc<SourceFile>) -> Result<Self> {
+        match Form::of(source) {
+            Form::Target => Stopping::target(program, source),
+            Form::Property => Stopping::property(program, source),
+            Form::Formula => Stopping::formula(program, source, &ltl::parse_formula(source)?),
+        }
     }
 
     /// Reads a property such as `P>=1 [ F x = 3 ]`.
@@ -36,7 +52,7 @@ impl Stopping {
     /// # Errors
     /// The text is wrong, or no state decides the formula; each error has its place.
     pub fn property(program: &Program, source: &Arc<SourceFile>) -> Result<Self> {
-        let property = parse_property(source)?;
+        let property = parse_property_of(program, source)?;
         property.check(program, source)?;
         let Stopped { program, formula } = Stopped::new(program, source, &property.formula)?;
         let asking = Asking::of_property(&program, source, &Property { formula, ..property }, &[])?;

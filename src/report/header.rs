@@ -107,8 +107,17 @@ impl Header {
 
     /// Returns whether the model is a game.
     pub(super) fn is_game(&self) -> bool {
+        self.is_of(ModelKind::Smg)
+    }
+
+    /// Returns whether the model is a Markov chain, whose states have one choice.
+    pub(super) fn is_chain(&self) -> bool {
+        self.is_of(ModelKind::Dtmc)
+    }
+
+    fn is_of(&self, wanted: ModelKind) -> bool {
         let kind = self.model.as_ref().and_then(|model| model.kind);
-        kind == Some(ModelKind::Smg.into())
+        kind == Some(wanted.into())
     }
 
     /// Returns the path of the model.

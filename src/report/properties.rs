@@ -54,12 +54,26 @@ pub struct PropertyAnswer {
     /// The reason for no answer, or for no value; absent if there are both.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+    /// The line of the file that the reason is about, from 1; absent if it is about no place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub line: Option<usize>,
+    /// The column, from 1; absent if `line` is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub column: Option<usize>,
 }
 
 impl PropertyAnswer {
     /// Creates a property without an answer; `reason` says why it will have none.
     pub fn open(name: Option<String>, property: String, reason: Option<String>) -> Self {
-        PropertyAnswer { name, property, holds: None, value: None, sizes: Sizes::default(), reason }
+        let sizes = Sizes::default();
+        PropertyAnswer { name, property, holds: None, value: None, sizes, reason, line: None, column: None }
+    }
+
+    /// Adds the place of the reason, a line and a column.
+    #[must_use]
+    pub fn at(mut self, place: Option<(usize, usize)>) -> Self {
+        (self.line, self.column) = place.unzip();
+        self
     }
 
     /// Adds the answer; so far, it may be incomplete.
@@ -140,7 +154,10 @@ impl Findings for PropertiesFindings {
             if index == 0 {
                 let _ = write!(out, "\n{}\n", style.bold("Not answered"));
             }
-            let _ = writeln!(out, "  {}\n    {reason}", title(answer));
+            let place = answer.line.zip(answer.column);
+            let place =
+                place.map_or_else(String::new, |(line, column)| format!("line {line}, column {column}: "));
+            let _ = writeln!(out, "  {}\n    {place}{reason}", title(answer));
         }
         out
     }

@@ -267,3 +267,52 @@ fn the_panel_says_what_each_move_of_the_opponent_leads_to() {
     );
     assert!(run.contains("<tr class=\"ours now\" data-turn=\"1\">"));
 }
+
+/// At x=0 both commands with the label `go` are enabled: two choices. At x=1 only one is.
+const LABELS: &str = "TYPE\nmodule m\n x : [0..4] init 0;\n [go] x=0 -> 0.5:(x'=2) + 0.5:(x'=4);\n\
+    [go] x<2 -> 0.5:(x'=2) + 0.5:(x'=3);\n [back] x=0 -> (x'=1);\n [stay] x>1 -> true;\nendmodule\n";
+const LABELS_PREFS: &str =
+    "objective Near = F (x<=1);\nobjective Two = F x=2;\nobjective More = F x>2;\nprefer Two, More > Near;\n";
+
+/// The texts of the panel after the word `permitted: `.
+fn permitted(dom: &str) -> BTreeSet<String> {
+    let panel = dom.split("; permitted: ").nth(1).map(|rest| rest.split('<').next().unwrap());
+    panel.into_iter().flat_map(|names| names.split(", ")).map(str::to_owned).collect()
+}
+
+#[test]
+fn choices_with_one_label_have_the_names_that_strategy_gives_them() {
+    let Some(browser) = browser() else { return };
+    let players =
+        "smg\nplayer p [go], [back], [stay] endplayer\nplayer q o endplayer\nmodule o\n y : bool;\nendmodule";
+    let [mdp, game] = ["mdp", players].map(|kind| LABELS.replace("TYPE", kind));
+    let chain = LABELS.replace("TYPE", "dtmc");
+    let files = [("m.prism", &*mdp), ("g.prism", &*game), ("c.prism", &*chain), ("m.pref", LABELS_PREFS)];
+    let scratch = Scratch::new(&files);
+    let (prefs, page) = (scratch.show("m.pref"), scratch.show("page.html"));
+    let mdp = scratch.show("m.prism");
+    Finished::of(meliora().args(["report", &mdp, &prefs, "--out", &page])).expect(0);
+    for x in [0, 1] {
+        let at = format!("x={x}");
+        let told =
+            Finished::of(meliora().args(["strategy", &mdp, &prefs, "--at", &at, "--json"])).expect(0).json();
+        let actions = told["states"][0]["actions"].as_array().unwrap().iter();
+        let kept = actions.filter(|action| action["permitted"] == true);
+        let expected: BTreeSet<String> =
+            kept.map(|action| action["name"].as_str().unwrap().to_owned()).collect();
+        let dom = browse(&browser, &scratch, &["--dump-dom", &format!("file://{page}#cell=0,{x}")]);
+        assert_eq!(permitted(&dom), expected, "{at}: {dom}");
+    }
+    // In a Markov chain, nothing is chosen.
+    let chain = scratch.show("c.prism");
+    Finished::of(meliora().args(["report", &chain, &prefs, "--out", &page])).expect(0);
+    let dom = browse(&browser, &scratch, &["--dump-dom", &format!("file://{page}#cell=0,0")]);
+    let guaranteed = dom.split("<dt>guaranteed</dt>").nth(1).unwrap().split("</dd>").next().unwrap();
+    assert_eq!(guaranteed, "<dd>1");
+    // The opponent of a game has the same choices.
+    let game = scratch.show("g.prism");
+    Finished::of(meliora().args(["report", &game, &prefs, "--coalition", "q", "--out", &page])).expect(0);
+    let dom = browse(&browser, &scratch, &["--dump-dom", &format!("file://{page}#cell=0,0")]);
+    let names: Vec<String> = moves(&dom).into_keys().collect();
+    assert_eq!(names, ["back", "go(m#1)", "go(m#2)"], "{dom}");
+}

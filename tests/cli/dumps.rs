@@ -117,6 +117,17 @@ fn levels_past_the_last_one_are_the_fixpoint() {
 }
 
 #[test]
+fn an_empty_list_says_so() {
+    let scratch = Scratch::new(&[]);
+    let dump = export(&scratch, "toy", "");
+    let empty = query(&dump, &["reachable & !reachable", "--list", "3"]).expect(0);
+    assert_eq!(empty.stdout, "");
+    assert!(empty.stderr.contains("no state to list"), "{}", empty.stderr);
+    assert_eq!(query(&dump, &["reachable", "--list", "3"]).expect(0).stderr, "");
+    assert_eq!(query(&dump, &["reachable", "--list", "0"]).expect(0).stderr, "");
+}
+
+#[test]
 fn wrong_questions_point_at_their_place() {
     let scratch = Scratch::new(&[]);
     let dump = export(&scratch, "toy", "");
@@ -150,6 +161,24 @@ fn a_changed_file_model_or_hash_is_refused() {
     fs::write(&file, "").unwrap();
     let failed = run(&format!("verify {dump} models/toy.prism models/toy.pref --json")).expect(3).json();
     assert_eq!((&failed["kind"], &failed["line"]), (&Value::from("input"), &Value::from(1)));
+}
+
+#[test]
+fn texts_that_the_dump_was_not_made_from_are_named() {
+    let scratch = Scratch::new(&[("other.pref", "objective A = F nowhere=1;\n")]);
+    let dump = export(&scratch, "network", "-c K=3,M=1");
+    for (model, preferences, what) in [
+        ("models/chain.prism", "models/network.pref".to_owned(), "the dump was made from another model"),
+        (
+            "models/network.prism",
+            scratch.show("other.pref"),
+            "the dump was made from another preference file",
+        ),
+    ] {
+        let refused = run(&format!("verify {dump} {model} {preferences}")).expect(3).stderr;
+        assert!(refused.contains(what) && !refused.contains("the constants of the dump"), "{refused}");
+        assert!(refused.contains("manifest.json: "), "{refused}");
+    }
 }
 
 #[test]

@@ -55,12 +55,14 @@ fn a_page_says_who_plays_and_against_whom_results_hold() {
         page.contains("<span class=\"who theirs\">guard</span> is the opponent, and moves in round cells")
     );
     assert!(!page.contains("its sign also shows where it stands"), "the guard has a row only");
-    let game = &data(&page)["game"];
+    let data_of_page = data(&page);
+    let (game, choices) = (&data_of_page["game"], data_of_page["choices"].as_array().unwrap());
     let sides: Vec<Value> =
         game["players"].as_array().unwrap().iter().map(|p| json!([p["name"], p["ours"]])).collect();
     assert_eq!(sides, [json!(["robot", true]), json!(["guard", false])]);
+    let choice = |m: &Value| &choices[usize::try_from(m["choice"].as_u64().unwrap()).unwrap()];
     let mut moves: Vec<&str> =
-        game["moves"].as_array().unwrap().iter().map(|m| m["name"].as_str().unwrap()).collect();
+        game["moves"].as_array().unwrap().iter().map(|m| choice(m)["name"].as_str().unwrap()).collect();
     moves.sort_unstable();
     assert_eq!(moves, ["down", "lock", "stay", "up"]);
     for of in game["moves"].as_array().unwrap() {

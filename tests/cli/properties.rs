@@ -26,10 +26,14 @@ fn properties_are_answered_or_have_a_reason_why_not() {
         assert_eq!(holds, [&json!(true), &json!(false), &json!(false), &Json::Null, &Json::Null]);
         assert_eq!((&all[0]["pmax_one"], &all[0]["pmin_one"]), (&json!("4"), &json!("2")));
         assert_eq!(all[3]["value"], json!({"lower": 1.0, "upper": 1.0}));
-        assert_eq!(all[4]["reason"], json!("unknown reward structure"));
+        let unknown = "unknown reward structure; no reward structure of the model has a name";
+        assert_eq!(all[4]["reason"], json!(unknown));
+        assert_eq!((&all[4]["line"], &all[4]["column"]), (&json!(8), &json!(9)));
+        assert_eq!((&all[0]["line"], &all[0]["column"]), (&Json::Null, &Json::Null));
     }
     let shown = asked(&[]).expect(1).stdout;
     assert!(shown.contains("Not answered") && shown.contains("does not hold"), "{shown}");
+    assert!(shown.contains("line 8, column 9: unknown reward structure"), "{shown}");
 }
 
 #[test]
@@ -37,6 +41,73 @@ fn one_property_of_a_file_is_asked_by_its_name() {
     let found = asked(&["--json", "--only", "sure"]).expect(0).json();
     assert_eq!(found["properties"].as_array().unwrap().len(), 1);
     asked(&["--only", "none"]).expect(2);
+    for question in [["--property", "P>0[Fx=1]"], ["--target", "x=1"]] {
+        let scratch = Scratch::new(&[("m.prism", MODEL)]);
+        let model = scratch.show("m.prism");
+        let without =
+            Finished::of(meliora().args(["reach", &model, "--only", "sure"]).args(question)).expect(2);
+        assert!(without.stderr.contains("`--only NAME` needs `--properties FILE`"), "{}", without.stderr);
+    }
+}
+
+#[test]
+fn bounds_may_be_constants_of_the_model_or_the_file() {
+    // From x=0 the end is reached within 3 steps with probability 1/8.
+    let model = MODEL.replace("mdp", "mdp\nconst double half = 1/2;\nconst bool no = false;");
+    let file = "const double p;\nconst int one = 1;\nP<=half [ F<=3 x=3 ];\nPmax>=p [ F<=3 x=3 ];\nP>=one [ F x>=0 ];\n\
+        Pmax>q [ F x=3 ];\nPmax>no [ F x=3 ];\n";
+    let scratch = Scratch::new(&[("m.prism", &model), ("m.props", file)]);
+    let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
+    for (p, holds) in [("0.125", true), ("0.126", false)] {
+        let given = format!("p={p}");
+        let found =
+            Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json", "-c", &given]));
+        let found = found.expect(if holds { 0 } else { 1 }).json();
+        let verdicts: Vec<&Json> =
+            found["properties"].as_array().unwrap().iter().map(|p| &p["holds"]).collect();
+        assert_eq!(verdicts, [&json!(true), &json!(holds), &json!(true), &Json::Null, &Json::Null]);
+        let reasons = [3, 4].map(|at: usize| found["properties"][at]["reason"].as_str().unwrap().to_owned());
+        assert!(reasons[0].contains("unknown name `q`"), "{reasons:?}");
+        assert!(reasons[1].contains("the constant `no` is not a finite number"), "{reasons:?}");
+        assert_eq!(
+            (&found["properties"][3]["line"], &found["properties"][3]["column"]),
+            (&json!(6), &json!(6))
+        );
+    }
+    let without = Finished::of(meliora().args(["reach", &model, "--properties", &file])).expect(0).stdout;
+    assert!(without.contains("line 4, column 7: the constant `p` has no value"), "{without}");
+    let alone = ["reach", &model, "--property", "P<=half [ F<=3 x=3 ]"];
+    Finished::of(meliora().args(alone)).expect(0);
+    Finished::of(meliora().args([&alone[..], &["--stop-at-target"]].concat())).expect(0);
+}
+
+#[test]
+fn a_model_without_an_initial_state_is_refused() {
+    let model = MODEL.replace(" init 0", "").replace("endmodule", "endmodule\ninit x>3 endinit");
+    let scratch = Scratch::new(&[
+        ("m.prism", &model),
+        ("m.props", "P>=1 [ F x=1 ];\nPmax=? [ F x=1 ];\n"),
+        ("m.pref", "objective A = F x=1;\nobjective B = F x=2;\nprefer B > A;\n"),
+    ]);
+    let [file, props, prefs, out] = ["m.prism", "m.props", "m.pref", "out"].map(|name| scratch.show(name));
+    for engine in ["symbolic", "explicit"] {
+        for question in [
+            ["--property", "P>=1 [ F x=1 ]"],
+            ["--property", "Pmax=? [ F x=1 ]"],
+            ["--target", "x=1"],
+            ["--properties", &props],
+        ] {
+            let asked = ["reach", &file, "--engine", engine].into_iter().chain(question);
+            let refused = Finished::of(meliora().args(asked)).expect(3).stderr;
+            assert!(refused.contains("the model has no initial state"), "{refused}");
+            assert!(refused.contains("m.prism:7:6") && refused.contains("init x>3 endinit"), "{refused}");
+        }
+    }
+    for command in ["check", "strategy", "values", "simulate", "compare", "report"] {
+        let refused = Finished::of(meliora().args([command, &file, &prefs])).expect(3).stderr;
+        assert!(refused.contains("the model has no initial state"), "{command}: {refused}");
+    }
+    Finished::of(meliora().args(["export", &file, &prefs, "--out", &out])).expect(3);
 }
 
 #[test]

@@ -25,6 +25,13 @@ fn is_half(value: &Json) -> bool {
     lower <= 0.5 && upper >= 0.5 && upper - lower < 1e-9
 }
 
+#[test]
+fn a_requirement_about_one_state_is_refused_with_what_to_write() {
+    let refused = asked("0", &["--target", "x=4", "--require", "!\"ice\""]).expect(3);
+    assert!(refused.stderr.contains("not over one state"), "{}", refused.stderr);
+    assert!(refused.stderr.contains("write `G (!\"ice\")`"), "{}", refused.stderr);
+}
+
 const DRY: &[&str] = &["--require", "G !\"ice\""];
 
 #[test]

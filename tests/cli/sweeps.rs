@@ -248,7 +248,11 @@ fn columns(scratch: &Scratch, file: &str, names: &[&str]) -> Vec<Vec<String>> {
 fn each_property_has_a_column_with_its_answer() {
     let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", ANSWERS)]);
     let (csv, props) = (scratch.show("r.csv"), scratch.show("m.props"));
-    let shown = reach(&scratch, &["-c", "N=1:3,K=1", "--properties", &props, "--csv", &csv]).expect(1).stdout;
+    let told = reach(&scratch, &["-c", "N=1:3,K=1", "--properties", &props, "--csv", &csv]).expect(1);
+    let notes: Vec<&str> =
+        told.stderr.lines().filter(|line| line.starts_with("note: no answer to")).collect();
+    assert!(notes.len() == 1 && notes[0].contains("unknown name `y`"), "{notes:?}");
+    let shown = told.stdout;
     let names = ["N", "sure", "least", "Pmax=? [ F<=8 x=N ]", "unknown", "half", "status"];
     let found = columns(&scratch, "r.csv", &names);
     assert_eq!(found[0][..3], ["1", "true", "1"]);

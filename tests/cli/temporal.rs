@@ -267,4 +267,12 @@ fn a_state_that_no_path_reaches_is_refused_with_advice_on_monitors() {
         assert!(error.contains("leave out `Deliver`, `Clean`"), "{error}");
         assert!(!error.contains("--scope all"), "{error}");
     }
+    // Here the monitors are left out already.
+    let model = "mdp module m x : [0..3] init 0; [] x<2 -> (x'=x+1); endmodule";
+    let scratch =
+        Scratch::new(&[("m.prism", model), ("m.pref", "objective A = G x<2;\nobjective B = F x=1;\n")]);
+    let strategy = ["strategy", &scratch.show("m.prism"), &scratch.show("m.pref"), "--at", "x=3"];
+    let error = Finished::of(meliora().args(strategy)).expect(3).stderr;
+    assert!(error.contains("no path reaches the state x=3,") && error.contains("`--scope all`"), "{error}");
+    assert!(!error.contains("leave out"), "{error}");
 }

@@ -250,7 +250,7 @@ pub fn properties(text: &str) {
     for stated in all.iter().take(3) {
         match &stated.property {
             Ok(property) => asked(&program, &source, property),
-            Err(reason) => assert!(!reason.is_empty()),
+            Err(reason) => assert!(!reason.reason.is_empty()),
         }
     }
 }

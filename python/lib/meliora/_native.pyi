@@ -91,7 +91,8 @@ class Model:
         timeout: _Timeout | None = None,
         progress: _Progress | None = None,
     ) -> Model:
-        """Reads a model from a file. The content tells if it is in PRISM's language or in JANI.
+        """Reads a model from a file. The content tells if it is in PRISM's language or in JANI, an archive
+        (UMB), or a list of states: DRN, or PRISM's `.tra` with the `.sta` and `.lab` next to it.
 
         Args:
             path: The file.
@@ -167,7 +168,13 @@ class Model:
         """
     @staticmethod
     def _restore(
-        name: str, text: str, constants: str, bounds: str, archive: bytes | None = None, coalition: list[str] | None = None
+        name: str,
+        text: str,
+        constants: str,
+        bounds: str,
+        archive: bytes | None = None,
+        coalition: list[str] | None = None,
+        beside: tuple[tuple[str, str] | None, tuple[str, str] | None] = ...,
     ) -> Model: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
     @property
@@ -282,6 +289,7 @@ class Model:
         self,
         target: str,
         *,
+        stop_at_target: bool = False,
         scope: _Scope = "reachable",
         engine: _Engine = "symbolic",
         memory: int | str | None = None,
@@ -296,7 +304,13 @@ class Model:
         Args:
             target: A condition in the model's language, such as 'x = 3 & "goal"', a temporal formula,
                 or a property such as 'P>=1 [ G F x = 3 ]'.
+            stop_at_target: Do not explore the states behind those that decide the question. In the initial
+                states the answer is the same; the regions are those of the part explored. Only with the
+                scope "reachable".
             scope, engine, memory, order, threads, timeout, progress: As in `explore`.
+
+        Raises:
+            InputError: The text is wrong; with `stop_at_target`, also if no state decides it, as for `G F`.
         """
     def _repr_html_(self) -> str: ...
 
@@ -433,9 +447,10 @@ class Exploration:
         """The names of the bits in the order of the diagrams, from the root down; None with the
         explicit engine.
         """
-    def where(self, condition: str | _State) -> Region:
+    def where(self, condition: str | _State | None = None, /, **values: _Value) -> Region:
         """Returns the states that satisfy a condition in the model's language, such as 'x = 3 &
-        "goal"', or in which some variables have the values of a dictionary.
+        "goal"', or in which some variables have the values of a dictionary, or of arguments:
+        `explored.where(x=3)`.
 
         Raises:
             InputError: The condition is invalid (the error shows the place), or has no value in
@@ -454,6 +469,8 @@ class Exploration:
                 'Pmax=? [ F x = 3 ]'; of a game, '<<p1>> P>=1 [ F x = 3 ]'.
                 For a temporal formula other than 'F condition', the regions are of the product with
                 its monitors, in the states where these begin.
+
+        `Model.reach` can leave out the states behind the target, which are explored here already.
         """
     def check(
         self,

@@ -26,7 +26,8 @@ class ModelEnv(gymnasium.Env[Any, Any]):
 
     In a game the opponent moves inside ``reset`` and ``step``, until it is our turn: one step is our action and all its
     answers. An observation is an array with the values of the variables, Booleans as 0 and 1, names of values as numbers;
-    it is also a state of a shield. The action ``i`` is ``actions[i]``; to take one that is not enabled raises UsageError.
+    it is also a state of a shield. The action ``i`` is ``actions[i]``; to take one that is not enabled raises UsageError. So
+    Gymnasium's ``check_env``, which takes any action, needs the environment within a ShieldedEnv.
 
     ``info`` has ``action_mask``, the enabled actions; ``state``, the state as a dictionary; and ``moves``, what happened since
     our turn: for each step the player (None if the model is not a game), the action, and the state after it. ``info`` of
@@ -186,7 +187,7 @@ class ShieldedEnv(gymnasium.Wrapper[Any, Any, Any, Any]):
         self.shield.reset(info.get("start", self._now))
         for _, _, entered in info.get("moves", ()):
             self.shield.step(entered)
-        return observation, {**info, "action_mask": self.shield.mask(self._now)}
+        return observation, {**info, "action_mask": self.action_masks()}
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         asked = int(action)
@@ -195,7 +196,7 @@ class ShieldedEnv(gymnasium.Wrapper[Any, Any, Any, Any]):
         self._now = self._state(observation)
         for _, _, entered in info.get("moves", ()):
             self.shield.step(entered)
-        info = {**info, "action_mask": self.shield.mask(self._now), "corrected": taken != asked}
+        info = {**info, "action_mask": self.action_masks(), "corrected": taken != asked}
         return observation, reward, terminated, truncated, info
 
     def action_masks(self) -> NDArray[np.bool_]:

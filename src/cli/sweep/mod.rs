@@ -10,6 +10,7 @@ pub(super) mod ranges;
 mod row;
 mod table;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -123,6 +124,8 @@ struct Sweep {
     file: Option<CsvFile>,
     plot: Option<Plotted>,
     jobs: usize,
+    /// The notes on properties without an answer, each printed once.
+    told: BTreeSet<String>,
 }
 
 impl Sweep {
@@ -148,7 +151,8 @@ impl Sweep {
             file = Some(csv);
         }
         let jobs = usize::from(args.jobs.unwrap_or(1));
-        let mut sweep = Sweep { ranges, kind, instances, skipped, file, plot, jobs };
+        let told = BTreeSet::new();
+        let mut sweep = Sweep { ranges, kind, instances, skipped, file, plot, jobs, told };
         if let (Some(plot), Some(file)) = (&mut sweep.plot, &sweep.file) {
             plot.rows = file.known(sweep.ranges.len());
         }
@@ -163,6 +167,20 @@ impl Sweep {
             (skipped, left) => format!("{skipped} instances have a row in the file; {left} are left to run"),
         };
         terminal::message(&format!("note: {text}"));
+    }
+
+    /// Says why properties have no answer: the cells of a row are too narrow for that.
+    fn tell_unanswered(&mut self, report: &Json) {
+        for property in report["properties"].as_array().into_iter().flatten() {
+            let Some(reason) = property["reason"].as_str() else { continue };
+            let text = property["property"].as_str().unwrap_or_default();
+            let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+            let note = format!("note: no answer to {text}: {reason}");
+            if !self.told.contains(&note) {
+                terminal::message(&note);
+                self.told.insert(note);
+            }
+        }
     }
 
     fn run(mut self, shown: &ShownArgs) -> Result<Status, Error> {
@@ -187,6 +205,9 @@ impl Sweep {
                 Ok(Outcome { ended: None, .. }) => break,
                 Ok(Outcome { index, report, ended: Some(ended) }) => {
                     self.note(index, &report, ended, table.as_ref())?;
+                    if !shown.quiet && !shown.json {
+                        self.tell_unanswered(&report);
+                    }
                     ends.push((ended, report["kind"].as_str().map(str::to_owned)));
                     runs.push((index, self.finished(index, report, ended)));
                 }

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use super::directions::Namesakes;
 use super::game::{GameSets, Neighbours};
-use super::{Ladder, Plane, Projections, directions, levels};
+use super::{Direction, Ladder, Plane, Projections, directions, levels};
 use meliora_engine::symbolic::{ChoiceSet, Set, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Dumpable, Engine};
 use meliora_model::diagram::{Diagram, Edge};
@@ -28,6 +29,7 @@ struct Sets {
     classes: Vec<(ObjectiveSet, StateSet)>,
     targets: Vec<StateSet>,
     labels: Vec<(String, StateSet)>,
+    namesakes: Vec<Namesakes>,
     game: Option<GameSets>,
 }
 
@@ -55,15 +57,16 @@ pub fn build<E: Dumpable>(
     most_nodes: usize,
 ) -> Result<Projections> {
     let engine = analysis.engine().diagrams()?;
-    let labels = describe::choice_labels(engine);
-    let arrows = if labels.len() > MOST_CHOICES { 0 } else { labels.len() };
-    let mut choices = directions::of(engine, plane, labels)?;
+    let names = describe::choice_names(engine);
+    let arrows = if names.len() > MOST_CHOICES { 0 } else { names.len() };
+    let mut choices = directions::of(engine, plane, names)?;
     let rows_up = directions::rows_up(engine.program(), plane, &choices);
     choices.truncate(arrows);
-    let mut sets = Sets::of(analysis, engine, arrows)?;
+    let mut sets = Sets::of(analysis, engine, &choices)?;
     let mut diagram = engine.diagram(&sets.all(), &[])?;
     if diagram.nodes.len() > most_nodes {
         choices.clear();
+        sets.namesakes.clear();
         sets.ladders.iter_mut().for_each(|rungs| rungs.permitted.clear());
         sets.game.iter_mut().for_each(GameSets::without_moves);
         diagram = engine.diagram(&sets.all(), &[])?;
@@ -82,6 +85,10 @@ pub fn build<E: Dumpable>(
     let scope = next();
     let unsafe_states = sets.unsafe_states.map(|_| next());
     let [sasi, spi] = sets.ladders.map(|rungs| rungs.ladder(&mut next));
+    for namesakes in sets.namesakes {
+        let several = Some(next());
+        namesakes.choices.into_iter().for_each(|number| choices[number].several = several);
+    }
     Ok(Projections {
         variables: engine.program().variables.clone(),
         levels: levels(engine.encoding()),
@@ -103,7 +110,8 @@ pub fn build<E: Dumpable>(
 }
 
 impl Sets {
-    fn of<E: Dumpable>(analysis: &Analysis<E>, engine: &SymbolicEngine, choices: usize) -> Result<Self> {
+    fn of<E: Dumpable>(analysis: &Analysis<E>, engine: &SymbolicEngine, named: &[Direction]) -> Result<Self> {
+        let choices = named.len();
         let ladder = |kind| Rungs::of(analysis, engine, kind, choices);
         let ladders = [ladder(Kind::Sasi)?, ladder(Kind::Spi)?];
         let classes = analysis.classes().into_iter().flat_map(|c| &c.list);
@@ -127,6 +135,7 @@ impl Sets {
                 .collect::<Result<_>>()?,
             targets: (0..objectives).map(target).collect::<Result<_>>()?,
             labels: labels(whole)?,
+            namesakes: directions::namesakes(whole, named)?,
             game,
         })
     }
@@ -138,6 +147,7 @@ impl Sets {
         for rungs in &self.ladders {
             all.extend(rungs.levels.iter().chain(&rungs.unbounded).chain(&rungs.permitted));
         }
+        all.extend(self.namesakes.iter().map(|namesakes| &namesakes.several));
         all.extend(self.classes.iter().map(|(_, states)| states));
         all.extend(&self.targets);
         all.extend(self.labels.iter().map(|(_, states)| states));

@@ -1,10 +1,13 @@
 //! The direction of a choice in the plane: the average over the successors of sampled states.
 
+use std::collections::BTreeMap;
+
 use super::{Direction, Plane};
 use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Engine, position};
 use meliora_model::error::Result;
 use meliora_model::{Program, State, VarId, fault};
+use meliora_query::describe::ChoiceNames;
 
 /// The approximate number of sampled states, for all choices together.
 const SAMPLES: usize = 4096;
@@ -16,21 +19,49 @@ const SPREAD: usize = 6;
 ///
 /// # Errors
 /// A command has no meaning in a state; a limit is reached.
-pub(super) fn of(engine: &SymbolicEngine, plane: Plane, names: Vec<String>) -> Result<Vec<Direction>> {
+pub(super) fn of(engine: &SymbolicEngine, plane: Plane, names: Vec<ChoiceNames>) -> Result<Vec<Direction>> {
     let side = (SAMPLES / names.len().max(1)).isqrt().clamp(1, SPREAD);
     let rows = plane.row.map_or_else(|| Ok(Vec::new()), |row| leaving(engine, row, side))?;
     let columns = leaving(engine, plane.column, side)?;
     let mut directions = Vec::with_capacity(names.len());
-    for (number, name) in names.into_iter().enumerate() {
+    for (number, ChoiceNames { label, own }) in names.into_iter().enumerate() {
         let mut sum = [0.0; 2];
         for state in samples(engine, &rows, &columns, number)? {
             let step = displacement(engine, plane, number, &state)?;
             sum = [sum[0] + step[0], sum[1] + step[1]];
         }
         let (row, column) = sign(sum);
-        directions.push(Direction { name, row, column });
+        directions.push(Direction { name: label, own, several: None, row, column });
     }
     Ok(directions)
+}
+
+/// Choices with the same label, and the states where several of them are enabled.
+pub(super) struct Namesakes {
+    pub(super) choices: Vec<usize>,
+    pub(super) several: StateSet,
+}
+
+/// Returns the labels that several choices have. Cost: no image.
+///
+/// # Errors
+/// A limit is reached.
+pub(super) fn namesakes(engine: &SymbolicEngine, choices: &[Direction]) -> Result<Vec<Namesakes>> {
+    let mut by_label: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (number, choice) in choices.iter().enumerate() {
+        by_label.entry(&choice.name).or_default().push(number);
+    }
+    let several = |choices: &[usize]| -> Result<StateSet> {
+        let (mut once, mut twice) = (engine.no_states(), engine.no_states());
+        for &number in choices {
+            let enabled = engine.numbered(&engine.all_choices(), number)?;
+            twice = engine.union(&twice, &engine.intersection(&once, &enabled)?)?;
+            once = engine.union(&once, &enabled)?;
+        }
+        Ok(twice)
+    };
+    let shared = by_label.into_values().filter(|choices| choices.len() > 1);
+    shared.map(|choices| Ok(Namesakes { several: several(&choices)?, choices })).collect()
 }
 
 /// The states with one value of a variable of the plane, and the choices that may change this

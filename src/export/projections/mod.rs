@@ -79,8 +79,12 @@ pub struct Ladder {
 /// A choice, and the direction in the plane in which it usually leads.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Direction {
-    /// Its name.
+    /// Its label, or its commands.
     pub name: String,
+    /// Its name in the states where several choices with its label are enabled.
+    pub own: String,
+    /// The states where several choices with its label are enabled; `None` if no other choice has the label.
+    pub several: Option<Edge>,
     /// The usual change of the row: -1, 0 or 1.
     pub row: i8,
     /// The usual change of the column.

@@ -105,8 +105,14 @@ impl<'a> Lowerer<'a> {
         let (name, _) = self.scope.rename(&assignment.variable.name, instance.env);
         let span = assignment.variable.span;
         let Some(Symbol::Variable(variable, ty)) = self.scope.symbol(name) else {
-            let known = if self.scope.symbol(name).is_some() { "is not a variable" } else { "is unknown" };
-            return self.fail(span, format!("`{name}` cannot be updated: it {known}"));
+            let is_known = self.scope.symbol(name).is_some();
+            let known = if is_known { "is not a variable" } else { "is unknown" };
+            let mut diagnostic = self.wrong(span, format!("`{name}` cannot be updated: it {known}"));
+            if let Some(similar) = self.scope.similar(name).filter(|_| !is_known) {
+                diagnostic = diagnostic.help(format!("did you mean `{similar}`?"));
+            }
+            self.report(diagnostic);
+            return None;
         };
         let declared = &parts.variables[variable.index()];
         match declared.module {

@@ -132,7 +132,10 @@ impl Lowerer<'_> {
         if self.pool.ty(id) != Type::Bool {
             return Some(());
         }
-        let diagnostic = self.wrong(span, format!("type error: {what} must be a number"));
+        let mut diagnostic = self.wrong(span, format!("type error: {what} must be a number"));
+        if ["`<`", "`<=`", "`>`", "`>=`"].iter().any(|sign| what.ends_with(sign)) {
+            diagnostic = diagnostic.help("comparisons are joined by `&`: `0<=x & x<=1`");
+        }
         self.report(diagnostic.label("of type `bool`"));
         None
     }

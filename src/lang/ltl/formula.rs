@@ -62,6 +62,11 @@ impl Formula {
         Formula { kind: FormulaKind::Eventually(Steps::default(), target), span }
     }
 
+    /// Returns true for a formula without temporal operators.
+    pub fn is_state_formula(&self) -> bool {
+        matches!(self.kind, FormulaKind::State(_) | FormulaKind::Known(_))
+    }
+
     /// Returns the target `e` if the formula is the reachability `F e` of a state formula.
     pub fn reachability(&self) -> Option<&Expr> {
         match self.eventually()? {

@@ -215,7 +215,7 @@ impl Parser<'_> {
                 ) =>
             {
                 let message = format!("the operator `{word}` of properties cannot stand in an expression");
-                let help = "a target or an objective is only the formula within the brackets of a property";
+                let help = "properties cannot be nested, and a target or an objective is only the formula within the brackets of one";
                 self.report(self.wrong(span, message).help(help));
                 Err(Failed)
             }

@@ -258,7 +258,15 @@ impl<'a> Parser<'a> {
             None
         };
         let guard = self.expression()?;
-        self.expect(Token::Colon)?;
+        if self.peek() != Token::Colon {
+            let found = self.text(self.here());
+            let diagnostic = self.wrong(self.here(), format!("expected `:`, found `{found}`"));
+            let help = "a reward is written `[action] condition : number;` or `condition : number;`, the name of \
+                        a structure in quotes: `rewards \"name\"`";
+            self.report(diagnostic.label("expected `:`").help(help));
+            return Err(Failed);
+        }
+        self.advance();
         let value = self.expression()?;
         self.expect(Token::Semicolon)?;
         Ok(RewardItem { action, guard, value })

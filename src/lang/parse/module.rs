@@ -90,7 +90,7 @@ impl Parser<'_> {
         let span = self.here();
         let (what, help) = match self.text(span) {
             "int" => ("unbounded integers", "give the variable a range: `[0..10]`"),
-            "clock" => ("clocks", "models of type `mdp` and `dtmc` are supported"),
+            "clock" => ("clocks", "models of type `mdp`, `dtmc` and `smg` are supported"),
             "double" => ("variables of type `double`", "a variable is `bool` or has a range: `[0..10]`"),
             "array" => ("arrays", "a variable is `bool` or has a range: `[0..10]`"),
             _ => return Err(self.expected("a range `[low..high]` or `bool`")),
@@ -192,6 +192,11 @@ impl Parser<'_> {
             let name = self.text(self.here());
             let diagnostic = self.wrong(self.here(), "an update is written in brackets");
             self.report(diagnostic.label("expected `(`").help(format!("write `({name}'=…)`")));
+            return Err(Failed);
+        }
+        if self.at_word("true") {
+            let diagnostic = self.wrong(self.here(), "`true` stands alone: it changes nothing");
+            self.report(diagnostic.label("not joined with updates").help("leave it out"));
             return Err(Failed);
         }
         if self.peek() != Token::LeftParen {

@@ -281,14 +281,17 @@ impl<'a> Parser<'a> {
     }
 
     /// Returns help on constructs that other languages write differently.
-    fn other_languages(&self, found: &str) -> Option<&'static str> {
+    fn other_languages(&self, found: &str, what: &str) -> Option<&'static str> {
         Some(match found {
             "and" | "AND" => "conjunction is written `&`",
             "or" | "OR" => "disjunction is written `|`",
             "not" | "NOT" => "negation is written `!`",
+            "->" if what != "an expression" => "`->` ends a guard; implication is written `=>`",
             "U" | "W" => "temporal formulas are allowed in properties, `P>=1 [ … ]`, and in objectives",
+            "/" if self.peek_at(1) == Token::Star => "a comment begins with `//` and ends with its line",
             "'" => "`x'` is the new value of `x`; it is allowed only in updates, `(x'=…)` after `->`",
             ":" if self.peek_at(1) == Token::Eq => "a new value is given by `=`, as in `(x'=1)`",
+            _ if ["not", "NOT"].contains(&self.text(self.before())) => "negation is written `!`",
             _ if self.text(self.before()) == "if" => "a choice is written `condition ? value : other`",
             _ => return None,
         })
@@ -304,7 +307,7 @@ impl<'a> Parser<'a> {
                 let found = self.text(span);
                 let keyword = if is_keyword(found) { "the keyword " } else { "" };
                 let diagnostic = self.wrong(span, format!("expected {what}, found {keyword}`{found}`"));
-                match self.other_languages(found) {
+                match self.other_languages(found, what) {
                     Some(help) => diagnostic.help(help),
                     None => diagnostic,
                 }
@@ -328,7 +331,14 @@ impl<'a> Parser<'a> {
             Some('%') => {
                 self.wrong(span, "`%` is not an operator").help("the remainder is written `mod(a, b)`")
             }
-            _ => self.wrong(span, format!("unexpected `{text}`")),
+            Some(sign) => {
+                let diagnostic = self.wrong(span, format!("unexpected `{text}`"));
+                match ascii(sign) {
+                    Some(ours) => diagnostic.help(format!("write `{ours}`")),
+                    None => diagnostic,
+                }
+            }
+            None => self.wrong(span, format!("unexpected `{text}`")),
         }
     }
 
@@ -373,4 +383,21 @@ impl<'a> Parser<'a> {
             }
         }
     }
+}
+
+/// Returns the operator for a mathematical sign.
+fn ascii(sign: char) -> Option<&'static str> {
+    Some(match sign {
+        '≤' => "<=",
+        '≥' => ">=",
+        '≠' => "!=",
+        '∧' => "&",
+        '∨' => "|",
+        '¬' => "!",
+        '⇒' => "=>",
+        '→' => "->",
+        '⇔' => "<=>",
+        '′' | '’' => "'",
+        _ => return None,
+    })
 }

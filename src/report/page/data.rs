@@ -5,7 +5,7 @@ use serde_json::{Value as Json, json};
 use super::heat::Heat;
 use super::paint::{MOST_SQUARES, Paint, UNSAFE, arrow};
 use super::{Content, Picture, game, palette};
-use meliora_export::projections::{Ladder, Projections};
+use meliora_export::projections::{Direction, Ladder, Projections};
 use meliora_model::diagram::Edge;
 use meliora_model::value::Type;
 use meliora_planning::Rank;
@@ -16,7 +16,10 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
     let classes: Vec<Json> =
         projections.classes.iter().enumerate().map(|(i, c)| class(paint, i, c.1)).collect();
     let edges = |edges: &[Edge]| edges.iter().map(|e| e.number()).collect::<Vec<_>>();
-    let choice = |c: &meliora_export::projections::Direction| json!({"name": c.name, "arrow": arrow(c, projections.rows_up)});
+    let choice = |c: &Direction| {
+        let several = c.several.map(|edge| edge.number());
+        json!({"name": c.name, "own": c.own, "several": several, "arrow": arrow(c, projections.rows_up)})
+    };
     let run: Vec<&Vec<i64>> = content.run.iter().flat_map(|p| &p.states).collect();
     let data = json!({
         "variables": variables(projections),
@@ -40,6 +43,7 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         "objectives": content.preferences.objectives.iter().map(|o| o.name.as_str()).collect::<Vec<_>>(),
         "targets": edges(&projections.targets),
         "labels": projections.labels.iter().map(|(name, edge)| json!({"name": name, "edge": edge.number()})).collect::<Vec<_>>(),
+        "chain": content.check.header.is_chain(),
         "choices": projections.choices.iter().map(choice).collect::<Vec<_>>(),
         "play": run,
         "game": game::data(projections),

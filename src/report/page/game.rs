@@ -125,7 +125,7 @@ pub(super) fn data(projections: &Projections) -> Option<Json> {
     let numbers = |edges: &[Edge]| edges.iter().map(|edge| edge.number()).collect::<Vec<_>>();
     let one = |m: &MoveView| {
         json!({
-            "name": projections.choices[m.choice].name,
+            "choice": m.choice,
             "enabled": m.enabled.number(),
             "improves": [m.improves.number(), m.may_improve.number()],
             "weakens": [m.weakens.number(), m.may_weaken.number()],

@@ -65,6 +65,11 @@
     return choices.filter((_, number) => diagram.meets(ladder.permitted[number], pattern));
   }
 
+  /** Returns the label of a choice; with its commands, where several choices with the label are enabled. */
+  function nameOf(choice, pattern) {
+    return choice.several !== null && diagram.meets(choice.several, pattern) ? choice.own : choice.name;
+  }
+
   function arrows(ladder, pattern) {
     return [...new Set(permitted(ladder, pattern).map((choice) => choice.arrow))].join('');
   }
@@ -325,14 +330,15 @@
     const effect = (verb, [surely, possibly]) => (diagram.meets(surely, pattern) ? [verb + 's'] : diagram.meets(possibly, pattern) ? ['may ' + verb] : []);
     for (const move of game.moves.filter((each) => diagram.meets(each.enabled, pattern))) {
       const effects = [...effect('improve', move.improves), ...effect('weaken', move.weakens)];
-      row('td', [move.name, after(sasi, move.sasi), after(spi, move.spi), effects.join(', ') || 'neither improves nor weakens']);
+      row('td', [nameOf(choices[move.choice], pattern), after(sasi, move.sasi), after(spi, move.spi), effects.join(', ') || 'neither improves nor weakens']);
     }
     return table;
   }
 
   function describeRank(line, name, ladder, pattern, open) {
-    const names = [...new Set(permitted(ladder, pattern).map((choice) => choice.name))];
-    const actions = names.length && !open ? '; permitted: ' + names.join(', ') : '';
+    const names = [...new Set(permitted(ladder, pattern).map((choice) => nameOf(choice, pattern)))];
+    // The only choice of a state of a Markov chain has no name of its own.
+    const actions = names.length && !open && !data.chain ? '; permitted: ' + names.join(', ') : '';
     line(name, rank(ladder, pattern).text + (open ? ' at best' : '') + actions);
   }
 

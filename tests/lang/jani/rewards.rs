@@ -39,6 +39,28 @@ fn steps_earn_the_expected_value_that_their_edges_assign() {
 }
 
 #[test]
+fn assignments_of_an_edge_are_made_with_each_destination() {
+    let edge = |own: Json, each: Json| {
+        let destination = |p: f64, to: i64| {
+            let mut all = each.as_array().unwrap().clone();
+            all.push(json!({"ref": "x", "value": to}));
+            json!({"location": "l", "probability": {"exp": p}, "assignments": all})
+        };
+        json!([{"location": "l", "assignments": own, "destinations": [destination(0.25, 1), destination(0.75, 2)]}])
+    };
+    let cost = json!([{"ref": "cost", "value": "x"}]);
+    let [shared, same] = [edge(cost.clone(), json!([])), edge(json!([]), cost)];
+    let [shared, same] = [shared, same].map(|edges| load(&costly(edges, 0.0)).unwrap().program);
+    for x in 0..=3 {
+        assert_eq!(earned(&shared, &[x]), [x.to_string()]);
+        assert_eq!(shared.steps(&[x]).unwrap(), same.steps(&[x]).unwrap());
+    }
+    let twice = load(&costly(edge(json!([{"ref": "x", "value": 0}]), json!([])), 0.0));
+    let Err(Error::Input(found)) = twice else { panic!("{twice:?}") };
+    assert!(found[0].message.contains("assigned"), "{}", found[0].message);
+}
+
+#[test]
 fn assignments_of_smaller_indices_are_read() {
     let mut assignments = sets(json!(3), json!("x"));
     assignments[1]["index"] = json!(1);

@@ -23,6 +23,6 @@ use record::Read;
 pub(super) fn model(source: &Arc<SourceFile>, sink: &dyn ProgressSink) -> Result<Model> {
     let document = reader::document(source)?;
     let mut reader = Reader::new(source, sink);
-    let model = Model::read(&mut reader, document.root(), "the model");
+    let model = Model::read(&mut reader, document.root(), "the model").map(Model::with_assignments_of_edges);
     reader.finish(model)
 }

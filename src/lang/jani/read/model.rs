@@ -78,6 +78,7 @@ records! {
         "location" => location: Ident,
         "action" => action: Option<Ident> = None,
         "guard" => guard: Option<Exp> = None,
+        "assignments" => assignments: Vec<Assignment> = Vec::new(),
         "destinations" => destinations: NonEmpty<Destination>,
     }
     refuses { "rate" => "edges with rates are not supported" }
@@ -115,4 +116,18 @@ records! {
         "result" => result: Action = Action(None),
     }
     at span;
+}
+
+impl Model {
+    /// Gives the assignments that an edge makes itself, as in files written by Storm, to each of its
+    /// destinations.
+    pub(super) fn with_assignments_of_edges(mut self) -> Self {
+        for edge in self.automata.iter_mut().flat_map(|automaton| &mut automaton.edges) {
+            let shared = std::mem::take(&mut edge.assignments);
+            for destination in &mut edge.destinations.0 {
+                destination.assignments.extend(shared.iter().cloned());
+            }
+        }
+        self
+    }
 }
