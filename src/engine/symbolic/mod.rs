@@ -39,6 +39,7 @@ mod workers;
 
 use std::sync::{Arc, Mutex, OnceLock};
 
+pub(crate) use build::Explored;
 pub use dump::Set;
 pub use encoding::Encoding;
 pub use encoding::transitions::Numbered;
@@ -126,8 +127,7 @@ impl SymbolicEngine {
     /// A limit. Input errors with an example state of the scope: an update that leaves its range,
     /// probabilities that are not a distribution, an expression without a value.
     pub fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
-        let order = settings.order.bits(&program)?;
-        build::build(program, order, settings, None)
+        Explored::new(program, settings)?.engine()
     }
 
     /// Returns the encoding of states as bits.
