@@ -45,8 +45,8 @@ impl SymbolicEngine {
         let mut found = lost.clone();
         let mut search = self.search(&left, won, &found, edge_labels)?;
         if let Some(search) = &search
-            && self.suits_layers()?
-            && let Some(all) = search.by_layers(&lost, steps.saturating_mul(4))?
+            && let Some(steps) = search.steps_of_layers(&lost, steps)?
+            && let Some(all) = search.by_layers(&lost, steps)?
         {
             left.states = self.difference(&left.states, &all)?;
             work.lost_by_state_layers.fetch_add(1, Relaxed);

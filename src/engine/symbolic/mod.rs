@@ -65,6 +65,7 @@ use meliora_model::{ModelKind, Program, State, VarId, fault};
 use membership::Marks;
 use relations::lists::{Lists, RelationList};
 use relations::tuples::ListTuple;
+use remembered::Reaching;
 use store::Store;
 use store::diagram::Bdd;
 use store::walk::Direction;
@@ -112,7 +113,7 @@ pub struct SymbolicEngine {
     /// The players of a game; `None` for other models.
     game: Option<Game>,
     /// The last targets, each with the states that can reach it by all choices.
-    reaching: Arc<Mutex<Vec<(StateSet, StateSet)>>>,
+    reaching: Arc<Mutex<Vec<Reaching>>>,
     workers: Workers,
     store: Arc<Store>,
 }
@@ -339,7 +340,7 @@ impl Engine for SymbolicEngine {
         let free = dropped.is_empty() && confinement.iter().all(Option::is_none);
         let from = self.diagram_of(target)?;
         if let (true, Some(found)) = (free, self.recall(target)) {
-            return Ok(found);
+            return Ok(found.states);
         }
         let how = (Direction::Backward, "backward reachability");
         if !free
