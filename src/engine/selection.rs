@@ -6,10 +6,10 @@ use super::any::AnyEngine;
 use super::engine::{Algebra, Engine};
 use super::explicit::{ExplicitEngine, Exploration};
 use super::settings::{Count, Settings, Storage};
-use super::symbolic::SymbolicEngine;
+use super::symbolic;
 use super::trial::Trial;
-use meliora_model::Program;
 use meliora_model::error::{Error, Limit, Result};
+use meliora_model::{ModelKind, Program};
 
 /// The most valuations of a model for which the explicit engine is selected.
 ///
@@ -106,14 +106,14 @@ impl Selection {
         if let Some(all) = trial.take_all() {
             return self.found_by(&trial, *all?, settings.memory);
         }
-        let symbolic = SymbolicEngine::new(Arc::clone(program), trial.settings(&settings));
+        let symbolic = symbolic::Explored::new(Arc::clone(program), trial.settings(&settings));
         if let Some(all) = trial.take_all() {
             return self.found_by(&trial, *all?, settings.memory);
         }
         let (symbolic, rest) = (symbolic?, trial.end());
-        match sparse(&symbolic, lists_states)? {
+        match sparse(program.kind, &symbolic, lists_states)? {
             Some(reason) => self.replace(symbolic, reason, rest, (program, settings)),
-            None => Ok(symbolic.into()),
+            None => Ok(symbolic.engine()?.into()),
         }
     }
 
@@ -131,12 +131,13 @@ impl Selection {
     /// symbolic engine if the memory does not suffice for both.
     fn replace(
         &mut self,
-        symbolic: SymbolicEngine,
+        symbolic: symbolic::Explored,
         reason: String,
         rest: Option<Box<Exploration>>,
         (program, settings): (&Arc<Program>, Settings),
     ) -> Result<AnyEngine> {
-        let memory = settings.memory.saturating_sub(symbolic.usage().bytes);
+        let memory = settings.memory.saturating_sub(symbolic.bytes());
+        let states = usize::try_from(symbolic.count()?).unwrap_or(0);
         let exploration = match rest {
             Some(mut exploration) => {
                 exploration.set_memory(memory);
@@ -147,13 +148,17 @@ impl Selection {
                 Exploration::new(Arc::clone(program), settings, u64::MAX)
             }
         };
-        match exploration.and_then(ExplicitEngine::explored) {
+        let explored = exploration.and_then(|mut exploration| {
+            exploration.expect(states);
+            ExplicitEngine::explored(exploration)
+        });
+        match explored {
             Ok(mut engine) => {
                 engine.set_memory(settings.memory);
                 self.take(reason);
                 Ok(engine.into())
             }
-            Err(Error::Limit(Limit::Memory { .. } | Limit::Size { .. })) => Ok(symbolic.into()),
+            Err(Error::Limit(Limit::Memory { .. } | Limit::Size { .. })) => Ok(symbolic.engine()?.into()),
             Err(error) => Err(error),
         }
     }
@@ -167,19 +172,19 @@ impl Selection {
 /// Returns the reason why the explicit engine suits a model better than these diagrams, if it does.
 /// It does not for the regions of a Markov chain, which are fast, as they need no search for lost
 /// states.
-fn sparse(engine: &SymbolicEngine, lists_states: bool) -> Result<Option<String>> {
-    let states = engine.count(&engine.all_states())?;
+fn sparse(kind: ModelKind, explored: &symbolic::Explored, lists_states: bool) -> Result<Option<String>> {
+    let states = explored.count()?;
     let bound = if lists_states { MOST_STATES_TO_LIST } else { MOST_STATES };
-    if (engine.is_markov_chain() && !lists_states) || states > Count::from(bound) {
+    if (kind == ModelKind::Dtmc && !lists_states) || states > Count::from(bound) {
         return Ok(None);
     }
     if lists_states && states <= Count::from(MOST_LISTED) {
         return Ok(Some(format!("{states} states found")));
     }
-    let sizes = engine.sizes()?;
-    let usual = if engine.has_few_parts()? { STATES_PER_NODE_OF_FEW_PARTS } else { STATES_PER_NODE };
+    let nodes = explored.nodes()?;
+    let usual = if explored.has_few_parts()? { STATES_PER_NODE_OF_FEW_PARTS } else { STATES_PER_NODE };
     let most = if states > Count::from(MOST_STATES) { usual / 2 } else { usual };
-    let few = states < Count::from(most) * (sizes.states + sizes.transition);
+    let few = states < Count::from(most) * nodes;
     Ok(few.then(|| format!("{states} states found, fewer than {most} for each node of the diagrams")))
 }
 

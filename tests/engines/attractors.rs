@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use meliora::advanced::symbolic::{Thresholds, Ways};
-use meliora::engine::regions::{Regions, regions};
+use meliora::engine::regions::{Regions, pmin_positive, regions};
 use meliora::engine::{Algebra, EdgeLabels, Engine, ExplicitEngine, Region, Settings, SymbolicEngine};
 use meliora::error::SourceFile;
 use meliora::lang;
-use meliora::model::State;
 use meliora::model::predicate::Predicate;
+use meliora::model::{State, VarId};
 use proptest::prelude::*;
 
 use crate::common::agreement;
@@ -31,6 +31,9 @@ enum Way {
     /// Layers of states for four times this many steps; then these turns, each recursion with two steps more per
     /// node of the candidates.
     StatesFirst(u64),
+    /// The usual order of attempts, with a few steps for each method of backward reachability. Where that
+    /// ends by layers, layers of states come first here, too.
+    Hasty,
     /// The usual order of attempts.
     Usual,
 }
@@ -38,8 +41,19 @@ enum Way {
 /// A budget that no search here spends.
 const ENDLESS: usize = 1 << 40;
 
+/// The usual order of attempts without parts, with some steps for each method of backward reachability.
+fn hasty(trial_steps: u64) -> Thresholds {
+    Thresholds {
+        relations_per_bit: 0,
+        most_shared_percent: 0,
+        trial_steps,
+        trial_steps_per_node: 0,
+        ..Thresholds::default()
+    }
+}
+
 impl Way {
-    const ALL: [Way; 9] = [
+    const ALL: [Way; 10] = [
         Way::Parts,
         Way::Lists,
         Way::States,
@@ -48,6 +62,7 @@ impl Way {
         Way::Turns(100),
         Way::StatesFirst(1),
         Way::StatesFirst(20),
+        Way::Hasty,
         Way::Usual,
     ];
 
@@ -75,6 +90,7 @@ impl Way {
             Way::StatesFirst(lose_steps) => {
                 Thresholds { lose_steps, lose_steps_per_node: 2, lose_trial_steps: 1, ..states_first }
             }
+            Way::Hasty => hasty(1),
             Way::Usual => usual,
         }
     }
@@ -86,7 +102,7 @@ impl Way {
             Way::Parts => lists + layers + ways.given_up == 0,
             Way::Lists => parts + layers == 0,
             Way::States => parts + lists + layers == 0,
-            Way::Turns(_) | Way::StatesFirst(_) => parts == 0,
+            Way::Turns(_) | Way::StatesFirst(_) | Way::Hasty => parts == 0,
             Way::Usual => true,
         };
         assert!(is_right, "{self:?}: {ways:?}");
@@ -132,7 +148,10 @@ fn burning(modules: usize, thresholds: Thresholds) -> SymbolicEngine {
     let module = |i: usize| {
         format!("module m{i} x{i} : [0..9]; [] x{i}<9 -> 0.5: (x{i}'=x{i}+1) + 0.5: true; endmodule ")
     };
-    let text = format!("mdp {}", (0..modules).map(module).collect::<String>());
+    engine_of(format!("mdp {}", (0..modules).map(module).collect::<String>()), thresholds)
+}
+
+fn engine_of(text: String, thresholds: Thresholds) -> SymbolicEngine {
     let none = SourceFile::new("constants", "");
     let source = SourceFile::new("m", text);
     let program = lang::load(&source, &none).unwrap().program;
@@ -148,6 +167,46 @@ fn losses_of_many_layers_in_a_product_need_no_layers() {
     assert_eq!(engine.count(&found.pmin_positive).unwrap(), 1_000_000u32.into());
     let ways = engine.ways();
     assert!(ways.lost_by_lists > 0 && ways.lost_by_layers == 0, "{ways:?}");
+}
+
+/// Two stations with a common clock, which wait for each other to be silent before they send.
+fn stations(thresholds: Thresholds) -> SymbolicEngine {
+    let station = |i: usize, j: usize| {
+        format!(
+            "module station{i} s{i} : [0..3]; t{i} : [0..6]; slot{i} : [0..15]; b{i} : [0..3];
+               [time] s{i}=0 & s{j}!=2 & t{i}<3 -> (t{i}'=t{i}+1);
+               [] s{i}=0 & t{i}>=2 & t{i}<=3 -> 1/2: (s{i}'=1) & (t{i}'=0) & (slot{i}'=15)
+                 + 1/4: (s{i}'=1) & (t{i}'=0) & (slot{i}'=7) + 1/4: (s{i}'=1) & (t{i}'=0) & (slot{i}'=0);
+               [time] s{i}=0 & s{j}=2 -> (t{i}'=0);
+               [time] s{i}=1 & s{j}!=2 & slot{i}>0 -> (slot{i}'=slot{i}-1);
+               [time] s{i}=1 & s{j}=2 -> true;
+               [] s{i}=1 & slot{i}=0 -> (s{i}'=2) & (t{i}'=0);
+               [time] s{i}=2 & t{i}<6 -> (t{i}'=t{i}+1);
+               [] s{i}=2 & t{i}>=4 & b{i}<3 & s{j}=2 -> (s{i}'=0) & (t{i}'=0) & (b{i}'=b{i}+1);
+               [] s{i}=2 & t{i}>=4 & s{j}!=2 -> (s{i}'=3) & (t{i}'=0);
+               [] s{i}=2 & t{i}>=4 & b{i}=3 -> (s{i}'=3) & (t{i}'=0);
+               [time] s{i}=3 -> true;
+             endmodule "
+        )
+    };
+    engine_of(format!("mdp {} {}", station(1, 2), station(2, 1)), thresholds)
+}
+
+#[test]
+fn layers_that_find_what_reaches_a_target_come_first_for_lost_states() {
+    let mut ends_by_layers = Vec::new();
+    for trial_steps in (20..=800).step_by(20) {
+        let engine = stations(hasty(trial_steps));
+        let target = engine.slice(&[(VarId(0), 3)]).unwrap();
+        let reaching = engine.can_reach(&target, &engine.all_choices(), &[]).unwrap();
+        assert_eq!(engine.count(&reaching).unwrap(), 420u32.into());
+        let by_layers = engine.ways().by_layers > 0;
+        let found = pmin_positive(&engine, &target).unwrap();
+        assert!(engine.is_empty(&engine.difference(&target, &found).unwrap()).unwrap());
+        assert_eq!(engine.ways().lost_by_state_layers > 0, by_layers, "{trial_steps}");
+        ends_by_layers.push(by_layers);
+    }
+    assert!(ends_by_layers.contains(&true) && ends_by_layers.contains(&false), "{ends_by_layers:?}");
 }
 
 #[test]
@@ -187,6 +246,7 @@ fn each_way_is_taken() {
             Way::States => ways.lost_by_state_layers,
             // Recursion and layers continue each other's turns: either may be the last.
             Way::Turns(_) | Way::StatesFirst(_) => ways.lost_by_lists + ways.lost_by_layers,
+            Way::Hasty => ways.lost_by_lists + ways.lost_by_state_layers,
             Way::Usual => continue,
         };
         assert!(own > 0, "{way:?}: {ways:?}");

@@ -108,6 +108,7 @@ fn every_way_leads_to_what_the_explicit_engine_finds() {
     let total = Ways {
         by_recursion: sum(|w| w.by_recursion),
         by_saturation: sum(|w| w.by_saturation),
+        by_layers: sum(|w| w.by_layers),
         confined_by_recursion: sum(|w| w.confined_by_recursion),
         confined_given_up: sum(|w| w.confined_given_up),
         lost_by_recursion: sum(|w| w.lost_by_recursion),
@@ -118,8 +119,13 @@ fn every_way_leads_to_what_the_explicit_engine_finds() {
         steps: sum(|w| w.steps),
     };
     println!("{total:?}");
-    let reached =
-        [total.by_recursion, total.by_saturation, total.confined_by_recursion, total.confined_given_up];
+    let reached = [
+        total.by_recursion,
+        total.by_saturation,
+        total.by_layers,
+        total.confined_by_recursion,
+        total.confined_given_up,
+    ];
     let lost = [total.lost_by_recursion, total.lost_by_lists, total.lost_by_layers, total.given_up];
-    assert!(reached.iter().chain(&lost).all(|&n| n > 20), "{total:?}");
+    assert!(reached.iter().chain(&lost).all(|&n| n > 10), "{total:?}");
 }

@@ -132,6 +132,14 @@ impl Exploration {
         self.task.meter.set_limit(bytes);
     }
 
+    /// Makes room for a number of states, if the memory suffices: their table is not rebuilt then.
+    pub(crate) fn expect(&mut self, states: usize) {
+        if let Space::Indexed(index) = &mut self.found.space {
+            // Without the room, the table grows.
+            let _ = index.reserve(states);
+        }
+    }
+
     /// Returns the number of states that are explored.
     pub(crate) fn explored(&self) -> usize {
         self.found.next

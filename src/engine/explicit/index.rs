@@ -85,7 +85,7 @@ impl Index {
         }
         if self.numbers.len() == self.numbers.capacity() {
             self.meter.reached(id);
-            self.grow()?;
+            self.reserve(2 * id.max(1 << 8))?;
         }
         self.codes.extend(code)?;
         let Index { codes, words, numbers, hasher, .. } = self;
@@ -93,10 +93,16 @@ impl Index {
         Ok(id as u32)
     }
 
-    /// Doubles the table; the old and the new one exist while numbers move.
-    fn grow(&mut self) -> Result<()> {
-        let more = self.numbers.len().max(1 << 9);
-        let slots = ((self.numbers.len() + more) * 8 / 7).next_power_of_two();
+    /// Makes room in the table for a number of states. The old and the new table exist while numbers move.
+    ///
+    /// # Errors
+    /// The memory limit is reached.
+    pub(super) fn reserve(&mut self, states: usize) -> Result<()> {
+        let more = states.saturating_sub(self.numbers.len());
+        if more <= self.numbers.capacity() - self.numbers.len() {
+            return Ok(());
+        }
+        let slots = (states * 8 / 7).next_power_of_two();
         let charge = self.meter.charge(slots * SLOT)?;
         let Index { codes, words, numbers, hasher, .. } = self;
         numbers.try_reserve(more, rehash(hasher, codes, *words)).map_err(|_| self.meter.full())?;
@@ -122,6 +128,22 @@ fn rehash<'a>(hasher: &'a RandomState, codes: &'a [u64], words: usize) -> impl F
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn room_for_all_codes_is_made_once_if_the_memory_suffices() {
+        let meter = Meter::new(1 << 20);
+        let mut index = Index::new(1, &meter);
+        assert!(index.reserve(1 << 20).is_err());
+        assert_eq!(meter.used(), 0);
+        index.reserve(20_000).unwrap();
+        let room = index.numbers.capacity();
+        assert!((20_000..60_000).contains(&room), "{room}");
+        for i in 0..20_000 {
+            assert_eq!(index.intern(&[i]).unwrap(), i as u32);
+        }
+        index.reserve(10_000).unwrap();
+        assert_eq!(index.numbers.capacity(), room);
+    }
 
     #[test]
     fn every_code_keeps_its_number_while_the_index_grows() {

@@ -3,10 +3,12 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
+use super::encoding::Encoding;
 use super::fixpoints::attractor::Removed;
 use super::fixpoints::parts::{self, Budget, Part};
 use super::losing::Losing;
 use super::relations::lists::{RelationList, stay_few};
+use super::store::Store;
 use super::store::diagram::Bdd;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::edge_labels::{EdgeLabels, remove_layer};
@@ -43,8 +45,8 @@ impl SymbolicEngine {
         let mut search = self.search(&left, won, &found, edge_labels)?;
         if let Some(search) = &search
             && edge_labels.is_empty()
-            && self.suits_layers()?
-            && let Some(all) = search.by_layers(&lost, steps.saturating_mul(4))?
+            && let Some(steps) = search.steps_of_layers(&lost, steps)?
+            && let Some(all) = search.by_layers(&lost, steps)?
         {
             left.states = self.difference(&left.states, &all)?;
             work.lost_by_state_layers.fetch_add(1, Relaxed);
@@ -98,12 +100,11 @@ impl SymbolicEngine {
     /// It does not if the steps that keep the first bits leave many different relations behind, as
     /// in products of modules: there are too many cases to distinguish. The answer depends on the
     /// relations alone, so it is computed once.
-    pub(crate) fn has_few_parts(&self) -> Result<bool> {
+    pub(super) fn has_few_parts(&self) -> Result<bool> {
         if let Some(&few) = self.few_parts.get() {
             return Ok(few);
         }
-        let most = self.store.thresholds().relations_per_bit * self.encoding.width();
-        let few = stay_few(&self.store, &self.groups, most)?;
+        let few = has_few_parts(&self.store, &self.encoding, &self.groups)?;
         Ok(*self.few_parts.get_or_init(|| few))
     }
 
@@ -117,6 +118,15 @@ impl SymbolicEngine {
         }
         Ok(Some(states))
     }
+}
+
+/// Computes [`SymbolicEngine::has_few_parts`] for the lists of all groups.
+pub(super) fn has_few_parts(
+    store: &Store,
+    encoding: &Encoding,
+    groups: &[Arc<RelationList>],
+) -> Result<bool> {
+    stay_few(store, groups, store.thresholds().relations_per_bit * encoding.width())
 }
 
 /// Returns the states that can reach a target by allowed choices and edges that are not dropped.

@@ -8,7 +8,7 @@ use super::encoding::Encoding;
 use super::encoding::transitions::Numbered;
 use super::store::Store;
 use super::store::diagram::{self, Bdd, ManagerOf};
-use super::{Bit, ChoiceSet, StateSet, SymbolicEngine, build, draft};
+use super::{Bit, ChoiceSet, Explored, StateSet, SymbolicEngine, draft};
 use crate::settings::Settings;
 use meliora_model::diagram::{Diagram, Edge};
 use meliora_model::error::{Error, Result};
@@ -42,7 +42,7 @@ impl SymbolicEngine {
     ) -> Result<Self> {
         let offset = diagram.variables.len().saturating_sub(order.len()) as u32;
         let given = |store: &Store| Ok(load(store, diagram, offset, &[states])?.swap_remove(0));
-        build::build(program, order, settings, Some(&given))
+        Explored::with(program, order, settings, Some(&given))?.engine()
     }
 
     /// Returns all valuations of the declared variables, in the scope or not: every bit pattern in

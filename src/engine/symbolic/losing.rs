@@ -88,7 +88,7 @@ impl<'e> Losing<'e> {
         let opponent = engine.opponent();
         // In a game, more states may lose than these.
         if let (None, Some(reaching)) = (opponent, engine.recall(lost)) {
-            candidates = store.and(&candidates, &reaching.0)?;
+            candidates = store.and(&candidates, &reaching.states.0)?;
         }
         let candidates = Candidates::by_labels(store, candidates, edge_labels)?;
         let lists = opponent.map_or_else(|| engine.tuple(), |opponent| engine.removal_lists(opponent))?;
@@ -128,6 +128,17 @@ impl<'e> Losing<'e> {
             }
         }
         self.since(first, &layers.lost).map(Some)
+    }
+
+    /// Returns the steps that layers may take before the recursion over lists, which may take `steps`; `None` if
+    /// that comes first. Layers come first where they are expected to be faster: where they suit the relations,
+    /// or where backward reachability of the same states was found by layers.
+    pub(super) fn steps_of_layers(&self, first: &StateSet, steps: u64) -> Result<Option<u64>> {
+        if self.engine.suits_layers()? {
+            return Ok(Some(steps.saturating_mul(4)));
+        }
+        let by_layers = self.engine.recall(first).is_some_and(|reaching| reaching.by_layers);
+        Ok(by_layers.then_some(steps))
     }
 
     /// Finds the lost states by the recursion over the lists of all groups. Returns also whether these

@@ -39,6 +39,7 @@ mod workers;
 
 use std::sync::{Arc, Mutex, OnceLock};
 
+pub(crate) use build::Explored;
 pub use dump::Set;
 pub use encoding::Encoding;
 pub use encoding::transitions::Numbered;
@@ -64,6 +65,7 @@ use meliora_model::{ModelKind, Program, State, VarId, fault};
 use membership::Marks;
 use relations::lists::{Lists, RelationList};
 use relations::tuples::ListTuple;
+use remembered::Reaching;
 use store::Store;
 use store::diagram::Bdd;
 use store::walk::Direction;
@@ -111,7 +113,7 @@ pub struct SymbolicEngine {
     /// The players of a game; `None` for other models.
     game: Option<Game>,
     /// The last targets, each with the states that can reach it by all choices.
-    reaching: Arc<Mutex<Vec<(StateSet, StateSet)>>>,
+    reaching: Arc<Mutex<Vec<Reaching>>>,
     workers: Workers,
     store: Arc<Store>,
 }
@@ -126,8 +128,7 @@ impl SymbolicEngine {
     /// A limit. Input errors with an example state of the scope: an update that leaves its range,
     /// probabilities that are not a distribution, an expression without a value.
     pub fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
-        let order = settings.order.bits(&program)?;
-        build::build(program, order, settings, None)
+        Explored::new(program, settings)?.engine()
     }
 
     /// Returns the encoding of states as bits.
@@ -339,7 +340,7 @@ impl Engine for SymbolicEngine {
         let free = dropped.is_empty() && confinement.iter().all(Option::is_none);
         let from = self.diagram_of(target)?;
         if let (true, Some(found)) = (free, self.recall(target)) {
-            return Ok(found);
+            return Ok(found.states);
         }
         let how = (Direction::Backward, "backward reachability");
         if !free

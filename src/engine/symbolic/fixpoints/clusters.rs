@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use super::Method;
 use crate::symbolic::encoding::transitions::Piece;
 use crate::symbolic::relations::lists::{Lists, RelationList};
 use crate::symbolic::relations::partial_relation::PartialRelation;
@@ -110,7 +111,10 @@ impl Clusters {
         let (direction, phase) = (Direction::Forward, "reachable states");
         match steps {
             None => store.reach((direction, phase), &self.list, start, bound).map(Some),
-            Some(steps) => store.fixpoint(false, (direction, Some(phase)), steps, &self.list, (start, bound)),
+            Some(steps) => {
+                let how = (direction, Some(phase));
+                store.fixpoint(Method::Recursion, how, steps, &self.list, (start, bound))
+            }
         }
     }
 

@@ -1,4 +1,6 @@
-//! Removal of the attractor of lost states layer by layer, where all edges are plain.
+//! Reachability, and removal of the attractor of lost states where all edges are plain, layer by layer.
+
+use std::sync::atomic::Ordering::Relaxed;
 
 use crate::symbolic::relations::lists::RelationList;
 use crate::symbolic::relations::tuples::{Group, ListTuple};
@@ -80,6 +82,29 @@ impl Group {
 }
 
 impl Store {
+    /// Computes [`Store::reach`] layer by layer: the states that one step adds, then those that a step from
+    /// these adds, and so on. `None` if it takes more than `steps` steps.
+    pub(in crate::symbolic) fn reach_by_layers(
+        &self,
+        how: (Direction, Option<&'static str>),
+        steps: u64,
+        list: &RelationList,
+        (x, bound): (&Bdd, &Bdd),
+    ) -> Result<Option<Bdd>> {
+        let until = self.work.steps.load(Relaxed).saturating_add(steps);
+        let (mut new, mut open) = (x.clone(), self.minus(bound, x)?);
+        while !self.is_zero(&new) {
+            let left = until.saturating_sub(self.work.steps.load(Relaxed));
+            let step = |walk: &Walk<'_, '_>| walk.own(|w| w.step(w.edge(&new), w.edge(&open), list));
+            match self.walk(how, left, step)? {
+                Some(found) => new = found,
+                None => return Ok(None),
+            }
+            open = self.minus(&open, &new)?;
+        }
+        self.minus(bound, &open).map(Some)
+    }
+
     /// Computes [`Walk::spare`].
     fn spare(&self, x: &Bdd, bound: &Bdd, list: &RelationList) -> Result<Bdd> {
         let how = (Direction::Backward, None);

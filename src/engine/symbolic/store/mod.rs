@@ -17,7 +17,7 @@ pub(in crate::symbolic) mod tables;
 pub(crate) mod thresholds;
 pub(in crate::symbolic) mod walk;
 
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering::Relaxed};
+use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ahash::AHashSet;
@@ -69,8 +69,8 @@ pub(in crate::symbolic) struct Store {
     /// The tables that are emptied when memory is short.
     tables: Mutex<Vec<Arc<dyn Forgets>>>,
     pub(in crate::symbolic) work: Work,
-    /// Flags for the forward and the backward direction: fixpoints try saturation first.
-    pub(in crate::symbolic) saturates: [AtomicBool; 2],
+    /// For the forward and the backward direction the number of the method that a fixpoint tries first.
+    pub(in crate::symbolic) reach_method: [AtomicUsize; 2],
     /// The most steps that a fixpoint took by the method that succeeded, for both directions.
     pub(in crate::symbolic) reach_steps: [AtomicU64; 2],
     thresholds: Thresholds,
@@ -110,7 +110,7 @@ impl Store {
         let collect_at = thresholds.first_collection.min(capacity as usize / 2);
         Ok(Store {
             work: Work::default(),
-            saturates: Default::default(),
+            reach_method: Default::default(),
             reach_steps: Default::default(),
             manager,
             sink: settings.sink.clone(),

@@ -132,8 +132,8 @@ pub(in crate::symbolic) struct Work {
     pub(in crate::symbolic) steps: AtomicU64,
     /// Collections of garbage.
     pub(in crate::symbolic) collections: AtomicU64,
-    /// Fixpoints by recursion over the relations, and by saturation.
-    pub(in crate::symbolic) reached: [AtomicU64; 2],
+    /// Fixpoints by recursion over the relations, by saturation, and by layers.
+    pub(in crate::symbolic) reached: [AtomicU64; 3],
     /// Recursions for reachability by allowed choices: given up, and completed.
     pub(in crate::symbolic) confined: [AtomicU64; 2],
     /// Removals of losing states by layers, and by recursion.
@@ -154,9 +154,11 @@ pub struct Ways {
     pub by_recursion: u64,
     /// Fixpoints of reachability by saturation.
     pub by_saturation: u64,
+    /// Fixpoints of reachability layer by layer.
+    pub by_layers: u64,
     /// Fixpoints of reachability by allowed choices, by recursion over the groups of choices.
     pub confined_by_recursion: u64,
-    /// Recursions for reachability by allowed choices that were given up. One of the first two
+    /// Recursions for reachability by allowed choices that were given up. One of the first three
     /// methods completed these fixpoints.
     pub confined_given_up: u64,
     /// Removals of losing states by recursion over the groups of choices with their bounds.
@@ -191,6 +193,7 @@ impl Work {
         Ways {
             by_recursion: self.reached[0].load(Relaxed),
             by_saturation: self.reached[1].load(Relaxed),
+            by_layers: self.reached[2].load(Relaxed),
             confined_by_recursion: self.confined[1].load(Relaxed),
             confined_given_up: self.confined[0].load(Relaxed),
             lost_by_recursion: self.lost[1].load(Relaxed),
