@@ -40,7 +40,7 @@ impl<'e> Losing<'e> {
         let mut candidates = store.minus(&store.minus(&left.states.0, &won.0)?, &staying)?;
         let opponent = engine.opponent();
         // In a game, more states may lose than these.
-        if let (None, Some(reaching)) = (opponent, engine.recall(lost)) {
+        if let (None, Some(reaching)) = (opponent, engine.reaching.recall(&lost.0)) {
             candidates = store.and(&candidates, &reaching.0)?;
         }
         for (group, (list, own)) in engine.groups.iter().zip(&*left.choices.0).enumerate() {

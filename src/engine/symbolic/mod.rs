@@ -37,7 +37,7 @@ mod tests;
 mod trends;
 mod workers;
 
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Arc, OnceLock};
 
 pub use dump::Set;
 pub use encoding::Encoding;
@@ -64,6 +64,7 @@ use meliora_model::{ModelKind, Program, State, VarId, fault};
 use membership::Marks;
 use relations::lists::{Lists, RelationList};
 use relations::tuples::ListTuple;
+use remembered::Remembered;
 use store::Store;
 use store::diagram::Bdd;
 use store::walk::Direction;
@@ -111,7 +112,7 @@ pub struct SymbolicEngine {
     /// The players of a game; `None` for other models.
     game: Option<Game>,
     /// The last targets, each with the states that can reach it by all choices.
-    reaching: Arc<Mutex<Vec<(StateSet, StateSet)>>>,
+    reaching: Arc<Remembered<Bdd>>,
     workers: Workers,
     store: Arc<Store>,
 }
@@ -338,7 +339,7 @@ impl Engine for SymbolicEngine {
         let confinement = self.confinement(bound);
         let free = dropped.is_empty() && confinement.iter().all(Option::is_none);
         let from = self.diagram_of(target)?;
-        if let (true, Some(found)) = (free, self.recall(target)) {
+        if let (true, Some(found)) = (free, self.reaching.recall(from)) {
             return Ok(found);
         }
         let how = (Direction::Backward, "backward reachability");
@@ -358,7 +359,7 @@ impl Engine for SymbolicEngine {
             }
         });
         if free {
-            self.remember(target, &found);
+            self.reaching.remember(from.clone(), &found);
         }
         Ok(found)
     }

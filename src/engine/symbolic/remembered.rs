@@ -1,29 +1,37 @@
-//! The last results of backward reachability by all choices.
+//! The last results of fixpoints.
 
-use std::sync::{MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::{StateSet, SymbolicEngine};
+use super::StateSet;
 
-/// Number of results of backward reachability that are kept: about the number of objectives of a
-/// model.
+/// Number of results that are kept: about the number of objectives of a model.
 const MOST_REMEMBERED: usize = 16;
 
-impl SymbolicEngine {
-    fn reaching(&self) -> MutexGuard<'_, Vec<(StateSet, StateSet)>> {
-        self.reaching.lock().unwrap_or_else(PoisonError::into_inner)
+/// The last results of one fixpoint, each with what it was computed of.
+pub(super) struct Remembered<Of>(Mutex<Vec<(Of, StateSet)>>);
+
+impl<Of> Default for Remembered<Of> {
+    fn default() -> Self {
+        Remembered(Mutex::default())
+    }
+}
+
+impl<Of: PartialEq> Remembered<Of> {
+    fn known(&self) -> MutexGuard<'_, Vec<(Of, StateSet)>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns the states that can reach a target by all choices, if they are remembered.
-    pub(super) fn recall(&self, target: &StateSet) -> Option<StateSet> {
-        self.reaching().iter().find(|(t, _)| t.0 == target.0).map(|(_, found)| found.clone())
+    /// Returns a result, if it is remembered.
+    pub(super) fn recall(&self, of: &Of) -> Option<StateSet> {
+        self.known().iter().find(|(known, _)| known == of).map(|(_, found)| found.clone())
     }
 
-    /// Remembers the states that can reach a target by all choices.
-    pub(super) fn remember(&self, target: &StateSet, found: &StateSet) {
-        let mut known = self.reaching();
+    /// Remembers a result.
+    pub(super) fn remember(&self, of: Of, found: &StateSet) {
+        let mut known = self.known();
         if known.len() >= MOST_REMEMBERED {
             known.remove(0);
         }
-        known.push((target.clone(), found.clone()));
+        known.push((of, found.clone()));
     }
 }
