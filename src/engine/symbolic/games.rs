@@ -49,9 +49,12 @@ pub(super) struct Opponent {
     ours: OnceLock<Arc<RelationList>>,
     /// The lists for the removal of losing states, once they are needed.
     removal: OnceLock<Arc<ListTuple>>,
-    /// The last results of [`SymbolicEngine::attract_in_game`] without dropped edges, by T, W and C.
-    attracted: Remembered<(Bdd, Arc<Vec<Bdd>>, Arc<Vec<Bdd>>)>,
+    /// The last results of [`SymbolicEngine::attract_in_game`] without dropped edges.
+    attracted: Remembered<Attraction>,
 }
+
+/// T, W and C of [`SymbolicEngine::attract_in_game`].
+type Attraction = (Bdd, Arc<Vec<Bdd>>, Arc<Vec<Bdd>>);
 
 impl Game {
     /// Finds the players of a game; `None` if the model is not a game. `enabled` has the states of each
