@@ -128,7 +128,7 @@ impl Selection {
     }
 
     /// Builds the engine for the levels of preferences and updates the selection. As long as it is open,
-    /// the diagrams of a game against an opponent decide: levels need so many fixpoints that it pays off to explore
+    /// the diagrams of a game against an opponent decide: levels need many fixpoints, so it can pay off to explore
     /// the states again.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ use super::StateSet;
 /// Number of results that are kept: about the number of objectives of a model.
 const MOST_REMEMBERED: usize = 16;
 
-/// The last results of one fixpoint, each with what it was computed of.
+/// The last results of one fixpoint, each with its operands.
 pub(super) struct Remembered<Of>(Mutex<Vec<(Of, StateSet)>>);
 
 impl<Of> Default for Remembered<Of> {
