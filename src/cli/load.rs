@@ -438,6 +438,19 @@ pub(super) fn engine_for(
     started(selected.build(program, settings(args, selected.storage, sink)?, lists_states)?, program)
 }
 
+/// Builds the engine for the levels of preferences, and updates the selection.
+///
+/// # Errors
+/// The errors of [`engine`].
+pub(super) fn engine_for_levels(
+    program: &Arc<Program>,
+    args: &ModelArgs,
+    selected: &mut Selection,
+    sink: &Arc<TerminalSink>,
+) -> Result<Arc<AnyEngine>, Error> {
+    selected.build_for_levels(program, settings(args, selected.storage, sink)?).map(Arc::new)
+}
+
 /// Builds the symbolic engine, for commands that need decision diagrams.
 ///
 /// # Errors

@@ -39,13 +39,14 @@ pub(super) fn prepared<F: Findings, T>(
         Ok((question, more))
     };
     let (question, more) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
-    let selected = engine.select([&*question.program], model);
+    let mut selected = engine.select([&*question.program], model);
     job.update(|r| {
         r.header.read_both(&question.program, &question.preferences);
         r.header.select(&selected);
     });
-    let build = || load::engine(&question.program, model, selected.storage, &job.sink);
+    let build = || load::engine_for_levels(&question.program, model, &mut selected, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
+    job.update(|r| r.header.select(&selected));
     Ok((question, engine, more))
 }
 

@@ -149,3 +149,44 @@ fn a_small_memory_is_a_limit_of_both_together() {
         assert!(matches!(error, Error::Limit(Limit::Memory { .. })), "{error}");
     }
 }
+
+/// Two sides that take turns, each in a module of its own.
+fn game(ours: &str, theirs: &str) -> String {
+    let turn = "module turn t : [0..1]; [a] t=0 -> (t'=1); [b] t=0 -> (t'=1); [c] t=1 -> (t'=0); \
+        [d] t=1 -> (t'=0); endmodule";
+    format!(
+        "smg player us [a], [b] endplayer player them [c], [d] endplayer {turn} \
+         module ours {ours} endmodule module theirs {theirs} endmodule"
+    )
+}
+
+/// The engine for the levels of a model, and what the selection says.
+fn taken_for_levels(text: &str) -> (AnyEngine, String) {
+    let mut selection = open();
+    let engine = selection.build_for_levels(&program(text), settings(Scope::Reachable, 1 << 14)).unwrap();
+    (engine, format!("{}: {}", selection.storage.name(), selection.reason.unwrap_or_default()))
+}
+
+#[test]
+fn levels_of_games_whose_states_share_few_nodes_take_the_explicit_engine() {
+    let ours = "x : [0..2003] init 1; [a] true -> (x'=mod(5*x+y, 2003)); [b] true -> (x'=mod(x*3+1, 2003));";
+    let theirs = "y : [0..6]; [c] true -> (y'=mod(y+x, 7)); [d] true -> 0.5: (y'=0) + 0.5: true;";
+    let text = game(ours, theirs);
+    let (engine, said) = taken_for_levels(&text);
+    let states = engine.count(&engine.all_states()).unwrap();
+    assert_eq!(said, format!("explicit: {states} states found, fewer than 48 for each node of the diagrams"));
+    // The same relations without an opponent leave the diagrams.
+    for players in ["mdp", "smg player us [a], [b], [c], [d] endplayer"] {
+        let (_, rest) = text.split_once("them [c], [d] endplayer").unwrap();
+        assert_eq!(taken_for_levels(&format!("{players} {rest}")).1, "symbolic: ");
+    }
+}
+
+#[test]
+fn levels_of_games_whose_states_share_nodes_take_diagrams() {
+    let ours = "x : [0..511]; u : [0..511]; [a] x<511 -> (x'=x+1); [b] u<511 -> 0.5: (u'=u+1) + 0.5: true;";
+    let theirs = "y : [0..511]; [c] y<511 -> (y'=y+1); [d] true -> true;";
+    let (engine, said) = taken_for_levels(&game(ours, theirs));
+    assert_eq!(said, "symbolic: ");
+    assert!(engine.count(&engine.all_states()).unwrap() > 1_000_000u32.into());
+}

@@ -29,8 +29,8 @@ use proptest::prelude::*;
 use self::raw::Raw;
 
 /// The usual order of attempts; recursions over parts alone, over lists alone; layers of states alone; turns of
-/// lists and layers.
-fn thresholds() -> [Thresholds; 6] {
+/// lists and layers; a recursion over parts that gives up after one step, and then over lists.
+fn thresholds() -> [Thresholds; 7] {
     let usual = Thresholds::default();
     // No search here spends as much.
     let (free_cases, free_steps) = (1 << 40, 1 << 40);
@@ -40,7 +40,8 @@ fn thresholds() -> [Thresholds; 6] {
     let [lists, one, few] = [u64::MAX, 1, 30].map(|lose_steps| Thresholds { lose_steps, ..recursion_first });
     let (shared_by_percent, most_shared_percent, nodes_per_bit) = (0, 100, 1 << 40);
     let layers = Thresholds { shared_by_percent, most_shared_percent, nodes_per_bit, ..lists };
-    [usual, parts, lists, layers, one, few]
+    let spent = Thresholds { free_steps: 1, steps_per_node: 0, lose_steps: u64::MAX, ..parts };
+    [usual, parts, lists, layers, one, few, spent]
 }
 
 fn settings(scope: Scope, thresholds: Thresholds) -> Settings {

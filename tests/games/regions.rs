@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use meliora::advanced::symbolic::Thresholds;
 use meliora::engine::regions::{Regions, Which, holds, regions};
-use meliora::engine::{Engine, ExplicitEngine, Scope, Settings, SymbolicEngine};
+use meliora::engine::{Algebra, Engine, ExplicitEngine, Scope, Settings, SymbolicEngine};
 use meliora::model::Program;
 use meliora::model::predicate::Predicate;
 use meliora::model::property::{Bound, Strategies};
@@ -140,4 +140,29 @@ fn the_other_side_of_an_mdp_has_no_states() {
     let engine = ExplicitEngine::new(Arc::new(program), Settings::default()).unwrap();
     assert!(engine.theirs().is_none() && engine.exchanged().unwrap().is_none());
     assert!(engine.with_coalition(&[true]).is_err() && engine.player_states().is_empty());
+}
+
+#[test]
+fn a_repeated_search_takes_no_steps() {
+    let text = "smg player us [up], [down] endplayer player them [stay], [go] endplayer
+        module m t : [0..1]; x : [0..7];
+            [up] t=0 & x<7 -> 0.5: (x'=x+1) & (t'=1) + 0.5: (t'=1);
+            [down] t=0 & x>0 -> (x'=x-1) & (t'=1);
+            [stay] t=1 -> (t'=0);
+            [go] t=1 & x>4 -> (x'=x-1) & (t'=0);
+        endmodule
+        label \"t\" = x=4;";
+    let program = Arc::new(program(text));
+    let engine = symbolic(&program, Thresholds::default());
+    let target = engine.states_where(&target_of(&program)).unwrap();
+    let reached = |engine: &SymbolicEngine| {
+        let found = engine.can_reach(&target, &engine.all_choices(), &[]).unwrap();
+        (engine.count(&found).unwrap(), engine.ways().steps)
+    };
+    let (first, steps) = reached(&engine);
+    assert_eq!(reached(&engine), (first.clone(), steps));
+    // The other side has results of its own.
+    let other = engine.with_coalition(&[false, true]).unwrap();
+    let (second, more) = reached(&other);
+    assert!(second != first && more > steps, "{second} of {first} after {more} of {steps} steps");
 }

@@ -14,6 +14,7 @@ use super::fixpoints::parts::{Budget, Part};
 use super::relations::lists::RelationList;
 use super::relations::partial_relation::PartialRelation;
 use super::relations::tuples::{ListTuple, ListTuples};
+use super::remembered::Remembered;
 use super::store::Store;
 use super::store::diagram::Bdd;
 use super::{ChoiceSet, StateSet, SymbolicEngine, pick};
@@ -44,9 +45,16 @@ pub(super) struct Opponent {
     tuples: Arc<ListTuples>,
     /// All choices of the opponent as one list, once it is needed.
     list: OnceLock<Arc<RelationList>>,
+    /// All enabled choices of ours as one list, once it is needed.
+    ours: OnceLock<Arc<RelationList>>,
     /// The lists for the removal of losing states, once they are needed.
     removal: OnceLock<Arc<ListTuple>>,
+    /// The last results of [`SymbolicEngine::attract_in_game`] without dropped edges.
+    attracted: Remembered<Attraction, StateSet>,
 }
+
+/// T, W and C of [`SymbolicEngine::attract_in_game`].
+type Attraction = (Bdd, Arc<Vec<Bdd>>, Arc<Vec<Bdd>>);
 
 impl Game {
     /// Finds the players of a game; `None` if the model is not a game. `enabled` has the states of each
@@ -89,8 +97,7 @@ impl Game {
         let states = store.any(theirs.map(|(_, states)| states.clone()))?;
         let opponent = (!store.is_zero(&states)).then(|| {
             let groups = groups.iter().map(|group| group.is_some_and(is_theirs)).collect();
-            let (tuples, list, removal) = (ListTuples::new(store), OnceLock::new(), OnceLock::new());
-            Arc::new(Opponent { states, groups, tuples, list, removal })
+            Arc::new(Opponent::new(store, states, groups))
         });
         Ok(Game { players, groups, coalition, opponent })
     }
@@ -102,6 +109,12 @@ impl Game {
 }
 
 impl Opponent {
+    fn new(store: &Store, states: Bdd, groups: Vec<bool>) -> Self {
+        let (tuples, attracted) = (ListTuples::new(store), Remembered::default());
+        let (list, ours, removal) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
+        Opponent { states, groups, tuples, list, ours, removal, attracted }
+    }
+
     /// Returns whether the opponent chooses in a group; the last one has the self-loops of deadlocks.
     pub(super) fn has(&self, group: usize) -> bool {
         self.groups.get(group).is_some_and(|&theirs| theirs)
@@ -183,6 +196,15 @@ impl SymbolicEngine {
         Ok(Arc::clone(opponent.list.get_or_init(|| made)))
     }
 
+    /// Returns all enabled choices of ours as one list.
+    fn our_list(&self, opponent: &Opponent) -> Result<Arc<RelationList>> {
+        if let Some(found) = opponent.ours.get() {
+            return Ok(Arc::clone(found));
+        }
+        let made = self.merged(|group| (!opponent.has(group)).then_some(None))?;
+        Ok(Arc::clone(opponent.ours.get_or_init(|| made)))
+    }
+
     /// Returns the lists for the removal of losing states: each group of ours is one, and all choices of
     /// the opponent are one.
     pub(super) fn removal_lists<'o>(&self, opponent: &'o Opponent) -> Result<&'o ListTuple> {
@@ -197,11 +219,7 @@ impl SymbolicEngine {
     }
 
     /// Computes μX. T ∪ { s : we can choose a pair of C that is in W, or has an edge into X that is not
-    /// dropped }.
-    ///
-    /// The recursion over parts comes first, where it is expected to pay off. If it gives up, the recursion
-    /// over lists and layers of the fixpoint take turns; each continues from the states that are found.
-    /// Dropped edges depend on the state that they leave, so lists cannot have them.
+    /// dropped }. Remembers the last results: the first levels of SASI and SPI begin with the same search.
     pub(super) fn attract_in_game(
         &self,
         opponent: &Opponent,
@@ -211,22 +229,44 @@ impl SymbolicEngine {
         edge_labels: &[EdgeLabels<StateSet>],
     ) -> Result<StateSet> {
         let winning = self.intersection(winning, within)?;
-        let mut found = self.union(target, &self.can_choose(&winning)?)?;
+        let dropped = edge_labels::dropped(self, edge_labels)?;
+        if !dropped.is_empty() {
+            return self.search_attractor(opponent, target, &winning, within, &dropped);
+        }
+        let of = (target.0.clone(), Arc::clone(&winning.0), Arc::clone(&within.0));
+        if let Some(found) = opponent.attracted.recall(&of) {
+            return Ok(found);
+        }
+        let found = self.search_attractor(opponent, target, &winning, within, &[])?;
+        opponent.attracted.remember(of, found.clone());
+        Ok(found)
+    }
+
+    /// Computes [`SymbolicEngine::attract_in_game`] for W ⊆ C.
+    ///
+    /// The recursion over parts comes first, where it is expected to pay off. If it gives up, the recursion
+    /// over lists and layers of the fixpoint take turns; each continues from the states that are found.
+    /// Dropped edges depend on the state that they leave, so lists cannot have them.
+    fn search_attractor(
+        &self,
+        opponent: &Opponent,
+        target: &StateSet,
+        winning: &ChoiceSet,
+        within: &ChoiceSet,
+        dropped: &[(StateSet, StateSet)],
+    ) -> Result<StateSet> {
+        let mut found = self.union(target, &self.can_choose(winning)?)?;
         let loops = StateSet(within.0[self.groups.len()].clone());
         // A choice without edges is in no list, so the lists cannot tell that it enters nothing.
-        let entering = self.union(&winning, &self.with_edges(within)?)?;
+        let entering = self.union(winning, &self.with_edges(within)?)?;
         let candidates = self.difference(&self.can_choose(&entering)?, &loops)?;
-        let dropped = edge_labels::dropped(self, edge_labels)?;
-        let lists = match dropped.is_empty() {
-            true => Some(self.search_lists(opponent, &winning, within)?),
-            false => None,
-        };
-        if let Some(lists) = &lists
-            && let Some(all) = self.search_parts(lists, opponent, (&found, &candidates), &winning)?
-        {
-            return Ok(all);
+        let mut lists = None;
+        if dropped.is_empty() {
+            if let Some(all) = self.search_parts(opponent, (&found, &candidates), winning, within)? {
+                return Ok(all);
+            }
+            lists = Some(self.search_lists(opponent, winning, within)?);
         }
-        let lists = lists.map(|lists| opponent.tuples.of_lists(&self.store, &lists)).transpose()?;
         let mut steps = self.store.thresholds().lose_steps.max(1);
         loop {
             if let Some(lists) = &lists {
@@ -240,8 +280,8 @@ impl SymbolicEngine {
             let work = &self.store.work.steps;
             let until = work.load(Relaxed).saturating_add(steps.saturating_mul(4));
             while work.load(Relaxed) < until {
-                let entering = edge_labels::kept_into(self, within, &dropped, &found)?;
-                let next = self.can_choose(&self.union(&winning, &entering)?)?;
+                let entering = edge_labels::kept_into(self, within, dropped, &found)?;
+                let next = self.can_choose(&self.union(winning, &entering)?)?;
                 let all = self.union(&found, &next)?;
                 if self.same(&all, &found)? {
                     return Ok(found);
@@ -252,32 +292,40 @@ impl SymbolicEngine {
         }
     }
 
-    /// Computes [`SymbolicEngine::attract_in_game`] by a recursion over parts, one per list: each has the
-    /// candidates in which a step of the list is needed. Returns `None` if the recursion is not expected
-    /// to pay off or gives up.
+    /// Computes [`SymbolicEngine::attract_in_game`] by a recursion over parts: each has the candidates in
+    /// which a step of its list is needed. Returns `None` if the recursion is not expected to pay off or gives up.
+    ///
+    /// Bounds take the place of other relations where they can, so that searches share their results. Only the
+    /// states of ours of which C has some choices, but not all, need a list of their own.
     fn search_parts(
         &self,
-        lists: &[Arc<RelationList>],
         opponent: &Opponent,
         (found, candidates): (&StateSet, &StateSet),
         winning: &ChoiceSet,
+        within: &ChoiceSet,
     ) -> Result<Option<StateSet>> {
         if !self.has_few_parts()? {
             return Ok(None);
         }
         let store = &self.store;
         let open = store.minus(&candidates.0, &found.0)?;
-        let mut allowed = vec![store.minus(&open, &opponent.states)?];
-        for group in (0..self.groups.len()).filter(|&group| opponent.has(group)) {
-            let needed = store.minus(&self.choices.0[group], &winning.0[group])?;
-            allowed.push(store.and(&open, &needed)?);
+        let ours = store.minus(&open, &opponent.states)?;
+        let missing = |group: usize| store.minus(&self.enabled[group], &within.0[group]);
+        let our_groups = (0..self.groups.len()).filter(|&group| !opponent.has(group));
+        let incomplete = store.any(our_groups.map(missing).collect::<Result<Vec<_>>>()?)?;
+        let (some, all) = (store.and(&ours, &incomplete)?, store.minus(&ours, &incomplete)?);
+        let mut parts = vec![(all, self.our_list(opponent)?)];
+        if !store.is_zero(&some) {
+            let few = within.0.iter().map(|own| store.and(own, &some)).collect::<Result<Vec<_>>>()?;
+            let list = self.merged(|group| (!opponent.has(group)).then(|| Some(few[group].clone())))?;
+            parts.push((some, list));
         }
-        let part = |(list, allowed): (&Arc<RelationList>, Bdd)| Part {
-            allowed,
-            except: store.zero(),
-            list: Arc::clone(list),
-        };
-        let parts: Vec<Part> = lists.iter().zip(allowed).map(part).collect();
+        for (group, list) in self.groups.iter().enumerate().filter(|(group, _)| opponent.has(*group)) {
+            let needed = store.minus(&self.choices.0[group], &winning.0[group])?;
+            parts.push((store.and(&open, &needed)?, Arc::clone(list)));
+        }
+        let part = |(allowed, list)| Part { allowed, except: store.zero(), list };
+        let parts: Vec<Part> = parts.into_iter().map(part).collect();
         let most = Budget::of(store, &parts)?;
         let all = store.remove_attractor(&found.0, &parts, most)?;
         Ok(all.map(|all| StateSet(all.lost)))
@@ -290,7 +338,7 @@ impl SymbolicEngine {
         opponent: &Opponent,
         winning: &ChoiceSet,
         within: &ChoiceSet,
-    ) -> Result<Vec<Arc<RelationList>>> {
+    ) -> Result<Arc<ListTuple>> {
         let confined = |group: usize| Some(within.0[group].clone()).filter(|own| *own != self.enabled[group]);
         let mut lists = vec![self.merged(|group| (!opponent.has(group)).then(|| confined(group)))?];
         let bounds = self.their_bounds()?;
@@ -304,6 +352,6 @@ impl SymbolicEngine {
                 self.merged(|other| (other == group).then(|| Some(open.clone())))?
             });
         }
-        Ok(lists)
+        opponent.tuples.of_lists(&self.store, &lists)
     }
 }

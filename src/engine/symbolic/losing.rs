@@ -87,7 +87,7 @@ impl<'e> Losing<'e> {
         let mut candidates = store.minus(&store.minus(&left.states.0, &won.0)?, &staying)?;
         let opponent = engine.opponent();
         // In a game, more states may lose than these.
-        if let (None, Some(reaching)) = (opponent, engine.recall(lost)) {
+        if let (None, Some(reaching)) = (opponent, engine.reaching.recall(&lost.0)) {
             candidates = store.and(&candidates, &reaching.states.0)?;
         }
         let candidates = Candidates::by_labels(store, candidates, edge_labels)?;
@@ -137,7 +137,7 @@ impl<'e> Losing<'e> {
         if self.engine.suits_layers()? {
             return Ok(Some(steps.saturating_mul(4)));
         }
-        let by_layers = self.engine.recall(first).is_some_and(|reaching| reaching.by_layers);
+        let by_layers = self.engine.reaching.recall(&first.0).is_some_and(|reaching| reaching.by_layers);
         Ok(by_layers.then_some(steps))
     }
 

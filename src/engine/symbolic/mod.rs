@@ -37,7 +37,7 @@ mod tests;
 mod trends;
 mod workers;
 
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Arc, OnceLock};
 
 pub(crate) use build::Explored;
 pub use dump::Set;
@@ -65,7 +65,7 @@ use meliora_model::{ModelKind, Program, State, VarId, fault};
 use membership::Marks;
 use relations::lists::{Lists, RelationList};
 use relations::tuples::ListTuple;
-use remembered::Reaching;
+use remembered::{Reaching, Remembered};
 use store::Store;
 use store::diagram::Bdd;
 use store::walk::Direction;
@@ -113,7 +113,7 @@ pub struct SymbolicEngine {
     /// The players of a game; `None` for other models.
     game: Option<Game>,
     /// The last targets, each with the states that can reach it by all choices.
-    reaching: Arc<Mutex<Vec<Reaching>>>,
+    reaching: Arc<Remembered<Bdd, Reaching>>,
     workers: Workers,
     store: Arc<Store>,
 }
@@ -339,7 +339,7 @@ impl Engine for SymbolicEngine {
         let confinement = self.confinement(bound);
         let free = dropped.is_empty() && confinement.iter().all(Option::is_none);
         let from = self.diagram_of(target)?;
-        if let (true, Some(found)) = (free, self.recall(target)) {
+        if let (true, Some(found)) = (free, self.reaching.recall(from)) {
             return Ok(found.states);
         }
         let how = (Direction::Backward, "backward reachability");
@@ -359,7 +359,8 @@ impl Engine for SymbolicEngine {
             }
         });
         if free {
-            self.remember(target, &found);
+            let (states, by_layers) = (found.clone(), self.store.reached_by_layers());
+            self.reaching.remember(from.clone(), Reaching { states, by_layers });
         }
         Ok(found)
     }

@@ -1,39 +1,45 @@
-//! The last results of backward reachability by all choices.
+//! The last results of fixpoints.
 
-use std::sync::{MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::{StateSet, SymbolicEngine};
+use super::StateSet;
 
-/// Number of results of backward reachability that are kept: about the number of objectives of a
-/// model.
+/// Number of results that are kept: about the number of objectives of a model.
 const MOST_REMEMBERED: usize = 16;
 
 /// The states that can reach a target by all choices.
 #[derive(Clone)]
 pub(super) struct Reaching {
-    target: StateSet,
     pub(super) states: StateSet,
     /// True if they were found by layers.
     pub(super) by_layers: bool,
 }
 
-impl SymbolicEngine {
-    fn reaching(&self) -> MutexGuard<'_, Vec<Reaching>> {
-        self.reaching.lock().unwrap_or_else(PoisonError::into_inner)
+/// The last results of one fixpoint, each with its operands.
+pub(super) struct Remembered<Of, Found>(Mutex<Vec<(Of, Found)>>);
+
+impl<Of, Found> Default for Remembered<Of, Found> {
+    fn default() -> Self {
+        Remembered(Mutex::default())
+    }
+}
+
+impl<Of: PartialEq, Found: Clone> Remembered<Of, Found> {
+    fn known(&self) -> MutexGuard<'_, Vec<(Of, Found)>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns the states that can reach a target by all choices, if they are remembered.
-    pub(super) fn recall(&self, target: &StateSet) -> Option<Reaching> {
-        self.reaching().iter().find(|known| known.target.0 == target.0).cloned()
+    /// Returns a result, if it is remembered.
+    pub(super) fn recall(&self, of: &Of) -> Option<Found> {
+        self.known().iter().find(|(known, _)| known == of).map(|(_, found)| found.clone())
     }
 
-    /// Remembers the states that can reach a target by all choices, which were found last.
-    pub(super) fn remember(&self, target: &StateSet, states: &StateSet) {
-        let mut known = self.reaching();
+    /// Remembers a result.
+    pub(super) fn remember(&self, of: Of, found: Found) {
+        let mut known = self.known();
         if known.len() >= MOST_REMEMBERED {
             known.remove(0);
         }
-        let (target, states) = (target.clone(), states.clone());
-        known.push(Reaching { target, states, by_layers: self.store.reached_by_layers() });
+        known.push((of, found));
     }
 }
