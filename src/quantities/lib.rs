@@ -19,7 +19,7 @@
 //!
 //! | module | contents |
 //! | --- | --- |
-//! | `facts`, `explore` | from an [`Analysis`](meliora_planning::Analysis) to a graph: the states that kept choices reach, with exact probabilities |
+//! | `facts`, `listing`, `explore` | from an [`Analysis`](meliora_planning::Analysis) to a graph: the states that kept choices reach, with exact probabilities |
 //! | `codes`, `blocks`, `places` | states in few bytes, and their nodes |
 //! | `graph`, `narrow` | numbered nodes, choices, edges, in few bytes |
 //! | [`cost`] | what a step costs: steps, or a reward structure |
@@ -65,6 +65,9 @@
 //! *Around a few nodes:* where all cycles of a large component pass through at most eight nodes, such as the charger of
 //! a robot, policy iteration on the values of these comes first. Each round takes a few sweeps.
 //! `docs/benchmarks.md` has figures for each method.
+//!
+//! *Threads:* several threads list the states and their choices. Nodes get their numbers in the same order with each
+//! number of threads, and so the values are the same.
 //!
 //! The levels give qualitative facts for free: P_k > 0 on level k of SPI, and P_k = 1 on level k of
 //! SASI (under `transition`: of SASI under `action`). Only states between the two have equations.
@@ -123,6 +126,7 @@ mod horizon;
 mod hub;
 mod inductive;
 mod iterate;
+mod listing;
 mod meter;
 mod narrow;
 mod number;

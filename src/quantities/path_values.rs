@@ -139,8 +139,8 @@ impl<'e> Paths<'e> {
         };
         let mut meter = Meter::new(engine);
         let search = Search { engine, program, end, inside, cost };
-        let (mut walker, before) = (search.walker()?, meter.bytes());
-        let Reached { graph, starts, nodes } = search.explored(states, &mut walker, &mut meter)?;
+        let (walker, before) = (search.walker()?, meter.bytes());
+        let Reached { graph, starts, nodes } = search.explored(states, &walker, &mut meter)?;
         // The graph alone is needed from now on.
         drop(nodes);
         meter.release_to(before + graph.bytes());
@@ -220,9 +220,9 @@ impl Likely {
     ) -> Result<Self> {
         let mut meter = Meter::new(engine);
         let search = Search { engine, program, end: sure.clone(), inside: possible.clone(), cost: None };
-        let mut walker = search.walker()?;
+        let walker = search.walker()?;
         let codec = walker.codec().clone();
-        let Reached { graph, nodes, .. } = search.explored(states, &mut walker, &mut meter)?;
+        let Reached { graph, nodes, .. } = search.explored(states, &walker, &mut meter)?;
         let found = nodes.coded(program, &codec, &mut meter)?;
         let (solution, end) = solved(&graph, Quantity::Probability(1), &mut meter)?;
         end.map(|()| Likely { graph, codec, found, solution })
@@ -273,7 +273,7 @@ impl<'a, E: Engine> Search<'a, E> {
     fn explored(
         &self,
         states: &[State],
-        walker: &mut Walker<'_>,
+        walker: &Walker<'_>,
         meter: &mut Meter<'_>,
     ) -> Result<Reached<'a>> {
         let all = self.engine.all_states();
