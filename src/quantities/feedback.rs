@@ -16,7 +16,7 @@
 //! - If L ≤ B(L) for a finite L, it is not below L: a policy that attains B(L) leaves the component almost
 //!   surely, or gains infinitely much. For least costs, the best policy leaves it.
 //!
-//! H is read off the order of the groups; [`super::hub`] finds an order where H is small.
+//! H is read off the order of the groups; [`super::order`] finds an order where H is small.
 
 use std::ops::Range;
 

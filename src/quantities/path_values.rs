@@ -15,7 +15,7 @@ use super::meter::Meter;
 use super::number::{Bounds, Interval, Number};
 use super::reached::{Coded, END, Growing, Nodes, Reached};
 use super::solution::Solution;
-use super::solve::NONE;
+use super::solve::{self, NONE};
 use super::system::{Quantity, System};
 use meliora_engine::Engine;
 use meliora_engine::explicit::weighted::{Codec, Walker};
@@ -302,7 +302,8 @@ fn solved<N: Number>(
     meter: &mut Meter<'_>,
 ) -> Result<(Solution<N>, Result<()>)> {
     let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
-    let system = System { graph, quantity, below: None, fractions: &fractions, first: None, margin: None };
+    let order = solve::order(graph, meter)?;
+    let system = System { order: order.as_ref(), ..System::new(graph, quantity, None, &fractions) };
     let mut solution = system.start(meter)?;
     let end = system.solve(&mut solution, meter);
     Ok((solution, end))
