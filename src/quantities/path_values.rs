@@ -270,18 +270,14 @@ impl<'a, E: Engine> Search<'a, E> {
     }
 
     /// Finds the states that some states reach.
-    fn explored(
-        &self,
-        states: &[State],
-        walker: &Walker<'_>,
-        meter: &mut Meter<'_>,
-    ) -> Result<Reached<'a>> {
+    fn explored(&self, states: &[State], walker: &Walker<'_>, meter: &mut Meter<'_>) -> Result<Reached<'a>> {
         let all = self.engine.all_states();
-        let mut parts = self.engine.membership(&[&self.end, &self.inside, &all])?;
-        if let (Some(cost), true) = (&self.cost, parts.numbers().is_some()) {
-            let earning = self.engine.states_where(&self.program.earning(cost.structure))?;
-            parts = self.engine.membership(&[&self.end, &self.inside, &all, &earning])?;
-        }
+        let mut sets = vec![&self.end, &self.inside, &all];
+        let is_numbered = self.engine.membership(&[])?.numbers().is_some();
+        let earning = self.cost.filter(|_| is_numbered).map(|cost| self.program.earning(cost.structure));
+        let earning = earning.map(|earning| self.engine.states_where(&earning)).transpose()?;
+        sets.extend(&earning);
+        let parts = self.engine.membership(&sets)?;
         let (codec, growing) = (walker.codec().clone(), Growing::new(self.cost, meter)?);
         let walk = &mut *walker.walk();
         if let Some(numbers) = parts.numbers() {
