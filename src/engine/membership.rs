@@ -7,7 +7,7 @@ use meliora_model::error::Result;
 pub const MOST: usize = u64::BITS as usize;
 
 /// Tests states for membership in several sets at once.
-pub trait Membership {
+pub trait Membership: Sync {
     /// Returns the sets that contain a state: bit i for set i.
     ///
     /// # Errors

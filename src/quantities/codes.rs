@@ -203,7 +203,8 @@ impl Codes {
 /// The bytes of a code in a hash table: it has up to twice as many places of five bytes.
 const PLACES: usize = 10;
 
-fn hash(hasher: &RandomState, key: u32, code: impl Iterator<Item = u64>) -> u64 {
+/// Returns the hash of a code with a key.
+pub(super) fn hash(hasher: &RandomState, key: u32, code: impl Iterator<Item = u64>) -> u64 {
     let mut state = hasher.build_hasher();
     code.for_each(|word| state.write_u64(word));
     state.write_u32(key);

@@ -7,6 +7,10 @@ use std::ops::Range;
 
 use bitvec::vec::BitVec;
 
+use super::meter::Meter;
+use super::order::{self, Order};
+use meliora_model::error::Result;
+
 /// A graph by one list of successors, in which each node has a range.
 pub(super) trait Successors {
     /// Returns the number of nodes.
@@ -15,6 +19,11 @@ pub(super) trait Successors {
     fn positions(&self, node: u32) -> Range<u32>;
     /// Returns the node at a position; `None` if there is none.
     fn at(&self, position: u32) -> Option<u32>;
+
+    /// Returns the successors of a node.
+    fn of(&self, node: u32) -> impl Iterator<Item = u32> {
+        self.positions(node).filter_map(|position| self.at(position))
+    }
 }
 
 /// The number of a node that was not visited, and of one whose component is complete.
@@ -32,6 +41,11 @@ pub(super) struct Components {
 }
 
 impl Components {
+    /// Creates components from their nodes, one after the other, and the end of each.
+    pub(super) fn new(nodes: Vec<u32>, ends: Vec<u32>) -> Self {
+        Components { nodes, ends }
+    }
+
     /// Returns the number of components.
     pub(super) fn count(&self) -> usize {
         self.ends.len()
@@ -209,17 +223,28 @@ pub(super) struct EndComponents {
 ///
 /// Removes the choices that leave their strongly connected component, then the nodes without a
 /// choice and all choices into them, until nothing changes. Time: linear for each round.
-pub(super) fn end_components(choices: &Choices) -> EndComponents {
+///
+/// # Errors
+/// The work is cancelled.
+pub(super) fn end_components(choices: &Choices, meter: &mut Meter<'_>) -> Result<EndComponents> {
     let nodes = choices.first.len() - 1;
     let mut inside = vec![true; choices.start.len() - 1];
     let mut left: Vec<u32> = (0..nodes as u32).map(|node| choices.of(node).len() as u32).collect();
-    let reversed = choices.reversed();
     let mut lost: Vec<u32> = (0..nodes as u32).filter(|&node| left[node as usize] == 0).collect();
+    let mut reversed = None;
     loop {
-        cascade(&reversed, &mut inside, &mut left, lost);
+        let enters_lost = |choice| choices.successors(choice).iter().any(|&to| left[to as usize] == 0);
+        if (0..inside.len()).any(|choice| inside[choice] && enters_lost(choice)) {
+            let reversed = reversed.get_or_insert_with(|| choices.reversed());
+            cascade(reversed, &mut inside, &mut left, lost);
+        }
         let graph = Kept::new(choices, &inside);
-        let alive = (0..nodes as u32).filter(|&node| left[node as usize] > 0);
-        let found = components(&graph, alive);
+        let is_alive = |node: u32| left[node as usize] > 0;
+        let order = if nodes > order::SMALL { Order::as_numbered(&graph) } else { None };
+        let found = match order {
+            Some(order) => order.components(&graph, is_alive, meter)?,
+            None => components(&graph, (0..nodes as u32).filter(|&node| is_alive(node))),
+        };
         let mut component = vec![NONE; nodes];
         for (number, members) in (0..).zip(found.iter()) {
             members.iter().for_each(|&member| component[member as usize] = number);
@@ -242,7 +267,7 @@ pub(super) fn end_components(choices: &Choices) -> EndComponents {
         }
         if !changed {
             let (group, count) = numbered(&component, found.count());
-            return EndComponents { group, count, inside };
+            return Ok(EndComponents { group, count, inside });
         }
     }
 }
@@ -329,6 +354,8 @@ impl Successors for Kept<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meliora_engine::NoProgress;
+    use meliora_model::random::Draw;
 
     /// A graph in which each node has one choice.
     fn found(rows: &[&[u32]], roots: Range<u32>) -> Components {
@@ -374,15 +401,64 @@ mod tests {
     fn a_choice_that_may_leave_is_in_no_end_component() {
         // 0 and 1 form one; 2 may leave to 3, which has no choice.
         let choices = choices_of(&[&[&[1]], &[&[0, 1]], &[&[0, 2]], &[]]);
-        let found = end_components(&choices);
+        let found = end_components(&choices, &mut Meter::unlimited(&NoProgress)).unwrap();
         assert_eq!(found.group, [0, 0, 1, 2]);
         assert_eq!((found.count, found.inside), (3, vec![true, true, false]));
+    }
+
+    #[test]
+    fn end_components_do_not_depend_on_the_numbers() {
+        const NODES: usize = 2000;
+        let (mut united, mut alone) = (0, 0);
+        for seed in 0..20 {
+            let draw = &mut Draw::new(seed);
+            // Choices lead to earlier nodes or to a hub at the end; the first nodes have few that stay.
+            let hub = |draw: &mut Draw| (NODES - 1 - draw.below(1 + seed as usize % 4)) as u32;
+            let choice = |draw: &mut Draw, node: usize| {
+                let earlier = (node - 1 - draw.below(node.min(30))) as u32;
+                if draw.below(6) == 0 { vec![earlier, hub(draw)] } else { vec![earlier] }
+            };
+            let mut row = |node: usize| match node {
+                ..40 if draw.below(2) == 0 => Vec::new(),
+                ..40 => vec![vec![hub(draw)]],
+                _ => (0..=draw.below(2)).map(|_| choice(draw, node)).collect(),
+            };
+            let rows: Vec<Vec<Vec<u32>>> = (0..NODES).map(&mut row).collect();
+            let mut place: Vec<u32> = (0..NODES as u32).collect();
+            (1..NODES).for_each(|last| place.swap(last, draw.below(last + 1)));
+            let mut moved = vec![Vec::new(); NODES];
+            for (row, &at) in rows.iter().zip(&place) {
+                let to = |to: &Vec<u32>| to.iter().map(|&to| place[to as usize]).collect::<Vec<u32>>();
+                moved[at as usize] = row.iter().map(to).collect();
+            }
+            let find = |rows: &[Vec<Vec<u32>>]| {
+                let rows: Vec<Vec<&[u32]>> =
+                    rows.iter().map(|row| row.iter().map(Vec::as_slice).collect()).collect();
+                let rows: Vec<&[&[u32]]> = rows.iter().map(Vec::as_slice).collect();
+                let choices = choices_of(&rows);
+                let found = end_components(&choices, &mut Meter::unlimited(&NoProgress)).unwrap();
+                (found, choices)
+            };
+            let ((one, choices), (other, others)) = (find(&rows), find(&moved));
+            assert_eq!(one.count, other.count, "seed {seed}");
+            let mut same = vec![NONE; one.count];
+            for (node, &at) in place.iter().enumerate() {
+                let own = &mut same[one.group[node] as usize];
+                assert!(*own == NONE || *own == other.group[at as usize], "seed {seed}: {node}");
+                *own = other.group[at as usize];
+                let inside = |found: &EndComponents, range: Range<usize>| found.inside[range].to_vec();
+                let pair = [inside(&one, choices.of(node as u32)), inside(&other, others.of(at))];
+                assert_eq!(pair[0], pair[1], "seed {seed}: {node}");
+            }
+            (united, alone) = (united + usize::from(one.count < NODES), alone + one.count);
+        }
+        assert!(united > 10 && alone > 5000, "{united} {alone}");
     }
 
     #[test]
     fn what_leads_to_a_dead_end_is_in_no_end_component() {
         // 0 -> 1 -> 0 or 2; 2 -> 3, which has no choice.
         let choices = choices_of(&[&[&[1]], &[&[0, 2]], &[&[3]], &[]]);
-        assert_eq!(end_components(&choices).count, 4);
+        assert_eq!(end_components(&choices, &mut Meter::unlimited(&NoProgress)).unwrap().count, 4);
     }
 }

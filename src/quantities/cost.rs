@@ -14,7 +14,7 @@ use meliora_model::{Program, State, fault};
 ///
 /// For a reward structure, this is the sum of its state rewards in the state and of its transition
 /// rewards for the action of the choice.
-pub trait Cost {
+pub trait Cost: Sync {
     /// Returns the cost of a choice in a state, which draws from these combinations of commands.
     ///
     /// # Errors

@@ -61,7 +61,8 @@ pub(super) fn solve(sparse: &Sparse, patience: Patience, meter: &mut Meter<'_>) 
         Patience::Much => usize::MAX,
     };
     let work = Work { sparse, most };
-    let Some(policy) = work.leaving_policy() else { return Ok(None) };
+    let Some(policy) = sparse.leaving_policy(meter)? else { return Ok(None) };
+    let policy: Policy = policy.into_iter().map(|action| action as usize).collect();
     let start = match sparse.sense {
         Sense::Max => vec![0.0; policy.len()],
         Sense::Min => match work.values(&policy, meter)? {
@@ -109,39 +110,6 @@ struct Work<'s> {
 }
 
 impl Work<'_> {
-    fn groups(&self) -> usize {
-        self.sparse.groups()
-    }
-
-    /// Returns a policy that leaves the component: each action has an edge to a group that leaves it in
-    /// fewer steps. `None` if there is none.
-    fn leaving_policy(&self) -> Option<Policy> {
-        let n = self.groups();
-        let mut policy = vec![usize::MAX; n];
-        let mut into: Vec<Vec<(u32, usize)>> = vec![Vec::new(); n];
-        let mut layer = Vec::new();
-        for (group, own) in policy.iter_mut().enumerate() {
-            for (action, edges) in self.sparse.actions(group) {
-                for (to, _) in self.sparse.row(edges) {
-                    into[to as usize].push((group as u32, action));
-                }
-                if *own == usize::MAX && self.sparse.constant(action).1 > 0.0 {
-                    *own = action;
-                    layer.push(group as u32);
-                }
-            }
-        }
-        while let Some(to) = layer.pop() {
-            for &(group, action) in &into[to as usize] {
-                if policy[group as usize] == usize::MAX {
-                    policy[group as usize] = action;
-                    layer.push(group);
-                }
-            }
-        }
-        policy.iter().all(|&action| action != usize::MAX).then_some(policy)
-    }
-
     /// Replaces a policy by the one that looks best after some sweeps of value iteration: from 0 for the
     /// greatest values, from those of the policy for the least ones. So it keeps leaving the component.
     fn greedy(

@@ -16,9 +16,7 @@
 //! - If L ≤ B(L) for a finite L, it is not below L: a policy that attains B(L) leaves the component almost
 //!   surely, or gains infinitely much. For least costs, the best policy leaves it.
 //!
-//! H is read off the order of the groups; [`super::hub`] finds an order where H is small.
-
-use std::ops::Range;
+//! H is read off the order of the groups; [`super::order`] finds an order where H is small.
 
 use super::component::Sense;
 use super::eliminate::{self, Row};
@@ -48,7 +46,7 @@ pub(super) fn solve(sparse: &Sparse, top: Option<f64>, meter: &mut Meter<'_>) ->
     }
     let Some(hubs) = hubs(sparse, meter)? else { return Ok(None) };
     let work = Work { sparse, hubs, top: top.unwrap_or(f64::MAX) };
-    let Some(mut policy) = work.leaving_policy(meter)? else { return Ok(None) };
+    let Some(mut policy) = sparse.leaving_policy(meter)? else { return Ok(None) };
     let Some(low) = work.settle(false, &mut policy, meter)? else { return Ok(None) };
     let high = match sparse.is_exact() {
         true => low.clone(),
@@ -108,31 +106,6 @@ struct Work<'s> {
 }
 
 impl Work<'_> {
-    /// Returns a policy that leaves the component: each action leads to a group that got its action before, or
-    /// out. `None` if there is none.
-    fn leaving_policy(&self, meter: &mut Meter<'_>) -> Result<Option<Policy>> {
-        let mut policy = vec![NONE; self.sparse.groups()];
-        let mut open = policy.len();
-        loop {
-            let before = open;
-            for group in 0..policy.len() {
-                meter.step()?;
-                let leaves = |&(action, ref edges): &(usize, Range<usize>)| {
-                    self.sparse.constant(action).1 > 0.0
-                        || self.sparse.row(edges.clone()).any(|(to, _)| policy[to as usize] != NONE)
-                };
-                if policy[group] == NONE
-                    && let Some((action, _)) = self.sparse.actions(group).find(leaves)
-                {
-                    (policy[group], open) = (action as u32, open - 1);
-                }
-            }
-            if open == 0 || open == before {
-                return Ok((open == 0).then_some(policy));
-            }
-        }
-    }
-
     /// Improves a policy until the values at H settle; returns these. `None` if they do not.
     fn settle(&self, upper: bool, policy: &mut Policy, meter: &mut Meter<'_>) -> Result<Option<Vec<Hub>>> {
         let mut x = vec![0.0; policy.len()];
@@ -258,8 +231,10 @@ impl Work<'_> {
         let per_round = hubs.iter().map(|hub| hub.value / hub.rounds).fold(f64::INFINITY, f64::min);
         let by_rounds: Vec<f64> = hubs.iter().map(|hub| hub.rounds * per_round).collect();
         let by_values: Vec<f64> = hubs.iter().map(|hub| hub.value).collect();
-        for (by, margin) in [by_rounds, by_values].iter().flat_map(|by| MARGINS.map(|margin| (by, margin))) {
-            let moved = hubs.iter().zip(by).map(|(hub, by)| match upper {
+        // Both are the same for one group.
+        let ways = [by_rounds, by_values].into_iter().take(hubs.len());
+        for (by, margin) in ways.flat_map(|by| MARGINS.map(|margin| (by.clone(), margin))) {
+            let moved = hubs.iter().zip(&by).map(|(hub, by)| match upper {
                 true => (hub.value + margin * by + TINY).min(self.top),
                 false => (hub.value - margin * by).max(0.0),
             });

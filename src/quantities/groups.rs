@@ -6,7 +6,7 @@ use num_traits::FromPrimitive;
 use super::component::{Action, Optimum};
 use super::components::{self, Choices, EndComponents};
 use super::eliminate::Row;
-use super::graph::Edge;
+use super::graph::{Edge, LOST};
 use super::meter::Meter;
 use super::number::{Interval, Number, Weight};
 use super::solution::Solution;
@@ -187,22 +187,27 @@ impl<'n> Groups<'n> {
         system: &System<'_, N>,
         nodes: &'n [u32],
         position: &'n [u32],
-        solution: &Solution<N>,
         meter: &mut Meter<'_>,
     ) -> Result<Self> {
         let mut free = Choices { first: vec![0], start: vec![0], to: Vec::new() };
         let mut numbers = Vec::new();
-        for &node in nodes {
+        // Most successors come first, so most choices into nodes without a free choice are left out at once.
+        let mut leaves = vec![false; nodes.len()];
+        for (index, &node) in nodes.iter().enumerate() {
             meter.step()?;
+            let first = numbers.len();
             for choice in system.graph.choices(node) {
                 let before = free.to.len();
-                if is_free(system, choice, position, solution, &mut free.to) {
+                if is_free(system, choice, position, &mut free.to)
+                    && !free.to[before..].iter().any(|&to| leaves[to as usize])
+                {
                     free.start.push(free.to.len() as u32);
                     numbers.push(choice);
                 } else {
                     free.to.truncate(before);
                 }
             }
+            leaves[index] = numbers.len() == first;
             free.first.push(numbers.len() as u32);
         }
         let found = match numbers.is_empty() {
@@ -210,7 +215,7 @@ impl<'n> Groups<'n> {
                 let group = (0..nodes.len() as u32).collect();
                 EndComponents { group, count: nodes.len(), inside: Vec::new() }
             }
-            false => components::end_components(&free),
+            false => components::end_components(&free, meter)?,
         };
         Ok(Groups { nodes, position, free, numbers, found })
     }
@@ -384,6 +389,25 @@ impl<'n> Groups<'n> {
 
     /// Lets the other nodes of each group move towards the one that leaves it.
     fn approach<N: Number>(&self, solution: &mut Solution<N>) {
+        let Groups { nodes, free, found, numbers, .. } = self;
+        let open = (0..nodes.len() as u32).filter(|&index| solution.pick(nodes[index as usize]) == NONE);
+        let mut open: Vec<u32> = open.collect();
+        // Sweeps by turns in both directions are faster than a list of entries, as long as each does much.
+        let mut enough = usize::MAX;
+        while open.len() <= enough {
+            enough = open.len() - open.len().div_ceil(8);
+            open.retain(|&index| {
+                let known = |&to: &u32| solution.pick(nodes[to as usize]) != NONE;
+                let leads =
+                    |&choice: &usize| found.inside[choice] && free.successors(choice).iter().any(known);
+                let choice = free.of(index).find(leads);
+                choice.inspect(|&choice| solution.set_pick(nodes[index as usize], numbers[choice])).is_none()
+            });
+            if open.is_empty() {
+                return;
+            }
+            open.reverse();
+        }
         let has_pick = |&i: &u32| solution.pick(self.nodes[i as usize]) != NONE;
         let mut layer: Vec<u32> = (0..self.nodes.len() as u32).filter(has_pick).collect();
         let (rows, into, owner) = self.free.reversed();
@@ -402,22 +426,16 @@ impl<'n> Groups<'n> {
 
 /// Returns whether nothing is gained or paid by a choice and it stays in the component; adds its
 /// successors to `to`.
-fn is_free<N: Number>(
-    system: &System<'_, N>,
-    choice: u32,
-    position: &[u32],
-    solution: &Solution<N>,
-    to: &mut Vec<u32>,
-) -> bool {
+fn is_free<N: Number>(system: &System<'_, N>, choice: u32, position: &[u32], to: &mut Vec<u32>) -> bool {
     let paid = system.cost(choice).is_some_and(|cost| !system.fractions[cost as usize].is_zero());
     if paid || !system.permits(choice) {
         return false;
     }
-    system.graph.edges(choice).all(|edge| match system.end(edge, solution) {
-        End::Open(node) if !edge.counts() && position[node as usize] != NONE => {
-            to.push(position[node as usize]);
-            true
+    system.graph.edges(choice).all(|edge| {
+        let stays = edge.to != LOST && !edge.counts() && position[edge.to as usize] != NONE;
+        if stays {
+            to.push(position[edge.to as usize]);
         }
-        _ => false,
+        stays
     })
 }

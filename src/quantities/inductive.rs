@@ -106,7 +106,7 @@ impl Wanted<'_> {
             work.rank(&ones, &position);
             ones.iter().for_each(|&node| position[node as usize] = NONE);
         }
-        for component in system.components().iter() {
+        for component in system.components(meter)?.iter() {
             if !system.is_open(component[0]) {
                 continue;
             }
@@ -124,14 +124,7 @@ impl Wanted<'_> {
 
     fn system<'s>(&'s self, margin: Option<Margin<'s>>) -> System<'s, Interval> {
         let below = self.below.map(|below| &below.rounded);
-        System {
-            graph: self.graph,
-            quantity: self.quantity,
-            below,
-            fractions: self.fractions,
-            first: None,
-            margin,
-        }
+        System { margin, ..System::new(self.graph, self.quantity, below, self.fractions) }
     }
 
     /// Returns the bound that says nothing.
@@ -341,7 +334,7 @@ impl Work<'_> {
     /// Finds the bounds of a component by one attempt after the other.
     fn component(&mut self, nodes: &[u32], position: &[u32], meter: &mut Meter<'_>) -> Result<()> {
         let system = self.wanted.system(None);
-        let groups = Groups::new(&system, nodes, position, &self.found.rounded, meter)?;
+        let groups = Groups::new(&system, nodes, position, meter)?;
         let few = groups.count() <= FEW;
         let attempts = match few {
             true => vec![Attempt::Solved, Attempt::Rounded, Attempt::Exact],
@@ -422,7 +415,7 @@ impl Work<'_> {
             Side::Upper => Margin::Gain(size, wanted.solved),
         });
         let system = wanted.system(margin);
-        let groups = Groups::new(&system, nodes, position, &self.found.rounded, meter)?;
+        let groups = Groups::new(&system, nodes, position, meter)?;
         if let Attempt::WithMargin(_) = attempt {
             let solution = &mut self.found.rounded;
             system.component(nodes, position, solution, meter)?;

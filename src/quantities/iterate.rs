@@ -18,7 +18,7 @@
 //! downwards (interval iteration).
 //!
 //! A sweep visits the groups in postorder and uses new values at once (Gauss and Seidel), so values
-//! travel through most of a component in one sweep; [`super::hub`] says where the search starts.
+//! travel through most of a component in one sweep; [`super::order`] has a better order for some.
 //! [`super::sparse`] describes the rounding.
 //!
 //! A. Hartmanns and B. Kaminski, "Optimistic value iteration" (CAV 2020); S. Haddad and B. Monmege,

@@ -19,13 +19,13 @@
 //!
 //! | module | contents |
 //! | --- | --- |
-//! | `facts`, `explore` | from an [`Analysis`](meliora_planning::Analysis) to a graph: the states that kept choices reach, with exact probabilities |
+//! | `facts`, `listing`, `explore` | from an [`Analysis`](meliora_planning::Analysis) to a graph: the states that kept choices reach, with exact probabilities |
 //! | `codes`, `blocks`, `places` | states in few bytes, and their nodes |
 //! | `graph`, `narrow` | numbered nodes, choices, edges, in few bytes |
 //! | [`cost`] | what a step costs: steps, or a reward structure |
 //! | `system`, `solve`, `solution`, `solved` | the equations of each quantity and level, solved component by component |
 //! | `components`, `groups` | strongly connected components, and the end components in them |
-//! | `hub`, `feedback` | the order of a large component whose cycles all pass through a few nodes, and policy iteration on these |
+//! | `order`, `feedback` | the order of a graph whose cycles all pass through a few nodes, and policy iteration on these |
 //! | `component`, `eliminate` | the optimum of a small component: policy iteration, elimination of states |
 //! | `doubles` | the same in doubles for larger ones, with bounds that one step confirms |
 //! | `iterate`, `pace`, `sparse`, `repeated` | bounds of a large component: optimistic value iteration over compressed rows |
@@ -65,6 +65,13 @@
 //! *Around a few nodes:* where all cycles of a large component pass through at most eight nodes, such as the charger of
 //! a robot, policy iteration on the values of these comes first. Each round takes a few sweeps.
 //! `docs/tuning.md` has figures for each method.
+//!
+//! *The order:* where all cycles of the graph pass through at most 64 nodes, all nodes are ordered once by the length of
+//! the paths to the next one of these. Components follow from two sweeps in this order, in which nodes of one length have
+//! successors that are near to each other; a depth-first search waits for memory in each step.
+//!
+//! *Threads:* several threads list the states and their choices. Nodes get their numbers in the same order with each
+//! number of threads, and so the values are the same.
 //!
 //! The levels give qualitative facts for free: P_k > 0 on level k of SPI, and P_k = 1 on level k of
 //! SASI (under `transition`: of SASI under `action`). Only states between the two have equations.
@@ -120,12 +127,13 @@ mod feedback;
 mod graph;
 mod groups;
 mod horizon;
-mod hub;
 mod inductive;
 mod iterate;
+mod listing;
 mod meter;
 mod narrow;
 mod number;
+mod order;
 pub mod outlook;
 mod pace;
 pub mod path_values;

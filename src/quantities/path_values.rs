@@ -15,7 +15,7 @@ use super::meter::Meter;
 use super::number::{Bounds, Interval, Number};
 use super::reached::{Coded, END, Growing, Nodes, Reached};
 use super::solution::Solution;
-use super::solve::NONE;
+use super::solve::{self, NONE};
 use super::system::{Quantity, System};
 use meliora_engine::Engine;
 use meliora_engine::explicit::weighted::{Codec, Walker};
@@ -139,8 +139,8 @@ impl<'e> Paths<'e> {
         };
         let mut meter = Meter::new(engine);
         let search = Search { engine, program, end, inside, cost };
-        let (mut walker, before) = (search.walker()?, meter.bytes());
-        let Reached { graph, starts, nodes } = search.explored(states, &mut walker, &mut meter)?;
+        let (walker, before) = (search.walker()?, meter.bytes());
+        let Reached { graph, starts, nodes } = search.explored(states, &walker, &mut meter)?;
         // The graph alone is needed from now on.
         drop(nodes);
         meter.release_to(before + graph.bytes());
@@ -220,9 +220,9 @@ impl Likely {
     ) -> Result<Self> {
         let mut meter = Meter::new(engine);
         let search = Search { engine, program, end: sure.clone(), inside: possible.clone(), cost: None };
-        let mut walker = search.walker()?;
+        let walker = search.walker()?;
         let codec = walker.codec().clone();
-        let Reached { graph, nodes, .. } = search.explored(states, &mut walker, &mut meter)?;
+        let Reached { graph, nodes, .. } = search.explored(states, &walker, &mut meter)?;
         let found = nodes.coded(program, &codec, &mut meter)?;
         let (solution, end) = solved(&graph, Quantity::Probability(1), &mut meter)?;
         end.map(|()| Likely { graph, codec, found, solution })
@@ -270,18 +270,14 @@ impl<'a, E: Engine> Search<'a, E> {
     }
 
     /// Finds the states that some states reach.
-    fn explored(
-        &self,
-        states: &[State],
-        walker: &mut Walker<'_>,
-        meter: &mut Meter<'_>,
-    ) -> Result<Reached<'a>> {
+    fn explored(&self, states: &[State], walker: &Walker<'_>, meter: &mut Meter<'_>) -> Result<Reached<'a>> {
         let all = self.engine.all_states();
-        let mut parts = self.engine.membership(&[&self.end, &self.inside, &all])?;
-        if let (Some(cost), true) = (&self.cost, parts.numbers().is_some()) {
-            let earning = self.engine.states_where(&self.program.earning(cost.structure))?;
-            parts = self.engine.membership(&[&self.end, &self.inside, &all, &earning])?;
-        }
+        let mut sets = vec![&self.end, &self.inside, &all];
+        let is_numbered = self.engine.membership(&[])?.numbers().is_some();
+        let earning = self.cost.filter(|_| is_numbered).map(|cost| self.program.earning(cost.structure));
+        let earning = earning.map(|earning| self.engine.states_where(&earning)).transpose()?;
+        sets.extend(&earning);
+        let parts = self.engine.membership(&sets)?;
         let (codec, growing) = (walker.codec().clone(), Growing::new(self.cost, meter)?);
         let walk = &mut *walker.walk();
         if let Some(numbers) = parts.numbers() {
@@ -302,7 +298,8 @@ fn solved<N: Number>(
     meter: &mut Meter<'_>,
 ) -> Result<(Solution<N>, Result<()>)> {
     let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
-    let system = System { graph, quantity, below: None, fractions: &fractions, first: None, margin: None };
+    let order = solve::order(graph, meter)?;
+    let system = System { order: order.as_ref(), ..System::new(graph, quantity, None, &fractions) };
     let mut solution = system.start(meter)?;
     let end = system.solve(&mut solution, meter);
     Ok((solution, end))

@@ -24,7 +24,8 @@ impl Place {
         Place { arena, junction: false }
     }
 
-    fn key(self) -> u32 {
+    /// Returns a number of its own for each place.
+    pub(super) fn key(self) -> u32 {
         2 * self.arena.map_or(0, |arena| arena + 1) + u32::from(self.junction)
     }
 }
@@ -89,8 +90,8 @@ impl Places {
         self.classes.get(node as usize).checked_sub(1)
     }
 
-    /// Adds the next node: its place, the code of its state, the class of the state, and whether the
-    /// place is the arena of this class.
+    /// Adds the next node: its place, the code of its state, the class of the state, whether the
+    /// place is the arena of this class, and whether it is known that the arena keeps every choice.
     ///
     /// # Errors
     /// The memory limit is reached.
@@ -98,14 +99,14 @@ impl Places {
         &mut self,
         place: Place,
         code: &[u64],
-        (class, own): (Option<u32>, bool),
+        (class, own, unrestricted): (Option<u32>, bool, bool),
         meter: &mut Meter<'_>,
     ) -> Result<()> {
         meter.take(self.classes.width() + 1)?;
         self.codes.add(place.key(), code, meter)?;
         self.classes.push(class.map_or(0, |class| class + 1));
         self.own.push(own);
-        self.unrestricted.push(false);
+        self.unrestricted.push(unrestricted);
         Ok(())
     }
 

@@ -16,10 +16,10 @@ use super::doubles;
 use super::feedback;
 use super::graph::{Graph, LOST};
 use super::groups::{AsFractions, AsTheyAre, Groups};
-use super::hub;
 use super::iterate::{self, Found, Sparse};
 use super::meter::Meter;
 use super::number::{Interval, Number};
+use super::order::{self, Order};
 use super::pace::Patience::{self, Little, Much};
 use super::solution::Solution;
 use super::system::{End, Quantity, System};
@@ -57,6 +57,19 @@ pub(super) enum How {
     Iterate(Patience),
 }
 
+/// Returns an order of a large graph for [`System::order`]; `None` if none is found.
+///
+/// # Errors
+/// A limit is reached.
+pub(super) fn order(graph: &Graph, meter: &mut Meter<'_>) -> Result<Option<Order>> {
+    if graph.nodes() <= order::SMALL {
+        return Ok(None);
+    }
+    let order = Order::new(graph, meter)?;
+    meter.take(order.as_ref().map_or(0, |_| graph.nodes() * size_of::<u32>()))?;
+    Ok(order)
+}
+
 impl<N: Number> System<'_, N> {
     /// Solves the equations of all open nodes, the components that others depend on first.
     ///
@@ -71,7 +84,7 @@ impl<N: Number> System<'_, N> {
         let scratch = nodes * 3 * size_of::<u32>();
         let search = nodes * components::SEARCH + self.graph.edges_in_all() / 8;
         meter.take(search)?;
-        let found = self.components();
+        let found = self.components(meter)?;
         meter.release(search - scratch);
         let mut position = vec![NONE; nodes];
         for number in 0..found.count() {
@@ -104,19 +117,26 @@ impl<N: Number> System<'_, N> {
         let place = |nodes: &[u32], position: &mut [u32]| {
             nodes.iter().zip(0..).for_each(|(&node, at)| position[node as usize] = at);
         };
-        place(component, position);
-        let ordered = match component.len() {
-            ..=SMALL => Ok(None),
-            _ => hub::ordered(self.graph, component, position, meter),
-        };
-        let end = ordered.and_then(|ordered| {
-            if let Some(nodes) = &ordered {
-                place(nodes, position);
-            }
-            self.component(ordered.as_deref().unwrap_or(component), position, solution, meter)
+        let end = self.ordered(component, position, meter).and_then(|ordered| {
+            let nodes = ordered.as_deref().unwrap_or(component);
+            place(nodes, position);
+            self.component(nodes, position, solution, meter)
         });
         component.iter().for_each(|&node| position[node as usize] = NONE);
         end.map_err(|e| self.explained(e, component.len()))
+    }
+
+    /// Returns the nodes of a large component in an order of their own, if they have one and the graph has none.
+    fn ordered(
+        &self,
+        component: &[u32],
+        position: &mut [u32],
+        meter: &mut Meter<'_>,
+    ) -> Result<Option<Vec<u32>>> {
+        match self.order.is_some() || component.len() <= order::SMALL {
+            true => Ok(None),
+            false => Order::within(self.graph, component, position, meter),
+        }
     }
 
     /// Bounds the nodes without values, from a component on, by one step per node, which holds for any bounds of their
@@ -140,9 +160,16 @@ impl<N: Number> System<'_, N> {
 
     /// Returns the strongly connected components of the open nodes and of those that they reach; each
     /// comes after those that it reaches.
-    pub(super) fn components(&self) -> Components {
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub(super) fn components(&self, meter: &mut Meter<'_>) -> Result<Components> {
+        let dependencies = Dependencies::new(self);
+        if let Some(order) = self.order {
+            return order.components(&dependencies, |node| self.is_open(node), meter);
+        }
         let open = (0..self.graph.nodes() as u32).filter(|&node| self.is_open(node));
-        components::components(&Dependencies::new(self), open)
+        Ok(components::components(&dependencies, open))
     }
 
     /// Solves the equation of a node that is a component of its own.
@@ -208,7 +235,7 @@ impl<N: Number> System<'_, N> {
         solution: &mut Solution<N>,
         meter: &mut Meter<'_>,
     ) -> Result<()> {
-        let groups = Groups::new(self, nodes, position, solution, meter)?;
+        let groups = Groups::new(self, nodes, position, meter)?;
         meter.take(groups.bytes())?;
         let end = if N::EXACT {
             self.eliminate(&groups, solution, meter).map(drop)

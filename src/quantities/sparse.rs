@@ -18,6 +18,7 @@ use super::narrow::{Digits, Narrow};
 use super::number::{Interval, Number, Weight};
 use super::repeated::Repeated;
 use super::solution::Solution;
+use super::solve::NONE;
 use super::system::System;
 use meliora_model::error::Result;
 
@@ -181,6 +182,39 @@ impl Sparse {
     /// Returns the groups that edges enter, and their probabilities.
     pub(super) fn row(&self, edges: Range<usize>) -> impl Iterator<Item = (u32, f64)> {
         edges.map(|edge| (self.to[edge], self.probabilities.get(edge)[0]))
+    }
+
+    /// Returns an action of each group, so that the component is left almost surely: each leads out, or to a group that
+    /// got its action before. `None` if there are no such actions. Cost: some sweeps, each over the groups that are
+    /// left, by turns in both directions.
+    ///
+    /// # Errors
+    /// The work is cancelled.
+    pub(super) fn leaving_policy(&self, meter: &mut Meter<'_>) -> Result<Option<Vec<u32>>> {
+        let mut policy = vec![NONE; self.groups()];
+        let mut open: Vec<u32> = (0..self.groups() as u32).collect();
+        while !open.is_empty() {
+            let before = open.len();
+            let mut end = Ok(());
+            open.retain(|&group| {
+                if end.is_ok() {
+                    end = meter.step();
+                }
+                let leaves = |(_, edges): &(usize, Range<usize>)| {
+                    self.row(edges.clone()).any(|(to, _)| policy[to as usize] != NONE)
+                };
+                let leaving = |&(action, _): &(usize, Range<usize>)| self.constant(action).1 > 0.0;
+                let found = self.actions(group as usize).find(|action| leaving(action) || leaves(action));
+                policy[group as usize] = found.map_or(NONE, |(action, _)| action as u32);
+                policy[group as usize] == NONE
+            });
+            end?;
+            if open.len() == before {
+                return Ok(None);
+            }
+            open.reverse();
+        }
+        Ok(Some(policy))
     }
 
     /// Returns a lower bound of c + Σ p · x of an action, which has the given edges.

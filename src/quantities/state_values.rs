@@ -174,7 +174,7 @@ impl StateValues {
         states: &[State],
         each: &mut dyn FnMut(Self),
     ) -> Result<()> {
-        let mut walker = Walker::new(program, &NoProgress)?;
+        let walker = Walker::new(program, &NoProgress)?;
         let codec = walker.codec().clone();
         let mut walk = walker.walk();
         for state in states {

@@ -6,6 +6,7 @@ use super::component::Sense;
 use super::graph::{Edge, Graph, LOST};
 use super::meter::Meter;
 use super::number::{Interval, Number};
+use super::order::Order;
 use super::solution::Solution;
 use super::solve::How;
 use meliora_model::error::{Limit, Result};
@@ -43,6 +44,8 @@ pub(super) struct System<'a, N> {
     pub(super) below: Option<&'a Solution<N>>,
     /// The fractions of the graph as numbers.
     pub(super) fractions: &'a [N],
+    /// An order of the graph, if one is known.
+    pub(super) order: Option<&'a Order>,
     /// The method that is tried first; `None` for the one that is expected to be the fastest.
     pub(super) first: Option<How>,
     /// A change of the equations for bounds that one step confirms.
@@ -67,7 +70,17 @@ pub(super) enum End<N> {
     Known(N),
 }
 
-impl<N: Number> System<'_, N> {
+impl<'a, N: Number> System<'a, N> {
+    /// Creates the system of a quantity of a graph, with the solution of the level below.
+    pub(super) fn new(
+        graph: &'a Graph,
+        quantity: Quantity,
+        below: Option<&'a Solution<N>>,
+        fractions: &'a [N],
+    ) -> Self {
+        System { graph, quantity, below, fractions, order: None, first: None, margin: None }
+    }
+
     pub(super) fn sense(&self) -> Sense {
         match self.quantity {
             Quantity::Cost(_) => Sense::Min,

@@ -1,16 +1,16 @@
 //! The methods for components on random graphs, against exact elimination.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use num_traits::FromPrimitive;
 
 use super::graph::{Edge, Graph, LOST, Rank};
-use super::hub;
 use super::meter::Meter;
 use super::number::{Interval, Number, Weight};
+use super::order::Order;
 use super::pace::Patience::{Little, Much};
 use super::solution::Solution;
-use super::solve::How;
+use super::solve::{self, How};
 use super::system::{Quantity, System};
 use meliora_engine::{NoProgress, ProgressSink};
 use meliora_model::error::Limit;
@@ -111,7 +111,8 @@ fn solved<N: Number>(
     meter: &mut Meter<'_>,
 ) -> Solution<N> {
     let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
-    let system = System { graph, quantity, below: None, fractions: &fractions, first, margin: None };
+    let order = solve::order(graph, meter).unwrap();
+    let system = System { first, order: order.as_ref(), ..System::new(graph, quantity, None, &fractions) };
     let mut solution = system.start(meter).unwrap();
     system.solve(&mut solution, meter).unwrap();
     solution
@@ -199,7 +200,7 @@ struct Patience(AtomicUsize);
 impl ProgressSink for Patience {
     fn stop(&self) -> Option<Limit> {
         let last = |n: usize| n.checked_sub(1);
-        self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, last).err().map(|_| Limit::Interrupted)
+        self.0.fetch_update(Relaxed, Relaxed, last).err().map(|_| Limit::Interrupted)
     }
 }
 
@@ -212,14 +213,8 @@ fn bounds_hold_wherever_a_limit_ends_the_work() {
         for quantity in [Quantity::Probability(1), Quantity::Cost(1)] {
             let whole: Solution<Interval> =
                 solved(&graph, quantity, Some(How::Iterate(Much)), &mut Meter::unlimited(&NoProgress));
-            let system = System {
-                graph: &graph,
-                quantity,
-                below: None,
-                fractions: &fractions,
-                first: Some(How::Iterate(Much)),
-                margin: None,
-            };
+            let first = Some(How::Iterate(Much));
+            let system = System { first, ..System::new(&graph, quantity, None, &fractions) };
             for patience in 0.. {
                 let sink = Patience(AtomicUsize::new(patience));
                 let mut meter = Meter::unlimited(&sink);
@@ -267,13 +262,10 @@ fn a_component_around_hubs_is_ordered_from_there() {
     let meter = &mut Meter::unlimited(&NoProgress);
     let graph = around_hubs(3000, meter);
     let fractions: Vec<Interval> = graph.fractions().iter().map(Interval::of).collect();
-    let (quantity, below) = (Quantity::Cost(1), None);
-    let system = System { graph: &graph, quantity, below, fractions: &fractions, first: None, margin: None };
-    let found = system.components();
-    let component = found.get(0);
+    let system = System::new(&graph, Quantity::Cost(1), None, &fractions);
+    let found = system.components(meter).unwrap();
     let mut position = vec![u32::MAX; graph.nodes()];
-    (0..).zip(component).for_each(|(at, &node)| position[node as usize] = at);
-    let ordered = hub::ordered(&graph, component, &position, meter).unwrap().unwrap();
+    let ordered = Order::within(&graph, found.get(0), &mut position, meter).unwrap().unwrap();
     assert_eq!(ordered.len(), 3000);
     // Only hubs are entered from nodes before them.
     let mut place = vec![0; 3000];

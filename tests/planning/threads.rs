@@ -16,6 +16,8 @@ use meliora::model::Program;
 use meliora::model::preference::Preferences;
 use meliora::planning::levels::{End, Level};
 use meliora::planning::{Analysis, Kind, Options, Phase, Safety};
+use meliora::quantities::state_values::StateValues;
+use meliora::quantities::{Steps, ValueOptions, Values};
 
 type Case = (Arc<Program>, Arc<Preferences>);
 
@@ -74,6 +76,21 @@ fn everything((program, preferences): &Case, settings: Settings, safety: Safety)
     found
 }
 
+/// The values of all states, and of the states that the initial ones reach.
+fn values((program, preferences): &Case, settings: Settings, safety: Safety) -> Vec<StateValues> {
+    let engine = Arc::new(AnyEngine::new(Arc::clone(program), settings).unwrap());
+    let mut analysis = Analysis::new(&engine, preferences, Options { safety, max_level: None });
+    analysis.run(&mut |_| ()).unwrap();
+    let options = ValueOptions { levels: 3, exact: false, within: Some(3) };
+    let mut found = Vec::new();
+    for starts in [engine.initial_states(), engine.all_states()] {
+        let starts = engine.list_states(&starts, usize::MAX).unwrap();
+        let values = Values::compute(options, &analysis, program, &starts, &Steps).unwrap();
+        found.extend(StateValues::all(&analysis, program, &values, &starts).unwrap());
+    }
+    found
+}
+
 /// Compares the results of one, two and four threads.
 fn compare(name: &str, case: &Case, scopes: &[Scope]) {
     for &scope in scopes {
@@ -81,9 +98,15 @@ fn compare(name: &str, case: &Case, scopes: &[Scope]) {
             for &safety in Safety::ALL {
                 let settings = |threads| Settings { scope, storage, ..settings(threads) };
                 let expected = everything(case, settings(1), safety);
+                let expected_values = values(case, settings(1), safety);
                 for threads in [2, 4] {
                     let found = everything(case, settings(threads), safety);
                     assert!(found == expected, "{name}, {scope:?}, {safety}, {threads} threads");
+                    let found = values(case, settings(threads), safety);
+                    assert!(
+                        found == expected_values,
+                        "{name}, {scope:?}, {safety}, {threads} threads: values"
+                    );
                 }
             }
         }

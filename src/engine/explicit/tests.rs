@@ -64,7 +64,7 @@ fn compare(kind: &str, of: &[u16]) {
     let values = (0..3).flat_map(|x| (0..32).flat_map(move |b| (0..17).map(move |d| vec![x, b, d])));
     let states: Vec<State> = values.collect();
     let expected: Vec<Choices> = states.iter().map(|state| of_program(&program, state)).collect();
-    let (mut fractions, mut walker) = (Fractions::default(), Walker::new(&program, &NoProgress).unwrap());
+    let (mut fractions, walker) = (Fractions::default(), Walker::new(&program, &NoProgress).unwrap());
     let codec = walker.codec().clone();
     let (mut walk, mut steps) = (walker.walk(), Steps::default());
     for round in 0..8 {

@@ -90,8 +90,6 @@ pub struct Walker<'p> {
     program: &'p Program,
     codec: Codec,
     prepared: Prepared,
-    /// The probabilities of the branches of each command, in the last state in which they were read.
-    known: Vec<Option<Weights>>,
 }
 
 impl<'p> Walker<'p> {
@@ -102,8 +100,7 @@ impl<'p> Walker<'p> {
     pub fn new(program: &'p Program, sink: &dyn ProgressSink) -> Result<Self> {
         let codec = Codec::new(program)?;
         let prepared = Prepared::new(program, &codec.layout, sink)?;
-        let known = vec![None; program.commands.len()];
-        Ok(Walker { program, codec, prepared, known })
+        Ok(Walker { program, codec, prepared })
     }
 
     /// Returns the codes of the states.
@@ -111,8 +108,8 @@ impl<'p> Walker<'p> {
         &self.codec
     }
 
-    /// Creates the walk, which keeps work between states.
-    pub fn walk(&mut self) -> Box<dyn Walk + '_> {
+    /// Creates a walk, which keeps work between states. Several threads may walk.
+    pub fn walk(&self) -> Box<dyn Walk + '_> {
         match self.codec.layout.words() {
             1 => Box::new(PackedWalk::<1>::new(self)),
             2 => Box::new(PackedWalk::<2>::new(self)),
@@ -126,7 +123,7 @@ impl<'p> Walker<'p> {
 }
 
 /// A walk over states.
-pub trait Walk {
+pub trait Walk: Send {
     /// Lists the successors of the choices of a state, in the order of [`Program::steps`].
     ///
     /// # Errors
@@ -148,7 +145,8 @@ struct PackedWalk<'w, const W: usize> {
     codec: &'w Codec,
     stepper: Stepper<'w, W>,
     prepared: &'w Prepared,
-    known: &'w mut [Option<Weights>],
+    /// The probabilities of the branches of each command, in the last state in which they were read.
+    known: Vec<Option<Weights>>,
     /// The successors of a choice.
     successors: Vec<([u64; W], u32)>,
     weights: Weights,
@@ -203,14 +201,14 @@ impl<const W: usize> Walk for PackedWalk<'_, W> {
 }
 
 impl<'w, const W: usize> PackedWalk<'w, W> {
-    fn new(walker: &'w mut Walker<'_>) -> Self {
-        let Walker { program, codec, prepared, known } = walker;
+    fn new(walker: &'w Walker<'_>) -> Self {
+        let Walker { program, codec, prepared } = walker;
         PackedWalk {
             program,
             codec,
             stepper: Stepper::new(prepared),
             prepared,
-            known,
+            known: vec![None; program.commands.len()],
             successors: Vec::new(),
             weights: Weights::new(),
             asked: 0,
@@ -368,7 +366,7 @@ mod tests {
     fn same(model: &str) {
         let read = |name, text: &str| SourceFile::new(name, text);
         let program = lang::load(&read("model", model), &read("constants", "")).unwrap().program;
-        let (mut fractions, mut walker) = (Fractions::default(), Walker::new(&program, &NoProgress).unwrap());
+        let (mut fractions, walker) = (Fractions::default(), Walker::new(&program, &NoProgress).unwrap());
         let codec = walker.codec().clone();
         let mut walk = walker.walk();
         let (mut states, mut next) = (vec![vec![0; program.variables.len()]], 0);
@@ -412,9 +410,9 @@ mod tests {
               [] b=0 -> true; endmodule";
         let read = |name, text: &str| SourceFile::new(name, text);
         let program = lang::load(&read("model", model), &read("constants", "")).unwrap().program;
-        let (mut fractions, mut walker) = (Fractions::default(), Walker::new(&program, &NoProgress).unwrap());
+        let (mut fractions, walker) = (Fractions::default(), Walker::new(&program, &NoProgress).unwrap());
         let codec = walker.codec().clone();
-        let (mut walk, mut steps) = (PackedWalk::<1>::new(&mut walker), Steps::default());
+        let (mut walk, mut steps) = (PackedWalk::<1>::new(&walker), Steps::default());
         let mut shared = 0;
         for round in 0..10 {
             for (x, b) in (0..10).flat_map(|x| (0..100).map(move |b| (x, b))) {
