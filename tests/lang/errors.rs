@@ -5,7 +5,7 @@ use meliora::lang::{
     load, lower_target, parse_constants, parse_expression, parse_preferences, parse_property, parse_state,
 };
 
-fn rendered<T>(result: Result<T, Error>) -> String {
+pub(super) fn rendered<T>(result: Result<T, Error>) -> String {
     match result {
         Ok(_) => "accepted\n".to_owned(),
         Err(Error::Input(diagnostics)) => render(&diagnostics, false),
@@ -14,18 +14,18 @@ fn rendered<T>(result: Result<T, Error>) -> String {
 }
 
 /// Returns the outputs for the cases of a theme, one after the other.
-fn all(cases: &[&str], run: impl Fn(&str) -> String) -> String {
+pub(super) fn all(cases: &[&str], run: impl Fn(&str) -> String) -> String {
     cases.iter().map(|case| format!("{}\n", run(case))).collect()
 }
 
 /// Compares with the stored snapshot, without the source expression in the file's head.
-fn snapshot(name: &str, text: impl AsRef<str>) {
+pub(super) fn snapshot(name: &str, text: impl AsRef<str>) {
     let mut settings = insta::Settings::clone_current();
     settings.set_omit_expression(true);
     settings.bind(|| insta::assert_snapshot!(name, text.as_ref()));
 }
 
-fn model(text: &str) -> String {
+pub(super) fn model(text: &str) -> String {
     model_with(text, "")
 }
 
@@ -34,7 +34,7 @@ fn model_with(text: &str, constants: &str) -> String {
 }
 
 /// A module with the given commands around a small state.
-fn with_commands(commands: &str) -> String {
+pub(super) fn with_commands(commands: &str) -> String {
     model(&format!("mdp\nmodule m\n x : [0..3];\n b : bool;\n {commands}\nendmodule\n"))
 }
 
@@ -429,27 +429,6 @@ fn formulas_that_pile_up_too_high_are_an_error() {
 }
 
 #[test]
-fn what_other_languages_write_is_told_with_what_to_write_here() {
-    let command = |text: &str| with_commands(text);
-    let mut text = String::new();
-    for case in [
-        "[] x==0 && b -> (x'=1) && (b'=true);",
-        "[] x=<2 || x<>1 -> true;",
-        "[] x=0 and b -> true;",
-        "[] not b -> true;",
-        "[] x % 2 = 0 -> true;",
-        "[] x=0 -> x'=1;",
-        "[] x=0 -> 0.5 : x'=1 + 0.5 : true;",
-        "[] x'=0 -> true;",
-        "# nothing\n [] true -> true;",
-    ] {
-        text.push_str(&command(case));
-        text.push('\n');
-    }
-    snapshot("what_other_languages_write", text);
-}
-
-#[test]
 fn a_mistyped_keyword_is_told_with_the_one_that_was_meant() {
     let cases = [
         "mdp\nmodul m\n x : bool;\nendmodule",
@@ -474,79 +453,6 @@ fn what_is_missing_is_shown_at_the_end_of_its_line() {
 }
 
 #[test]
-fn files_of_another_kind_are_named() {
-    let mut text = String::new();
-    for case in [
-        "// preferences\nobjective A = F x=1;",
-        "P>=1 [ F x=1 ]",
-        "(x,y)\n0:(0,1)\n",
-        "0=\"init\" 1=\"deadlock\"\n0: 0\n",
-        "const int T;\n\"far\": Pmax=? [ F<=T x=1 ];",
-        "\"cost\": R{\"cost\"}min=? [ F x=1 ];",
-    ] {
-        text.push_str(&format!("{}\n", model(case)));
-    }
-    for case in [
-        "mdp\nmodule m\n x : bool;\nendmodule",
-        "const int N = 3;\nmdp",
-        "const int T;\nPmax=? [ F<=T x=1 ];",
-        "label \"far\" = x=3;\nobjective A = F \"far\";",
-    ] {
-        text.push_str(&format!("{}\n", rendered(parse_preferences(&SourceFile::new("p.pref", case)))));
-    }
-    snapshot("files_in_place_of_others", text);
-}
-
-#[test]
 fn a_label_written_as_a_name_is_told_with_its_quotes() {
     snapshot("labels_and_names", all(&["done", "\"low\"", "\"x\" = 1"], target));
-}
-
-/// Requires these words in an error message with its help.
-fn expect_words(found: &str, words: &[&str]) {
-    for word in words {
-        assert!(found.contains(word), "`{word}` in: {found}");
-    }
-}
-
-#[test]
-fn what_is_written_otherwise_elsewhere_is_told_with_what_to_write() {
-    expect_words(&with_commands("[] x=0 -> (x':=1);"), &["given by `=`", "(x'=1)"]);
-    expect_words(&with_commands("[] x=0 -> (x'=1),(b'=true);"), &["`,` cannot join updates", "write `&`"]);
-    expect_words(&with_commands("[] x=0 -> (x'=if b then 1 else 2);"), &["`condition ? value : other`"]);
-    expect_words(&with_commands("[] x=0 -> (x'=1) & true;"), &["`true` stands alone", "leave it out"]);
-    expect_words(&model("mdp /* why */ module m endmodule"), &["found `/`", "a comment begins with `//`"]);
-    expect_words(&with_commands("[] x≤1 -> true;"), &["unexpected `≤`", "write `<=`"]);
-    expect_words(&with_commands("[] 0<=x<=1 -> true;"), &["must be a number", "`0<=x & x<=1`"]);
-    let rewards = |text: &str| {
-        model(&format!("mdp module m x : bool; [a] true -> true; endmodule rewards {text} endrewards"))
-    };
-    for text in ["[a] 3;", "cost x : 1;"] {
-        expect_words(
-            &rewards(text),
-            &["expected `:`", "`[action] condition : number;`", "`rewards \"name\"`"],
-        );
-    }
-}
-
-#[test]
-fn an_update_of_a_misspelt_variable_is_told_with_the_one_that_was_meant() {
-    let text = |name: &str| {
-        format!("mdp const int count2 = 1; module m count : [0..3]; [] true -> ({name}'=1); endmodule")
-    };
-    expect_words(
-        &model(&text("cuont")),
-        &["`cuont` cannot be updated: it is unknown", "did you mean `count`?"],
-    );
-    let constant = model(&text("count2"));
-    expect_words(&constant, &["`count2` cannot be updated: it is not a variable"]);
-    assert!(!constant.contains("did you mean"), "{constant}");
-}
-
-#[test]
-fn an_operator_with_nothing_behind_it_is_told_as_such() {
-    let read = |text: &str| rendered(parse_preferences(&SourceFile::new("p.pref", text)));
-    expect_words(&read("objective A = F<=10;"), &["`F<=10` has no operand", "`F<=10 (condition)`"]);
-    expect_words(&read("objective A = G;"), &["`G` has no operand"]);
-    expect_words(&read("objective A = P>=1 [ F x=1 ];"), &["within the brackets of one"]);
 }

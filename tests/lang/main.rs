@@ -8,6 +8,7 @@ mod errors;
 mod expressions;
 mod jani;
 mod meaning;
+mod mistakes;
 mod preferences;
 #[path = "../common/random_program.rs"]
 #[allow(dead_code, unreachable_pub, reason = "only programs are used")]

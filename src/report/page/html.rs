@@ -51,7 +51,11 @@ pub(super) fn page(content: &Content<'_>) -> String {
                 (footer(content))
                 @if let Some(paint) = &paint {
                     script #data type="application/json" { (PreEscaped(data::script(content, paint))) }
-                    script { (PreEscaped(include_str!("diagram.js"))) (PreEscaped(include_str!("page.js"))) }
+                    script {
+                        (PreEscaped(include_str!("diagram.js")))
+                        (PreEscaped(include_str!("shades.js")))
+                        (PreEscaped(include_str!("page.js")))
+                    }
                 }
             }
         }

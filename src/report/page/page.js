@@ -83,27 +83,6 @@
     valued.get(key).push(number);
   }
 
-  /** Formats a value in at most five characters. */
-  function digits(x) {
-    const power = () => x.toExponential(0).replace('e+', 'e');
-    if (x > 0 && x < 0.005) return power();
-    if (x > 0.995 && x < 1) return '>0.99';
-    if (x >= 1e5) return power();
-    return String(Number(x.toFixed(x < 1 ? 2 : x < 100 ? 1 : 0)));
-  }
-
-  /** Returns the colour of a share of 0 to 1; larger shares are darker. */
-  function scale(share) {
-    const stops = data.heat.stops;
-    const place = Math.max(0, Math.min(1, share)) * (stops.length - 1);
-    const below = Math.min(Math.floor(place), stops.length - 2);
-    const rgb = stops[below].map((from, i) => Math.round(from + (stops[below + 1][i] - from) * (place - below)));
-    const light = 0.299 * rgb[0] + 0.587 * rgb[1] + 0.114 * rgb[2];
-    // The light end follows the theme.
-    const fill = place < 1 ? 'color-mix(in srgb, var(--one), rgb(' + stops[1] + ') ' + 100 * place + '%)' : 'rgb(' + rgb + ')';
-    return { fill, ink: light > 140 ? 'var(--one-ink)' : '#ffffff' };
-  }
-
   /** Returns the best value of the states of a cell; `others` are values or null for any. */
   function best(measure, row, column, others) {
     let found = null;
@@ -117,7 +96,7 @@
       return { text: measure.steps ? '–' : '0', color: { fill: 'var(--none)', ink: 'var(--none-ink)' } };
     }
     const share = measure.high > measure.low ? (found - measure.low) / (measure.high - measure.low) : 0;
-    return { text: digits(found), color: scale(measure.steps ? 1 - share : share) };
+    return { text: digits(found), color: shade(data.heat.stops, measure.steps ? 1 - share : share) };
   }
 
   /** Returns the pattern of a cell in which the other variables have any values. */
