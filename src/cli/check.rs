@@ -10,8 +10,9 @@ use meliora_report::CheckReport;
 use meliora_report::check::LISTED;
 use meliora_report::players::PlayerSummary;
 
+use super::engines;
 use super::exit::Status;
-use super::load::{self, Question};
+use super::load::Question;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, Arguments};
 use super::supervise::{Job, supervise};
@@ -173,7 +174,7 @@ impl<E: Engine, R: Checked> Checking<'_, E, R> {
                 let overlap = question.overlap.as_ref();
                 let players = PlayerSummary::all(&question.program, self.analysis.whole_engine())?;
                 self.job.update(|r| r.check().players = players);
-                load::warn_of_states(sink, engine, &question.program, &counts.deadlocks, overlap)
+                engines::warn_of_states(sink, engine, &question.program, &counts.deadlocks, overlap)
             }
             None => Ok(()),
         }

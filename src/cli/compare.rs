@@ -12,6 +12,7 @@ use meliora_report::compare::{EngineReport, Preference};
 use meliora_report::envelope::Times;
 
 use super::agreement::{self, Agreement};
+use super::engines;
 use super::exit::Status;
 use super::load::{self, Question};
 use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
@@ -83,7 +84,7 @@ fn analysed(
     parsed: f64,
 ) -> Result<Analysis<AnyEngine>, Error> {
     let start = Instant::now();
-    let build = || load::engine(&question.program, &args.model, storage, &job.sink);
+    let build = || engines::engine(&question.program, &args.model, storage, &job.sink);
     let engine = job.timed(phase, build, |_, _| ())?;
     let mut time = Times::of::<CheckFindings>();
     time.add("build", start.elapsed().as_secs_f64());

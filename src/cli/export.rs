@@ -15,6 +15,7 @@ use meliora_report::{ExportReport, Header};
 
 use super::by_name::by_name;
 use super::choose::costs;
+use super::engines;
 use super::exit::Status;
 use super::export_explicit::{self, Files, Induced};
 use super::load;
@@ -189,7 +190,7 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
         question.program.of_one_player("`--values`")?;
     }
     job.update(|r| r.header.read(&question.program));
-    let build = || load::symbolic(&question.program, &args.model, &job.sink);
+    let build = || engines::symbolic(&question.program, &args.model, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;
     let mut analysis = Analysis::new(&engine, &question.preferences, args.preferences.options());
     phases::run(&mut analysis, Phase::ALL, &job.sink, &mut |_| ())?;

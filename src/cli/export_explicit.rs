@@ -24,7 +24,7 @@ use super::folder::Folder;
 use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
 use super::phases;
 use super::supervise::{Job, supervise};
-use super::{load, plan};
+use super::{engines, load, plan};
 
 /// The strategy whose induced model is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -110,7 +110,7 @@ fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
     };
     let (question, costs) = job.timed("parse", read, |_, _| ())?;
     job.update(|r| r.header.read(&question.program));
-    let build = || load::symbolic(&question.program, &wanted.model, &job.sink);
+    let build = || engines::symbolic(&question.program, &wanted.model, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;
     let mut analysis = Analysis::new(&engine, &question.preferences, wanted.preferences.options());
     phases::run(&mut analysis, Phase::ALL, &job.sink, &mut |_| ())?;

@@ -14,6 +14,7 @@ use meliora_report::InfoReport;
 use meliora_report::info::{FlatReport, Nodes, RewardSummary};
 use meliora_report::players::PlayerSummary;
 
+use super::engines;
 use super::exit::Status;
 use super::load;
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
@@ -79,7 +80,7 @@ fn work(job: &Job<InfoReport>, args: &InfoArgs, storage: Storage) -> Result<(), 
         r.header.read(&program);
         r.rewards = RewardSummary::all(&program);
     });
-    let build = || load::engine(&program, &args.model, storage, &job.sink);
+    let build = || engines::engine(&program, &args.model, storage, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     if let Some(engine) = engine.symbolic() {
         let sizes = engine.sizes()?;
@@ -100,7 +101,7 @@ fn count<E: Engine>(
     overlap: Option<&Predicate>,
 ) -> Result<(), Error> {
     let counts = job.timed("count", || ModelCounts::of(engine), |r, s| r.time.add("count", s))?;
-    load::warn_of_states(&job.sink, engine, program, &counts.deadlocks, overlap)?;
+    engines::warn_of_states(&job.sink, engine, program, &counts.deadlocks, overlap)?;
     let players = PlayerSummary::all(program, engine)?;
     job.update(|r| {
         (r.counts, r.players) = (Some(counts), players);

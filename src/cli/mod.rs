@@ -6,6 +6,7 @@ mod agreement;
 mod at;
 mod by_name;
 mod choose;
+mod engines;
 mod examples;
 mod exit;
 mod files;

@@ -9,6 +9,7 @@ use meliora_model::preference::ObjectiveSet;
 use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, Phase, StrategyKind};
 use meliora_report::envelope::{Envelope, Findings};
 
+use super::engines;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs};
 use super::phases;
@@ -44,7 +45,7 @@ pub(super) fn prepared<F: Findings, T>(
         r.header.read_both(&question.program, &question.preferences);
         r.header.select(&selected);
     });
-    let build = || load::engine_for_levels(&question.program, model, &mut selected, &job.sink);
+    let build = || engines::engine_for_levels(&question.program, model, &mut selected, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     job.update(|r| r.header.select(&selected));
     Ok((question, engine, more))

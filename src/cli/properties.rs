@@ -18,6 +18,7 @@ use meliora_planning::result::ModelCounts;
 use meliora_report::PropertiesReport;
 use meliora_report::properties::PropertyAnswer;
 
+use super::engines;
 use super::exit::Status;
 use super::load::{self, Asked, Stated};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
@@ -184,7 +185,7 @@ fn run_engine(
 ) -> Result<(), Error> {
     let (mut selected, asking): (_, Vec<&Asking>) =
         (selected.clone(), questions.iter().map(|q| q.0).collect());
-    let build = || load::engine_for(&asking, program, model, &mut selected, &job.sink);
+    let build = || engines::engine_for(&asking, program, model, &mut selected, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;
     job.update(|r| r.header.select(&selected));
     answer(job, &*engine, asked, questions, precision)
@@ -208,7 +209,13 @@ fn answer<E: Engine>(
     let mut known = false;
     job.update(|r| known = r.counts.is_some());
     if !known {
-        load::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap.as_ref())?;
+        engines::warn_of_states(
+            &job.sink,
+            engine,
+            &asked.program,
+            &counts.deadlocks,
+            asked.overlap.as_ref(),
+        )?;
         job.update(|r| (r.counts, r.escape) = (Some(counts), under.escape.clone()));
     }
     for questions in by_coalition(questions) {

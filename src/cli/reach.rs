@@ -10,6 +10,7 @@ use meliora_quantities::answer::{Answer, PRECISION};
 use meliora_report::reach::Share;
 use meliora_report::{Number, ReachReport};
 
+use super::engines;
 use super::exit::Status;
 use super::load::{self, Asked, Stated};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
@@ -155,7 +156,7 @@ fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
         r.header.read(&asked.program);
         r.header.select(&selected);
     });
-    let build = || load::engine_for(&[asking], program, &args.model, &mut selected, &job.sink);
+    let build = || engines::engine_for(&[asking], program, &args.model, &mut selected, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     job.update(|r| r.header.select(&selected));
     answer(job, &*engine, &asked, asking, args.precision)
@@ -175,7 +176,7 @@ fn answer<E: Engine>(
     // Counting is a part of building.
     let count = || under.counts(&asking.goal);
     let counts = job.timed("count", count, |r, s| r.time.add("build", s))?;
-    load::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap.as_ref())?;
+    engines::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap.as_ref())?;
     job.update(|r| (r.counts, r.escape) = (Some(counts), under.escape.clone()));
     let engine = under.engine();
     let (mut search, judged) = (asking.goal.search(engine)?, asking.goal.judged(engine)?);

@@ -23,6 +23,7 @@ use super::at::At;
 use super::by_name::by_name;
 use super::check::{self, Checked};
 use super::choose::validate_scheduler;
+use super::engines;
 use super::exit::Status;
 use super::files::Target;
 use super::load::{self, Question};
@@ -187,7 +188,7 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
     };
     let (question, plane, at) = job.timed("parse", read, |r, s| r.check.time.add("parse", s))?;
     check::read(job, &question);
-    let build = || load::symbolic(&question.program, &args.model, &job.sink);
+    let build = || engines::symbolic(&question.program, &args.model, &job.sink);
     let engine = job.timed("build", build, |r, s| r.check.time.add("build", s))?;
     let start = at.states(&*engine, &question.program, (args.model.scope, 1), &job.sink)?.pop();
     let analysis = check::analyse(job, &engine, &question, &args.preferences)?;

@@ -18,6 +18,7 @@ use meliora_report::values::{heading, rows};
 
 use super::at::{self, At};
 use super::choose::costs;
+use super::engines;
 use super::exit::Status;
 use super::files::Target;
 use super::load;
@@ -115,7 +116,7 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
         r.header.select(&selected);
         r.header.history = question.preferences.whole_paths();
     });
-    let build = || load::engine(&question.program, &args.model, selected.storage, &job.sink);
+    let build = || engines::engine(&question.program, &args.model, selected.storage, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     let most = (args.model.scope, args.limit as usize);
     let given = at.states(&*engine, &question.program, most, &job.sink)?;
