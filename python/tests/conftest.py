@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import tarfile
 from pathlib import Path
 from typing import Literal
 
@@ -35,6 +37,17 @@ objective Second = F (s=2 | s=4);
 objective Third  = F (s=3);
 prefer Second, Third > First;
 """
+
+
+def packed(files: dict[str, bytes]) -> bytes:
+    """Returns an archive of files, not compressed."""
+    out = io.BytesIO()
+    with tarfile.open(fileobj=out, mode="w") as tar:
+        for name, content in files.items():
+            entry = tarfile.TarInfo(name)
+            entry.size = len(content)
+            tar.addfile(entry, io.BytesIO(content))
+    return out.getvalue()
 
 
 @pytest.fixture(scope="session", params=ENGINES)

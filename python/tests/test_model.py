@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import io
+import gzip
 import json
 import pickle
 import struct
-import tarfile
 from pathlib import Path
 
 import pytest
 
 import meliora
-from conftest import MODELS, TOY, WISHES
+from conftest import MODELS, TOY, WISHES, packed
 
 
 def test_a_model_says_what_it_has(robot: meliora.Model) -> None:
@@ -106,13 +105,7 @@ def archive() -> bytes:
     arrays = {"state-to-choices": [0, 1, 2], "state-is-initial": [1], "choice-to-branches": [0, 2, 3], "branch-to-target": [0, 1, 1]}
     files = {f"{name}.bin": struct.pack(f"<{len(numbers)}Q", *numbers) for name, numbers in arrays.items()}
     files = {"index.json": json.dumps(index).encode(), **files, "branch-to-probability.bin": struct.pack("<3d", 0.25, 0.75, 1)}
-    packed = io.BytesIO()
-    with tarfile.open(fileobj=packed, mode="w:gz") as tar:
-        for name, data in files.items():
-            entry = tarfile.TarInfo(name)
-            entry.size = len(data)
-            tar.addfile(entry, io.BytesIO(data))
-    return packed.getvalue()
+    return gzip.compress(packed(files))
 
 
 def test_archives_are_told_by_their_content(tmp_path: Path) -> None:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import gzip
-import io
 import json
 import pickle
 import struct
-import tarfile
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +13,7 @@ import numpy as np
 import pytest
 
 import meliora
+from conftest import packed
 
 #: The first action of state 0 leads to 1 or 2, the second to 3; the third state ends the episode.
 P: dict[int, dict[int, list[tuple[float, int, float, bool]]]] = {
@@ -116,13 +115,7 @@ def archive() -> bytes:
         "state-is-initial.bin": struct.pack("<Q", 1),
         "branch-to-target.bin": struct.pack("<2Q", 1, 1),
     }
-    out = io.BytesIO()
-    with tarfile.open(fileobj=out, mode="w") as tar:
-        for name, content in files.items():
-            entry = tarfile.TarInfo(name)
-            entry.size = len(content)
-            tar.addfile(entry, io.BytesIO(content))
-    return out.getvalue()
+    return packed(files)
 
 
 def test_an_archive_is_read_from_a_path_or_bytes(tmp_path: Path) -> None:
