@@ -52,8 +52,9 @@ const MOST_STATES_OF_GAMES: u64 = 4_000_000;
 /// The explicit engine replaces the diagrams of such a game with fewer states for each of their nodes.
 ///
 /// Measured on grid worlds and pursuits against an opponent: with 10 to 40 states for each node, `check` takes 0.4 to
-/// 1.2 times as long, diagrams included; from 78 states on, the explicit engine alone takes 2.5 to 500 times as long. Where the opponent depends on all of our
-/// variables, the steps of diagrams are about as many as the transitions, and each takes ten times as long.
+/// 1.2 times as long, diagrams included; from 78 states on, the explicit engine alone takes 2.5 to 500 times as long. If
+/// the opponent depends on all of our variables, the steps of diagrams are about as many as the transitions, and each
+/// takes ten times as long.
 const STATES_PER_NODE_OF_GAMES: u64 = 48;
 
 /// The engine for a model.

@@ -1,10 +1,9 @@
 //! Fixpoints: recursions over the diagrams of sets and the lists of relations at once, run on a
 //! store.
 //!
-//! `reach` and `saturation` compute the states that are reachable within a bound, and `layers` does so layer
-//! by layer. `parts` are groups
+//! `reach` and `saturation` compute the states that are reachable within a bound. `parts` are groups
 //! of choices, each with a bound of its own; `confined` and `attractor` are recursions over them. `lose` removes
-//! losing states without a bound per group, and `layers` does so layer by layer.
+//! losing states without a bound per group. `layers` does both layer by layer.
 //! `clusters` are the relations united for reachability.
 
 pub(in crate::symbolic) mod attractor;
