@@ -55,14 +55,17 @@ pub fn keeping<E: Engine>(
     edges_into(engine, choices, edge_labels, |labels| engine.difference(x, &labels.dropped))
 }
 
-/// Returns { (s,a) ∈ C : some plain edge enters X }. Cost: one pre-image per distinct X \ (goal ∪
-/// dropped).
+/// Returns { (s,a) ∈ C : some plain edge enters X }; without edge labels, all edges are plain. Cost: one
+/// pre-image per distinct X \ (goal ∪ dropped).
 pub fn plain_edges_into<E: Engine>(
     engine: &E,
     choices: &E::Choices,
     edge_labels: &[EdgeLabels<E::States>],
     x: &E::States,
 ) -> Result<E::Choices> {
+    if edge_labels.is_empty() {
+        return engine.pre(choices, x);
+    }
     edges_into(engine, choices, edge_labels, |labels| {
         engine.difference(&engine.difference(x, &labels.goal)?, &labels.dropped)
     })

@@ -64,11 +64,7 @@ impl<'a> Removal<'a> {
     /// Removes the choices that may step into lost states.
     fn withdraw(&mut self, lost: &StateSet) -> Result<()> {
         let engine = self.engine;
-        let gone = if self.edge_labels.is_empty() {
-            engine.pre(&self.choices, lost)?
-        } else {
-            plain_edges_into(engine, &self.choices, self.edge_labels, lost)?
-        };
+        let gone = plain_edges_into(engine, &self.choices, self.edge_labels, lost)?;
         self.choices = engine.difference(&self.choices, &gone)?;
         Ok(())
     }

@@ -406,10 +406,7 @@ impl Engine for SymbolicEngine {
         self.check_owned(edge_labels)?;
         let (left, lost) = self.lose_states(left, within, won, edge_labels, lost)?;
         let Some(lost) = lost else { return Ok(left) };
-        let gone = match edge_labels {
-            [] => self.pre(&left.choices, &lost)?,
-            _ => plain_edges_into(self, &left.choices, edge_labels, &lost)?,
-        };
+        let gone = plain_edges_into(self, &left.choices, edge_labels, &lost)?;
         Ok(Region { choices: self.difference(&left.choices, &gone)?, ..left })
     }
 
