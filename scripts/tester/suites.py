@@ -4,6 +4,7 @@ from tester import (
     checks,
     exchange,
     games,
+    lists,
     package,
     pages,
     promises,
@@ -15,5 +16,5 @@ from tester import (
     together,
 )
 
-GROUPS = (checks, games, promises, regions, questions, tables, together, stopping, exchange, pages, refusals, package)
+GROUPS = (checks, games, promises, regions, questions, tables, together, stopping, lists, exchange, pages, refusals, package)
 ALL = {name: check for group in GROUPS for name, check in group.ALL.items()}

@@ -10,6 +10,7 @@ use meliora_dump::manifest;
 use meliora_engine::NoProgress;
 use meliora_lang::ltl;
 use meliora_lang::named::{self, Property};
+use meliora_lang::refusal::Refusal;
 use meliora_lang::{self as lang, Document, Given};
 use meliora_model::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora_model::predicate::Predicate;
@@ -44,14 +45,20 @@ pub(super) struct Asked {
     pub(super) program: Arc<Program>,
     /// The questions, in the order of the command line.
     pub(super) questions: Vec<Stated>,
+    /// True if a question without an answer leaves the others: those of a file, or of the model.
+    pub(super) is_list: bool,
     /// See [`Loaded::overlap`].
     pub(super) overlap: Option<Predicate>,
 }
 
 impl Asked {
-    pub(super) fn new(mut program: Program, questions: Vec<Stated>, overlap: Option<Predicate>) -> Self {
+    pub(super) fn new(
+        mut program: Program,
+        (questions, is_list): (Vec<Stated>, bool),
+        overlap: Option<Predicate>,
+    ) -> Self {
         note_inexact(&mut program, questions.iter().flat_map(|q| q.asking.goal.predicates()));
-        Asked { program: Arc::new(program), questions, overlap }
+        Asked { program: Arc::new(program), questions, is_list, overlap }
     }
 }
 
@@ -226,7 +233,7 @@ pub(super) fn asked(
     }
     for text in properties {
         let asking = match named.iter().find(|p| p.name == *text) {
-            Some(named) => of_name(&program, of_model(named)?, &required)?,
+            Some(named) => Asking::named(&program, of_model(named)?, &required)?,
             None => {
                 let source = SourceFile::new("--property", text.as_str());
                 Asking::property(&program, &source, &required)?
@@ -234,7 +241,7 @@ pub(super) fn asked(
         };
         questions.push(Stated { text: text.clone(), asking });
     }
-    Ok(Asked::new(program, questions, overlap))
+    Ok(Asked::new(program, (questions, false), overlap))
 }
 
 /// Reads the model, and a target or a property whose paths stop where it is decided.
@@ -255,7 +262,7 @@ pub(super) fn stopping(
         None => Stopping::property(&program, &SourceFile::new("--property", text))?,
     };
     let overlap = overlap(&program);
-    Ok(Asked::new(program, vec![Stated { text: text.to_owned(), asking }], overlap))
+    Ok(Asked::new(program, (vec![Stated { text: text.to_owned(), asking }], false), overlap))
 }
 
 /// Lets reports name an expression of the conditions that is not exact, if all of the model are.
@@ -266,7 +273,7 @@ fn note_inexact<'p>(program: &mut Program, mut conditions: impl Iterator<Item = 
 }
 
 /// A name of a property, and the reason if it cannot be answered.
-pub(super) type Named = (String, Option<String>);
+pub(super) type Named = (String, Option<Refusal>);
 
 /// Reads the model and all properties that it names. The questions are those that can be answered.
 ///
@@ -284,13 +291,30 @@ pub(super) fn named(
     let required = required(texts)?;
     let (mut questions, mut all) = (Vec::new(), Vec::new());
     for Property { name, asks } in named {
-        all.push((name.clone(), asks.as_ref().err().cloned()));
-        if let Ok(asked) = asks {
-            let asking = of_name(&program, asked, &required)?;
-            questions.push(Stated { text: name, asking });
-        }
+        let asking = match asks {
+            Ok(asked) => alone(&program.source, Asking::named(&program, asked, &required))?,
+            Err(refusal) => Err(refusal),
+        };
+        all.push((name.clone(), asking.as_ref().err().cloned()));
+        questions.extend(asking.ok().map(|asking| Stated { text: name, asking }));
     }
-    Ok((Asked::new(program, questions, overlap), all))
+    Ok((Asked::new(program, (questions, true), overlap), all))
+}
+
+/// Makes an error in the text of a property the reason against this property alone.
+///
+/// # Errors
+/// An error in another text, such as a requirement; a limit.
+pub(super) fn alone<T>(
+    source: &Arc<SourceFile>,
+    read: Result<T, Error>,
+) -> Result<Result<T, Refusal>, Error> {
+    match read {
+        Err(Error::Input(all)) if all.iter().all(|d| Arc::ptr_eq(&d.source, source)) => {
+            Ok(Err(Refusal::of(&Error::Input(all))))
+        }
+        read => read.map(Ok),
+    }
 }
 
 /// Returns the names of the properties that a model names, if its constants have these values.
@@ -304,11 +328,6 @@ pub(super) fn names(args: &ModelArgs, constants: &str) -> Result<Vec<String>, Er
     };
     let checked = document(&args.model)?.load(&given, &NoProgress)?;
     Ok(checked.properties.into_iter().map(|property| property.name).collect())
-}
-
-fn of_name(program: &Program, asked: named::Asked, required: &[Required]) -> Result<Asking, Error> {
-    let source = Arc::clone(&program.source);
-    Asking::of(program, &source, (&asked.formula, asked.question), required)
 }
 
 /// Returns the error for `reach` without a question: it lists what the model can be asked.
@@ -355,11 +374,14 @@ fn over_one_state(source: &Arc<SourceFile>) -> Error {
 /// # Errors
 /// The property is not supported.
 fn of_model(property: &Property) -> Result<named::Asked, Error> {
-    property.asks.clone().map_err(|reason| {
-        let source = SourceFile::new("--property", property.name.as_str());
-        let message = format!("the property \"{}\" of the model cannot be answered: {reason}", property.name);
-        Diagnostic::new(&source, 0..property.name.len(), message).severity(Severity::Unsupported).into()
-    })
+    property.asks.clone().map_err(|refusal| not_answered(&property.name, &refusal.reason))
+}
+
+/// Returns the error for a property of the model without an answer.
+pub(super) fn not_answered(name: &str, reason: &str) -> Error {
+    let source = SourceFile::new("--property", name);
+    let message = format!("the property \"{name}\" of the model cannot be answered: {reason}");
+    Diagnostic::new(&source, 0..name.len(), message).severity(Severity::Unsupported).into()
 }
 
 /// Checks that a directory contains a dump, so that errors name the directory and not a missing

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use meliora::reach::{Asking, Target, Under};
 use meliora_engine::regions::Which;
 use meliora_engine::{Engine, Selection};
+use meliora_lang::refusal::Refusal;
 use meliora_lang::{Document, open_constants, outline_properties, parse_properties, split_constants};
 use meliora_model::Program;
 use meliora_model::error::{Error, SourceFile};
@@ -79,12 +80,13 @@ pub(super) fn several(
                 Ok((asked, entries))
             }
             Several::Named => load::named(&model, &require, &job.sink).map(|(asked, unanswered)| {
-                let entry = |(name, reason)| PropertyAnswer::open(None, name, reason);
+                let entry = |(name, refusal)| entry(None, name, refusal);
                 (asked, unanswered.into_iter().map(entry).collect())
             }),
         };
         let (asked, entries): (Asked, Vec<PropertyAnswer>) = job.timed("parse", read, |_, _| ())?;
         let open = (0..entries.len()).filter(|&at| entries[at].reason.is_none()).collect::<Vec<_>>();
+        warn_of_none(job, &open, entries.len());
         job.update(|r| r.properties = entries);
         work(job, (&model, engine), &asked, &open, precision)
     })
@@ -132,19 +134,37 @@ fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Ve
             return Err(no_property(&source, only));
         }
     }
-    let (mut open, mut asking) = (Vec::new(), Vec::new());
+    let (mut open, mut asking, mut count) = (Vec::new(), Vec::new(), 0);
     for (position, stated) in stated.into_iter().enumerate() {
-        let refusal = stated.property.as_ref().err();
-        let entry = PropertyAnswer::open(stated.name, stated.text.clone(), refusal.map(|r| r.reason.clone()))
-            .at(refusal.and_then(|r| r.place));
+        count += 1;
+        let own = match &stated.property {
+            Ok(property) => {
+                load::alone(&source, Asking::of_property(&program, &source, property, &required))?
+            }
+            Err(refusal) => Err(refusal.clone()),
+        };
+        let entry = entry(stated.name, stated.text.clone(), own.as_ref().err().cloned());
         job.update(|r| r.properties.push(entry));
-        if let Ok(property) = stated.property {
-            let own = Asking::of_property(&program, &stated.source, &property, &required)?;
+        if let Ok(own) = own {
             asking.push(Stated { text: stated.text, asking: own });
             open.push(position);
         }
     }
-    Ok((Asked::new(program, asking, overlap), open))
+    warn_of_none(job, &open, count);
+    Ok((Asked::new(program, (asking, true), overlap), open))
+}
+
+/// Returns the entry of a property in the report, with the reason for no answer.
+fn entry(name: Option<String>, text: String, refusal: Option<Refusal>) -> PropertyAnswer {
+    let (reason, place) = refusal.map(|refusal| (refusal.reason, refusal.place)).unzip();
+    PropertyAnswer::open(name, text, reason).at(place.flatten())
+}
+
+/// Warns that none of the properties can be answered.
+fn warn_of_none(job: &Job<PropertiesReport>, open: &[usize], count: usize) {
+    if open.is_empty() && count > 0 {
+        job.sink.warn("none of the properties can be answered: see the reasons");
+    }
 }
 
 /// Answers the reachability properties with one engine, then each formula with its own.
@@ -188,7 +208,28 @@ fn run_engine(
     let build = || engines::engine_for(&asking, program, model, &mut selected, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;
     job.update(|r| r.header.select(&selected));
-    answer(job, &*engine, asked, questions, precision)
+    answer(job, &*engine, asked, &answerable(job, &*engine, asked, questions)?, precision)
+}
+
+/// Returns the questions that have a meaning for the initial states of the model.
+///
+/// # Errors
+/// A limit is hit; a question of the command line has no meaning.
+fn answerable<'a, E: Engine>(
+    job: &Job<PropertiesReport>,
+    engine: &E,
+    asked: &Asked,
+    questions: &[(&'a Asking, usize)],
+) -> Result<Vec<(&'a Asking, usize)>, Error> {
+    let mut left = Vec::new();
+    for &(asking, position) in questions {
+        match asking.refused(engine)? {
+            None => left.push((asking, position)),
+            Some(reason) if asked.is_list => job.update(|r| r.properties[position].reason = Some(reason)),
+            Some(reason) => return Err(load::not_answered(&asked.questions[position].text, &reason)),
+        }
+    }
+    Ok(left)
 }
 
 fn answer<E: Engine>(
@@ -222,7 +263,7 @@ fn answer<E: Engine>(
         let (first, _) = questions[0];
         let played = first.played(engine)?;
         let own = played.as_ref().map(|game| Under::new(game, &asked.program, &first.goal)).transpose()?;
-        answer_under(job, own.as_ref().unwrap_or(&under), &asked.program, &questions, precision)?;
+        answer_under(job, own.as_ref().unwrap_or(&under), asked, &questions, precision)?;
     }
     Ok(())
 }
@@ -243,12 +284,12 @@ fn by_coalition<'a>(questions: &[(&'a Asking, usize)]) -> Vec<Vec<(&'a Asking, u
 fn answer_under<E: Engine>(
     job: &Job<PropertiesReport>,
     under: &Under<'_, E>,
-    program: &Arc<Program>,
+    asked: &Asked,
     questions: &[(&Asking, usize)],
     precision: f64,
 ) -> Result<(), Error> {
-    let mut groups = groups(under.engine(), program, questions)?;
-    let answering = Answering { job, under, program };
+    let mut groups = groups(under.engine(), &asked.program, questions)?;
+    let answering = Answering { job, under, asked };
     for round in 0..Which::ALL.len() {
         for group in &mut groups {
             answering.find(group, round)?;
@@ -305,7 +346,7 @@ impl<E: Engine> Group<'_, E> {
 struct Answering<'a, E: Engine> {
     job: &'a Job<PropertiesReport>,
     under: &'a Under<'a, E>,
-    program: &'a Arc<Program>,
+    asked: &'a Asked,
 }
 
 impl<E: Engine> Answering<'_, E> {
@@ -316,7 +357,7 @@ impl<E: Engine> Answering<'_, E> {
         let engine = self.under.engine();
         let size = engine.count(&engine.intersection(&states, &group.judged)?)?;
         for &(asking, position) in &group.members {
-            let decided = self.under.decided(asking, self.program, group.search.known())?;
+            let decided = self.under.decided(asking, &self.asked.program, group.search.known())?;
             self.job.update(|r| {
                 r.properties[position].answer(&decided);
                 *r.properties[position].sizes.get_mut(which) = Some(size.clone().into());
@@ -329,8 +370,17 @@ impl<E: Engine> Answering<'_, E> {
     /// Answers the properties that ask for numbers.
     fn values(&self, group: &Group<'_, E>, precision: f64) -> Result<(), Error> {
         for &(asking, position) in group.members.iter().filter(|(asking, _)| asking.asks_for_number()) {
-            let answer = || self.under.answer(asking, self.program, group.search.known(), precision);
-            let answer = self.job.timed("value", answer, |_, _| ())?;
+            let program = &self.asked.program;
+            let answer = || self.under.answer(asking, program, group.search.known(), precision);
+            let answer = match self.job.timed("value", answer, |_, _| ()) {
+                // A wrong reward.
+                Err(error @ Error::Input(_)) if self.asked.is_list => {
+                    let reason = Refusal::of(&error).reason;
+                    self.job.update(|r| r.properties[position].reason = Some(reason));
+                    continue;
+                }
+                answer => answer?,
+            };
             self.job.update(|r| r.properties[position].answer(&answer));
             // A number of a game that is not supported leaves the others.
             if answer.no_value.is_none() {

@@ -159,6 +159,9 @@ fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
     let build = || engines::engine_for(&[asking], program, &args.model, &mut selected, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     job.update(|r| r.header.select(&selected));
+    if let Some(reason) = asking.refused(&*engine)? {
+        return Err(load::not_answered(&asked.questions[0].text, &reason));
+    }
     answer(job, &*engine, &asked, asking, args.precision)
 }
 

@@ -110,7 +110,11 @@ where
     match end {
         Ok(()) => {
             show(&*report, shown)?;
-            Ok(if report.is_no() { Status::No } else { Status::Done })
+            Ok(match (report.is_no(), report.is_unread()) {
+                (true, _) => Status::No,
+                (false, true) => Status::Input,
+                (false, false) => Status::Done,
+            })
         }
         Err(Failure::Panic(_)) => internal(&lock(&panic), shown),
         Err(Failure::Error(error @ Error::Limit(_))) => {

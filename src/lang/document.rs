@@ -29,14 +29,15 @@ pub struct Document {
 
 impl Document {
     /// Reads a file. For transitions in PRISM's explicit format (`model.tra`), reads `model.sta` and
-    /// `model.lab` as well if they exist.
+    /// `model.lab` as well if they exist, unless the file has states or labels itself (`model.pexp`).
     ///
     /// # Errors
     /// A file cannot be read, has more than 256 MiB, or is neither an archive nor UTF-8.
     pub fn open(path: &Path) -> Result<Self> {
         let file = File::open(path).map_err(|e| Error::reading(path, &e))?;
         let mut document = Self::read(path.display().to_string(), file)?;
-        if document.archive.is_none() && table::is_tra(&document.source) {
+        let source = &document.source;
+        if document.archive.is_none() && table::is_tra(source) && !table::has_states(source) {
             for (slot, extension) in document.beside.iter_mut().zip(["sta", "lab"]) {
                 let path = path.with_extension(extension);
                 if path.exists() {

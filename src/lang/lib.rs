@@ -34,6 +34,7 @@ pub mod pref;
 mod preferences;
 pub mod property;
 pub mod property_file;
+pub mod refusal;
 mod refused;
 mod slip;
 mod table;

@@ -177,11 +177,30 @@ impl<'a> Beginning<'a> {
             [Token::Int, Token::Eq, Token::Quoted, ..] => {
                 Some(("this is a list of labels (`.lab`), not a model", help))
             }
+            _ if self.is_strategy() => {
+                let help = "PRISM writes the model that a strategy leaves with \
+                            `-exportstrat FILE.tra:type=induced`; `meliora simulate` and `strategy` choose their own";
+                Some(("this is a strategy that PRISM exported, not a model", help))
+            }
             [Token::LeftParen, Token::Word, Token::Comma | Token::RightParen, ..] => {
                 Some(("this is a list of states (`.sta`), not a model", help))
             }
             _ => None,
         }
+    }
+
+    /// Recognises lines such as `(0,true):north`, `(0,1),0=north` or `3:1`: a state with its action.
+    fn is_strategy(&self) -> bool {
+        let line = self.text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
+        let Some(line) = line else { return false };
+        let is_value = |value: &str| ["true", "false"].contains(&value) || value.parse::<i64>().is_ok();
+        if let Some((values, rest)) = line.strip_prefix('(').and_then(|line| line.split_once(')')) {
+            let of_values = values.split(',').all(|value| is_value(value.trim()));
+            return of_values && (rest.starts_with(':') || rest.starts_with(',') || rest.starts_with('='));
+        }
+        let is_number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+        let is_choice = |text: &str| !text.is_empty() && !text.contains([' ', '(', '"']);
+        line.split_once([':', '=']).is_some_and(|(state, choice)| is_number(state) && is_choice(choice))
     }
 
     fn refuse(&self, message: &str, help: &str) -> Error {

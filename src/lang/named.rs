@@ -2,6 +2,7 @@
 
 use super::ltl::Formula;
 use super::property::Question;
+use super::refusal::Refusal;
 
 /// A property of a model.
 #[derive(Debug, Clone)]
@@ -9,7 +10,7 @@ pub struct Property {
     /// Name.
     pub name: String,
     /// The question, or the reason why it cannot be answered.
-    pub asks: Result<Asked, String>,
+    pub asks: Result<Asked, Refusal>,
 }
 
 /// A property that can be asked.
@@ -19,4 +20,7 @@ pub struct Asked {
     pub formula: Formula,
     /// The question about it.
     pub question: Question,
+    /// The function of a filter whose value is that of the only initial state: the question has this
+    /// meaning only where there is one. `None` if it is about all initial states together.
+    pub over_one: Option<&'static str>,
 }

@@ -4,12 +4,15 @@
 //! closed. Each statement is parsed separately, at its place in the file, so an unsupported one
 //! does not hide others.
 
+mod defined;
+mod statements;
+
 use std::ops::Range;
 use std::sync::Arc;
 
-use ahash::AHashSet;
+use ahash::{AHashMap, AHashSet};
 
-use super::ast::{ConstDef, Ident, Item, Span};
+use super::ast::{ConstDef, Ident, Item, NamedExpr, Span};
 use super::check::{Wanted, given_values, lower_condition, lower_target, lower_value};
 use super::parse::{expression_at, items_at};
 use super::parse_constants;
@@ -17,18 +20,15 @@ use super::property::property_at;
 use super::valuation::Binding;
 use crate::ltl::Monitoring;
 use crate::property::Property;
+pub use crate::refusal::Refusal;
+use defined::Kind;
 use meliora_model::Program;
-use meliora_model::error::{Diagnostic, Error, Limit, Result, SourceFile};
+use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
 use meliora_model::exact::{Exact, Real};
 use meliora_model::expr::{ExprId, ExprPool};
 use meliora_model::progress::NoProgress;
 use meliora_model::value::Type;
-
-/// Maximum number of statements in a property file.
-const MOST_STATEMENTS: usize = 10_000;
-
-/// Keywords that start definitions.
-const DEFINITIONS: &[&str] = &["const", "label", "formula"];
+use statements::{is_definition, named, statements, word};
 
 /// A property of a file.
 #[derive(Debug, Clone)]
@@ -41,15 +41,6 @@ pub struct Stated {
     pub property: Result<Property, Refusal>,
     /// The text that contains it.
     pub source: Arc<SourceFile>,
-}
-
-/// The reason why a property cannot be answered.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Refusal {
-    /// The reason, and what helps.
-    pub reason: String,
-    /// The line and the column of the mistake in the file; `None` if it has no place.
-    pub place: Option<(usize, usize)>,
 }
 
 /// Returns the constants that a property file declares without a value.
@@ -85,10 +76,6 @@ pub fn outline_properties(source: &Arc<SourceFile>) -> Result<Vec<(Option<String
     Ok(properties.map(outline).collect())
 }
 
-fn is_definition(source: &SourceFile, range: &Range<usize>) -> bool {
-    DEFINITIONS.contains(&word(&source.text[range.clone()]))
-}
-
 /// Parses a property file. Its constants, labels and formulas are added to the program, whose names
 /// its properties and all later conditions can use; `given` are values for constants declared without
 /// one. A constant without any value is unknown to all properties.
@@ -103,10 +90,10 @@ pub fn parse_properties(
 ) -> Result<Vec<Stated>> {
     super::mistaken::no_properties(source)?;
     let bindings = parse_constants(given)?;
-    let constants = program.constants.iter().map(|(name, _)| name.clone()).collect();
-    let (open, defined) = (Vec::new(), AHashSet::new());
+    let labels = program.labels.iter().map(|(name, _)| name.clone()).collect();
+    let (added, open, defined) = (AHashSet::new(), AHashMap::new(), AHashSet::new());
     let pool = ExprPool::over(&program.pool);
-    let mut file = File { given, bindings, constants, open, defined, pool, program };
+    let mut file = File { given, bindings, labels, added, open, defined, pool, program };
     let (definitions, properties): (Vec<_>, Vec<_>) =
         statements(source)?.into_iter().partition(|range| is_definition(source, range));
     definitions.into_iter().try_for_each(|range| file.define(source, place(&range)))?;
@@ -120,11 +107,6 @@ pub fn parse_properties(
     Ok(properties.into_iter().map(|range| file.property(source, range)).collect())
 }
 
-/// Returns the first word of a statement.
-fn word(text: &str) -> &str {
-    text.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default()
-}
-
 fn place(range: &Range<usize>) -> Span {
     Span::new(range.start, range.end)
 }
@@ -133,11 +115,13 @@ fn place(range: &Range<usize>) -> Span {
 struct File<'a> {
     given: &'a Arc<SourceFile>,
     bindings: Vec<Binding>,
-    /// The constants of the model.
-    constants: AHashSet<String>,
-    /// Constants without a value.
-    open: Vec<String>,
-    /// The labels and named properties.
+    /// The labels of the model.
+    labels: AHashSet<String>,
+    /// The constants and formulas of the file.
+    added: AHashSet<String>,
+    /// Constants without a value, and names that need one, in their quotes, each with the constant.
+    open: AHashMap<String, String>,
+    /// The labels and named properties of the file.
     defined: AHashSet<String>,
     /// The pool of the definitions, on top of that of the program.
     pool: ExprPool,
@@ -149,19 +133,14 @@ impl File<'_> {
     fn define(&mut self, source: &Arc<SourceFile>, place: Span) -> Result<()> {
         for item in items_at(source, place)? {
             match item {
-                Item::Label(label) => {
-                    let what = format!("label \"{}\"", label.name.name);
-                    self.once(source, what, label.name.span.range())?;
-                    let body = expression_at(source, label.body, &NoProgress)?;
-                    let target = lower_condition(self.program, &mut self.pool, source, &body);
-                    let target = target.map_err(|e| self.without_value(e))?;
-                    self.program.labels.retain(|(name, _)| *name != label.name.name);
-                    self.program.labels.push((label.name.name, target));
-                }
+                Item::Label(label) => self.label(source, label)?,
                 Item::Formula(formula) => {
                     self.is_new(source, &formula.name)?;
-                    let id = self.lowered(source, formula.body)?;
-                    self.program.formulas.push((formula.name.name, id));
+                    self.added.insert(formula.name.name.clone());
+                    let name = formula.name.name;
+                    let id = self.lowered(source, formula.body);
+                    let id = self.unless_open(quoted('`', &name), id)?;
+                    self.program.formulas.extend(id.map(|id| (name, id)));
                 }
                 Item::Const(constant) => self.constant(source, constant)?,
                 _ => {}
@@ -170,50 +149,100 @@ impl File<'_> {
         Ok(())
     }
 
+    fn label(&mut self, source: &Arc<SourceFile>, label: NamedExpr) -> Result<()> {
+        let NamedExpr { name: Ident { name, span }, body } = label;
+        if self.labels.contains(&name) {
+            let message = format!("the label \"{name}\" is defined twice");
+            let wrong = Diagnostic::new(source, span.range(), message).label("defined again");
+            let wrong = wrong.note(defined::in_model(self.program, &name, Kind::Label));
+            return Err(wrong.help("rename this label, or remove it").into());
+        }
+        self.once(source, format!("label \"{name}\""), span.range())?;
+        let body = expression_at(source, body, &NoProgress)?;
+        let target = lower_condition(self.program, &mut self.pool, source, &body);
+        let target = self.unless_open(quoted('"', &name), target)?;
+        self.program.labels.extend(target.map(|target| (name, target)));
+        Ok(())
+    }
+
     fn constant(&mut self, source: &Arc<SourceFile>, constant: ConstDef) -> Result<()> {
         let ConstDef { ty, name, value } = constant;
         self.is_new(source, &name)?;
+        self.added.insert(name.name.clone());
         let wanted = [Wanted { name: &name.name, ty: ty.ty(), is_defined: value.is_some(), span: name.span }];
         let bindings: Vec<_> = self.bindings.iter().filter(|b| b.name.name == name.name).cloned().collect();
         let (given, wrong) = given_values(&wanted, self.given, &bindings);
         if !wrong.is_empty() {
             return Err(Error::Input(wrong));
         }
+        let name = name.name;
         let value = match (given.first(), value) {
-            (Some((_, value)), _) => value.clone(),
-            (None, Some(value)) => self.value(source, &name.name, ty.ty(), value)?,
+            (Some((_, value)), _) => Some(value.clone()),
+            (None, Some(value)) => {
+                let value = self.value(source, &name, ty.ty(), value);
+                self.unless_open(quoted('`', &name), value)?
+            }
             (None, None) => {
-                self.open.push(name.name);
-                return Ok(());
+                self.open.insert(quoted('`', &name), name.clone());
+                None
             }
         };
-        self.program.constants.push((name.name, value));
+        self.program.constants.extend(value.map(|value| (name, value)));
         Ok(())
+    }
+
+    /// Returns the result of a definition; `None` if it needs a constant without a value. Then its own
+    /// name has none, either.
+    fn unless_open<T>(&mut self, name: String, defined: Result<T>) -> Result<Option<T>> {
+        let error = match defined {
+            Ok(defined) => return Ok(Some(defined)),
+            Err(error) => error,
+        };
+        let Error::Input(diagnostics) = &error else { return Err(error) };
+        let mut needs = diagnostics.iter().map(|d| self.needs(d));
+        let Some(constant) = needs.next().flatten().cloned().filter(|_| needs.all(|c| c.is_some())) else {
+            return Err(error);
+        };
+        self.open.insert(name, constant);
+        Ok(None)
+    }
+
+    /// Returns the constant without a value because of which a name is unknown.
+    fn needs(&self, diagnostic: &Diagnostic) -> Option<&String> {
+        let name =
+            ["unknown name ", "unknown label "].iter().find_map(|w| diagnostic.message.strip_prefix(w))?;
+        self.open.get(name)
     }
 
     /// Checks that neither the model nor the file uses a name already.
     fn is_new(&self, source: &Arc<SourceFile>, name: &Ident) -> Result<()> {
-        let constants = self.program.constants.iter().map(|(known, _)| known);
-        let formulas = self.program.formulas.iter().map(|(known, _)| known);
-        let variables = self.program.variables.iter().map(|variable| &variable.name);
-        let mut all = constants.chain(formulas).chain(variables).chain(&self.open);
-        if all.any(|known| *known == name.name) {
-            let message = format!("`{}` is declared already", name.name);
-            let diagnostic = Diagnostic::new(source, name.span.range(), message).label("declared again");
-            return Err(match self.constants.contains(&name.name) {
-                true => diagnostic
-                    .help("the model declares it, and properties may use it: remove this declaration"),
-                false => diagnostic,
-            }
-            .into());
+        let text = &name.name;
+        let known = |name: &String| name == text;
+        let kind = if self.program.constants.iter().any(|(name, _)| known(name)) {
+            Kind::Constant
+        } else if self.program.formulas.iter().any(|(name, _)| known(name)) {
+            Kind::Formula
+        } else if self.program.variables.iter().any(|variable| known(&variable.name)) {
+            Kind::Variable
+        } else if self.open.contains_key(&quoted('`', text)) {
+            Kind::Constant
+        } else {
+            return Ok(());
+        };
+        let message = format!("`{text}` is declared already");
+        let wrong = Diagnostic::new(source, name.span.range(), message).label("declared again");
+        if self.added.contains(text) {
+            return Err(wrong.into());
         }
-        Ok(())
+        let wrong = wrong.note(defined::in_model(self.program, text, kind));
+        let help = "properties may use the names of the model: remove this declaration, or rename it";
+        Err(wrong.help(help).into())
     }
 
     /// Returns an expression of any type at a place of the file.
     fn lowered(&mut self, source: &Arc<SourceFile>, place: Span) -> Result<ExprId> {
         let body = expression_at(source, place, &NoProgress)?;
-        lower_value(self.program, &mut self.pool, source, &body).map_err(|e| self.without_value(e))
+        lower_value(self.program, &mut self.pool, source, &body)
     }
 
     /// Returns the value that the file gives to a constant.
@@ -246,30 +275,31 @@ impl File<'_> {
         let range = range.start + start..range.end;
         let text = source.text[range.clone()].trim().to_owned();
         let property = property_at(source, place(&range), &self.program.constants)
-            .map_err(|e| refusal(&self.without_value(e)));
+            .map_err(|e| Refusal::of(&self.without_value(e)));
         let property = property.and_then(|p| {
             let known = known(self.program, source, &p).map(|()| p);
-            known.map_err(|e| refusal(&self.without_value(e)))
+            known.map_err(|e| Refusal::of(&self.without_value(e)))
         });
         Stated { name, text, property, source: Arc::clone(source) }
     }
 
-    /// Rewrites an error "unknown name" for a constant without a value.
+    /// Rewrites an error "unknown name" for a name that needs a constant without a value.
     fn without_value(&self, error: Error) -> Error {
         let Error::Input(mut diagnostics) = error else { return error };
-        for open in &self.open {
-            let unknown = format!("unknown name `{open}`");
-            for diagnostic in diagnostics.iter_mut().filter(|d| d.message == unknown) {
-                diagnostic.message = format!(
-                    "the constant `{open}` has no value: give it with `{} {open}=…`",
-                    self.given.name
-                );
-                diagnostic.label = "undefined".to_owned();
-                diagnostic.help = None;
-            }
+        for diagnostic in &mut diagnostics {
+            let Some(open) = self.needs(diagnostic) else { continue };
+            diagnostic.message =
+                format!("the constant `{open}` has no value: give it with `{} {open}=…`", self.given.name);
+            diagnostic.label = "undefined".to_owned();
+            diagnostic.help = None;
         }
         Error::Input(diagnostics)
     }
+}
+
+/// Returns a name in the quotes that it has in messages.
+fn quoted(quote: char, name: &str) -> String {
+    format!("{quote}{name}{quote}")
 }
 
 /// Checks that the formula has a meaning in the program.
@@ -279,101 +309,6 @@ fn known(program: &Program, source: &Arc<SourceFile>, property: &Property) -> Re
         Some(target) => lower_target(program, source, target).map(|_| ()),
         None => Monitoring::new(program).watch(source, &property.formula, "property").map(|_| ()),
     }
-}
-
-fn refusal(error: &Error) -> Refusal {
-    let first = match error {
-        Error::Input(diagnostics) => diagnostics.first(),
-        _ => None,
-    };
-    let Some(first) = first else { return Refusal { reason: error.to_string(), place: None } };
-    let help = first.help.as_ref().map_or_else(String::new, |help| format!("; {help}"));
-    Refusal { reason: format!("{}{help}", first.message), place: Some(first.position()) }
-}
-
-/// Splits off `"name":` at the beginning; returns the name and the offset of the rest.
-fn named(text: &str) -> (Option<String>, usize) {
-    let found = text.strip_prefix('"').and_then(|rest| {
-        let (name, rest) = rest.split_once('"')?;
-        let rest = rest.trim_start().strip_prefix(':')?;
-        Some((name.to_owned(), text.len() - rest.len()))
-    });
-    found.map_or((None, 0), |(name, start)| (Some(name), start))
-}
-
-/// Returns the ranges of the statements, without preceding comments and, except for definitions,
-/// without the semicolon.
-///
-/// # Errors
-/// Too many statements.
-fn statements(source: &SourceFile) -> Result<Vec<Range<usize>>> {
-    let found = split(&source.text);
-    if found.len() > MOST_STATEMENTS {
-        let what = format!("{} has more than {MOST_STATEMENTS} statements", source.name);
-        return Err(Limit::Size { what }.into());
-    }
-    Ok(found)
-}
-
-fn split(text: &str) -> Vec<Range<usize>> {
-    let mut found = Vec::new();
-    let (mut start, mut end, mut depth) = (None, 0usize, 0usize);
-    let mut bytes = text.bytes().enumerate().peekable();
-    let mut is_definition = false;
-    while let Some((at, byte)) = bytes.next() {
-        match byte {
-            b'/' if bytes.peek().is_some_and(|(_, next)| *next == b'/') => {
-                // Skips to the end of the line, which ends a statement as usual.
-                while bytes.next_if(|(_, b)| *b != b'\n').is_some() {}
-                continue;
-            }
-            b'"' => {
-                start.get_or_insert(at);
-                end = at + 1;
-                while let Some((at, b)) = bytes.next_if(|(_, b)| *b != b'\n') {
-                    end = at + 1;
-                    if b == b'"' {
-                        break;
-                    }
-                }
-                continue;
-            }
-            b'\n' if depth == 0 && !is_definition && !goes_on(text, start, end, at) => {}
-            b';' => {}
-            _ if byte.is_ascii_whitespace() => continue,
-            _ => {
-                if start.is_none() {
-                    start = Some(at);
-                    let word = text[at..].split(|c: char| !c.is_alphanumeric()).next();
-                    is_definition = word.is_some_and(|word| DEFINITIONS.contains(&word));
-                }
-                match byte {
-                    b'(' | b'[' | b'{' => depth += 1,
-                    b')' | b']' | b'}' => depth = depth.saturating_sub(1),
-                    _ => {}
-                }
-                end = at + 1;
-                continue;
-            }
-        }
-        if let Some(start) = start.take() {
-            let semicolon = if byte == b';' && is_definition { at + 1 } else { end };
-            found.push(start..semicolon);
-        }
-        (depth, is_definition) = (0, false);
-    }
-    found.extend(start.map(|start| start..end));
-    found
-}
-
-/// Returns true if a property continues on the next line: only its name is there so far, or an
-/// operator stands at the end of this line or the beginning of the next.
-fn goes_on(text: &str, start: Option<usize>, end: usize, line_end: usize) -> bool {
-    let Some(start) = start else { return true };
-    let so_far = &text[start..end];
-    let next = text[line_end..].trim_start();
-    let operator = |c: char| matches!(c, '&' | '|' | '=' | '<' | '>' | '?' | ':' | '+' | '*' | ',' | '!');
-    so_far.ends_with(operator) || next.starts_with(|c: char| operator(c) && c != '!')
 }
 
 #[cfg(test)]
@@ -390,23 +325,6 @@ mod tests {
     fn program() -> Program {
         let text = "mdp module m x:[0..9]; [] x<9 -> (x'=x+1); endmodule";
         super::super::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program
-    }
-
-    #[test]
-    fn statements_end_with_semicolons_and_properties_with_lines_too() {
-        let found: Vec<&str> = split(FILE).into_iter().map(|r| &FILE[r]).collect();
-        assert_eq!(
-            found,
-            [
-                "const int k = 2;",
-                "label \"far\" =\n  x >= k;",
-                "\"one\": P>=1 [ F \"far\" ]",
-                "P>0 [ F x=9 ]",
-                "\"two\":\n  Pmax=? [ F \"far\" ]",
-                "R{\"steps\"}min=? [ F x=9 ]",
-                "P<1 [ F\n y=1 ]",
-            ]
-        );
     }
 
     #[test]

@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
+use num_traits::Zero;
+
 use super::ast::{Ident, Span};
 use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
 use meliora_model::error::{Result, SourceFile};
-use meliora_model::exact::{Exact, Real};
+use meliora_model::exact::{Exact, Ratio, Real};
 use meliora_model::value::Type;
 use meliora_model::{Program, State, Variable};
 
@@ -166,6 +168,10 @@ impl Parser<'_> {
         let span = self.here();
         let text = self.text(span);
         let value = match (self.peek(), text) {
+            (Token::Int | Token::Real, _) if self.peek_at(1) == Token::Slash => {
+                let x = self.fraction()?;
+                Some(Exact::Real(Real::Finite(if negative { -x } else { x })))
+            }
             (Token::Word, "true") if !negative => Some(Exact::Bool(true)),
             (Token::Word, "false") if !negative => Some(Exact::Bool(false)),
             (Token::Int, _) => text.parse().ok().map(|i: i64| Exact::Int(if negative { -i } else { i })),
@@ -181,8 +187,25 @@ impl Parser<'_> {
                 None => self.expected("a number, `true` or `false`"),
             });
         };
+        let span = start.to(self.advance());
+        Ok(Binding { name, value, span })
+    }
+
+    /// Reads `1/3` up to its denominator.
+    fn fraction(&mut self) -> Parsed<Ratio> {
+        let numerator = self.exact(self.here())?;
         self.advance();
-        Ok(Binding { name, value, span: start.to(span) })
+        self.advance();
+        let span = self.here();
+        let denominator = match self.peek() {
+            Token::Int | Token::Real => self.exact(span)?,
+            _ => return Err(self.expected("a number")),
+        };
+        if denominator.is_zero() {
+            self.report(self.wrong(span, "this number divides by 0"));
+            return Err(Failed);
+        }
+        Ok(numerator / denominator)
     }
 
     /// Takes the name of a value, as it is printed or in quotes, if the next tokens are one.

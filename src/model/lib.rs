@@ -244,6 +244,9 @@ impl Program {
 
     /// Formats a state, for example as `x=1,b=false`.
     pub fn show_state(&self, state: &[i64]) -> String {
+        if self.variables.is_empty() {
+            return valuation::NO_VARIABLES.to_owned();
+        }
         let mut text = String::new();
         for (variable, &value) in self.variables.iter().zip(state) {
             if !text.is_empty() {

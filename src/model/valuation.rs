@@ -12,6 +12,9 @@ use super::exact::{Exact, Real, shortest};
 use super::value::{Type, Value};
 use super::{Program, Variable};
 
+/// The text of the only state of a model without variables.
+pub(super) const NO_VARIABLES: &str = "(no variables)";
+
 /// A state as an object from variables to values.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Valuation(Map<String, Json>);
@@ -37,6 +40,9 @@ impl Valuation {
 impl fmt::Display for Valuation {
     /// Formats a state as `x=1,b=false`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_empty() {
+            return f.write_str(NO_VARIABLES);
+        }
         for (index, (name, value)) in self.0.iter().enumerate() {
             let comma = if index > 0 { "," } else { "" };
             match value.as_str() {

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use super::{Goal, Required, Target};
-use meliora_engine::Engine;
 use meliora_engine::regions::Which;
+use meliora_engine::{Count, Engine};
 use meliora_lang::ltl::{self, Formula};
+use meliora_lang::named;
 use meliora_lang::property::{Measure, Property, Question};
 use meliora_lang::{lower_target, parse_expression, parse_property_of};
 use meliora_model::Program;
@@ -27,6 +28,8 @@ pub struct Asking {
     pub wrong: Option<Predicate>,
     /// For a property of a game, whether each player chooses to make it true.
     pub coalition: Option<Vec<bool>>,
+    /// The function of a filter that the question answers only in a model with one initial state.
+    pub over_one: Option<&'static str>,
 }
 
 impl Asking {
@@ -41,6 +44,7 @@ impl Asking {
             question: None,
             wrong: None,
             coalition: None,
+            over_one: None,
         })
     }
 
@@ -91,7 +95,31 @@ impl Asking {
     ) -> Result<Self> {
         let wrong = wrong_rewards(program, &question);
         let (goal, question) = (Goal::of(program, source, formula, required)?, Some(question));
-        Ok(Asking { goal, question, wrong, coalition: None })
+        Ok(Asking { goal, question, wrong, coalition: None, over_one: None })
+    }
+
+    /// Returns the question of a property that the model names.
+    ///
+    /// # Errors
+    /// The errors of [`Asking::of`].
+    pub fn named(program: &Program, asked: named::Asked, required: &[Required]) -> Result<Self> {
+        let source = Arc::clone(&program.source);
+        let asking = Asking::of(program, &source, (&asked.formula, asked.question), required)?;
+        Ok(Asking { over_one: asked.over_one, ..asking })
+    }
+
+    /// Returns the reason why the question is not answered in a model with the initial states of an
+    /// engine. Cost: no image.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub fn refused<E: Engine>(&self, engine: &E) -> Result<Option<String>> {
+        let Some(function) = self.over_one else { return Ok(None) };
+        let count = engine.count(&engine.initial_states())?;
+        let message = format!(
+            "its filter \"{function}\" is supported for one initial state, and the model has {count}"
+        );
+        Ok((count != Count::from(1u32)).then_some(message))
     }
 
     /// Returns whether the answer is a number, or depends on one.
@@ -124,7 +152,7 @@ impl Asking {
             Form::Property => Asking::property(program, source, &[]),
             Form::Formula => {
                 let goal = Goal::of(program, source, &ltl::parse_formula(source)?, &[])?;
-                Ok(Asking { goal, question: None, wrong: None, coalition: None })
+                Ok(Asking { goal, question: None, wrong: None, coalition: None, over_one: None })
             }
         }
     }

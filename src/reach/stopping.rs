@@ -32,7 +32,10 @@ impl Stopping {
     fn formula(program: &Program, source: &Arc<SourceFile>, formula: &Formula) -> Result<Self> {
         let Stopped { program, formula } = Stopped::new(program, source, formula)?;
         let goal = Goal::of(&program, source, &formula, &[])?;
-        Ok(Stopping { program, asking: Asking { goal, question: None, wrong: None, coalition: None } })
+        Ok(Stopping {
+            program,
+            asking: Asking { goal, question: None, wrong: None, coalition: None, over_one: None },
+        })
     }
 
     /// Reads a target `x = 3`, a formula `F x = 3`, or a property `P>=1 [ F x = 3 ]`.
@@ -66,7 +69,7 @@ impl Stopping {
     pub fn named(program: &Program, asked: named::Asked) -> Result<Self> {
         let source = Arc::clone(&program.source);
         let Stopped { program, formula } = Stopped::new(program, &source, &asked.formula)?;
-        let asking = Asking::of(&program, &source, (&formula, asked.question), &[])?;
+        let asking = Asking::named(&program, named::Asked { formula, ..asked }, &[])?;
         Ok(Stopping { program, asking })
     }
 }

@@ -37,6 +37,11 @@ pub trait Findings: Serialize + JsonSchema + Sized {
     fn is_no(&self) -> bool {
         false
     }
+
+    /// Returns whether there were questions, and none could be read.
+    fn is_unread(&self) -> bool {
+        false
+    }
 }
 
 /// A timed part of a run.
@@ -242,6 +247,10 @@ impl<F: Findings> Report for Envelope<F> {
 
     fn is_no(&self) -> bool {
         self.findings.is_no()
+    }
+
+    fn is_unread(&self) -> bool {
+        self.findings.is_unread()
     }
 }
 

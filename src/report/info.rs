@@ -83,6 +83,9 @@ pub struct Nodes {
 
 impl InfoReport {
     fn variables(&self, style: Style) -> String {
+        if self.header.model.as_ref().is_some_and(|model| model.variables.is_empty()) {
+            return format!("\n{}\n  none\n", style.bold("Variables"));
+        }
         let mut grid = Grid::new(&["variable", "range", "bits"], style);
         for v in self.header.model.iter().flat_map(|model| &model.variables) {
             let range = match v.ty {

@@ -54,7 +54,8 @@ pub struct PropertyAnswer {
     /// The reason for no answer, or for no value; absent if there are both.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// The line of the file that the reason is about, from 1; absent if it is about no place.
+    /// The line of the file of properties, or of the JANI model, that the reason is about, from 1; absent
+    /// if it is about no place.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line: Option<usize>,
     /// The column, from 1; absent if `line` is.
@@ -141,6 +142,11 @@ impl Findings for PropertiesFindings {
 
     fn is_no(&self) -> bool {
         self.properties.iter().any(|p| p.holds == Some(false))
+    }
+
+    fn is_unread(&self) -> bool {
+        let no_answer = |p: &PropertyAnswer| p.reason.is_some() && p.value.is_none() && p.holds.is_none();
+        !self.properties.is_empty() && self.properties.iter().all(no_answer)
     }
 
     fn body(report: &PropertiesReport, style: Style) -> String {

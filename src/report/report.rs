@@ -29,6 +29,11 @@ pub trait Report: Serialize {
     fn is_no(&self) -> bool {
         false
     }
+
+    /// Returns whether there were questions, and none could be read.
+    fn is_unread(&self) -> bool {
+        false
+    }
 }
 
 /// The sort of an error.

@@ -12,12 +12,14 @@ mod expect;
 mod explicit;
 #[cfg(unix)]
 mod files;
+mod foreign;
 mod game_report;
 mod games;
 mod generate;
 #[path = "../common/graphs.rs"]
 mod graphs;
 mod jani;
+mod jani_properties;
 mod json;
 mod json_page;
 #[cfg(unix)]

@@ -125,10 +125,12 @@ fn constants_that_a_file_leaves_open_are_given_beside_those_of_the_model() {
     assert_eq!(holds, [&json!(false), &json!(false), &json!(true)]);
     let found = ask("last=0,n=0").expect(1).json();
     assert_eq!(found["properties"][0]["holds"], json!(true), "{found}");
-    let reason = found["properties"][2]["reason"].as_str().unwrap();
-    assert!(reason.contains("the constant `p` has no value"), "{reason}");
+    let reason = |found: &Json, at: usize| found["properties"][at]["reason"].as_str().unwrap().to_owned();
+    assert!(reason(&found, 2).contains("the constant `p` has no value"), "{found}");
+    let found = ask("n=0").expect(1).json();
+    assert!(reason(&found, 0).contains("the constant `last` has no value: give it with `--const last=…`"));
+    assert_eq!(found["properties"][1]["holds"], json!(false), "{found}");
     for (given, word) in [
-        ("n=0", "the constant `last` has no value"),
         ("n=0,last=true", "type error: the constant `last`"),
         ("n=0,last=1,m=2", "the model has no constant `m`"),
         ("last=1", "`n`"),
@@ -173,7 +175,7 @@ fn sums_of_rewards_that_are_not_supported_are_named_with_a_way_out() {
         let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", property)]);
         let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
         let alone = Finished::of(meliora().args(["reach", &model, "--property", property])).expect(3).stderr;
-        let among = Finished::of(meliora().args(["reach", &model, "--properties", &file])).expect(0).stdout;
+        let among = Finished::of(meliora().args(["reach", &model, "--properties", &file])).expect(3).stdout;
         [alone, among]
     };
     for (property, message, help) in [
@@ -199,4 +201,102 @@ fn a_question_is_asked_for() {
     let none =
         Finished::of(meliora().args(["reach", &scratch.show("m.prism"), "--all-properties"])).expect(2);
     assert!(none.stderr.contains("names no properties"), "{}", none.stderr);
+}
+
+#[test]
+fn an_open_constant_leaves_the_properties_that_do_not_need_it() {
+    // What the definitions need, also one by the other, is needed by the properties that name them.
+    let file = "const int k;\nconst int K = k+1;\nformula far = x>K;\nlabel \"far\" = far;\nlabel \"end\" = x=3;\n\
+        \"a\": P>0 [ F \"end\" ];\n\"b\": Pmax=? [ F<=K \"end\" ];\n\"c\": P>0 [ F \"far\" ];\n\"d\": P>=K [ F far ];\n";
+    let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", file)]);
+    let ask = |more: &[&str]| {
+        let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
+        let found =
+            Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json"]).args(more));
+        found.expect(1).json()["properties"].as_array().unwrap().clone()
+    };
+    let found = ask(&[]);
+    assert_eq!(found[0]["holds"], json!(false));
+    for (property, line) in found[1..].iter().zip(7..) {
+        let reason = property["reason"].as_str().unwrap();
+        assert_eq!(reason, "the constant `k` has no value: give it with `--const k=…`");
+        assert_eq!(property["line"], json!(line));
+    }
+    let found = ask(&["-c", "k=0"]);
+    assert!(found.iter().all(|p| p.get("reason").is_none()), "{found:?}");
+    // From x=0 the end is not within one step.
+    assert_eq!(found[1]["value"]["upper"], json!(0.0));
+    assert_eq!((&found[2]["holds"], &found[3]["holds"]), (&json!(false), &json!(false)));
+}
+
+#[test]
+fn a_file_in_which_nothing_can_be_read_ends_with_status_3() {
+    let status = |file: &str| {
+        let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", file)]);
+        let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
+        let found = Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json"]));
+        let reasons = found.json()["properties"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter(|p| p.get("reason").is_some())
+            .count();
+        (found.status, reasons, found.stderr.contains("none of the properties can be answered"))
+    };
+    assert_eq!(status("P>0 [ F y=1 ];\nP>0 [ F \"nowhere\" ];\n"), (3, 2, true));
+    assert_eq!(status("P>0 [ F x= ];\n"), (3, 1, true));
+    assert_eq!(status("S=? [ x=1 ];\n"), (3, 1, true));
+    // Some can be read: the status is that of their answers.
+    assert_eq!(status("P>0 [ F y=1 ];\nPmax>0 [ F x=1 ];\n"), (0, 1, false));
+    assert_eq!(status("P>0 [ F y=1 ];\nPmax=? [ F x=1 ];\n"), (0, 1, false));
+    assert_eq!(status("P>0 [ F y=1 ];\nPmax<=0 [ F x=1 ];\n"), (1, 1, false));
+    let scratch = Scratch::new(&[
+        ("m.prism", &MODEL.replace("mdp", "mdp const int n;")),
+        ("m.props", "P>0 [ F y=n ];\n"),
+    ]);
+    let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
+    let sweep = ["reach", &model, "--properties", &file, "-c", "n=1:2", "--csv", "-"];
+    let rows = Finished::of(meliora().args(sweep)).expect(3).stdout;
+    assert!(
+        rows.lines().skip(1).all(|row| row.contains(",not answered,") && row.ends_with(",error")),
+        "{rows}"
+    );
+}
+
+#[test]
+fn a_wrong_reward_leaves_the_other_properties_of_a_file() {
+    let model = format!("{MODEL}rewards \"r\"\n x=1 : -1;\nendrewards\n");
+    let file = "\"cost\": R{\"r\"}min=? [ F x=3 ];\n\"end\": Pmax=? [ F x=3 ];\n";
+    let scratch = Scratch::new(&[("m.prism", &model), ("m.props", file)]);
+    let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
+    let found = Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json"]));
+    let found = found.expect(0).json();
+    let reason = found["properties"][0]["reason"].as_str().unwrap();
+    assert!(reason.contains("earns -1 in the state x=1"), "{reason}");
+    assert_eq!(found["properties"][1]["value"], json!({"lower": 1.0, "upper": 1.0}));
+}
+
+#[test]
+fn a_name_of_the_model_is_not_defined_again() {
+    let model = MODEL.replace("mdp", "mdp\nconst int c = 1;\nformula f = x>1;");
+    let model = format!("{model}label \"one\" = x=1;\n");
+    for (definition, place, first) in [
+        // The answer was that of the second label.
+        ("label \"one\" = x=2;", "m.props:1:7", "m.prism:9:7"),
+        ("const int c = 2;", "m.props:1:11", "m.prism:2:11"),
+        ("formula f = x>2;", "m.props:1:9", "m.prism:3:9"),
+        ("formula x = 2;", "m.props:1:9", "m.prism:5:2"),
+        ("const int f;", "m.props:1:11", "m.prism:3:9"),
+    ] {
+        let file = format!("{definition}\nPmax=? [ F \"one\" ];\n");
+        let scratch = Scratch::new(&[("m.prism", &model), ("m.props", &file)]);
+        let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
+        let refused = Finished::of(meliora().args(["reach", &model, "--properties", &file])).expect(3).stderr;
+        assert!(refused.contains(place) && refused.contains(first), "{definition}: {refused}");
+    }
+    let unread =
+        Scratch::new(&[("m.prism", MODEL), ("m.props", "label \"init\" = x=2;\nP>0 [ F \"init\" ];\n")]);
+    let (model, file) = (unread.show("m.prism"), unread.show("m.props"));
+    let refused = Finished::of(meliora().args(["reach", &model, "--properties", &file])).expect(3).stderr;
+    assert!(refused.contains("init"), "{refused}");
 }

@@ -316,9 +316,10 @@ fn status(ends: &[(Ended, Option<String>)]) -> Status {
         Status::Limit
     } else if failed("usage") {
         Status::Usage
-    } else if failed("input") {
-        Status::Input
-    } else {
+    } else if failed("internal") {
         Status::Internal
+    } else {
+        // An error in the input, or a report of properties none of which could be read.
+        Status::Input
     }
 }

@@ -16,11 +16,23 @@ use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
 use meliora_model::progress::ProgressSink;
 
 /// Returns true if a text is meant as a JANI model: it starts like a JSON object, or its name ends
-/// with `.jani` and it does not start like a PRISM model.
+/// with `.jani` and it does not start like a PRISM model. Comments before it are an error of JSON.
 pub(crate) fn is_jani(source: &SourceFile) -> bool {
-    let text = source.text.trim_start_matches('\u{feff}').trim_start();
+    let text = after_comments(source.text.trim_start_matches('\u{feff}').trim_start());
     let is_prism = text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '/');
     text.starts_with('{') || (!is_prism && source.name.ends_with(".jani"))
+}
+
+/// Returns a text without the comments at its beginning.
+fn after_comments(mut text: &str) -> &str {
+    loop {
+        let end = match text.get(..2) {
+            Some("//") => text.find('\n'),
+            Some("/*") => text.find("*/").map(|at| at + 2),
+            _ => return text,
+        };
+        text = end.map_or("", |end| text[end..].trim_start());
+    }
 }
 
 /// Parses a model and flattens it.

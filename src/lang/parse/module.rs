@@ -9,7 +9,7 @@ impl Parser<'_> {
     /// Parses `module … endmodule`.
     pub(super) fn module(&mut self) -> Parsed<Item> {
         let start = self.advance();
-        let name = self.ident("the name of a module")?;
+        let name = self.name_outside("the name of a module")?;
         if self.eat(Token::Eq) {
             return self.renamed(name);
         }
@@ -213,7 +213,7 @@ impl Parser<'_> {
 
     /// Parses `base [ old=new, … ] endmodule`.
     fn renamed(&mut self, name: Ident) -> Parsed<Item> {
-        let base = self.ident("the name of a module")?;
+        let base = self.name_outside("the name of a module")?;
         self.expect(Token::LeftBracket)?;
         let renames = self.list(|p| {
             let old = p.renamed_name()?;

@@ -235,15 +235,20 @@ impl<'a> Parser<'a> {
         Ok(items)
     }
 
-    /// Parses the name of an action. Letters such as `S` and `W` are operators only in properties
-    /// and cannot be meant here. They may name actions, as in Storm (PRISM refuses them).
+    /// Parses the name of an action.
     pub(crate) fn action(&mut self) -> Parsed<Ident> {
+        self.name_outside("the name of an action")
+    }
+
+    /// Parses a name that properties do not use. Letters such as `S` and `A` are operators only in
+    /// properties and cannot be meant here. They may be such names, as in Storm (PRISM refuses them).
+    pub(crate) fn name_outside(&mut self, what: &str) -> Parsed<Ident> {
         let span = self.here();
         if self.peek() == Token::Word && is_property_operator(self.text(span)) {
             self.advance();
             return Ok(self.named(span));
         }
-        self.ident("the name of an action")
+        self.ident(what)
     }
 
     /// Parses a name in double quotes; keywords are permitted, as in `"init"`.

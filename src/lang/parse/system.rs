@@ -82,7 +82,7 @@ impl Parser<'_> {
             self.expect(Token::RightParen)?;
             inner
         } else {
-            let name = self.ident("the name of a module")?;
+            let name = self.name_outside("the name of a module")?;
             System { kind: SystemKind::Module(name.name), span: name.span }
         };
         for suffix in 0.. {

@@ -65,7 +65,11 @@ impl<'s> Reader<'s> {
             };
             let (key, value) = key.split_once(':').unwrap_or((key, ""));
             section = key.trim();
-            match (section, value.trim()) {
+            let value = match section {
+                "type" => value.trim().to_ascii_uppercase(),
+                _ => value.trim().to_owned(),
+            };
+            match (section, value.as_str()) {
                 ("type", "MDP") => self.table.kind = ModelKind::Mdp,
                 ("type", "DTMC") => self.table.kind = ModelKind::Dtmc,
                 // No writer of the format says whose choices those of a state are.

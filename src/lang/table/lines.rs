@@ -1,5 +1,6 @@
 //! Lines of the text formats, with their places.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use num_traits::Zero;
@@ -17,15 +18,43 @@ pub(super) struct Line<'s> {
     pub(super) text: &'s str,
 }
 
+/// A part of a text.
+#[derive(Clone)]
+pub(super) struct Part<'s> {
+    pub(super) source: &'s Arc<SourceFile>,
+    pub(super) range: Range<usize>,
+}
+
+impl<'s> Part<'s> {
+    /// Returns the whole text.
+    pub(super) fn whole(source: &'s Arc<SourceFile>) -> Self {
+        Part { source, range: 0..source.text.len() }
+    }
+
+    /// Returns the lines that are not empty.
+    pub(super) fn all_lines(&self) -> impl Iterator<Item = Line<'s>> + use<'s> {
+        let (source, mut start) = (self.source, self.range.start);
+        let text = source.text.get(self.range.clone()).unwrap_or_default();
+        let all = text.split('\n').map(move |raw| {
+            let line = Line { source, start: start + raw.len() - raw.trim_start().len(), text: raw.trim() };
+            start += raw.len() + 1;
+            line
+        });
+        all.filter(|line| !line.text.is_empty())
+    }
+
+    /// Returns the lines that are not empty and do not start with `comment`.
+    pub(super) fn lines(&self, comment: &'static str) -> impl Iterator<Item = Line<'s>> + use<'s> {
+        self.all_lines().filter(move |line| !line.text.starts_with(comment))
+    }
+}
+
 /// Returns the lines of a text that are not empty and do not start with `comment`.
-pub(super) fn lines<'s>(source: &'s Arc<SourceFile>, comment: &'s str) -> impl Iterator<Item = Line<'s>> {
-    let mut start = 0;
-    let all = source.text.split('\n').map(move |raw| {
-        let line = Line { source, start: start + raw.len() - raw.trim_start().len(), text: raw.trim() };
-        start += raw.len() + 1;
-        line
-    });
-    all.filter(move |line| !line.text.is_empty() && !line.text.starts_with(comment))
+pub(super) fn lines<'s>(
+    source: &'s Arc<SourceFile>,
+    comment: &'static str,
+) -> impl Iterator<Item = Line<'s>> + use<'s> {
+    Part::whole(source).lines(comment)
 }
 
 impl Line<'_> {
@@ -49,12 +78,17 @@ impl Line<'_> {
         diagnostic.severity(Severity::Unsupported).into()
     }
 
+    /// Returns the position of the first character.
+    pub(super) fn start(&self) -> usize {
+        self.start
+    }
+
     /// Returns the whole text of the file.
     pub(super) fn whole(&self) -> &str {
         &self.source.text
     }
 
-    fn diagnostic(&self, message: impl Into<String>) -> Diagnostic {
+    pub(super) fn diagnostic(&self, message: impl Into<String>) -> Diagnostic {
         Diagnostic::new(self.source, self.start..self.start + self.text.len(), message)
     }
 

@@ -81,7 +81,9 @@ impl Frame<'_> {
     pub(super) fn lower(&self, mut table: Table) -> Result<Checked> {
         let mut poll = Poll::new(self.sink);
         if let Some((state, reason)) = table.first_fault(&mut poll)? {
-            return Err(self.wrong(format!("state {state}: {reason}")));
+            let help = "the probabilities of a choice sum to 1; the rates of a CTMC are not supported";
+            let wrong = Diagnostic::new(self.source, 0..0, format!("state {state}: {reason}"));
+            return Err(wrong.help(help).into());
         }
         table.initial.sort_unstable();
         table.initial.dedup();

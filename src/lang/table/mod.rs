@@ -7,6 +7,7 @@
 mod drn;
 mod lines;
 mod lower;
+mod sections;
 mod tra;
 mod tree;
 mod umb;
@@ -22,6 +23,7 @@ use meliora_model::value::Type;
 
 pub(super) use drn::{is_drn, load as load_drn};
 pub(super) use lower::Frame;
+pub(super) use sections::has_states;
 pub(super) use tra::{is_tra, load as load_tra};
 pub(super) use umb::load as load_umb;
 

@@ -5,22 +5,23 @@ use std::sync::Arc;
 
 use ahash::AHashSet;
 
-use super::lines::{Line, lines};
+use super::lines::{Line, Part, lines};
+use super::sections::Sections;
 use super::{Column, Frame, Table, numbered_players};
 use crate::check::{Actions, Checked};
 use meliora_model::ModelKind;
-use meliora_model::error::{Error, Result, SourceFile};
+use meliora_model::error::{Error, Result, Severity, SourceFile};
 use meliora_model::progress::Poll;
 use meliora_model::value::Type;
 
-/// Returns true if a text is meant as transitions: its first line has two or three numbers, of which
-/// the first may be followed by the number of players, as in `5:2 7 9`.
+/// Returns true if a text is meant as transitions: its first line has two to four numbers, of which
+/// the first may be followed by the number of players, as in `5:2 7 9`. Four are those of a POMDP.
 pub(crate) fn is_tra(source: &Arc<SourceFile>) -> bool {
     let Some(first) = lines(source, "#").next() else { return false };
     let words: Vec<&str> = first.text.split_whitespace().collect();
     let is_number = |word: &&str| word.bytes().all(|b| b.is_ascii_digit());
     match words.as_slice() {
-        [_, _] => words.iter().all(is_number),
+        [_, _] | [_, _, _, _] => words.iter().all(is_number),
         [states, others @ ..] if others.len() == 2 => {
             let (states, players) = split_player(states);
             [states].iter().chain(&players).chain(others).all(is_number)
@@ -40,13 +41,17 @@ pub(crate) fn load(
 ) -> Result<Checked> {
     frame.refuse_values()?;
     let mut poll = Poll::new(frame.sink);
-    let mut table = transitions(frame, &mut poll)?;
-    if let Some(values) = values {
-        table.columns = columns(values, table.states(), &mut poll)?;
+    let sections = Sections::of(frame.source);
+    let mut table = transitions(frame, &sections, &mut poll)?;
+    if let Some(values) = sections.states.or(values.map(Part::whole)) {
+        table.columns = columns(&values, table.states(), &mut poll)?;
     }
-    match labels {
-        Some(labels) => read_labels(labels, &mut table, &mut poll)?,
+    match sections.labels.or(labels.map(Part::whole)) {
+        Some(labels) => read_labels(&labels, &mut table, &mut poll)?,
         None => table.initial.push(0),
+    }
+    if let Some(name) = sections.unread {
+        table.warnings.push(format!("a section `# {name}` is not read: it has no effect here"));
     }
     frame.lower(table)
 }
@@ -87,6 +92,9 @@ impl Counts {
         // Deadlocks have no line, and players need no state; each counts for at least one byte of the text.
         let most = first.whole().len();
         match counts {
+            Counts { others, .. } if others.len() > 2 => {
+                Err(first.refused("models with observations (POMDPs)"))
+            }
             Counts { states, .. } if states == 0 || states > most => {
                 Err(first.wrong(format!("the file has no transitions of {states} states")))
             }
@@ -106,10 +114,11 @@ impl Counts {
     }
 }
 
-fn transitions(frame: &Frame<'_>, poll: &mut Poll<'_>) -> Result<Table> {
-    let mut all = lines(frame.source, "#");
-    let Some(first) = all.next() else { return Err(frame.wrong("the file is empty")) };
+fn transitions(frame: &Frame<'_>, sections: &Sections<'_>, poll: &mut Poll<'_>) -> Result<Table> {
+    let mut all = sections.transitions.lines("#");
+    let Some(first) = all.next() else { return Err(frame.wrong("the file has no transitions")) };
     let counts = Counts::read(first)?;
+    sections.check_type(counts.kind())?;
     let mut table = Table::new(counts.kind());
     if let Some(players) = counts.players {
         table.players = numbered_players(players);
@@ -182,6 +191,13 @@ fn two_actions(line: Line<'_>, read: &Transition<'_>, table: &Table, actions: &A
     ))
 }
 
+/// Returns the error for a line with all transitions of a choice.
+fn in_rows(line: Line<'_>) -> Error {
+    let message = "lines with several transitions of a choice are not supported";
+    let help = "export the model from PRISM without `-exportrows`, one transition in each line";
+    line.diagnostic(message).severity(Severity::Unsupported).help(help).into()
+}
+
 fn transition<'s>(line: Line<'s>, kind: ModelKind) -> Result<Transition<'s>> {
     let mut words = line.text.split_whitespace();
     let form = match kind {
@@ -197,7 +213,11 @@ fn transition<'s>(line: Line<'s>, kind: ModelKind) -> Result<Transition<'s>> {
     };
     let (state, player) = (line.index(state)?, line.index(player)?);
     let choice = if kind == ModelKind::Dtmc { 0 } else { line.index(next()?)? };
-    let target = line.index(next()?)?;
+    let target = next()?;
+    if target.contains(':') {
+        return Err(in_rows(line));
+    }
+    let target = line.index(target)?;
     let weight = next()?;
     let (action, more) = (words.next(), words.next());
     if more.is_some() {
@@ -207,11 +227,11 @@ fn transition<'s>(line: Line<'s>, kind: ModelKind) -> Result<Transition<'s>> {
 }
 
 /// Reads `(x,b)`, then one line such as `0:(3,true)` per state.
-fn columns(source: &Arc<SourceFile>, states: usize, poll: &mut Poll<'_>) -> Result<Vec<Column>> {
+fn columns(part: &Part<'_>, states: usize, poll: &mut Poll<'_>) -> Result<Vec<Column>> {
     let mut columns: Vec<Column> = Vec::new();
     let mut types: Vec<Option<Type>> = Vec::new();
     let mut state = 0;
-    for line in lines(source, "#") {
+    for line in part.lines("#") {
         poll.step()?;
         if columns.is_empty() {
             columns = distinct(line, cells(line, line.text)?, "variable")?.map(column).collect();
@@ -241,7 +261,7 @@ fn columns(source: &Arc<SourceFile>, states: usize, poll: &mut Poll<'_>) -> Resu
         let most = column.values.iter().max().copied().unwrap_or_default();
         (column.low, column.high) = if column.ty == Type::Bool { (0, 1) } else { (least, most) };
     }
-    match lines(source, "#").next() {
+    match part.lines("#").next() {
         Some(first) if state != states => {
             Err(first.wrong(format!("the file has values of {state} states, the model has {states}")))
         }
@@ -283,18 +303,26 @@ fn value(line: Line<'_>, cell: &str) -> Result<(i64, Type)> {
     }
 }
 
-/// Reads `0="init" 1="goal"`, then lines such as `3: 0 1`.
-fn read_labels(source: &Arc<SourceFile>, table: &mut Table, poll: &mut Poll<'_>) -> Result<()> {
-    let mut all = lines(source, "#");
-    let Some(first) = all.next() else { return Ok(()) };
-    let mut names = Vec::new();
-    for word in first.text.split_whitespace() {
-        let parts = word.split_once('=').filter(|(n, _)| n.parse() == Ok(names.len()));
-        let name = parts.and_then(|(_, name)| name.strip_prefix('"')?.strip_suffix('"'));
-        names.push(name.ok_or_else(|| {
-            first.part(word).wrong("expected labels such as `0=\"init\" 1=\"deadlock\" 2=\"goal\"`")
-        })?);
+/// Returns the names of a line such as `0="init" 1="at goal"`, in which the numbers count from 0.
+fn label_names<'s>(line: Line<'s>) -> Result<Vec<&'s str>> {
+    let (mut names, mut left) = (Vec::new(), line.text);
+    while !left.is_empty() {
+        let number = left.split_once("=\"").filter(|(number, _)| number.trim().parse() == Ok(names.len()));
+        let Some((name, rest)) = number.and_then(|(_, rest)| rest.split_once('"')) else {
+            let message = "expected labels such as `0=\"init\" 1=\"deadlock\" 2=\"goal\"`";
+            return Err(line.part(left).wrong(message));
+        };
+        names.push(name);
+        left = rest.trim_start();
     }
+    Ok(names)
+}
+
+/// Reads `0="init" 1="goal"`, then lines such as `3: 0 1`.
+fn read_labels(part: &Part<'_>, table: &mut Table, poll: &mut Poll<'_>) -> Result<()> {
+    let mut all = part.lines("#");
+    let Some(first) = all.next() else { return Ok(()) };
+    let names = label_names(first)?;
     let names = distinct(first, names.into_iter(), "label")?;
     let mut labels: Vec<(String, Vec<usize>)> = names.map(|name| (name.to_owned(), Vec::new())).collect();
     for line in all {
@@ -314,7 +342,11 @@ fn read_labels(source: &Arc<SourceFile>, table: &mut Table, poll: &mut Poll<'_>)
         }
     }
     let initial = labels.iter().position(|(name, _)| name == "init");
-    table.initial = initial.map(|at| labels.swap_remove(at).1).unwrap_or_default();
-    table.labels = labels;
+    let initial = initial.map(|at| labels.remove(at).1).filter(|states| !states.is_empty());
+    let Some(initial) = initial else {
+        let help = "the initial states have the label \"init\"; without a file of labels, state 0 is initial";
+        return Err(first.diagnostic("no state is labelled \"init\"").help(help).into());
+    };
+    (table.initial, table.labels) = (initial, labels);
     Ok(())
 }

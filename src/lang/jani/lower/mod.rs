@@ -17,11 +17,12 @@ use std::sync::Arc;
 
 use ahash::{AHashMap, AHashSet};
 
-use super::read::model::Model;
+use super::read::model::{Model, Variable};
 use crate::ast::{Expr, Ident, NodeKind, Span};
 use crate::check::{self, Checked};
 use crate::ltl::{Formula, FormulaKind};
 use crate::named::{Asked, Property};
+use crate::refusal::Refusal;
 use crate::valuation::Binding;
 use meliora_model::error::{Error, Result, Severity};
 use meliora_model::expr::ExprId;
@@ -32,6 +33,9 @@ use meliora_model::{Command, Program, Synchronisation, VarId};
 use scope::Place;
 pub(super) use state::Inputs;
 use state::Lowering;
+
+/// The reason against a property that has no better one.
+const NO_MEANING: &str = "it has no meaning in this model";
 
 /// Flattens a model.
 ///
@@ -65,7 +69,7 @@ impl Lowering<'_> {
         let initial = self.initial();
         let moves = self.moves();
         let mut rewards = self.reward_structures();
-        let properties = self.properties(&mut rewards);
+        let (properties, targets) = self.properties(&mut rewards);
         let formulas = self.formulas();
         self.lowerer.poll.check()?;
         let (Some(initial), Some((commands, synchronisations)), true) =
@@ -75,7 +79,7 @@ impl Lowering<'_> {
         };
         self.own(&commands, &synchronisations);
         self.warn();
-        let labels = self.labels(&properties);
+        let labels = self.labels(targets);
         self.warnings
             .extend(check::reward_warnings(&rewards).into_iter().chain(self.lowerer.inexact.clone()));
         let joint = self.joint_modules.into_iter().map(|(_, name)| name);
@@ -102,28 +106,50 @@ impl Lowering<'_> {
         Ok(Checked { program, warnings: self.warnings, properties })
     }
 
-    /// Lowers the properties that can be asked.
-    fn properties(&mut self, rewards: &mut Vec<RewardStructure>) -> Vec<Property> {
-        let mut properties = Vec::new();
-        for property in &self.model.properties {
-            let asks = match &property.asks {
-                Err(reason) => Err(reason.clone()),
-                Ok(asked) => match self.path(&property.name.name, &asked.formula) {
-                    Some(formula) => {
-                        let question = self.question(&property.name.name, asked, rewards);
-                        question.map(|question| Asked { formula, question })
-                    }
-                    None => continue,
-                },
+    /// Lowers the properties. Returns them with the labels that they give: the targets of those that ask
+    /// about reaching one.
+    fn properties(&mut self, rewards: &mut Vec<RewardStructure>) -> (Vec<Property>, Vec<(String, ExprId)>) {
+        let (mut properties, mut targets) = (Vec::new(), Vec::new());
+        let model = self.model;
+        let mut met = AHashSet::new();
+        let doubled: AHashSet<&str> =
+            model.properties.iter().map(|p| p.name.as_str()).filter(|name| !met.insert(*name)).collect();
+        for property in &model.properties {
+            let name = &property.name;
+            let formula = match &property.asks {
+                _ if doubled.contains(name.as_str()) => {
+                    Err(Refusal::without_place(format!("several properties have the name \"{name}\"")))
+                }
+                Err(refusal) => Err(refusal.clone()),
+                Ok(asked) => self.path(name, &asked.formula).map(|formula| (asked, formula)),
             };
-            properties.push(Property { name: property.name.name.clone(), asks });
+            let asks = formula.and_then(|(asked, formula)| {
+                targets.extend(formula.known_target().map(|target| (name.clone(), target)));
+                if let Some(reason) = &asked.refused {
+                    return Err(Refusal::without_place(reason));
+                }
+                let question = self.question(name, asked, rewards)?;
+                Ok(Asked { formula, question, over_one: asked.over_one })
+            });
+            properties.push(Property { name: name.clone(), asks });
         }
-        properties
+        (properties, targets)
     }
 
     /// Returns a formula with its state formulas in the pool of the program, and the values of its
-    /// bounds.
-    fn path(&mut self, property: &str, formula: &Formula) -> Option<Formula> {
+    /// bounds, or the reason against it.
+    fn path(&mut self, property: &str, formula: &Formula) -> Result<Formula, Refusal> {
+        let told = self.lowerer.diagnostics.len();
+        let lowered = self.lowered(property, formula);
+        self.refused(told).map_or_else(|| lowered.ok_or_else(|| Refusal::without_place(NO_MEANING)), Err)
+    }
+
+    /// Takes back the errors after the first `told`, and returns the first as a reason.
+    fn refused(&mut self, told: usize) -> Option<Refusal> {
+        self.lowerer.diagnostics.split_off(told).first().map(Refusal::at)
+    }
+
+    fn lowered(&mut self, property: &str, formula: &Formula) -> Option<Formula> {
         let mut formula = formula.clone();
         let mut open = vec![&mut formula];
         while let Some(part) = open.pop() {
@@ -141,29 +167,37 @@ impl Lowering<'_> {
         Some(formula)
     }
 
-    /// Returns the named state sets: targets of properties, and transient Booleans.
-    fn labels(&mut self, properties: &[Property]) -> Vec<(String, ExprId)> {
-        let mut labels: Vec<(String, ExprId)> = Vec::new();
-        for property in properties {
-            if let Some(target) = property.asks.as_ref().ok().and_then(|asked| asked.formula.known_target()) {
-                labels.push((property.name.clone(), target));
-            }
-        }
+    /// Returns the named state sets: targets of properties, and transient Booleans. A name of two
+    /// different sets is a name of neither.
+    fn labels(&mut self, mut labels: Vec<(String, ExprId)>) -> Vec<(String, ExprId)> {
         for index in 0..self.transients.len() {
             let variable = self.transients[index].variable;
             let name = &variable.name.name;
-            let known = labels.iter().any(|(n, _)| n == name);
-            if variable.ty.ty == Type::Bool && !known && self.transients[index].instance.is_none() {
+            if variable.ty.ty == Type::Bool && self.transients[index].instance.is_none() {
                 // A label without a value, such as one given by two automata, is not an error until
                 // it is used.
                 let told = self.lowerer.diagnostics.len();
-                if let Some(id) = self.transient(index, variable.name.span) {
-                    labels.push((name.clone(), id));
+                match (self.transient(index, variable.name.span), labels.iter().position(|(n, _)| n == name))
+                {
+                    (Some(id), None) => labels.push((name.clone(), id)),
+                    (Some(id), Some(known)) if labels[known].1 != id => {
+                        labels.remove(known);
+                        self.two_meanings(variable);
+                    }
+                    _ => {}
                 }
                 self.lowerer.diagnostics.truncate(told);
             }
         }
         labels
+    }
+
+    /// Warns that a property and a Boolean of one name are different sets of states.
+    fn two_meanings(&mut self, variable: &Variable) {
+        let Ident { name, span } = &variable.name;
+        let message = format!("\"{name}\" is not a label: a property and this variable have the name");
+        let help = "rename one of the two";
+        self.warnings.push(self.lowerer.wrong(*span, message).severity(Severity::Warning).help(help));
     }
 
     /// Returns the global functions without parameters, for targets that use them.

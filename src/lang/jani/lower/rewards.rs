@@ -8,6 +8,7 @@ use super::state::Lowering;
 use crate::ast::{BinaryOp, Node, NodeKind, Span};
 use crate::combinations::combinations;
 use crate::property::{self, Measure, Question, Rewards};
+use crate::refusal::Refusal;
 use meliora_model::expr::ExprId;
 use meliora_model::rewards::{Earner, RewardItem, RewardStructure};
 use meliora_model::value::{Type, Value};
@@ -167,7 +168,7 @@ impl Lowering<'_> {
         property: &str,
         asked: &read::Question,
         structures: &mut Vec<RewardStructure>,
-    ) -> Result<Question, String> {
+    ) -> Result<Question, Refusal> {
         let Some(reward) = &asked.reward else {
             return Ok(match asked.bound.clone() {
                 Some((comparison, value)) => property::compared(asked.extreme, comparison, value),
@@ -182,7 +183,12 @@ impl Lowering<'_> {
             Some(Meaning::Transient(t)) if self.is_reward(t) => self.reward_structure(t, reward.into()),
             _ => self.reward_of_expression(reward)?,
         };
-        let same = |s: &RewardStructure| s.name == own.name && s.items.len() == own.items.len();
+        if let Some(wrong) = own.errors.first() {
+            return Err(Refusal::at(wrong));
+        }
+        let same = |s: &RewardStructure| {
+            s.name == own.name && s.items.len() == own.items.len() && s.errors.is_empty()
+        };
         let number = match structures.iter().position(same) {
             Some(known) => known + 1,
             None => {
@@ -195,7 +201,7 @@ impl Lowering<'_> {
     }
 
     /// Returns the structure of a reward that is an expression over the state.
-    fn reward_of_expression(&mut self, reward: &Reward) -> Result<RewardStructure, String> {
+    fn reward_of_expression(&mut self, reward: &Reward) -> Result<RewardStructure, Refusal> {
         let span = reward.value.span();
         let told = self.lowerer.diagnostics.len();
         let value = self.typed(&reward.value, Place::default(), Type::Real, "a reward");
@@ -203,7 +209,7 @@ impl Lowering<'_> {
         let (Some(value), Some(guard)) = (value, self.lowerer.literal(Value::Bool(true))) else {
             return Err(errors
                 .first()
-                .map_or_else(|| "its reward is wrong".to_owned(), |e| e.message.clone()));
+                .map_or_else(|| Refusal::without_place("its reward is wrong"), Refusal::at));
         };
         // A constant that is earned by every step is earned by every state that is left.
         let is_constant = self.lowerer.pool.literal(value).is_some();
@@ -211,7 +217,7 @@ impl Lowering<'_> {
             (false, false) => Vec::new(),
             (true, false) if is_constant => vec![RewardItem { earner: Earner::State, guard, value, span }],
             (false, true) => vec![RewardItem { earner: Earner::State, guard, value, span }],
-            _ => return Err("it accumulates an expression with every step".to_owned()),
+            _ => return Err(Refusal::without_place("it accumulates an expression with every step")),
         };
         Ok(RewardStructure { name: None, items, errors, span })
     }

@@ -1,6 +1,7 @@
 //! Expressions.
 
 use super::super::json::{Node as Json, Object, Shape};
+use super::path::is_of_properties;
 use super::reader::Reader;
 use super::record::Read;
 use crate::ast::{BinaryOp, Expr, Function, Ident, Node, NodeKind};
@@ -126,6 +127,10 @@ impl<'a> Reader<'a> {
             Some((_, feature)) => {
                 self.unsupported(span, format!("the operator \"{name}\" ({feature}) is not supported"))
             }
+            None if is_of_properties(&name) => self.unsupported(
+                span,
+                format!("the operator \"{name}\" of properties is not supported in an expression"),
+            ),
             None => self.fail(span, format!("unknown operator \"{name}\" in an expression")),
         }
     }

@@ -1,6 +1,7 @@
 //! From the text to the tree: checks the shape of the document, and reports several errors per run.
 
 mod expr;
+mod filter;
 pub(super) mod model;
 mod path;
 pub(super) mod property;

@@ -12,15 +12,25 @@ use meliora_model::stack;
 /// Operators on paths.
 const TEMPORAL: &[&str] = &["F", "G", "X", "U", "W", "R"];
 
-/// Operators that quantify over paths or strategies, and sets of states that only properties name.
-const NESTED: &[&str] =
-    &["Pmin", "Pmax", "Emin", "Emax", "Smin", "Smax", "∀", "∃", "filter", "initial", "deadlock", "timelock"];
+/// Operators that quantify over paths or strategies.
+const NESTED: &[&str] = &["Pmin", "Pmax", "Emin", "Emax", "Smin", "Smax", "∀", "∃", "filter"];
+
+/// Sets of states that only properties name.
+const STATES: &[&str] = &["initial", "deadlock", "timelock"];
 
 /// Operators that join formulas on paths.
 const JOINING: &[&str] = &["∧", "∨", "¬", "⇒"];
 
+/// Bounds on the number of steps.
+const BOUNDS: &str = "step-bounds";
+
 /// Bounds on other quantities than steps.
 const OTHER_BOUNDS: &[&str] = &["time-bounds", "reward-bounds"];
+
+/// Returns true for an operator that occurs in properties only.
+pub(super) fn is_of_properties(op: &str) -> bool {
+    [TEMPORAL, NESTED, STATES].iter().any(|known| known.contains(&op))
+}
 
 /// Returns `F target`.
 pub(super) fn eventually(target: Option<Expr>) -> Option<Formula> {
@@ -58,16 +68,21 @@ impl<'a> Reader<'a> {
         let kind = stack::level(|| match op.as_str() {
             "F" | "G" | "X" | "¬" => self.unary(&object, &op, operators),
             "U" | "W" | "R" | "∧" | "∨" | "⇒" => self.binary(&object, &op, operators),
-            _ if NESTED.contains(&op.as_str()) => no("its formula is nested"),
+            _ if NESTED.contains(&op.as_str()) => {
+                Some(Err(format!("its formula is nested: it has \"{op}\" inside")))
+            }
+            _ if STATES.contains(&op.as_str()) => Some(Err(format!("its formula names the states \"{op}\""))),
             _ => Some(Err(format!("its operator is \"{op}\""))),
         })?;
         Some(kind.map(|kind| Formula { kind, span: node.span() }))
     }
 
     fn unary(&mut self, object: &Object<'a>, op: &str, operators: &mut usize) -> Asks<FormulaKind> {
+        self.known(object, "a formula", &["op", "exp", "right", BOUNDS])?;
         // Some tools write the operand of `F` and `G` where `U` has its right one.
         let operand = match (object.get("exp"), object.get("right")) {
             (None, Some(right)) if op != "¬" => right,
+            (Some(_), Some(_)) => return self.fail(object.key_span("right"), "a second operand"),
             _ => self.required(object, "a formula", "exp")?,
         };
         let (steps, operand) = (self.steps(object, op)?, self.formula(operand, operators)?);
@@ -83,6 +98,7 @@ impl<'a> Reader<'a> {
     }
 
     fn binary(&mut self, object: &Object<'a>, op: &str, operators: &mut usize) -> Asks<FormulaKind> {
+        self.known(object, "a formula", &["op", "left", "right", BOUNDS])?;
         let left = self.required(object, "a formula", "left")?;
         let right = self.required(object, "a formula", "right")?;
         let is_all = matches!(self.any(left)?, Shape::Bool(true));
@@ -104,7 +120,7 @@ impl<'a> Reader<'a> {
 
     /// Reads the bounds on the number of steps of an operator.
     fn steps(&mut self, object: &Object<'a>, op: &str) -> Asks<Steps> {
-        let Some(bounds) = object.get("step-bounds") else { return Some(Ok(Steps::default())) };
+        let Some(bounds) = object.get(BOUNDS) else { return Some(Ok(Steps::default())) };
         if !matches!(op, "F" | "G" | "U") {
             return Some(Err(format!("it has \"{op}\" with step-bounds")));
         }
@@ -131,7 +147,7 @@ impl<'a> Reader<'a> {
             let Shape::Object(object) = self.any(node)? else { continue };
             let Some(op) = object.get("op") else { continue };
             let op = self.name(op, "an operator")?.name;
-            if TEMPORAL.contains(&op.as_str()) || NESTED.contains(&op.as_str()) {
+            if is_of_properties(&op) {
                 return Some(true);
             }
             if JOINING.contains(&op.as_str()) {

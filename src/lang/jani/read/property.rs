@@ -10,8 +10,8 @@ use super::record::{Read, records};
 use crate::ast::{Expr, Ident, NodeKind, Span};
 use crate::ltl::Formula;
 use crate::property::{Extreme, Inequality};
+use crate::refusal::Refusal;
 use meliora_model::exact::{Ratio, decimal};
-use meliora_model::stack;
 use meliora_model::value;
 
 /// A part of a property, or the reason why a well-formed property is not supported.
@@ -19,11 +19,46 @@ pub(super) type Asks<T> = Option<Result<T, String>>;
 
 const NO_PROBABILITY: &str = "it does not ask for a probability, or a reward to reach a set of states";
 
+/// Keys of expected values at one moment.
+const INSTANTS: &[&str] = &["step-instant", "time-instant", "reward-instants"];
+
+/// The moments at which rewards are accumulated. In a discrete-time model no time passes in a state.
+const MOMENTS: &[&str] = &["steps", "exit", "time"];
+
 records! {
-    Property = "a property" {
+    /// A property that could be read.
+    Readable = "a property" {
         "name" => name: Ident,
         "expression" => asks: Asked,
     };
+}
+
+/// A property of the model, with its question or the reason against it.
+#[derive(Debug, Clone)]
+pub(crate) struct Property {
+    pub(crate) name: String,
+    pub(crate) asks: Result<Question, Refusal>,
+}
+
+/// Errors in a property are the reason against it: they leave the model and the other properties.
+impl<'a> Read<'a> for Property {
+    fn read(reader: &mut Reader<'a>, node: Node<'a>, what: &str) -> Option<Self> {
+        let told = reader.told();
+        if let Some(Readable { name, asks }) = Readable::read(reader, node, what) {
+            return Some(Property { name: name.name, asks: asks.map_err(Refusal::without_place) });
+        }
+        let wrong = reader.take_back(told)?;
+        let told = reader.told();
+        let name = match reader.any(node) {
+            Some(Shape::Object(object)) => {
+                object.get("name").and_then(|name| Ident::read(reader, name, "the name of a property"))
+            }
+            _ => None,
+        };
+        reader.take_back(told);
+        let name = name.map_or_else(|| reader.path_to(node), |name| name.name);
+        Some(Property { name, asks: Err(Refusal::at(&wrong)) })
+    }
 }
 
 /// The question, or the reason why the property is not supported.
@@ -39,6 +74,10 @@ pub(crate) struct Question {
     pub(crate) reward: Option<Reward>,
     /// The comparison with a number, if there is one.
     pub(crate) bound: Option<(Inequality, Ratio)>,
+    /// The function of the filter around it, if the answer is its value only for one initial state.
+    pub(crate) over_one: Option<&'static str>,
+    /// The reason why the filter around it is not supported.
+    pub(crate) refused: Option<String>,
 }
 
 /// A reward that is accumulated.
@@ -63,16 +102,12 @@ pub(super) fn no<T>(reason: &str) -> Asks<T> {
 }
 
 impl<'a> Reader<'a> {
-    fn asked(&mut self, node: Node<'a>) -> Asks<Question> {
+    pub(super) fn asked(&mut self, node: Node<'a>) -> Asks<Question> {
         let Shape::Object(object) = self.any(node)? else { return no(NO_PROBABILITY) };
         let Some(op) = object.get("op") else { return no(NO_PROBABILITY) };
         let op = self.name(op, "an operator")?.name;
         match op.as_str() {
-            "filter" => {
-                self.known(&object, "a filter", &["op", "fun", "values", "states"])?;
-                let values = self.required(&object, "a filter", "values")?;
-                stack::level(|| self.asked(values))
-            }
+            "filter" => self.filter(&object),
             "Pmin" | "Pmax" | "Emin" | "Emax" => self.value(&object, &op, None),
             "≥" | ">" | "≤" | "<" => self.comparison(&object, &op),
             "Smin" | "Smax" => no("it asks for a steady-state probability"),
@@ -82,6 +117,7 @@ impl<'a> Reader<'a> {
 
     /// Reads a comparison such as `Pmax ≥ 1`.
     fn comparison(&mut self, object: &Object<'a>, op: &str) -> Asks<Question> {
+        self.known(object, "a comparison", &["op", "left", "right"])?;
         let left = self.required(object, "a comparison", "left")?;
         let right = self.required(object, "a comparison", "right")?;
         let Shape::Object(inner) = self.any(left)? else { return no(NO_PROBABILITY) };
@@ -117,20 +153,32 @@ impl<'a> Reader<'a> {
     fn value(&mut self, object: &Object<'a>, op: &str, bound: Option<(Inequality, Ratio)>) -> Asks<Question> {
         let extreme = if op.ends_with("max") { Extreme::Max } else { Extreme::Min };
         if op.starts_with('P') {
+            self.known(object, "a probability", &["op", "exp"])?;
             let path = self.required(object, "a property", "exp")?;
             let formula = self.path(path)?;
-            return Some(formula.map(|formula| Question { formula, extreme, reward: None, bound }));
+            let (reward, over_one, refused) = (None, None, None);
+            return Some(formula.map(|formula| Question {
+                formula,
+                extreme,
+                reward,
+                bound,
+                over_one,
+                refused,
+            }));
         }
-        let others = ["step-instant", "time-instant", "reward-instants"];
-        if let Some(other) = others.iter().find(|o| object.get(o).is_some()) {
+        if let Some(other) = INSTANTS.iter().find(|o| object.get(o).is_some()) {
             return Some(Err(format!("it has a {other}")));
         }
+        self.known(object, "an expected value", &["op", "exp", "accumulate", "reach"])?;
         let (Some(target), Some(accumulated)) = (object.get("reach"), object.get("accumulate")) else {
             return no(
                 "it asks for an expected value without accumulating it until a set of states is reached",
             );
         };
         let moments = Vec::<Ident>::read(self, accumulated, "the moments of rewards")?;
+        if let Some(Ident { name, span }) = moments.iter().find(|m| !MOMENTS.contains(&m.name.as_str())) {
+            return self.fail(*span, format!("unknown moment \"{name}\" of a reward"));
+        }
         let at = |moment: &str| moments.iter().any(|m| m.name == moment);
         if self.is_temporal(target)? {
             return no("its formula is nested");
@@ -139,6 +187,6 @@ impl<'a> Reader<'a> {
         let value = self.required(object, "an expected value", "exp")?;
         let value = Expr::read(self, value, "a reward")?;
         let reward = Some(Reward { value, steps: at("steps"), exit: at("exit") });
-        Some(Ok(Question { formula: formula?, extreme, reward, bound }))
+        Some(Ok(Question { formula: formula?, extreme, reward, bound, over_one: None, refused: None }))
     }
 }

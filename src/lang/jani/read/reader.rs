@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ahash::AHashSet;
 
-use super::super::json::{Document, Malformed, Node, Object, Shape};
+use super::super::json::{self, Document, Malformed, Node, Object, Shape};
 use crate::ast::{Ident, Span};
 use meliora_model::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use meliora_model::progress::{Poll, ProgressSink};
@@ -21,7 +21,13 @@ const MOST_VALUES: usize = 1 << 24;
 /// # Errors
 /// The text is too large, or is not JSON.
 pub(crate) fn document(source: &Arc<SourceFile>) -> Result<Document<'_>> {
-    let wrong = |Malformed { at, message }| Diagnostic::new(source, at.range(), message).into();
+    let wrong = |Malformed { at, message }| {
+        let diagnostic = Diagnostic::new(source, at.range(), message);
+        let rest = source.text.get(at.start()..).unwrap_or_default();
+        let is_comment = ["//", "/*", "#"].iter().any(|begin| rest.starts_with(begin));
+        let help = "JSON has no comments: remove this one, or make it the value of a key `\"comment\"`";
+        if is_comment { diagnostic.help(help).into() } else { diagnostic.into() }
+    };
     if source.text.len() > MOST_BYTES {
         let message = format!("the document is larger than {} MiB", MOST_BYTES >> 20);
         return Err(wrong(Malformed { at: Span::new(0, 1), message }));
@@ -53,6 +59,26 @@ impl<'a> Reader<'a> {
             Some(read) if self.diagnostics.is_empty() => Ok(read),
             _ => Err(Error::Input(self.diagnostics)),
         }
+    }
+
+    /// Returns the number of errors so far.
+    pub(crate) fn told(&self) -> usize {
+        self.diagnostics.len()
+    }
+
+    /// Takes back the errors after the first `told`, and returns the first of them; `None` if there is
+    /// none, or if reading had to stop.
+    pub(crate) fn take_back(&mut self, told: usize) -> Option<Diagnostic> {
+        if self.is_full || self.poll.should_stop() {
+            return None;
+        }
+        let first = self.diagnostics.drain(told..).next();
+        first
+    }
+
+    /// Returns the path in the document to a value, as a name for it.
+    pub(crate) fn path_to(&self, node: Node<'a>) -> String {
+        json::path(&self.source.text, node.span().start()).unwrap_or_default()
     }
 
     /// Returns the text at a place.

@@ -1,0 +1,187 @@
+"""Lists of properties, some of which have mistakes: property files, and properties of JANI models with filters. Each
+property has the answer of the reference, or a reason for none; the status is that of the answers."""
+
+import json
+import random
+from fractions import Fraction
+
+from reference.model import explore
+from reference.questions import chances
+from tester.questions import COMPARE, decimal, near
+from tester.regions import value_of
+
+FUNCTIONS = ("min", "max", "sum", "avg", "count", "∀", "∃", "argmin", "argmax", "values")
+SIGNS = {"≥": ">=", ">": ">", "≤": "<=", "<": "<"}
+MISTAKES = (
+    "P>=1 [ F nowhere = 1 ]",
+    'Pmax=? [ F "nowhere" ]',
+    "P>0 [ F x = ]",
+    "S=? [ x = 1 ]",
+    "P>=2 [ F x = 1 ]",
+    'R{"none"}max=? [ F x = 1 ]',
+)
+MOST_STATES = 60
+
+
+def property_files(context):
+    """A file with definitions, of which some need a constant that is not given, and properties."""
+    if context.is_game:
+        return
+    draw, program, size = random.Random(context.case.seed), context.program, context.case.size
+    model, file = program.folder / "listed.prism", program.folder / "listed.props"
+    model.write_text(context.case.model_text() + 'label "base" = x = 0;\n')
+    whole = explore(context.source, context.case.settings["scope"], 3000)
+    given = draw.choice([None, *range(size)])
+    conditions = {"near": "x <= 1", "base": "x = 0"} | ({} if given is None else {"far": f"x > {given + 1}"})
+    lines = ["const int k;", "const int K = k + 1;", "formula beyond = x > K;"]
+    lines += ['label "far" = beyond;', 'label "near" = x <= 1;']
+    if draw.random() < 0.1:
+        defined_twice(context, model, file, lines)
+        return
+    expected = []
+    for _ in range(draw.randint(1, 5)):
+        text, answer = listed(draw, whole, conditions)
+        lines.append(f"{text};")
+        expected.append((text, answer))
+    file.write_text("\n".join([*lines, ""]))
+    options = program.settings("scope", "engine", "threads") + ([] if given is None else ["-c", f"k={given}"])
+    compare(context, expected, "reach", model, "--properties", file, *options)
+    if any(answer is None for _, answer in expected):
+        context.case.features.add("property with a mistake")
+
+
+def listed(draw, whole, conditions):
+    """A property of a file, with its answer; None without one."""
+    if draw.random() < 0.35:
+        return draw.choice(MISTAKES), None
+    label = draw.choice(["near", "base", "far"])
+    operator = draw.choice(["P>=1", "Pmax>0", "Pmax=?", "Pmin=?"])
+    text = f'{operator} [ F "{label}" ]'
+    if label not in conditions:
+        return text, None
+    most, least = chances(whole, whole.where(conditions[label]))
+    values = {"P>=1": least, "Pmax>0": most, "Pmax=?": most, "Pmin=?": least}[operator]
+    values = [values[state] for state in whole.initial]
+    verdicts = {"P>=1": all(v == 1 for v in values), "Pmax>0": all(v > 0 for v in values)}
+    return text, verdicts.get(operator, values)
+
+
+def defined_twice(context, model, file, lines):
+    """A name that the model defines is refused with both places."""
+    number = len(model.read_text().splitlines())
+    for line, at in (('label "base" = x = 1;', (number, 7)), ("const int x = 1;", (4 + len(context.case.players), 3))):
+        file.write_text("\n".join([*lines, line, "Pmax=? [ F x = 1 ];", ""]))
+        status, _, errors = context.program.run("reach", model, "--properties", file)
+        places = f"listed.props:{len(lines) + 1}:", f"listed.prism:{at[0]}:{at[1]}"
+        context.same(f"refusal of {line}", (3, []), (status, [place for place in places if place not in errors]))
+    context.case.features.add("name defined twice")
+
+
+def jani_filters(context):
+    """Properties of a JANI model with filters: an answer is given only where it is the value of the filter."""
+    whole = None if context.is_game or context.is_rare() else explore(context.source, "reachable", 3000)
+    if whole is None or len(whole.values) > MOST_STATES:
+        return
+    draw, path = random.Random(context.case.seed), context.program.folder / "listed.jani"
+    target = {state for state in whole.states if draw.random() < 0.3}
+    properties, expected = [], []
+    for number in range(draw.randint(1, 6)):
+        expression, answer = filtered(draw, whole, target)
+        properties.append({"name": f"p{number}", "expression": expression})
+        expected.append((f"p{number}: {json.dumps(expression, ensure_ascii=False)}", answer))
+    if len(properties) > 2 and draw.random() < 0.2:
+        properties[1]["name"] = "p0"
+        expected[:2] = [(text, None) for text, _ in expected[:2]]
+    path.write_text(json.dumps(jani_of(whole, properties)))
+    compare(context, expected, "reach", path, "--all-properties", *context.program.settings("engine", "threads"))
+    context.case.features.add("JANI filter")
+
+
+def filtered(draw, whole, target):
+    """A filter, with its answer; None where the program has none."""
+    most, least = chances(whole, target)
+    kind, values = draw.choice([("Pmax", most), ("Pmin", least)])
+    values = [values[state] for state in whole.initial]
+    goal = {"op": "F", "exp": one_of(target)}
+    expression, verdict = {"op": kind, "exp": goal}, None
+    if draw.random() < 0.5:
+        sign = draw.choice([*SIGNS])
+        bound = draw.choice([Fraction(0), Fraction(1), near(draw.choice(values)), Fraction(draw.randint(1, 9), 10)])
+        number = int(bound) if bound in (0, 1) else float(decimal(bound))
+        expression = {"op": sign, "left": expression, "right": number}
+        verdict = [COMPARE[SIGNS[sign]](value, bound) for value in values]
+    fun = draw.choice(["∀", "values", *FUNCTIONS, "exists"])
+    states = draw.choice([{"op": "initial"}] * 3 + [True, {"op": "deadlock"}, one_of({0})])
+    found = {"op": "filter", "fun": fun, "values": expression, "states": states}
+    if draw.random() < 0.1:
+        found["condition"] = True  # no key of the format
+        return found, None
+    if draw.random() < 0.1:
+        goal["exp"] = {"op": "≥", "left": {"op": "Pmin", "exp": {"op": "F", "exp": one_of(target)}}, "right": 1}
+        return found, None
+    only = len(values) == 1
+    if states != {"op": "initial"}:
+        return found, None
+    if verdict is not None:
+        return found, all(verdict) if fun == "∀" or only and fun in ("∃", "values") else None
+    return found, values if only and fun in ("min", "max", "sum", "avg", "values") else None
+
+
+def one_of(states):
+    """The condition that the state is one of some states."""
+    found = False
+    for state in sorted(states):
+        equal = {"op": "=", "left": "s", "right": state}
+        found = {"op": "∨", "left": found, "right": equal} if found else equal
+    return found
+
+
+def jani_of(whole, properties):
+    """A model with one variable, the number of the state."""
+
+    def edge(state, choice):
+        to = [
+            {
+                "location": "l",
+                "probability": {"exp": {"op": "/", "left": p.numerator, "right": p.denominator}},
+                "assignments": [{"ref": "s", "value": successor}],
+            }
+            for successor, p in choice.to.items()
+        ]
+        return {"location": "l", "guard": {"exp": {"op": "=", "left": "s", "right": state}}, "destinations": to}
+
+    edges = [edge(state, choice) for state in whole.states for choice in whole.choices[state]]
+    high = max(1, len(whole.values) - 1)
+    numbers = {"kind": "bounded", "base": "int", "lower-bound": 0, "upper-bound": high}
+    return {
+        "jani-version": 1,
+        "name": "listed",
+        "type": "mdp",
+        "features": ["derived-operators"],
+        "variables": [{"name": "s", "type": numbers}],
+        "restrict-initial": {"exp": one_of(whole.initial)},
+        "properties": properties,
+        "automata": [{"name": "m", "locations": [{"name": "l"}], "initial-locations": ["l"], "edges": edges}],
+        "system": {"elements": [{"automaton": "m"}]},
+    }
+
+
+def compare(context, expected, *command):
+    """Compares the answers of a command, and its status. An answer is a verdict, or the values of the initial states."""
+    status, out, errors = context.program.run(*command, "--json")
+    entries = json.loads(out)["properties"] if out else []
+    if not context.same(f"properties of {command[0]}", (len(expected), ""), (len(entries), "" if out else errors)):
+        return
+    for (text, answer), entry in zip(expected, entries):
+        is_open = entry["holds"] is None and "value" not in entry
+        context.same(f"a reason against {text}", answer is None, is_open and bool(entry.get("reason")))
+        if isinstance(answer, bool):
+            context.same(f"holds of {text}", answer, entry["holds"])
+        elif answer is not None and "value" in entry:
+            value_of(context, text, answer, entry["value"])
+    answers = [answer for _, answer in expected]
+    is_no, is_unread = any(answer is False for answer in answers), all(answer is None for answer in answers)
+    context.same("status of the properties", 1 if is_no else 3 if is_unread else 0, status)
+
+
+ALL = {"property_files": property_files, "jani_filters": jani_filters}

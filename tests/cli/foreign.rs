@@ -1,0 +1,163 @@
+//! Files of other programs: read, or refused by name.
+
+use serde_json::{Value as Json, json};
+
+use crate::common::{Finished, Scratch, meliora};
+
+/// Runs `info` for the first of some files.
+fn info(files: &[(&str, &str)]) -> Finished {
+    let scratch = Scratch::new(files);
+    Finished::of(meliora().args(["info", &scratch.show(files[0].0), "--json"]))
+}
+
+/// Reads a property of the first of some files.
+fn value(files: &[(&str, &str)], property: &str, constants: &[&str]) -> Json {
+    let scratch = Scratch::new(files);
+    let given = constants.iter().flat_map(|given| ["-c", *given]);
+    let asked = ["reach", &scratch.show(files[0].0), "--json", "--property", property];
+    Finished::of(meliora().args(asked).args(given)).expect(0).json()["properties"][0]["value"].clone()
+}
+
+#[test]
+fn what_is_not_read_is_refused_by_what_it_is_with_what_helps() {
+    let drn = "@type: CTMC\n@parameters\n\n@nr_states\n1\n@model\nstate 0 init\n\taction 0\n\t\t0 : 1\n";
+    for (name, text, message, help) in [
+        // A dtmc was read.
+        ("m.tra", "# Transitions (CTMC)\n2 2\n0 1 1\n1 1 1\n", "models of type CTMC are not supported", ""),
+        ("m.tra", "# Transitions (POMDP)\n1 1 1 1\n0 0 0 1 0 a\n", "models with observations (POMDPs)", ""),
+        ("m.tra", "# Transitions (LTS)\n2 2 2\n0 0 1\n1 0 1\n", "models of type LTS are not supported", ""),
+        ("m.tra", "# Transitions (IMDP)\n2 2 2\n0 0 1 [1,1]\n", "models of type IMDP are not supported", ""),
+        ("m.tra", "# Transitions (MDP)\n2 2\n0 1 1\n1 1 1\n", "but the first line is that of a dtmc", ""),
+        ("m.tra", "2 2 2 1\n- - 0 - 0\n0 0 1 1 0 a\n1 0 1 1 0 a\n", "models with observations (POMDPs)", ""),
+        (
+            "m.tra",
+            "2 2 2\n0 0 1:1 a\n1 0 1:1 b\n",
+            "several transitions of a choice",
+            "without `-exportrows`",
+        ),
+        ("m.tra", "2 2\n0 1:1\n1 1:1\n", "several transitions of a choice", "without `-exportrows`"),
+        ("m.tra", "2 2\n0 1 2\n1 1 3\n", "2 is not a probability", "rates of a CTMC are not supported"),
+        ("m.tra", "2 3\n0 0 0.5\n0 1 0.75\n1 1 1\n", "sum to 1.25", "rates of a CTMC are not supported"),
+        ("m.drn", drn, "models of type CTMC are not supported", ""),
+        ("m.jani", "{ // a walk\n\"jani-version\": 1}", "not JSON", "JSON has no comments"),
+        ("m.jani", "// a walk\n{\"jani-version\": 1}", "not JSON", "JSON has no comments"),
+        ("m.json", "/* a\n walk */ {\"jani-version\": 1}", "not JSON", "JSON has no comments"),
+        ("m.txt", "(0):a\n(1):b\n", "a strategy that PRISM exported", "type=induced"),
+        ("m.txt", "(0,true),0=a\n", "a strategy that PRISM exported", "type=induced"),
+        ("m.txt", "0:1\n1:0\n", "a strategy that PRISM exported", "type=induced"),
+        ("m.txt", "3:north\n", "a strategy that PRISM exported", "type=induced"),
+    ] {
+        let refused = info(&[(name, text)]).expect(3).stderr;
+        assert!(refused.contains(message) && refused.contains(help), "{text}: {refused}");
+    }
+}
+
+#[test]
+fn labels_without_an_initial_state_say_what_is_missing() {
+    for labels in ["0=\"end\"\n1: 0\n", "0=\"init\" 1=\"end\"\n1: 1\n"] {
+        let refused = info(&[("m.tra", "2 2\n0 1 1\n1 1 1\n"), ("m.lab", labels)]).expect(3).stderr;
+        assert!(
+            refused.contains("no state is labelled \"init\"") && refused.contains("m.lab:1:1"),
+            "{refused}"
+        );
+    }
+}
+
+#[test]
+fn a_label_with_blanks_is_read() {
+    let files = [
+        ("m.tra", "# Transitions (DTMC)\n3 4\n0 1 0.25\n0 2 0.75\n1 1 1\n2 2 1\n"),
+        ("m.lab", "0=\"init\" 1=\"at the goal\"  2=\"x\"\n0: 0\n1: 1\n2: 2\n"),
+    ];
+    for (label, is) in [("at the goal", 0.25), ("x", 0.75)] {
+        let found = value(&files, &format!("P=? [ F \"{label}\" ]"), &[]);
+        assert_eq!(found, json!({"lower": is, "upper": is}), "{label}");
+    }
+    for labels in ["0=\"init\" 1=\"goal\n0: 0\n", "0=\"init\" 2=\"goal\"\n0: 0\n", "0=\"init\" goal\n0: 0\n"]
+    {
+        let refused = info(&[files[0], ("m.lab", labels)]).expect(3).stderr;
+        assert!(refused.contains("expected labels such as"), "{labels}: {refused}");
+    }
+}
+
+#[test]
+fn one_file_with_transitions_states_and_labels_is_read() {
+    let text = "# Transitions (MDP)\n3 4 5\n0 0 1 0.25 a\n0 0 2 0.75 a\n0 1 1 1 b\n1 0 1 1 c\n2 0 2 1 c\n\
+        # States\n(x,done)\n0:(5,false)\n1:(7,true)\n2:(6,false)\n\
+        # Labels\n0=\"init\" 1=\"deadlock\" 2=\"at goal\"\n0: 0\n1: 2\n";
+    // A file with the states of another model has no effect.
+    for beside in [&[][..], &[("m.sta", "(y)\n0:(0)\n1:(1)\n2:(2)\n")]] {
+        let files: Vec<_> = [("m.pexp", text)].iter().chain(beside).copied().collect();
+        let found = info(&files).expect(0).json();
+        let names: Vec<&Json> =
+            found["model"]["variables"].as_array().unwrap().iter().map(|v| &v["name"]).collect();
+        assert_eq!(names, [&json!("x"), &json!("done")]);
+        assert_eq!(found["model"]["type"], json!("mdp"));
+        let least = value(&files, "Pmin=? [ F \"at goal\" ]", &[]);
+        let [lower, upper] = ["lower", "upper"].map(|side| least[side].as_f64().unwrap());
+        assert!(lower <= 0.25 && 0.25 <= upper && upper - lower < 1e-9, "{least}");
+        assert_eq!(value(&files, "Pmin=? [ F x=6 & !done ]", &[]), json!({"lower": 0.0, "upper": 0.0}));
+    }
+    let rewards = format!("{text}# Reward structure \"r\"\n# State rewards\n3 1\n0 1\n");
+    let told = info(&[("m.pexp", &rewards)]).expect(0).stderr;
+    assert!(told.contains("a section `# Reward structure` is not read"), "{told}");
+}
+
+#[test]
+fn the_type_of_a_drn_file_may_be_written_in_small_letters() {
+    let text = "@type: mdp\n@parameters\n\n@reward_models\n\n@nr_states\n1\n@model\nstate 0 init\n\taction a\n\t\t0 : 1\n";
+    assert_eq!(info(&[("m.drn", text)]).expect(0).json()["model"]["type"], json!("mdp"));
+    let chain = text.replace("mdp", "Dtmc");
+    assert_eq!(info(&[("m.drn", &chain)]).expect(0).json()["model"]["type"], json!("dtmc"));
+}
+
+#[test]
+fn a_constant_may_be_given_as_a_fraction() {
+    let model = "dtmc\nconst double p;\nmodule m\n s:[0..2];\n [] s=0 -> p:(s'=1)+(1-p):(s'=2);\n [] s>0 -> true;\nendmodule\n";
+    let files = [("m.prism", model)];
+    let third = value(&files, "P=? [ F s=1 ]", &["p=1/3"]);
+    let [lower, upper] = ["lower", "upper"].map(|side| third[side].as_f64().unwrap());
+    assert!(lower <= 1.0 / 3.0 && 1.0 / 3.0 <= upper && upper - lower < 1e-9, "{third}");
+    // Exactly a third, of which the nearest double is less.
+    let scratch = Scratch::new(&files);
+    for (property, status) in [("P>=q [ F s=1 ]", 0), ("P>q [ F s=1 ]", 1)] {
+        let file = format!("const double q = 1/3;\n{property};\n");
+        std::fs::write(scratch.path("m.props"), file).unwrap();
+        let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
+        let asked = ["reach", &model, "--properties", &file, "-c", "p = 2 / 6"];
+        Finished::of(meliora().args(asked)).expect(status);
+    }
+    let rows = ["reach", &scratch.show("m.prism"), "--property", "P=? [ F s=1 ]", "-c", "p={1/4,-1/-4}"];
+    Finished::of(meliora().args(rows)).expect(0);
+    for (given, message) in
+        [("p=1/0", "divides by 0"), ("p=1/", "expected a number"), ("p=1/x", "expected a number")]
+    {
+        let refused = Finished::of(meliora().args(["info", &scratch.show("m.prism"), "-c", given])).expect(3);
+        assert!(refused.stderr.contains(message), "{given}: {}", refused.stderr);
+    }
+}
+
+#[test]
+fn a_module_may_have_the_name_of_an_operator_of_properties() {
+    let model = "mdp\nmodule A\n a:[0..1];\n [S] a=0 -> (a'=1);\nendmodule\nmodule F = A [a=b] endmodule\nsystem A || F endsystem\n";
+    let found = info(&[("m.prism", model)]).expect(0).json();
+    assert_eq!((&found["counts"]["states"], &found["counts"]["choices"]), (&json!("2"), &json!("2")));
+    let scratch = Scratch::new(&[("m.prism", model)]);
+    let flat = Finished::of(meliora().args(["info", &scratch.show("m.prism"), "--flat"])).expect(0).stdout;
+    assert_eq!(info(&[("flat.prism", &flat)]).expect(0).json()["counts"], found["counts"]);
+    let variable = info(&[("m.prism", &model.replace("a:", "A:"))]).expect(3).stderr;
+    assert!(variable.contains("`A` is a keyword and cannot be the name of a variable"), "{variable}");
+}
+
+#[test]
+fn the_state_of_a_model_without_variables_is_shown() {
+    let model = "mdp\nmodule m\n [a] true -> true;\nendmodule\n";
+    let scratch = Scratch::new(&[("m.prism", model), ("m.pref", "objective G = F true;")]);
+    let [file, prefs] = ["m.prism", "m.pref"].map(|name| scratch.show(name));
+    let shown = Finished::of(meliora().args(["check", &file, &prefs])).expect(0).stdout;
+    assert!(shown.contains("Initial state (no variables)\n"), "{shown}");
+    let shown = Finished::of(meliora().args(["info", &file])).expect(0).stdout;
+    assert!(shown.contains("Variables\n  none\n"), "{shown}");
+    let json = Finished::of(meliora().args(["check", &file, &prefs, "--json"])).expect(0).json();
+    assert_eq!(json["initial"][0]["state"], json!({}));
+}

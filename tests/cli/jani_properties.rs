@@ -1,0 +1,216 @@
+//! Properties of JANI models: filters, and properties that cannot be read.
+
+use serde_json::{Value as Json, json};
+
+use crate::common::{Finished, Scratch, meliora};
+
+fn unary(op: &str, exp: &Json) -> Json {
+    json!({"op": op, "exp": exp})
+}
+
+fn binary(op: &str, left: &Json, right: &Json) -> Json {
+    json!({"op": op, "left": left, "right": right})
+}
+
+fn filter(fun: &str, values: &Json, states: &Json) -> Json {
+    json!({"op": "filter", "fun": fun, "values": values, "states": states})
+}
+
+fn initial() -> Json {
+    json!({"op": "initial"})
+}
+
+/// The probability of reaching x=2, which is 1/2 from x=0, 0 from x=1, and 1 from x=2.
+fn reaches(op: &str) -> Json {
+    unary(op, &unary("F", &binary("=", &json!("x"), &json!(2))))
+}
+
+/// A walk from x=0 to x=1 or x=2. Without `from`, all three states are initial.
+fn model(from: Option<u8>, properties: &[(&str, Json)]) -> Json {
+    let mut x =
+        json!({"name": "x", "type": {"kind": "bounded", "base": "int", "lower-bound": 0, "upper-bound": 2}});
+    if let Some(from) = from {
+        x["initial-value"] = json!(from);
+    }
+    let to = |value: u8| json!({"location": "l", "probability": {"exp": 0.5}, "assignments": [{"ref": "x", "value": value}]});
+    let guard = |op: &str| json!({"exp": binary(op, &json!("x"), &json!(0))});
+    let named = |(name, expression): &(&str, Json)| json!({"name": name, "expression": expression});
+    json!({
+        "jani-version": 1, "name": "walk", "type": "mdp", "features": ["derived-operators"],
+        "variables": [x, {"name": "late", "type": "real", "transient": true, "initial-value": 2}],
+        "properties": properties.iter().map(named).collect::<Vec<_>>(),
+        "automata": [{"name": "m", "locations": [{"name": "l"}], "initial-locations": ["l"], "edges": [
+            {"location": "l", "guard": guard("="), "destinations": [to(1), to(2)]},
+            {"location": "l", "guard": guard(">"), "destinations": [{"location": "l"}]}]}],
+        "system": {"elements": [{"automaton": "m"}]}
+    })
+}
+
+/// Answers all properties of a model.
+fn all(model: &Json, status: i32) -> Vec<Json> {
+    let scratch = Scratch::new(&[("m.jani", &model.to_string())]);
+    let found =
+        Finished::of(meliora().args(["reach", &scratch.show("m.jani"), "--all-properties", "--json"]));
+    found.expect(status).json()["properties"].as_array().unwrap().clone()
+}
+
+fn reason(property: &Json) -> &str {
+    assert!(property.get("value").is_none() && property["holds"].is_null(), "{property}");
+    property["reason"].as_str().unwrap_or_else(|| panic!("{property}"))
+}
+
+#[test]
+fn a_filter_over_other_states_than_the_initial_ones_is_no_verdict() {
+    let sure = binary("≥", &reaches("Pmin"), &json!(1));
+    let somewhere = binary("=", &json!("x"), &json!(1));
+    let found = all(
+        &model(
+            Some(0),
+            &[
+                // It holds in x=2, and was answered for x=0.
+                ("there is one", filter("∃", &sure, &json!(true))),
+                // The value is 0, that in x=0 is 1/2.
+                ("from one", filter("max", &reaches("Pmax"), &somewhere)),
+                ("least", filter("min", &reaches("Pmax"), &json!(true))),
+                ("how many", filter("count", &sure, &initial())),
+                ("where", filter("argmax", &reaches("Pmax"), &initial())),
+                ("twice", filter("∀", &filter("∀", &sure, &initial()), &initial())),
+                ("of numbers", filter("∀", &reaches("Pmax"), &initial())),
+                ("of verdicts", filter("max", &sure, &initial())),
+                ("misspelt", filter("exists", &sure, &initial())),
+            ],
+        ),
+        3,
+    );
+    let words = [
+        "the filter \"∃\" over other states than the initial ones is not supported",
+        "the filter \"max\" over other states",
+        "the filter \"min\" over other states",
+        "the filter \"count\" is not supported",
+        "the filter \"argmax\" is not supported",
+        "another filter inside",
+        "its filter \"∀\" is over numbers",
+        "its filter \"max\" is over comparisons",
+        "unknown function \"exists\" of a filter",
+    ];
+    for (property, words) in found.iter().zip(words) {
+        assert!(reason(property).contains(words), "{words}: {property}");
+    }
+    assert_eq!(found.len(), words.len());
+}
+
+#[test]
+fn filters_over_one_initial_state_have_its_value_and_over_several_states_only_the_verdict_for_all() {
+    let possible = binary(">", &reaches("Pmax"), &json!(0));
+    let properties = [
+        ("each", filter("∀", &possible, &initial())),
+        ("one", filter("∃", &possible, &initial())),
+        ("list", filter("values", &possible, &initial())),
+        ("min", filter("min", &reaches("Pmax"), &initial())),
+        ("max", filter("max", &reaches("Pmax"), &initial())),
+        ("sum", filter("sum", &reaches("Pmax"), &initial())),
+        ("avg", filter("avg", &reaches("Pmax"), &initial())),
+        ("values", filter("values", &reaches("Pmax"), &initial())),
+    ];
+    let found = all(&model(Some(0), &properties), 0);
+    assert!(found[..3].iter().all(|p| p["holds"] == json!(true)), "{found:?}");
+    for property in &found[3..] {
+        let value = &property["value"];
+        let [lower, upper] = ["lower", "upper"].map(|side| value[side].as_f64().unwrap());
+        assert!(lower <= 0.5 && 0.5 <= upper && upper - lower < 1e-5, "{property}");
+    }
+    // From x=1, x=2 is not reached: of all three initial states, the property holds in two.
+    let several = model(None, &properties);
+    let found = all(&several, 1);
+    assert_eq!(found[0]["holds"], json!(false));
+    for property in &found[1..] {
+        let words = "is supported for one initial state, and the model has 3";
+        assert!(reason(property).contains(words), "{property}");
+    }
+    let scratch = Scratch::new(&[("m.jani", &several.to_string())]);
+    for more in [&["--property", "max"][..], &["--property", "max", "--property", "each"]] {
+        let alone = Finished::of(meliora().args(["reach", &scratch.show("m.jani")]).args(more)).expect(3);
+        assert!(alone.stderr.contains("its filter \"max\" is supported for one initial state"), "{alone:?}");
+    }
+}
+
+#[test]
+fn a_property_that_cannot_be_read_leaves_the_model_and_the_other_properties() {
+    let nested = unary("Pmax", &unary("G", &binary(">", &reaches("Pmin"), &json!(0.5))));
+    let unknown = unary("Pmax", &unary("F", &json!("nowhere")));
+    let step = json!({"op": "Emax", "exp": "late", "accumulate": ["steps"], "reach": true});
+    let moment = json!({"op": "Emax", "exp": "late", "accumulate": ["stpes"], "reach": true});
+    let mut forgotten = reaches("Pmax");
+    forgotten["exp"]["step-bound"] = json!({"upper": 3});
+    let mut key = filter("max", &reaches("Pmax"), &initial());
+    key["state"] = json!(true);
+    let mut bound = binary("≥", &reaches("Pmax"), &json!(1));
+    bound["strict"] = json!(true);
+    let deadlock = unary("Pmax", &unary("F", &json!({"op": "deadlock"})));
+    let mut found = model(
+        Some(0),
+        &[
+            ("nested", nested),
+            ("unknown", unknown),
+            ("reward of steps", step),
+            ("moment", moment),
+            ("key of a formula", forgotten),
+            ("key of a filter", key),
+            ("key of a comparison", bound),
+            ("deadlock", deadlock),
+            ("twice", reaches("Pmax")),
+            ("twice", reaches("Pmin")),
+            ("plain", reaches("Pmax")),
+        ],
+    );
+    found["properties"].as_array_mut().unwrap().push(json!({"expression": reaches("Pmax")}));
+    let words = [
+        "the operator \"Pmin\" of properties is not supported in an expression",
+        "unknown name `nowhere`",
+        "the reward `late` has an initial value other than 0",
+        "unknown moment \"stpes\"",
+        "unknown key \"step-bound\"",
+        "unknown key \"state\" in a filter",
+        "unknown key \"strict\" in a comparison",
+        "its formula names the states \"deadlock\"",
+        "several properties have the name \"twice\"",
+        "several properties have the name \"twice\"",
+    ];
+    let answers = all(&found, 0);
+    for (answer, words) in answers.iter().zip(words) {
+        assert!(reason(answer).contains(words), "{words}: {answer}");
+    }
+    assert!(answers[0]["line"] == json!(1) && answers[0]["column"].is_number(), "{}", answers[0]);
+    assert!(answers[10]["value"]["lower"].is_number(), "{}", answers[10]);
+    assert_eq!(answers[11]["property"], json!("properties[11]"));
+    assert!(reason(&answers[11]).contains("a property has no \"name\""), "{}", answers[11]);
+    let prefs = "objective A = F \"plain\"; objective B = F x=1; prefer A > B;";
+    let scratch = Scratch::new(&[("m.jani", &found.to_string()), ("m.pref", prefs)]);
+    let [file, prefs] = ["m.jani", "m.pref"].map(|name| scratch.show(name));
+    Finished::of(meliora().args(["info", &file])).expect(0);
+    Finished::of(meliora().args(["check", &file, &prefs])).expect(0);
+    let alone = Finished::of(meliora().args(["reach", &file, "--property", "unknown"])).expect(3).stderr;
+    assert!(
+        alone.contains("the property \"unknown\" of the model cannot be answered: unknown name"),
+        "{alone}"
+    );
+}
+
+#[test]
+fn the_target_of_a_property_is_a_label_whatever_its_filter_asks() {
+    let goal = filter("max", &reaches("Pmax"), &json!(true));
+    let mut walk = model(Some(0), &[("goal", goal.clone())]);
+    let target = |walk: &Json| {
+        let scratch = Scratch::new(&[("m.jani", &walk.to_string())]);
+        Finished::of(meliora().args(["reach", &scratch.show("m.jani"), "--target", "\"goal\"", "--json"]))
+    };
+    assert_eq!(target(&walk).expect(0).json()["target"], json!("1"));
+    // A variable of this name that means another set: neither is the label.
+    let variable = json!({"name": "goal", "type": "bool", "transient": true, "initial-value": false});
+    walk["variables"].as_array_mut().unwrap().push(variable);
+    let given = json!([{"ref": "goal", "value": binary("=", &json!("x"), &json!(1))}]);
+    walk["automata"][0]["locations"][0]["transient-values"] = given;
+    let found = target(&walk).expect(3).stderr;
+    assert!(found.contains("a property and this variable have the name"), "{found}");
+    assert!(found.contains("unknown label \"goal\""), "{found}");
+}
