@@ -177,6 +177,10 @@ impl<'a> Beginning<'a> {
             [Token::Int, Token::Eq, Token::Quoted, ..] => {
                 Some(("this is a list of labels (`.lab`), not a model", help))
             }
+            _ if self.first_word() == Some("digraph") => Some((
+                "this is a graph for pictures (DOT), not a model",
+                "name the file that it was made from",
+            )),
             _ if self.is_strategy() => {
                 let help = "PRISM writes the model that a strategy leaves with \
                             `-exportstrat FILE.tra:type=induced`; `meliora simulate` and `strategy` choose their own";
@@ -198,7 +202,8 @@ impl<'a> Beginning<'a> {
             let of_values = values.split(',').all(|value| is_value(value.trim()));
             return of_values && (rest.starts_with(':') || rest.starts_with(',') || rest.starts_with('='));
         }
-        let is_number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+        let is_number =
+            |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit() || b == b',');
         let is_choice = |text: &str| !text.is_empty() && !text.contains([' ', '(', '"']);
         line.split_once([':', '=']).is_some_and(|(state, choice)| is_number(state) && is_choice(choice))
     }

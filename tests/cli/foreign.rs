@@ -45,6 +45,8 @@ fn what_is_not_read_is_refused_by_what_it_is_with_what_helps() {
         ("m.txt", "(0):a\n(1):b\n", "a strategy that PRISM exported", "type=induced"),
         ("m.txt", "(0,true),0=a\n", "a strategy that PRISM exported", "type=induced"),
         ("m.txt", "0:1\n1:0\n", "a strategy that PRISM exported", "type=induced"),
+        ("m.txt", "0,0:1\n", "a strategy that PRISM exported", "type=induced"),
+        ("m.dot", "digraph M {\n0 -> 1;\n}\n", "a graph for pictures (DOT)", ""),
         ("m.txt", "3:north\n", "a strategy that PRISM exported", "type=induced"),
     ] {
         let refused = info(&[(name, text)]).expect(3).stderr;

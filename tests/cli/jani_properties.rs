@@ -211,6 +211,43 @@ fn the_target_of_a_property_is_a_label_whatever_its_filter_asks() {
     let given = json!([{"ref": "goal", "value": binary("=", &json!("x"), &json!(1))}]);
     walk["automata"][0]["locations"][0]["transient-values"] = given;
     let found = target(&walk).expect(3).stderr;
-    assert!(found.contains("a property and this variable have the name"), "{found}");
+    assert!(found.contains("\"goal\" is not a label of the model: a property and this variable"), "{found}");
     assert!(found.contains("unknown label \"goal\""), "{found}");
+}
+
+#[test]
+fn the_bound_of_a_property_may_be_an_expression_without_variables() {
+    let half = json!({"op": "/", "left": 1, "right": 2});
+    let more = json!({"op": "+", "left": half, "right": 1e-9});
+    let found = all(
+        &model(
+            Some(0),
+            &[
+                ("equal", binary("≥", &reaches("Pmax"), &half)),
+                ("above", binary("≥", &reaches("Pmax"), &more)),
+                ("variable", binary("≥", &reaches("Pmax"), &json!("x"))),
+                ("infinite", binary("≤", &reaches("Pmax"), &json!({"op": "/", "left": 1, "right": 0}))),
+                ("verdict", binary("≤", &reaches("Pmax"), &json!(true))),
+            ],
+        ),
+        1,
+    );
+    assert_eq!((&found[0]["holds"], &found[1]["holds"]), (&json!(true), &json!(false)));
+    assert!(reason(&found[2]).contains("must not depend on variables"), "{}", found[2]);
+    reason(&found[3]);
+    assert!(reason(&found[4]).contains("bound of a property"), "{}", found[4]);
+}
+
+#[test]
+fn a_property_with_the_name_of_a_label_of_all_models_is_not_taken_for_it() {
+    // `F "init"` is about the initial states, whatever a property of this name asks.
+    let walk = model(Some(0), &[("init", reaches("Pmax")), ("deadlock", reaches("Pmax"))]);
+    let found = all(&walk, 0);
+    assert!(found.iter().all(|p| p["value"]["lower"].as_f64() > Some(0.4)), "{found:?}");
+    let scratch = Scratch::new(&[("m.jani", &walk.to_string())]);
+    let told = Finished::of(meliora().args(["info", &scratch.show("m.jani")])).expect(0).stderr;
+    assert!(
+        told.contains("\"init\" is not a label of the model") && told.contains("\"deadlock\" is not"),
+        "{told}"
+    );
 }

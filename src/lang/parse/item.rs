@@ -4,7 +4,7 @@ use super::parser::{Failed, Parsed, Parser};
 use crate::ast::{
     ConstDef, ConstType, Ident, Item, Model, NamedExpr, Player, PlayerItem, RewardItem, Rewards, Span,
 };
-use crate::token::Token;
+use crate::token::{BUILT_IN_LABELS, Token};
 use meliora_model::ModelKind;
 
 /// Keywords that start a part of a model file: after an error, parsing continues at one of them.
@@ -191,7 +191,7 @@ impl<'a> Parser<'a> {
             return Err(Failed);
         }
         let name = self.quoted()?;
-        if name.name == "init" || name.name == "deadlock" {
+        if BUILT_IN_LABELS.contains(&name.name.as_str()) {
             let message = format!("the label \"{}\" is built in and cannot be defined", name.name);
             self.report(self.wrong(name.span, message));
         }

@@ -9,6 +9,7 @@ use super::tree::{Leaf, Trees, sorted};
 use super::{Column, Rewards, Table};
 use crate::check::Checked;
 use crate::names::Names;
+use crate::token::BUILT_IN_LABELS;
 use crate::valuation::Given;
 use meliora_model::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use meliora_model::expr::{ExprId, ExprPool};
@@ -21,8 +22,6 @@ use meliora_model::{Branch, Command, CommandId, ModelKind, Program, Synchronisat
 
 /// The variable of the number of a state, if states have no other values.
 const NUMBER: &str = "state";
-/// Labels with a built-in meaning.
-const BUILT_IN: [&str; 2] = ["init", "deadlock"];
 
 /// What a model is read from and with.
 pub(crate) struct Frame<'f> {
@@ -160,7 +159,8 @@ impl Table {
                 }
             }
         }
-        self.labels = labels.into_iter().filter(|(name, _)| !BUILT_IN.contains(&name.as_str())).collect();
+        self.labels =
+            labels.into_iter().filter(|(name, _)| !BUILT_IN_LABELS.contains(&name.as_str())).collect();
         deadlocks
     }
 

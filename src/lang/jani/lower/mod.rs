@@ -8,6 +8,7 @@
 mod declare;
 mod edges;
 mod expr;
+mod labels;
 mod rewards;
 mod scope;
 mod state;
@@ -17,7 +18,7 @@ use std::sync::Arc;
 
 use ahash::{AHashMap, AHashSet};
 
-use super::read::model::{Model, Variable};
+use super::read::model::Model;
 use crate::ast::{Expr, Ident, NodeKind, Span};
 use crate::check::{self, Checked};
 use crate::ltl::{Formula, FormulaKind};
@@ -145,7 +146,7 @@ impl Lowering<'_> {
     }
 
     /// Takes back the errors after the first `told`, and returns the first as a reason.
-    fn refused(&mut self, told: usize) -> Option<Refusal> {
+    pub(super) fn refused(&mut self, told: usize) -> Option<Refusal> {
         self.lowerer.diagnostics.split_off(told).first().map(Refusal::at)
     }
 
@@ -165,39 +166,6 @@ impl Lowering<'_> {
             open.extend(part.operands_mut());
         }
         Some(formula)
-    }
-
-    /// Returns the named state sets: targets of properties, and transient Booleans. A name of two
-    /// different sets is a name of neither.
-    fn labels(&mut self, mut labels: Vec<(String, ExprId)>) -> Vec<(String, ExprId)> {
-        for index in 0..self.transients.len() {
-            let variable = self.transients[index].variable;
-            let name = &variable.name.name;
-            if variable.ty.ty == Type::Bool && self.transients[index].instance.is_none() {
-                // A label without a value, such as one given by two automata, is not an error until
-                // it is used.
-                let told = self.lowerer.diagnostics.len();
-                match (self.transient(index, variable.name.span), labels.iter().position(|(n, _)| n == name))
-                {
-                    (Some(id), None) => labels.push((name.clone(), id)),
-                    (Some(id), Some(known)) if labels[known].1 != id => {
-                        labels.remove(known);
-                        self.two_meanings(variable);
-                    }
-                    _ => {}
-                }
-                self.lowerer.diagnostics.truncate(told);
-            }
-        }
-        labels
-    }
-
-    /// Warns that a property and a Boolean of one name are different sets of states.
-    fn two_meanings(&mut self, variable: &Variable) {
-        let Ident { name, span } = &variable.name;
-        let message = format!("\"{name}\" is not a label: a property and this variable have the name");
-        let help = "rename one of the two";
-        self.warnings.push(self.lowerer.wrong(*span, message).severity(Severity::Warning).help(help));
     }
 
     /// Returns the global functions without parameters, for targets that use them.

@@ -5,10 +5,11 @@ use super::super::read::model::Destination;
 use super::super::read::property::{self as read, Reward};
 use super::scope::{EdgeOf, Meaning, Place, Slot};
 use super::state::Lowering;
-use crate::ast::{BinaryOp, Node, NodeKind, Span};
+use crate::ast::{BinaryOp, Expr, Node, NodeKind, Span};
 use crate::combinations::combinations;
 use crate::property::{self, Measure, Question, Rewards};
 use crate::refusal::Refusal;
+use meliora_model::exact::{Ratio, Real};
 use meliora_model::expr::ExprId;
 use meliora_model::rewards::{Earner, RewardItem, RewardStructure};
 use meliora_model::value::{Type, Value};
@@ -169,8 +170,12 @@ impl Lowering<'_> {
         asked: &read::Question,
         structures: &mut Vec<RewardStructure>,
     ) -> Result<Question, Refusal> {
+        let bound = match &asked.bound {
+            Some((comparison, bound)) => Some((*comparison, self.number(bound)?)),
+            None => None,
+        };
         let Some(reward) = &asked.reward else {
-            return Ok(match asked.bound.clone() {
+            return Ok(match bound {
                 Some((comparison, value)) => property::compared(asked.extreme, comparison, value),
                 None => Question::Quantity(property::quantity(Measure::Probability, asked.extreme, None)),
             });
@@ -197,7 +202,20 @@ impl Lowering<'_> {
             }
         };
         let measure = Measure::Reward(Rewards::Numbered(number));
-        Ok(Question::Quantity(property::quantity(measure, asked.extreme, asked.bound.clone())))
+        Ok(Question::Quantity(property::quantity(measure, asked.extreme, bound)))
+    }
+
+    /// Returns the exact value of the bound of a property, or the reason against it.
+    fn number(&mut self, bound: &Expr) -> Result<Ratio, Refusal> {
+        let told = self.lowerer.diagnostics.len();
+        let value = self.constant_literal(bound, Place::default(), Type::Real, "the bound of a property");
+        if let Some(refusal) = self.refused(told) {
+            return Err(refusal);
+        }
+        match value.map(|(_, value)| value.into_real()) {
+            Some(Real::Finite(value)) => Ok(value),
+            _ => Err(Refusal::without_place("its bound is not a finite number")),
+        }
     }
 
     /// Returns the structure of a reward that is an expression over the state.

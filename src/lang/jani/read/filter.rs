@@ -28,7 +28,7 @@ impl<'a> Reader<'a> {
         if self.operator(values)?.as_deref() == Some("filter") {
             return no("its filter has another filter inside");
         }
-        let is_initial = self.operator(states)?.as_deref() == Some("initial");
+        let is_initial = self.is_initial(states)?;
         let asked = stack::level(|| self.asked(values))?;
         Some(asked.map(|asked| {
             let over_one = match is_initial {
@@ -42,6 +42,16 @@ impl<'a> Reader<'a> {
                 Err(reason) => Question { refused: asked.refused.or(Some(reason)), ..asked },
             }
         }))
+    }
+
+    fn is_initial(&mut self, states: Node<'a>) -> Option<bool> {
+        match self.any(states)? {
+            Shape::Object(object) if self.operator(states)?.as_deref() == Some("initial") => {
+                self.known(&object, "the initial states", &["op"])?;
+                Some(true)
+            }
+            _ => Some(false),
+        }
     }
 
     /// Returns the operator of an object that has one.

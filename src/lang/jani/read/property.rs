@@ -1,18 +1,14 @@
 //! Properties: those that ask for the probability of a formula on paths, or for the expected reward
 //! until a state set is reached, and reasons against the others.
 
-use num_bigint::BigInt;
-
 use super::super::json::{Node, Object, Shape};
 use super::path;
 use super::reader::Reader;
 use super::record::{Read, records};
-use crate::ast::{Expr, Ident, NodeKind, Span};
+use crate::ast::{Expr, Ident};
 use crate::ltl::Formula;
 use crate::property::{Extreme, Inequality};
 use crate::refusal::Refusal;
-use meliora_model::exact::{Ratio, decimal};
-use meliora_model::value;
 
 /// A part of a property, or the reason why a well-formed property is not supported.
 pub(super) type Asks<T> = Option<Result<T, String>>;
@@ -72,8 +68,8 @@ pub(crate) struct Question {
     /// The expected reward until a target is reached, for the formula `F target`; `None` for the
     /// probability of the formula.
     pub(crate) reward: Option<Reward>,
-    /// The comparison with a number, if there is one.
-    pub(crate) bound: Option<(Inequality, Ratio)>,
+    /// The comparison with a number, an expression without variables, if there is one.
+    pub(crate) bound: Option<(Inequality, Expr)>,
     /// The function of the filter around it, if the answer is its value only for one initial state.
     pub(crate) over_one: Option<&'static str>,
     /// The reason why the filter around it is not supported.
@@ -126,14 +122,7 @@ impl<'a> Reader<'a> {
         if !matches!(asked.as_str(), "Pmin" | "Pmax" | "Emin" | "Emax") {
             return no(NO_PROBABILITY);
         }
-        let value = match Expr::read(self, right, "a bound")?.nodes.as_slice() {
-            [root] => match root.kind {
-                NodeKind::Literal(value::Value::Int(i)) => Ratio::from(BigInt::from(i)),
-                NodeKind::Literal(value::Value::Real(_)) => self.decimal(root.span)?,
-                _ => return no("its bound is not a number"),
-            },
-            _ => return no("its bound is not a number"),
-        };
+        let value = Expr::read(self, right, "a bound")?;
         let comparison = match op {
             "≥" => Inequality::Ge,
             ">" => Inequality::Gt,
@@ -143,14 +132,8 @@ impl<'a> Reader<'a> {
         self.value(&inner, &asked, Some((comparison, value)))
     }
 
-    /// Returns the exact value of a number that was read.
-    fn decimal(&mut self, number: Span) -> Option<Ratio> {
-        let exact = decimal(self.text(number));
-        exact.map_err(|reason| self.fail::<()>(number, format!("this number: {reason}"))).ok()
-    }
-
     /// Reads `Pmin`, `Pmax`, `Emin` or `Emax`.
-    fn value(&mut self, object: &Object<'a>, op: &str, bound: Option<(Inequality, Ratio)>) -> Asks<Question> {
+    fn value(&mut self, object: &Object<'a>, op: &str, bound: Option<(Inequality, Expr)>) -> Asks<Question> {
         let extreme = if op.ends_with("max") { Extreme::Max } else { Extreme::Min };
         if op.starts_with('P') {
             self.known(object, "a probability", &["op", "exp"])?;

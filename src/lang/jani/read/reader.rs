@@ -81,11 +81,6 @@ impl<'a> Reader<'a> {
         json::path(&self.source.text, node.span().start()).unwrap_or_default()
     }
 
-    /// Returns the text at a place.
-    pub(crate) fn text(&self, span: Span) -> &'a str {
-        self.source.text.get(span.range()).unwrap_or_default()
-    }
-
     pub(crate) fn wrong(&self, span: Span, message: impl Into<String>) -> Diagnostic {
         Diagnostic::new(self.source, span.range(), message)
     }
