@@ -124,7 +124,9 @@ def filtered(draw, whole, target):
         return found, None
     if verdict is not None:
         return found, all(verdict) if fun == "∀" or only and fun in ("∃", "values") else None
-    return found, values if only and fun in ("min", "max", "sum", "avg", "values") else None
+    if fun in ("min", "max"):
+        return found, [min(values) if fun == "min" else max(values)]
+    return found, values if only and fun in ("sum", "avg", "values") else None
 
 
 def one_of(states):

@@ -1,7 +1,7 @@
 //! Properties that a model names.
 
 use super::ltl::Formula;
-use super::property::Question;
+use super::property::{Over, Question};
 use super::refusal::Refusal;
 
 /// A property of a model.
@@ -20,7 +20,6 @@ pub struct Asked {
     pub formula: Formula,
     /// The question about it.
     pub question: Question,
-    /// The function of a filter whose value is that of the only initial state: the question has this
-    /// meaning only where there is one. `None` if it is about all initial states together.
-    pub over_one: Option<&'static str>,
+    /// The part of the initial states that it is about, from the filter of the property.
+    pub over: Over,
 }

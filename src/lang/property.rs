@@ -16,7 +16,9 @@ use meliora_model::Program;
 use meliora_model::error::{Diagnostic, Result, Severity, SourceFile};
 use meliora_model::exact::{Exact, Ratio, Real};
 use meliora_model::progress::NoProgress;
-pub use meliora_model::property::{Bound, Inequality, Measure, Quantity, Question, Rewards, Strategies};
+pub use meliora_model::property::{
+    Bound, Inequality, Measure, Over, Quantity, Question, Rewards, Strategies,
+};
 
 /// A property.
 #[derive(Debug, Clone, PartialEq)]

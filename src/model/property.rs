@@ -80,6 +80,21 @@ pub enum Question {
     Quantity(Quantity),
 }
 
+/// The part of the initial states that a question is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Over {
+    /// All of them: a verdict holds in each, a value is the range of their values.
+    #[default]
+    All,
+    /// The state with the least value.
+    Least,
+    /// The state with the greatest value.
+    Greatest,
+    /// The only initial state. The question has no meaning here if there are several; the text names the
+    /// function of their values that it asks for.
+    Only(&'static str),
+}
+
 impl Rewards {
     /// Returns the position of the structure among those of a program, if it is there.
     pub fn find(&self, program: &Program) -> Option<usize> {

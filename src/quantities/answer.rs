@@ -12,7 +12,7 @@ use meliora_engine::regions::{Regions, Which, deciding, holds};
 use meliora_model::error::{Error, Limit, Result};
 use meliora_model::exact::{Ratio, Real};
 use meliora_model::predicate::Predicate;
-use meliora_model::property::{Bound as Likely, Inequality, Measure, Quantity, Question, Strategies};
+use meliora_model::property::{Bound as Likely, Inequality, Measure, Over, Quantity, Question, Strategies};
 use meliora_model::{Optimum, Program};
 
 /// The width of a value that is usually enough, absolute for probabilities, relative above 1 for
@@ -52,6 +52,8 @@ pub struct Asked<'a> {
     pub program: &'a Program,
     /// The question; `None` for a target without a property.
     pub question: Option<&'a Question>,
+    /// The part of the initial states that it is about.
+    pub over: Over,
     /// The target of the paths; `None` for a temporal formula.
     pub target: Option<&'a Predicate>,
     /// The states in which the rewards that the question names are wrong.
@@ -104,7 +106,7 @@ pub fn decided<E: Engine>(
     };
     let values = [Value::Finite(Bounds::of(&value))];
     let holds = quantity.bound.as_ref().and_then(|bound| truth(&values, bound));
-    Ok(Answer { value: over(&values), ..Answer::of(holds) })
+    Ok(Answer { value: over(&values, asked.over), ..Answer::of(holds) })
 }
 
 /// Answers a property from the regions of its formula that it needs, and a target without a property
@@ -156,7 +158,7 @@ pub fn answer<E: Engine>(
         }
     }
     let holds = quantity.bound.as_ref().and_then(|bound| truth(&found.values, bound));
-    Ok(Answer { value: over(&found.values), holds, no_value: None, end: found.end })
+    Ok(Answer { value: over(&found.values, asked.over), holds, no_value: None, end: found.end })
 }
 
 /// The reason why a quantity of a game has no value here.
@@ -188,7 +190,7 @@ fn in_game<E: Engine>(
     let between = engine.difference(&engine.intersection(&initial, positive)?, one)?;
     let truth = quantity.bound.as_ref().and_then(|bound| truth(&values, bound));
     if is_empty(between)? {
-        return Ok(Answer { value: over(&values), holds: truth, no_value: None, end: Ok(()) });
+        return Ok(Answer { value: over(&values, Over::All), holds: truth, no_value: None, end: Ok(()) });
     }
     match truth {
         Some(false) => Ok(Answer::of(Some(false))),
@@ -207,12 +209,14 @@ fn wanted<'p, S>(program: &'p Program, quantity: &Quantity, target: &'p S) -> Re
 }
 
 /// Returns the bounds over all states: the lower one of the least value, the upper one of the
-/// greatest.
-fn over(values: &[Value]) -> Option<Bound> {
-    let intervals = values.iter().map(Value::interval);
-    let join =
-        |a: Interval, b: Interval| Interval { lower: a.lower.min(b.lower), upper: a.upper.max(b.upper) };
-    let all = intervals.reduce(join)?;
+/// greatest; or both of the least or the greatest value alone.
+fn over(values: &[Value], part: Over) -> Option<Bound> {
+    let join = |a: Interval, b: Interval| match part {
+        Over::All | Over::Only(_) => Interval { lower: a.lower.min(b.lower), upper: a.upper.max(b.upper) },
+        Over::Least => Interval { lower: a.lower.min(b.lower), upper: a.upper.min(b.upper) },
+        Over::Greatest => Interval { lower: a.lower.max(b.lower), upper: a.upper.max(b.upper) },
+    };
+    let all = values.iter().map(Value::interval).reduce(join)?;
     Some(bound(all))
 }
 

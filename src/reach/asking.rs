@@ -7,7 +7,7 @@ use meliora_engine::regions::Which;
 use meliora_engine::{Count, Engine};
 use meliora_lang::ltl::{self, Formula};
 use meliora_lang::named;
-use meliora_lang::property::{Measure, Property, Question};
+use meliora_lang::property::{Measure, Over, Property, Question};
 use meliora_lang::{lower_target, parse_expression, parse_property_of};
 use meliora_model::Program;
 use meliora_model::error::{Result, SourceFile};
@@ -28,8 +28,8 @@ pub struct Asking {
     pub wrong: Option<Predicate>,
     /// For a property of a game, whether each player chooses to make it true.
     pub coalition: Option<Vec<bool>>,
-    /// The function of a filter that the question answers only in a model with one initial state.
-    pub over_one: Option<&'static str>,
+    /// The part of the initial states that the question is about.
+    pub over: Over,
 }
 
 impl Asking {
@@ -44,7 +44,7 @@ impl Asking {
             question: None,
             wrong: None,
             coalition: None,
-            over_one: None,
+            over: Over::All,
         })
     }
 
@@ -95,7 +95,7 @@ impl Asking {
     ) -> Result<Self> {
         let wrong = wrong_rewards(program, &question);
         let (goal, question) = (Goal::of(program, source, formula, required)?, Some(question));
-        Ok(Asking { goal, question, wrong, coalition: None, over_one: None })
+        Ok(Asking { goal, question, wrong, coalition: None, over: Over::All })
     }
 
     /// Returns the question of a property that the model names.
@@ -105,7 +105,7 @@ impl Asking {
     pub fn named(program: &Program, asked: named::Asked, required: &[Required]) -> Result<Self> {
         let source = Arc::clone(&program.source);
         let asking = Asking::of(program, &source, (&asked.formula, asked.question), required)?;
-        Ok(Asking { over_one: asked.over_one, ..asking })
+        Ok(Asking { over: asked.over, ..asking })
     }
 
     /// Returns the reason why the question is not answered in a model with the initial states of an
@@ -114,7 +114,7 @@ impl Asking {
     /// # Errors
     /// A limit is reached.
     pub fn refused<E: Engine>(&self, engine: &E) -> Result<Option<String>> {
-        let Some(function) = self.over_one else { return Ok(None) };
+        let Over::Only(function) = self.over else { return Ok(None) };
         let count = engine.count(&engine.initial_states())?;
         let message = format!(
             "its filter \"{function}\" is supported for one initial state, and the model has {count}"
@@ -139,7 +139,8 @@ impl Asking {
             Target::Formula(_) => None,
         };
         let program = &**self.goal.program(model);
-        answer::Asked { program, question: self.question.as_ref(), target, wrong: self.wrong.as_ref() }
+        let (question, wrong) = (self.question.as_ref(), self.wrong.as_ref());
+        answer::Asked { program, question, over: self.over, target, wrong }
     }
 
     /// Reads a target `x = 3`, a formula `F x = 3`, or a property `P>=1 [ F x = 3 ]`.
@@ -152,7 +153,7 @@ impl Asking {
             Form::Property => Asking::property(program, source, &[]),
             Form::Formula => {
                 let goal = Goal::of(program, source, &ltl::parse_formula(source)?, &[])?;
-                Ok(Asking { goal, question: None, wrong: None, coalition: None, over_one: None })
+                Ok(Asking { goal, question: None, wrong: None, coalition: None, over: Over::All })
             }
         }
     }

@@ -6,7 +6,7 @@ use super::asking::Form;
 use super::{Asking, Goal};
 use meliora_lang::ltl::{self, Formula, Stopped};
 use meliora_lang::named;
-use meliora_lang::property::Property;
+use meliora_lang::property::{Over, Property};
 use meliora_lang::{parse_expression, parse_property_of};
 use meliora_model::Program;
 use meliora_model::error::{Result, SourceFile};
@@ -34,7 +34,7 @@ impl Stopping {
         let goal = Goal::of(&program, source, &formula, &[])?;
         Ok(Stopping {
             program,
-            asking: Asking { goal, question: None, wrong: None, coalition: None, over_one: None },
+            asking: Asking { goal, question: None, wrong: None, coalition: None, over: Over::All },
         })
     }
 

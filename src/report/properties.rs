@@ -44,7 +44,8 @@ pub struct PropertyAnswer {
     /// It holds in all initial states; `null` if not answered.
     pub holds: Option<bool>,
     /// The probability or the expected reward over the initial states: in each of them, the value lies
-    /// between these bounds; `null` if an initial state is unsafe, absent if not asked for, or unknown.
+    /// between these bounds; for the filter `min` or `max` of a JANI model, bounds of the least or the
+    /// greatest of them; `null` if an initial state is unsafe, absent if not asked for, or unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("nullable" = true))]
     pub value: Option<Option<Bound>>,

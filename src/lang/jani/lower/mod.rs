@@ -130,7 +130,7 @@ impl Lowering<'_> {
                     return Err(Refusal::without_place(reason));
                 }
                 let question = self.question(name, asked, rewards)?;
-                Ok(Asked { formula, question, over_one: asked.over_one })
+                Ok(Asked { formula, question, over: asked.over })
             });
             properties.push(Property { name: name.clone(), asks });
         }

@@ -4,6 +4,7 @@ use super::super::json::{Node, Object, Shape};
 use super::property::{Asks, Question, no};
 use super::reader::Reader;
 use crate::ast::Ident;
+use crate::property::Over;
 use meliora_model::stack;
 
 /// The functions of the format.
@@ -31,14 +32,14 @@ impl<'a> Reader<'a> {
         let is_initial = self.is_initial(states)?;
         let asked = stack::level(|| self.asked(values))?;
         Some(asked.map(|asked| {
-            let over_one = match is_initial {
-                true => over_one(fun, asked.bound.is_some()),
+            let over = match is_initial {
+                true => over(fun, asked.bound.is_some()),
                 false => Err(format!(
                     "the filter \"{fun}\" over other states than the initial ones is not supported"
                 )),
             };
-            match over_one {
-                Ok(over_one) => Question { over_one, ..asked },
+            match over {
+                Ok(over) => Question { over, ..asked },
                 Err(reason) => Question { refused: asked.refused.or(Some(reason)), ..asked },
             }
         }))
@@ -63,12 +64,14 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Returns the function if its value is the answer only where there is one initial state, `None` if it
-/// is the answer for all initial states together, and the reason if it is never the answer.
-fn over_one(fun: &'static str, is_verdict: bool) -> Result<Option<&'static str>, String> {
+/// Returns the part of the initial states whose answer is the value of a function of the values in all of
+/// them, or the reason why there is none.
+fn over(fun: &'static str, is_verdict: bool) -> Result<Over, String> {
     match (fun, is_verdict) {
-        ("∀", true) => Ok(None),
-        ("∃" | "values", true) | ("min" | "max" | "sum" | "avg" | "values", false) => Ok(Some(fun)),
+        ("∀", true) => Ok(Over::All),
+        ("min", false) => Ok(Over::Least),
+        ("max", false) => Ok(Over::Greatest),
+        ("∃" | "values", true) | ("sum" | "avg" | "values", false) => Ok(Over::Only(fun)),
         ("∀" | "∃", false) => Err(format!("its filter \"{fun}\" is over numbers, not over comparisons")),
         ("min" | "max" | "sum" | "avg" | "argmin" | "argmax", true) => {
             Err(format!("its filter \"{fun}\" is over comparisons, not over numbers"))

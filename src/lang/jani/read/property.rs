@@ -7,7 +7,7 @@ use super::reader::Reader;
 use super::record::{Read, records};
 use crate::ast::{Expr, Ident};
 use crate::ltl::Formula;
-use crate::property::{Extreme, Inequality};
+use crate::property::{Extreme, Inequality, Over};
 use crate::refusal::Refusal;
 
 /// A part of a property, or the reason why a well-formed property is not supported.
@@ -70,8 +70,8 @@ pub(crate) struct Question {
     pub(crate) reward: Option<Reward>,
     /// The comparison with a number, an expression without variables, if there is one.
     pub(crate) bound: Option<(Inequality, Expr)>,
-    /// The function of the filter around it, if the answer is its value only for one initial state.
-    pub(crate) over_one: Option<&'static str>,
+    /// The part of the initial states that the filter around it is about.
+    pub(crate) over: Over,
     /// The reason why the filter around it is not supported.
     pub(crate) refused: Option<String>,
 }
@@ -139,15 +139,8 @@ impl<'a> Reader<'a> {
             self.known(object, "a probability", &["op", "exp"])?;
             let path = self.required(object, "a property", "exp")?;
             let formula = self.path(path)?;
-            let (reward, over_one, refused) = (None, None, None);
-            return Some(formula.map(|formula| Question {
-                formula,
-                extreme,
-                reward,
-                bound,
-                over_one,
-                refused,
-            }));
+            let (reward, over, refused) = (None, Over::All, None);
+            return Some(formula.map(|formula| Question { formula, extreme, reward, bound, over, refused }));
         }
         if let Some(other) = INSTANTS.iter().find(|o| object.get(o).is_some()) {
             return Some(Err(format!("it has a {other}")));
@@ -170,6 +163,6 @@ impl<'a> Reader<'a> {
         let value = self.required(object, "an expected value", "exp")?;
         let value = Expr::read(self, value, "a reward")?;
         let reward = Some(Reward { value, steps: at("steps"), exit: at("exit") });
-        Some(Ok(Question { formula: formula?, extreme, reward, bound, over_one: None, refused: None }))
+        Some(Ok(Question { formula: formula?, extreme, reward, bound, over: Over::All, refused: None }))
     }
 }
