@@ -54,7 +54,7 @@
 //! | [`meliora_query`] | questions to a dump | lang, engine, dump |
 //! | [`meliora_planning`] | the algorithms of the paper | engine |
 //! | [`meliora_quantities`] | probabilities, costs and numbers of improvements | planning, dump |
-//! | [`meliora_certify`] | the check of a dump | engine, dump, query |
+//! | [`meliora_certify`] | the check of a dump | engine, dump |
 //! | [`meliora_export`] | from an analysis to files, and projections | planning, quantities, query |
 //! | [`meliora_generate`] | grid worlds | model |
 //! | `meliora_report` | results as text, JSON and pages (feature `output`) | all but generate |
@@ -133,7 +133,7 @@ pub use meliora_quantities::{Achiever, Choose, Chooser, ValuedRule};
 /// The check of a dump, from [`meliora_certify`].
 pub mod certify {
     #[doc(inline)]
-    pub use meliora_certify::{Checked, Hashes, Verdict, Violation, pictures, verify};
+    pub use meliora_certify::{Checked, Hashes, INFORMATIVE, Verdict, Violation, pictures, read, verify};
 }
 
 /// The format of dumps, from [`meliora_dump`].

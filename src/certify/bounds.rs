@@ -3,6 +3,8 @@
 //! Each bound is confirmed by one step, in fractions; see [`super::bellman`] and `docs/dumps.md`. The
 //! levels say where a probability is 0 or 1. Under `transition` they do not say where it is 1: there,
 //! lower bounds of 1 are confirmed like others, and all other upper bounds must be less than 1.
+//!
+//! No set of the dump is looked up here: all that is used was proved before.
 
 use ahash::AHashMap;
 use num_traits::{One, Zero};
@@ -11,11 +13,11 @@ use super::arena::Arena;
 use super::bellman::{self, Costs};
 use super::checker::Checker;
 use super::error::{CheckError, CheckResult};
+use super::levels::{Known, Levels};
 use super::safety;
 use meliora_dump::bounds::{Bounds, Number, Row};
 use meliora_engine::symbolic::StateSet;
 use meliora_engine::{Algebra, Engine};
-use meliora_model::names;
 
 /// The name of the cost that is 1 per step.
 const STEPS: &str = "steps";
@@ -32,6 +34,8 @@ pub(super) struct Table<'a> {
     index: AHashMap<(usize, &'a [i64]), usize>,
     /// For each arena, the states with P_1 > 0.
     possible: Vec<StateSet>,
+    /// The levels of SASI and of SPI.
+    known: &'a [Levels; 2],
 }
 
 /// A row, and the levels of its state in its arena.
@@ -44,8 +48,8 @@ pub(super) struct Entry<'a> {
     pub(super) sure: usize,
 }
 
-/// Checks all bounds of a dump; nothing if it has none.
-pub(super) fn check(checker: &mut Checker<'_>, arenas: &[Arena]) -> CheckResult {
+/// Checks all bounds of a dump; nothing if it has none. The levels are those of SASI and of SPI.
+pub(super) fn check(checker: &mut Checker<'_>, arenas: &[Arena], known: &[Levels; 2]) -> CheckResult {
     let (file, rows) = match (&checker.manifest.values, checker.values) {
         (None, None) => return Ok(()),
         (Some(file), Some(rows)) => (file, rows),
@@ -63,7 +67,7 @@ pub(super) fn check(checker: &mut Checker<'_>, arenas: &[Arena]) -> CheckResult 
             return Err(CheckError::violated(condition, None));
         }
     };
-    let table = Table::new(checker, arenas, file.levels, rows)?;
+    let table = Table::new(checker, (arenas, known), file.levels, rows)?;
     table.complete(checker)?;
     for entry in &table.entries {
         entry.consistent(&table)?;
@@ -77,17 +81,22 @@ pub(super) fn check(checker: &mut Checker<'_>, arenas: &[Arena]) -> CheckResult 
 }
 
 impl<'a> Table<'a> {
-    fn new(checker: &Checker<'_>, arenas: &'a [Arena], levels: usize, rows: &'a [Row]) -> CheckResult<Self> {
+    fn new(
+        checker: &Checker<'_>,
+        (arenas, known): (&'a [Arena], &'a [Levels; 2]),
+        levels: usize,
+        rows: &'a [Row],
+    ) -> CheckResult<Self> {
         let shows_ones = safety::drops_edges(checker.manifest.safety);
-        let sets = |kind: &str, arena: &Arena| -> CheckResult<Vec<StateSet>> {
-            (1..=levels).map(|k| level(checker, arena, kind, k)).collect()
+        let first = |arena: usize| match known[1].known(arena, 1) {
+            Known::Exactly(states) => states.clone(),
+            // No state counts for it, and no row is needed.
+            Known::AtMost(_) | Known::Empty | Known::Nothing => checker.engine.no_states(),
         };
-        let positive: Vec<_> = arenas.iter().map(|arena| sets("spi", arena)).collect::<CheckResult<_>>()?;
-        let sure: Vec<_> = arenas.iter().map(|arena| sets("sasi", arena)).collect::<CheckResult<_>>()?;
-        let possible = positive.iter().map(|sets| sets[0].clone()).collect();
+        let possible = (0..arenas.len()).map(first).collect();
         let may_skip = safety::has_reference(checker.manifest.safety);
         let (entries, index) = (Vec::with_capacity(rows.len()), AHashMap::with_capacity(rows.len()));
-        let mut table = Table { arenas, may_skip, shows_ones, levels, entries, index, possible };
+        let mut table = Table { arenas, may_skip, shows_ones, levels, entries, index, possible, known };
         let named = |arena: &Arena| arena.reference.clone().unwrap_or_default();
         let numbers: AHashMap<String, usize> = arenas.iter().map(named).zip(0..).collect();
         for row in rows {
@@ -99,10 +108,13 @@ impl<'a> Table<'a> {
             if !checker.engine.contains(&table.possible[arena], &row.state)? {
                 return wrong("each row of `values.csv` is about a state with P_1 > 0");
             }
-            let positive = rank(checker, &positive[arena], &row.state)?;
+            let (positive, is_exact) = table.rank(checker, 1, arena, &row.state)?;
+            if !is_exact {
+                return wrong(&format!("the levels say whether P_{} is 0 in each row", positive + 1));
+            }
             let sure = match shows_ones {
                 true => row.probabilities.iter().take_while(|p| is_one(&p.lower)).count(),
-                false => rank(checker, &sure[arena], &row.state)?,
+                false => table.rank(checker, 0, arena, &row.state)?.0,
             };
             let number = table.entries.len();
             if table.index.insert((arena, &row.state), number).is_some() {
@@ -111,6 +123,29 @@ impl<'a> Table<'a> {
             table.entries.push(Entry { row, arena, positive, sure });
         }
         Ok(table)
+    }
+
+    /// Returns the greatest k, at most the levels of the table, such that a state is in level k of an
+    /// arena as far as is known; `false` if it may be in the next level, too. `kind` is 0 for SASI, 1
+    /// for SPI. Levels are decreasing.
+    fn rank(
+        &self,
+        checker: &Checker<'_>,
+        kind: usize,
+        arena: usize,
+        state: &[i64],
+    ) -> CheckResult<(usize, bool)> {
+        for k in 1..=self.levels {
+            match self.known[kind].known(arena, k) {
+                Known::Exactly(states) if checker.engine.contains(states, state)? => {}
+                Known::AtMost(states) if checker.engine.contains(states, state)? => {
+                    return Ok((k - 1, false));
+                }
+                Known::Exactly(_) | Known::AtMost(_) | Known::Empty => return Ok((k - 1, true)),
+                Known::Nothing => return Ok((k - 1, false)),
+            }
+        }
+        Ok((self.levels, true))
     }
 
     /// Checks that each state from which an improvement is possible has a row in its own arena.
@@ -159,26 +194,6 @@ impl<'a> Table<'a> {
         }
         Ok(None)
     }
-}
-
-/// Returns the states of level k in an arena. Levels after the last one are that of unbounded ranks.
-fn level(checker: &Checker<'_>, arena: &Arena, kind: &str, k: usize) -> CheckResult<StateSet> {
-    let (name, unbounded) = (names::level(kind, k), names::level(kind, names::UNBOUNDED));
-    let name = if checker.regions.has(&name) { name } else { unbounded };
-    let (sets, name) = (arena.sets(checker), arena.name(&name));
-    if sets.has(&name) { sets.states(&name) } else { Ok(checker.engine.no_states()) }
-}
-
-/// Returns the number of levels that contain a state; they are decreasing.
-fn rank(checker: &Checker<'_>, levels: &[StateSet], state: &[i64]) -> CheckResult<usize> {
-    let mut rank = 0;
-    for level in levels {
-        if !checker.engine.contains(level, state)? {
-            break;
-        }
-        rank += 1;
-    }
-    Ok(rank)
 }
 
 fn is_one(number: &Number) -> bool {

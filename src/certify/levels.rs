@@ -1,4 +1,5 @@
-//! Checks of levels and their strategies.
+//! Checks of levels and their strategies. The bounds of quantities are checked with the levels that
+//! are returned here, which are proved; they look up no set of the dump.
 
 use super::arena::{Arena, arenas};
 use super::checker::Checker;
@@ -8,16 +9,63 @@ use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};
 use meliora_model::names;
 
-/// Checks the levels of both kinds; returns the arenas.
-pub(super) fn check(checker: &mut Checker<'_>, classes: Vec<Class>) -> CheckResult<Vec<Arena>> {
+/// The levels of one kind in all arenas, proved.
+pub(super) struct Levels {
+    /// For each arena the states of level 1, 2, …, exactly.
+    found: Vec<Vec<StateSet>>,
+    rest: Rest,
+}
+
+/// The levels after the last one that a dump has, in all arenas.
+enum Rest {
+    /// The search was cut: nothing is known.
+    Cut,
+    /// Each has these states, exactly.
+    Same(Vec<StateSet>),
+    /// The next one has no other states than these, and none that counts. No state wins a later one.
+    AtMost(Vec<StateSet>),
+}
+
+/// What is known of a level in an arena.
+pub(super) enum Known<'l> {
+    /// Its states.
+    Exactly(&'l StateSet),
+    /// States that contain all of its states.
+    AtMost(&'l StateSet),
+    /// It has no state.
+    Empty,
+    /// Nothing.
+    Nothing,
+}
+
+impl Levels {
+    /// Returns what is known of level k, from 1, in an arena.
+    pub(super) fn known(&self, arena: usize, k: usize) -> Known<'_> {
+        let found = &self.found[arena];
+        match (found.get(k - 1), &self.rest) {
+            (Some(states), _) => Known::Exactly(states),
+            (None, Rest::Same(all)) => Known::Exactly(&all[arena]),
+            (None, Rest::AtMost(all)) if k == found.len() + 1 => Known::AtMost(&all[arena]),
+            (None, Rest::AtMost(_)) => Known::Empty,
+            (None, Rest::Cut) => Known::Nothing,
+        }
+    }
+}
+
+/// Checks the levels of both kinds; returns the arenas, and the levels of SASI and of SPI.
+pub(super) fn check(
+    checker: &mut Checker<'_>,
+    classes: Vec<Class>,
+) -> CheckResult<(Vec<Arena>, [Levels; 2])> {
     let arenas = arenas(checker, classes)?;
-    let found = [levels(checker, &arenas, "sasi")?, levels(checker, &arenas, "spi")?];
+    let (sasi, sasi_levels) = levels(checker, &arenas, "sasi")?;
+    let (spi, spi_levels) = levels(checker, &arenas, "spi")?;
     match checker.manifest.max_level {
-        Some(max) if found.iter().max() != Some(&max) => Err(CheckError::violated(
+        Some(max) if sasi.max(spi) != max => Err(CheckError::violated(
             format!("the search for levels stopped at the maximum level {max}"),
             None,
         )),
-        _ => Ok(arenas),
+        _ => Ok((arenas, [sasi_levels, spi_levels])),
     }
 }
 
@@ -26,16 +74,19 @@ struct Level<'n> {
     kind: &'n str,
     /// `sasi:1`, `sasi:2`, … or `sasi:unbounded`.
     name: String,
-    /// The level below, which a goal edge must enter, and its name if it has one.
+    /// The level below, which a goal edge must enter.
     entered: StateSet,
-    below: Option<String>,
+    /// For each arena the states of the level below.
+    below: Vec<StateSet>,
 }
 
-/// Checks the levels of one kind; returns their number.
-fn levels(checker: &mut Checker<'_>, arenas: &[Arena], kind: &str) -> CheckResult<usize> {
-    let found = (1..).take_while(|k| checker.regions.has(&names::level(kind, k))).count();
-    let (mut entered, mut below) = (checker.engine.all_states(), None);
-    for k in 1..=found {
+/// Checks the levels of one kind; returns their number, and what is proved of them.
+fn levels(checker: &mut Checker<'_>, arenas: &[Arena], kind: &str) -> CheckResult<(usize, Levels)> {
+    let number = (1..).take_while(|k| checker.regions.has(&names::level(kind, k))).count();
+    let mut entered = checker.engine.all_states();
+    let mut below: Vec<StateSet> = arenas.iter().map(|arena| arena.states.clone()).collect();
+    let mut found = vec![Vec::new(); arenas.len()];
+    for k in 1..=number {
         let level = Level { kind, name: names::level(kind, k), entered, below };
         let states = checker.regions.states(&level.name)?;
         let condition = || format!("`{}` has a state, and fewer than the level below", level.name);
@@ -45,19 +96,17 @@ fn levels(checker: &mut Checker<'_>, arenas: &[Arena], kind: &str) -> CheckResul
         checker.subset(&states, &level.entered, || {
             format!("each state of `{}` is in the level below", level.name)
         })?;
-        whole(checker, arenas, &level, &states)?;
-        (entered, below) = (states, Some(level.name));
+        below = whole(checker, arenas, &level, &states)?;
+        found.iter_mut().zip(&below).for_each(|(own, states)| own.push(states.clone()));
+        entered = states;
     }
-    if checker.manifest.max_level != Some(found) {
-        ending(
-            checker,
-            arenas,
-            kind,
-            found,
-            Level { kind, name: names::level(kind, names::UNBOUNDED), entered, below },
-        )?;
-    }
-    Ok(found)
+    let rest = if checker.manifest.max_level == Some(number) {
+        Rest::Cut
+    } else {
+        let name = names::level(kind, names::UNBOUNDED);
+        ending(checker, arenas, number, Level { kind, name, entered, below })?
+    };
+    Ok((number, Levels { found, rest }))
 }
 
 /// Checks the end of the sequence: the last level is the fixpoint of unbounded ranks, or the next
@@ -65,15 +114,14 @@ fn levels(checker: &mut Checker<'_>, arenas: &[Arena], kind: &str) -> CheckResul
 fn ending(
     checker: &mut Checker<'_>,
     arenas: &[Arena],
-    kind: &str,
     found: usize,
     unbounded: Level<'_>,
-) -> CheckResult {
+) -> CheckResult<Rest> {
     let name = &unbounded.name;
     let states = checker.regions.states(name)?;
     if !checker.engine.is_empty(&states)? {
         checker.equal(&states, &unbounded.entered, || format!("`{name}` is the last level"))?;
-        return whole(checker, arenas, &unbounded, &states);
+        return Ok(Rest::Same(whole(checker, arenas, &unbounded, &states)?));
     }
     let nobody = checker.engine.no_states();
     let strategy = names::strategy(name);
@@ -81,33 +129,42 @@ fn ending(
     checker.equal_choices(&checker.regions.choices(&strategy)?, &checker.engine.no_choices(), condition)?;
     checker.passed(name);
     checker.passed(&strategy);
-    let next = Level { name: names::level(kind, found + 1), ..unbounded };
-    for arena in arenas {
+    let next = Level { name: names::level(unbounded.kind, found + 1), ..unbounded };
+    let mut most = Vec::new();
+    for (arena, below) in arenas.iter().zip(&next.below) {
         let upper = match &arena.reference {
             Some(_) => checker.proof.states(&arena.name(&next.name))?,
             None => nobody.clone(),
         };
-        outside(checker, arena, &next, &upper)?;
+        outside(checker, arena, &next, below, &upper)?;
         let winning = checker.engine.intersection(&upper, &arena.start)?;
         checker.subset(&winning, &nobody, || format!("no state wins `{}`", next.name))?;
+        most.push(upper);
     }
-    Ok(())
+    Ok(Rest::AtMost(most))
 }
 
-/// Checks a level in all arenas.
-fn whole(checker: &mut Checker<'_>, arenas: &[Arena], level: &Level<'_>, states: &StateSet) -> CheckResult {
+/// Checks a level in all arenas; returns its states in each of them.
+fn whole(
+    checker: &mut Checker<'_>,
+    arenas: &[Arena],
+    level: &Level<'_>,
+    states: &StateSet,
+) -> CheckResult<Vec<StateSet>> {
     let name = &level.name;
     let mut won = checker.engine.no_states();
     let mut permitted = checker.engine.no_choices();
-    for arena in arenas {
+    let mut regions = Vec::new();
+    for (arena, below) in arenas.iter().zip(&level.below) {
         let own = arena.name(name);
         let region = arena.sets(checker).states(&own)?;
         let strategy = arena.sets(checker).choices(&names::strategy(&own))?;
         inside(checker, arena, level, &own, &region, &strategy)?;
-        outside(checker, arena, level, &region)?;
+        outside(checker, arena, level, below, &region)?;
         let engine = &checker.engine;
         won = engine.union(&won, &engine.intersection(&region, &arena.start)?)?;
         permitted = engine.union(&permitted, &engine.choices_in(&strategy, &arena.start)?)?;
+        regions.push(region);
     }
     checker.equal(states, &won, || format!("`{name}` is what its reference classes win"))?;
     let strategy = names::strategy(name);
@@ -115,7 +172,7 @@ fn whole(checker: &mut Checker<'_>, arenas: &[Arena], level: &Level<'_>, states:
     checker.equal_choices(&checker.regions.choices(&strategy)?, &permitted, condition)?;
     checker.passed(name);
     checker.passed(&strategy);
-    Ok(())
+    Ok(regions)
 }
 
 /// Edges of an engine, from a set of choices.
@@ -180,7 +237,13 @@ fn inside(
 
 /// Checks the states outside of a level. SASI: rounds remove the states of the level below that are
 /// not in this one. SPI: no kept choice of an outside state enters the region or has a goal edge.
-fn outside(checker: &Checker<'_>, arena: &Arena, level: &Level<'_>, region: &StateSet) -> CheckResult {
+fn outside(
+    checker: &Checker<'_>,
+    arena: &Arena,
+    level: &Level<'_>,
+    below: &StateSet,
+    region: &StateSet,
+) -> CheckResult {
     let engine = &checker.engine;
     let name = arena.name(&level.name);
     let ahead = |c: &ChoiceSet, x: &StateSet| -> CheckResult<ChoiceSet> {
@@ -192,11 +255,7 @@ fn outside(checker: &Checker<'_>, arena: &Arena, level: &Level<'_>, region: &Sta
         return checker
             .subset(&entering, region, || format!("each state with a step towards `{name}` is in it"));
     }
-    let below = match &level.below {
-        Some(below) => arena.sets(checker).states(&arena.name(below))?,
-        None => arena.states.clone(),
-    };
-    let left = checker.rounds(&name, &below, |round| {
+    let left = checker.rounds(&name, below, |round| {
         let gone = engine.difference(&engine.all_states(), round.left)?;
         let own = engine.choices_in(&arena.kept, round.lost)?;
         let safe = engine.difference(&own, &level.straying(checker, arena, (engine, &own), &gone)?)?;

@@ -68,6 +68,7 @@ mod arena;
 mod bellman;
 mod bounds;
 mod checker;
+mod description;
 mod error;
 mod evaluation;
 mod levels;
@@ -88,6 +89,7 @@ use serde::Serialize;
 
 use checker::Checker;
 use error::CheckError;
+pub use manifest_check::INFORMATIVE;
 use meliora_dump::directory::read_directory;
 use meliora_dump::manifest::FILE;
 use meliora_dump::{Dump, dot};
@@ -201,7 +203,7 @@ fn run(
         manifest.check_file(FILE, file, diagram)?;
     }
     let mut checker = Checker::new(program, preferences, dump, settings)?;
-    manifest_check::players(&checker.engine, manifest)?;
+    manifest_check::players(program, manifest)?;
     manifest_check::all(&checker.engine, preferences, hashes, manifest)?;
     manifest_check::is_supported(&checker.engine, preferences, manifest)?;
     checker.scope()?;
@@ -210,8 +212,8 @@ fn run(
     let result = safe::requirements(&mut checker)
         .and_then(|()| outcomes::check(&mut checker))
         .and_then(|classes| levels::check(&mut checker, classes))
-        .and_then(|arenas| bounds::check(&mut checker, &arenas))
-        .and_then(|()| checker.nothing_else());
+        .and_then(|proved| checker.nothing_else().map(|()| proved))
+        .and_then(|(arenas, levels)| bounds::check(&mut checker, &arenas, &levels));
     checked.append(&mut checker.checked);
     result
 }

@@ -1,19 +1,24 @@
 //! The manifest check: derives the manifest anew from model, preferences and options, and compares.
 //!
-//! Three fields are free. The program version and the paths of the inputs cannot be checked. The
-//! order of the bits may be any order of the model's bits, if the files have the same.
+//! Three fields are free: see [`INFORMATIVE`]. The order of the bits may be any order of the model's
+//! bits, if the files have the same.
 
 use serde_json::Value as Json;
 
 use super::Hashes;
+use super::description;
 use super::error::{CheckError, CheckResult};
 use super::safety;
 use meliora_dump::Manifest;
 use meliora_dump::manifest::File;
 use meliora_engine::Engine;
 use meliora_engine::symbolic::SymbolicEngine;
+use meliora_model::Program;
 use meliora_model::preference::{Goal, Objective, Preferences};
-use meliora_query::describe::{self, Inputs, Subject};
+
+/// The fields of a manifest that nothing proves: the version of the program that wrote the dump, and the
+/// paths of the inputs, which may have been moved since.
+pub const INFORMATIVE: &[&str] = &["tool.version", "model.path", "preferences.path"];
 
 /// Compares the hashes of the texts with those of the dump.
 pub(super) fn inputs(manifest: &Manifest, hashes: Hashes<'_>) -> CheckResult {
@@ -33,8 +38,8 @@ pub(super) fn inputs(manifest: &Manifest, hashes: Hashes<'_>) -> CheckResult {
 }
 
 /// Compares the players of a game, and those of them who we are, with those of the dump.
-pub(super) fn players(engine: &SymbolicEngine, manifest: &Manifest) -> CheckResult {
-    let (players, coalition) = describe::players(engine);
+pub(super) fn players(program: &Program, manifest: &Manifest) -> CheckResult {
+    let [players, coalition] = description::players(program);
     let named = |names: &[String]| match names {
         [] => "none".to_owned(),
         names => names.iter().map(|name| format!("`{}`", name.escape_debug())).collect::<Vec<_>>().join(", "),
@@ -69,6 +74,8 @@ pub(super) fn is_supported(
         "a game is not analysed with safety `transition`"
     } else if preferences.objectives.iter().any(over_paths) {
         "a dump of a game has no temporal objectives"
+    } else if manifest.values.is_some() {
+        "a dump of a game has no values, which are not computed against an opponent"
     } else {
         return Ok(());
     };
@@ -83,21 +90,11 @@ pub(super) fn all(
     hashes: Hashes<'_>,
     manifest: &Manifest,
 ) -> CheckResult {
-    let inputs = Inputs {
-        model: (manifest.model.path.clone(), hashes.model.to_owned()),
-        preferences: (manifest.preferences.path.clone(), hashes.preferences.to_owned()),
-    };
-    let subject = Subject {
-        engine,
-        preferences,
-        inputs: &inputs,
-        safety: manifest.safety,
-        max_level: manifest.max_level,
-    };
-    let mut expected = subject.manifest(describe::choices(engine, true), File::default(), None);
-    expected.tool.version.clone_from(&manifest.tool.version);
+    let expected = description::expected(engine, preferences, hashes, manifest);
     let said = Manifest { regions: File::default(), certificate: None, values: None, ..manifest.clone() };
-    match difference(&json(&expected)?, &json(&said)?, String::new()) {
+    let mut said = json(&said)?;
+    said["regions"] = Json::Null;
+    match difference(&expected, &said, String::new()) {
         None => Ok(()),
         Some((path, expected, said)) => {
             Err(CheckError::violated(format!("`{path}` is {expected}: the manifest says {said}"), None))
@@ -113,9 +110,17 @@ fn json(manifest: &Manifest) -> CheckResult<Json> {
 /// Returns the first place in which two values differ, and both values there.
 fn difference(expected: &Json, said: &Json, path: String) -> Option<(String, String, String)> {
     match (expected, said) {
-        (Json::Object(a), Json::Object(b)) if a.keys().eq(b.keys()) => {
+        (Json::Object(a), Json::Object(b)) => {
             let prefix = if path.is_empty() { path } else { format!("{path}.") };
-            a.iter().zip(b.values()).find_map(|((key, a), b)| difference(a, b, format!("{prefix}{key}")))
+            let mut names = a.keys().chain(b.keys().filter(|&name| !a.contains_key(name)));
+            names.find_map(|name| match (a.get(name), b.get(name)) {
+                (Some(a), Some(b)) => difference(a, b, format!("{prefix}{name}")),
+                (a, b) => Some((
+                    format!("{prefix}{name}"),
+                    a.map_or_else(absent, shown),
+                    b.map_or_else(absent, shown),
+                )),
+            })
         }
         (Json::Array(a), Json::Array(b)) if a.len() == b.len() => {
             let mut pairs = a.iter().zip(b).enumerate();
@@ -124,6 +129,10 @@ fn difference(expected: &Json, said: &Json, path: String) -> Option<(String, Str
         _ if expected == said => None,
         _ => Some((path, shown(expected), shown(said))),
     }
+}
+
+fn absent() -> String {
+    "absent".to_owned()
 }
 
 /// Formats a value for a message, cut after 200 characters.

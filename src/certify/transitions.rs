@@ -97,10 +97,12 @@ fn has_owner<'c>(
     let Some(players) = &program.players else { return Ok(true) };
     let owner = |choice: &Choice| {
         let Choice::Combination { synchronisation, commands } = choice else { return None };
-        match program.synchronisations[*synchronisation].action {
-            Some(action) => *players.of_action.get(action)?,
-            None => *players.of_module.get(program.commands[commands.first()?.index()].module)?,
-        }
+        let action = program.synchronisations[*synchronisation].action;
+        // An action without an owner belongs to the module that has it, as in games state by state.
+        action.and_then(|action| *players.of_action.get(action)?).or_else(|| {
+            let command = &program.commands[commands.first()?.index()];
+            *players.of_module.get(command.module)?
+        })
     };
     let owners: BTreeSet<Option<usize>> = choices.map(owner).collect();
     let mut right = owners.len() == 1;

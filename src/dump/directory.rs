@@ -14,8 +14,8 @@ use super::{Diagram, dddmp, dot};
 use meliora_model::error::{Error, Result, ensure};
 use meliora_model::files::NewDirectory;
 use meliora_model::progress::ProgressSink;
-use meliora_model::reading::hex;
 pub use meliora_model::reading::sha256;
+use meliora_model::reading::{hex, regular};
 
 /// A dump in memory.
 #[derive(Debug, Clone)]
@@ -215,7 +215,7 @@ fn read_hashed<T>(
 ) -> Result<T> {
     let name = path.display().to_string();
     let failed = |e: io::Error| Error::Io { path: name.clone(), message: e.to_string() };
-    let inner = Watched { inner: File::open(path).map_err(failed)?, sink };
+    let inner = Watched { inner: regular(path).map_err(failed)?, sink };
     let mut input = BufReader::with_capacity(1 << 16, Hashing { inner, hash: Sha256::new() });
     let content = read(&mut input).map_err(|e| sink.stop().map_or(e, Error::from))?;
     let found = hex(&input.into_inner().hash.finalize());

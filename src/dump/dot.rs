@@ -1,7 +1,6 @@
 //! Pictures of regions: one DOT file each.
 
-use std::collections::BTreeSet;
-use std::fs;
+use std::collections::BTreeMap;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
@@ -9,6 +8,7 @@ use super::streams::Watched;
 use super::{Diagram, Edge, manifest};
 use meliora_model::files::NewDirectory;
 use meliora_model::progress::ProgressSink;
+use meliora_model::reading::regular;
 
 /// Writes one file per root into the directory, and records the names.
 ///
@@ -20,7 +20,7 @@ pub(super) fn write_all(
     directory: &NewDirectory,
     sink: &dyn ProgressSink,
 ) -> io::Result<()> {
-    let mut taken = BTreeSet::new();
+    let mut taken = BTreeMap::new();
     for root in &mut file.roots {
         let name = file_name(&root.name, &mut taken);
         let inner = directory.create(&name)?;
@@ -43,12 +43,12 @@ pub fn false_picture<'f>(
     directory: &Path,
     sink: &dyn ProgressSink,
 ) -> io::Result<Option<&'f str>> {
-    let mut taken = BTreeSet::new();
+    let mut taken = BTreeMap::new();
     for root in &file.roots {
         let name = file_name(&root.name, &mut taken);
         let Some(said) = &root.dot else { continue };
         let is_right = *said == name && {
-            let input = fs::File::open(directory.join(&name)).ok();
+            let input = regular(&directory.join(&name)).ok();
             let mut same = Comparing { input: input.map(BufReader::new), differs: false };
             let mut out = BufWriter::new(Watched { inner: &mut same, sink });
             write(diagram, root.node, &root.name, &mut out)?;
@@ -91,17 +91,24 @@ impl<R: Read> Write for Comparing<R> {
 }
 
 /// Returns a distinct name that is valid on every file system: `almost-sure_A.dot`.
-fn file_name(region: &str, taken: &mut BTreeSet<String>) -> String {
+///
+/// `taken` has the names so far, in lower case and without the ending, each with a number such that
+/// all smaller copies of the name are taken.
+fn file_name(region: &str, taken: &mut BTreeMap<String, usize>) -> String {
     let safe = |c: char| if c.is_ascii_alphanumeric() || c == '-' || c == '+' { c } else { '_' };
     let stem: String = region.chars().map(safe).take(100).collect();
-    let mut name = format!("{stem}.dot");
-    let mut copy = 2;
     // Case is ignored, as some file systems do.
-    while !taken.insert(name.to_lowercase()) {
-        name = format!("{stem}-{copy}.dot");
+    let key = stem.to_lowercase();
+    let Some(mut copy) = taken.get(&key).copied() else {
+        taken.insert(key, 2);
+        return format!("{stem}.dot");
+    };
+    while taken.contains_key(&format!("{key}-{copy}")) {
         copy += 1;
     }
-    name
+    taken.insert(format!("{key}-{copy}"), 2);
+    taken.insert(key, copy + 1);
+    format!("{stem}-{copy}.dot")
 }
 
 /// Writes one function: solid then arcs, dashed else arcs, a dot at the end of complemented arcs.
@@ -128,4 +135,23 @@ pub fn write(diagram: &Diagram, root: Edge, title: &str, out: &mut impl Write) -
 fn arc(out: &mut impl Write, from: &str, to: Edge, style: &str) -> io::Result<()> {
     let end = if to.is_complemented() { ", arrowhead=dot" } else { "" };
     writeln!(out, "  {from} -> n{} [style={style}{end}];", to.id())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_a_file_system_cannot_tell_apart_are_numbered() {
+        let mut taken = BTreeMap::new();
+        let mut name = |region: &str| file_name(region, &mut taken);
+        assert_eq!(name("almost-sure:A"), "almost-sure_A.dot");
+        assert_eq!(name("almost-sure:a"), "almost-sure_a-2.dot");
+        assert_eq!(name("almost-sure@A-2"), "almost-sure_A-2-2.dot");
+        assert_eq!(name("almost-sure|A"), "almost-sure_A-3.dot");
+        // Looking for a free number from 2 on would take a minute here.
+        let long = "x".repeat(120);
+        let names = (0..100_000).map(|number| name(&format!("{long}{number}")));
+        assert_eq!(names.last(), Some(format!("{}-100000.dot", &long[..100])));
+    }
 }

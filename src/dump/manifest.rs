@@ -1,7 +1,6 @@
 //! `manifest.json`: the meaning of the roots and variables of a dump.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io::{self, Read};
 use std::path::Path;
 
@@ -11,7 +10,7 @@ use serde_json::Value as Json;
 use super::bounds::Layout;
 use super::{Diagram, Edge};
 use meliora_model::error::{Error, Result, ensure};
-use meliora_model::reading::each_once;
+use meliora_model::reading::{each_once, regular};
 use meliora_model::trend::Trend;
 
 /// The schema that this version writes and reads.
@@ -307,7 +306,7 @@ impl Manifest {
         let name = path.display().to_string();
         let failed = |e: io::Error| Error::Io { path: name.clone(), message: e.to_string() };
         let mut text = String::new();
-        let input = fs::File::open(&path).map_err(failed)?;
+        let input = regular(&path).map_err(failed)?;
         let length = input.take(LARGEST + 1).read_to_string(&mut text).map_err(failed)?;
         ensure(length as u64 <= LARGEST, || {
             let message = format!("the manifest is larger than {} MiB", LARGEST >> 20);

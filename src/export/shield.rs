@@ -9,7 +9,7 @@ use meliora_dump::directory::sha256;
 use meliora_dump::place::{Place, Sort};
 use meliora_model::error::{Error, Result, ensure};
 use meliora_model::files::folder;
-use meliora_model::reading;
+use meliora_model::reading::{self, regular};
 use meliora_planning::Shield;
 
 const MANIFEST: &str = "shield.json";
@@ -56,7 +56,7 @@ pub fn write_shield(shield: &Shield, directory: &Path) -> Result<()> {
 pub fn read_shield(directory: &Path) -> Result<Shield> {
     let read = |name: &str| {
         let path = directory.join(name);
-        let file = fs::File::open(&path).map_err(|e| Error::reading(&path, &e))?;
+        let file = regular(&path).map_err(|e| Error::reading(&path, &e))?;
         reading::bytes(&path.display().to_string(), file)
     };
     let wrong = |name: &str, message: String| {

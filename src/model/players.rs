@@ -3,7 +3,7 @@
 use std::borrow::Borrow;
 use std::ops::Range;
 
-use super::{Program, Synchronisation};
+use super::{Command, Program, Synchronisation};
 use crate::error::{Diagnostic, Result, Severity};
 use crate::step::Choice;
 
@@ -111,11 +111,20 @@ impl Program {
     /// Returns the player to which the choices of a synchronisation belong; `None` if the model is not
     /// a game, and for the self-loops that monitors give to deadlocks.
     pub fn player_of(&self, synchronisation: &Synchronisation) -> Option<usize> {
+        let command = synchronisation.factors.first()?.first()?;
+        self.owner(synchronisation.action, self.commands[command.index()].module)
+    }
+
+    /// Returns the player whose choices execute a command; `None` if the model is not a game.
+    pub fn player_of_command(&self, command: &Command) -> Option<usize> {
+        self.owner(command.action, command.module)
+    }
+
+    /// Returns the owner of an action or, if it has none, of a module that has it.
+    fn owner(&self, action: Option<usize>, module: usize) -> Option<usize> {
         let players = self.players.as_ref()?;
-        let of_action = synchronisation.action.and_then(|action| *players.of_action.get(action)?);
-        of_action.or_else(|| {
-            let command = synchronisation.factors.first()?.first()?;
-            *players.of_module.get(self.commands[command.index()].module)?
-        })
+        action
+            .and_then(|action| *players.of_action.get(action)?)
+            .or_else(|| *players.of_module.get(module)?)
     }
 }

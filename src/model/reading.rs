@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
-use std::fs::File;
-use std::io::Read;
+use std::fs::{self, File};
+use std::io::{self, Read};
 use std::marker::PhantomData;
 use std::path::Path;
 use std::sync::Arc;
@@ -37,6 +37,18 @@ impl SourceFile {
         let name = name.into();
         let bytes = bytes(&name, from)?;
         text(name, bytes)
+    }
+}
+
+/// Opens a regular file of a directory that this program has written: opening a named pipe would wait
+/// for a writer.
+///
+/// # Errors
+/// The file cannot be opened, or is of another kind.
+pub fn regular(path: &Path) -> io::Result<File> {
+    match fs::metadata(path)?.is_file() {
+        true => File::open(path),
+        false => Err(io::Error::new(io::ErrorKind::InvalidInput, "this is not a regular file")),
     }
 }
 

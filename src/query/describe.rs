@@ -1,5 +1,5 @@
-//! The part of the manifest that describes the model, the preferences and the options. The export
-//! writes it; the manifest check derives it again.
+//! The part of the manifest that describes the model, the preferences and the options, as the export
+//! writes it. The check of a dump derives it by code of its own.
 
 use ahash::AHashMap;
 

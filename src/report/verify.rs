@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::Style;
 use super::envelope::{Envelope, Findings};
 use super::header::Header;
-use meliora_certify::{Checked, Verdict};
+use meliora_certify::{Checked, INFORMATIVE, Verdict};
 use meliora_model::Program;
 use meliora_model::valuation::Valuation;
 
@@ -22,6 +22,8 @@ pub struct VerifyFindings {
     pub accepted: Option<bool>,
     /// The regions that were found to be right.
     pub checked: Vec<Checked>,
+    /// The fields of the manifest that nothing proves: they inform only. Empty if the check did not end.
+    pub unproved: Vec<String>,
     /// The first condition that does not hold; `null` if accepted or unknown.
     pub violation: Option<Violated>,
 }
@@ -48,6 +50,7 @@ impl VerifyReport {
     /// Adds the verdict.
     pub fn set(&mut self, program: &Program, verdict: &Verdict) {
         self.checked.clone_from(&verdict.checked);
+        self.unproved = INFORMATIVE.iter().map(|&field| field.to_owned()).collect();
         self.accepted = Some(verdict.violation.is_none());
         self.violation = verdict.violation.as_ref().map(|v| Violated {
             condition: v.condition.clone(),
@@ -88,6 +91,7 @@ impl Findings for VerifyFindings {
         }
         if report.accepted == Some(true) {
             let _ = writeln!(out, "\n{}: all conditions hold", style.good("accepted"));
+            let _ = writeln!(out, "information only, not proved: {}", report.unproved.join(", "));
         }
         out
     }

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use meliora::engine::regions::regions;
-use meliora::engine::{Engine, ExplicitEngine, Settings, SymbolicEngine};
+use meliora::engine::{Engine, ExplicitEngine, Scope, Settings, SymbolicEngine};
 use meliora::error::{Error, SourceFile};
 use meliora::export::explicit::{Graph, drn, explored, prism, umb};
 use meliora::lang::{self, Checked, Document};
 use meliora::model::predicate::Predicate;
 use meliora::model::{ModelKind, Program, State};
+use meliora::planning::Safety;
 use meliora::progress::NoProgress;
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -18,6 +19,7 @@ use crate::entry;
 use crate::exchange::{analysed, index, label, none, read, steps, tar, two_states, words};
 use crate::random_game::with_turns;
 use crate::random_program::{random_predicate, random_program};
+use crate::verify::Case;
 
 /// A random game with two targets.
 struct Written {
@@ -102,6 +104,49 @@ proptest! {
         let text = Arc::new(Document::open(&at("m.tra")).unwrap().load(&none(), &NoProgress).unwrap().program);
         prop_assert_eq!(names(&text), ["p1", "p2"]);
         prop_assert_eq!(facts_of(&text), facts_of(&Arc::new(read(&archive).unwrap().program)));
+    }
+}
+
+/// Checks that the dumps of a game that was read are accepted, for several coalitions. The preferences
+/// are about the targets that the file has.
+fn certified(text: &str, read: &Program, safety: Safety) {
+    let target = |name: &str| match read.labels.iter().any(|(label, _)| label == name) {
+        true => format!("\"{name}\""),
+        false => "false".to_owned(),
+    };
+    let [first, second] = ["target_o0", "target_o1"].map(target);
+    let wishes = format!("objective A = F {first}; objective B = F {second}; prefer B > A;");
+    for coalition in ["", "coalition p1; ", "coalition p2; "] {
+        let players = names(read);
+        let of = coalition.replace("p1", players[0]).replace("p2", players[1]);
+        let mut program = read.clone();
+        let source = SourceFile::new("p.pref", format!("{of}{wishes}"));
+        let preferences = lang::load_preferences(&source, &mut program).unwrap();
+        let case = Case::of(program, preferences, Scope::Reachable, safety);
+        let verdict = case.verify(&case.dump).unwrap();
+        assert_eq!(verdict.violation, None, "{text} {safety} {coalition}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(25))]
+
+    #[test]
+    fn dumps_of_games_that_were_written_and_read_are_accepted(
+        numbers in vec(0u16..1000, 0..120),
+        bits in any::<u64>(),
+    ) {
+        let Some(Written { graph, archive, .. }) = written(&numbers, bits) else { return Ok(()) };
+        let folder = tempfile::tempdir().unwrap();
+        let (files, at) = (prism(&graph), |name: &str| folder.path().join(name));
+        for (name, text) in [("m.tra", &files.tra), ("m.sta", &files.sta), ("m.lab", &files.lab)] {
+            std::fs::write(at(name), text).unwrap();
+        }
+        let text = Document::open(&at("m.tra")).unwrap().load(&none(), &NoProgress).unwrap().program;
+        for safety in [Safety::Action, Safety::Prefix] {
+            certified("umb", &read(&archive).unwrap().program, safety);
+            certified("tra", &text, safety);
+        }
     }
 }
 

@@ -20,6 +20,7 @@ mod random_game;
 #[path = "../common/random_program.rs"]
 mod random_program;
 mod requirements;
+mod statements;
 mod threads;
 mod values;
 mod verify;

@@ -50,10 +50,10 @@ const WALK_WISHES: &str = "objective A = F x=60; objective B = F x=0; prefer A >
 type Truth = BTreeMap<(String, State), Vec<(Ratio, Option<Ratio>)>>;
 
 /// A dump with values, and the true values of its rows.
-struct Case {
+pub(super) struct Case {
     program: Arc<Program>,
     preferences: Arc<Preferences>,
-    dump: Dump,
+    pub(super) dump: Dump,
     width: f64,
     truth: Truth,
 }
@@ -63,7 +63,7 @@ fn settings(scope: Scope) -> Settings {
 }
 
 impl Case {
-    fn of([model, preferences]: [&str; 2], scope: Scope, safety: Safety, reward: &str) -> Self {
+    pub(super) fn of([model, preferences]: [&str; 2], scope: Scope, safety: Safety, reward: &str) -> Self {
         let source = |text: &str| SourceFile::new("text", text);
         let mut program = lang::load(&source(model), &source("")).unwrap().program;
         let preferences = Arc::new(lang::load_preferences(&source(preferences), &mut program).unwrap());
@@ -88,7 +88,7 @@ impl Case {
     }
 
     /// Returns the condition that a dump violates.
-    fn violated(&self, dump: &Dump) -> Option<String> {
+    pub(super) fn violated(&self, dump: &Dump) -> Option<String> {
         let scope = if dump.manifest.scope == "all" { Scope::All } else { Scope::Reachable };
         let verdict = verify(&self.program, &self.preferences, HASHES, dump, settings(scope)).unwrap();
         verdict.violation.map(|violation| violation.condition)
@@ -109,7 +109,7 @@ impl Case {
     }
 
     /// Returns true if all bounds contain the true values.
-    fn is_true(&self, dump: &Dump) -> bool {
+    pub(super) fn is_true(&self, dump: &Dump) -> bool {
         let contains = |bounds: &Bounds, exact: &Ratio| {
             bounds.lower.exact().is_some_and(|lower| lower <= *exact)
                 && bounds.upper.exact().is_none_or(|upper| *exact <= upper)
@@ -155,7 +155,7 @@ fn row<'d>(dump: &'d mut Dump, state: &[i64]) -> &'d mut Row {
     dump.values.as_mut().unwrap().iter_mut().find(|row| row.state == state).unwrap()
 }
 
-fn example(name: &str) -> [String; 2] {
+pub(super) fn example(name: &str) -> [String; 2] {
     ["prism", "pref"].map(|kind| fs::read_to_string(format!("models/{name}.{kind}")).unwrap())
 }
 

@@ -217,14 +217,10 @@ fn positions(program: &Program, plane: Plane) -> Vec<(usize, Plane)> {
 
 /// Returns the player whose commands change a position; `None` if there is not exactly one.
 fn mover(program: &Program, plane: Plane) -> Option<usize> {
-    let players = program.players.as_ref()?;
     let own = |v: VarId| Some(v) == plane.row || v == plane.column;
     let changes = |c: &&meliora_model::Command| c.branches.iter().any(|b| b.updates.iter().any(|u| own(u.0)));
-    let player = |command: &meliora_model::Command| match command.action {
-        Some(action) => players.of_action.get(action).copied().flatten(),
-        None => players.of_module.get(command.module).copied().flatten(),
-    };
-    let mut movers = program.commands.iter().filter(changes).map(player);
+    let mut movers =
+        program.commands.iter().filter(changes).map(|command| program.player_of_command(command));
     let first = movers.next()??;
     movers.all(|other| other == Some(first)).then_some(first)
 }

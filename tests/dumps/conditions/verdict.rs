@@ -1,12 +1,14 @@
 //! The regions that a verdict lists, searches that were cut, and the form of the files.
 
 use std::fs;
+use std::process::Command;
 
-use meliora::certify::pictures;
+use meliora::certify::{self, pictures};
 use meliora::dump::manifest::{File, Root};
 use meliora::dump::{Diagram, Dump, Edge, read_directory, write_directory};
 use meliora::engine::{NoProgress, Scope};
 use meliora::error::Error;
+use meliora::export::read_shield;
 use meliora::planning::Safety;
 
 use super::draft::Draft;
@@ -239,4 +241,31 @@ fn pictures_are_those_of_the_regions() {
     root.dot = Some("manifest.json".to_owned());
     let name = root.name.clone();
     assert_eq!(condition(&dump), Some(expected(&name)));
+}
+
+/// Opening a named pipe would wait for somebody who writes into it.
+#[test]
+fn a_named_pipe_in_the_place_of_a_file_is_refused_at_once() {
+    let scratch = tempfile::tempdir().unwrap();
+    let path = scratch.path().join("dump");
+    let dump = one_case().dump;
+    write_directory(dump, &path, true, &NoProgress).unwrap();
+    let files: Vec<_> = fs::read_dir(&path).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert!(files.len() > 10);
+    for name in files {
+        let (file, aside) = (path.join(&name), scratch.path().join("aside"));
+        fs::rename(&file, &aside).unwrap();
+        assert!(Command::new("mkfifo").arg(&file).status().unwrap().success());
+        match certify::read(&path, &NoProgress) {
+            Err(Error::Io { message, .. }) => assert_eq!(message, "this is not a regular file"),
+            Err(other) => panic!("{other}"),
+            Ok((_, picture)) => assert!(picture.is_some() && name.to_string_lossy().ends_with(".dot")),
+        }
+        fs::remove_file(&file).unwrap();
+        fs::rename(&aside, &file).unwrap();
+    }
+    let shield = scratch.path().join("shield");
+    fs::create_dir(&shield).unwrap();
+    assert!(Command::new("mkfifo").arg(shield.join("shield.json")).status().unwrap().success());
+    assert!(matches!(read_shield(&shield), Err(Error::Io { .. })));
 }

@@ -10,7 +10,7 @@ use serde_json::Value as Json;
 use super::shop::{edge, text};
 
 /// The function with one more member or one less.
-pub(super) fn toggled(diagram: &mut Diagram, from: Edge, level: u32, bits: u64) -> Edge {
+pub(crate) fn toggled(diagram: &mut Diagram, from: Edge, level: u32, bits: u64) -> Edge {
     if level as usize == diagram.variables.len() {
         return from.complement();
     }

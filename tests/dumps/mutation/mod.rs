@@ -19,9 +19,9 @@ use meliora::planning::Safety;
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 
+pub(crate) use edits::toggled;
 use edits::{EDITS, HARMLESS, byte, field, proof, without};
-use shop::{Shop, text};
-pub(crate) use shop::{same_regions, sealed};
+pub(crate) use shop::{Named, Shop, same_regions, sealed, text};
 
 /// Two choices of one label, a deadlock, patterns of bits that are no values, constants of three kinds.
 const MODEL: &str =

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use meliora::advanced::symbolic::Encoding;
 use meliora::certify::{self, Hashes};
 use meliora::dump::manifest::{File, RootKind, SafetyMode};
-use meliora::dump::{Diagram, Dump, Edge, dddmp, read_directory};
+use meliora::dump::{Diagram, Dump, Edge, dddmp};
 use meliora::engine::{NoProgress, Scope, Settings};
 use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::{Result, SourceFile};
@@ -20,17 +20,17 @@ use meliora::planning::{Analysis, Options, Safety};
 const HASHES: Hashes<'static> = Hashes { model: "the model's", preferences: "the preferences'" };
 
 /// The options that a manifest can name.
-pub(super) type Named = (String, Safety, Option<usize>, String);
+pub(crate) type Named = (String, Safety, Option<usize>, String);
 
 /// A model with its preferences and its unedited dumps.
-pub(super) struct Shop {
+pub(crate) struct Shop {
     model: Arc<SourceFile>,
     preferences: Arc<SourceFile>,
     honest: HashMap<Named, Option<Dump>>,
 }
 
 impl Shop {
-    pub(super) fn new(model: &str, preferences: &str) -> Self {
+    pub(crate) fn new(model: &str, preferences: &str) -> Self {
         let source = |name: &str, text: &str| SourceFile::new(name, text);
         Shop {
             model: source("m.prism", model),
@@ -68,7 +68,7 @@ impl Shop {
         Some(sealed(dump))
     }
 
-    pub(super) fn honest(&mut self, named: Named) -> Option<&Dump> {
+    pub(crate) fn honest(&mut self, named: Named) -> Option<&Dump> {
         if !self.honest.contains_key(&named) {
             let dump = self.export(&named, None);
             self.honest.insert(named.clone(), dump);
@@ -77,17 +77,17 @@ impl Shop {
     }
 
     /// Returns the dump in a directory if `meliora verify` accepts it.
-    pub(super) fn verify(&self, directory: &Path) -> Option<Dump> {
-        let dump = read_directory(directory, true, &NoProgress).ok()?;
+    pub(crate) fn verify(&self, directory: &Path) -> Option<Dump> {
+        let (dump, picture) = certify::read(directory, &NoProgress).ok()?;
         let (program, preferences) = self.program(&dump.manifest.given_constants()).ok()?;
         let scope = scope_named(&dump.manifest.scope).unwrap_or_default();
         let settings = Settings { memory: 4 << 20, scope, ..Settings::default() };
         let verdict = certify::verify(&program, &preferences, HASHES, &dump, settings).ok()?;
-        verdict.violation.is_none().then_some(dump)
+        verdict.violation.or(picture).is_none().then_some(dump)
     }
 
     /// Returns true if an accepted dump is the one that `export` writes for the options that it names.
-    pub(super) fn is_harmless(&mut self, forged: &Dump) -> bool {
+    pub(crate) fn is_harmless(&mut self, forged: &Dump) -> bool {
         let said = &forged.manifest;
         let named = (said.scope.clone(), safety_of(said.safety), said.max_level, said.given_constants());
         let Some(mut honest) = self.honest(named.clone()).cloned() else { return false };
@@ -210,7 +210,7 @@ fn seal(file: &mut File, diagram: &mut Diagram, offset: u32) {
     file.sha256 = meliora::dump::directory::sha256(text(diagram).as_bytes());
 }
 
-pub(super) fn text(diagram: &Diagram) -> String {
+pub(crate) fn text(diagram: &Diagram) -> String {
     let mut bytes = Vec::new();
     dddmp::write(diagram, &mut bytes).unwrap();
     String::from_utf8(bytes).unwrap()
