@@ -33,6 +33,7 @@ mod regions;
 mod requirements;
 mod restricted;
 mod robot;
+mod shield_labels;
 mod shields;
 mod simulations;
 mod strategies;
