@@ -38,3 +38,4 @@ mod strategies;
 mod sweeps;
 mod temporal;
 mod values;
+mod verdicts;
