@@ -12,6 +12,7 @@ mod embed;
 #[path = "../common/engines.rs"]
 mod engines;
 mod examples;
+mod fewest_steps;
 mod generate;
 #[path = "../common/graphs.rs"]
 mod graphs;
