@@ -228,7 +228,7 @@ class Draw:
         if not self.chance(0.3):
             return []
         self.mark("labels")
-        names = self.rng.sample(["home", "improved", "settled", "achieved", "sasi_rank_0", "detour"], 2)
+        names = self.rng.sample(["home", "improved", "settled", "achieved", "detour"], 2)
         return [(name, self.condition()) for name in names]
 
     def condition(self):

@@ -54,7 +54,7 @@ pub(super) struct System<'a, N> {
     pub(super) first: Option<How>,
     /// A change of the equations for bounds that one step confirms.
     pub(super) margin: Option<Margin<'a>>,
-    /// For steps: the choices that may be taken.
+    /// The choices that may be taken, if not all; for steps also what they cost.
     pub(super) candidates: Option<&'a Candidates>,
 }
 
@@ -108,8 +108,8 @@ impl<'a, N: Number> System<'a, N> {
         }
     }
 
-    /// Returns whether a choice may be taken: for costs, if the improvements stay certain; for steps, if it
-    /// is a candidate.
+    /// Returns whether a choice may be taken: one of the candidates, if there are some; else for costs one with
+    /// which the improvements stay certain.
     pub(super) fn permits(&self, choice: u32) -> bool {
         if let Some(candidates) = self.candidates {
             return candidates.contains(choice);
@@ -145,9 +145,11 @@ impl<'a, N: Number> System<'a, N> {
     /// Returns the cost of a choice, by its position among the fractions; `None` if the quantity has
     /// no costs.
     pub(super) fn cost(&self, choice: u32) -> Option<u32> {
-        let has_costs = matches!(self.quantity, Quantity::Cost(_) | Quantity::Reward);
-        let steps = self.candidates.map(|candidates| candidates.cost(choice));
-        steps.or_else(|| has_costs.then(|| self.graph.cost(choice)))
+        match self.quantity {
+            Quantity::Cost(_) | Quantity::Reward => Some(self.graph.cost(choice)),
+            Quantity::Steps(_) => self.candidates.map(|candidates| candidates.cost(choice)),
+            Quantity::Probability(_) | Quantity::Number => None,
+        }
     }
 
     /// Returns the constant part of a choice that does not depend on its successors.

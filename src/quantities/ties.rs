@@ -40,6 +40,14 @@ pub(super) struct Candidates {
 }
 
 impl Candidates {
+    /// Creates a set of choices that all take a step.
+    #[cfg(test)]
+    pub(super) fn of(choices: BitVec, costs: [u32; 2]) -> Self {
+        let free = BitVec::repeat(false, choices.len());
+        Candidates { choices, free, costs }
+    }
+
+    /// Returns whether a choice is a candidate.
     pub(super) fn contains(&self, choice: u32) -> bool {
         self.choices[choice as usize]
     }
@@ -154,7 +162,8 @@ impl Solutions<'_> {
                 };
                 let spare = PRECISION * value.lower.max(1.0) - value.width();
                 let steps = ties.steps[index].get(node).map_or(f64::INFINITY, |steps| steps.upper);
-                fails |= spare < ties.loss(node, index)[usize::from(is_sure)];
+                let unknown = steps.is_infinite() || ties.pick(node, index) == NONE;
+                fails |= unknown || spare < ties.loss(node, index)[usize::from(is_sure)];
                 less = less.min(spare / (2.0 * steps));
             }
         }
