@@ -91,7 +91,7 @@ class Shield:
         }
 
     def facts(self, state, memory):
-        """What is said of each choice: permitted, makes progress, keeps the requirements; and its successors."""
+        """The facts about each choice: permitted, makes progress, keeps the requirements; and its successors."""
         permitted, progress = self.permitted(state, memory)
         if state in self.analysis.whole.theirs:
             permitted, progress = {choice.name for choice in self.analysis.whole.choices[state]}, set()

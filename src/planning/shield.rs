@@ -12,7 +12,7 @@
 //! where none does, all actions.
 //!
 //! An action is a label, and stands for each choice with this label: the system may take any of them.
-//! So an action is permitted only if all its choices are. Where the strategy makes progress, some
+//! An action is permitted only if all its choices are. Where the strategy makes progress, some
 //! action makes progress with each of its choices. Everything that a node says then holds for every
 //! choice of every permitted action. A strategy that has no such actions in some state has no shield.
 //!

@@ -54,7 +54,7 @@ pub(super) struct System<'a, N> {
     pub(super) first: Option<How>,
     /// A change of the equations for bounds that one step confirms.
     pub(super) margin: Option<Margin<'a>>,
-    /// The choices that may be taken, if not all; for steps also what they cost.
+    /// The choices that may be taken, if not all; for steps also their costs.
     pub(super) candidates: Option<&'a Candidates>,
 }
 

@@ -1,4 +1,4 @@
-//! What `strategy` says of states where nothing is guaranteed, and of formulas that are satisfied at once.
+//! `strategy` at states where nothing is guaranteed, and for formulas that are satisfied at once.
 
 use serde_json::{Value, json};
 
@@ -54,7 +54,7 @@ fn an_unsafe_state_has_no_value_and_no_action_leads_to_it() {
     }
 }
 
-/// No leaf is decided before the first step, but their disjunction is.
+/// The disjunction is decided before the first step, but none of its leaves is.
 #[test]
 fn a_disjunction_of_which_one_part_must_come_true_is_achieved_at_once() {
     let model =

@@ -1,5 +1,5 @@
 //! Shields of models in which several choices have one label: everything that a node says holds for
-//! each choice of each permitted label, or there is no shield.
+//! each choice of each permitted label; other shields are refused.
 
 use std::collections::BTreeSet;
 
@@ -207,7 +207,7 @@ fn commands(world: &World) -> String {
     world.iter().enumerate().map(of).collect()
 }
 
-/// What is pursued is achieved almost surely, whatever choices of the permitted labels are taken.
+/// A pursued objective is achieved almost surely, whatever choices of the permitted labels are taken.
 #[test]
 fn what_is_pursued_is_achieved_by_every_choice_of_every_permitted_label() {
     let aims = [

@@ -21,7 +21,7 @@ impl Monitoring<'_> {
     }
 
     /// Returns the condition that the monitors are in a joint state from which every word satisfies a
-    /// condition, but no leaf decides it; `None` if there is no such state, or if the joint states are too many.
+    /// condition, but no leaf decides it; `None` without such states, or if the joint states are too many.
     fn jointly_decided(&mut self, condition: &Condition<ExprId>) -> Option<ExprId> {
         let marks: Vec<ExprId> = condition.marks().into_iter().collect::<BTreeSet<_>>().into_iter().collect();
         if marks.len() == condition.marks().len() && marks.len() < 2 {
