@@ -22,9 +22,10 @@ use crate::values::as_dict;
 /// whatever the environment does, as long as it behaves as the model says. While `ahead` is
 /// greater than 0, the permitted actions are those of the permissive strategy of the level: for
 /// "sasi", an agent that takes each of them again and again improves almost surely. Where `secure` is
-/// False, the permitted actions are those of the strategy or those that the safety mode keeps; all, if
-/// there are none. Steps are compared as the safety mode says: with "action", with the state before
-/// the step; with "prefix", with the reference.
+/// False, the permitted actions are those of the strategy or those that the safety mode keeps; if there
+/// are none, those that keep the requirements, and all in an unsafe state. An action is permitted only
+/// if all choices with its label are, so the promise holds for each of these. Steps are compared as the
+/// safety mode says: with "action", with the state before the step; with "prefix", with the reference.
 ///
 /// The shield of a game keeps its promise against every opponent, even one that knows the shield and our
 /// next action. In a state of the opponent everything is permitted, and the episode follows its steps.

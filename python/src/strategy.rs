@@ -288,6 +288,7 @@ impl Strategy {
 
     /// Returns an action mask for reinforcement learning: a Boolean array with an entry for each of
     /// `actions`; None for the labels of the model in the order of `Model.actions`. Needs NumPy.
+    /// An entry is True if some choice with the label is permitted; a shield wants all of them.
     ///
     /// This is for start states; use `play` to follow a run.
     #[pyo3(signature = (state, actions=None, which="permitted"))]

@@ -381,3 +381,12 @@ def test_the_wrapper_passes_the_check_of_gymnasium() -> None:
     # Later calls do not change the result of an earlier one.
     _, first = env.reset(seed=1)
     assert first["action_mask"] is not env.reset(seed=1)[1]["action_mask"]
+
+
+def test_a_label_that_may_violate_a_requirement_is_refused_with_its_state() -> None:
+    model = meliora.Model.from_string(
+        "mdp module m s : [0..2] init 0; [b] s=0 -> (s'=1); [b] s=0 -> (s'=2); [c] s=0 -> (s'=1); endmodule"
+    )
+    found = model.check(meliora.Preferences.from_string("objective A = F s=0; require G !(s=1);"))
+    with pytest.raises(meliora.UsageError, match=r"in the state s=0, `b\(m#2\)` keeps the requirements"):
+        found.strategy("sasi").shield()

@@ -93,8 +93,6 @@ class Analysis:
         if self.classes[state] is None or self.safety != "prefix":
             return False
         arena = self.arenas[self.classes[state]]
-        if not any(arena.moves[s] for s, own in enumerate(self.classes) if own == self.classes[state]):
-            return False  # nowhere can planning start with this reference
         return not all(arena.moves[to] for to in choice.to)
 
     # Bounded: the cache keeps the objects whose methods it remembers.

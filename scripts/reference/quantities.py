@@ -19,6 +19,11 @@ class Move:
     loses: bool
 
 
+def attaining(actions, values, node):
+    """The actions of a node with the best value, by their names; those of a junction by whether they count."""
+    return {action.name or action.ends for action in actions[node] if action.value(values) == values[node]}
+
+
 class Quantities:
     """The quantities of an analysis; a step costs what a reward structure says."""
 
@@ -45,9 +50,9 @@ class Quantities:
         """The node of a state with which planning starts; it need not exist."""
         return (self.classes[state], state) if self.prefix else state
 
-    def actions(self, counted, is_cost=False):
-        """The actions of all nodes. `counted(state)` is the value of an improving step, or None if the
-        improvement cannot be counted. Under `prefix` an improving step enters a node of its own, where
+    def actions(self, counted, is_cost=False, is_steps=False):
+        """The actions of all nodes; each costs what the structure says, or 1 for steps. `counted(state)` is the value
+        of an improving step, or None if the improvement cannot be counted. Under `prefix` an improving step enters a node of its own, where
         the play may also go on in the old arena."""
         actions = {}
         for node, moves in self.moves.items():
@@ -55,7 +60,7 @@ class Quantities:
             for move in moves:
                 if is_cost and move.loses:
                     continue
-                action = Action(move.cost if is_cost else ZERO, [], False, move.name)
+                action = Action(move.cost if is_cost else ONE if is_steps else ZERO, [], move.loses, move.name)
                 for p, state, improves in move.edges:
                     end = counted(state) if improves else None
                     to = (node[0], state) if self.prefix else state
@@ -99,6 +104,25 @@ class Quantities:
             for node, options in self.actions(counted, is_cost=True).items():
                 if node in sure:
                     actions[node] = [a for a in options if all(to in sure for _, to in a.edges)]
+            before = cheapest(actions)
+            found.append((before, actions))
+        return found
+
+    def steps(self, probabilities, costs):
+        """[(T_k, its actions) for k = 1, 2, ...]: the least expected number of steps until k improvements or until
+        fewer are possible, by the choices that attain C_k where P_k = 1, and P_k elsewhere."""
+        found, before = [], None
+        for (chances, likely), (paid, cheap) in zip(probabilities, costs):
+            below = before or {}
+            tied = {node: attaining(likely, chances, node) for node, p in chances.items() if p}
+            tied.update({node: attaining(cheap, paid, node) for node in paid})
+            actions = {}
+            for node, options in self.actions(lambda state: below.get(self.own(state), ZERO), is_steps=True).items():
+                for action in options if node in tied else ():
+                    if (action.name or action.ends) in tied[node]:
+                        action.ends = action.ends or any(to not in tied for _, to in action.edges)
+                        action.edges = [(p, to) for p, to in action.edges if to in tied]
+                        actions.setdefault(node, []).append(action)
             before = cheapest(actions)
             found.append((before, actions))
         return found

@@ -16,9 +16,9 @@ class Memory:
 class Label:
     """The choices of a node with one label."""
 
-    every: bool  # whether the strategy permits all of them
-    some: bool
-    progress: bool  # whether a permitted one makes progress
+    permitted: bool  # whether the strategy permits all of them
+    progress: bool  # whether each of them makes progress
+    keeps: bool  # whether no successor is unsafe
     to: frozenset  # their successors
 
 
@@ -82,21 +82,45 @@ class Shield:
 
     def labels(self, state, memory):
         """The labels of a node by name. In a state of the opponent all are permitted, and none makes progress."""
+        found = {}
+        for name, facts in self.facts(state, memory).items():
+            found.setdefault(name.split("(")[0], []).append(facts)
+        return {
+            name: Label(*(all(facts[n] for facts in own) for n in range(3)), frozenset().union(*(f[3] for f in own)))
+            for name, own in found.items()
+        }
+
+    def facts(self, state, memory):
+        """The facts about each choice: permitted, makes progress, keeps the requirements; and its successors."""
         permitted, progress = self.permitted(state, memory)
         if state in self.analysis.whole.theirs:
             permitted, progress = {choice.name for choice in self.analysis.whole.choices[state]}, set()
-        found = {}
-        for choice in self.analysis.whole.choices[state]:
-            found.setdefault(choice.name.split("(")[0], []).append(choice)
         return {
-            name: Label(
-                all(c.name in permitted for c in own),
-                any(c.name in permitted for c in own),
-                any(c.name in progress for c in own),
-                frozenset(t for c in own for t in c.to),
-            )
-            for name, own in found.items()
+            c.name: (c.name in permitted, c.name in progress, all(self.classes[t] is not None for t in c.to), set(c.to))
+            for c in self.analysis.whole.choices[state]
         }
+
+    def is_told_apart(self, state, memory):
+        """Whether labels suffice: where some choice is permitted, makes progress or, if none is permitted in a safe
+        state, keeps the requirements, all choices of some label do."""
+        if state in self.analysis.whole.theirs:
+            return True
+        choices, labels = self.facts(state, memory).values(), self.labels(state, memory).values()
+        needed = [0, 1] + [2] * (self.classes[state] is not None and not any(facts[0] for facts in choices))
+        fits = [label.permitted for label in labels], [label.progress for label in labels], [l.keeps for l in labels]
+        return all(any(fits[n]) or not any(facts[n] for facts in choices) for n in needed)
+
+    def is_separable(self):
+        """Whether labels suffice in every state with memory that some path reaches."""
+        todo = [(state, self.start(state)) for state in self.analysis.mdp.states]
+        known = set(todo)
+        for state, memory in todo:  # grows while we walk it
+            if not self.is_told_apart(state, memory):
+                return False
+            after = {(to, self.after(state, memory, to)) for c in self.analysis.whole.choices[state] for to in c.to}
+            todo += after - known
+            known |= after
+        return True
 
     def permitted(self, state, memory):
         """The names of the permitted choices, and of those that make progress."""

@@ -1,10 +1,11 @@
 """Sections 5 and 10: what the strategies do in a state where planning starts."""
 
 import functools
+import itertools
 from dataclasses import dataclass, replace
 
 from reference.games import conditions_in_game
-from reference.leaves import conditions
+from reference.leaves import cases, conditions
 from reference.model import Mdp, almost_sure, layers
 from reference.product import secured
 
@@ -151,9 +152,8 @@ def pursuit(analysis, objective, reference=None):
 
 
 def achieved(analysis, objective, state, every=True):
-    """Whether an objective is achieved when a path has come to a state: the state is in F_i, or the path up to it shows
-    that the formula is satisfied, leaf by leaf. It may do so for every truth value of the conditions, or only because
-    some conditions are never true together."""
+    """Whether an objective is achieved when a path has come to a state: the state is in F_i, or all words that continue
+    the path satisfy the formula. They may be all words, or only those of letters that are possible."""
     if not analysis.play:
         return state in analysis.targets[objective]
     parts = conditions_in_game if analysis.program.players else conditions
@@ -162,18 +162,59 @@ def achieved(analysis, objective, state, every=True):
 
 @functools.lru_cache(maxsize=256)
 def achieving(analysis, condition, every):
-    """The states up to which a path shows that a Boolean combination of leaves is satisfied."""
-    if condition[0] in ("and", "or"):
-        first, second = (achieving(analysis, part, every) for part in condition[1:])
-        return first & second if condition[0] == "and" else first | second
-    (kind, formula), product = condition, analysis.product
-    place = [monitor.formula for monitor in product.monitors].index(formula)
-    monitor, program, letters = product.monitors[place], analysis.program, None
+    """The states up to which a path shows that a Boolean combination of leaves is satisfied: no word that follows
+    satisfies a case of the negation."""
+    product, program = analysis.product, analysis.program
+    leaves = {formula for case in cases(condition) for _, formula in case}
+    places = [place for place, monitor in enumerate(product.monitors) if monitor.formula in leaves]
+    watched = [product.monitors[place] for place in places]
+    at = {s: tuple(product.read(s)[0][place] for place in places) for s in product.mdp.states}
+    names = sorted({name for monitor in watched for name in monitor.atoms})
+    values = itertools.product((False, True), repeat=len(names))
     if not every:
-        states = program.all_states()
-        letters = {monitor.letter(lambda name, s=s: program.compile(name)(s)) for s in states}
-    settled = monitor.settled(kind == "again", letters)
-    return {s for s in product.mdp.states if product.read(s)[0][place] in settled}
+        values = {tuple(bool(program.compile(name)(s)) for name in names) for s in program.all_states()}
+    letters, steps, todo = [dict(zip(names, signs)) for signs in values], {}, list(at.values())
+    while todo:
+        here = todo.pop()
+        if here not in steps:
+            read = [[m.read(s, m.letter(letter.get)) for m, s in zip(watched, here)] for letter in letters]
+            steps[here] = {
+                (tuple(s for s, _ in own), frozenset(m.formula for m, (_, marked) in zip(watched, own) if marked))
+                for own in read
+            }
+            todo += [to for to, _ in steps[here]]
+    refuting = set().union(*(repeated(steps, case) for case in cases(contrary(condition))))
+    return {s for s in at if not refuting & followed(steps, at[s], lambda marks: True)}
+
+
+def contrary(condition):
+    """The negation of a combination of leaves."""
+    if condition[0] in ("and", "or"):
+        return ("or" if condition[0] == "and" else "and", *map(contrary, condition[1:]))
+    return ("finally" if condition[0] == "again" else "again", condition[1])
+
+
+def repeated(steps, case):
+    """The joint states on cycles with all marks that a case wants again and again, and none that must cease."""
+    again, off = ({formula for kind, formula in case if kind == wanted} for wanted in ("again", "finally"))
+    after = {s: followed(steps, s, off.isdisjoint) for s in steps}
+    found = set()
+    for s, reached in after.items():
+        cycle = {t for t in reached if s in after[t]}
+        inside = [marks for t in cycle for to, marks in steps[t] if to in cycle and off.isdisjoint(marks)]
+        if inside and again <= set().union(*inside):
+            found |= cycle
+    return found
+
+
+def followed(steps, start, fits):
+    """The joint states that steps with fitting marks lead to, with the first one."""
+    found, todo = {start}, [start]
+    while todo:
+        new = {to for to, marks in steps[todo.pop()] if fits(marks)} - found
+        found |= new
+        todo += new
+    return found
 
 
 def pursued(analysis, state, named=None):

@@ -281,17 +281,6 @@ class Monitor:
             self.told = {s: tuple(self.accepts(s, *ending) for ending in endings) for s in self.steps()}
         return self.told
 
-    def settled(self, mark, letters=None):
-        """The states from which all letters of all words are marked, or none is; the words have some letters only."""
-        letters = letters or list(itertools.product((False, True), repeat=len(self.atoms)))
-        found, before = self.steps().keys(), None
-        while found != before:
-            before = found
-            found = {
-                s for s in before if all(to in before and m is mark for to, m in (self.read(s, a) for a in letters))
-            }
-        return found
-
     def refuted(self):
         """The states after which no word satisfies the formula, if it is safe."""
         steps = self.steps()

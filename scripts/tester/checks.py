@@ -174,13 +174,15 @@ def level_of(context, node, named, level):
 
 
 def choices(context):
-    """`--choose likely` and `cheap`: the chosen action attains the value."""
+    """`--choose likely` and `cheap`: the chosen action attains the value, in the fewest steps."""
     for choose, kind in (("likely", "spi"), ("cheap", "sasi")):
         reward = context.program.settings("reward") if choose == "cheap" else []
         answers = context.strategy("--choose", choose, "--levels", str(LEVELS), *reward)
         for name, entry in answers.items():
             node = context.quantities.own(context.relation.one(name))
             choice_of(context, choose, dict(name), node, entry)
+            if not context.is_rare():
+                fewest_of(context, choose, dict(name), node, entry)
 
 
 def is_near(value, best):
@@ -207,6 +209,15 @@ def choice_of(context, choose, named, node, entry):
     values = {a.name: a.value(table) for a in actions[node]}
     best = [name for name, v in values.items() if v not in (None, math.inf) and is_near(v, table[node])]
     context.same(f"{choose} action of {named}", True, entry["chosen_action"] in best)
+
+
+def fewest_of(context, choose, named, node, entry):
+    """Of the actions that attain the value, the chosen one needs the fewest steps."""
+    k = entry["attains"]["improvements"] if entry["attains"] else 0
+    table, actions = context.steps[choose][k - 1] if k else ({}, {})
+    if node in table:
+        value = next((a.value(table) for a in actions[node] if a.name == entry["chosen_action"]), None)
+        context.same(f"{choose} needs the fewest steps from {named}", True, value is not None and is_near(value, table[node]))
 
 
 ALL = {"model": model, "check": counts, "initial": initial, "strategy": strategies, "values": values, "choose": choices}

@@ -124,6 +124,13 @@ class Context:
     def costs(self):
         return self.quantities.costs(self.probabilities)
 
+    @functools.cached_property
+    def steps(self):
+        """The least expected numbers of steps with which choices by value attain it."""
+        plain = Quantities(self.analysis)
+        costs = {"cheap": self.costs, "likely": plain.costs(self.probabilities)}
+        return {choose: plain.steps(self.probabilities, paid) for choose, paid in costs.items()}
+
     def features(self):
         """What the reference finds in the case."""
         analysis = self.analysis

@@ -19,6 +19,7 @@ class Case:
     commands: list  # of (module, text)
     starts: list  # of conditions, for `init … endinit`; empty: the initial values
     rewards: list  # items of the structure "cost"
+    labels: list  # of (name, condition)
     objectives: list  # of (name, formula)
     preferences: list  # statements
     required: list  # formulas
@@ -29,7 +30,7 @@ class Case:
     fault: str = ""  # the mistake in the players, if there is one
     features: set = field(default_factory=set)
 
-    LISTS = ("commands", "starts", "rewards", "objectives", "preferences", "required")
+    LISTS = ("commands", "starts", "rewards", "labels", "objectives", "preferences", "required")
 
     @property
     def players(self):
@@ -61,6 +62,7 @@ class Case:
             lines += [f"  {text}" for module, text in self.commands if module == "n"] + ["endmodule"]
         if self.rewards:
             lines += ["", 'rewards "cost"', *(f"  {item}" for item in self.rewards), "endrewards"]
+        lines += ["", *(f'label "{name}" = {condition};' for name, condition in self.labels)]
         if self.starts:
             lines += ["", f"init {' | '.join(self.starts)} endinit"]
         return "\n".join([*lines, ""])
@@ -99,7 +101,7 @@ class Draw:
             self.plant(here, commands, objectives)
         case = Case(
             self.seed, kind, self.owners, self.size, self.flag, commands, self.starts(), self.rewards(commands),
-            objectives, self.preferences(drawn), self.requirements(), self.coalition(0.4), rng.choice(EMPTIES),
+            self.names(), objectives, self.preferences(drawn), self.requirements(), self.coalition(0.4), rng.choice(EMPTIES),
             "play" if self.play else rng.choice(["", "state"]), self.settings(), self.fault(commands),
         )  # fmt: skip
         if case.fault == "unknown player":
@@ -220,6 +222,14 @@ class Draw:
         if any(item.endswith(" 0;") for item in items):
             self.mark("reward of 0")
         return items
+
+    def names(self):
+        """Labels of the model. A strategy's model has some of these names for itself."""
+        if not self.chance(0.3):
+            return []
+        self.mark("labels")
+        names = self.rng.sample(["home", "improved", "settled", "achieved", "detour"], 2)
+        return [(name, self.condition()) for name in names]
 
     def condition(self):
         rng, x = self.rng, self.rng.randint(min(1, self.size), self.size)

@@ -49,7 +49,8 @@ def labels_of(context):
         for state in set(analysis.whole.states) - analysis.mdp.unsafe:
             rank = analysis.levels(kind).rank(state)
             found.setdefault(f"{kind}_rank_{rank}", set()).add(state)
-    return {name.translate(str.maketrans("-:+", "___")): states for name, states in found.items()}
+    found = {name.translate(str.maketrans("-:+", "___")): states for name, states in found.items()}
+    return found | {name: analysis.whole.where(condition) for name, condition in context.case.labels}
 
 
 def by_labels(context, counts):

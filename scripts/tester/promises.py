@@ -287,6 +287,7 @@ def induced(context):
     found = read_induced(context, folder / f"{kind}-{variant}")
     if found is None:
         return
+    labels_of_the_model(context, kind, found)
     if not (context.is_game and variant == "permissive"):  # the only ones that are games again
         in_other_formats(context, f"{kind}-{variant}", options)
     if context.is_game and context.analysis.play:
@@ -304,6 +305,16 @@ def induced(context):
             s for s in found.mdp.initial if ranked.rank(found.of[s]) != 0 or context.analysis.classes[found.of[s]]
         ]
         satisfied(context, found, wanted, range(len(context.names)))
+
+
+def labels_of_the_model(context, kind, found):
+    """A strategy's model keeps the labels of the model; one with a name of its own has `_2` after it."""
+    own = {"improved", "settled", *(("achieved", "committed") if kind in ("plan", "achieve") else ())}
+    for name, condition in context.case.labels:
+        holds, written = context.analysis.whole.where(condition), f"{name}_2" if name in own else name
+        expected = {s for s in found.mdp.states if found.of[s] in holds}
+        got = {s for s in found.mdp.states if written in found.facts[s]["labels"]}
+        context.same(f"states with the label {written} of {kind}", expected, got)
 
 
 def in_other_formats(context, stem, options):

@@ -15,7 +15,8 @@ MOST_WALKED = 120  # nodes of a shield that are reached step by step
 def shields(context, meliora, strategy):
     """A shield, read back from disk, permits in every node what its definition says."""
     made, shield, nodes = saved(context, meliora, strategy)
-    if made is None:
+    separable = Shield(context.analysis, strategy.kind).is_separable()
+    if not context.same(f"labels suffice for a shield of {strategy.kind}", separable, made is not None) or not made:
         return
     table = Table(context, nodes, strategy.kind)
     table.compare()
@@ -136,6 +137,7 @@ class Table:
         for v, found in self.at.items():
             for state, memory in found:
                 self.permits(v, state, memory, secure)
+        self.promises(secure)
 
     def node(self, v, state, memory):
         """Compares what a node says of itself. Returns the nodes that follow, with those of the reference."""
@@ -183,7 +185,7 @@ class Table:
     def stays(self, v, secure):
         labels, actions = self.machine.labels(*self.at[v][0]), self.labels(v)
         if self.is_at_rest(v):
-            kept = [name for name, own in labels.items() if own.some and (own.every or not is_told_apart(labels))]
+            kept = [name for name, own in labels.items() if own.permitted]
             return any(self.enters(v, actions[name], secure) for name in kept)
         taken = [action for action in actions.values() if action["permitted"]]
         return bool(taken) and all(self.enters(v, action, secure) for action in taken)
@@ -197,37 +199,61 @@ class Table:
         """The permitted labels of a node."""
         labels, actions = self.machine.labels(state, memory), self.labels(v)
         where = f"node {v} of {self.kind}, {self.state(v)}, {memory}"
-        wanted = [name for name, own in labels.items() if own.every]
-        at_rest = v in secure and self.is_at_rest(v)
-        if not is_told_apart(labels):
-            return self.permits_together(where, labels, set(self.permitted(v)), at_rest)
-        if at_rest:
+        wanted = [name for name, own in labels.items() if own.permitted]
+        if v in secure and self.is_at_rest(v):
             wanted = [name for name in wanted if self.enters(v, actions[name], secure)]
-        keeping = self.keeping(labels)
+        keeping = [name for name, own in labels.items() if own.keeps]
         self.context.same(f"permitted of {where}", sorted(wanted or keeping or labels), self.permitted(v))
 
-    def keeping(self, labels):
-        """The labels by which no successor is unsafe."""
-        classes = self.context.analysis.classes
-        return {name for name, own in labels.items() if all(classes[t] is not None for t in own.to)}
+    def promises(self, secure):
+        """What the nodes promise holds whatever choices of the permitted labels, and of the opponent, are taken."""
+        context, steps = self.context, {v: self.steps(v) for v, found in self.at.items() if found}
+        for v in secure:
+            entered = {to for choices in steps[v].values() for nodes in choices for to in nodes}
+            kept = all(self.machine.keeps(*self.at[v][0], *self.at[to][0]) for to in entered)
+            where = f"node {v} of {self.kind}, {self.state(v)}"
+            context.same(f"every permitted choice is secure in {where}", True, kept and entered <= secure)
+        ahead = {v for v in steps if self.nodes[v]["ahead"] != 0}
+        context.same(f"nodes of {self.kind} whose improvements every choice makes", ahead, self.improving(steps, ahead))
 
-    def permits_together(self, where, labels, permitted, at_rest):
-        """A label of which only some choices may be taken: it is permitted where no other one makes progress, if no
-        choice of it enters an unsafe state."""
-        context, keeping = self.context, self.keeping(labels)
-        some, every = ({n for n, own in labels.items() if getattr(own, what)} for what in ("some", "every"))
-        if not at_rest:
-            most = some & keeping or keeping or set(labels)
-            context.same(f"permitted at most of {where}", set(), permitted - most)
-            context.same(f"permitted at least of {where}", set(), every - permitted)
-        if any(labels[name].progress for name in every):
-            context.same(f"permitted of {where}", every, permitted)
-        context.same(f"something is permitted in {where}", True, bool(permitted))
+    def steps(self, v):
+        """The nodes that each choice of each permitted label may enter."""
+        state, _ = self.at[v][0]
+        places = {name: {self.plain(to): to for to in a["next"]} for name, a in self.labels(v).items()}
+        found, whole = {name: [] for name in self.permitted(v)}, self.context.analysis.whole
+        for choice in whole.choices[state]:
+            if label(choice.name) in found:
+                plain = [key(self.context.source.named(whole.plain(t))) for t in choice.to]
+                found[label(choice.name)].append({places[label(choice.name)][name] for name in plain})
+        return found
 
+    def improving(self, steps, ahead):
+        """The nodes from which permitted labels, taken at random, make the next improvement almost surely (SASI) or
+        possibly (SPI), whoever chooses among the choices of a label."""
 
-def is_told_apart(labels):
-    """Whether the strategy permits all choices of each label, or none."""
-    return all(own.every or not own.some for own in labels.values())
+        def leads(v, nodes, ends):
+            return any(to in ends or self.improves(v, to) for to in nodes)
+
+        def stays(v, nodes):
+            return self.kind == "spi" or all(to in won or self.improves(v, to) for to in nodes)
+
+        won, before = set(ahead), None
+        while won != before:
+            before, won = won, {v for v in won if all(stays(v, nodes) for own in steps[v].values() for nodes in own)}
+            near, last = set(), None
+            while near != last:
+                last = set(near)
+                for v in won - last:
+                    every = all if self.at[v][0][0] in self.context.analysis.whole.theirs else any
+                    if every(all(leads(v, nodes, near) for nodes in own) for own in steps[v].values()):
+                        near.add(v)
+            won = near
+        return won
+
+    def improves(self, v, to):
+        """Whether a step is an improvement after which the others are still ahead."""
+        left = [math.inf if self.nodes[w]["ahead"] is None else self.nodes[w]["ahead"] for w in (v, to)]
+        return self.machine.counts(*self.at[v][0], self.at[to][0][0]) and left[1] >= left[0] - 1
 
 
 def answers(context, table, meliora, shield):

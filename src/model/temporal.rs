@@ -92,6 +92,16 @@ impl<M: Clone + Ord> Condition<M> {
         }
     }
 
+    /// Returns whether the condition holds if some leaves hold.
+    pub fn holds(&self, leaf: &impl Fn(Asks, &M) -> bool) -> bool {
+        match self {
+            Condition::Constant(value) => *value,
+            Condition::Leaf(asks, mark) => leaf(*asks, mark),
+            Condition::All(parts) => parts.iter().all(|part| part.holds(leaf)),
+            Condition::Any(parts) => parts.iter().any(|part| part.holds(leaf)),
+        }
+    }
+
     /// Returns the marks of all leaves.
     pub fn marks(&self) -> Vec<M> {
         match self {

@@ -233,10 +233,8 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             Some(strategy) => Some((has(&strategy.permissive)?, has(&strategy.progress)?)),
             None => None,
         };
-        let outside = match self.arena(memory) {
-            Some(arena) if !kept => {
-                position(&successors, |s| Ok(!engine.contains(&arena.states, &s.state)?))?
-            }
+        let outside = match self.safe_states(here)? {
+            Some(safe) if !kept => position(&successors, |s| Ok(!engine.contains(safe, &s.state)?))?,
             _ => None,
         };
         let exposed = match kept || self.program.players.is_none() {
@@ -261,6 +259,19 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         };
         let distance = if theirs { self.distance(memory, &successors)? } else { None };
         Ok(Action { name, kept, permitted, progress, verdict, threat, distance, successors })
+    }
+
+    /// Returns the states that paths may visit: those of the arena or, at a state of the opponent of which the
+    /// class has none, those from which nothing needs to weaken the class.
+    fn safe_states(&self, here: &Here<'_>) -> Result<Option<&E::States>> {
+        if let Some(arena) = self.arena(here.memory) {
+            return Ok(Some(&arena.states));
+        }
+        let Some(class) = self.classes.of(&*self.engine, here.state)?.filter(|_| here.theirs) else {
+            return Ok(None);
+        };
+        let known = &self.improvement.unsafe_classes;
+        Ok(known.iter().find(|(unsafe_class, _)| *unsafe_class == class).map(|(_, safe)| safe))
     }
 
     /// Returns [`Action::distance`] of an action of the opponent. Cost: no image once the strategy is

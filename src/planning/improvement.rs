@@ -65,12 +65,17 @@ pub struct Improvement<E: Engine> {
     /// The bad states of a game under [`Safety::Action`]: those of the opponent in which no choice is kept,
     /// because one of them may weaken, or may lead to a bad state. `None` for other models and modes.
     pub bad: Option<E::States>,
+    /// In a game under [`Safety::Prefix`], Safe_c of each class c of which no state is safe, by the
+    /// position of the class. Planning starts in none of its states, but the opponent may move there.
+    pub unsafe_classes: Vec<(usize, E::States)>,
 }
 
 impl<E: Engine> Portable<E> for Improvement<E> {
     fn ported(&self, port: &mut Port<E>) -> Self {
         let bad = self.bad.as_ref().map(|states| port.states(states));
-        Improvement { safety: self.safety, arenas: self.arenas.ported(port), bad }
+        let unsafe_classes =
+            self.unsafe_classes.iter().map(|(class, safe)| (*class, port.states(safe))).collect();
+        Improvement { safety: self.safety, arenas: self.arenas.ported(port), bad, unsafe_classes }
     }
 }
 
@@ -78,10 +83,17 @@ impl<E: Engine> Improvement<E> {
     /// Computes the arenas of the improvement MDP under `safety`. Cost: one pre-image per class
     /// with distinct Worse(c); under `prefix` one `stay_within` per class.
     pub fn new(engine: &E, classes: &Classes<E>, safety: Safety) -> Result<Self> {
-        let arenas = safety.arenas(engine, classes)?;
+        let (mut arenas, mut unsafe_classes) = (Vec::new(), Vec::new());
+        for arena in safety.arenas(engine, classes)? {
+            match unsafe_class(engine, classes, &arena)? {
+                None => arenas.push(arena),
+                Some(class) if engine.is_game() => unsafe_classes.push((class, arena.states)),
+                Some(_) => {}
+            }
+        }
         let bad =
             if engine.is_game() && !safety.has_reference() { Some(bad(engine, &arenas)?) } else { None };
-        Ok(Improvement { safety, arenas, bad })
+        Ok(Improvement { safety, arenas, bad, unsafe_classes })
     }
 
     /// Returns the position of the arena in which planning starts in a state of a class. `None` if no
@@ -114,6 +126,13 @@ impl<E: Engine> Improvement<E> {
         let states = engine.count(&all)? * 2u32;
         Ok(Some(Sizes { states, transitions: (total - &lost) * 2u32, dropped: lost }))
     }
+}
+
+/// Returns the reference class of an arena if no state of the class is in it.
+fn unsafe_class<E: Engine>(engine: &E, classes: &Classes<E>, arena: &Arena<E>) -> Result<Option<usize>> {
+    let Some(class) = arena.reference else { return Ok(None) };
+    let own = engine.intersection(&arena.states, &classes.list[class].states)?;
+    Ok(engine.is_empty(&own)?.then_some(class))
 }
 
 /// Computes the arena under [`Safety::Action`]: all enabled choices minus ⋃ over c of [c] ∩
@@ -191,9 +210,6 @@ pub(super) fn prefix<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Vec<
     let mut arenas = Vec::new();
     for (reference, (class, (_, safe))) in classes.list.iter().zip(jobs).enumerate() {
         let Some(safe) = safe else { continue };
-        if engine.is_empty(&engine.intersection(&safe.states, &class.states)?)? {
-            continue;
-        }
         let goal = engine.intersection(&class.better, &safe.states)?;
         let edge_labels = vec![EdgeLabels::new(safe.states.clone(), goal, engine.no_states())];
         let Region { states, choices } = safe;

@@ -8,7 +8,13 @@
 //! the reference by an improvement only }, where a node of level 0 permits the actions that do.
 //!
 //! In a node that is not secure, a shield permits the actions of the permissive strategy or the
-//! kept ones, and all actions if there are none.
+//! kept ones. If there are none, it permits those that keep the requirements, and in an unsafe state,
+//! where none does, all actions.
+//!
+//! An action is a label, and stands for each choice with this label: the system may take any of them.
+//! An action is permitted only if all its choices are. Where the strategy makes progress, some
+//! action makes progress with each of its choices. Everything that a node says then holds for every
+//! choice of every permitted action. A strategy that has no such actions in some state has no shield.
 //!
 //! In a game, a shield permits all actions of a state of the opponent: it forbids nothing there, and an
 //! episode follows the step that the opponent takes. So these nodes are secure if each of their actions
@@ -153,7 +159,7 @@ impl Shield {
     /// # Errors
     /// The errors of [`FiniteMemoryStrategy::explain`]; [`Limit::Size`] if there are more than
     /// `limit` nodes; [`Error::Usage`] for strategies that choose by value, with `safety = transition`,
-    /// and if choices with one label cannot be permitted together.
+    /// and if in some state choices with one label would have to be told apart.
     pub fn new<E: Engine>(strategy: &mut FiniteMemoryStrategy<E>, limit: usize) -> Result<Self> {
         strategy.fits_shields()?;
         let mut builder = Builder {
@@ -172,11 +178,6 @@ impl Shield {
         }
         let mut shield = builder.finish(starts);
         shield.secure();
-        let together = |fault| {
-            let advice = "a shield permits choices with one label together; give them different labels";
-            Error::Usage(format!("{fault}: {advice}"))
-        };
-        shield.check_pursuit().map_err(together)?;
         Ok(shield)
     }
 
@@ -204,13 +205,6 @@ impl Shield {
             if node.secure && node.is_at_rest() {
                 node.actions.iter_mut().zip(keeps).for_each(|(action, keeps)| action.permitted &= keeps);
             }
-            if node.actions.iter().all(|action| !action.permitted) {
-                let nodes = &self.nodes;
-                let keeps = |a: &ShieldAction| a.next.iter().all(|&to| nodes[to].class.is_some());
-                let keeping: Vec<bool> = nodes[v].actions.iter().map(keeps).collect();
-                permit(&mut self.nodes[v].actions, &keeping);
-            }
-            let node = &mut self.nodes[v];
             if !node.actions[node.pick].permitted {
                 node.pick = node.actions.iter().position(|action| action.permitted).unwrap_or_default();
             }
@@ -298,23 +292,23 @@ impl<E: Engine> Builder<'_, E> {
             Rank::Unbounded => None,
         };
         let mut labels = Vec::<Labelled>::new();
-        for action in &at.actions {
+        for (position, action) in at.actions.iter().enumerate() {
             let number = self.label(&action.name);
             let place =
                 position_or_push(&mut labels, |known| known.action == number, || Labelled::new(number));
-            labels[place].add(&at, action);
+            labels[place].choices.push(position);
             for successor in &action.successors {
                 labels[place].next.push(self.enter(successor.state.clone(), successor.next)?);
             }
         }
         let theirs = at.is_theirs();
-        if !theirs && ahead != Some(0) && !labels.iter().any(|label| label.progress && label.keeps) {
-            return Err(self.inseparable(&at));
-        }
-        let (mut actions, pick) = together(labels);
-        if theirs {
-            actions.iter_mut().for_each(|action| action.permitted = true);
-        }
+        let (permitted, pick) = self.permitted(&at, &labels)?;
+        let action = |(label, permitted): (Labelled, bool)| ShieldAction {
+            action: label.action,
+            permitted,
+            next: label.next,
+        };
+        let actions = labels.into_iter().zip(permitted).map(action).collect();
         let class = (!at.is_unsafe).then(|| self.class(&at.most_preferred));
         let reference = self.class(&at.reference);
         let pursues = self.strategy.preferences.owned_names(&at.aims);
@@ -324,17 +318,49 @@ impl<E: Engine> Builder<'_, E> {
         Ok(ShieldNode { state, theirs, class, reference, ahead, secure, pursues, achieved, actions, pick })
     }
 
-    /// Returns the error of a state in which every label with a choice that makes progress also has one
-    /// that violates the requirements.
-    fn inseparable(&self, at: &Explanation) -> Error {
+    /// Returns which labels are permitted, and the position of one to pick: it makes progress if any
+    /// does.
+    fn permitted(&self, at: &Explanation, labels: &[Labelled]) -> Result<(Vec<bool>, usize)> {
+        let all = vec![true; labels.len()];
+        if at.is_theirs() {
+            return Ok((all, 0));
+        }
+        let permits = |action: &Action| permits(at, action);
+        let first = |labels: &[bool]| labels.iter().position(|fits| *fits);
+        let permitted = self.told_apart(at, labels, permits, "is permitted")?;
+        let progress =
+            self.told_apart(at, labels, |action| permits(action) && action.progress, "makes progress")?;
+        if let Some(pick) = first(&progress).or(first(&permitted)) {
+            return Ok((permitted, pick));
+        }
+        let keeping = match at.is_unsafe {
+            // Nothing is promised there.
+            true => labels.iter().map(|label| label.all(at, keeps)).collect(),
+            false => self.told_apart(at, labels, keeps, "keeps the requirements")?,
+        };
+        Ok(first(&keeping).map_or((all, 0), |pick| (keeping, pick)))
+    }
+
+    /// Returns the labels of which all choices fit.
+    ///
+    /// # Errors
+    /// Some choice fits, but each label has one that does not.
+    fn told_apart(
+        &self,
+        at: &Explanation,
+        labels: &[Labelled],
+        fits: impl Fn(&Action) -> bool,
+        said: &str,
+    ) -> Result<Vec<bool>> {
+        let found = labels.iter().map(|label| label.all(at, &fits)).collect::<Vec<_>>();
+        let fitting = at.actions.iter().find(|action| fits(action));
+        let Some(action) = fitting.filter(|_| !found.contains(&true)) else { return Ok(found) };
         let state = self.strategy.program.show_state(&at.state);
-        let choices: Vec<&str> =
-            at.actions.iter().filter(|action| action.progress).map(|action| action.name.as_str()).collect();
-        Error::Usage(format!(
-            "a shield permits choices with one label together: in the state {state}, `{}` makes progress, and \
-             another choice with its label violates the requirements; give them different labels",
-            choices.join("` or `")
-        ))
+        Err(Error::Usage(format!(
+            "a shield permits choices with one label together: in the state {state}, `{}` {said}, but not \
+             every choice with its label; give them different labels",
+            action.name
+        )))
     }
 
     /// Returns the number of the action of a choice `label` or `label(…)`.
@@ -372,61 +398,24 @@ impl<E: Engine> Builder<'_, E> {
 /// The choices of a node with one label.
 struct Labelled {
     action: usize,
-    /// True if all are permitted.
-    all: bool,
-    /// True if some are permitted.
-    some: bool,
-    /// True if some permitted one makes progress.
-    progress: bool,
-    /// True if none enters an unsafe state.
-    keeps: bool,
+    /// Their positions in [`Explanation::actions`].
+    choices: Vec<usize>,
     next: Vec<usize>,
 }
 
 impl Labelled {
     fn new(action: usize) -> Self {
-        Labelled { action, all: true, some: false, progress: false, keeps: true, next: Vec::new() }
+        Labelled { action, choices: Vec::new(), next: Vec::new() }
     }
 
-    fn add(&mut self, at: &Explanation, action: &Action) {
-        let permits = permits(at, action);
-        self.all &= permits;
-        self.some |= permits;
-        self.progress |= permits && action.progress;
-        self.keeps &= action.successors.iter().all(|s| !s.is_unsafe);
-    }
-
-    /// Returns the rank of the label: 0 if all choices are permitted or, where no such label makes
-    /// progress (`stuck`), a permitted one does; 1 if some choice is permitted; 2 if none is. A label
-    /// that violates the requirements comes last, unless all its choices are permitted.
-    fn rank(&self, stuck: bool) -> usize {
-        let usual = self.all || stuck && self.progress && self.keeps;
-        let ways = [usual, self.some && self.keeps, self.keeps, self.some];
-        ways.iter().position(|applies| *applies).unwrap_or(ways.len())
+    fn all(&self, at: &Explanation, fits: impl Fn(&Action) -> bool) -> bool {
+        self.choices.iter().all(|&choice| fits(&at.actions[choice]))
     }
 }
 
-/// Permits the labels of the least rank; none if no choice is permitted, and [`Shield::secure`]
-/// decides. Returns the actions, and the position of one to pick: it makes progress if any does.
-fn together(labels: Vec<Labelled>) -> (Vec<ShieldAction>, usize) {
-    let stuck = !labels.iter().any(|label| label.all && label.progress);
-    let ranks = Vec::from_iter(labels.iter().map(|label| label.rank(stuck)));
-    let least = ranks.iter().copied().min().filter(|_| labels.iter().any(|label| label.some));
-    let permitted = |at: &usize| Some(ranks[*at]) == least;
-    let pick = (0..labels.len()).filter(permitted).min_by_key(|&at| !labels[at].progress);
-    let action = |(at, label): (usize, Labelled)| ShieldAction {
-        action: label.action,
-        permitted: permitted(&at),
-        next: label.next,
-    };
-    let pick = pick.unwrap_or_default();
-    (labels.into_iter().enumerate().map(action).collect(), pick)
-}
-
-/// Permits the wanted actions; all, if none is wanted.
-fn permit(actions: &mut [ShieldAction], wanted: &[bool]) {
-    let none = !wanted.contains(&true);
-    actions.iter_mut().zip(wanted).for_each(|(action, wanted)| action.permitted = *wanted || none);
+/// Returns whether an action keeps the requirements: no successor is unsafe.
+fn keeps(action: &Action) -> bool {
+    action.successors.iter().all(|successor| !successor.is_unsafe)
 }
 
 /// Returns whether a shield may permit an action: one of the permissive strategy, or a kept one at

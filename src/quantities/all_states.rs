@@ -39,7 +39,8 @@ impl AllStates {
         }
         let levels = Values::levels_found(analysis, LEVELS);
         let options = ValueOptions { levels, exact: false, within: None };
-        let values = Values::compute(options, analysis, program, &states, &Steps)?;
+        let mut values = Values::compute(options, analysis, program, &states, &Steps)?;
+        values.decide_ties(engine)?;
         let (mut probabilities, mut costs) = (Vec::new(), Vec::new());
         for state in &states {
             let node = values.start(state);

@@ -35,8 +35,11 @@ impl ByCode<'_, '_> {
         let mut starts = Vec::with_capacity(states.len());
         for state in states {
             let code = self.codec.known(state)?;
-            let target = self.target(&code)?.unwrap_or(Target::New(Part::Lost));
-            starts.push(self.enter(target, &code)?);
+            starts.push(match self.target(&code)? {
+                Some(target) => self.enter(target, &code)?,
+                // Not remembered as found: a choice that leads to it leaves the states of the engine.
+                None => self.growing.enter(Part::Lost)?,
+            });
         }
         let (mut steps, mut targets, mut next) = (Steps::default(), Vec::new(), 0);
         while let Some(&node) = self.found.nodes.get(next) {

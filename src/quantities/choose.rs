@@ -150,7 +150,8 @@ impl Chooser {
         };
         let levels = levels.unwrap_or_else(found);
         let options = ValueOptions { levels, exact: false, within: None };
-        let values = Values::compute(options, analysis, program, states, costs)?;
+        let mut values = Values::compute(options, analysis, program, states, costs)?;
+        values.decide_ties(analysis.engine())?;
         Ok(Chooser::new(Arc::new(values), aim))
     }
 
@@ -170,8 +171,8 @@ impl ValuedRule for Chooser {
     fn attained(&self, state: &[i64]) -> Option<Attained> {
         let node = self.values.start(state)?;
         let improvements = self.values.aimed(node, self.aim);
-        let probability = self.values.probability(node, improvements);
-        let cost = self.values.cost(node, improvements);
+        let probability = self.values.attained_probability(node, improvements);
+        let cost = self.values.attained_cost(node, improvements);
         Some(Attained { objective: None, improvements, probability, cost })
     }
 }

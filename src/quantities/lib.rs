@@ -148,6 +148,7 @@ pub mod state_values;
 mod system;
 #[cfg(test)]
 mod tests;
+mod ties;
 pub mod values;
 
 pub use choose::{Achiever, Choose, Chooser, ValuedRule};

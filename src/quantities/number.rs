@@ -71,6 +71,13 @@ impl Bounds {
         self
     }
 
+    /// Lowers the lower bound of a number of which a loss is possible.
+    pub(super) fn lose(&mut self, loss: f64) {
+        if loss > 0.0 {
+            self.interval.lower = (self.interval.lower - loss).next_down().max(0.0);
+        }
+    }
+
     /// Returns the number in the middle.
     pub fn middle(&self) -> f64 {
         f64::midpoint(self.interval.lower, self.interval.upper)

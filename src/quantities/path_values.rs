@@ -17,6 +17,7 @@ use super::reached::{Coded, END, Growing, Nodes, Reached};
 use super::solution::Solution;
 use super::solve::{self, NONE};
 use super::system::{Quantity, System};
+use super::ties::{self, Solutions, Ties};
 use meliora_engine::Engine;
 use meliora_engine::explicit::weighted::{Codec, Walker};
 use meliora_engine::regions::{Regions, Which};
@@ -204,6 +205,8 @@ pub(super) struct Likely {
     codec: Codec,
     found: Coded,
     solution: Solution<Interval>,
+    /// The choices that attain the values in the fewest steps, where they are known.
+    ties: Option<Ties>,
 }
 
 impl Likely {
@@ -222,10 +225,16 @@ impl Likely {
         let search = Search { engine, program, end: sure.clone(), inside: possible.clone(), cost: None };
         let walker = search.walker()?;
         let codec = walker.codec().clone();
-        let Reached { graph, nodes, .. } = search.explored(states, &walker, &mut meter)?;
+        let Reached { mut graph, nodes, .. } = search.explored(states, &walker, &mut meter)?;
         let found = nodes.coded(program, &codec, &mut meter)?;
+        let costs = ties::costs(&mut graph);
         let (solution, end) = solved(&graph, Quantity::Probability(1), &mut meter)?;
-        end.map(|()| Likely { graph, codec, found, solution })
+        end?;
+        let fractions: Vec<Interval> = graph.fractions().iter().map(Interval::of).collect();
+        let probability = std::slice::from_ref(&solution);
+        let solutions = Solutions { graph: &graph, fractions: &fractions, costs, probability, cost: &[] };
+        let ties = solutions.decide(&mut meter)?;
+        Ok(Likely { graph, codec, found, solution, ties })
     }
 
     /// Returns the node of a state; `None` if it was not explored.
@@ -233,20 +242,27 @@ impl Likely {
         self.found.node(&self.codec.known(state).ok()?)
     }
 
-    /// Returns the greatest probability; `None` if the state was not explored.
+    /// Returns the probability that the choices attain, which is the greatest one up to the precision; `None`
+    /// if the state was not explored.
     pub(super) fn probability(&self, state: &[i64]) -> Option<Bounds> {
-        Some(match self.node(state)? {
-            END => Bounds::point(1),
-            LOST => Bounds::point(0),
-            node => self.solution.get(node).map_or_else(|| Bounds::any(1.0), |x| Bounds::of(x).at_most_one()),
-        })
+        let node = match self.node(state)? {
+            END => return Some(Bounds::point(1)),
+            LOST => return Some(Bounds::point(0)),
+            node => node,
+        };
+        let known = self.solution.get(node).map(|x| Bounds::of(x).at_most_one());
+        let mut bounds = known.unwrap_or_else(|| Bounds::any(1.0));
+        let [loss, _] = self.ties.as_ref().map_or([0.0; 2], |ties| ties.loss(node, 0));
+        bounds.lose(loss);
+        Some(bounds)
     }
 
-    /// Returns the choice that attains the probability, by its position in the order of the program;
+    /// Returns the choice that attains the probability, of several the one with the least expected number of
+    /// steps until the objective is sure or impossible, by its position in the order of the program;
     /// `None` where the objective is almost sure or impossible.
     pub(super) fn pick(&self, state: &[i64]) -> Option<usize> {
         let node = self.node(state).filter(|node| *node != END && *node != LOST)?;
-        Some(self.solution.pick(node))
+        Some(self.ties.as_ref().map_or_else(|| self.solution.pick(node), |ties| ties.pick(node, 0)))
             .filter(|choice| *choice != NONE)
             .map(|choice| self.graph.position(node, choice))
     }

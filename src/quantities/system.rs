@@ -9,6 +9,7 @@ use super::number::{Interval, Number};
 use super::order::Order;
 use super::solution::Solution;
 use super::solve::How;
+use super::ties::Candidates;
 use meliora_model::error::{Limit, Result};
 
 /// The quantity of a system of equations.
@@ -22,6 +23,8 @@ pub(super) enum Quantity {
     Number,
     /// The largest expected cost until a counted edge, where every strategy takes one almost surely.
     Reward,
+    /// T_k, the least expected number of steps by candidates; see [`super::ties`]
+    Steps(u32),
 }
 
 impl fmt::Display for Quantity {
@@ -31,6 +34,7 @@ impl fmt::Display for Quantity {
             Quantity::Cost(k) => write!(f, "C_{k}"),
             Quantity::Number => write!(f, "N"),
             Quantity::Reward => write!(f, "the reward"),
+            Quantity::Steps(k) => write!(f, "the steps to P_{k}"),
         }
     }
 }
@@ -50,6 +54,8 @@ pub(super) struct System<'a, N> {
     pub(super) first: Option<How>,
     /// A change of the equations for bounds that one step confirms.
     pub(super) margin: Option<Margin<'a>>,
+    /// The choices that may be taken, if not all; for steps also their costs.
+    pub(super) candidates: Option<&'a Candidates>,
 }
 
 /// A change of the equations, so that their solution satisfies the unchanged ones with a margin.
@@ -78,12 +84,13 @@ impl<'a, N: Number> System<'a, N> {
         below: Option<&'a Solution<N>>,
         fractions: &'a [N],
     ) -> Self {
-        System { graph, quantity, below, fractions, order: None, first: None, margin: None }
+        let (order, first, margin, candidates) = (None, None, None, None);
+        System { graph, quantity, below, fractions, order, first, margin, candidates }
     }
 
     pub(super) fn sense(&self) -> Sense {
         match self.quantity {
-            Quantity::Cost(_) => Sense::Min,
+            Quantity::Cost(_) | Quantity::Steps(_) => Sense::Min,
             Quantity::Probability(_) | Quantity::Number | Quantity::Reward => Sense::Max,
         }
     }
@@ -97,11 +104,16 @@ impl<'a, N: Number> System<'a, N> {
             Quantity::Number => rank.positive > u32::from(self.below.is_some()),
             Quantity::Cost(k) => rank.sure >= k,
             Quantity::Reward => rank.sure > 0,
+            Quantity::Steps(k) => rank.positive >= k,
         }
     }
 
-    /// Returns whether a choice may be taken: for costs, if the improvements stay certain.
+    /// Returns whether a choice may be taken: one of the candidates, if there are some; else for costs one with
+    /// which the improvements stay certain.
     pub(super) fn permits(&self, choice: u32) -> bool {
+        if let Some(candidates) = self.candidates {
+            return candidates.contains(choice);
+        }
         let Quantity::Cost(k) = self.quantity else { return true };
         let certain =
             |edge: Edge| edge.to != LOST && self.graph.rank(edge.to).sure >= k - u32::from(edge.counts());
@@ -116,7 +128,7 @@ impl<'a, N: Number> System<'a, N> {
         if edge.counts() && self.quantity != Quantity::Number {
             return End::Known(match (self.below, self.quantity) {
                 (Some(below), _) => below.get(edge.to).cloned().unwrap_or_else(N::zero),
-                (None, Quantity::Cost(_) | Quantity::Reward) => N::zero(),
+                (None, Quantity::Cost(_) | Quantity::Reward | Quantity::Steps(_)) => N::zero(),
                 (None, _) => N::one(),
             });
         }
@@ -133,8 +145,11 @@ impl<'a, N: Number> System<'a, N> {
     /// Returns the cost of a choice, by its position among the fractions; `None` if the quantity has
     /// no costs.
     pub(super) fn cost(&self, choice: u32) -> Option<u32> {
-        let has_costs = matches!(self.quantity, Quantity::Cost(_) | Quantity::Reward);
-        has_costs.then(|| self.graph.cost(choice))
+        match self.quantity {
+            Quantity::Cost(_) | Quantity::Reward => Some(self.graph.cost(choice)),
+            Quantity::Steps(_) => self.candidates.map(|candidates| candidates.cost(choice)),
+            Quantity::Probability(_) | Quantity::Number => None,
+        }
     }
 
     /// Returns the constant part of a choice that does not depend on its successors.
@@ -170,7 +185,8 @@ impl<'a, N: Number> System<'a, N> {
             Quantity::Probability(k) => self.graph.rank(node).sure >= k,
             _ => false,
         };
-        let has_facts = matches!(self.quantity, Quantity::Probability(_) | Quantity::Number);
+        let has_facts =
+            matches!(self.quantity, Quantity::Probability(_) | Quantity::Number | Quantity::Steps(_));
         let fact = has_facts.then_some(&is_one as &dyn Fn(u32) -> bool);
         Solution::new(self.graph.nodes(), |node| self.is_open(node), fact, meter)
     }

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
+use bitvec::vec::BitVec;
 use num_traits::FromPrimitive;
 
 use super::graph::{Edge, Graph, LOST, Rank};
@@ -12,6 +13,7 @@ use super::pace::Patience::{Little, Much};
 use super::solution::Solution;
 use super::solve::{self, How};
 use super::system::{Quantity, System};
+use super::ties::{self, Candidates, Solutions};
 use meliora_engine::{NoProgress, ProgressSink};
 use meliora_model::error::Limit;
 use meliora_model::exact::Ratio;
@@ -192,6 +194,97 @@ fn iteration_and_elimination_agree_on_numbers_of_improvements() {
         values += iterated(seed, &graph, Quantity::Number, &mut meter);
     }
     assert!(values > 100, "{values} values by iteration");
+}
+
+/// Returns the exact solution of a system whose choices are those that fit, if they are to be told.
+fn of_choices(
+    graph: &Graph,
+    quantity: Quantity,
+    fits: &dyn Fn(u32, u32) -> bool,
+    (costs, meter): ([u32; 2], &mut Meter<'_>),
+) -> Solution<Ratio> {
+    let mut choices = BitVec::repeat(false, graph.edges_in_all());
+    for node in 0..graph.nodes() as u32 {
+        graph.choices(node).for_each(|choice| choices.set(choice as usize, fits(node, choice)));
+    }
+    let candidates = Candidates::of(choices, costs);
+    let system = System::new(graph, quantity, None, graph.fractions());
+    let system = System { candidates: Some(&candidates), ..system };
+    let mut solution = system.start(meter).unwrap();
+    system.solve(&mut solution, meter).unwrap();
+    solution
+}
+
+/// Returns the solution with bounds that are further apart, each by another amount.
+fn widened(solution: &mut Solution<Interval>, graph: &Graph, draw: &mut Draw) {
+    for node in 0..graph.nodes() as u32 {
+        let mut more = || [0.0, 1e-12, 1e-9, 3e-8][draw.below(4)];
+        if solution.knows(node) {
+            let Interval { lower, upper } = *solution.stored(node);
+            let bounds = Interval { lower: (lower - more()).max(0.0), upper: upper + more() };
+            solution.set(node, bounds);
+        }
+    }
+}
+
+/// Whatever the bounds are, the choices attain the values up to the precision, and need no more steps than
+/// the best of those that attain them exactly.
+#[test]
+fn ties_are_decided_by_steps_and_cost_no_more_than_the_precision() {
+    let (mut decided, mut fewer) = (0, 0);
+    for seed in 0..600 {
+        let mut draw = Draw::new(seed);
+        let nodes = 3 + draw.below(9);
+        let mut meter = Meter::unlimited(&NoProgress);
+        let mut graph = graph(&rows(&mut draw, nodes), ends, &mut meter);
+        let costs = ties::costs(&mut graph);
+        let mut known = [Quantity::Probability(1), Quantity::Cost(1)]
+            .map(|quantity| solved::<Interval>(&graph, quantity, Some(How::Iterate(Much)), &mut meter));
+        if seed % 2 == 0 {
+            known.iter_mut().for_each(|solution| widened(solution, &graph, &mut draw));
+        }
+        let fractions: Vec<Interval> = graph.fractions().iter().map(Interval::around).collect();
+        let [probability, cost] = known.each_ref().map(std::slice::from_ref);
+        let solutions = Solutions { graph: &graph, fractions: &fractions, costs, probability, cost };
+        let Some(ties) = solutions.decide(&mut meter).unwrap() else { continue };
+        decided += 1;
+        let exact = [Quantity::Probability(1), Quantity::Cost(1)]
+            .map(|quantity| solved::<Ratio>(&graph, quantity, None, &mut meter));
+        let is_sure = |node: u32| graph.rank(node).sure > 0;
+        let tied = |node: u32, choice: u32| {
+            let quantity = if is_sure(node) { Quantity::Cost(1) } else { Quantity::Probability(1) };
+            let own = &exact[usize::from(is_sure(node))];
+            let system = System::new(&graph, quantity, None, graph.fractions());
+            system.value(choice, own).is_some_and(|value| Some(&value) == own.get(node))
+        };
+        let taken = |node: u32, choice: u32| ties.pick(node, 0) == choice;
+        let mut of = |quantity, fits: &dyn Fn(u32, u32) -> bool| {
+            of_choices(&graph, quantity, fits, (costs, &mut meter))
+        };
+        let own = [Quantity::Probability(1), Quantity::Cost(1)].map(|quantity| of(quantity, &taken));
+        let [least, steps] =
+            [&tied as &dyn Fn(u32, u32) -> bool, &taken].map(|fits| of(Quantity::Steps(1), fits));
+        for node in (0..graph.nodes() as u32).filter(|&node| graph.rank(node).positive > 0) {
+            let number = |solution: &Solution<Ratio>| solution.get(node).unwrap().bounds().upper;
+            let what = format!("seed {seed}, node {node}");
+            assert!(number(&steps) <= number(&least) * (1.0 + 1e-6), "{what}: more steps");
+            fewer += usize::from(ties.pick(node, 0) != known[usize::from(is_sure(node))].pick(node));
+            let (value, bounds) =
+                (number(&own[usize::from(is_sure(node))]), known[usize::from(is_sure(node))].get(node));
+            let (bounds, [loss, more]) = (bounds.unwrap(), ties.loss(node, 0));
+            match is_sure(node) {
+                false => {
+                    assert!(value >= bounds.lower - loss - 1e-15 && value >= bounds.upper - 1e-6, "{what}")
+                }
+                true => assert!(
+                    value <= (bounds.upper + more) * (1.0 + 1e-15)
+                        && value <= bounds.lower + 1e-6 * bounds.lower.max(1.0),
+                    "{what}"
+                ),
+            }
+        }
+    }
+    assert!(decided > 100 && fewer > 50, "{decided} {fewer}");
 }
 
 /// Stops the work when it is asked once more than this number of times.

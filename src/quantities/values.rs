@@ -10,6 +10,7 @@ use super::number::{Bounds, Interval};
 use super::places::{Place, Places};
 use super::solve::NONE;
 use super::solved::Solved;
+use super::ties::{self, Solutions, Ties};
 use meliora_engine::Engine;
 use meliora_model::error::{Error, Result};
 use meliora_model::exact::Ratio;
@@ -81,6 +82,8 @@ pub struct Values {
     starts: Vec<u32>,
     pub(super) numbers: Numbers,
     horizon: Option<Horizon>,
+    /// The choices that attain the values in the fewest steps, where they are known.
+    ties: Option<Ties>,
 }
 
 impl Values {
@@ -91,7 +94,7 @@ impl Values {
             false => Numbers::Rounded(Solved::new()),
         };
         let (graph, places) = (Graph::default(), Places::default());
-        Values { options, graph, places, starts: Vec::new(), numbers, horizon: None }
+        Values { options, graph, places, starts: Vec::new(), numbers, horizon: None, ties: None }
     }
 
     /// Computes the quantities of some states of the scope. Cost: see [`Values::explore`] and
@@ -201,6 +204,50 @@ impl Values {
         Ok(())
     }
 
+    /// Decides ties between choices that attain P_k or C_k by the least expected number of steps until the
+    /// k-th improvement, or until fewer than k are possible. To be called after [`Values::solve`]; fractions
+    /// keep the choices of the solver. Cost: at most three times that of costs with [`Values::solve`].
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub fn decide_ties<E: Engine>(&mut self, engine: &E) -> Result<()> {
+        let Numbers::Rounded(solved) = &mut self.numbers else { return Ok(()) };
+        let mut meter = Meter::new(engine);
+        meter.take(self.graph.bytes() + self.places.bytes())?;
+        let costs = ties::costs(&mut self.graph);
+        let new = &self.graph.fractions()[solved.fractions.len()..];
+        solved.fractions.extend(new.iter().map(Interval::around));
+        let Solved { fractions, probability, cost, .. } = solved;
+        let solutions = Solutions { graph: &self.graph, fractions, costs, probability, cost };
+        self.ties = solutions.decide(&mut meter)?;
+        Ok(())
+    }
+
+    /// Returns the value that the choices attain at level k, as [`Values::probability`].
+    pub fn attained_probability(&self, node: Node, k: usize) -> Bounds {
+        let mut bounds = self.probability(node, k);
+        if (self.graph.rank(node.0).sure as usize) < k {
+            bounds.lose(self.loss(node, k)[0]);
+        }
+        bounds
+    }
+
+    /// Returns the value that the choices attain at level k, as [`Values::cost`].
+    pub fn attained_cost(&self, node: Node, k: usize) -> Option<Bounds> {
+        let mut bounds = self.cost(node, k)?;
+        let loss = self.loss(node, k)[1];
+        if loss > 0.0 {
+            bounds.interval.upper = (bounds.interval.upper + loss).next_up();
+        }
+        Some(bounds)
+    }
+
+    /// Returns the most that the choices lose of P_k and of C_k.
+    fn loss(&self, node: Node, k: usize) -> [f64; 2] {
+        let ties = self.ties.as_ref().zip(k.checked_sub(1));
+        ties.map_or_else(Default::default, |(ties, index)| ties.loss(node.0, index))
+    }
+
     /// Returns the node of a state in an arena, by its position in
     /// [`Improvement::arenas`](meliora_planning::Improvement::arenas); `None` if it was not explored.
     pub fn node(&self, arena: Option<usize>, state: &[i64]) -> Option<Node> {
@@ -300,9 +347,9 @@ impl Values {
     /// choices of the state; `None` where P_k = 0 (for [`Aim::Cheap`]: where P_k < 1), or if it is
     /// not known.
     ///
-    /// The choices of all nodes together attain the values, up to the precision: among equally good
-    /// choices this is one that comes closer to an improvement. After a step, go on with
-    /// [`Values::successor`].
+    /// The choices of all nodes together attain the values, up to the precision. Among equally good choices
+    /// this is one that comes closer to an improvement and, after [`Values::decide_ties`], one with which the
+    /// expected number of steps is least. After a step, go on with [`Values::successor`].
     pub fn best_choice(&self, node: Node, k: usize, aim: Aim) -> Option<usize> {
         let choice = self.pick(node.0, k, aim)?;
         Some(self.graph.position(node.0, choice))
@@ -311,10 +358,12 @@ impl Values {
     fn pick(&self, node: u32, k: usize, aim: Aim) -> Option<u32> {
         let index = k.checked_sub(1)?;
         let rank = self.graph.rank(node);
-        let choice = match aim {
+        let choice = match (aim, &self.ties) {
+            (Aim::Likely, Some(ties)) if rank.positive as usize >= k => ties.pick(node, index),
+            (Aim::Cheap, Some(ties)) if rank.sure as usize >= k => ties.pick(node, index),
             _ if rank.sure as usize >= k => on!(&self.numbers, s => s.cost.get(index)?.pick(node)),
-            Aim::Likely => on!(&self.numbers, s => s.probability.get(index)?.pick(node)),
-            Aim::Cheap => NONE,
+            (Aim::Likely, _) => on!(&self.numbers, s => s.probability.get(index)?.pick(node)),
+            (Aim::Cheap, _) => NONE,
         };
         (choice != NONE).then_some(choice)
     }

@@ -123,7 +123,7 @@ pub(crate) struct StateJson {
     spi_rank: Rank,
     #[serde(flatten)]
     taken: Option<TakenJson>,
-    /// The value of the strategy from this state; `null` with `first`.
+    /// The value of the strategy from this state; `null` with `first`, and in an unsafe state.
     attains: Option<Attains>,
     /// All enabled actions.
     actions: Vec<ActionJson>,

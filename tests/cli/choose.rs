@@ -93,6 +93,35 @@ fn ties_do_not_form_a_cycle() {
     assert!(agrees(&play) && play["given_up"] == 0, "{play}");
 }
 
+/// Only the last place matters, and the battery suffices for detours, which do not change the probability.
+const CORRIDOR: &str = "mdp module robot x : [0..3] init 0; b : [0..9] init 9; got : [0..2] init 0;
+    [left] x>0 & b>0 -> (x'=x-1) & (b'=b-1);
+    [right] x<3 & b>0 -> (x'=x+1) & (b'=b-1);
+    [charge] x=0 -> (b'=9);
+    [pick] x=3 & got=0 -> 0.9 : (got'=1) + 0.1 : (got'=2);
+    [wait] true -> true; endmodule";
+
+/// The robot went right, left, right, left, …
+#[test]
+fn of_the_likeliest_strategies_the_one_with_the_fewest_steps_is_taken() {
+    let wishes = "objective Home = F x=0; objective Item = F got=1; prefer Item > Home;";
+    let scratch = Scratch::new(&[("corridor.prism", CORRIDOR), ("corridor.pref", wishes)]);
+    let files = files(&scratch, "corridor");
+    for options in [
+        "--choose likely",
+        "--choose likely --safety prefix",
+        "--choose likely --safety transition",
+        "--kind plan --choose likely",
+        "--kind achieve --objective Item --choose likely",
+    ] {
+        let play = simulated(&format!("{files} {options} --runs 200"));
+        let trace = play["trace"]["turns"].as_array().unwrap();
+        let actions: Vec<&str> = trace.iter().map(|turn| turn["action"].as_str().unwrap()).collect();
+        assert_eq!(actions[..4], ["right", "right", "right", "pick"], "{options}");
+        assert!(is(&play["value"]["probability"], 0.9) && agrees(&play), "{options}: {play}");
+    }
+}
+
 #[test]
 fn models_have_the_values_that_their_runs_show() {
     for arguments in [

@@ -222,3 +222,30 @@ fn what_is_there_is_looked_at_before_the_work_and_no_half_is_left() {
     assert_eq!(names("new"), ["model.lab", "model.sta", "model.tra", "notes"]);
     assert_eq!(names(""), ["dump", "file", "new"]);
 }
+
+/// It had the labels of the strategy, and the regions and ranks, only.
+#[test]
+fn the_model_of_a_strategy_keeps_the_labels_of_the_model() {
+    let model = "mdp module m x : [0..3] init 0;
+        [go] x=0 -> 0.25 : (x'=1) + 0.75 : (x'=2); [on] x=1 -> (x'=3); [] x>1 -> true; endmodule
+        label \"home\" = x=1; label \"improved\" = x=2; label \"class_A\" = x=0;";
+    let scratch = Scratch::new(&[("m.prism", model), ("m.pref", "objective A = F x=3;")]);
+    for (format, file) in [("explicit", "tra"), ("drn", "drn"), ("umb", "umb")] {
+        let out = scratch.show(format);
+        let paths = [scratch.show("m.prism"), scratch.show("m.pref")];
+        let options = ["--kind", "spi", "--scheduler", "progress", "--format", format, "--out", &out];
+        Finished::of(meliora().arg("export").args(&paths).args(options)).expect(0);
+        let again = scratch.show(&format!("{format}/spi-progress.{file}"));
+        // A label with a name of the strategy gets a number; a region with the name of a label, too.
+        let reaches = |label: &str| {
+            let property = format!("P=? [ F \"{label}\" ]");
+            let asked = ["reach", &again, "--property", &property, "--json"];
+            let found = Finished::of(meliora().args(asked)).expect(0).json();
+            found["properties"][0]["value"]["upper"].as_f64().unwrap()
+        };
+        for (label, p) in [("home", 0.25), ("improved", 0.25), ("improved_2", 0.75), ("class_A", 1.0)] {
+            assert!((reaches(label) - p).abs() < 1e-9, "{format}: {label}");
+        }
+        assert!((reaches("class_A_2") - 0.25).abs() < 1e-9, "{format}");
+    }
+}

@@ -40,3 +40,4 @@ mod strategies;
 mod sweeps;
 mod temporal;
 mod values;
+mod verdicts;

@@ -12,6 +12,7 @@ mod embed;
 #[path = "../common/engines.rs"]
 mod engines;
 mod examples;
+mod fewest_steps;
 mod generate;
 #[path = "../common/graphs.rs"]
 mod graphs;
@@ -33,6 +34,7 @@ mod regions;
 mod requirements;
 mod restricted;
 mod robot;
+mod shield_labels;
 mod shields;
 mod simulations;
 mod strategies;

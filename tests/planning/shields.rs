@@ -87,19 +87,6 @@ fn shields_under_prefix_keep_their_promise() {
     }
 }
 
-/// Choices with one label are permitted together, also one that leaves the states where the reference
-/// can be kept: the node is not secure, although nothing weakens the new reference.
-#[test]
-fn a_step_that_loses_the_reference_is_not_secure() {
-    let shield = under_prefix(
-        "[c] s=0 -> true; [c] s=0 -> (s'=1); [risk] s=1 -> 1/2:(s'=2) + 1/2:(s'=3); [stay] s>1 -> true;",
-        "objective A = F s=0; objective B = F (s=1 | s=3); objective C = F s=2; prefer A > C;",
-    );
-    assert_eq!(shield.fault(), None);
-    let node = |state: i64| shield.nodes.iter().find(|node| node.state[0] == state).unwrap();
-    assert!(!node(0).secure && node(1).secure && node(2).secure);
-}
-
 /// Returns the shield of states 0 to 3 with these commands, under `prefix`.
 fn under_prefix(commands: &str, wishes: &str) -> Shield {
     let model = Model::parse(format!("mdp module m s : [0..3] init 0; {commands} endmodule"), "");
@@ -340,48 +327,6 @@ fn successors_with_one_state_are_refused() {
     };
     let refusal = refused_after(double);
     assert!(refusal.ends_with("the successors 1 and 2 have the same state s=1,seen=9"), "{refusal}");
-}
-
-/// Returns models in which several commands have the same label.
-fn merged(seed: u64, safety: Safety) -> meliora::Analysis {
-    let mut random = SmallRng::seed_from_u64(seed);
-    let mut text = "mdp module m s : [0..7] init 0;\n".to_owned();
-    for state in 0..8 {
-        for _ in 0..random.random_range(1..5) {
-            let action = ["a", "b"][random.random_range(0..2)];
-            let low = if random.random_bool(0.8) { state } else { 0 };
-            let [one, other] = [0; 2].map(|_| random.random_range(low..8));
-            text += &format!("[{action}] s={state} -> 1/2: (s'={one}) + 1/2: (s'={other});\n");
-        }
-    }
-    let model = Model::parse(text + "endmodule", "").unwrap();
-    let (history, b) = [("state", "F s=6"), ("play", "F (s=6 & X s=7)")][random.random_range(0..2)];
-    let wishes = format!(
-        "history = {history}; objective A = F s=5; objective B = {b}; objective C = F s=7; prefer A, B > C;"
-    );
-    let explored = model.explore(Settings::default()).unwrap();
-    let max_level = [None, Some(1)][random.random_range(0..2)];
-    let options = Options { safety, max_level };
-    let mut analysis = explored.prefer(&SourceFile::new("wishes", wishes), options).unwrap();
-    analysis.run(&mut |_| ()).unwrap();
-    analysis
-}
-
-/// A label with a choice that makes progress and one that the strategy forbids was not permitted where
-/// another label only waits, so the improvement that was ahead could not be made.
-#[test]
-fn shields_of_choices_with_one_label_can_make_the_improvements_ahead() {
-    let mut ahead = 0;
-    for seed in 0..300 {
-        for (safety, kind) in
-            [Safety::Action, Safety::Prefix].into_iter().flat_map(|s| Kind::ALL.iter().map(move |&k| (s, k)))
-        {
-            let shield = Shield::new(&mut merged(seed, safety).strategy(kind).unwrap(), 10_000).unwrap();
-            assert_eq!(shield.fault(), None, "seed {seed}, {kind}, {}", safety.name());
-            ahead += shield.nodes.iter().filter(|node| node.ahead != Some(0)).count();
-        }
-    }
-    assert!(ahead > 100, "{ahead}");
 }
 
 /// The kinds that achieve objectives, with the names of these.

@@ -6,6 +6,7 @@ use super::graph::{Column, Graph, Players, Row, fits};
 use super::label::{Regions, members, unique};
 use meliora_engine::Engine;
 use meliora_model::error::Result;
+use meliora_model::expr::ExprId;
 use meliora_model::step::Step;
 use meliora_model::value::{Type, Value};
 use meliora_model::{ModelKind, Program, State, Variable, fault};
@@ -72,20 +73,32 @@ fn labels<E: Engine>(
     let engine = analysis.engine();
     let deadlocks = engine.deadlock_states();
     let mut labels = vec![("deadlock".to_owned(), members(engine, &deadlocks, states)?)];
+    labels.extend(of_model(program, states)?);
+    let regions = Regions::of(analysis);
+    labels.extend(regions.all(states)?);
+    Ok(distinct(labels))
+}
+
+/// Returns the labels of the model, each with the numbers of its states.
+///
+/// # Errors
+/// A label has no value in some state.
+pub(super) fn of_model(program: &Program, states: &[State]) -> Result<Vec<(String, Vec<usize>)>> {
+    let holds = |e: ExprId, state: &State| match program.pool.eval(e, state) {
+        Ok(value) => Ok(value == Value::Bool(true)),
+        Err(_) => Err(fault::in_predicate(program, &program.predicate(e), state)),
+    };
+    let mut labels = Vec::with_capacity(program.labels.len());
     for (name, e) in &program.labels {
         let mut own = Vec::new();
         for (number, state) in states.iter().enumerate() {
-            match program.pool.eval(*e, state) {
-                Ok(Value::Bool(true)) => own.push(number),
-                Ok(_) => {}
-                Err(_) => return Err(fault::in_predicate(program, &program.predicate(*e), state)),
+            if holds(*e, state)? {
+                own.push(number);
             }
         }
         labels.push((name.clone(), own));
     }
-    let regions = Regions::of(analysis);
-    labels.extend(regions.all(states)?);
-    Ok(distinct(labels))
+    Ok(labels)
 }
 
 /// Turns names into distinct identifiers that both formats accept.

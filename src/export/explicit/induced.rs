@@ -6,7 +6,7 @@
 
 use ahash::AHashMap;
 
-use super::explore::{column, distinct, names};
+use super::explore::{column, distinct, names, of_model};
 use super::graph::{Column, Graph, Players, Row, fits};
 use super::label::Regions;
 use meliora_engine::Engine;
@@ -52,7 +52,7 @@ pub fn induced<E: Engine>(
     }
     let keys = found.keys;
     let achieves = strategy.kind().achieves();
-    let labels = labels(analysis, &unfolded, &keys, achieves)?;
+    let labels = labels(analysis, program, (&unfolded, &keys), achieves)?;
     let states = keys.iter().map(|key| values(&unfolded, *key, achieves)).collect();
     let is_dtmc = scheduler == Scheduler::Progress && program.players.is_none();
     let players = program.players.as_ref().filter(|_| scheduler == Scheduler::Permissive);
@@ -148,8 +148,8 @@ fn values(unfolded: &InducedModel, (node, improved): Key, achieves: bool) -> Sta
 
 fn labels<E: Engine>(
     analysis: &Analysis<E>,
-    unfolded: &InducedModel,
-    keys: &[Key],
+    program: &Program,
+    (unfolded, keys): (&InducedModel, &[Key]),
     achieves: bool,
 ) -> Result<Vec<(String, Vec<usize>)>> {
     let numbered = |holds: &dyn Fn(&Key) -> bool| -> Vec<usize> {
@@ -163,6 +163,7 @@ fn labels<E: Engine>(
         labels.push(("committed".to_owned(), numbered(&|key| unfolded.nodes[key.0].at.commits())));
     }
     let states: Vec<State> = keys.iter().map(|key| unfolded.nodes[key.0].at.state.clone()).collect();
+    labels.extend(of_model(program, &states)?);
     labels.extend(Regions::of(analysis).all(&states)?);
     Ok(distinct(labels))
 }

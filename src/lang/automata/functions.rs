@@ -16,7 +16,7 @@ pub(crate) const FALSE: Function = 0;
 pub(crate) const TRUE: Function = 1;
 
 /// Maximum number of nodes.
-const MOST_NODES: usize = 1 << 20;
+pub(super) const MOST_NODES: usize = 1 << 20;
 
 /// A test of a variable, with its cofactors where the variable is false and where it is true.
 type Node = (u32, Function, Function);

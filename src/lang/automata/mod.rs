@@ -7,6 +7,7 @@
 
 mod formulas;
 mod functions;
+mod joint;
 mod leaves;
 mod minimal;
 mod monitor;
@@ -15,6 +16,7 @@ mod progression;
 mod simplification;
 
 pub(crate) use formulas::{Form, FormulaId, Formulas, Window};
+pub(crate) use joint::Joint;
 pub(crate) use leaves::{Leaf, TooLarge, Tree, leaves};
 pub(crate) use minimal::{Settled, steps};
 pub(crate) use monitor::{Decision, DecisionId, Monitor};

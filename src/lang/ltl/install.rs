@@ -29,18 +29,18 @@ pub struct Monitoring<'p> {
     /// The conditions made so far.
     pub(crate) predicates: Predicates,
     pub(super) formulas: Formulas,
-    installed: Vec<Installed>,
+    pub(super) installed: Vec<Installed>,
     /// The marks of the formulas that have a monitor.
     marks: AHashMap<FormulaId, ExprId>,
     texts: AHashMap<(ExprId, bool), String>,
 }
 
 /// A monitor with its place in the program.
-struct Installed {
-    monitor: Monitor,
+pub(super) struct Installed {
+    pub(super) monitor: Monitor,
     /// Its variable, `None` for a monitor of one state.
-    variable: Option<VarId>,
-    mark: ExprId,
+    pub(super) variable: Option<VarId>,
+    pub(super) mark: ExprId,
     name: String,
     words: Vec<String>,
 }
@@ -107,40 +107,6 @@ impl<'p> Monitoring<'p> {
         let marks = condition.marks();
         let own = self.installed.iter().filter(|w| marks.contains(&w.mark));
         own.fold(1, |all, w| all.saturating_mul(w.monitor.states.len() as u64))
-    }
-
-    /// Returns the condition that the path so far, with the present state, satisfies a condition
-    /// whatever follows. It is derived leaf by leaf, from the monitors alone.
-    pub(crate) fn decided(&mut self, condition: &Condition<ExprId>) -> ExprId {
-        let (op, parts) = match condition {
-            Condition::Constant(value) => return self.predicates.pool().value(Value::Bool(*value)),
-            Condition::Leaf(asks, mark) => return self.leaf_decided(*asks, *mark),
-            Condition::All(parts) => (Binary::And, parts),
-            Condition::Any(parts) => (Binary::Or, parts),
-        };
-        let mut whole = self.predicates.pool().value(Value::Bool(op == Binary::And));
-        for part in parts {
-            let part = self.decided(part);
-            whole = self.predicates.pool().binary(op, whole, part);
-        }
-        whole
-    }
-
-    /// Returns [`Monitoring::decided`] for one leaf: a co-safe formula is decided by a mark, the
-    /// others when all later steps have marks, or none has one.
-    fn leaf_decided(&mut self, asks: Asks, mark: ExprId) -> ExprId {
-        let pool = self.predicates.pool();
-        let wanted = match asks {
-            Asks::Accept => return mark,
-            Asks::Again => true,
-            Asks::Avoid | Asks::Settle => false,
-        };
-        match self.installed.iter().find(|w| w.mark == mark) {
-            Some(Installed { monitor, variable, .. }) => {
-                Values { pool, monitor, variable: *variable }.settled(&monitor.settled(wanted))
-            }
-            None => pool.value(Value::Bool(false)),
-        }
     }
 
     fn condition(&mut self, tree: &Tree, name: &str) -> std::result::Result<Condition<ExprId>, TooLarge> {
@@ -283,10 +249,10 @@ fn join_in(
 }
 
 /// Builds expressions for the transition function of a monitor.
-struct Values<'a> {
-    pool: &'a mut ExprPool,
-    monitor: &'a Monitor,
-    variable: Option<VarId>,
+pub(super) struct Values<'a> {
+    pub(super) pool: &'a mut ExprPool,
+    pub(super) monitor: &'a Monitor,
+    pub(super) variable: Option<VarId>,
 }
 
 impl Values<'_> {
@@ -304,7 +270,7 @@ impl Values<'_> {
     }
 
     /// Returns the condition that the step leads to one of the given states.
-    fn settled(&mut self, states: &[bool]) -> ExprId {
+    pub(super) fn settled(&mut self, states: &[bool]) -> ExprId {
         let of = self.decisions(|pool, next, _| pool.value(Value::Bool(states[next])));
         self.select(&of, 0, self.monitor.states.len())
     }

@@ -5,6 +5,7 @@
 //! of the flat program (`install`), and the formula becomes a [`meliora_model::temporal::Condition`]
 //! on states.
 
+mod decided;
 mod formula;
 mod games;
 mod install;

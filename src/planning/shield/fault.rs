@@ -237,7 +237,7 @@ impl Shield {
 
     /// Checks that from each node that pursues objectives, permitted steps lead to nodes that do so,
     /// too, and can lead to one where they are achieved. Nothing is promised about steps after that.
-    pub(super) fn check_pursuit(&self) -> Check {
+    fn check_pursuit(&self) -> Check {
         let pursues = |node: &ShieldNode| !node.pursues.is_empty();
         let goes_on = |node: &ShieldNode| pursues(node) && !node.achieved;
         for (v, node) in self.nodes.iter().enumerate().filter(|(_, node)| goes_on(node)) {
