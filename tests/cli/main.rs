@@ -17,6 +17,7 @@ mod games;
 mod generate;
 #[path = "../common/graphs.rs"]
 mod graphs;
+mod initial;
 mod jani;
 mod json;
 mod json_page;
