@@ -50,7 +50,8 @@ pub(super) struct ModelArgs {
     pub(super) order: String,
 
     /// Memory for the node table and the operation cache, or for the arrays of the explicit engine,
-    /// such as 2GiB; the process needs up to 64 MiB more [default: half of the machine's memory]
+    /// such as 2GiB; the process needs up to 64 MiB more [default: half of the memory that the process
+    /// may use]
     #[arg(help_heading = LIMITS, long, value_name = "SIZE", value_parser = memory::parse)]
     pub(super) memory: Option<u64>,
 

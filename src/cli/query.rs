@@ -62,7 +62,7 @@ pub(super) struct QueryArgs {
 #[derive(Debug, Clone, Args)]
 pub(super) struct LimitArgs {
     /// Memory for the node table and the operation cache, such as 2GiB; the process needs up to 64
-    /// MiB more [default: half of the machine's memory]
+    /// MiB more [default: half of the memory that the process may use]
     #[arg(help_heading = options::LIMITS, long, value_name = "SIZE", value_parser = memory::parse)]
     memory: Option<u64>,
 

@@ -175,10 +175,14 @@ impl Selection {
             }
             None => {
                 let settings = Settings { memory, storage: Storage::Explicit, ..settings.clone() };
-                Exploration::new(Arc::clone(program), settings, u64::MAX)
+                Exploration::new(Arc::clone(program), settings)
             }
         };
         let explored = exploration.and_then(|mut exploration| {
+            if !exploration.has_begun() {
+                // Diagrams know the initial states. The search for them may take much longer.
+                exploration.begin_with(&symbolic.beginnings()?)?;
+            }
             exploration.expect(states);
             ExplicitEngine::explored(exploration)
         });

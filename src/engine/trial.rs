@@ -28,15 +28,13 @@ const MOST_BYTES: u64 = 128 << 20;
 const MOST_BYTES_TO_LIST: u64 = 1 << 30;
 /// The states that wait for the explicit engine are few if they are at most one in this many explored ones.
 const FEW_WAIT: usize = 8;
-/// The partial valuations that may always be tried to find the initial states. To prepare the commands
-/// takes longer.
-const FREE_TRIES: u64 = 1 << 12;
 
 /// The explicit exploration of a program in turns with diagrams. It is their sink: it explores when
 /// they ask whether to stop, and stops them once it knows all states.
 ///
-/// Work is counted in states and their successors, and about as fast as the steps of diagrams. Turns
-/// depend on these counts alone, so that each run ends with the same engine.
+/// Work is counted in states and their successors, and in steps of the search for the initial states, and
+/// about as fast as the steps of diagrams. Turns depend on these counts alone, so that each run ends with
+/// the same engine.
 pub(crate) struct Trial {
     sink: Arc<dyn ProgressSink>,
     thresholds: Thresholds,
@@ -135,7 +133,7 @@ impl Trial {
         *state = match std::mem::replace(&mut *state, State::Closed) {
             State::New(program, settings) => {
                 let most = self.allowed(steps, &Outlook::default());
-                match Exploration::new(program, *settings, most.max(FREE_TRIES)) {
+                match Exploration::new(program, *settings) {
                     Ok(exploration) => State::Open(Box::new(exploration), Outlook::default())
                         .explored(most / 4)
                         .explored(most),
@@ -199,8 +197,12 @@ impl Outlook {
         self.last.map_or(u64::MAX, |(work, _)| work.saturating_mul(2))
     }
 
-    /// Looks at an exploration after some of its work.
+    /// Looks at an exploration after some of its work. Before all initial states are found, nothing is
+    /// known.
     fn look(&mut self, exploration: &Exploration) {
+        if !exploration.has_begun() {
+            return;
+        }
         let (explored, waiting) = (exploration.explored(), exploration.waiting());
         self.is_near = waiting <= explored;
         if self.last.is_none() || exploration.work() >= self.next() {

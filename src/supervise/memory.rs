@@ -1,5 +1,8 @@
 //! Sizes such as `2GiB`, and the memory of the machine.
 
+use super::supervisor::ALLOWANCE;
+use super::worker::STACK;
+
 /// Reads a number of bytes: `1048576`, `512MiB`, `2GB`, `1.5g`. `KiB`, `MiB`, `GiB`, `TiB` and the
 /// bare letters are powers of 1024; `KB`, `MB`, `GB` and `TB` powers of 1000.
 ///
@@ -27,11 +30,45 @@ pub fn parse(text: &str) -> Result<u64, String> {
     if (1.0..1e18).contains(&bytes) { Ok(bytes as u64) } else { Err(ADVICE.to_owned()) }
 }
 
-/// Returns half of the memory that this process may use: of the machine, or of the control group if
-/// its limit is lower. Returns 2 GiB if neither is known.
+/// A limit of the system on the address space of this process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AddressLimit {
+    /// The limit, in bytes.
+    pub bytes: u64,
+    /// The option of the shell's `ulimit` that sets it: `v` for all addresses, `d` for data.
+    pub option: char,
+}
+
+/// The addresses that are no memory of the work, in bytes: the stacks of the worker thread and of the
+/// threads of two node tables, and what the process may use in addition.
+const OTHER_ADDRESSES: u64 = STACK as u64 + (2 << 30) + ALLOWANCE;
+
+/// Returns the memory for the work if the user names none: half of the memory of the machine or, if that
+/// is less, of its control group. If the addresses of the process are limited, it is at most a third of
+/// those that the stacks of threads leave: a node table exists twice while it grows, and the process
+/// needs memory for itself. Returns 2 GiB if no limit is known.
 pub fn default_memory() -> u64 {
-    let limits = [machine_memory(), control_group_limit()];
-    limits.into_iter().flatten().min().map_or(2 << 30, |all| all / 2)
+    let memory = [machine_memory(), control_group_limit()].into_iter().flatten().min();
+    share(memory, address_limit().map(|limit| limit.bytes))
+}
+
+fn share(memory: Option<u64>, addresses: Option<u64>) -> u64 {
+    let share = memory.map_or(2 << 30, |all| all / 2);
+    // Without diagrams, little memory and no large stacks are needed.
+    addresses.map_or(share, |all| share.min((all.saturating_sub(OTHER_ADDRESSES) / 3).max(ALLOWANCE)))
+}
+
+/// Returns the lowest limit on the address space of this process, if there is one.
+pub fn address_limit() -> Option<AddressLimit> {
+    #[cfg(unix)]
+    {
+        use rustix::process::{Resource, getrlimit};
+        let limits = [(Resource::As, 'v'), (Resource::Data, 'd')];
+        let of = |(resource, option)| getrlimit(resource).current.map(|bytes| AddressLimit { bytes, option });
+        limits.into_iter().filter_map(of).min_by_key(|limit| limit.bytes)
+    }
+    #[cfg(not(unix))]
+    None
 }
 
 fn machine_memory() -> Option<u64> {
@@ -41,9 +78,30 @@ fn machine_memory() -> Option<u64> {
     Some(kib * 1024)
 }
 
+/// Returns the lowest memory limit of the control groups of this process.
 fn control_group_limit() -> Option<u64> {
-    let files = ["/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"];
-    files.iter().find_map(|f| std::fs::read_to_string(f).ok()?.trim().parse().ok())
+    let groups = std::fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
+    let read = |file: String| std::fs::read_to_string(file).ok()?.trim().parse().ok();
+    limit_files(&groups).into_iter().filter_map(read).min()
+}
+
+/// Returns the files with the memory limits of the control groups in `/proc/self/cgroup`, and of those that
+/// contain them.
+fn limit_files(groups: &str) -> Vec<String> {
+    const ROOT: &str = "/sys/fs/cgroup";
+    let mut files = vec![format!("{ROOT}/memory.max"), format!("{ROOT}/memory/memory.limit_in_bytes")];
+    for line in groups.lines() {
+        let mut parts = line.splitn(3, ':').skip(1);
+        let (Some(controllers), Some(path)) = (parts.next(), parts.next()) else { continue };
+        let (folder, name) = match controllers {
+            "" => ("", "memory.max"),
+            _ if controllers.split(',').any(|c| c == "memory") => ("/memory", "memory.limit_in_bytes"),
+            _ => continue,
+        };
+        let inner = path.match_indices('/').skip(1).map(|(at, _)| &path[..at]).chain([path]);
+        files.extend(inner.filter(|path| *path != "/").map(|path| format!("{ROOT}{folder}{path}/{name}")));
+    }
+    files
 }
 
 /// Returns the largest resident set of this process so far, in bytes; 0 if the system does not
@@ -81,6 +139,27 @@ mod tests {
         for text in ["", "0", "GiB", "-1", "1.2.3", "5 apples", "nan", "1e3", "99999999TiB"] {
             assert!(parse(text).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn the_share_is_of_the_least_of_the_machine_the_control_group_and_the_addresses() {
+        assert_eq!(share(None, None), 2 << 30);
+        assert_eq!(share(Some(24 << 30), None), 12 << 30);
+        assert_eq!(share(Some(24 << 30), Some(1 << 40)), 12 << 30);
+        assert_eq!(share(Some(24 << 30), Some(6 << 30)), ((6 << 30) - (2 << 30) - (576 << 20)) / 3);
+        assert_eq!(share(Some(24 << 30), Some(1 << 30)), 64 << 20);
+        assert_eq!(share(Some(64 << 20), Some(1 << 30)), 32 << 20);
+    }
+
+    #[test]
+    fn the_limits_of_all_control_groups_around_the_process_count() {
+        let v2 = limit_files("0::/user.slice/job.scope\n");
+        assert_eq!(
+            v2[2..],
+            ["/sys/fs/cgroup/user.slice/memory.max", "/sys/fs/cgroup/user.slice/job.scope/memory.max"]
+        );
+        let v1 = limit_files("5:cpu:/a\n4:memory,hugetlb:/a:b\n0::/\n");
+        assert_eq!(v1[2..], ["/sys/fs/cgroup/memory/a:b/memory.limit_in_bytes"]);
     }
 
     #[test]

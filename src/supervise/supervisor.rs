@@ -14,7 +14,7 @@ const OUT_OF_MEMORY: u8 = 2;
 
 /// The memory that a process may use in addition to its limit, in bytes: for the program, texts and
 /// results.
-const ALLOWANCE: u64 = 64 << 20;
+pub(super) const ALLOWANCE: u64 = 64 << 20;
 /// The memory by which work may exceed its limit before it is left behind, in bytes. Work that asks
 /// whether to stop exceeds it by less.
 const GROWTH: u64 = 32 << 20;

@@ -15,7 +15,7 @@ const GRACE: Duration = Duration::from_millis(250);
 const TICK: Duration = Duration::from_millis(50);
 /// The stack of a worker thread, in bytes. Recursion is as deep as expressions and diagrams; the
 /// system maps pages of the stack only when they are used.
-const STACK: usize = 512 << 20;
+pub(super) const STACK: usize = 512 << 20;
 
 /// The reason why work has no result. `X` is the error with which the waiting thread cancels.
 #[derive(Debug)]

@@ -349,7 +349,7 @@ fn a_model_that_is_too_large_to_read_is_a_limit_that_is_named() {
     // The list of 950,000 commands grows by tens of MiB at once, which exceeds the limit.
     let text = format!("mdp module m x:[0..9];\n{}endmodule", "[]x=1->(x'=2);\n".repeat(950_000));
     let scratch = Scratch::new(&[("m.prism", &text)]);
-    let (status, err) = limited("-v 790000", &format!("info {}", scratch.show("m.prism")));
+    let (status, err) = limited("-v 790000", &format!("info {} --memory 8GiB", scratch.show("m.prism")));
     assert_eq!(status, Some(4), "{err}");
     assert!(err.contains("memory allocation of"), "{err}");
 }
@@ -364,5 +364,25 @@ fn advice_fits_the_command_and_the_cause() {
         let (status, err) = limited(&format!("-v {kib}"), &format!("query {dump} reachable --memory 8MiB"));
         assert_eq!(status, Some(4), "{err}");
         assert!(err.contains("ulimit") && !err.contains("--engine") && !err.contains("raises"), "{err}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn without_a_memory_limit_of_its_own_a_run_keeps_to_that_of_the_address_space() {
+    let run = "reach models/robot5x5.prism --target b=0 --engine symbolic";
+    for limit in ["-v 6291456", "-d 6291456", "-v 2500000", "-d 2500000"] {
+        let (status, err) = limited(limit, run);
+        assert_eq!(status, Some(0), "{limit}: {err}");
+    }
+    for (limit, what) in [("-v 6291456", "address space"), ("-d 6291456", "data")] {
+        let (status, err) = limited(limit, &format!("{run} --memory 8GiB"));
+        assert_eq!(status, Some(4), "{err}");
+        let option = &limit[..2];
+        let named = format!(
+            "the {what} of this process is limited to 6144 MiB; use a smaller `--memory` or a larger \
+                             `ulimit {option}`"
+        );
+        assert!(err.contains(&named), "{err}");
     }
 }

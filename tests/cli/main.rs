@@ -18,6 +18,7 @@ mod games;
 mod generate;
 #[path = "../common/graphs.rs"]
 mod graphs;
+mod initial;
 mod jani;
 mod jani_properties;
 mod json;

@@ -101,29 +101,43 @@ fn layout(program: &Program, settings: &Settings) -> Result<Layout> {
 }
 
 impl Exploration {
-    /// Prepares an exploration of the scope, and finds the initial states by trying at most `most`
-    /// partial valuations.
+    /// Prepares an exploration of the scope.
     ///
     /// # Errors
-    /// The states do not fit the memory or a code, there are more valuations to try, or the work is
-    /// cancelled.
-    pub(crate) fn new(program: Arc<Program>, settings: Settings, most: u64) -> Result<Self> {
+    /// The states do not fit the memory or a code, or the work is cancelled.
+    pub(crate) fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
         let layout = layout(&program, &settings)?;
         let prepared = Prepared::new(&program, &layout, &*settings.sink)?;
         let meter = Meter::new(settings.memory);
         let task = Task { program, settings, layout, prepared, meter };
-        let found = by_words!(task, start(most))?;
+        let found = task.start()?;
         Ok(Exploration { task, found })
     }
 
     /// Continues until all states are explored or the work so far is `most`, counted in states and their
-    /// successors. Returns true if all are explored. After an error, the exploration cannot go on.
+    /// successors, and in steps of the search for the initial states. Returns true if all are explored.
+    /// After an error, the exploration cannot go on.
     ///
     /// # Errors
     /// A limit of the engine is reached, or a command has no meaning in some state.
     pub(crate) fn run(&mut self, most: u64) -> Result<bool> {
         let Exploration { task, found } = self;
-        by_words!(task, explore(found, most))
+        Ok(by_words!(task, begin(found, most))? && by_words!(task, explore(found, most))?)
+    }
+
+    /// Returns whether all initial states are found.
+    pub(crate) fn has_begun(&self) -> bool {
+        self.found.search.is_none()
+    }
+
+    /// Begins with these states, in the order of their values, if the search for the initial states has
+    /// not ended.
+    ///
+    /// # Errors
+    /// The memory limit or the maximum number of states is reached.
+    pub(crate) fn begin_with(&mut self, states: &[State]) -> Result<()> {
+        let Exploration { task, found } = self;
+        by_words!(task, take(found, states))
     }
 
     /// Sets the most bytes of the states and their successors.
@@ -185,14 +199,18 @@ impl Task {
         Ok(found.next == found.space.len())
     }
 
-    fn start<const W: usize>(&self, most: u64) -> Result<Found> {
-        let space = match self.layout.valuations() {
-            Some(n) => Space::Every(n as usize),
-            None => Space::Indexed(self.initial_states::<W>(most)?),
+    fn start(&self) -> Result<Found> {
+        let (space, search) = match self.layout.valuations() {
+            Some(n) => (Space::Every(n as usize), None),
+            None => {
+                let index = Index::new(self.layout.words(), &self.meter);
+                (Space::Indexed(index), Some(self.search()?))
+            }
         };
         let begin = self.program.monitors.as_ref().map(|o| o.begin);
         Ok(Found {
-            restarts: begin == Some(Begin::Everywhere) && matches!(space, Space::Indexed(_)),
+            restarts: begin == Some(Begin::Everywhere) && search.is_some(),
+            search,
             started: space.len(),
             next: 0,
             work: 0,
@@ -262,20 +280,40 @@ impl Task {
         Explored { initial, deadlocks, drawing, rounded, space, graph, players }
     }
 
-    fn initial_states<const W: usize>(&self, most: u64) -> Result<Index> {
-        let mut index = Index::new(W, &self.meter);
-        let start = match (self.settings.scope, &self.program.monitors) {
+    /// Creates the search for the initial states. Its work is not done yet.
+    fn search(&self) -> Result<Box<Beginning>> {
+        let condition = match (self.settings.scope, &self.program.monitors) {
             (Scope::All, Some(monitors)) => monitors.fresh,
             _ => self.program.initial,
         };
-        let mut search = Search::new(&self.program, start, &*self.settings.sink)?;
-        search.run(most, &mut |values| {
-            if let Some(code) = self.layout.encode(values) {
-                index.intern::<W>(&fixed(&code))?;
-            }
-            Ok(())
+        let search = Search::new(&self.program, condition, &*self.settings.sink)?;
+        Ok(Box::new(Beginning { search, codes: Array::new(&self.meter) }))
+    }
+
+    /// Continues the search for the initial states until the work is `most`. Returns true if all are
+    /// found.
+    fn begin<const W: usize>(&self, found: &mut Found, most: u64) -> Result<bool> {
+        let Some(beginning) = &mut found.search else { return Ok(true) };
+        let Beginning { search, codes } = &mut **beginning;
+        let is_over = search.run(most, &*self.settings.sink, &mut |state| {
+            let code = self.layout.encode(state);
+            code.map_or(Ok(()), |code| codes.extend(&fixed::<W>(&code)))
         })?;
-        Ok(index)
+        found.work = search.work();
+        if is_over {
+            let _copied = self.meter.charge(codes.len() * size_of::<u64>())?;
+            let mut all: Vec<[u64; W]> = codes.chunks_exact(W).map(fixed).collect();
+            // Codes compare as the values do.
+            all.sort_unstable();
+            found.start(&all)?;
+        }
+        Ok(is_over)
+    }
+
+    fn take<const W: usize>(&self, found: &mut Found, states: &[State]) -> Result<()> {
+        let codes = states.iter().filter_map(|state| self.layout.encode(state));
+        let codes: Vec<[u64; W]> = codes.map(|code| fixed(&code)).collect();
+        if found.search.is_some() { found.start(&codes) } else { Ok(()) }
     }
 
     fn report(&self, found: &Found) -> Result<()> {
@@ -306,8 +344,17 @@ impl Task {
     }
 }
 
+/// The search for the initial states.
+struct Beginning {
+    search: Search,
+    /// The codes of the states found.
+    codes: Array<u64>,
+}
+
 /// The states found so far, and the next one to explore.
 struct Found {
+    /// The search for the initial states, until all are found.
+    search: Option<Box<Beginning>>,
     space: Space,
     /// Number of states before the first step.
     started: usize,
@@ -326,6 +373,15 @@ struct Found {
 }
 
 impl Found {
+    /// Begins with the states of these codes.
+    fn start<const W: usize>(&mut self, codes: &[[u64; W]]) -> Result<()> {
+        for code in codes {
+            self.space.number(code)?;
+        }
+        (self.started, self.search) = (self.space.len(), None);
+        Ok(())
+    }
+
     /// Adds the steps from the next state, with their successors, to the graph.
     #[inline]
     fn add<const W: usize>(&mut self, stepper: &Stepper<'_, W>, code: &[u64; W]) -> Result<()> {

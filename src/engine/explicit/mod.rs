@@ -107,7 +107,7 @@ impl ExplicitEngine {
     /// - An update leaves the range of its variable, probabilities are not a distribution, or an
     ///   expression has no value: an input error with an example state of the scope.
     pub fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
-        Self::explored(Exploration::new(program, settings, u64::MAX)?)
+        Self::explored(Exploration::new(program, settings)?)
     }
 
     /// Explores the rest of the scope, as [`ExplicitEngine::new`] does.

@@ -3,12 +3,13 @@
 use std::sync::{Arc, OnceLock};
 
 use super::attempts::has_few_parts;
-use super::draft::{Draft, Translated};
+use super::draft::{Draft, Translated, beginnings};
 use super::encoding::Encoding;
 use super::encoding::transitions::{Piece, Transitions};
 use super::encoding::translate::Translator;
 use super::games::Game;
 use super::order::Bit;
+use super::pick;
 use super::relations::lists::Lists;
 use super::relations::partial_relation::PartialRelation;
 use super::store::Store;
@@ -72,6 +73,18 @@ impl Explored {
     /// Returns the number of states.
     pub(crate) fn count(&self) -> Result<Count> {
         self.draft.store.count(&self.states, self.draft.encoding.width() as u32)
+    }
+
+    /// Returns the states in which the exploration begins, ordered by their values; all states if nothing
+    /// was explored.
+    ///
+    /// # Errors
+    /// A limit.
+    pub(crate) fn beginnings(&self) -> Result<Vec<State>> {
+        let Draft { program, settings, encoding, store, domain, translated, .. } = &self.draft;
+        let sets = (&translated.initial, domain);
+        let start = beginnings(program, encoding, store, settings.scope, sets)?;
+        pick::list(store, encoding, start.as_ref().unwrap_or(&self.states), usize::MAX)
     }
 
     /// Returns the number of nodes of the states and of all partial relations.
