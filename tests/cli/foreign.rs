@@ -27,7 +27,12 @@ fn what_is_not_read_is_refused_by_what_it_is_with_what_helps() {
         ("m.tra", "# Transitions (POMDP)\n1 1 1 1\n0 0 0 1 0 a\n", "models with observations (POMDPs)", ""),
         ("m.tra", "# Transitions (LTS)\n2 2 2\n0 0 1\n1 0 1\n", "models of type LTS are not supported", ""),
         ("m.tra", "# Transitions (IMDP)\n2 2 2\n0 0 1 [1,1]\n", "models of type IMDP are not supported", ""),
-        ("m.tra", "# Transitions (MDP)\n2 2\n0 1 1\n1 1 1\n", "but the first line is that of a dtmc", ""),
+        (
+            "m.tra",
+            "# Transitions (MDP)\n2 2\n0 1 1\n1 1 1\n",
+            "but the first line has the numbers of the type `dtmc`",
+            "",
+        ),
         ("m.tra", "2 2 2 1\n- - 0 - 0\n0 0 1 1 0 a\n1 0 1 1 0 a\n", "models with observations (POMDPs)", ""),
         (
             "m.tra",
@@ -38,6 +43,13 @@ fn what_is_not_read_is_refused_by_what_it_is_with_what_helps() {
         ("m.tra", "2 2\n0 1:1\n1 1:1\n", "several transitions of a choice", "without `-exportrows`"),
         ("m.tra", "2 2\n0 1 2\n1 1 3\n", "2 is not a probability", "rates of a CTMC are not supported"),
         ("m.tra", "2 3\n0 0 0.5\n0 1 0.75\n1 1 1\n", "sum to 1.25", "rates of a CTMC are not supported"),
+        (
+            "m.pexp",
+            "2 2\n0 1 1\n1 1 1\n# Labels\n0=\"init\"\n0: 0\n# Labels\n0=\"init\"\n1: 0\n",
+            "occurs twice",
+            "",
+        ),
+        ("m.pexp", "2 2\n0 1 1\n1 1 1\n# Transitions (DTMC)\n1 1\n0 0 1\n", "occurs twice", ""),
         ("m.drn", drn, "models of type CTMC are not supported", ""),
         ("m.jani", "{ // a walk\n\"jani-version\": 1}", "not JSON", "JSON has no comments"),
         ("m.jani", "// a walk\n{\"jani-version\": 1}", "not JSON", "JSON has no comments"),

@@ -252,7 +252,11 @@ fn the_players_of_transitions_stand_next_to_the_states() {
         ("3:2", "3:0", "2:1 the file has no transitions of 0 players"),
         ("3:2", "3:900", "2:1 the file has no transitions of 900 players"),
         ("3:2 3 4", "3:2 3 5", "2:1 the numbers of this line are [3, 3, 4] in the file"),
-        ("3:2 3", "3 3", "3:1 `0:0` is not a whole number"),
+        (
+            "3:2 3",
+            "3 3",
+            "1:1 this heading names the type SMG, but the first line has the numbers of the type `mdp`",
+        ),
     ] {
         let text = format!("# Transitions (SMG)\n{}", TRA.replace(from, to));
         let Err(Error::Input(all)) = load(&text) else { panic!("{to}") };

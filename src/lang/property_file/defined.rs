@@ -4,7 +4,7 @@ use crate::ast::{Ident, Item};
 use crate::parse::parse_model;
 use meliora_model::Program;
 
-/// What a name is in the model.
+/// The kind of a name in the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Constant,

@@ -16,6 +16,8 @@ pub(super) struct Sections<'s> {
     pub(super) labels: Option<Part<'s>>,
     /// The name in the heading of the first section that is not read.
     pub(super) unread: Option<&'static str>,
+    /// The heading of a section that the file has already.
+    again: Option<Line<'s>>,
 }
 
 /// Returns true if a file has the values or the labels of its states, too.
@@ -25,41 +27,49 @@ pub(crate) fn has_states(source: &Arc<SourceFile>) -> bool {
 }
 
 impl<'s> Sections<'s> {
-    /// Finds the sections of a file. What comes before the first heading are transitions.
+    /// Finds the sections of a file. Lines before the first heading are transitions.
     pub(super) fn of(source: &'s Arc<SourceFile>) -> Self {
         let part = |range| Part { source, range };
-        let mut sections =
-            Sections { heading: None, transitions: part(0..0), states: None, labels: None, unread: None };
-        let (mut name, mut start) = ("Transitions", 0);
+        let (transitions, states, labels) = (part(0..0), None, None);
+        let mut sections = Sections { heading: None, transitions, states, labels, unread: None, again: None };
+        let (mut name, mut start, mut begin) = ("Transitions", 0, None);
         for line in part(0..source.text.len()).all_lines() {
             let Some(next) = heading(line.text) else { continue };
-            sections.add(name, part(start..line.start()));
+            sections.add(name, part(start..line.start()), begin);
             if next == "Transitions" {
                 sections.heading = Some(line);
             }
-            (name, start) = (next, line.start() + line.text.len());
+            (name, start, begin) = (next, line.start() + line.text.len(), Some(line));
         }
-        sections.add(name, part(start..source.text.len()));
+        sections.add(name, part(start..source.text.len()), begin);
         sections
     }
 
-    fn add(&mut self, name: &'static str, part: Part<'s>) {
-        match name {
+    fn add(&mut self, name: &'static str, part: Part<'s>, begin: Option<Line<'s>>) {
+        let known = match name {
             // Comments may stand before the heading.
-            "Transitions" => self.transitions = part,
-            "States" => self.states = Some(part),
-            "Labels" => self.labels = Some(part),
+            "Transitions" => Some(std::mem::replace(&mut self.transitions, part)),
+            "States" => self.states.replace(part),
+            "Labels" => self.labels.replace(part),
             _ => {
                 self.unread.get_or_insert(name);
+                None
             }
+        };
+        if known.is_some_and(|part| part.lines("#").next().is_some()) {
+            self.again = self.again.or(begin);
         }
     }
 
-    /// Checks that the heading of the transitions names the type that the numbers of the first line have.
+    /// Checks that no section occurs twice, and that the heading of the transitions names the type that the
+    /// numbers of the first line have.
     ///
     /// # Errors
-    /// The type is another one, or not supported.
-    pub(super) fn check_type(&self, found: ModelKind) -> Result<()> {
+    /// A section occurs twice; the type is another one, or not supported.
+    pub(super) fn check(&self, found: ModelKind) -> Result<()> {
+        if let Some(again) = self.again {
+            return Err(again.wrong("this section occurs twice"));
+        }
         let Some(heading) = self.heading else { return Ok(()) };
         let name = heading.text.split_once('(').and_then(|(_, rest)| rest.strip_suffix(')'));
         let Some(name) = name.map(str::trim) else { return Ok(()) };
@@ -73,8 +83,8 @@ impl<'s> Sections<'s> {
             return Ok(());
         }
         let found = <&str>::from(found);
-        Err(heading
-            .wrong(format!("this heading names the type {name}, but the first line is that of a {found}")))
+        let but = format!("but the first line has the numbers of the type `{found}`");
+        Err(heading.wrong(format!("this heading names the type {name}, {but}")))
     }
 }
 

@@ -118,7 +118,7 @@ fn transitions(frame: &Frame<'_>, sections: &Sections<'_>, poll: &mut Poll<'_>) 
     let mut all = sections.transitions.lines("#");
     let Some(first) = all.next() else { return Err(frame.wrong("the file has no transitions")) };
     let counts = Counts::read(first)?;
-    sections.check_type(counts.kind())?;
+    sections.check(counts.kind())?;
     let mut table = Table::new(counts.kind());
     if let Some(players) = counts.players {
         table.players = numbered_players(players);

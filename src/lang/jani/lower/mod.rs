@@ -115,7 +115,7 @@ impl Lowering<'_> {
         let mut met = AHashSet::new();
         let doubled: AHashSet<&str> =
             model.properties.iter().map(|p| p.name.as_str()).filter(|name| !met.insert(*name)).collect();
-        for property in &model.properties {
+        for property in model.properties.iter() {
             let name = &property.name;
             let formula = match &property.asks {
                 _ if doubled.contains(name.as_str()) => {

@@ -11,7 +11,7 @@ use meliora_model::stack;
 const FUNCTIONS: &[&str] = &["min", "max", "sum", "avg", "count", "∀", "∃", "argmin", "argmax", "values"];
 
 impl<'a> Reader<'a> {
-    /// Reads a filter. What it asks for is kept even if it is refused: its target is a label.
+    /// Reads a filter. A refused filter keeps its question, whose target is a label.
     pub(super) fn filter(&mut self, object: &Object<'a>) -> Asks<Question> {
         let what = "a filter";
         self.known(object, what, &["op", "fun", "values", "states"])?;

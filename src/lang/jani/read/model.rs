@@ -1,6 +1,6 @@
 //! The objects of a model.
 
-use super::property::Property;
+use super::property::Properties;
 use super::record::{NonEmpty, records};
 use super::types::{Action, Bounds, Exp, Feature, Version};
 use crate::ast::{Expr, Ident};
@@ -14,7 +14,7 @@ records! {
         "variables" => variables: Vec<Variable> = Vec::new(),
         "functions" => functions: Vec<Function> = Vec::new(),
         "restrict-initial" => restrict: Option<Exp> = None,
-        "properties" => properties: Vec<Property> = Vec::new(),
+        "properties" => properties: Properties = Properties::default(),
         "automata" => automata: Vec<Automaton>,
         "system" => system: System,
     }

@@ -36,25 +36,42 @@ pub(crate) struct Property {
     pub(crate) asks: Result<Question, Refusal>,
 }
 
-/// Errors in a property are the reason against it: they leave the model and the other properties.
-impl<'a> Read<'a> for Property {
-    fn read(reader: &mut Reader<'a>, node: Node<'a>, what: &str) -> Option<Self> {
-        let told = reader.told();
-        if let Some(Readable { name, asks }) = Readable::read(reader, node, what) {
-            return Some(Property { name: name.name, asks: asks.map_err(Refusal::without_place) });
-        }
-        let wrong = reader.take_back(told)?;
-        let told = reader.told();
-        let name = match reader.any(node) {
-            Some(Shape::Object(object)) => {
-                object.get("name").and_then(|name| Ident::read(reader, name, "the name of a property"))
-            }
-            _ => None,
-        };
-        reader.take_back(told);
-        let name = name.map_or_else(|| reader.path_to(node), |name| name.name);
-        Some(Property { name, asks: Err(Refusal::at(&wrong)) })
+/// The properties of a model.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Properties(Vec<Property>);
+
+impl std::ops::Deref for Properties {
+    type Target = [Property];
+
+    fn deref(&self) -> &[Property] {
+        &self.0
     }
+}
+
+impl<'a> Read<'a> for Properties {
+    fn read(reader: &mut Reader<'a>, node: Node<'a>, what: &str) -> Option<Self> {
+        let all = reader.array(node, what)?.into_iter().enumerate();
+        all.map(|(index, node)| property(reader, node, index)).collect::<Option<_>>().map(Properties)
+    }
+}
+
+/// Reads a property. Errors in it are the reason against it: they leave the model and the other properties.
+fn property<'a>(reader: &mut Reader<'a>, node: Node<'a>, index: usize) -> Option<Property> {
+    let told = reader.told();
+    if let Some(Readable { name, asks }) = Readable::read(reader, node, "a property") {
+        return Some(Property { name: name.name, asks: asks.map_err(Refusal::without_place) });
+    }
+    let wrong = reader.take_back(told)?;
+    let told = reader.told();
+    let name = match reader.any(node) {
+        Some(Shape::Object(object)) => {
+            object.get("name").and_then(|name| Ident::read(reader, name, "the name of a property"))
+        }
+        _ => None,
+    };
+    reader.take_back(told);
+    let name = name.map_or_else(|| format!("properties[{index}]"), |name| name.name);
+    Some(Property { name, asks: Err(Refusal::at(&wrong)) })
 }
 
 /// The question, or the reason why the property is not supported.

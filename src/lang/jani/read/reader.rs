@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ahash::AHashSet;
 
-use super::super::json::{self, Document, Malformed, Node, Object, Shape};
+use super::super::json::{Document, Malformed, Node, Object, Shape};
 use crate::ast::{Ident, Span};
 use meliora_model::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use meliora_model::progress::{Poll, ProgressSink};
@@ -74,11 +74,6 @@ impl<'a> Reader<'a> {
         }
         let first = self.diagnostics.drain(told..).next();
         first
-    }
-
-    /// Returns the path in the document to a value, as a name for it.
-    pub(crate) fn path_to(&self, node: Node<'a>) -> String {
-        json::path(&self.source.text, node.span().start()).unwrap_or_default()
     }
 
     pub(crate) fn wrong(&self, span: Span, message: impl Into<String>) -> Diagnostic {
