@@ -33,12 +33,17 @@ pub mod names {
 
 /// Comma-separated values.
 pub mod csv {
-    pub use meliora_model::csv::{Lines, lines};
+    pub use meliora_model::csv::{Lines, cell, lines, text};
 }
 
-/// Escaping of untrusted text for display.
+/// Escaping of untrusted text: one function for each target.
 pub mod escape {
-    pub use meliora_model::escape::{is_shown, line, lines};
+    pub use meliora_model::escape::{dot, is_shown, line, lines, unword, word};
+}
+
+/// JSON in which every character is displayed.
+pub mod json {
+    pub use meliora_model::json::{compact, pretty};
 }
 
 /// Syntax trees, temporal formulas and properties, before they become part of a program.

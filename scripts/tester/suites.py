@@ -5,6 +5,7 @@ from tester import (
     exchange,
     games,
     lists,
+    names,
     package,
     pages,
     promises,
@@ -16,5 +17,8 @@ from tester import (
     together,
 )
 
-GROUPS = (checks, games, promises, regions, questions, tables, together, stopping, lists, exchange, pages, refusals, package)
+GROUPS = (
+    *(checks, games, promises, regions, questions, tables, together, stopping),
+    *(lists, exchange, names, pages, refusals, package),
+)
 ALL = {name: check for group in GROUPS for name, check in group.ALL.items()}

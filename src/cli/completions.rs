@@ -22,6 +22,6 @@ pub(super) struct CompletionsArgs {
 pub(super) fn run(args: &CompletionsArgs) -> Result<Status, Error> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut super::parser(), "meliora", &mut script);
-    terminal::print(&String::from_utf8_lossy(&script))?;
+    terminal::print_bytes(&script)?;
     Ok(Status::Done)
 }

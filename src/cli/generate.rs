@@ -159,8 +159,8 @@ pub(super) fn run(args: &GenerateArgs) -> Result<Status, Error> {
     };
     match (&args.out, args.print) {
         (Some(prefix), _) if prefix.as_os_str() != "-" => write(prefix, &generated, args)?,
-        (_, Text::Model) => terminal::print(&generated.model)?,
-        (_, Text::Prefs) => terminal::print(&generated.preferences)?,
+        (_, Text::Model) => terminal::print_bytes(generated.model.as_bytes())?,
+        (_, Text::Prefs) => terminal::print_bytes(generated.preferences.as_bytes())?,
     }
     Ok(Status::Done)
 }

@@ -40,6 +40,6 @@ pub(super) fn run(args: &ManArgs) -> Result<Status, Error> {
     if let Err(e) = Man::new(page).source(SOURCE).render(&mut text) {
         return Err(Error::Io { path: "standard output".to_owned(), message: e.to_string() });
     }
-    terminal::print(&String::from_utf8_lossy(&text))?;
+    terminal::print_bytes(&text)?;
     Ok(Status::Done)
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use meliora::supervise::{Supervisor, lock};
 use meliora_engine::ProgressSink;
-use meliora_model::error::{Diagnostic, Limit, render};
+use meliora_model::error::{Diagnostic, Limit};
 use meliora_model::escape;
 
 use super::options::ShownArgs;
@@ -64,28 +64,33 @@ impl TerminalSink {
     pub(super) fn warn(&self, text: &str) {
         if !self.quiet {
             let warning = terminal::stderr_style().warn("warning");
-            self.say(&format!("{warning}: {}", escape::lines(text)));
+            self.say(&format!("{warning}: {text}"));
         }
     }
 
     /// Writes warnings that point into a text.
     pub(super) fn warn_at(&self, warnings: &[Diagnostic]) {
         if !self.quiet && !warnings.is_empty() {
-            self.say(render(warnings, terminal::stderr_style().color).trim_end());
+            self.beside_line(|| terminal::point(warnings));
         }
     }
 
     /// Writes a note for `-v`.
     pub(super) fn note(&self, text: &str) {
         if self.verbose > 0 {
-            self.say(&format!("note: {}", escape::lines(text)));
+            self.say(&format!("note: {text}"));
         }
     }
 
     fn say(&self, text: &str) {
+        self.beside_line(|| terminal::message(text));
+    }
+
+    /// Hides the progress line while something else is written.
+    fn beside_line(&self, write: impl FnOnce()) {
         match &*lock(&self.line) {
-            Some(line) => line.suspend(|| terminal::message(text)),
-            None => terminal::message(text),
+            Some(line) => line.suspend(write),
+            None => write(),
         }
     }
 
@@ -114,7 +119,7 @@ impl TerminalSink {
 
     fn refresh(&self) {
         if let Some(line) = &*lock(&self.line) {
-            line.set_message(self.supervisor.position().line());
+            line.set_message(escape::line(&self.supervisor.position().line()).into_owned());
             line.tick();
         }
     }

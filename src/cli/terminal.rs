@@ -1,10 +1,11 @@
 //! Output to stdout and stderr.
 
+use std::borrow::Cow;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
-use meliora_model::error::{Error, Limit, render};
-use meliora_model::escape;
+use meliora_model::error::{Diagnostic, Error, Limit, render};
+use meliora_model::{escape, json};
 use meliora_report::{Failure, FailureKind, Report, Style};
 use serde::Serialize;
 
@@ -53,15 +54,15 @@ pub(super) fn stderr_style() -> Style {
     Style { color: colored(io::stderr().is_terminal()), width: None }
 }
 
-/// Writes results. A reader that has closed the pipe (`| head`) is not an error.
+/// Writes a text for people. A reader that has closed the pipe (`| head`) is not an error.
 ///
 /// # Errors
 /// Standard output cannot be written, for example because the disk is full.
 pub(super) fn print(text: &str) -> Result<(), Error> {
-    print_bytes(text.as_bytes())
+    print_bytes(stdout_style().finished(text).as_bytes())
 }
 
-/// Writes results that need not be text.
+/// Writes the content of a file as it is.
 ///
 /// # Errors
 /// The errors of [`print`].
@@ -94,27 +95,31 @@ fn print_by(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), 
 /// The errors of [`print`].
 pub(super) fn print_json(value: &impl Serialize) -> Result<(), Error> {
     print_by(|out| {
-        serde_json::to_writer_pretty(&mut *out, value)?;
+        json::write_pretty(value, &mut *out)?;
         out.write_all(b"\n")
     })
 }
 
 /// Writes a line to stderr and ignores errors.
 pub(super) fn message(text: &str) {
-    let _ = writeln!(io::stderr().lock(), "{text}");
+    let _ = writeln!(io::stderr().lock(), "{}", stderr_style().finished(text));
+}
+
+/// Writes messages that point into a text to stderr.
+pub(super) fn point(diagnostics: &[Diagnostic]) {
+    let text = render(diagnostics, stderr_style().color);
+    let _ = writeln!(io::stderr().lock(), "{}", text.trim_end());
 }
 
 /// Shows an error on stderr. `progress` says how far the work got.
 pub(super) fn show_error(error: &Error, progress: Option<&str>) {
     let style = stderr_style();
     match error {
-        Error::Input(diagnostics) if !diagnostics.is_empty() => {
-            message(render(diagnostics, style.color).trim_end());
-        }
-        _ => message(&format!("{}: {}", style.bad("error"), escape::lines(&advice::message(error)))),
+        Error::Input(diagnostics) if !diagnostics.is_empty() => point(diagnostics),
+        _ => message(&format!("{}: {}", style.bad("error"), advice::message(error))),
     }
     if let Some(progress) = progress {
-        message(&format!("  {}", escape::lines(progress)));
+        message(&format!("  {progress}"));
     }
 }
 
@@ -152,9 +157,14 @@ pub(super) fn show_clap(error: &clap::Error, json: bool) -> Status {
             _ => Status::Done,
         };
     }
-    let _ = error.print();
+    let text = error.render().to_string();
+    // A message of clap repeats arguments, and is coloured only as it is.
+    match escape::lines(&text) {
+        Cow::Borrowed(_) => drop(error.print()),
+        Cow::Owned(text) => message(text.trim_end()),
+    }
     if json {
-        let failure = Failure::new(FailureKind::Usage, one_line(&error.render().to_string()));
+        let failure = Failure::new(FailureKind::Usage, one_line(&text));
         if print_json(&failure).is_err() {
             return Status::Limit;
         }

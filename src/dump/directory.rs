@@ -1,7 +1,8 @@
 //! The directory of a dump, which is written completely or not at all.
 
-use std::fs::File;
-use std::io::{self, BufReader, BufWriter, Write};
+use std::collections::BTreeSet;
+use std::fs::{self, File};
+use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
 use sha2::{Digest, Sha256};
@@ -13,7 +14,7 @@ use super::streams::{Hashing, Watched};
 use super::{Diagram, dddmp, dot};
 use meliora_model::error::{Error, Result, ensure};
 use meliora_model::files::NewDirectory;
-use meliora_model::progress::ProgressSink;
+use meliora_model::progress::{NoProgress, ProgressSink};
 pub use meliora_model::reading::sha256;
 use meliora_model::reading::{hex, regular};
 
@@ -31,16 +32,42 @@ pub struct Dump {
 }
 
 /// The directory of a dump. It contains no other files than these.
-const DUMP: Sort = Sort {
-    name: "dump",
-    files: |directory| {
-        let own = [manifest::FILE, manifest::REGIONS, manifest::CERTIFICATE, manifest::VALUES];
-        let roots = Manifest::read(directory).ok()?.regions.roots;
-        Some(
-            own.map(str::to_owned).into_iter().chain(roots.into_iter().filter_map(|root| root.dot)).collect(),
-        )
-    },
-};
+const DUMP: Sort = Sort { name: "dump", files: own_files };
+
+/// Returns the files of a dump that are as this program wrote them: they have the hash of the
+/// manifest, or are the picture of their root.
+fn own_files(directory: &Path) -> Option<BTreeSet<String>> {
+    let manifest = Manifest::read(directory).ok()?;
+    let is_own = |name: &str, sha256: &str| {
+        let path = directory.join(name);
+        is_regular(&path) && read_hashed(&path, sha256, &NoProgress, |input| drained(input)).is_ok()
+    };
+    let (regions, certificate, values) = (&manifest.regions, &manifest.certificate, &manifest.values);
+    let hashed = [
+        Some((manifest::REGIONS, &regions.sha256)),
+        certificate.as_ref().map(|file| (manifest::CERTIFICATE, &file.sha256)),
+        values.as_ref().map(|file| (manifest::VALUES, &file.sha256)),
+    ];
+    let hashed = hashed.into_iter().flatten().filter(|(name, sha256)| is_own(name, sha256));
+    let mut own: BTreeSet<String> = hashed.map(|(name, _)| name.to_owned()).collect();
+    own.extend(is_regular(&directory.join(manifest::FILE)).then(|| manifest::FILE.to_owned()));
+    if regions.roots.iter().any(|root| root.dot.is_some()) && own.contains(manifest::REGIONS) {
+        let diagram = read_file(directory, &manifest, regions, &NoProgress).ok()?;
+        own.extend(dot::pictures(regions, &diagram, directory, &NoProgress).ok()?);
+    }
+    Some(own)
+}
+
+/// Reads a file to its end.
+fn drained(input: &mut impl Read) -> Result<()> {
+    let failed = |e: io::Error| Error::Io { path: String::new(), message: e.to_string() };
+    io::copy(input, &mut io::sink()).map(drop).map_err(failed)
+}
+
+/// Returns true for a regular file, false for a link, a pipe, or nothing.
+pub(super) fn is_regular(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|found| found.is_file())
+}
 
 /// Writes a dump into a directory that does not exist yet, is empty, or contains only a dump, which
 /// is replaced. All files appear together, after the last is written; an old dump remains until

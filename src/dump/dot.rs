@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
+use super::directory::is_regular;
 use super::streams::Watched;
 use super::{Diagram, Edge, manifest};
+use meliora_model::escape;
 use meliora_model::files::NewDirectory;
 use meliora_model::progress::ProgressSink;
 use meliora_model::reading::regular;
@@ -47,20 +49,48 @@ pub fn false_picture<'f>(
     for root in &file.roots {
         let name = file_name(&root.name, &mut taken);
         let Some(said) = &root.dot else { continue };
-        let is_right = *said == name && {
-            let input = regular(&directory.join(&name)).ok();
-            let mut same = Comparing { input: input.map(BufReader::new), differs: false };
-            let mut out = BufWriter::new(Watched { inner: &mut same, sink });
-            write(diagram, root.node, &root.name, &mut out)?;
-            out.flush()?;
-            drop(out);
-            same.is_equal()
-        };
-        if !is_right {
+        if *said != name || !is_picture(root, diagram, &directory.join(name), sink)? {
             return Ok(Some(&root.name));
         }
     }
     Ok(None)
+}
+
+/// Returns the names of the files in a directory that `write_all` writes for roots of a manifest.
+///
+/// # Errors
+/// The work is cancelled.
+pub(super) fn pictures(
+    file: &manifest::File,
+    diagram: &Diagram,
+    directory: &Path,
+    sink: &dyn ProgressSink,
+) -> io::Result<Vec<String>> {
+    let (mut taken, mut found) = (BTreeMap::new(), Vec::new());
+    for root in &file.roots {
+        let name = file_name(&root.name, &mut taken);
+        let is_named = root.dot.as_ref() == Some(&name) && is_regular(&directory.join(&name));
+        if is_named && is_picture(root, diagram, &directory.join(&name), sink)? {
+            found.push(name);
+        }
+    }
+    Ok(found)
+}
+
+/// Returns whether a file contains the picture of a root.
+fn is_picture(
+    root: &manifest::Root,
+    diagram: &Diagram,
+    path: &Path,
+    sink: &dyn ProgressSink,
+) -> io::Result<bool> {
+    let input = regular(path).ok();
+    let mut same = Comparing { input: input.map(BufReader::new), differs: false };
+    let mut out = BufWriter::new(Watched { inner: &mut same, sink });
+    write(diagram, root.node, &root.name, &mut out)?;
+    out.flush()?;
+    drop(out);
+    Ok(same.is_equal())
 }
 
 /// A writer that compares its input with a file.
@@ -116,16 +146,16 @@ fn file_name(region: &str, taken: &mut BTreeMap<String, usize>) -> String {
 /// # Errors
 /// Writing to `out` fails.
 pub fn write(diagram: &Diagram, root: Edge, title: &str, out: &mut impl Write) -> io::Result<()> {
-    writeln!(out, "digraph \"{}\" {{", title.escape_default())?;
+    writeln!(out, "digraph {} {{", escape::dot(title))?;
     writeln!(out, "  node [shape=circle];")?;
-    writeln!(out, "  root [label=\"{}\", shape=plaintext];", title.escape_default())?;
+    writeln!(out, "  root [label={}, shape=plaintext];", escape::dot(title))?;
     writeln!(out, "  n1 [label=\"1\", shape=box];")?;
     arc(out, "root", root, "solid")?;
     let seen = diagram.below(&[root]);
     for (index, node) in diagram.nodes.iter().enumerate().filter(|(index, _)| seen[*index]) {
         let name = format!("n{}", index + 2);
         let label = diagram.variables.get(node.level as usize).map_or("?", String::as_str);
-        writeln!(out, "  {name} [label=\"{}\"];", label.escape_default())?;
+        writeln!(out, "  {name} [label={}];", escape::dot(label))?;
         arc(out, &name, node.then, "solid")?;
         arc(out, &name, node.otherwise, "dashed")?;
     }

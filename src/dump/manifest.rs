@@ -10,6 +10,7 @@ use serde_json::Value as Json;
 use super::bounds::Layout;
 use super::{Diagram, Edge};
 use meliora_model::error::{Error, Result, ensure};
+use meliora_model::json;
 use meliora_model::reading::{each_once, regular};
 use meliora_model::trend::Trend;
 
@@ -340,7 +341,7 @@ impl Manifest {
     /// # Errors
     /// A value has no JSON form.
     pub fn text(&self) -> io::Result<String> {
-        Ok(serde_json::to_string_pretty(self)? + "\n")
+        Ok(json::pretty(self)? + "\n")
     }
 
     /// Checks that the diagram of a file is the one described.

@@ -14,8 +14,15 @@ const MOST_CHOICE_BITS: u32 = 20;
 
 /// Checks a name: not empty, and every character is visible.
 fn plain(what: &str, name: &str) -> Result<(), String> {
-    let is_plain = !name.is_empty() && name.chars().all(|c| is_shown(c) && !c.is_whitespace());
-    ensure(is_plain, || format!("`{}` is not a valid name of {what}", name.escape_debug()))
+    let is_plain = !name.is_empty() && !name.contains(char::is_whitespace);
+    ensure(is_plain, || format!("`{}` is not a valid name of {what}", name.escape_debug()))?;
+    shown(what, name)
+}
+
+/// Checks a name that may have blanks, because only its number stands in other files.
+fn shown(what: &str, name: &str) -> Result<(), String> {
+    let is_shown = name.chars().all(is_shown);
+    ensure(is_shown, || format!("`{}` is not a valid name of {what}", name.escape_debug()))
 }
 
 impl Variable {
@@ -23,6 +30,7 @@ impl Variable {
         let name = &self.name;
         plain("a variable", name)?;
         self.names.iter().try_for_each(|bit| plain("a bit", bit))?;
+        self.values.iter().try_for_each(|value| shown("a value", value))?;
         ensure(self.is_bool() || self.ty == "int", || {
             format!("the type of `{name}` is `{}`, neither `bool` nor `int`", self.ty.escape_debug())
         })?;
@@ -124,7 +132,7 @@ impl Manifest {
         for choice in numbers {
             let mut names =
                 [&choice.name].into_iter().chain(&choice.action).chain(choice.commands.iter().flatten());
-            names.try_for_each(|name| plain("a choice", name))?;
+            names.try_for_each(|name| shown("a choice", name))?;
         }
         ensure(bits <= MOST_CHOICE_BITS as usize, || {
             format!("{bits} bits for choices are more than {MOST_CHOICE_BITS}")

@@ -14,7 +14,8 @@ use meliora_model::files::{NewDirectory, folder};
 pub struct Sort {
     /// Its name in messages.
     pub name: &'static str,
-    /// Returns the files that belong to the directory at a path; `None` if it is of another kind.
+    /// Returns the files of the directory at a path that are as they were written, which may be
+    /// removed; `None` if it is of another kind.
     pub files: fn(&Path) -> Option<BTreeSet<String>>,
 }
 
@@ -65,8 +66,10 @@ impl Place {
             return Err(self.refused(&message));
         };
         if let Some(foreign) = there.iter().find(|file| !own.contains(*file)) {
-            let message = format!("the directory contains `{foreign}`, which does not belong to the {name}");
-            return Err(self.refused(&(message + "; choose another directory")));
+            let message = format!(
+                "the directory contains `{foreign}`, which does not belong to the {name} as it was written"
+            );
+            return Err(self.refused(&(message + "; move it away, or choose another directory")));
         }
         self.files = there;
         Ok(())

@@ -9,6 +9,7 @@ use meliora_dump::directory::sha256;
 use meliora_dump::place::{Place, Sort};
 use meliora_model::error::{Error, Result, ensure};
 use meliora_model::files::folder;
+use meliora_model::json;
 use meliora_model::reading::{self, regular};
 use meliora_planning::Shield;
 
@@ -17,7 +18,17 @@ const NODES: &str = "nodes.json";
 const FORMAT: &str = "meliora shield 1";
 
 /// The directory of a shield.
-const SHIELD: Sort = Sort { name: "shield", files: |_| Some([MANIFEST, NODES].map(str::to_owned).into()) };
+const SHIELD: Sort = Sort {
+    name: "shield",
+    files: |directory| {
+        let manifest: Manifest = serde_json::from_slice(&read(directory, MANIFEST).ok()?).ok()?;
+        let is_own = |name: &&str| {
+            *name == MANIFEST || read(directory, name).is_ok_and(|nodes| sha256(&nodes) == manifest.sha256)
+        };
+        let own = [MANIFEST, NODES].into_iter().filter(is_own).map(str::to_owned).collect();
+        (manifest.format == FORMAT).then_some(own)
+    },
+};
 
 /// The manifest of a shield.
 #[derive(Serialize, Deserialize)]
@@ -39,14 +50,20 @@ pub fn write_shield(shield: &Shield, directory: &Path) -> Result<()> {
     fs::create_dir_all(folder(directory)).map_err(failed)?;
     let place = Place::find(directory, SHIELD)?;
     let text = |found: serde_json::Result<String>| found.map_err(|e| Error::writing(directory, &e.into()));
-    let nodes = text(serde_json::to_string(shield))?;
+    let nodes = text(json::compact(shield))?;
     let manifest =
         Manifest { format: FORMAT.to_owned(), sha256: sha256(nodes.as_bytes()), nodes: shield.nodes.len() };
-    let manifest = text(serde_json::to_string_pretty(&manifest))?;
+    let manifest = text(json::pretty(&manifest))?;
     let new = place.temporary().map_err(failed)?;
     new.write(NODES, nodes.as_bytes()).map_err(failed)?;
     new.write(MANIFEST, (manifest + "\n").as_bytes()).map_err(failed)?;
     place.install(new)
+}
+
+fn read(directory: &Path, name: &str) -> Result<Vec<u8>> {
+    let path = directory.join(name);
+    let file = regular(&path).map_err(|e| Error::reading(&path, &e))?;
+    reading::bytes(&path.display().to_string(), file)
 }
 
 /// Reads a shield, and checks its hash, its numbers and its promise: see [`Shield::fault`].
@@ -54,21 +71,16 @@ pub fn write_shield(shield: &Shield, directory: &Path) -> Result<()> {
 /// # Errors
 /// A file cannot be read, is malformed, or has changed; the promise does not follow from the table.
 pub fn read_shield(directory: &Path) -> Result<Shield> {
-    let read = |name: &str| {
-        let path = directory.join(name);
-        let file = regular(&path).map_err(|e| Error::reading(&path, &e))?;
-        reading::bytes(&path.display().to_string(), file)
-    };
     let wrong = |name: &str, message: String| {
         let file = directory.join(name).display().to_string();
         Error::Dump { file, line: 0, message }
     };
     let manifest: Manifest =
-        serde_json::from_slice(&read(MANIFEST)?).map_err(|e| wrong(MANIFEST, e.to_string()))?;
+        serde_json::from_slice(&read(directory, MANIFEST)?).map_err(|e| wrong(MANIFEST, e.to_string()))?;
     ensure(manifest.format == FORMAT, || {
         wrong(MANIFEST, format!("the format is `{}`, not `{FORMAT}`", manifest.format.escape_debug()))
     })?;
-    let nodes = read(NODES)?;
+    let nodes = read(directory, NODES)?;
     let found = sha256(&nodes);
     ensure(found == manifest.sha256, || {
         let said = &manifest.sha256;

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use super::ast::Item;
 use super::check::Checked;
 use super::load::load_given;
+use super::names::displayed;
 use super::parse::parse_model;
 use super::table::{self, Frame};
 use super::valuation::Given;
@@ -101,10 +102,11 @@ impl Document {
     pub fn load(&self, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
         let frame = Frame { source: &self.source, given, sink };
         let [values, labels] = self.beside.each_ref().map(Option::as_ref);
-        match &self.archive {
+        let checked = match &self.archive {
             Some(bytes) => table::load_umb(&Files::unpack(&self.source.name, bytes, sink)?, &frame),
             None if values.or(labels).is_some() => table::load_tra(&frame, values, labels),
-            None => load_given(&self.source, given, sink),
-        }
+            None => return load_given(&self.source, given, sink),
+        };
+        checked.map(displayed)
     }
 }

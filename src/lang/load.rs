@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::check::{Checked, check};
 use super::jani;
+use super::names::displayed;
 use super::parse::outline;
 use super::table::{self, Frame};
 use super::valuation::{Given, parse_constants};
@@ -38,6 +39,10 @@ pub fn load_with_progress(
 /// # Errors
 /// See [`load_with_progress`].
 pub fn load_given(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
+    read(source, given, sink).map(displayed)
+}
+
+fn read(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
     let frame = Frame { source, given, sink };
     if table::is_drn(source) {
         return table::load_drn(&frame);

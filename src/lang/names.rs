@@ -1,8 +1,12 @@
-//! Conversion of the model's names to distinct names of the modelling language.
+//! Conversion of the model's names to distinct names of the modelling language, and of all names to
+//! names that can be shown.
 
 use ahash::{AHashMap, AHashSet};
 
+use super::check::Checked;
 use super::token::is_keyword;
+use meliora_model::error::{Diagnostic, Severity};
+use meliora_model::escape;
 
 /// Names in use.
 #[derive(Default)]
@@ -69,9 +73,57 @@ fn identifier(name: &str) -> String {
     identifier
 }
 
+/// Replaces the characters of all names that terminals do not display by escapes such as `\u{1b}`,
+/// with a warning. Names stay distinct.
+pub(crate) fn displayed(mut checked: Checked) -> Checked {
+    let program = &mut checked.program;
+    let mut changed = Vec::new();
+    display(program.actions.iter_mut(), &mut changed);
+    display(program.modules.iter_mut(), &mut changed);
+    display(program.labels.iter_mut().map(|label| &mut label.0), &mut changed);
+    display(program.rewards.iter_mut().filter_map(|rewards| rewards.name.as_mut()), &mut changed);
+    display(checked.properties.iter_mut().map(|property| &mut property.name), &mut changed);
+    for variable in &mut program.variables {
+        display(variable.values.iter_mut(), &mut changed);
+    }
+    if let Some(first) = changed.first() {
+        let others = changed.len() - 1;
+        let more = if others == 0 { String::new() } else { format!(" (and {others} more)") };
+        let message =
+            format!("`{first}`{more}: the name has characters that are not displayed, which are escaped");
+        let warning = Diagnostic::new(&program.source, 0..0, message).severity(Severity::Warning);
+        checked.warnings.push(warning);
+    }
+    checked
+}
+
+fn display<'n>(names: impl Iterator<Item = &'n mut String>, changed: &mut Vec<String>) {
+    let is_shown = |name: &&mut String| name.chars().all(escape::is_shown);
+    let (kept, others): (Vec<_>, Vec<_>) = names.partition(is_shown);
+    if others.is_empty() {
+        return;
+    }
+    let taken = kept.into_iter().map(|name| name.clone()).collect();
+    let mut names = Names { taken, ..Names::default() };
+    for name in others {
+        let shown = names.free(&escape::line(name));
+        names.taken.insert(shown.clone());
+        changed.push(std::mem::replace(name, shown));
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::Names;
+    use super::{Names, display};
+
+    #[test]
+    fn names_that_are_not_displayed_are_escaped_and_stay_distinct() {
+        let mut names = ["\u{1b}a", "go left", "\\u{1b}a", "\u{202e}\n", "\u{1b}a_2"].map(str::to_owned);
+        let mut changed = Vec::new();
+        display(names.iter_mut(), &mut changed);
+        assert_eq!(names, ["\\u{1b}a_2", "go left", "\\u{1b}a", "\\u{202e}\\n", "\\u{1b}a_2_2"]);
+        assert_eq!(changed, ["\u{1b}a", "\u{202e}\n", "\u{1b}a_2"]);
+    }
 
     #[test]
     fn names_become_names_of_the_language_each_once() {

@@ -1,5 +1,18 @@
-//! Escaping of untrusted text for display: names in files, and names of files, may contain
-//! characters that move the cursor, hide words or reverse the writing direction.
+//! Escaping of untrusted text: names in files, and names of files, may contain characters that move
+//! the cursor, hide words or reverse the writing direction.
+//!
+//! A name of a program has only characters that are displayed: `meliora_lang` sees to it for every
+//! format of models. Each target has one function for what else it cannot contain:
+//!
+//! | target | function |
+//! | --- | --- |
+//! | terminal, messages | [`line`], [`lines`] |
+//! | `.tra`, `.drn`, DDDMP | [`word`], [`unword`] |
+//! | DOT | [`dot`] |
+//! | CSV | [`crate::csv::cell`] |
+//! | JSON | [`crate::json`] |
+//!
+//! Pages escape by their template language, and the data of their scripts as JSON.
 
 use std::borrow::Cow;
 
@@ -8,7 +21,12 @@ pub fn is_shown(c: char) -> bool {
     let turns_or_hides = matches!(c,
         '\u{61c}' | '\u{180e}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}'
         | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}');
-    !c.is_control() && !turns_or_hides
+    !c.is_control() && !turns_or_hides && !is_noncharacter(c)
+}
+
+/// Returns true for the characters that Unicode leaves to programs, which use them as marks.
+fn is_noncharacter(c: char) -> bool {
+    matches!(c, '\u{fdd0}'..='\u{fdef}') || u32::from(c) & 0xfffe == 0xfffe
 }
 
 /// Escapes a text to one line: escapes such as `\n` and `\u{1b}` replace characters that are not
@@ -20,6 +38,57 @@ pub fn line(text: &str) -> Cow<'_, str> {
 /// Escapes a text but keeps its line breaks.
 pub fn lines(text: &str) -> Cow<'_, str> {
     escaped(text, |c| c == '\n' || is_shown(c))
+}
+
+/// Returns a text as a string of the DOT language, with its quotes. Line breaks stay.
+pub fn dot(text: &str) -> String {
+    format!("\"{}\"", lines(text).replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n"))
+}
+
+/// Returns a text as one word: `%20` and the like replace the UTF-8 bytes of blanks, of characters
+/// that are not displayed, and of `%`, `[` and `]`. [`unword`] is the inverse.
+pub fn word(text: &str) -> Cow<'_, str> {
+    if !text.contains(breaks_words) {
+        return Cow::Borrowed(text);
+    }
+    let mut out = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        match breaks_words(c) {
+            true => c.encode_utf8(&mut [0; 4]).bytes().for_each(|byte| out += &format!("%{byte:02X}")),
+            false => out.push(c),
+        }
+    }
+    Cow::Owned(out)
+}
+
+/// Returns the text of a word. Where it is not as [`word`] writes it, it stays as it is.
+pub fn unword(word: &str) -> Cow<'_, str> {
+    if !word.contains('%') {
+        return Cow::Borrowed(word);
+    }
+    let (mut out, mut left) = (String::with_capacity(word.len()), word);
+    while let Some(at) = left.find('%') {
+        out.push_str(&left[..at]);
+        left = &left[at..];
+        let (c, length) = encoded(left).unwrap_or(('%', 1));
+        out.push(c);
+        left = &left[length..];
+    }
+    Cow::Owned(out + left)
+}
+
+/// Returns true if a word does not contain the character itself.
+fn breaks_words(c: char) -> bool {
+    c.is_whitespace() || matches!(c, '%' | '[' | ']') || !is_shown(c)
+}
+
+/// Reads a character in the form that [`word`] gives it; returns it with the length of the form.
+fn encoded(text: &str) -> Option<(char, usize)> {
+    let byte = |part: &[u8]| u8::from_str_radix(std::str::from_utf8(part.get(1..)?).ok()?, 16).ok();
+    let bytes: Vec<u8> = text.as_bytes().chunks_exact(3).take(4).map_while(byte).collect();
+    let first = bytes.utf8_chunks().next()?.valid().chars().next()?;
+    let form = word(first.encode_utf8(&mut [0; 4])).into_owned();
+    (form.len() > 1 && text.starts_with(&form)).then(|| (first, form.len()))
 }
 
 /// Maximum number of characters of a message, and of an offending text in one.
@@ -68,6 +137,22 @@ mod tests {
         assert_eq!(line("a \u{1b}[2J\u{9b}b\r\n"), "a \\u{1b}[2J\\u{9b}b\\r\\n");
         assert_eq!(lines("é\n\u{202e}x"), "é\n\\u{202e}x");
         assert!(matches!(line("plain, é, ≥"), Cow::Borrowed(_)));
+    }
+
+    #[test]
+    fn texts_are_strings_of_dot() {
+        assert_eq!(dot("a \"b\" \\N\n\u{1b}é"), r#""a \"b\" \\N\n\\u{1b}é""#);
+    }
+
+    #[test]
+    fn words_have_no_blanks_and_no_brackets_and_others_stay_as_they_are() {
+        assert_eq!(word("go left"), "go%20left");
+        assert_eq!(word("\u{1b}[2J\n\u{202e}é"), "%1B%5B2J%0A%E2%80%AEé");
+        assert!(matches!(word("l(m1#2,m2#1)"), Cow::Borrowed(_)));
+        for other in ["100%", "%2", "%zz", "%41", "%C3%A9", "%FF", "%é2", "%+1", "%E2%80", "%e2%80%ae", "%5b"]
+        {
+            assert_eq!(unword(other), other);
+        }
     }
 
     #[test]

@@ -27,6 +27,7 @@ pub mod expr;
 pub mod fault;
 pub mod files;
 pub mod hasse;
+pub mod json;
 pub mod members;
 pub mod names;
 mod overlap;

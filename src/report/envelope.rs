@@ -242,7 +242,7 @@ impl<F: Findings> Report for Envelope<F> {
     }
 
     fn text(&self, style: Style) -> String {
-        F::text(self, style)
+        style.finished(&F::text(self, style))
     }
 
     fn is_no(&self) -> bool {

@@ -9,6 +9,7 @@ use super::header::Header;
 use super::text::Grid;
 use super::{Number, Style};
 use meliora_export::explicit::{Graph, Quantities};
+use meliora_model::escape;
 
 /// The explicit model that `export` wrote.
 #[derive(Debug, Clone, Default, Serialize, JsonSchema)]
@@ -89,7 +90,8 @@ impl Findings for ExplicitFindings {
         if report.files.is_empty() {
             return String::new();
         }
-        let mut out = format!("\nwritten to {}: {}\n", report.directory, report.files.join(", "));
+        let mut out =
+            format!("\nwritten to {}: {}\n", escape::line(&report.directory), report.files.join(", "));
         let mut grid = Grid::new(&["", "number"], style);
         let sizes =
             [("states", &report.states), ("choices", &report.choices), ("transitions", &report.transitions)];

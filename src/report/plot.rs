@@ -1,6 +1,7 @@
 //! Plots of the results of a sweep: one panel per result, with curves over a constant.
 
 use maud::{Markup, html};
+use meliora_model::escape;
 
 use super::page::drawing::{self, color, paper};
 
@@ -69,7 +70,7 @@ impl Plot {
         let beside = (width / 160.0).max(1.0) as usize;
         let height = below + 22.0 * legend.len().div_ceil(beside) as f64;
         let horizontal = self.horizontal();
-        html! {
+        let drawn = html! {
             svg xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width} {height}")) width=(width) height=(height) {
                 (drawing::style())
                 (paper(width as usize, height as usize))
@@ -86,8 +87,8 @@ impl Plot {
                     }
                 }
             }
-        }
-        .into_string()
+        };
+        escape::lines(&drawn.into_string()).into_owned()
     }
 
     /// Returns the axis of the constant: one of numbers if all values are numbers.

@@ -65,7 +65,8 @@ impl Rows {
         let variables = self.program.variables.iter().map(|variable| variable.name.clone());
         let heading: Vec<String> = variables.chain(choices.then(|| "choices".to_owned())).collect();
         let rows = self.listed().map(|listed| {
-            let actions = listed.choices.map(|names| names.join(" "));
+            let word = |name: &String| escape::word(name).into_owned();
+            let actions = listed.choices.map(|names| names.iter().map(word).collect::<Vec<_>>().join(" "));
             listed.state.values().map(ToString::to_string).chain(actions).collect::<Vec<_>>()
         });
         meliora_model::csv::lines([heading].into_iter().chain(rows))

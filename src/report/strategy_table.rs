@@ -7,8 +7,8 @@ use super::reason::Words;
 use super::state::StateReport;
 use super::text::Probability;
 use meliora_model::Program;
-use meliora_model::csv;
 use meliora_model::valuation::Valuation;
+use meliora_model::{csv, escape};
 use meliora_planning::InducedModel;
 use meliora_planning::explain::Action;
 use meliora_planning::induced_model::Node;
@@ -79,7 +79,7 @@ pub fn dot(words: Words<'_>, unfolded: &InducedModel, starts: usize) -> String {
         let double = if index < starts { ", peripheries=2" } else { "" };
         let theirs = ", shape=hexagon, style=filled, fillcolor=lightgrey";
         let theirs = if node.at.is_theirs() { theirs } else { "" };
-        let _ = writeln!(out, "  s{index} [label={}{double}{theirs}];", quote(&label));
+        let _ = writeln!(out, "  s{index} [label={}{double}{theirs}];", escape::dot(&label));
         moves(words, index, node, &mut out);
     }
     out.push_str("}\n");
@@ -99,7 +99,7 @@ fn moves(words: Words<'_>, index: usize, node: &Node, out: &mut String) {
             false => "",
         };
         let _ = writeln!(out, "  a{index}_{number} [shape=point];");
-        let name = quote(&action.name);
+        let name = escape::dot(&action.name);
         let _ = writeln!(out, "  s{index} -> a{index}_{number} [label={name}, arrowhead=none{bold}];");
         for (branch, (successor, to)) in action.successors.iter().zip(next).enumerate() {
             let mut label = Probability(successor.probability).to_string();
@@ -118,12 +118,7 @@ fn moves(words: Words<'_>, index: usize, node: &Node, out: &mut String) {
                     format!("m{index}_{number}_{branch}")
                 }
             };
-            let _ = writeln!(out, "  a{index}_{number} -> {target} [label={}{color}];", quote(&label));
+            let _ = writeln!(out, "  a{index}_{number} -> {target} [label={}{color}];", escape::dot(&label));
         }
     }
-}
-
-/// Quotes a string for DOT.
-fn quote(text: &str) -> String {
-    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n"))
 }

@@ -254,3 +254,37 @@ fn the_file_of_a_sweep_is_none_of_its_inputs() {
     assert_eq!(fs::read_to_string(scratch.path("rows")).unwrap().lines().count(), 3);
     assert_eq!(names(&scratch.path("")), ["m.pref", "m.prism", "rows"]);
 }
+
+/// A manifest that named a file of the user as the drawing of a root made `export` delete it.
+#[test]
+fn an_export_deletes_no_file_that_it_did_not_write() {
+    let scratch = Scratch::new(&[]);
+    let export = || run(&format!("export {TOY} --format dot --out {}", scratch.show("dump")));
+    export().expect(0);
+    export().expect(0);
+    let [manifest, drawing] = ["manifest.json", "reachable.dot"].map(|name| scratch.path("dump").join(name));
+    let [written, drawn] = [&manifest, &drawing].map(|path| std::fs::read_to_string(path).unwrap());
+    let mine = scratch.path("dump").join("thesis.tex");
+    for name in ["thesis.tex", "../dump/thesis.tex"] {
+        std::fs::write(&mine, "years of work").unwrap();
+        std::fs::write(&manifest, written.replace("\"reachable.dot\"", &format!("\"{name}\""))).unwrap();
+        std::fs::remove_file(&drawing).ok();
+        let refused = export().expect(3).stderr;
+        assert!(
+            refused.contains("`thesis.tex`, which does not belong to the dump as it was written"),
+            "{refused}"
+        );
+        assert_eq!(std::fs::read_to_string(&mine).unwrap(), "years of work");
+    }
+    std::fs::remove_file(&mine).unwrap();
+    std::fs::write(&manifest, &written).unwrap();
+    for (file, content) in [("reachable.dot", drawn.as_str()), ("regions.dddmp", "")] {
+        let path = scratch.path("dump").join(file);
+        let content = content.to_owned() + "mine";
+        std::fs::write(&path, &content).unwrap();
+        let refused = export().expect(3).stderr;
+        assert!(refused.contains("which does not belong to the dump as it was written"), "{refused}");
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), content);
+        std::fs::write(&drawing, &drawn).unwrap();
+    }
+}

@@ -27,6 +27,7 @@ mod json_page;
 mod limits;
 mod memory;
 mod models;
+mod names;
 mod output;
 mod partial;
 mod properties;

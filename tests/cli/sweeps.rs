@@ -85,6 +85,23 @@ fn shards_together_have_the_rows_of_the_whole_and_a_resumed_file_is_the_same() {
 }
 
 /// As if the process had been killed while it wrote a row: the row is computed again.
+/// Reports were kept until the end, and then sorted.
+#[test]
+fn reports_of_parallel_instances_are_in_the_order_of_the_instances() {
+    let found = sweep(&scratch(), &["-c", "N=2:7,K={1,2}", "--json", "--jobs", "4"]).expect(0).json();
+    let runs = found["runs"].as_array().unwrap();
+    let constants = |run: &Json| ["N", "K"].map(|name| run["constants"][name].as_i64().unwrap());
+    let expected: Vec<_> = (2..=7).flat_map(|n| [[n, 1], [n, 2]]).collect();
+    assert_eq!(runs.iter().map(constants).collect::<Vec<_>>(), expected);
+    assert_eq!(found["ranges"]["K"], serde_json::json!([1, 2]));
+}
+
+#[test]
+fn ranges_that_are_too_long_are_refused_by_their_limit() {
+    let refused = sweep(&scratch(), &["-c", "N=0:1000000,K=1"]).expect(2).stderr;
+    assert!(refused.contains("a range has at most 1000000 values, and this one has 1000001"), "{refused}");
+}
+
 #[test]
 fn resuming_cuts_off_an_incomplete_last_row() {
     let scratch = scratch();

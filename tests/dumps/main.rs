@@ -13,6 +13,7 @@ mod hostile;
 mod mutation;
 mod names;
 mod others;
+mod outside;
 mod plays;
 #[path = "../common/random_game.rs"]
 mod random_game;

@@ -167,6 +167,27 @@ fn a_saved_shield_replaces_an_older_one_and_nothing_else() {
     assert_eq!(names(), ["shield"]);
 }
 
+/// Two files of the user were deleted because of their names.
+#[test]
+fn a_shield_replaces_only_files_that_are_as_they_were_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let again = || write_shield(&shield(2, Safety::Action, Kind::Sasi), folder.path());
+    std::fs::write(folder.path().join("nodes.json"), "mine").unwrap();
+    assert!(again().is_err());
+    std::fs::remove_file(folder.path().join("nodes.json")).unwrap();
+    again().unwrap();
+    std::fs::write(folder.path().join("nodes.json"), "mine").unwrap();
+    let refused = again().unwrap_err().to_string();
+    assert!(
+        refused.contains("`nodes.json`, which does not belong to the shield as it was written"),
+        "{refused}"
+    );
+    assert_eq!(std::fs::read_to_string(folder.path().join("nodes.json")).unwrap(), "mine");
+    std::fs::write(folder.path().join("shield.json"), "mine").unwrap();
+    assert!(again().is_err());
+    assert_eq!(std::fs::read_to_string(folder.path().join("shield.json")).unwrap(), "mine");
+}
+
 /// Writes a table as an attacker would: with the hash that fits. Returns the refusal.
 fn refused(table: &str) -> String {
     let folder = tempfile::tempdir().unwrap();

@@ -1,90 +1,48 @@
 //! The file of a sweep: a header and one row per instance.
 //!
-//! Each row is appended as soon as its instance has ended. At the end, the file is replaced by one
-//! with the rows in the order of the instances, if they ended in another order.
+//! Each row is appended as soon as its instance has ended, and is not kept. At the end, the file is
+//! replaced by one with the rows in the order of the instances, if they ended in another order.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::fs::File;
+use std::io::Write;
+use std::ops::Range;
 use std::path::Path;
+use std::sync::Arc;
 
-use csv::{ReaderBuilder, StringRecord, Writer};
-use meliora_model::error::{Diagnostic, Error};
+use csv::{ReaderBuilder, StringRecord};
+use meliora_model::csv as cells;
+use meliora_model::error::{Diagnostic, Error, SourceFile};
 
 use super::super::files::Target;
 use super::super::load;
 
 pub(crate) struct CsvFile {
     target: Target,
-    header: StringRecord,
-    /// The rows by the position of their instance.
-    rows: BTreeMap<usize, StringRecord>,
+    header: Vec<String>,
     /// The open file, to which rows are appended.
-    out: Option<Writer<File>>,
+    out: Option<File>,
+    /// The position of the instance of the last row.
+    last: Option<usize>,
     /// True if the rows of the file are in the order of the instances.
     is_sorted: bool,
 }
+
+/// Returns the position of the instance with these values of the constants; `None` for values of
+/// another sweep.
+pub(crate) type Find<'f> = &'f dyn Fn(&[&str]) -> Option<usize>;
+
+/// A row of an existing file: the position of its instance, its cells, and its bytes in the text.
+type Known = (usize, StringRecord, Range<usize>);
 
 impl CsvFile {
     /// Creates a file that will be written anew.
     ///
     /// # Errors
     /// The file cannot be written, or is an input of the sweep.
-    pub(crate) fn new(path: &Path, inputs: &[&Path], header: StringRecord) -> Result<Self, Error> {
+    pub(crate) fn new(path: &Path, inputs: &[&Path], header: Vec<String>) -> Result<Self, Error> {
         let target = Target::new(path, inputs)?;
-        Ok(CsvFile { target, header, rows: BTreeMap::new(), out: None, is_sorted: true })
-    }
-
-    /// Keeps the rows of the existing file, except for an incomplete last line. `instances` are the
-    /// positions of the instances by the values of their constants.
-    ///
-    /// # Errors
-    /// The file belongs to another sweep, or has two rows for one instance.
-    pub(crate) fn resume(&mut self, instances: &HashMap<&[String], usize>) -> Result<(), Error> {
-        if !self.target.is_taken() {
-            return Ok(());
-        }
-        let source = load::read(self.target.path())?;
-        let complete = &source.text[..source.text.rfind('\n').map_or(0, |end| end + 1)];
-        let constants = instances.keys().next().map_or(0, |values| values.len());
-        let mut reader =
-            ReaderBuilder::new().has_headers(false).flexible(true).from_reader(complete.as_bytes());
-        let mut row = StringRecord::new();
-        let (mut start, mut places) = (0, HashMap::new());
-        let failed = |e: csv::Error| Error::reading(self.target.path(), &e.into());
-        while reader.read_record(&mut row).map_err(failed)? {
-            let span = start..start + complete[start..].lines().next().map_or(0, str::len);
-            let is_header = start == 0;
-            start = usize::try_from(reader.position().byte()).unwrap_or(complete.len());
-            if is_header && row != self.header {
-                let diagnostic = Diagnostic::new(&source, span, "this is not the header of this sweep");
-                let help = "leave out `--resume` to start again and overwrite the file";
-                return Err(diagnostic.help(help).into());
-            }
-            let values: Vec<String> = row.iter().take(constants).map(str::to_owned).collect();
-            match instances.get(values.as_slice()).filter(|_| row.len() == self.header.len()) {
-                _ if is_header => {}
-                Some(&position) => {
-                    if let Some(first) = places.insert(position, span.clone()) {
-                        let message = "this row has the constants of an earlier row";
-                        let diagnostic = Diagnostic::new(&source, span, message).label("the same again");
-                        let help = "remove one of the two, or both to compute the instance again";
-                        return Err(diagnostic.related(first, "the earlier row").help(help).into());
-                    }
-                    self.rows.insert(position, row.clone());
-                }
-                None => {
-                    let message = "this row does not belong to this sweep";
-                    return Err(Diagnostic::new(&source, span, message).into());
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Returns the rows that are known, without the constants, by the position of their instance.
-    pub(crate) fn known(&self, constants: usize) -> BTreeMap<usize, Vec<String>> {
-        let cells = |row: &StringRecord| row.iter().skip(constants).map(str::to_owned).collect();
-        self.rows.iter().map(|(&position, row)| (position, cells(row))).collect()
+        Ok(CsvFile { target, header, out: None, last: None, is_sorted: true })
     }
 
     /// Returns whether the rows are printed in place of the table.
@@ -92,53 +50,133 @@ impl CsvFile {
         self.target.is_stdout()
     }
 
-    /// Returns whether an instance has its row.
-    pub(crate) fn has(&self, position: usize) -> bool {
-        self.rows.contains_key(&position)
-    }
-
-    /// Replaces the file by the header and the known rows, and opens it for more.
+    /// Opens the file with the header.
     ///
     /// # Errors
     /// The file cannot be written.
     pub(crate) fn open(&mut self) -> Result<(), Error> {
-        if self.is_stdout() {
-            return self.target.write(&self.text());
+        self.begin(&cells::lines([&self.header]))
+    }
+
+    /// Opens the file with the rows that it has, except for an incomplete last line. Calls `known`
+    /// with the position of the instance of each row, and the cells.
+    ///
+    /// # Errors
+    /// The file belongs to another sweep, or has two rows for one instance; it cannot be written.
+    pub(crate) fn resume(
+        &mut self,
+        (constants, find): (usize, Find<'_>),
+        mut known: impl FnMut(usize, Vec<String>),
+    ) -> Result<(), Error> {
+        if !self.target.is_taken() {
+            return self.open();
         }
-        let out = self.target.begin(&self.text())?;
-        self.out = Some(Writer::from_writer(out));
+        let source = load::read(self.target.path())?;
+        let complete = &source.text[..source.text.rfind('\n').map_or(0, |end| end + 1)];
+        if complete.is_empty() {
+            return self.open();
+        }
+        self.each_row(&source, complete, (constants, find), |own, (position, row, _)| {
+            own.follow(position);
+            known(position, row.iter().map(|cell| cells::text(cell).to_owned()).collect());
+        })?;
+        self.begin(complete)
+    }
+
+    /// Reads the rows of a text.
+    fn each_row(
+        &mut self,
+        source: &Arc<SourceFile>,
+        complete: &str,
+        (constants, find): (usize, Find<'_>),
+        mut take: impl FnMut(&mut Self, Known),
+    ) -> Result<(), Error> {
+        let mut reader =
+            ReaderBuilder::new().has_headers(false).flexible(true).from_reader(complete.as_bytes());
+        let (mut row, mut start, mut places) = (StringRecord::new(), 0, BTreeMap::new());
+        let path = self.target.path().to_owned();
+        let failed = |e: csv::Error| Error::reading(&path, &e.into());
+        while reader.read_record(&mut row).map_err(failed)? {
+            let (begin, is_header) = (start, start == 0);
+            let span = start..start + complete[start..].lines().next().map_or(0, str::len);
+            start = usize::try_from(reader.position().byte()).unwrap_or(complete.len());
+            if is_header {
+                if !row.iter().eq(self.header.iter().map(|text| cells::cell(text))) {
+                    let diagnostic = Diagnostic::new(source, span, "this is not the header of this sweep");
+                    let help = "leave out `--resume` to start again and overwrite the file";
+                    return Err(diagnostic.help(help).into());
+                }
+                continue;
+            }
+            let values: Vec<&str> = row.iter().take(constants).map(cells::text).collect();
+            let Some(position) = find(&values).filter(|_| row.len() == self.header.len()) else {
+                return Err(Diagnostic::new(source, span, "this row does not belong to this sweep").into());
+            };
+            if let Some(first) = places.insert(position, span.clone()) {
+                return Err(twice(source, first, span).into());
+            }
+            take(self, (position, row.clone(), begin..start));
+        }
         Ok(())
+    }
+
+    /// Replaces the file by a text, and opens it for more.
+    fn begin(&mut self, text: &str) -> Result<(), Error> {
+        if self.is_stdout() {
+            return self.target.write(text);
+        }
+        self.out = Some(self.target.begin(text)?);
+        Ok(())
+    }
+
+    /// Notes that the row of this instance comes next.
+    fn follow(&mut self, position: usize) {
+        self.is_sorted &= self.last.is_none_or(|last| last < position);
+        self.last = Some(position);
     }
 
     /// Appends a row.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(crate) fn add(&mut self, position: usize, row: StringRecord) -> Result<(), Error> {
-        self.is_sorted &= self.rows.last_key_value().is_none_or(|(&last, _)| last < position);
-        if self.is_stdout() {
-            self.target.write(&meliora_model::csv::lines([&row]))?;
+    pub(crate) fn add<'c>(
+        &mut self,
+        position: usize,
+        row: impl Iterator<Item = &'c str>,
+    ) -> Result<(), Error> {
+        self.follow(position);
+        let line = cells::lines([row]);
+        match &mut self.out {
+            Some(out) => out.write_all(line.as_bytes()).map_err(|e| Error::writing(self.target.path(), &e)),
+            None => self.target.write(&line),
         }
-        if let Some(out) = &mut self.out {
-            let written = out.write_record(&row).map_err(Into::into).and_then(|()| out.flush());
-            written.map_err(|e| Error::writing(self.target.path(), &e))?;
-        }
-        self.rows.insert(position, row);
-        Ok(())
     }
 
     /// Sorts the rows of the file.
     ///
     /// # Errors
-    /// The file cannot be written.
-    pub(crate) fn finish(&self) -> Result<(), Error> {
-        match self.is_sorted || !self.target.is_regular() {
-            true => Ok(()),
-            false => self.target.write(&self.text()),
+    /// The file cannot be read or written, or was changed meanwhile.
+    pub(crate) fn finish(mut self, rows: (usize, Find<'_>)) -> Result<(), Error> {
+        if self.is_sorted || !self.target.is_regular() {
+            return Ok(());
         }
+        let path = self.target.path();
+        let text = std::fs::read_to_string(path).map_err(|e| Error::reading(path, &e))?;
+        let source = SourceFile::new(path.display().to_string(), text);
+        let mut lines: BTreeMap<usize, Range<usize>> = BTreeMap::new();
+        self.each_row(&source, &source.text, rows, |_, (position, _, bytes)| {
+            lines.insert(position, bytes);
+        })?;
+        let header = cells::lines([&self.header]);
+        let sorted = lines.into_values().map(|bytes| &source.text[bytes]);
+        self.target.write(&std::iter::once(header.as_str()).chain(sorted).collect::<String>())
     }
+}
 
-    fn text(&self) -> String {
-        meliora_model::csv::lines([&self.header].into_iter().chain(self.rows.values()))
-    }
+/// Returns the error for a second row of an instance.
+fn twice(source: &Arc<SourceFile>, first: Range<usize>, second: Range<usize>) -> Diagnostic {
+    let message = "this row has the constants of an earlier row";
+    let help = "remove one of the two, or both to compute the instance again";
+    let diagnostic = Diagnostic::new(source, second, message).label("the same again");
+    diagnostic.related(first, "the earlier row").help(help)
 }

@@ -4,20 +4,23 @@
 //! limit, an error or the memory of one instance does not affect the others.
 
 mod file;
+mod json;
 mod plot;
 mod process;
 pub(super) mod ranges;
 mod row;
 mod table;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
 use clap::Args;
 use meliora_model::error::{Error, Limit};
-use meliora_report::sweep::{Instance as Finished, SweepReport};
+use meliora_report::sweep::Instance as Finished;
 use serde_json::{Map, Value as Json};
 
 use super::exit::Status;
@@ -25,9 +28,10 @@ use super::files::Target;
 use super::options::{ModelArgs, ShownArgs};
 use super::{signals, terminal, watch};
 use file::CsvFile;
+use json::Runs;
 use plot::Plotted;
-use process::{Outcome, Pool};
-use ranges::Range;
+use process::{Instance, Outcome, Pool};
+use ranges::{Positions, Range};
 use row::Ended;
 pub(super) use row::Job;
 use table::Table;
@@ -109,18 +113,12 @@ impl SweepArgs {
     }
 }
 
-/// An instance: its position among all, and its values in the order of the constants.
-struct Instance {
-    position: usize,
-    values: Vec<String>,
-}
-
 struct Sweep {
-    ranges: Vec<Range>,
+    ranges: Arc<[Range]>,
     kind: Job,
-    instances: Vec<Instance>,
-    /// The number of instances that have a row in the file already.
-    skipped: usize,
+    part: Part,
+    /// The positions of the instances that have a row in the file already.
+    skipped: HashSet<usize>,
     file: Option<CsvFile>,
     plot: Option<Plotted>,
     jobs: usize,
@@ -128,40 +126,75 @@ struct Sweep {
     told: BTreeSet<String>,
 }
 
+/// The part of the instances that `--shard` selects.
+#[derive(Clone, Copy)]
+struct Part {
+    first: usize,
+    every: usize,
+    /// The number of all instances.
+    count: usize,
+}
+
+impl Part {
+    fn positions(self) -> impl Iterator<Item = usize> + Send {
+        (self.first..self.count).step_by(self.every)
+    }
+
+    fn has(self, position: usize) -> bool {
+        position >= self.first && (position - self.first).is_multiple_of(self.every)
+    }
+}
+
+/// The instances that have ended.
+#[derive(Default)]
+struct Ends {
+    count: usize,
+    /// The ways in which instances have ended, with the kinds of their errors.
+    kinds: BTreeSet<(Ended, Option<String>)>,
+}
+
 impl Sweep {
     fn new(args: &SweepArgs, inputs: &[&Path], ranges: Vec<Range>, kind: Job) -> Result<Self, Error> {
         let (first, every) = args.shard.unwrap_or((1, 1));
-        let all = ranges::instances(&ranges)?.into_iter().enumerate();
-        let own = all.skip(first - 1).step_by(every);
-        let mut instances: Vec<Instance> =
-            own.map(|(position, values)| Instance { position, values }).collect();
+        let part = Part { first: first - 1, every, count: ranges::count(&ranges)? };
         let plot = args.plot.as_ref().map(|path| Plotted::new(path, inputs, &ranges)).transpose()?;
-        let (mut file, mut skipped) = (None, 0);
-        if let Some(path) = &args.csv {
-            let row = kind.row(&Json::Null, Ended::Done);
-            let header = ranges.iter().map(|r| r.name.as_str()).chain(row.columns()).collect();
-            let mut csv = CsvFile::new(path, inputs, header)?;
-            if args.resume {
-                csv.resume(&instances.iter().map(|i| (i.values.as_slice(), i.position)).collect())?;
-                let all = instances.len();
-                instances.retain(|i| !csv.has(i.position));
-                skipped = all - instances.len();
-            }
-            csv.open()?;
-            file = Some(csv);
-        }
         let jobs = usize::from(args.jobs.unwrap_or(1));
-        let told = BTreeSet::new();
-        let mut sweep = Sweep { ranges, kind, instances, skipped, file, plot, jobs, told };
-        if let (Some(plot), Some(file)) = (&mut sweep.plot, &sweep.file) {
-            plot.rows = file.known(sweep.ranges.len());
+        let (skipped, told) = (HashSet::new(), BTreeSet::new());
+        let mut sweep = Sweep { ranges: ranges.into(), kind, part, skipped, file: None, plot, jobs, told };
+        if let Some(path) = &args.csv {
+            let row = sweep.kind.row(&Json::Null, Ended::Done);
+            let names = sweep.ranges.iter().map(|r| r.name.as_str());
+            let mut file =
+                CsvFile::new(path, inputs, names.chain(row.columns()).map(str::to_owned).collect())?;
+            match args.resume {
+                true => sweep.resume(&mut file)?,
+                false => file.open()?,
+            }
+            sweep.file = Some(file);
         }
         Ok(sweep)
     }
 
+    /// Opens a file, and skips the instances that have a row in it.
+    fn resume(&mut self, file: &mut CsvFile) -> Result<(), Error> {
+        let (positions, part, constants) = (Positions::of(&self.ranges), self.part, self.ranges.len());
+        let find = |values: &[&str]| positions.get(values).filter(|&position| part.has(position));
+        file.resume((constants, &find), |position, mut cells| {
+            self.skipped.insert(position);
+            if let Some(plot) = &mut self.plot {
+                plot.rows.insert(position, cells.split_off(constants));
+            }
+        })
+    }
+
+    /// Returns the number of instances that are left to run.
+    fn left(&self) -> usize {
+        self.part.positions().count() - self.skipped.len()
+    }
+
     /// Says which instances are not run because the file has their rows.
     fn tell_skipped(&self) {
-        let text = match (self.skipped, self.instances.len()) {
+        let text = match (self.skipped.len(), self.left()) {
             (0, _) => return,
             (skipped, 0) => format!("all {skipped} instances have a row in the file; nothing is left to run"),
             (skipped, left) => format!("{skipped} instances have a row in the file; {left} are left to run"),
@@ -190,7 +223,7 @@ impl Sweep {
         let pool = Arc::new(Pool::default());
         // The processes are ended below. The file has a row for each instance that has ended.
         let _ = signals::set_on_interrupt(&pool.stopped);
-        let outcomes = pool.run(self.jobs, self.instances.iter().map(|i| self.arguments(i)).collect());
+        let outcomes = pool.run(self.jobs, self.instances());
         let prints_rows = self.file.as_ref().is_some_and(CsvFile::is_stdout);
         let table = (!shown.json && !prints_rows).then(|| self.table());
         if let Some(table) = &table {
@@ -198,98 +231,122 @@ impl Sweep {
             let lines = table.heading().into_iter().map(|line| style.dim(line.trim_end()) + "\n");
             terminal::print(&lines.collect::<String>())?;
         }
-        let mut runs: Vec<(usize, Finished)> = Vec::new();
-        let mut ends = Vec::new();
-        while ends.len() < self.instances.len() {
-            match outcomes.recv_timeout(TICK) {
-                Ok(Outcome { ended: None, .. }) => break,
-                Ok(Outcome { index, report, ended: Some(ended) }) => {
-                    self.note(index, &report, ended, table.as_ref())?;
-                    if !shown.quiet && !shown.json {
-                        self.tell_unanswered(&report);
-                    }
-                    ends.push((ended, report["kind"].as_str().map(str::to_owned)));
-                    runs.push((index, self.finished(index, report, ended)));
-                }
-                Err(_) if pool.is_stopped() => break,
-                Err(std::sync::mpsc::RecvTimeoutError::Timeout) => {}
-                Err(_) => break,
-            }
-        }
-        let finished = ends.len() == self.instances.len();
+        let mut runs = shown.json.then(|| self.runs()).transpose()?;
+        let ends = self.collect(&pool, &outcomes, table.as_ref(), runs.as_mut(), shown);
         pool.stop();
-        self.file.as_ref().map_or(Ok(()), CsvFile::finish)?;
-        self.plot.as_ref().map_or(Ok(()), |plot| plot.write(&self.ranges, &self.kind))?;
-        if shown.json {
-            terminal::print_json(&self.report(runs))?;
-        }
-        if !finished {
+        runs.map_or(Ok(()), Runs::finish)?;
+        let (ends, left) = (ends?, self.left());
+        self.finish()?;
+        if ends.count < left {
             terminal::show_error(&Limit::Interrupted.into(), None);
             return Ok(Status::Interrupted);
         }
-        Ok(status(&ends))
+        Ok(status(&ends.kinds))
     }
 
-    /// Returns the command line for one instance: the last options decide.
-    fn arguments(&self, instance: &Instance) -> Vec<std::ffi::OsString> {
-        let mut arguments: Vec<_> = std::env::args_os().skip(1).collect();
-        let jobs = self.jobs.to_string();
-        let own = ["--instance", &self.constants(instance), "--sharing", &jobs];
-        arguments.extend(own.map(std::ffi::OsString::from));
-        arguments
+    /// Writes what instances have found as they end, until all have ended or the sweep is interrupted.
+    fn collect(
+        &mut self,
+        pool: &Pool,
+        outcomes: &Receiver<Outcome>,
+        table: Option<&Table>,
+        mut runs: Option<&mut Runs>,
+        shown: &ShownArgs,
+    ) -> Result<Ends, Error> {
+        let (mut ends, left) = (Ends::default(), self.left());
+        while ends.count < left {
+            match outcomes.recv_timeout(TICK) {
+                Ok(Outcome { ended: None, .. }) => break,
+                Ok(Outcome { instance, report, ended: Some(ended) }) => {
+                    self.note(instance.position, &report, ended, table)?;
+                    if !shown.quiet && !shown.json {
+                        self.tell_unanswered(&report);
+                    }
+                    ends.count += 1;
+                    ends.kinds.insert((ended, report["kind"].as_str().map(str::to_owned)));
+                    if let Some(runs) = &mut runs {
+                        runs.push(instance.index, &self.finished(instance.position, report, ended))?;
+                    }
+                }
+                Err(_) if pool.is_stopped() => break,
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(_) => break,
+            }
+        }
+        Ok(ends)
     }
 
-    fn constants(&self, instance: &Instance) -> String {
-        let named = self.ranges.iter().zip(&instance.values).map(|(r, v)| format!("{}={v}", r.name));
-        named.collect::<Vec<_>>().join(",")
+    /// Completes the file and the plot.
+    fn finish(self) -> Result<(), Error> {
+        if let Some(file) = self.file {
+            let positions = Positions::of(&self.ranges);
+            file.finish((self.ranges.len(), &|values: &[&str]| positions.get(values)))?;
+        }
+        self.plot.map_or(Ok(()), |plot| plot.write(&self.ranges, &self.kind))
+    }
+
+    /// Returns the instances that are left to run, each with its command line: the last options
+    /// decide.
+    fn instances(&self) -> impl Iterator<Item = (Instance, Vec<OsString>)> + Send + use<> {
+        let (ranges, skipped, jobs) = (Arc::clone(&self.ranges), self.skipped.clone(), self.jobs.to_string());
+        let left = self.part.positions().filter(move |position| !skipped.contains(position));
+        left.enumerate().map(move |(index, position)| {
+            let own = ["--instance", &constants(&ranges, position), "--sharing", &jobs].map(OsString::from);
+            (Instance { index, position }, std::env::args_os().skip(1).chain(own).collect())
+        })
     }
 
     /// Writes a row to the file, and shows it in the table.
     fn note(
         &mut self,
-        index: usize,
+        position: usize,
         report: &Json,
         ended: Ended,
         table: Option<&Table>,
     ) -> Result<(), Error> {
-        let instance = &self.instances[index];
         let row = self.kind.row(report, ended);
         if let Some(table) = table {
-            let mut text = table.line(&self.constants(instance), &row) + "\n";
+            let mut text = table.line(&constants(&self.ranges, position), &row) + "\n";
             if let Some(message) = row::failure(report) {
                 text += &format!("  {message}\n");
             }
             terminal::print(&text)?;
         }
         if let Some(plot) = &mut self.plot {
-            plot.rows.insert(instance.position, row.cells().map(str::to_owned).collect());
+            plot.rows.insert(position, row.cells().map(str::to_owned).collect());
         }
         if let Some(file) = &mut self.file {
-            let values = instance.values.iter().map(String::as_str);
-            file.add(instance.position, values.chain(row.cells()).collect())?;
+            let values = ranges::instance(&self.ranges, position).into_iter();
+            file.add(position, values.chain(row.cells()))?;
         }
         Ok(())
     }
 
     fn table(&self) -> Table {
         let row = self.kind.row(&Json::Null, Ended::Done);
-        let constants = self.instances.iter().map(|i| self.constants(i).chars().count());
-        Table::new(&row, constants.max().unwrap_or(0), terminal::stdout_style().width)
+        let longest = |r: &Range| r.values.iter().map(|v| v.chars().count()).max().unwrap_or(0);
+        let constants =
+            self.ranges.iter().map(|r| r.name.chars().count() + "=,".len() + longest(r)).sum::<usize>();
+        Table::new(&row, constants.saturating_sub(1), terminal::stdout_style().width)
     }
 
-    fn finished(&self, index: usize, result: Json, ended: Ended) -> Finished {
-        let values = self.ranges.iter().zip(&self.instances[index].values);
+    fn finished(&self, position: usize, result: Json, ended: Ended) -> Finished {
+        let values = self.ranges.iter().zip(ranges::instance(&self.ranges, position));
         let constants: Map<String, Json> = values.map(|(r, v)| (r.name.clone(), value(v))).collect();
         Finished { constants, status: ended.into(), result }
     }
 
-    fn report(&self, mut runs: Vec<(usize, Finished)>) -> SweepReport {
-        runs.sort_by_key(|(index, _)| *index);
+    fn runs(&self) -> Result<Runs, Error> {
         let varying = self.ranges.iter().filter(|r| r.varies);
-        let ranges: Map<String, Json> =
-            varying.map(|r| (r.name.clone(), r.values.iter().map(|v| value(v)).collect())).collect();
-        SweepReport::new((&self.kind).into(), ranges, runs.into_iter().map(|(_, run)| run).collect())
+        let ranges = varying.map(|r| (r.name.clone(), r.values.iter().map(|v| value(v)).collect())).collect();
+        Runs::begin((&self.kind).into(), ranges)
     }
+}
+
+/// Returns the values of an instance as `K=4,N=3`.
+fn constants(ranges: &[Range], position: usize) -> String {
+    let named = ranges.iter().zip(ranges::instance(ranges, position)).map(|(r, v)| format!("{}={v}", r.name));
+    named.collect::<Vec<_>>().join(",")
 }
 
 /// Converts a number or a truth value to JSON.
@@ -305,7 +362,7 @@ fn value(text: &str) -> Json {
 
 /// Returns the status of the sweep. A limit or an error ends only its row; if no row is complete,
 /// it decides the status.
-fn status(ends: &[(Ended, Option<String>)]) -> Status {
+fn status(ends: &BTreeSet<(Ended, Option<String>)>) -> Status {
     let ended = |wanted: Ended| ends.iter().any(|(e, _)| *e == wanted);
     let failed = |wanted: &str| ends.iter().any(|(_, kind)| kind.as_deref() == Some(wanted));
     if ended(Ended::No) {

@@ -7,7 +7,7 @@ use meliora_model::error::Error;
 use meliora_report::plot::{Curve, Panel, Plot, Point};
 
 use super::super::files::Target;
-use super::ranges::{Range, instances};
+use super::ranges::{Range, instance};
 use super::row::{Ended, Job};
 
 /// The file of a plot, and the rows that it will show.
@@ -41,11 +41,11 @@ impl Plotted {
     /// # Errors
     /// The file cannot be written.
     pub(super) fn write(&self, ranges: &[Range], kind: &Job) -> Result<(), Error> {
-        self.target.write(&self.plot(ranges, kind)?.svg())
+        self.target.write(&self.plot(ranges, kind).svg())
     }
 
-    fn plot(&self, ranges: &[Range], kind: &Job) -> Result<Plot, Error> {
-        let curves = self.curves(ranges)?;
+    fn plot(&self, ranges: &[Range], kind: &Job) -> Plot {
+        let curves = self.curves(ranges);
         let row = kind.row(&serde_json::Value::Null, Ended::Done);
         let titles: Vec<&str> = row.columns().collect();
         let curve = |found: &Found<'_>, column: usize| Curve {
@@ -58,16 +58,15 @@ impl Plotted {
         };
         let panels = kind.plotted().into_iter().map(panel).collect();
         let constant = &ranges[self.constant];
-        Ok(Plot { constant: constant.name.clone(), values: constant.values.clone(), panels })
+        Plot { constant: constant.name.clone(), values: constant.values.clone(), panels }
     }
 
     /// Groups the rows by the values of the other constants, in the order of the instances.
-    fn curves(&self, ranges: &[Range]) -> Result<Vec<Found<'_>>, Error> {
-        let all = instances(ranges)?;
+    fn curves(&self, ranges: &[Range]) -> Vec<Found<'_>> {
         let mut curves: Vec<Found<'_>> = Vec::new();
         for (&position, cells) in &self.rows {
-            let values = &all[position];
-            let name = self.name(ranges, values);
+            let values = instance(ranges, position);
+            let name = self.name(ranges, &values);
             let mut known = ranges[self.constant].values.iter();
             let at = known.position(|value| *value == values[self.constant]).unwrap_or(0);
             match curves.iter_mut().find(|found| found.name == name) {
@@ -76,11 +75,11 @@ impl Plotted {
             }
         }
         curves.iter_mut().for_each(|found| found.rows.sort_by_key(|(at, _)| *at));
-        Ok(curves)
+        curves
     }
 
     /// Returns the values of the other constants that vary.
-    fn name(&self, ranges: &[Range], values: &[String]) -> String {
+    fn name(&self, ranges: &[Range], values: &[&str]) -> String {
         let others = ranges.iter().zip(values).enumerate();
         let others = others.filter(|(at, (range, _))| range.varies && *at != self.constant);
         others.map(|(_, (range, value))| format!("{}={value}", range.name)).collect::<Vec<_>>().join(", ")

@@ -3,8 +3,8 @@
 use std::ffi::OsString;
 use std::io::Read;
 use std::process::{Child, Command, Stdio};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, sync_channel};
 use std::sync::{Arc, Mutex};
 
 use meliora::supervise::lock;
@@ -13,10 +13,17 @@ use serde_json::{Map, Value as Json};
 
 use super::row::Ended;
 
-/// The result of one instance.
-pub(crate) struct Outcome {
+/// An instance that is to be run.
+pub(crate) struct Instance {
     /// The position among the instances that are run.
     pub(crate) index: usize,
+    /// The position among all instances.
+    pub(crate) position: usize,
+}
+
+/// The result of one instance.
+pub(crate) struct Outcome {
+    pub(crate) instance: Instance,
     /// The report or the error.
     pub(crate) report: Json,
     /// The end of the instance; `None` if it was interrupted.
@@ -43,19 +50,20 @@ impl Pool {
         self.stopped.load(Ordering::Relaxed)
     }
 
-    /// Runs the command line once per instance, at most `jobs` at a time.
-    pub(crate) fn run(self: &Arc<Self>, jobs: usize, arguments: Vec<Vec<OsString>>) -> Receiver<Outcome> {
-        let (sender, outcomes) = channel();
-        let next = Arc::new(AtomicUsize::new(0));
-        let arguments = Arc::new(arguments);
-        for _ in 0..jobs.min(arguments.len()) {
-            let (pool, next, arguments, sender) =
-                (Arc::clone(self), Arc::clone(&next), Arc::clone(&arguments), sender.clone());
+    /// Runs the command line of each instance, at most `jobs` at a time. Instances are taken from the
+    /// iterator as they start, and wait with their outcome until it is received.
+    pub(crate) fn run<I>(self: &Arc<Self>, jobs: usize, instances: I) -> Receiver<Outcome>
+    where
+        I: Iterator<Item = (Instance, Vec<OsString>)> + Send + 'static,
+    {
+        let (sender, outcomes) = sync_channel(jobs);
+        let instances = Arc::new(Mutex::new(instances));
+        for _ in 0..jobs {
+            let (pool, instances, sender) = (Arc::clone(self), Arc::clone(&instances), sender.clone());
             std::thread::spawn(move || {
                 while !pool.is_stopped() {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(own) = arguments.get(index) else { break };
-                    if sender.send(pool.one(index, own)).is_err() {
+                    let Some((instance, arguments)) = lock(&instances).next() else { break };
+                    if sender.send(pool.one(instance, &arguments)).is_err() {
                         break;
                     }
                 }
@@ -64,8 +72,8 @@ impl Pool {
         outcomes
     }
 
-    fn one(&self, index: usize, arguments: &[OsString]) -> Outcome {
-        let (read, status) = match self.output(index, arguments) {
+    fn one(&self, instance: Instance, arguments: &[OsString]) -> Outcome {
+        let (read, status) = match self.output(instance.index, arguments) {
             Ok((text, status)) => (report(&text), status),
             Err(e) => (Err(format!("the process could not be run: {e}")), None),
         };
@@ -80,7 +88,7 @@ impl Pool {
         let report = read.unwrap_or_else(|message| {
             serde_json::to_value(Failure::new(FailureKind::Internal, message)).unwrap_or_default()
         });
-        Outcome { index, report, ended }
+        Outcome { instance, report, ended }
     }
 
     /// Runs a process. Returns its output and its exit status.
@@ -114,12 +122,32 @@ fn report(text: &str) -> Result<Json, String> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::AtomicUsize;
+
     use super::*;
+
+    /// The arguments of all instances of a sweep were in memory before the first one ran.
+    #[test]
+    fn instances_are_taken_as_they_start_and_wait_for_those_before() {
+        let (pool, taken) = (Arc::new(Pool::default()), Arc::new(AtomicUsize::new(0)));
+        let counted = Arc::clone(&taken);
+        let all = (0..1_000_000).map(move |index| {
+            counted.fetch_add(1, Ordering::Relaxed);
+            (Instance { index, position: index }, vec!["--help".into()])
+        });
+        let outcomes = pool.run(1, all);
+        for index in 0..3 {
+            assert_eq!(outcomes.recv().unwrap().instance.index, index);
+        }
+        pool.stop();
+        // One is received, one is in the channel, one waits for a place there, and one may have started.
+        assert!(taken.load(Ordering::Relaxed) <= 3 + 3);
+    }
 
     #[test]
     fn an_instance_that_dies_without_a_report_has_an_error_with_all_fields() {
         // The program is that of the tests, which prints no report.
-        let outcome = Pool::default().one(0, &["--help".into()]);
+        let outcome = Pool::default().one(Instance { index: 0, position: 0 }, &["--help".into()]);
         assert_eq!(outcome.ended, Some(Ended::Error));
         assert_eq!(outcome.report["kind"], "internal");
         let keys: Vec<&str> = outcome.report.as_object().unwrap().keys().map(String::as_str).collect();

@@ -1,11 +1,17 @@
 //! Values, ranges and lists of values for constants: `-c K=4,N=2:2:10,p={0.1,0.5}`.
 
-use meliora_model::error::Error;
+use std::collections::HashMap;
 
-/// Maximum number of instances; more are taken for a mistake.
+use meliora_model::error::{Error, ensure};
+
+/// Maximum number of instances, and of values of a range; more are taken for a mistake.
 const MOST_INSTANCES: usize = 1_000_000;
 /// Maximum number of digits after the decimal point of a range.
-const MOST_DIGITS: usize = 15;
+const MOST_DECIMALS: usize = 15;
+/// Maximum number of digits of a bound or step of a range.
+const MOST_DIGITS: usize = 30;
+/// The form of a range.
+const FORM: &str = "a range has the form 1:5 or 0:2:10";
 
 /// A constant with its values, as they are written.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -60,12 +66,9 @@ fn range(part: &str) -> Result<Range, Error> {
         [_] => return Ok(Range { name, values: vec![value.to_owned()], varies: false }),
         [low, high] => (*low, "1", *high),
         [low, step, high] => (*low, *step, *high),
-        _ => return Err(wrong(part, "a range has the form 1:5 or 0:2:10")),
+        _ => return Err(wrong(part, FORM)),
     };
-    let values = steps(low, step, high).ok_or_else(|| wrong(part, "a range has the form 1:5 or 0:2:10"))?;
-    if values.is_empty() {
-        return Err(wrong(part, "the range is empty"));
-    }
+    let values = steps(low, step, high).map_err(|reason| wrong(part, &reason))?;
     Ok(Range { name, values, varies: true })
 }
 
@@ -74,29 +77,42 @@ fn wrong(part: &str, reason: &str) -> Error {
 }
 
 /// Returns low, low + step, … up to high, computed in decimals so that 0.1:0.1:0.3 includes 0.3.
-/// Returns `None` if this is not a range or has too many values.
-fn steps(low: &str, step: &str, high: &str) -> Option<Vec<String>> {
+///
+/// # Errors
+/// The reason why this is not a range, or exceeds a limit.
+fn steps(low: &str, step: &str, high: &str) -> Result<Vec<String>, String> {
     let digits = [low, step, high].map(|t| t.split_once('.').map_or(0, |(_, d)| d.len()));
-    let digits = digits.into_iter().max().filter(|&d| d <= MOST_DIGITS)?;
+    let digits = digits.into_iter().max().unwrap_or(0);
+    ensure(digits <= MOST_DECIMALS, || {
+        format!("a range has at most {MOST_DECIMALS} digits after the decimal point, not {digits}")
+    })?;
     let [low, step, high] = [scaled(low, digits)?, scaled(step, digits)?, scaled(high, digits)?];
-    if step <= 0 || (high - low) / step >= MOST_INSTANCES as i128 {
-        return None;
-    }
+    ensure(step > 0, || "the step of a range is positive".to_owned())?;
+    ensure(low <= high, || "the range is empty".to_owned())?;
+    let count = (high - low) / step + 1;
+    ensure(count <= MOST_INSTANCES as i128, || {
+        format!("a range has at most {MOST_INSTANCES} values, and this one has {count}")
+    })?;
     let mut values = Vec::new();
     let mut value = low;
     while value <= high {
         values.push(shown(value, digits));
         value += step;
     }
-    Some(values)
+    Ok(values)
 }
 
-fn scaled(text: &str, digits: usize) -> Option<i128> {
+/// Returns a decimal number times 10^`digits`.
+fn scaled(text: &str, digits: usize) -> Result<i128, String> {
     let (sign, plain) = text.strip_prefix('-').map_or((1, text), |rest| (-1, rest));
     let (whole, fraction) = plain.split_once('.').unwrap_or((plain, ""));
     let all = format!("{whole}{fraction}{}", "0".repeat(digits - fraction.len()));
-    let is_number = all.len() <= 30 && all.bytes().all(|b| b.is_ascii_digit()) && !whole.is_empty();
-    if is_number { all.parse::<i128>().ok().map(|n| sign * n) } else { None }
+    let is_number = all.bytes().all(|b| b.is_ascii_digit()) && !whole.is_empty();
+    ensure(is_number, || FORM.to_owned())?;
+    ensure(all.len() <= MOST_DIGITS, || {
+        format!("`{text}`: numbers of a range have at most {MOST_DIGITS} digits")
+    })?;
+    all.parse::<i128>().map(|n| sign * n).map_err(|_| FORM.to_owned())
 }
 
 fn shown(value: i128, digits: usize) -> String {
@@ -112,24 +128,48 @@ fn shown(value: i128, digits: usize) -> String {
     format!("{sign}{whole}.{}", if fraction.is_empty() { "0" } else { fraction })
 }
 
-/// Returns every combination of values; the last constant varies fastest.
+/// Returns the number of combinations of values.
 ///
 /// # Errors
 /// There are more than [`MOST_INSTANCES`].
-pub(crate) fn instances(ranges: &[Range]) -> Result<Vec<Vec<String>>, Error> {
+pub(crate) fn count(ranges: &[Range]) -> Result<usize, Error> {
     let count = ranges.iter().try_fold(1usize, |n, r| n.checked_mul(r.values.len()));
-    if count.is_none_or(|n| n > MOST_INSTANCES) {
-        return Err(Error::Usage(format!("a sweep has at most {MOST_INSTANCES} instances")));
+    count.filter(|&n| n <= MOST_INSTANCES).ok_or_else(|| {
+        let found = ranges.iter().fold(1.0, |n, r| n * r.values.len() as f64);
+        Error::Usage(format!("a sweep has at most {MOST_INSTANCES} instances, and this one has {found}"))
+    })
+}
+
+/// Returns the combination of values at a position; the last constant varies fastest.
+pub(crate) fn instance(ranges: &[Range], position: usize) -> Vec<&str> {
+    let mut left = position;
+    let mut values = Vec::with_capacity(ranges.len());
+    for range in ranges.iter().rev() {
+        values.push(range.values[left % range.values.len()].as_str());
+        left /= range.values.len();
     }
-    let mut all = vec![Vec::new()];
-    for range in ranges {
-        let longer = |prefix: &Vec<String>| {
-            let prefix = prefix.clone();
-            range.values.iter().map(move |v| prefix.iter().chain([v]).cloned().collect::<Vec<_>>())
+    values.reverse();
+    values
+}
+
+/// The positions of combinations by their values.
+pub(crate) struct Positions<'r>(Vec<(HashMap<&'r str, usize>, usize)>);
+
+impl<'r> Positions<'r> {
+    pub(crate) fn of(ranges: &'r [Range]) -> Self {
+        let numbered = |range: &'r Range| {
+            (range.values.iter().map(String::as_str).zip(0..).collect(), range.values.len())
         };
-        all = all.iter().flat_map(longer).collect();
+        Positions(ranges.iter().map(numbered).collect())
     }
-    Ok(all)
+
+    /// Returns the position of some values; `None` if they are not a combination of the ranges.
+    pub(crate) fn get(&self, values: &[&str]) -> Option<usize> {
+        if values.len() != self.0.len() {
+            return None;
+        }
+        self.0.iter().zip(values).try_fold(0, |n, ((of, len), value)| Some(n * len + of.get(value)?))
+    }
 }
 
 #[cfg(test)]
@@ -158,10 +198,30 @@ mod tests {
     }
 
     #[test]
+    fn limits_of_ranges_are_named() {
+        let refused = |text: &str| parse(text).unwrap_err().to_string();
+        assert!(refused("N=0:1000000").contains("at most 1000000 values, and this one has 1000001"));
+        assert!(refused("p=0:0.0000000000000001:1").contains("at most 15 digits after the decimal point"));
+        let long = "1".repeat(31);
+        assert!(refused(&format!("N={long}:{long}")).contains("at most 30 digits"));
+        assert!(refused("N=3:1").contains("empty") && refused("N=1:0:3").contains("positive"));
+        assert_eq!(values("N=1:1000000").len(), 1_000_000);
+        let two = parse("N=1:1000,M=1:1001").unwrap();
+        let refused = count(&two).unwrap_err().to_string();
+        assert!(refused.contains("at most 1000000 instances, and this one has 1001000"), "{refused}");
+    }
+
+    #[test]
     fn instances_count_like_an_odometer() {
         let ranges = parse("A=1:2,B=5,C={x,y}").unwrap();
         assert_eq!(ranges.iter().map(|r| r.varies).collect::<Vec<_>>(), [true, false, true]);
-        let all: Vec<String> = instances(&ranges).unwrap().iter().map(|i| i.join(" ")).collect();
+        let all: Vec<String> = (0..count(&ranges).unwrap()).map(|i| instance(&ranges, i).join(" ")).collect();
         assert_eq!(all, ["1 5 x", "1 5 y", "2 5 x", "2 5 y"]);
+        let positions = Positions::of(&ranges);
+        for at in 0..4 {
+            assert_eq!(positions.get(&instance(&ranges, at)), Some(at));
+        }
+        assert_eq!(positions.get(&["1", "6", "x"]), None);
+        assert_eq!(positions.get(&["1", "5"]), None);
     }
 }

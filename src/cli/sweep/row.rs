@@ -13,7 +13,7 @@ const LEVELS: usize = 16;
 pub(super) const REGIONS: [&str; 5] = ["target", "pmax_one", "pmax_positive", "pmin_one", "pmin_positive"];
 
 /// The end of an instance, by its name in the file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, IntoStaticStr)]
 #[strum(serialize_all = "lowercase")]
 pub(crate) enum Ended {
     Done,

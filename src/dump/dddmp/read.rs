@@ -5,6 +5,7 @@ use std::io::BufRead;
 use super::lines::{Lines, number, shown};
 use crate::{Diagram, Edge, Node};
 use meliora_model::error::Result;
+use meliora_model::escape::unword;
 
 /// The maximum number of variables; models of this program have fewer.
 const MOST_VARIABLES: usize = 1 << 24;
@@ -205,7 +206,7 @@ fn names<R: BufRead>(lines: &Lines<'_, R>, words: Words<'_, '_>) -> Result<Vec<S
         let Ok(name) = std::str::from_utf8(word) else {
             return Err(lines.wrong(format!("`{}` is not the name of a variable", shown(word))));
         };
-        names.push(name.to_owned());
+        names.push(unword(name).into_owned());
     }
     let mut sorted: Vec<&String> = names.iter().collect();
     sorted.sort_unstable();

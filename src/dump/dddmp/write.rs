@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use crate::Diagram;
+use meliora_model::escape;
 
 /// Writes a diagram node by node, without a buffer of its own.
 ///
@@ -31,8 +32,9 @@ fn header(diagram: &Diagram, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, ".nnodes {}", diagram.nodes.len() + 1)?;
     writeln!(out, ".nvars {width}")?;
     writeln!(out, ".nsuppvars {width}")?;
-    list(out, ".suppvarnames", diagram.variables.iter())?;
-    list(out, ".orderedvarnames", diagram.variables.iter())?;
+    let names = || diagram.variables.iter().map(|name| escape::word(name));
+    list(out, ".suppvarnames", names())?;
+    list(out, ".orderedvarnames", names())?;
     list(out, ".ids", 0..width)?;
     list(out, ".permids", 0..width)?;
     writeln!(out, ".nroots {}", diagram.roots.len())?;

@@ -12,6 +12,7 @@ use super::label::unique;
 use meliora_model::Program;
 use meliora_model::csv;
 use meliora_model::error::Result;
+use meliora_model::escape::word;
 use meliora_model::exact::Ratio;
 use meliora_model::progress::ProgressSink;
 
@@ -44,7 +45,7 @@ fn tra(graph: &Graph) -> String {
             for (to, p) in &row.successors {
                 let _ = match graph.is_dtmc {
                     true => writeln!(text, "{state} {to} {p}"),
-                    false => writeln!(text, "{state}{player} {choice} {to} {p} {}", row.action),
+                    false => writeln!(text, "{state}{player} {choice} {to} {p} {}", word(&row.action)),
                 };
             }
         }
@@ -136,7 +137,7 @@ pub fn drn(graph: &Graph, program: &Program, sink: &dyn ProgressSink) -> Result<
             number += 1;
             let _ = match graph.is_dtmc {
                 true => writeln!(text, "\taction {choice}{earned}"),
-                false => writeln!(text, "\taction {}{earned}", row.action),
+                false => writeln!(text, "\taction {}{earned}", word(&row.action)),
             };
             for (to, p) in &row.successors {
                 let _ = writeln!(text, "\t\t{to} : {p}");

@@ -8,6 +8,7 @@ use super::{Frame, Rewards, Table};
 use crate::check::{Actions, Checked};
 use meliora_model::ModelKind;
 use meliora_model::error::{Result, SourceFile};
+use meliora_model::escape::unword;
 use meliora_model::expr::ExprId;
 use meliora_model::progress::Poll;
 
@@ -152,9 +153,12 @@ impl<'s> Reader<'s> {
         if self.table.choices.len() == 1 {
             return Err(line.wrong("an action without a state"));
         }
-        let (rest, earned) = self.earned(line, rest)?;
-        let name = rest.trim();
-        let number = (!name.is_empty() && name != NO_ACTION).then(|| self.actions.add(name));
+        // The rewards come last; a bracket inside of a word belongs to the name.
+        let starts_word = |at: &usize| !rest[..*at].ends_with(|c: char| !c.is_whitespace());
+        let (name, rewards) = rest.split_at(rest.rfind('[').filter(starts_word).unwrap_or(rest.len()));
+        let (_, earned) = self.earned(line, rewards)?;
+        let name = name.trim();
+        let number = (!name.is_empty() && name != NO_ACTION).then(|| self.actions.add(&unword(name)));
         self.table.action_of.push(number);
         self.table.branches.push(self.table.targets.len());
         for (rewards, earned) in self.rewards.iter_mut().zip(earned) {

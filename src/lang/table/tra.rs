@@ -11,6 +11,7 @@ use super::{Column, Frame, Table, numbered_players};
 use crate::check::{Actions, Checked};
 use meliora_model::ModelKind;
 use meliora_model::error::{Error, Result, Severity, SourceFile};
+use meliora_model::escape::unword;
 use meliora_model::progress::Poll;
 use meliora_model::value::Type;
 
@@ -140,7 +141,7 @@ fn transitions(frame: &Frame<'_>, sections: &Sections<'_>, poll: &mut Poll<'_>) 
             let is_first = last.is_none_or(|(state, _)| state < read.state);
             own(line, &read, is_first, &mut table)?;
         }
-        let action = read.action.map(|name| actions.add(name));
+        let action = read.action.map(|name| actions.add(&unword(name)));
         if at != last {
             table.choices.resize(read.state + 2, table.action_of.len());
             table.action_of.push(action);

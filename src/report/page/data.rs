@@ -50,7 +50,7 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         "heat": content.heat().as_ref().map(Heat::data),
     });
     // A `<` in a text must not end the script element.
-    data.to_string().replace('<', "\\u003c")
+    meliora_model::json::compact(&data).unwrap_or_default().replace('<', "\\u003c")
 }
 
 fn variables(projections: &Projections) -> Vec<Json> {

@@ -6,6 +6,7 @@ use maud::{Markup, html};
 
 use super::layered::{HEIGHT, Layered};
 use super::{drawing, letters};
+use meliora_model::escape;
 use meliora_model::hasse::Hasse;
 use meliora_model::preference::{Empty, Preorder};
 
@@ -135,7 +136,7 @@ pub(super) fn dot(order: &Order) -> String {
     let mut out = String::from("digraph preferences {\n  rankdir=TB;\n  node [shape=box, style=rounded];\n");
     out.push_str("  edge [arrowhead=none];\n");
     for (index, label) in order.labels.iter().enumerate() {
-        let _ = writeln!(out, "  g{index} [label=\"{}\"];", label.escape_default());
+        let _ = writeln!(out, "  g{index} [label={}];", escape::dot(label));
     }
     for (high, low) in &order.hasse.covers {
         let _ = writeln!(out, "  g{high} -> g{low};");

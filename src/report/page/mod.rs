@@ -29,8 +29,8 @@ use super::CheckReport;
 use super::simulate::TraceReport;
 use heat::Heat;
 use meliora_export::projections::Projections;
-use meliora_model::State;
 use meliora_model::preference::{Outline, Preferences};
+use meliora_model::{State, escape};
 use meliora_planning::tally::RunEnd;
 use meliora_planning::{Opponent, Scheduler, StrategyKind};
 use meliora_quantities::Choose;
@@ -110,7 +110,7 @@ impl Picture {
 impl Content<'_> {
     /// Renders the page.
     pub fn html(&self) -> String {
-        html::page(self)
+        escape::lines(&html::page(self)).into_owned()
     }
 
     /// Renders a picture as SVG; returns `None` if it needs a plane and there is none.
@@ -143,7 +143,8 @@ impl Content<'_> {
     }
 }
 
-/// Replaces variables of CSS by their default values, for programs that do not know them.
+/// Replaces variables of CSS by their default values, for programs that do not know them, and
+/// characters that are not displayed.
 fn plain(svg: &str) -> String {
     let mut parts = svg.split("var(");
     let mut out = parts.next().unwrap_or_default().to_owned();
@@ -152,7 +153,7 @@ fn plain(svg: &str) -> String {
         out.push_str(variable.split_once(", ").map_or(variable, |(_, value)| value));
         out.push_str(rest);
     }
-    out
+    escape::lines(&out).into_owned()
 }
 
 /// Renders the Hasse diagram of a preference order without a model, as SVG.

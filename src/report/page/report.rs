@@ -106,6 +106,6 @@ impl Report for PageReport {
             out.push('\n');
         }
         out.push_str(&incomplete(self.error.as_ref(), style));
-        out
+        style.finished(&out)
     }
 }
