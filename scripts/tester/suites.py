@@ -14,7 +14,11 @@ from tester import (
     stopping,
     tables,
     together,
+    whole,
 )
 
-GROUPS = (checks, games, promises, regions, questions, tables, together, stopping, lists, exchange, pages, refusals, package)
+GROUPS = (
+    checks, games, promises, regions, questions, tables, whole, together, stopping, lists, exchange, pages, refusals,
+    package,
+)  # fmt: skip
 ALL = {name: check for group in GROUPS for name, check in group.ALL.items()}
