@@ -206,10 +206,11 @@ pub mod planning {
     #[doc(inline)]
     pub use meliora_planning::{
         Analysis, AnalysisResult, Class, Classes, Event, Explanation, FiniteMemoryStrategy, Improvement,
-        InducedModel, Kind, Levels, Memory, Opponent, Options, Phase, Rank, RegionSearch, Requirements,
-        Safety, Sample, Scheduler, Setup, Shield, ShieldNode, ShieldVariable, Simulation, StrategyKind,
-        Threat, classes, explain, finite_memory, improvement, induced_model, joint, levels, region_search,
-        regions, requirements, result, shield, simulate, strategy, tally, temporal, winning_regions,
+        InducedModel, Kind, Lasso, Levels, Memory, Opponent, Options, Phase, Rank, RegionSearch,
+        Requirements, Safety, Sample, Scheduler, Setup, Shield, ShieldNode, ShieldVariable, Simulation,
+        StrategyKind, Threat, classes, explain, finite_memory, improvement, induced_model, joint, lasso,
+        levels, region_search, regions, requirements, result, shield, simulate, strategy, tally, temporal,
+        winning_regions,
     };
 }
 

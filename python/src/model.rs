@@ -119,8 +119,7 @@ impl Model {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
         let given = (values::constants_text(constants)?, values::bounds_text(bounds)?);
-        let call = Call::new(timeout, progress)?;
-        Model::load(py, files::document(py, &path)?, given, &call)
+        Model::load(py, files::document(py, &path)?, given, &Call::new(timeout, progress)?)
     }
 
     /// Reads a model from a string, as `from_file` does from a file. Messages call the model
@@ -167,30 +166,35 @@ impl Model {
         Model::from_bytes(py, &path.display().to_string(), &bytes, &call)
     }
 
-    /// Reads a model from a table of transitions. The only variable is `state`, the number of the
-    /// state.
+    /// Reads a model from a table of transitions. The only variable is `state`: the name of the
+    /// state, or its number if states have no names.
     ///
     /// Args:
     ///     transitions: Gymnasium's `env.unwrapped.P`, a dictionary `P[state][action]` of lists of
-    ///         tuples (probability, next state, reward, terminated); or a NumPy array of the shape
+    ///         tuples (probability, next state, reward, terminated), of dictionaries from next
+    ///         states to probabilities, or of a single next state; or a NumPy array of the shape
     ///         (states, actions, states); or one matrix (states, states) per action, of NumPy or
-    ///         scipy, as a list, or as a dictionary by the name of the action. An action whose row
-    ///         has only zeros is not available in that state. A state that a terminated transition
-    ///         enters is absorbing: each of its actions stays there; the label "done" marks these
-    ///         states, unless `labels` has it. The rewards of tuples are not used.
-    ///     rewards: Reward structures: for each name an array (states) or (states, actions).
-    ///     labels: For each name the states that have it: numbers, or a Boolean for each state.
-    ///         Preferences use them as `F "goal"`.
-    ///     start: The initial states: a number, numbers, a Boolean for each state, or a distribution
+    ///         scipy, as a list, or as a dictionary by the name of the action. Nested lists may
+    ///         stand for arrays. The keys of a dictionary of states name them, unless they are the
+    ///         numbers from 0 on. An action whose row has only zeros is not available in that
+    ///         state. A state that a terminated transition enters is absorbing: each of its
+    ///         actions stays there; the label "done" marks these states, unless `labels` has it.
+    ///         The rewards of tuples are not used.
+    ///     rewards: Reward structures: for each name an array (states) or (states, actions), or a
+    ///         dictionary by states, where others earn 0.
+    ///     labels: For each name the states that have it: names or numbers, or a Boolean for each
+    ///         state. Preferences use them as `F "goal"`.
+    ///     start: The initial states: a state, states, a Boolean for each state, or a distribution
     ///         such as `env.unwrapped.initial_state_distrib`; None for all states.
     ///     actions: The names of the actions; None for `a0`, `a1`, …, or the keys if they are names.
+    ///     states: The names of the states in their order; None for the keys of a dictionary, unless
+    ///         these are the numbers from 0 on.
     ///     timeout, progress: As in `from_file`.
     ///
     /// Raises:
-    ///     UsageError: A table has the wrong shape, probabilities do not sum to 1, or a state or
-    ///         a name is not one.
+    ///     UsageError: A shape, a sum of probabilities, a state or a name is wrong.
     #[staticmethod]
-    #[pyo3(signature = (transitions, rewards=None, labels=None, start=None, *, actions=None, timeout=None, progress=None))]
+    #[pyo3(signature = (transitions, rewards=None, labels=None, start=None, *, actions=None, states=None, timeout=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
     fn from_transitions(
         py: Python<'_>,
@@ -199,14 +203,14 @@ impl Model {
         labels: Option<&Bound<'_, PyAny>>,
         start: Option<&Bound<'_, PyAny>>,
         actions: Option<&Bound<'_, PyAny>>,
+        states: Option<&Bound<'_, PyAny>>,
         timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
-        let call = Call::new(timeout, progress)?;
-        let tables = py.import("meliora._tables")?;
-        let text = tables.call_method1("drn", (transitions, rewards, labels, start, actions))?;
-        let source = SourceFile::new("transitions", text.extract::<String>()?);
-        Model::load(py, Document::of(source), (String::new(), String::new()), &call)
+        let (given, call) =
+            ((transitions, rewards, labels, start, actions, states), Call::new(timeout, progress)?);
+        let text: String = py.import("meliora._tables")?.call_method1("drn", given)?.extract()?;
+        Model::load(py, Document::of(SourceFile::new("transitions", text)), Default::default(), &call)
     }
 
     #[staticmethod]

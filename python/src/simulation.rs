@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use meliora::planning::tally::{Commitment, Tally, Trace};
-use meliora::planning::{Opponent, Setup, Simulation as Plays};
+use meliora::planning::{Kind, Opponent, Setup, Simulation as Plays, StrategyKind};
 use meliora::{Result, Strategy};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -58,6 +58,9 @@ pub(crate) struct Simulation {
     /// objectives that they gave up (`gives_up`), and the number of these `runs`.
     #[pyo3(get)]
     commits: Py<PyList>,
+    /// Why no run has a step, so that `actions` and `improves` are empty; None if some run has one.
+    #[pyo3(get)]
+    reason: Option<&'static str>,
     /// The names of the objectives, in the order of declaration.
     objectives: Vec<String>,
 }
@@ -68,6 +71,9 @@ pub(crate) struct Recorder {
     start: Vec<i64>,
     plays: Vec<Steps>,
     actions: Vec<String>,
+    kind: StrategyKind,
+    /// The kind of the improvements.
+    levels: Kind,
 }
 
 /// The steps of one run.
@@ -111,7 +117,29 @@ impl Recorder {
             plays.push(steps);
         };
         let tally = Plays::new(strategy, setup).against(opponent).run_each(start, &mut each)?;
-        Ok((tally, Recorder { start: start.to_vec(), plays, actions }))
+        let (kind, levels) = (strategy.kind(), strategy.levels());
+        Ok((tally, Recorder { start: start.to_vec(), plays, actions, kind, levels }))
+    }
+
+    /// Returns why no run has a step; `None` if some run has one.
+    fn reason(&self, tally: &Tally) -> Option<&'static str> {
+        let counted = tally.achieved.as_ref();
+        Some(match self.kind {
+            _ if self.longest() > 0 => return None,
+            _ if tally.is_unsafe => "no strategy keeps the requirements from the start",
+            _ if counted.is_some_and(|counted| counted.runs > 0) => {
+                "the pursued objective is achieved in the start"
+            }
+            _ if counted.is_some_and(|counted| counted.kept > 0) => {
+                "the pursued objective is kept by staying in the start"
+            }
+            StrategyKind::Achieve => "the strategy does not achieve the objective from the start",
+            StrategyKind::Plan => "there is nothing to improve in the start, and no objective is sure",
+            StrategyKind::Sasi if self.levels == Kind::Sasi => {
+                "no improvement is guaranteed from the start; kind=\"spi\" tries possible ones"
+            }
+            StrategyKind::Sasi | StrategyKind::Spi => "no improvement is possible from the start",
+        })
     }
 
     /// Returns the number of steps of the longest run.
@@ -148,7 +176,6 @@ impl Simulation {
         }
         Ok(Simulation {
             names: Arc::clone(names),
-            record,
             rank: rank_of(py, tally.rank)?.unbind(),
             settled: tally.settled,
             weakened_step: tally.weakened_step,
@@ -160,6 +187,8 @@ impl Simulation {
             achieved_runs: tally.achieved.as_ref().map(|achieved| achieved.runs),
             kept_runs: tally.achieved.as_ref().map(|achieved| achieved.kept),
             commits: commits.unbind(),
+            reason: record.reason(tally),
+            record,
             objectives,
         })
     }
@@ -250,6 +279,8 @@ impl Simulation {
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let improvements = self.improvements.bind(py).repr()?;
-        Ok(format!("<Simulation of {} plays, improvements {improvements}>", self.record.plays.len()))
+        let reason = self.reason.map(|reason| format!(": {reason}")).unwrap_or_default();
+        let runs = self.record.plays.len();
+        Ok(format!("<Simulation of {runs} plays, improvements {improvements}{reason}>"))
     }
 }

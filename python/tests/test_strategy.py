@@ -264,3 +264,15 @@ def test_objectives_that_go_together_and_one_that_is_not_sure() -> None:
     assert play.over
     runs = both.simulate({"x": 2}, runs=10)
     assert runs.achieved["C"].shape == runs.achieved["D"].shape == (10,)
+
+
+def test_runs_without_a_step_say_why_their_arrays_are_empty() -> None:
+    text = "mdp\nmodule m\n x : [0..2] init 0;\n [try] x=0 -> 0.5: (x'=1) + 0.5: (x'=2);\n [stay] x>0 -> true;\nendmodule\n"
+    model = meliora.Model.from_string(text)
+    found = model.check(meliora.Preferences({"B": "F x=1"}))
+    sasi, spi = found.strategy("sasi").simulate({"x": 0}, runs=3), found.strategy("spi").simulate({"x": 2}, runs=3)
+    assert sasi.actions.shape == (3, 0) and "kind=\"spi\"" in str(sasi.reason) and str(sasi.reason) in repr(sasi)
+    assert spi.reason == "no improvement is possible from the start"
+    assert found.strategy("spi").simulate({"x": 0}, runs=3).reason is None
+    plan = found.strategy(kind="plan").simulate({"x": 1}, runs=3)
+    assert plan.reason == "the pursued objective is achieved in the start"

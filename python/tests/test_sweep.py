@@ -60,7 +60,7 @@ def test_rows_are_direct_analyses() -> None:
         assert (row["states"], row["choices"]) == (found.counts["states"], found.counts["choices"])
         for kind, levels in (("sasi", found.sasi), ("spi", found.spi)):
             assert levels is not None
-            counts = [row[f"{kind}_{k}"] for k in range(1, 17)]
+            counts = [row.get(f"{kind}_{k}") for k in range(1, 17)]
             assert counts == [*levels.counts, *[None] * (16 - len(levels))]
             assert row[f"{kind}_levels"] == len(levels)
             assert row[f"{kind}_rank"] == levels.rank(found.model.state())
@@ -80,6 +80,56 @@ def test_a_table_of_pandas_and_a_list_have_the_same_rows(engine: Any, monkeypatc
     plain = sweep()
     assert isinstance(plain, list) and records(plain) == records(table)
     assert [name for name in plain[0] if name.startswith("spi")][:4] == ["spi_1", "spi_2", "spi_3", "spi_unbounded"]
+
+
+def test_a_table_has_no_columns_without_values() -> None:
+    rows = records(meliora.sweep(MODEL, PREFERENCES, N=range(2, 5), K=(1, 2)))
+    for name in rows[0]:
+        assert name == "reason" or any(row[name] is not None for row in rows), name
+    assert "sasi_16" not in rows[0] and "status" in rows[0]
+
+
+def test_a_sweep_of_properties_has_a_column_for_each() -> None:
+    asked = ["Pmax=? [ F x=N ]", "P>=1 [ F x=N ]", 'P=? [ F "nowhere" ]']
+    rows = records(meliora.sweep(MODEL, properties=asked, N=[2, 3], K=1))
+    for row in rows:
+        reached = meliora.Model.from_string(MODEL, constants={"N": row["N"], "K": 1}).explore()
+        assert row["states"] == reached.states.count()
+        value = reached.reach(asked[0]).value
+        assert value is not None and row[asked[0]] == pytest.approx(value[0])
+        assert row[asked[1]] is reached.reach(asked[1]).holds
+        assert row[asked[2]] == "not answered" and "nowhere" in str(row["reason"])
+    named = records(meliora.sweep(MODEL, properties={"best": asked[0]}, N=2, K=1))
+    assert named[0]["best"] == rows[0][asked[0]] and list(named[0])[:2] == ["N", "K"]
+
+
+def test_properties_of_a_sweep_are_those_of_the_command_line(tmp_path: Path) -> None:
+    meliora_command = command()
+    if meliora_command is None:
+        pytest.skip("needs the command, built by cargo")
+    (tmp_path / "m.prism").write_text(MODEL, encoding="utf-8")
+    asked = ["Pmax=? [ F x=N ]", "P>=1 [ F x=N ]", "Pmin=? [ F x=1 ]"]
+    ours, theirs = tmp_path / "ours.csv", tmp_path / "theirs.csv"
+    meliora.sweep(tmp_path / "m.prism", properties=asked, csv=ours, N=[2, 3], K=1)
+    words = [word for text in asked for word in ("--property", text)]
+    arguments = [meliora_command, "reach", str(tmp_path / "m.prism"), *words, "-c", "N={2,3},K=1", "--csv", str(theirs)]
+    subprocess.run(arguments, check=False, capture_output=True)
+    assert lines(ours) == lines(theirs) and len(lines(ours)) == 2
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({}, "needs either preferences or `properties`"),
+        ({"preferences": PREFERENCES, "properties": ["P>0 [ F x=1 ]"]}, "needs either preferences or `properties`"),
+        ({"properties": "P>0 [ F x=1 ]"}, "a list of properties"),
+        ({"properties": []}, "there are no properties"),
+        ({"properties": ["P>0 [ F x=1 ]"], "max_level": 2}, "properties have none"),
+    ],
+)
+def test_a_sweep_asks_one_kind_of_question(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(meliora.UsageError, match=message):
+        meliora.sweep(MODEL, N=2, K=1, **options)
 
 
 def test_numbers_beyond_64_bits_stay_exact() -> None:

@@ -79,7 +79,13 @@ def test_rewards_are_costs_of_states_or_actions() -> None:
         ({0: {0: [(1.5, 0, 0, False), (-0.5, 0, 0, False)]}}, {}, "state 0, action a0: 1.5 is not a probability"),
         ({0: {0: [(1.0, 7, 0, False)]}}, {}, "state 0, action 0: 7 is not a state; states are the numbers from 0 to 0"),
         ({0: {0: [(1.0,)]}}, {}, "is not (probability, next state, reward, terminated)"),
-        ({1: {0: [(1.0, 0, 0, False)]}}, {}, "the numbers from 0 to 0"),
+        ({1: {0: [(1.0, 0, 0, False)]}}, {}, "state 1, action 0: 0 is not a state; states are 1"),
+        ({"a": {"go": "b"}}, {}, "state a, action go: 'b' is not a state; states are 'a'"),
+        ({"a\tb": {"go": "a\tb"}}, {}, "'a\\tb' cannot be the name of a state"),
+        ({1: {"go": 1}, "1": {"go": 1}}, {}, "two states are called '1'"),
+        (P, {"states": ["a", "b"]}, "there are 2 names for 4 states"),
+        ([[[1.0, 0.0], [0.0, 1.0]], [[0.0, 1.0], [0.0, 1.0]]], {}, "may be (states, actions, states) or (actions"),
+        ([[[1.0, 0.0]], [[1.0]]], {}, "the parts of nested lists have different lengths"),
         ({}, {}, "there is no state"),
         (np.zeros((2, 3)), {}, "has the shape (S, A, S), not (2, 3)"),
         ([np.eye(2), np.eye(3)], {}, "action a1: expected a matrix of the shape (2, 2), not (3, 3)"),
@@ -98,6 +104,55 @@ def test_a_wrong_table_is_refused_by_name(table: Any, options: dict[str, Any], m
     with pytest.raises(meliora.UsageError) as raised:
         meliora.Model.from_transitions(table, **options)
     assert message in str(raised.value)
+
+
+def test_nested_lists_are_read_where_arrays_are() -> None:
+    matrices = [array()[:, a, :] for a in range(2)]
+    tables: list[Any] = [array().tolist(), [m.tolist() for m in matrices], [matrices[0], matrices[1].tolist()]]
+    tables.append({"left": matrices[0].tolist(), "right": matrices[1].tolist()})
+    models = [meliora.Model.from_transitions(table, labels=LABELS, start=0) for table in tables]
+    assert [permitted(model) for model in models] == [([1], [True, False])] * 4
+    # Three equal lengths are told apart by the dictionary of actions.
+    swap = {"stay": [[1, 0], [0, 1]], "swap": [[0, 1], [1, 0]]}
+    model = meliora.Model.from_transitions(swap, start=0)
+    assert model.actions == ["stay", "swap"] and model.reach("state = 1").pmax_one.count() == 2
+
+
+#: A walk to the shop.
+DAY: dict[str, dict[str, Any]] = {
+    "home": {"walk": {"the shop": 0.75, "home": 0.25}, "rest": "home"},
+    "the shop": {"buy": [(1.0, "done")]},
+    "done": {"rest": "done"},
+}
+
+
+def test_states_have_the_names_of_a_dictionary() -> None:
+    options: dict[str, Any] = {"labels": {"goal": ["done"]}, "start": "home", "rewards": {"time": {"home": 2}}}
+    model = meliora.Model.from_transitions(DAY, **options)
+    assert model.state() == {"state": "home"} and model.actions == ["walk", "rest", "buy"]
+    for engine in ("symbolic", "explicit"):
+        explored = model.explore(engine=engine)  # type: ignore[arg-type]
+        assert [s["state"] for s in explored.states.states(5)] == list(DAY)
+        assert {"state": "the shop"} in explored.reach('"goal"').pmin_one
+        assert explored.where(state="done").count() == 1
+        assert explored.successors(model.state())["walk"] == [(0.75, {"state": "the shop"}), (0.25, {"state": "home"})]
+    found = model.check(meliora.Preferences({"Goal": 'F "goal"'}))
+    assert "state=the shop" in str(found.strategy(kind="plan").explain(model.state()))
+    assert found.model.explore().reach('R{"time"}min=? [ F "goal" ]').value == pytest.approx((8 / 3, 8 / 3))
+    again = pickle.loads(pickle.dumps(model))
+    assert again.state() == model.state()
+    with pytest.raises(meliora.Error):
+        model.state(state="school")
+
+
+def test_arrays_and_tuples_have_names_too() -> None:
+    names = ["start", "one", "two", "three"]
+    model = meliora.Model.from_transitions(array(), labels={**LABELS, "first": "one"}, start="start", states=names)
+    assert model.state() == {"state": "start"}
+    assert [s["state"] for s in model.reach('"first" | "three"').target.states(5)] == ["one", "three"]
+    grid = {(x, y): {"right": (min(x + 1, 1), y), "up": {(x, 1): 1.0}} for x in range(2) for y in range(2)}
+    walk = meliora.Model.from_transitions(grid, labels={"end": [(1, 1)]}, start=(0, 0))
+    assert walk.state() == {"state": "(0, 0)"} and walk.reach('"end"').pmax_one.count() == 4
 
 
 def test_a_model_of_a_table_can_be_pickled() -> None:

@@ -84,10 +84,22 @@ def objective(analysis, number):
     regions = {"target": analysis.targets, "almost_sure": analysis.sure, "positive": analysis.positive}
     found = {"name": analysis.preferences.names[number]}
     found.update({name: str(len(analysis.distinct(region[number]))) for name, region in regions.items()})
+    found.update(shares(analysis, number))
     if analysis.play:
         leaves = {leaf for case in cases(conditions(analysis.formulas[number])) for _, leaf in case}
         found["monitor"] = found["observer"] = math.prod(len(set(Monitor(leaf).residuals().values())) for leaf in leaves)
     return found
+
+
+def share(inside):
+    """`all`, `some` or `none` of the initial states, of which the list says whether they are in a region."""
+    return "all" if all(inside) else "some" if any(inside) else "none"
+
+
+def shares(analysis, number):
+    """The initial states in which an objective is sure, and in which it is possible."""
+    regions = {"sure": analysis.sure, "possible": analysis.positive}
+    return {name: share([s in region[number] for s in analysis.whole.initial]) for name, region in regions.items()}
 
 
 def improvement(analysis):
@@ -115,6 +127,8 @@ def initially(analysis, state):
     return {
         "state": named,
         **({"owner": "opponent"} if state in analysis.whole.theirs else {}),
+        "sure": [name for name, region in zip(analysis.preferences.names, analysis.sure) if state in region],
+        "possible": [name for name, region in zip(analysis.preferences.names, analysis.positive) if state in region],
         "most_preferred": [analysis.preferences.names[i] for i in sorted(analysis.classes[state])],
         "sasi_rank": sasi.rank(state),
         "spi_rank": spi.rank(state),

@@ -3,6 +3,7 @@
 import math
 from fractions import Fraction
 
+from reference.reports import shares
 from reference.strategies import explain
 from tester.context import LEVELS, WITHIN
 from tester.program import key
@@ -36,6 +37,8 @@ def counts(context):
     for i, entry in enumerate(report["objectives"]):
         context.same(f"almost_sure of {entry['name']}", relation.count(analysis.sure[i]), entry["almost_sure"])
         context.same(f"positive of {entry['name']}", relation.count(analysis.positive[i]), entry["positive"])
+        expected = shares(analysis, i)
+        context.same(f"shares of {entry['name']}", expected, {what: entry[what] for what in expected})
         if context.secured(i) is not None:
             context.same(f"target of {entry['name']}", relation.count(analysis.targets[i]), entry["target"])
         context.same(f"observer of {entry['name']}", analysis.play, "observer" in entry)
@@ -74,6 +77,8 @@ def initial(context):
         if not context.same(f"unsafe of {entry['state']}", not known, "unsafe" in entry) or not known:
             continue
         context.same("most_preferred", context.named(analysis.classes[state]), entry["most_preferred"])
+        for what, regions in (("sure", analysis.sure), ("possible", analysis.positive)):
+            context.same(what, context.named(i for i, region in enumerate(regions) if state in region), entry[what])
         for kind in ("sasi", "spi"):
             levels = analysis.levels(kind)
             context.same(f"{kind}_rank", levels.rank(state), entry[f"{kind}_rank"])

@@ -1,6 +1,7 @@
 """The random generator of cases. A feature that is added here is tested together with all others."""
 
 import random
+import re
 from dataclasses import dataclass, field
 
 SAFETIES = ("action", "transition", "prefix")
@@ -99,9 +100,11 @@ class Draw:
         drawn = len(objectives)
         for here in range(rng.choice([0, 1, 1, 2, 2]) if self.forward else 0):
             self.plant(here, commands, objectives)
+        again = kind == "mdp" and self.size > 2 and self.chance(0.15) and self.again(commands, objectives)
         case = Case(
             self.seed, kind, self.owners, self.size, self.flag, commands, self.starts(), self.rewards(commands),
-            self.names(), objectives, self.preferences(drawn), self.requirements(), self.coalition(0.4), rng.choice(EMPTIES),
+            self.names(), objectives, self.preferences(1 if again else drawn), self.requirements(), self.coalition(0.4),
+            again or rng.choice(EMPTIES),
             "play" if self.play else rng.choice(["", "state"]), self.settings(), self.fault(commands),
         )  # fmt: skip
         if case.fault == "unknown player":
@@ -286,6 +289,18 @@ class Draw:
         names = [f"O{len(objectives)}", f"O{len(objectives) + 1}"]
         objectives += [(name, f"F (x={target})") for name, target in zip(names, (p, q))]
         self.better.append((names, worse))
+
+    def again(self, commands, objectives):
+        """A first gain that can be given up and made again, if chance permits. Returns the value of nothing for which
+        this does not weaken."""
+        commands[:] = [(module, text) for module, text in commands if not re.search(r"\bx[<>=]*[01]\b.*->", text)]
+        back = self.rng.choice(["[b] x=1 -> (x'=0);", "[] x=1 -> 1/2 : (x'=0) + 1/2 : true;"])
+        take, miss = "[c] x=1 -> (x'=2);", self.rng.choice(["1/2", "1/3 : true + 1/6"])
+        try_it = f"[] x=0 -> 1/2 : (x'=1) + {miss} : (x'={self.size});"
+        commands[:0] = [("m", text) for text in (try_it, back, take)]
+        objectives[:], self.better = [("O0", "F (x=2)")], []
+        self.mark("repeated gain")
+        return "gain"
 
     def preferences(self, count):
         """Statements of every kind. The order of numbers keeps them free of contradictions."""

@@ -66,6 +66,22 @@ def alone(context, text, options, regions, starts):
     of_property(context, what, regions, NEEDED[asked_for], report)
     if "unsafe" not in report and not asked_for.endswith("?"):
         context.same(f"holds of {what}", set(starts) <= regions[NEEDED[asked_for][0]], report["holds"])
+    if context.case.seed % 3 == 0 and context.case.settings["engine"] != "explicit":
+        kept_regions(context, f"{asked_for} [ {text} ]", options, regions, report)
+
+
+def kept_regions(context, asked, options, regions, report):
+    """`reach --out` writes the regions of a property, which `query` counts and `verify` refuses."""
+    program, folder = context.program, context.program.folder / "regions"
+    found = reach_report(context, [asked], [*options, "--out", folder])
+    names = [region["name"] for region in found["written"]["regions"]]
+    known = [name for name in regions if report[name] is not None]
+    context.same(f"regions written for {asked}", sorted(known), sorted(name for name in names if name in regions))
+    for name in known:
+        count = program.ask("query", folder, name)["count"]
+        context.same(f"{name} of {asked} in a dump", str(len(regions[name])), count)
+    status, _, errors = program.run("verify", folder, program.model, program.prefs)
+    context.same("verify of regions", (3, True), (status, "its regions are not certified" in errors))
 
 
 def earned(context):

@@ -15,10 +15,11 @@ from tester import (
     stopping,
     tables,
     together,
+    whole,
 )
 
 GROUPS = (
-    *(checks, games, promises, regions, questions, tables, together, stopping),
+    *(checks, games, promises, regions, questions, tables, whole, together, stopping),
     *(lists, exchange, names, pages, refusals, package),
 )
 ALL = {name: check for group in GROUPS for name, check in group.ALL.items()}

@@ -4,10 +4,12 @@ use std::sync::Arc;
 
 use clap::Args;
 use meliora_engine::Engine;
+use meliora_model::State;
 use meliora_model::error::Error;
-use meliora_planning::{Analysis, Event, Phase};
+use meliora_planning::{Analysis, Event, Kind, Phase};
 use meliora_report::CheckReport;
 use meliora_report::check::LISTED;
+use meliora_report::cycle::{Cycle, MOST};
 use meliora_report::players::PlayerSummary;
 
 use super::engines;
@@ -80,6 +82,9 @@ fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
         Ok(())
     })?;
     let mut analysis = analyse(job, &engine, &question, &args.preferences)?;
+    if args.shown.verbose > 0 && !args.shown.json {
+        cycles(job, &analysis, &question, LISTED)?;
+    }
     if args.jointly {
         job.timed("jointly", || analysis.run_jointly(), |_, _| ())?;
         let initial = analysis.initial_prospects(&question.program, LISTED)?;
@@ -126,6 +131,44 @@ pub(super) fn analyse<E: Engine, R: Checked>(
         end.and(shown)?;
     }
     Ok(analysis)
+}
+
+/// Adds the cycles behind the unbounded ranks of the first `most` initial states to the report.
+///
+/// # Errors
+/// A limit is hit.
+pub(super) fn cycles<E: Engine, R: Checked>(
+    job: &Job<R>,
+    analysis: &Analysis<E>,
+    question: &Question,
+    most: usize,
+) -> Result<(), Error> {
+    let mut states = Vec::new();
+    job.update(|r| states.extend(r.check().initial.iter().take(most).map(|initial| initial.state.clone())));
+    let find = || {
+        let of = |state: &State| {
+            let found = |kind| cycle(analysis, question, kind, state);
+            Ok::<_, Error>(found(Kind::Sasi)?.or(found(Kind::Spi)?))
+        };
+        states.iter().map(of).collect::<Result<Vec<_>, _>>()
+    };
+    let cycles = job.timed("cycles", find, |_, _| ())?;
+    job.update(|r| r.check().cycles = cycles);
+    Ok(())
+}
+
+/// Returns the cycle behind an unbounded rank; `None` for other ranks, and if it is too long to be shown.
+///
+/// # Errors
+/// A limit is hit.
+pub(super) fn cycle<E: Engine>(
+    analysis: &Analysis<E>,
+    question: &Question,
+    kind: Kind,
+    state: &[i64],
+) -> Result<Option<Cycle>, Error> {
+    let found = analysis.lasso(&question.program, kind, state, MOST)?;
+    Ok(found.map(|lasso| Cycle::new(&question.program, &question.preferences, kind, lasso)))
 }
 
 /// An analysis with the report that receives its results.

@@ -2,7 +2,7 @@
 //! standard output.
 
 use std::fs::{self, File, Metadata, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use meliora_model::error::Error;
@@ -124,6 +124,24 @@ impl Target {
         begin().map_err(|e| Error::writing(&self.given, &e))
     }
 
+    /// Begins to write piece by piece. A regular file is replaced once [`Pieces::finish`] is called.
+    ///
+    /// # Errors
+    /// The errors of [`Target::write`].
+    pub(super) fn pieces(&self) -> Result<Pieces<'_>, Error> {
+        let begin = || -> io::Result<Destination<'_>> {
+            Ok(match &self.place {
+                Place::Stdout => Destination::Stdout,
+                Place::Stream => Destination::Stream(Some(OpenOptions::new().write(true).open(&self.given)?)),
+                Place::File { path, old } => {
+                    Destination::File(BufWriter::new(Replacement::begin(path, old.as_ref())?))
+                }
+            })
+        };
+        let to = begin().map_err(|e| Error::writing(&self.given, &e))?;
+        Ok(Pieces { given: &self.given, to })
+    }
+
     /// Prepares a regular file to be replaced; returns `None` for other destinations.
     fn prepare(&self, content: &[u8], copied: bool) -> Result<Option<Replacement<'_>>, Error> {
         let Place::File { path, old } = &self.place else { return Ok(None) };
@@ -142,6 +160,49 @@ impl Target {
             Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Error::writing(&self.given, &e)),
             _ => Ok(()),
         }
+    }
+}
+
+/// A text that is written piece by piece, so that it need not be in memory as a whole.
+pub(super) struct Pieces<'t> {
+    given: &'t Path,
+    to: Destination<'t>,
+}
+
+enum Destination<'t> {
+    Stdout,
+    /// `None` once the reader has closed the pipe, which is not an error.
+    Stream(Option<File>),
+    File(BufWriter<Replacement<'t>>),
+}
+
+impl Pieces<'_> {
+    /// Writes a piece.
+    ///
+    /// # Errors
+    /// The destination cannot be written, or the disk is full.
+    pub(super) fn push(&mut self, text: &str) -> Result<(), Error> {
+        let written = match &mut self.to {
+            Destination::Stdout => return terminal::print(text),
+            Destination::Stream(None) => return Ok(()),
+            Destination::Stream(Some(out)) => out.write_all(text.as_bytes()),
+            Destination::File(out) => out.write_all(text.as_bytes()),
+        };
+        match (written, &mut self.to) {
+            (Err(e), Destination::Stream(out)) if e.kind() == io::ErrorKind::BrokenPipe => *out = None,
+            (written, _) => written.map_err(|e| Error::writing(self.given, &e))?,
+        }
+        Ok(())
+    }
+
+    /// Ends the text. A regular file appears now; without this call, it does not.
+    ///
+    /// # Errors
+    /// The errors of [`Pieces::push`].
+    pub(super) fn finish(self) -> Result<(), Error> {
+        let Destination::File(out) = self.to else { return Ok(()) };
+        let whole = out.into_inner().map_err(io::IntoInnerError::into_error);
+        whole.and_then(Replacement::install).map(drop).map_err(|e| Error::writing(self.given, &e))
     }
 }
 

@@ -34,6 +34,7 @@ mod info;
 mod man;
 mod query;
 mod reach;
+mod regions;
 mod report;
 mod simulate;
 mod spelling;

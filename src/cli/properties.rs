@@ -23,6 +23,7 @@ use super::engines;
 use super::exit::Status;
 use super::load::{self, Asked, Stated};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
+use super::regions::{Found, Regions};
 use super::supervise::{Job, supervise};
 
 /// The arguments for a property file.
@@ -33,6 +34,7 @@ pub(super) struct Questions {
     pub(super) only: Option<String>,
     pub(super) require: Vec<String>,
     pub(super) precision: f64,
+    pub(super) out: Option<PathBuf>,
 }
 
 fn report(model: &ModelArgs, engine: EngineArgs) -> PropertiesReport {
@@ -49,7 +51,8 @@ pub(super) fn run(questions: Questions, shown: &ShownArgs) -> Result<Status, Err
     let shown = shown.of(&questions.model);
     supervise(report, questions.model.limits(), &shown, move |job| {
         let (asked, open) = job.timed("parse", || read(job, &questions), |_, _| ())?;
-        work(job, (&questions.model, questions.engine), &asked, &open, questions.precision)
+        let args = Arguments::new(&questions.model, questions.engine, questions.out.as_deref())?;
+        work(job, &args, &asked, &open, questions.precision)
     })
 }
 
@@ -64,8 +67,7 @@ pub(super) enum Several {
 /// # Errors
 /// The input is wrong, or a limit is hit.
 pub(super) fn several(
-    model: ModelArgs,
-    engine: EngineArgs,
+    (model, engine, out): (ModelArgs, EngineArgs, Option<PathBuf>),
     (properties, require, precision): (Several, Vec<String>, f64),
     shown: &ShownArgs,
 ) -> Result<Status, Error> {
@@ -88,7 +90,7 @@ pub(super) fn several(
         let open = (0..entries.len()).filter(|&at| entries[at].reason.is_none()).collect::<Vec<_>>();
         warn_of_none(job, &open, entries.len());
         job.update(|r| r.properties = entries);
-        work(job, (&model, engine), &asked, &open, precision)
+        work(job, &Arguments::new(&model, engine, out.as_deref())?, &asked, &open, precision)
     })
 }
 
@@ -167,22 +169,42 @@ fn warn_of_none(job: &Job<PropertiesReport>, open: &[usize], count: usize) {
     }
 }
 
+/// The arguments for the engine, and where the regions are written.
+struct Arguments<'a> {
+    model: &'a ModelArgs,
+    engine: EngineArgs,
+    out: Option<Regions<'a>>,
+}
+
+impl<'a> Arguments<'a> {
+    fn new(model: &'a ModelArgs, engine: EngineArgs, out: Option<&'a Path>) -> Result<Self, Error> {
+        let out = out.map(|out| Regions::new(out, model, engine)).transpose()?;
+        Ok(Arguments { model, engine, out })
+    }
+}
+
 /// Answers the reachability properties with one engine, then each formula with its own.
 fn work(
     job: &Job<PropertiesReport>,
-    (model, engine): (&ModelArgs, EngineArgs),
+    args: &Arguments<'_>,
     asked: &Asked,
     open: &[usize],
     precision: f64,
 ) -> Result<(), Error> {
     let watched = asked.questions.iter().map(|q| q.asking.goal.program(&asked.program));
-    let selected = engine.select(watched.chain([&asked.program]).map(|program| &**program), model);
+    let selected = match args.out {
+        Some(_) => args.engine.diagrams("`--out` writes diagrams"),
+        None => args.engine.select(watched.chain([&asked.program]).map(|program| &**program), args.model),
+    };
     job.update(|r| {
         r.header.read(&asked.program);
         r.header.select(&selected);
     });
-    let args = (model, &selected);
     let all = || asked.questions.iter().map(|q| &q.asking).zip(open.iter().copied());
+    if let Some(out) = &args.out {
+        return write_regions(job, (args.model, out), asked, &Vec::from_iter(all()), precision);
+    }
+    let args = (args.model, &selected);
     let plain: Vec<_> = all().filter(|(q, _)| q.goal.watched.is_none()).collect();
     if !plain.is_empty() || asked.questions.is_empty() {
         run_engine(job, args, asked, &asked.program, &plain, precision)?;
@@ -192,6 +214,40 @@ fn work(
             run_engine(job, args, asked, &watched.program, &[question], precision)?;
         }
     }
+    Ok(())
+}
+
+/// Answers properties with one engine of diagrams, and writes their regions.
+fn write_regions(
+    job: &Job<PropertiesReport>,
+    (model, out): (&ModelArgs, &Regions<'_>),
+    asked: &Asked,
+    questions: &[(&Asking, usize)],
+    precision: f64,
+) -> Result<(), Error> {
+    let texts = asked.questions.iter().map(|q| (&q.asking, q.text.as_str()));
+    Regions::check(&Vec::from_iter(texts))?;
+    let program = questions.first().map_or(&asked.program, |(first, _)| first.goal.program(&asked.program));
+    let engine = job.timed("build", || engines::symbolic(program, model, &job.sink), |_, _| ())?;
+    let questions = answerable(job, &*engine, asked, questions)?;
+    let mut kept = Some(Vec::new());
+    let unsafe_states = answer(job, &*engine, asked, &questions, precision, &mut kept)?;
+    let place = |(at, which, states)| {
+        let position = questions.iter().position(|(_, position)| *position == at)?;
+        Some((position, which, states))
+    };
+    let found = kept.into_iter().flatten().filter_map(place).collect();
+    let mut named = Vec::new();
+    job.update(|r| {
+        let entry = |&(asking, at): &(_, usize)| {
+            let PropertyAnswer { name, property, .. } = &r.properties[at];
+            (asking, name.clone(), property.clone())
+        };
+        named.extend(questions.iter().map(entry));
+    });
+    let write = || out.write((&engine, asked), &named, &found, unsafe_states.as_ref(), &job.sink);
+    let written = job.timed("write", write, |_, _| ())?;
+    job.update(|r| r.written = Some(written));
     Ok(())
 }
 
@@ -208,7 +264,8 @@ fn run_engine(
     let build = || engines::engine_for(&asking, program, model, &mut selected, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;
     job.update(|r| r.header.select(&selected));
-    answer(job, &*engine, asked, &answerable(job, &*engine, asked, questions)?, precision)
+    let questions = answerable(job, &*engine, asked, questions)?;
+    answer(job, &*engine, asked, &questions, precision, &mut None).map(drop)
 }
 
 /// Returns the questions that have a meaning for the initial states of the model.
@@ -232,18 +289,21 @@ fn answerable<'a, E: Engine>(
     Ok(left)
 }
 
+/// Answers properties of one program. Regions go to `kept`, if there is a list. Returns the unsafe states
+/// under requirements.
 fn answer<E: Engine>(
     job: &Job<PropertiesReport>,
     engine: &E,
     asked: &Asked,
     questions: &[(&Asking, usize)],
     precision: f64,
-) -> Result<(), Error> {
+    kept: &mut Option<Found<E::States>>,
+) -> Result<Option<E::States>, Error> {
     let Some((first, _)) = questions.first() else {
         let all = engine.all_states();
         let counts = job.timed("count", || ModelCounts::within(engine, &all), |_, _| ())?;
         job.update(|r| r.counts = Some(counts));
-        return Ok(());
+        return Ok(None);
     };
     let under = Under::new(engine, &asked.program, &first.goal)?;
     let counts = job.timed("count", || under.counts(&first.goal), |_, _| ())?;
@@ -263,9 +323,9 @@ fn answer<E: Engine>(
         let (first, _) = questions[0];
         let played = first.played(engine)?;
         let own = played.as_ref().map(|game| Under::new(game, &asked.program, &first.goal)).transpose()?;
-        answer_under(job, own.as_ref().unwrap_or(&under), asked, &questions, precision)?;
+        answer_under(job, own.as_ref().unwrap_or(&under), asked, &questions, (precision, kept))?;
     }
-    Ok(())
+    Ok(under.unsafe_states().cloned())
 }
 
 /// Separates the properties of a game by the players who choose.
@@ -286,13 +346,16 @@ fn answer_under<E: Engine>(
     under: &Under<'_, E>,
     asked: &Asked,
     questions: &[(&Asking, usize)],
-    precision: f64,
+    (precision, kept): (f64, &mut Option<Found<E::States>>),
 ) -> Result<(), Error> {
     let mut groups = groups(under.engine(), &asked.program, questions)?;
     let answering = Answering { job, under, asked };
     for round in 0..Which::ALL.len() {
         for group in &mut groups {
-            answering.find(group, round)?;
+            let Some((which, states)) = answering.find(group, round)? else { continue };
+            if let Some(kept) = kept {
+                kept.extend(group.members.iter().map(|(_, position)| (*position, which, states.clone())));
+            }
         }
         groups.retain(|group| group.asks_for_numbers() || round + 1 < group.order.len());
     }
@@ -350,12 +413,14 @@ struct Answering<'a, E: Engine> {
 }
 
 impl<E: Engine> Answering<'_, E> {
-    /// Computes the region of a round, and adds it and the decided verdicts to the report.
-    fn find(&self, group: &mut Group<'_, E>, round: usize) -> Result<(), Error> {
-        let Some(&which) = group.order.get(round) else { return Ok(()) };
+    /// Computes the region of a round, and adds it and the decided verdicts to the report. Returns it within
+    /// the states that are judged; `None` if no region is left.
+    fn find(&self, group: &mut Group<'_, E>, round: usize) -> Result<Option<(Which, E::States)>, Error> {
+        let Some(&which) = group.order.get(round) else { return Ok(None) };
         let states = self.job.timed(which.formula(), || group.search.region(which), |_, _| ())?;
         let engine = self.under.engine();
-        let size = engine.count(&engine.intersection(&states, &group.judged)?)?;
+        let inside = engine.intersection(&states, &group.judged)?;
+        let size = engine.count(&inside)?;
         for &(asking, position) in &group.members {
             let decided = self.under.decided(asking, &self.asked.program, group.search.known())?;
             self.job.update(|r| {
@@ -364,7 +429,7 @@ impl<E: Engine> Answering<'_, E> {
                 r.memory.peak_nodes = r.memory.peak_nodes.max(engine.usage().peak_nodes);
             });
         }
-        Ok(())
+        Ok(Some((which, inside)))
     }
 
     /// Answers the properties that ask for numbers.

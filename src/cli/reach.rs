@@ -16,6 +16,7 @@ use super::load::{self, Asked, Stated};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::progress::TerminalSink;
 use super::properties::{self, Several};
+use super::regions::{self, Regions};
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
 
@@ -62,6 +63,11 @@ pub(super) struct ReachArgs {
     #[arg(long, value_name = "X", default_value_t = PRECISION, value_parser = super::options::precision)]
     precision: f64,
 
+    /// Write the computed regions to this directory as decision diagrams, which `query` reads. The
+    /// regions are not certified: `verify` refuses such a dump
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
     #[command(flatten)]
     engine: EngineArgs,
     #[command(flatten)]
@@ -73,6 +79,10 @@ pub(super) struct ReachArgs {
 impl ReachArgs {
     /// Returns what the rows of a sweep contain; `constants` are those of the first instance.
     fn rows(&self, constants: &str) -> Result<sweep::Job, Error> {
+        if self.out.is_some() {
+            let message = "`--out` writes the regions of one instance; a sweep has several";
+            return Err(Error::Usage(message.to_owned()));
+        }
         let properties = match &self.properties {
             Some(file) => properties::titles(file, self.only.as_deref())?,
             None if self.all_properties => load::names(&self.model, constants)?,
@@ -107,6 +117,15 @@ impl ReachArgs {
         Err(Error::Usage(format!("`--stop-at-target` {problem}")))
     }
 
+    /// Checks that `--out` has a meaning with the other options, and returns the directory.
+    fn regions(&self) -> Result<Option<Regions<'_>>, Error> {
+        if self.out.is_some() && self.stop_at_target {
+            let message = "`--out` cannot be used with `--stop-at-target`, which leaves out states; leave out one of the two";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        self.out.as_deref().map(|out| Regions::new(out, &self.model, self.engine)).transpose()
+    }
+
     /// Reads the model and the question.
     fn asked(&self, sink: &TerminalSink) -> Result<Asked, Error> {
         let target = self.target.as_deref();
@@ -126,18 +145,19 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
     args.check_only()?;
     args.check_stop()?;
     let inputs: Vec<&Path> = args.properties.iter().map(PathBuf::as_path).collect();
+    args.regions()?;
     if let Some(status) = args.sweep.run(&args.model, &inputs, |first| args.rows(first), &args.shown)? {
         return Ok(status);
     }
     if let Some(file) = args.properties {
-        let ReachArgs { model, engine, only, require, precision, shown, .. } = args;
-        let questions = properties::Questions { model, engine, file, only, require, precision };
+        let ReachArgs { model, engine, only, require, precision, out, shown, .. } = args;
+        let questions = properties::Questions { model, engine, file, only, require, precision, out };
         return properties::run(questions, &shown);
     }
     if args.property.len() > 1 || args.all_properties {
-        let ReachArgs { model, engine, property, all_properties, require, precision, shown, .. } = args;
+        let ReachArgs { model, engine, property, all_properties, require, precision, out, shown, .. } = args;
         let asked = if all_properties { Several::Named } else { Several::Texts(property) };
-        return properties::several(model, engine, (asked, require, precision), &shown);
+        return properties::several((model, engine, out), (asked, require, precision), &shown);
     }
     let asked = args.target.as_ref().or(args.property.first()).cloned().unwrap_or_default();
     let header = args.engine.header(args.model.header());
@@ -149,30 +169,55 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
 
 fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
     let asked = job.timed("parse", || args.asked(&job.sink), |r, s| r.time.add("parse", s))?;
-    let Some(Stated { asking, .. }) = asked.questions.first() else { return Ok(()) };
+    let Some(Stated { asking, text }) = asked.questions.first() else { return Ok(()) };
     let program = asking.goal.program(&asked.program);
-    let mut selected = args.engine.select([&**program], &args.model);
+    let out = args.regions()?;
+    let mut selected = match out {
+        Some(_) => args.engine.diagrams("`--out` writes diagrams"),
+        None => args.engine.select([&**program], &args.model),
+    };
     job.update(|r| {
         r.header.read(&asked.program);
         r.header.select(&selected);
     });
-    let build = || engines::engine_for(&[asking], program, &args.model, &mut selected, &job.sink);
+    let Some(out) = out else {
+        let build = || engines::engine_for(&[asking], program, &args.model, &mut selected, &job.sink);
+        let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
+        job.update(|r| r.header.select(&selected));
+        refuse_open(&*engine, &asked, asking)?;
+        return answer(job, &*engine, &asked, asking, args.precision).map(drop);
+    };
+    let build = || engines::symbolic(program, &args.model, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
-    job.update(|r| r.header.select(&selected));
-    if let Some(reason) = asking.refused(&*engine)? {
-        return Err(load::not_answered(&asked.questions[0].text, &reason));
-    }
-    answer(job, &*engine, &asked, asking, args.precision)
+    refuse_open(&*engine, &asked, asking)?;
+    let (found, unsafe_states) = answer(job, &*engine, &asked, asking, args.precision)?;
+    let questions = [(asking, None, text.clone())];
+    let write = || out.write((&engine, &asked), &questions, &found, unsafe_states.as_ref(), &job.sink);
+    let written = job.timed("write", write, |_, _| ())?;
+    job.update(|r| r.written = Some(written));
+    Ok(())
 }
 
-/// Computes the regions that the question needs. Each is added to the report as soon as it is known.
+/// Refuses a question that has no meaning for the initial states of the model.
+///
+/// # Errors
+/// The question has no meaning; a limit is hit.
+fn refuse_open<E: Engine>(engine: &E, asked: &Asked, asking: &Asking) -> Result<(), Error> {
+    match asking.refused(engine)? {
+        Some(reason) => Err(load::not_answered(&asked.questions[0].text, &reason)),
+        None => Ok(()),
+    }
+}
+
+/// Computes the regions that the question needs. Each is added to the report as soon as it is known. Returns
+/// them within the states that are judged, and the unsafe states under requirements.
 fn answer<E: Engine>(
     job: &Job<ReachReport>,
     engine: &E,
     asked: &Asked,
     asking: &Asking,
     precision: f64,
-) -> Result<(), Error> {
+) -> Result<(regions::Found<E::States>, Option<E::States>), Error> {
     let played = asking.played(engine)?;
     let engine = played.as_ref().unwrap_or(engine);
     let under = Under::new(engine, &asked.program, &asking.goal)?;
@@ -195,11 +240,14 @@ fn answer<E: Engine>(
     if asking.question.is_some() {
         job.update(|r| r.answer(&Answer::of(None)));
     }
+    let mut kept = Vec::new();
     for which in search.order(&asking.needed(&asked.program)) {
         let start = job.begin(which.formula());
         let states = search.region(which)?;
         job.end(which.formula(), start, |r, s| r.time.add(which.name(), s));
-        let found = Found::of(engine, &engine.intersection(&states, &judged)?)?;
+        let inside = engine.intersection(&states, &judged)?;
+        let found = Found::of(engine, &inside)?;
+        kept.push((0, which, inside));
         let decided = under.decided(asking, &asked.program, search.known())?;
         job.update(|r| {
             *r.sizes.get_mut(which) = Some(found.size);
@@ -210,13 +258,14 @@ fn answer<E: Engine>(
             }
         });
     }
+    let found = (kept, under.unsafe_states().cloned());
     if asking.question.is_none() {
-        return Ok(());
+        return Ok(found);
     }
     let answered = || under.answer(asking, &asked.program, search.known(), precision);
     let answer = job.timed("value", answered, |r, s| r.time.add("value", s))?;
     job.update(|r| r.answer(&answer));
-    answer.end
+    answer.end.map(|()| found)
 }
 
 /// The size of a region, and its share of the initial states.
@@ -228,15 +277,7 @@ struct Found {
 impl Found {
     fn of<E: Engine>(engine: &E, states: &E::States) -> Result<Self, Error> {
         let size = engine.count(states)?.into();
-        let initial = engine.initial_states();
-        let inside = engine.intersection(&initial, states)?;
-        let share = if engine.same(&inside, &initial)? {
-            Share::All
-        } else if engine.is_empty(&inside)? {
-            Share::None
-        } else {
-            Share::Some
-        };
+        let share = Share::of_initial(engine, states)?;
         Ok(Found { size, share })
     }
 }

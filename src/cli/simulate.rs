@@ -7,6 +7,7 @@ use clap::Args;
 use meliora_engine::Engine;
 use meliora_model::error::Error;
 use meliora_model::{Program, State};
+use meliora_planning::tally::Trace;
 use meliora_planning::{
     Analysis, Kind, Opponent, Phase, Rank, Scheduler, Setup, Simulation, StrategyKind, improvable,
 };
@@ -14,12 +15,13 @@ use meliora_quantities::Choose;
 use meliora_quantities::cost::Costs;
 use meliora_report::SimulateReport;
 use meliora_report::simulate::RunsReport;
+use meliora_report::simulate_csv::{RunLines, RunStart};
 
 use super::at::{self, At};
 use super::by_name::by_name;
 use super::choose::{ChooseArgs, validate_scheduler};
 use super::exit::Status;
-use super::files::Target;
+use super::files::{Pieces, Target};
 use super::load::Question;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, Arguments};
@@ -70,10 +72,15 @@ pub(super) struct SimulateArgs {
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..))]
     limit: u32,
 
+    /// Write the runs to this file as comma-separated values, one line per step: the state entered, the
+    /// action, and events such as improvements; `-` is standard output
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+
     /// Write to this file how many runs made each number of improvements, and the steps until then, as
     /// comma-separated values; `-` is standard output
     #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
+    statistics: Option<PathBuf>,
 
     #[command(flatten)]
     engine: EngineArgs,
@@ -102,18 +109,29 @@ pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
     let header = args.engine.header(args.preferences.header(&args.model));
     let report = SimulateReport::of_setup(header, (kind, args.choose.shown()), args.setup());
     let inputs = [args.model.model.as_path(), args.preferences.preferences.as_path()];
-    let csv = Target::maybe(args.csv.as_deref(), &inputs)?;
-    let (limits, shown) = (args.model.limits(), args.shown.with_csv(csv.as_ref())?);
+    let target = |file: &Option<PathBuf>| Target::maybe(file.as_deref(), &inputs);
+    let (csv, statistics) = (target(&args.csv)?, target(&args.statistics)?);
+    if [&csv, &statistics].iter().all(|target| target.as_ref().is_some_and(Target::is_stdout)) {
+        let message = "`--csv` and `--statistics` cannot both be on standard output; give one a file";
+        return Err(Error::Usage(message.to_owned()));
+    }
+    let printed = [&csv, &statistics].into_iter().flatten().find(|target| target.is_stdout());
+    let (limits, shown) = (args.model.limits(), args.shown.with_csv(printed)?);
     supervise(report, limits, &shown, move |job| {
-        let program = work(job, &args, kind)?;
-        let Some(csv) = &csv else { return Ok(()) };
+        let program = work(job, &args, kind, csv.as_ref())?;
+        let Some(statistics) = &statistics else { return Ok(()) };
         let mut lines = String::new();
-        job.update(|r| lines = r.csv(&program));
-        csv.write(&lines)
+        job.update(|r| lines = r.statistics(&program));
+        statistics.write(&lines)
     })
 }
 
-fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> Result<Arc<Program>, Error> {
+fn work(
+    job: &Job<SimulateReport>,
+    args: &SimulateArgs,
+    kind: StrategyKind,
+    csv: Option<&Target>,
+) -> Result<Arc<Program>, Error> {
     let given = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
     let check = |program: &Program| {
         let opponent = opponent(program, args.opponent)?;
@@ -121,7 +139,7 @@ fn work(job: &Job<SimulateReport>, args: &SimulateArgs, kind: StrategyKind) -> R
         Ok(())
     };
     let (question, engine, (at, costs)) = args.choose.prepared(job, given, &args.at, kind, check)?;
-    simulate(job, &engine, (&question, kind, costs), args, &at)?;
+    simulate(job, &engine, (&question, kind, costs), args, (&at, csv))?;
     Ok(question.program)
 }
 
@@ -142,7 +160,7 @@ fn simulate<E: Engine>(
     engine: &Arc<E>,
     (question, kind, costs): (&Question, StrategyKind, Costs),
     args: &SimulateArgs,
-    at: &At,
+    (at, csv): (&At, Option<&Target>),
 ) -> Result<(), Error> {
     let limit = args.limit as usize;
     let starts = if at.is_empty() {
@@ -164,9 +182,14 @@ fn simulate<E: Engine>(
     // The text tells whether other improvements are possible where none is guaranteed.
     let advises = args.choose.choose.levels(kind) == Kind::Sasi && !args.shown.json;
     let mut improvable = None;
+    let mut table = Table::begin(question, csv)?;
     let all = || {
-        for start in &starts {
-            let tally = simulation.run(start)?;
+        for (number, start) in (1..).zip(&starts) {
+            let levels = args.choose.choose.levels(kind);
+            let (most_preferred, rank) = (analysis.most_preferred(start)?, analysis.rank(levels, start)?);
+            let from = RunStart { number, state: start, most_preferred, rank };
+            let tally = simulation.run_each(start, &mut |trace| table.add(&from, trace))?;
+            table.end()?;
             let is_hopeless = advises
                 && tally.rank == Rank::Finite(0)
                 && !is_improvable(&analysis, &mut improvable, start)?;
@@ -175,7 +198,7 @@ fn simulate<E: Engine>(
                 .hopeless(is_hopeless);
             job.update(|r| r.starts.push(report));
         }
-        Ok(())
+        table.finish()
     };
     job.timed("answer", all, |r, s| r.time.add("answer", s))?;
     job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
@@ -192,4 +215,37 @@ fn is_improvable<E: Engine>(
         *known = improvable(analysis)?;
     }
     known.as_ref().map_or(Ok(false), |states| analysis.engine().contains(states, state))
+}
+
+/// The lines of the runs, if they are asked for.
+struct Table<'a> {
+    lines: RunLines<'a>,
+    out: Option<Pieces<'a>>,
+    /// The first error; a simulation does not stop at it.
+    wrong: Option<Error>,
+}
+
+impl<'a> Table<'a> {
+    fn begin(question: &'a Question, csv: Option<&'a Target>) -> Result<Self, Error> {
+        let lines = RunLines { program: &question.program, preferences: &question.preferences };
+        let mut out = csv.map(Target::pieces).transpose()?;
+        if let Some(out) = &mut out {
+            out.push(&lines.heading())?;
+        }
+        Ok(Table { lines, out, wrong: None })
+    }
+
+    fn add(&mut self, start: &RunStart<'_>, trace: &Trace) {
+        if let (Some(out), None) = (&mut self.out, &self.wrong) {
+            self.wrong = out.push(&self.lines.rows(start, trace)).err();
+        }
+    }
+
+    fn end(&mut self) -> Result<(), Error> {
+        self.wrong.take().map_or(Ok(()), Err)
+    }
+
+    fn finish(self) -> Result<(), Error> {
+        self.out.map_or(Ok(()), Pieces::finish)
+    }
 }

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use meliora_engine::Engine;
-use meliora_model::State;
-use meliora_model::error::Error;
+use meliora_engine::{Count, Engine};
+use meliora_model::error::{Error, Limit};
+use meliora_model::{Program, State};
+use meliora_planning::induced_model::{Node, Unfolding};
 use meliora_planning::{
     Analysis, FiniteMemoryStrategy, InducedModel, Kind, Phase, Rank, Scheduler, StrategyKind,
 };
@@ -14,13 +15,14 @@ use meliora_quantities::ValuedRule;
 use meliora_quantities::cost::Costs;
 use meliora_report::choose::Attains;
 use meliora_report::reason::Words;
-use meliora_report::state::StateReport;
-use meliora_report::{StrategyReport, strategy_table};
+use meliora_report::state::{Place, StateReport};
+use meliora_report::{Number, StrategyReport, Style, strategy_table};
 
 use super::at::{self, At};
+use super::check;
 use super::choose::ChooseArgs;
 use super::exit::Status;
-use super::files::Target;
+use super::files::{Pieces, Target};
 use super::load::Question;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, Arguments};
@@ -54,9 +56,15 @@ pub(super) struct StrategyArgs {
     #[arg(long, value_name = "K", value_parser = rank)]
     rank: Option<Asked>,
 
-    /// Maximum number of states to list (with --dot: of nodes)
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
-    limit: u32,
+    /// Explain all states of the scope, with all memories that paths from them may have: the whole
+    /// strategy, as a table that other programs can follow
+    #[arg(long, conflicts_with_all = ["at", "rank", "dot"])]
+    all: bool,
+
+    /// Maximum number of states to list; with --dot, of nodes; with --all, of states with memory, of which
+    /// none is left out [default: 1000; with --all, 1000000]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    limit: Option<u32>,
 
     /// Write one line of comma-separated values per state and action to this file; `-` is standard output
     #[arg(long, value_name = "FILE")]
@@ -70,6 +78,13 @@ pub(super) struct StrategyArgs {
     engine: EngineArgs,
     #[command(flatten)]
     shown: ShownArgs,
+}
+
+impl StrategyArgs {
+    /// Returns the maximum number of states.
+    fn limit(&self) -> usize {
+        self.limit.map_or(if self.all { 1_000_000 } else { 1000 }, |limit| limit as usize)
+    }
 }
 
 /// The rank to list.
@@ -120,7 +135,7 @@ fn answer<E: Engine>(
     args: &StrategyArgs,
     (at, csv): (&At, Option<&Target>),
 ) -> Result<(), Error> {
-    let most = (args.model.scope, args.limit as usize);
+    let most = (args.model.scope, args.limit());
     let states = at.states(&**engine, &question.program, most, &job.sink)?;
     let both = [Phase::Sasi, Phase::Spi];
     let levels = || plan::analysis(engine, question, &args.preferences, &both, &job.sink);
@@ -148,7 +163,11 @@ struct Answering<'a, E: Engine> {
 
 impl<'a, E: Engine> Answering<'a, E> {
     fn answer(&mut self, given: Vec<State>) -> Result<(), Error> {
-        let states = if self.args.at.is_empty() { self.found()? } else { given };
+        let states = match self.args.at.is_empty() {
+            _ if self.args.all => self.everywhere()?,
+            true => self.found()?,
+            false => given,
+        };
         let choose = &self.args.choose;
         let attach = || {
             choose.attach((self.analysis, &self.costs), &self.question.program, &states, &mut self.strategy)
@@ -157,28 +176,71 @@ impl<'a, E: Engine> Answering<'a, E> {
         if self.args.dot {
             return self.draw(&states);
         }
-        let style = (!self.args.shown.json).then(terminal::stdout_style);
-        let streams = self.streams();
-        let mut lines = strategy_table::csv_heading(&self.question.program);
-        for state in states {
-            self.job.sink.check()?;
-            if streams {
-                terminal::print(&std::mem::take(&mut lines))?;
-            }
-            let report = self.state(&state)?;
-            if self.csv.is_some() {
-                lines += &strategy_table::csv_rows(&report);
-            }
-            if !streams {
-                self.job.update(|r| r.push(&report, style));
+        let mut output = Output::begin(self.job, self.args, self.csv, &self.question.program)?;
+        if self.args.all {
+            self.unfold(&states, &mut output)?;
+        } else {
+            for state in states {
+                self.job.sink.check()?;
+                output.add(&self.state(&state)?)?;
             }
         }
-        self.csv.map_or(Ok(()), |target| target.write(&lines))
+        output.finish()
+    }
+
+    /// Adds all states with the memories that paths may have there.
+    ///
+    /// # Errors
+    /// There are more than the limit; other limits.
+    fn unfold(&mut self, starts: &[State], output: &mut Output<'_>) -> Result<(), Error> {
+        // A rule takes one action; without one, all permitted actions may be taken.
+        let scheduler = if self.chooser.is_some() { Scheduler::Progress } else { Scheduler::Permissive };
+        let (words, limit, analysis) = (self.words(), self.args.limit(), self.analysis);
+        let mut unfolding = Unfolding::new(&mut self.strategy, starts, scheduler, limit)?;
+        let mut number = 0;
+        while let Some(Node { at, next }) = unfolding.next_node()? {
+            if !unfolding.complete {
+                return Err(Limit::Listed(limit as u64).into());
+            }
+            let rank = |kind| analysis.rank(kind, &at.state);
+            let attains = self.chooser.as_ref().and_then(|rule| rule.attained(&at.state));
+            output.add(&StateReport {
+                words,
+                ranks: [rank(Kind::Sasi)?, rank(Kind::Spi)?],
+                choosing: self.args.choose.shown(),
+                attains: attains.as_ref().map(Attains::new),
+                unfolded: None,
+                cycle: None,
+                place: Some(Place { node: number, is_start: number < starts.len(), next }),
+                at,
+            })?;
+            number += 1;
+        }
+        Ok(())
     }
 
     /// Returns whether the lines are printed as soon as they are known, in place of the text.
     fn streams(&self) -> bool {
         self.csv.is_some_and(Target::is_stdout)
+    }
+
+    /// Returns all states of the scope.
+    ///
+    /// # Errors
+    /// There are more than the limit; the message has their number.
+    fn everywhere(&self) -> Result<Vec<State>, Error> {
+        let engine = self.analysis.whole_engine();
+        let (all, limit) = (engine.all_states(), self.args.limit());
+        let count = engine.count(&all)?;
+        if count > Count::from(limit) {
+            let what = format!(
+                "the scope has {} states, more than `--limit {limit}`; `--limit {count}` or more covers all",
+                Number(count.clone()).grouped()
+            );
+            return Err(Limit::Size { what }.into());
+        }
+        self.job.update(|r| r.asked = Some(count.into()));
+        Ok(engine.list_states(&all, limit)?)
     }
 
     /// Returns the states of the requested rank, or else the initial states, up to the limit.
@@ -189,8 +251,7 @@ impl<'a, E: Engine> Answering<'a, E> {
             Some(Asked::Unbounded) => self.strategy.states_of_rank(None)?,
             Some(Asked::Exactly(k)) => self.strategy.states_of_rank(Some(k))?,
         };
-        let (states, count) =
-            at::listed(engine, &set, self.args.limit as usize, &|text| self.job.sink.note(text))?;
+        let (states, count) = at::listed(engine, &set, self.args.limit(), &|text| self.job.sink.note(text))?;
         self.job.update(|r| r.asked = Some(count.into()));
         Ok(states)
     }
@@ -202,8 +263,7 @@ impl<'a, E: Engine> Answering<'a, E> {
     }
 
     fn state(&mut self, state: &[i64]) -> Result<StateReport<'a>, Error> {
-        let rank = |kind| self.analysis.levels(kind).rank(self.analysis.engine(), state);
-        let ranks = [rank(Kind::Sasi)?, rank(Kind::Spi)?];
+        let ranks = [self.analysis.rank(Kind::Sasi, state)?, self.analysis.rank(Kind::Spi, state)?];
         let memory = self.strategy.start(state)?;
         let at = self.strategy.explain(state, memory)?;
         // In a list of states, the induced model is left out.
@@ -215,6 +275,10 @@ impl<'a, E: Engine> Answering<'a, E> {
             let (starts, scheduler) = ([state.to_vec()], Scheduler::Progress);
             unfolded = Some(InducedModel::unfold(&mut self.strategy, &starts, scheduler, MOST_NODES)?);
         }
+        let cycle = match unfolded.is_some() && memory.level == Rank::Unbounded {
+            true => check::cycle(self.analysis, self.question, self.strategy.levels(), state)?,
+            false => None,
+        };
         let attains = self.chooser.as_ref().and_then(|rule| rule.attained(state));
         let attains = attains.as_ref().map(Attains::new);
         Ok(StateReport {
@@ -224,11 +288,13 @@ impl<'a, E: Engine> Answering<'a, E> {
             choosing: self.args.choose.shown(),
             attains,
             unfolded,
+            cycle,
+            place: None,
         })
     }
 
     fn draw(&mut self, states: &[State]) -> Result<(), Error> {
-        let limit = self.args.limit as usize;
+        let limit = self.args.limit();
         let unfolded = InducedModel::unfold(&mut self.strategy, states, Scheduler::Permissive, limit)?;
         if !unfolded.complete {
             self.job.sink.warn(&format!("the graph ends after {limit} nodes; a larger `--limit` shows more"));
@@ -236,5 +302,48 @@ impl<'a, E: Engine> Answering<'a, E> {
         let dot = strategy_table::dot(self.words(), &unfolded, states.len());
         self.job.update(|r| r.drawing = Some(dot));
         Ok(())
+    }
+}
+
+/// The report and the table that receive the states.
+struct Output<'a> {
+    job: &'a Job<StrategyReport>,
+    lines: Option<Pieces<'a>>,
+    /// The style of the text; `None` with `--json`.
+    style: Option<Style>,
+    /// True if the table stands for the report.
+    only_table: bool,
+}
+
+impl<'a> Output<'a> {
+    fn begin(
+        job: &'a Job<StrategyReport>,
+        args: &StrategyArgs,
+        csv: Option<&'a Target>,
+        program: &Program,
+    ) -> Result<Self, Error> {
+        let mut lines = csv.map(Target::pieces).transpose()?;
+        if let Some(lines) = &mut lines {
+            lines.push(&strategy_table::csv_heading(program, args.all))?;
+        }
+        let style = (!args.shown.json).then(terminal::stdout_style);
+        let only_table = csv.is_some_and(|csv| csv.is_stdout() || args.all) && style.is_some();
+        Ok(Output { job, lines, style, only_table })
+    }
+
+    fn add(&mut self, state: &StateReport<'_>) -> Result<(), Error> {
+        if let Some(lines) = &mut self.lines {
+            lines.push(&strategy_table::csv_rows(state))?;
+        }
+        let (only_table, style) = (self.only_table, self.style);
+        self.job.update(|r| match only_table {
+            true => r.in_table += 1,
+            false => r.push(state, style),
+        });
+        Ok(())
+    }
+
+    fn finish(self) -> Result<(), Error> {
+        self.lines.map_or(Ok(()), Pieces::finish)
     }
 }

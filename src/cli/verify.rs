@@ -66,6 +66,11 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
     let (dump, picture) =
         job.timed("load", || certify::read(load::dump(&args.directory)?, job.sink.as_ref()), |_, _| ())?;
     let manifest = &dump.manifest;
+    if !manifest.questions.is_empty() {
+        let message = "the dump was written by `meliora reach --out`, which proves nothing: its regions are not \
+                       certified; `verify` checks dumps of `meliora export`";
+        return Err(wrong(&args.directory, message.to_owned()));
+    }
     let given = Given {
         constants: SourceFile::new("the constants of the dump", manifest.given_constants()),
         bounds: SourceFile::new("--bounds", args.bounds.join(",")),

@@ -66,6 +66,10 @@ pub struct Manifest {
     /// The requirements as they are written.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub requirements: Vec<String>,
+    /// The questions whose regions the dump has, if it was written by `reach`. Such a dump has no
+    /// preferences and no certificate.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub questions: Vec<Question>,
     /// `reachable` or `all`.
     pub scope: String,
     /// The safety mode that decided the kept choices.
@@ -125,6 +129,18 @@ pub struct Source {
     pub path: String,
     /// The SHA-256 of its bytes, in hexadecimal.
     pub sha256: String,
+}
+
+/// A question about paths, with its regions.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Question {
+    /// Its name in a property file; none without a name.
+    pub name: Option<String>,
+    /// The target or the property as written.
+    pub text: String,
+    /// The names of its regions.
+    pub regions: Vec<String>,
 }
 
 /// The encoding of states as bits. The value of a variable is `low` plus the number formed by its

@@ -94,6 +94,11 @@ impl Manifest {
                 format!("{} levels of values are not between 1 and {MOST_LEVELS}", file.levels)
             })?;
         }
+        for region in self.questions.iter().flat_map(|question| &question.regions) {
+            ensure(self.regions.root(region).is_some(), || {
+                format!("the region `{}` of a question is missing", region.escape_debug())
+            })?;
+        }
         for name in self.constants.keys().chain(&self.given) {
             plain("a constant", name)?;
         }

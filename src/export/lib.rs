@@ -44,6 +44,7 @@ mod certificate;
 pub mod explicit;
 mod layers;
 pub mod projections;
+pub mod questions;
 mod regions;
 mod removal;
 mod shield;

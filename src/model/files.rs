@@ -30,6 +30,19 @@ impl<'p> Replacement<'p> {
     pub fn new(path: &'p Path, old: Option<&Metadata>, content: &[u8], copied: bool) -> io::Result<Self> {
         let mut new = builder(0o666).tempfile_in(folder(path))?;
         new.write_all(content)?;
+        Self::of(path, new, old, copied)
+    }
+
+    /// Begins a content that is appended piece by piece ([`Write`]). The file keeps the mode of the old
+    /// one.
+    ///
+    /// # Errors
+    /// The folder cannot be written.
+    pub fn begin(path: &'p Path, old: Option<&Metadata>) -> io::Result<Self> {
+        Self::of(path, builder(0o666).tempfile_in(folder(path))?, old, false)
+    }
+
+    fn of(path: &'p Path, new: NamedTempFile, old: Option<&Metadata>, copied: bool) -> io::Result<Self> {
         let Some(old) = old else { return Ok(Replacement { path, new, backup: None }) };
         keep_mode(new.as_file(), old)?;
         let copy = || builder(0o666).make_in(folder(path), |copy| fs::copy(path, copy).map(drop));
@@ -44,6 +57,16 @@ impl<'p> Replacement<'p> {
     pub fn install(self) -> io::Result<Installed<'p>> {
         self.new.persist(self.path)?;
         Ok(Installed { path: self.path, backup: self.backup })
+    }
+}
+
+impl Write for Replacement<'_> {
+    fn write(&mut self, content: &[u8]) -> io::Result<usize> {
+        self.new.write(content)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.new.flush()
     }
 }
 

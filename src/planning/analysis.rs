@@ -16,7 +16,7 @@ use super::result::{AnalysisResult, ClassCount, JointCount, LevelsEnd, ModelCoun
 use super::safety::Safety;
 use super::temporal::{self, AcceptingRegion};
 use super::temporal_game;
-use super::winning_regions::{RegionCounts, Sought, WinningRegions};
+use super::winning_regions::{Sought, WinningRegions};
 use meliora_engine::{AnyEngine, Count, Engine};
 use meliora_model::Program;
 use meliora_model::error::{Error, Result};
@@ -225,12 +225,8 @@ impl<E: Engine> Analysis<E> {
                 Ok(_) => outcomes.counts(&*self.engine, objective)?,
                 Err(_) => outcomes.counted(objective),
             };
-            let Some(RegionCounts { target, positive, almost_sure }) = counts else { continue };
-            let declared = &self.preferences.objectives[objective];
-            let (name, monitor) = (declared.name.clone(), declared.monitor());
-            let observer = monitor;
-            let counts =
-                ObjectiveCounts { objective, name, target, monitor, observer, almost_sure, positive };
+            let Some(counts) = counts else { continue };
+            let counts = ObjectiveCounts::new(&self.preferences, objective, counts);
             listener(Event::Objective(&counts));
             self.result.add(Event::Objective(&counts));
         }

@@ -90,29 +90,12 @@ impl InducedModel {
         scheduler: Scheduler,
         limit: usize,
     ) -> Result<Self> {
-        let mut unfolded = InducedModel { nodes: Vec::new(), complete: true };
-        let mut index: AHashMap<(State, Memory), usize> = AHashMap::new();
-        let mut queue = VecDeque::new();
-        for start in starts {
-            let found = enter(&mut index, &mut queue, limit, (start.clone(), strategy.start(start)?));
-            unfolded.complete &= found.is_some();
+        let mut unfolding = Unfolding::new(strategy, starts, scheduler, limit)?;
+        let mut nodes = Vec::new();
+        while let Some(node) = unfolding.next_node()? {
+            nodes.push(node);
         }
-        while let Some((state, memory)) = queue.pop_front() {
-            let at = strategy.explain(&state, memory)?;
-            let mut next = Vec::with_capacity(at.actions.len());
-            for (position, action) in at.actions.iter().enumerate() {
-                let taken = scheduler.takes(&at, position);
-                let mut follow = |key: (State, Memory)| {
-                    let found = enter(&mut index, &mut queue, limit, key);
-                    unfolded.complete &= found.is_some();
-                    found
-                };
-                let to = action.successors.iter();
-                next.push(to.map(|s| taken.then(|| follow((s.state.clone(), s.next))).flatten()).collect());
-            }
-            unfolded.nodes.push(Node { at, next });
-        }
-        Ok(unfolded)
+        Ok(InducedModel { nodes, complete: unfolding.complete })
     }
 
     /// Returns the maximum number of steps of a run; `None` if it is unbounded or unknown.
@@ -139,21 +122,65 @@ impl InducedModel {
     }
 }
 
-/// Returns the number of a node and queues the node if it is new; `None` beyond the limit.
-fn enter(
-    index: &mut AHashMap<(State, Memory), usize>,
-    queue: &mut VecDeque<(State, Memory)>,
+/// The nodes of an induced model one after the other, of which only states and memories are kept.
+pub struct Unfolding<'s, E: Engine> {
+    strategy: &'s mut FiniteMemoryStrategy<E>,
+    scheduler: Scheduler,
     limit: usize,
-    key: (State, Memory),
-) -> Option<usize> {
-    if let Some(&found) = index.get(&key) {
-        return Some(found);
+    index: AHashMap<(State, Memory), usize>,
+    queue: VecDeque<(State, Memory)>,
+    /// True if all reachable nodes are included so far, that is, if the limit was not reached.
+    pub complete: bool,
+}
+
+impl<'s, E: Engine> Unfolding<'s, E> {
+    /// Begins as [`InducedModel::unfold`] does. Cost: no image.
+    ///
+    /// # Errors
+    /// The errors of [`FiniteMemoryStrategy::start`].
+    pub fn new(
+        strategy: &'s mut FiniteMemoryStrategy<E>,
+        starts: &[State],
+        scheduler: Scheduler,
+        limit: usize,
+    ) -> Result<Self> {
+        let (index, queue) = (AHashMap::new(), VecDeque::new());
+        let mut unfolding = Unfolding { strategy, scheduler, limit, index, queue, complete: true };
+        for start in starts {
+            let memory = unfolding.strategy.start(start)?;
+            unfolding.enter((start.clone(), memory));
+        }
+        Ok(unfolding)
     }
-    let number = index.len();
-    if number >= limit {
-        return None;
+
+    /// Returns the next node, in the order of their numbers; `None` after the last one.
+    ///
+    /// # Errors
+    /// The errors of [`FiniteMemoryStrategy::explain`].
+    pub fn next_node(&mut self) -> Result<Option<Node>> {
+        let Some((state, memory)) = self.queue.pop_front() else { return Ok(None) };
+        let at = self.strategy.explain(&state, memory)?;
+        let mut next = Vec::with_capacity(at.actions.len());
+        for (position, action) in at.actions.iter().enumerate() {
+            let taken = self.scheduler.takes(&at, position);
+            let to = action.successors.iter();
+            next.push(to.map(|s| taken.then(|| self.enter((s.state.clone(), s.next))).flatten()).collect());
+        }
+        Ok(Some(Node { at, next }))
     }
-    queue.push_back(key.clone());
-    index.insert(key, number);
-    Some(number)
+
+    /// Returns the number of a node and queues the node if it is new; `None` beyond the limit.
+    fn enter(&mut self, key: (State, Memory)) -> Option<usize> {
+        if let Some(&found) = self.index.get(&key) {
+            return Some(found);
+        }
+        let number = self.index.len();
+        if number >= self.limit {
+            self.complete = false;
+            return None;
+        }
+        self.queue.push_back(key.clone());
+        self.index.insert(key, number);
+        Some(number)
+    }
 }

@@ -4,6 +4,7 @@ use super::analysis::Analysis;
 use super::levels::Kind;
 use super::result::{Escape, Plan, Prospects};
 use super::strategy;
+use super::winning_regions::ObjectiveRegions;
 use meliora_engine::Engine;
 use meliora_model::error::Result;
 use meliora_model::step::Choice;
@@ -34,6 +35,8 @@ impl<E: Engine> Analysis<E> {
             owner: is_theirs.then_some("opponent"),
             values: Valuation::of(program, state),
             escape: self.escape(program, state)?,
+            sure: self.objectives_at(state, |regions| &regions.almost_sure)?,
+            possible: self.objectives_at(state, |regions| &regions.positive)?,
             most_preferred: most_preferred.into_iter().map(str::to_owned).collect(),
             jointly: match self.joint() {
                 Some(joint) => joint.of_state(self, state)?.map(|sets| sets.iter().map(names).collect()),
@@ -63,6 +66,24 @@ impl<E: Engine> Analysis<E> {
     pub fn escape(&self, program: &Program, state: &[i64]) -> Result<Option<Escape>> {
         let Some(requirements) = self.requirements() else { return Ok(None) };
         requirements.escape(self.whole_engine(), program, &self.preferences().requirements, state)
+    }
+
+    /// Returns the names of the objectives of which a region contains the state; `None` before all
+    /// regions are known. Cost: no image.
+    fn objectives_at(
+        &self,
+        state: &[i64],
+        region: fn(&ObjectiveRegions<E>) -> &E::States,
+    ) -> Result<Option<Vec<String>>> {
+        let mut names = Vec::new();
+        for (position, objective) in self.preferences().objectives.iter().enumerate() {
+            let regions = self.outcomes().and_then(|outcomes| outcomes.get(position));
+            let Some(regions) = regions else { return Ok(None) };
+            if self.engine().contains(region(regions), state)? {
+                names.push(objective.name.clone());
+            }
+        }
+        Ok(Some(names))
     }
 
     /// Returns the plan of a kind; `None` before its levels are searched for.

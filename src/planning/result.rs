@@ -7,9 +7,11 @@ use serde::{Serialize, Serializer};
 
 use super::improvement::Sizes;
 use super::levels::Rank;
+use super::winning_regions::RegionCounts;
 use meliora_engine::{Count, Engine};
 use meliora_model::State;
 use meliora_model::error::Result;
+use meliora_model::preference::Preferences;
 use meliora_model::valuation::{Decimal, Valuation, decimal};
 
 /// The contents of a report of `check`; results that are not known yet are `None` or empty.
@@ -123,6 +125,53 @@ pub struct ObjectiveCounts {
     #[serde(serialize_with = "decimal")]
     #[schemars(with = "Decimal")]
     pub positive: Count,
+    /// The share of the initial states from which some strategy achieves it with probability 1.
+    pub sure: Share,
+    /// The share of the initial states from which some strategy achieves it with positive
+    /// probability.
+    pub possible: Share,
+}
+
+impl ObjectiveCounts {
+    /// Names the objective at this position to which the sizes belong.
+    pub(super) fn new(preferences: &Preferences, objective: usize, counts: RegionCounts) -> Self {
+        let RegionCounts { target, positive, almost_sure, sure, possible } = counts;
+        let declared = &preferences.objectives[objective];
+        let (name, monitor) = (declared.name.clone(), declared.monitor());
+        let observer = monitor;
+        ObjectiveCounts { objective, name, target, monitor, observer, almost_sure, positive, sure, possible }
+    }
+}
+
+/// A share of the initial states.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, strum::Display)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub enum Share {
+    /// All initial states.
+    All,
+    /// Some initial states, but not all.
+    Some,
+    /// Not a single initial state.
+    None,
+}
+
+impl Share {
+    /// Returns the share of the initial states that are in a set. Cost: no image.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
+    pub fn of_initial<E: Engine>(engine: &E, states: &E::States) -> Result<Self> {
+        let initial = engine.initial_states();
+        let inside = engine.intersection(&initial, states)?;
+        Ok(if engine.same(&inside, &initial)? {
+            Share::All
+        } else if engine.is_empty(&inside)? {
+            Share::None
+        } else {
+            Share::Some
+        })
+    }
 }
 
 /// The size of a class.
@@ -239,6 +288,12 @@ pub struct Prospects {
     pub values: Valuation,
     /// For a state from which the requirements cannot be kept, a path to a violation.
     pub escape: Option<Escape>,
+    /// The objectives that some strategy achieves from the state almost surely, by name and in the
+    /// order of declaration; `None` if unknown.
+    pub sure: Option<Vec<String>>,
+    /// The objectives that some strategy achieves from the state with positive probability; `None` if
+    /// unknown.
+    pub possible: Option<Vec<String>>,
     /// MP of the state, by name and in the order of declaration.
     pub most_preferred: Vec<String>,
     /// The greatest sets of these objectives that can be achieved together, if they were computed.
@@ -272,6 +327,12 @@ struct Initial {
     /// absent for other states.
     #[serde(rename = "unsafe", skip_serializing_if = "Option::is_none")]
     escape: Option<Escape>,
+    /// The objectives that some strategy achieves from the state with probability 1, in the order of
+    /// declaration; `null` if unknown.
+    sure: Option<Vec<String>>,
+    /// The objectives that some strategy achieves from the state with positive probability, in the
+    /// order of declaration; `null` if unknown.
+    possible: Option<Vec<String>>,
     /// The most preferred outcomes, in the order of declaration.
     most_preferred: Vec<String>,
     /// The largest sets of these outcomes that one path can achieve; absent if they were not
@@ -296,6 +357,8 @@ impl From<Prospects> for Initial {
             state: of.values,
             owner: of.owner,
             escape: of.escape,
+            sure: of.sure,
+            possible: of.possible,
             most_preferred: of.most_preferred,
             jointly: of.jointly,
             sasi_rank,

@@ -1,5 +1,6 @@
 //! Winning regions: the states from which each objective can be achieved.
 
+use super::result::Share;
 use super::temporal_game;
 use meliora_engine::parallel::{self, Port, Portable};
 use meliora_engine::regions::{Which, pmax_positive};
@@ -47,6 +48,9 @@ pub(super) struct RegionCounts {
     pub(super) target: Count,
     pub(super) positive: Count,
     pub(super) almost_sure: Count,
+    /// The shares of the initial states in the almost-sure and in the positive region.
+    pub(super) sure: Share,
+    pub(super) possible: Share,
 }
 
 /// The goal of an objective.
@@ -263,6 +267,8 @@ fn counts_of<E: Engine>(engine: &E, regions: &ObjectiveRegions<E>) -> Result<Reg
         target: engine.count(&regions.target)?,
         positive: engine.count(&regions.positive)?,
         almost_sure: engine.count(&regions.almost_sure)?,
+        sure: Share::of_initial(engine, &regions.almost_sure)?,
+        possible: Share::of_initial(engine, &regions.positive)?,
     })
 }
 

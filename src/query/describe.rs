@@ -122,6 +122,7 @@ impl Subject<'_> {
             objectives: self.preferences.objectives.iter().map(|o| o.name.clone()).collect(),
             empty: self.preferences.empty.to_string(),
             history: self.preferences.whole_paths().map(str::to_owned),
+            questions: Vec::new(),
             requirements: self.preferences.requirements.iter().map(|r| r.text.clone()).collect(),
             scope: self.engine.settings().scope.name().to_owned(),
             safety: self.safety,

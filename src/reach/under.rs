@@ -46,6 +46,11 @@ impl<'a, E: Engine> Under<'a, E> {
         self.restricted.as_ref().map_or(self.whole, |(engine, _)| engine)
     }
 
+    /// Returns the states from which no strategy keeps the requirements; `None` without requirements.
+    pub fn unsafe_states(&self) -> Option<&E::States> {
+        self.restricted.as_ref().map(|(_, requirements)| &requirements.unsafe_states)
+    }
+
     /// Counts the judged states of the whole model.
     ///
     /// # Errors

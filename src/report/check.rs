@@ -5,6 +5,7 @@ use std::fmt::Write;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::cycle::Cycle;
 use super::envelope::{Envelope, Findings, Phase};
 use super::number::grouped;
 use super::players::{self, PlayerSummary};
@@ -29,10 +30,16 @@ pub struct CheckFindings {
     pub result: AnalysisResult,
     /// The first initial states, at most 16; empty if unknown.
     pub initial: Vec<Prospects>,
+    /// The cycles behind unbounded ranks of these states, for texts; empty if they were not asked for.
+    #[serde(skip)]
+    pub cycles: Vec<Option<Cycle>>,
 }
 
 /// The report with times and memory.
 pub type CheckReport = Envelope<CheckFindings>;
+
+/// The maximum number of characters of a line of names.
+const WIDTH: usize = 78;
 
 /// The maximum number of listed initial states; `counts.initial` counts all.
 pub const LISTED: usize = 16;
@@ -136,10 +143,16 @@ fn objectives(report: &CheckReport, style: Style) -> String {
         Some(_) => ("secured", "Objectives, and the number of states from which paths satisfy them"),
         None => ("target", "Objectives, and the number of states that reach them"),
     };
-    let mut grid = Grid::new(&["", target, "almost surely", "possibly"], style);
+    // Of a single initial state, the lists below say it.
+    let several = report.result.counts.as_ref().is_some_and(|counts| counts.initial > 1u32.into());
+    let now: &[&str] = if several { &["initially sure", "possible"] } else { &[] };
+    let mut grid = Grid::new(&[&["", target, "almost surely", "possibly"], now].concat(), style);
     for objective in &report.result.objectives {
         let mut row = vec![objective.name.clone()];
         row.extend([&objective.target, &objective.almost_sure, &objective.positive].map(grouped));
+        if several {
+            row.extend([objective.sure, objective.possible].map(|share| share.to_string()));
+        }
         grid.row(row);
     }
     grid.titled(heading, style)
@@ -213,7 +226,7 @@ fn levels(result: &AnalysisResult, style: Style) -> String {
 
 fn initial(report: &CheckFindings, style: Style) -> String {
     let mut out = String::new();
-    for initial in &report.initial {
+    for (position, initial) in report.initial.iter().enumerate() {
         let _ = write!(out, "\n{}", text::state_heading("Initial state", &initial.values, style));
         if initial.escape.is_some() {
             let _ = writeln!(out, "  {}", style.bad("unsafe: no strategy keeps the requirements"));
@@ -222,7 +235,7 @@ fn initial(report: &CheckFindings, style: Style) -> String {
         if let Some(owner) = initial.owner {
             let _ = writeln!(out, "  to move: the {owner}");
         }
-        let _ = writeln!(out, "  sure: {}", text::either(&initial.most_preferred));
+        out += &objectives_of(initial);
         let several = initial.jointly.iter().flatten().filter(|set| set.len() > 1);
         let several: Vec<String> = several.map(|set| set.join(" and ")).collect();
         if !several.is_empty() {
@@ -230,12 +243,41 @@ fn initial(report: &CheckFindings, style: Style) -> String {
         }
         out += &prospect("SASI", "guaranteed", initial.sasi.as_ref(), style);
         out += &prospect("SPI ", "possible", initial.spi.as_ref(), style);
+        if let Some(cycle) = report.cycles.get(position).and_then(Option::as_ref) {
+            out += &cycle.text(style);
+        }
     }
     if let Some(counts) = &report.result.counts {
         let listed = report.initial.len().into();
         if !report.initial.is_empty() && counts.initial > listed {
             let _ = writeln!(out, "\n  … and {} more initial states", grouped(&counts.initial - listed));
         }
+    }
+    out
+}
+
+/// Lists the objectives that are sure in a state, the most preferred of them if there are others, and
+/// those that are possible without being sure.
+fn objectives_of(initial: &Prospects) -> String {
+    let most_preferred = text::either(&initial.most_preferred);
+    let (Some(sure), Some(possible)) = (&initial.sure, &initial.possible) else {
+        return format!("  sure: {most_preferred}\n");
+    };
+    if sure.is_empty() && possible.is_empty() {
+        return "  sure: nothing\n".to_owned();
+    }
+    let listed = |what: &str, names: &[String]| {
+        let words =
+            format!("{what}: {}", text::names(names)).split(' ').map(str::to_owned).collect::<Vec<_>>();
+        text::wrapped(&words, "  ", WIDTH)
+    };
+    let mut out = match *sure == initial.most_preferred {
+        true => format!("  sure: {most_preferred}\n"),
+        false => listed("sure", sure) + &format!("  most preferred: {most_preferred}\n"),
+    };
+    let others: Vec<String> = possible.iter().filter(|name| !sure.contains(name)).cloned().collect();
+    if !others.is_empty() {
+        out += &listed("possible", &others);
     }
     out
 }

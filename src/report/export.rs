@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::envelope::{Envelope, Findings};
 use super::header::Header;
-use super::text::Grid;
+use super::text::{self, Grid};
 use super::{Number, Style};
 use meliora_dump::Manifest;
 use meliora_model::escape;
@@ -59,6 +59,44 @@ pub struct ExportedRegion {
     pub nodes: usize,
 }
 
+/// The dump that `reach` wrote.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct WrittenRegions {
+    /// The directory as given by `--out`.
+    pub directory: String,
+    /// The regions of the dump, in the order of the roots.
+    pub regions: Vec<ExportedRegion>,
+    /// The number of nodes of `regions.dddmp`.
+    pub nodes: usize,
+}
+
+impl WrittenRegions {
+    /// Describes a dump that was written.
+    pub fn new(directory: &str, manifest: &Manifest) -> Self {
+        let regions = manifest.regions.roots.iter().map(ExportedRegion::new).collect();
+        WrittenRegions { directory: directory.to_owned(), regions, nodes: manifest.regions.nodes }
+    }
+
+    /// Says which regions are in which directory.
+    pub(super) fn text(&self) -> String {
+        let names: Vec<String> = self.regions.iter().map(|region| region.name.clone()).collect();
+        let written = format!("Regions written to {}, without a certificate:", escape::line(&self.directory));
+        let words = names.join(", ").split(' ').map(str::to_owned).collect::<Vec<_>>();
+        format!("\n{written}\n{}", text::wrapped(&words, "  ", 78))
+    }
+}
+
+impl ExportedRegion {
+    fn new(root: &meliora_dump::manifest::Root) -> Self {
+        ExportedRegion {
+            name: root.name.clone(),
+            kind: root.kind,
+            count: Number(root.count.parse().unwrap_or_default()),
+            nodes: root.nodes,
+        }
+    }
+}
+
 impl ExportReport {
     /// Creates a report without results.
     pub fn to_directory(header: Header, directory: &str) -> Self {
@@ -67,13 +105,7 @@ impl ExportReport {
 
     /// Adds the regions that were written.
     pub fn set(&mut self, manifest: &Manifest) {
-        let region = |r: &meliora_dump::manifest::Root| ExportedRegion {
-            name: r.name.clone(),
-            kind: r.kind,
-            count: Number(r.count.parse().unwrap_or_default()),
-            nodes: r.nodes,
-        };
-        self.regions = manifest.regions.roots.iter().map(region).collect();
+        self.regions = manifest.regions.roots.iter().map(ExportedRegion::new).collect();
         self.nodes = Some(manifest.regions.nodes);
         self.certificate_nodes = manifest.certificate.as_ref().map(|file| file.nodes);
     }

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::envelope::{Envelope, Findings};
+use super::export::WrittenRegions;
 use super::text::Grid;
 use super::{Number, Style, unsafe_start};
 use meliora_engine::regions::{Regions, Which};
@@ -26,6 +27,9 @@ pub struct PropertiesFindings {
     pub escape: Option<Escape>,
     /// The properties in their order.
     pub properties: Vec<PropertyAnswer>,
+    /// The dump of `--out`; absent without `--out`, and if it was not written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub written: Option<WrittenRegions>,
 }
 
 /// The report with times and memory.
@@ -166,6 +170,6 @@ impl Findings for PropertiesFindings {
                 place.map_or_else(String::new, |(line, column)| format!("line {line}, column {column}: "));
             let _ = writeln!(out, "  {}\n    {place}{reason}", title(answer));
         }
-        out
+        out + &report.written.as_ref().map(WrittenRegions::text).unwrap_or_default()
     }
 }

@@ -6,11 +6,13 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::envelope::{Envelope, Findings, Phase};
+use super::export::WrittenRegions;
 use super::header::Header;
 use super::properties::{PropertyAnswer, Sizes, shown};
 use super::text::Grid;
 use super::{Number, Style, unsafe_start};
 use meliora_engine::regions::Regions;
+pub use meliora_planning::result::Share;
 use meliora_planning::result::{Escape, ModelCounts};
 use meliora_quantities::answer::Answer;
 use meliora_quantities::state_values::Bound;
@@ -53,6 +55,9 @@ pub struct ReachFindings {
     /// The properties in their order; absent with `--target`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub properties: Vec<PropertyAnswer>,
+    /// The dump of `--out`; absent without `--out`, and if it was not written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub written: Option<WrittenRegions>,
 }
 
 /// The report with times and memory.
@@ -73,19 +78,6 @@ const NAMES_IN_GAMES: [&str; 4] = [
     "the opponent can enforce it surely    (Pmin = 1)",
     "the opponent can enforce it possibly  (Pmin > 0)",
 ];
-
-/// A share of the initial states.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, strum::Display)]
-#[serde(rename_all = "lowercase")]
-#[strum(serialize_all = "lowercase")]
-pub enum Share {
-    /// All initial states.
-    All,
-    /// Some initial states, but not all.
-    Some,
-    /// Not a single initial state.
-    None,
-}
 
 impl ReachReport {
     /// Creates a report without results.
@@ -140,7 +132,7 @@ impl Findings for ReachFindings {
         if report.properties.iter().any(PropertyAnswer::is_open) {
             let _ = write!(out, "\nThe property is not decided.\n");
         }
-        out
+        out + &report.written.as_ref().map(WrittenRegions::text).unwrap_or_default()
     }
 }
 

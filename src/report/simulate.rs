@@ -6,7 +6,6 @@ use serde::Serialize;
 use super::choose::{Attains, Choosing, Comparison};
 use super::envelope::Envelope;
 use super::header::Header;
-use super::ranks;
 use super::reason::Words;
 use meliora_model::Program;
 use meliora_model::players::Player;
@@ -337,28 +336,6 @@ fn turn(words: Words<'_>, before: &[i64], turn: &Turn) -> TurnReport {
         gives_up: words.names(&turn.gives_up),
         achieved: words.names(&turn.achieved),
         changed: words.changed(before, &turn.state),
-    }
-}
-
-impl SimulateFindings {
-    /// Returns lines of comma-separated values with a heading: for each starting state and each number
-    /// of improvements from 0 on, the runs that made at least this number, and the steps until then.
-    pub fn csv(&self, program: &Program) -> String {
-        let variables = program.variables.iter().map(|variable| variable.name.as_str());
-        let columns = ["rank", "improvements", "runs", "steps_least", "steps_mean", "steps_most"];
-        let mut lines = meliora_model::csv::Lines::default();
-        lines.push(variables.chain(columns));
-        for start in &self.starts {
-            let none = Wait { runs: self.runs, least: 0, most: 0, total: 0 };
-            for (number, wait) in [none].iter().chain(&start.tally.waits).enumerate() {
-                let mean = wait.total as f64 / wait.runs.max(1) as f64;
-                let cells = [number.to_string(), wait.runs.to_string(), wait.least.to_string()];
-                let cells = cells.into_iter().chain([mean.to_string(), wait.most.to_string()]);
-                let state = start.state.values().map(ToString::to_string);
-                lines.push(state.chain([ranks::cell(start.tally.rank)]).chain(cells));
-            }
-        }
-        lines.text()
     }
 }
 

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::choose::{Attains, Choosing};
+use super::cycle::Cycle;
 use super::reason::Words;
 use meliora_model::preference::{Change, ObjectiveSet};
 use meliora_model::valuation::Valuation;
@@ -24,6 +25,20 @@ pub struct StateReport<'a> {
     pub attains: Option<Attains>,
     /// The paths under the progress strategy, if they were computed.
     pub unfolded: Option<InducedModel>,
+    /// The cycle behind an unbounded rank of the kind of the strategy, if it was computed.
+    pub cycle: Option<Cycle>,
+    /// The place of the state in a table of the whole strategy.
+    pub place: Option<Place>,
+}
+
+/// The place of a state with memory in a table of the whole strategy.
+pub struct Place {
+    /// The number of the node.
+    pub node: usize,
+    /// True if paths that start in the state start in this node.
+    pub is_start: bool,
+    /// The nodes after each action, by its successors; `None` where the strategy does not take it.
+    pub next: Vec<Vec<Option<usize>>>,
 }
 
 impl StateReport<'_> {
@@ -63,8 +78,9 @@ impl StateReport<'_> {
                 chosen_action: name(self.picked_action()),
             }),
             attains: self.attains.clone(),
-            actions: at.actions.iter().map(|action| self.action(action)).collect(),
+            actions: (0..at.actions.len()).map(|position| self.action(position)).collect(),
             longest_play: self.unfolded.as_ref().and_then(InducedModel::longest_path),
+            cycle: self.cycle.clone(),
             aims: words.kind.achieves().then(|| AimsJson {
                 pursues: words.pursued(at),
                 left: words.names(&at.left),
@@ -73,21 +89,34 @@ impl StateReport<'_> {
                 gives_up: words.names(&self.gives_up()),
             }),
             is_unsafe: at.is_unsafe,
+            place: self.place.as_ref().map(|place| PlaceJson {
+                node: place.node,
+                start: place.is_start,
+                level: at.memory.level,
+                reference: words.names(&at.reference),
+            }),
         }
     }
 
-    fn action(&self, action: &Action) -> ActionJson {
+    fn action(&self, position: usize) -> ActionJson {
+        let action = &self.at.actions[position];
         let &Action { kept, permitted, progress, .. } = action;
+        let node = |branch: usize| self.place.as_ref().and_then(|place| place.next[position][branch]);
         ActionJson {
             name: action.name.clone(),
             judged: (!self.at.is_theirs()).then_some(JudgedJson { kept, permitted, progress }),
             verdict: action.verdict.name(),
             reason: self.words.reason(&self.at, action),
-            successors: action.successors.iter().map(|s| self.successor(s)).collect(),
+            successors: action
+                .successors
+                .iter()
+                .zip(0..)
+                .map(|(s, at)| self.successor(s, node(at)))
+                .collect(),
         }
     }
 
-    fn successor(&self, successor: &Successor) -> SuccessorJson {
+    fn successor(&self, successor: &Successor, node: Option<usize>) -> SuccessorJson {
         let words = self.words;
         SuccessorJson {
             state: Valuation::of(words.program, &successor.state),
@@ -100,6 +129,7 @@ impl StateReport<'_> {
             dropped: successor.dropped,
             goal: successor.goal,
             is_unsafe: successor.is_unsafe,
+            node,
         }
     }
 }
@@ -127,14 +157,33 @@ pub(crate) struct StateJson {
     attains: Option<Attains>,
     /// All enabled actions.
     actions: Vec<ActionJson>,
-    /// The most steps of a path under the progress strategy; `null` if unbounded, at rank 0, or with
-    /// `--rank`.
+    /// The most steps of a path under the progress strategy; `null` if unbounded, at rank 0, with
+    /// `--rank`, or with `--all`.
     longest_play: Option<usize>,
+    /// Steps that improve again and again: the reason for an unbounded rank of the kind of the
+    /// strategy; absent for other ranks, with `--rank` and `--all`, and if there are more than 1000.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cycle: Option<Cycle>,
     #[serde(flatten)]
     aims: Option<AimsJson>,
     /// `true`: no strategy keeps the requirements from it; absent for other states.
     #[serde(rename = "unsafe", skip_serializing_if = "std::ops::Not::not")]
     is_unsafe: bool,
+    #[serde(flatten)]
+    place: Option<PlaceJson>,
+}
+
+/// The place of a state in the whole strategy, in JSON; absent without `--all`.
+#[derive(Serialize, JsonSchema)]
+struct PlaceJson {
+    /// The number of this state with its memory, from 0; absent without `--all`.
+    node: usize,
+    /// The strategy begins here when it begins in this state; absent without `--all`.
+    start: bool,
+    /// The number of improvements that are still aimed at, a part of the memory; absent without `--all`.
+    level: Rank,
+    /// The outcomes that steps are compared with, a part of the memory; absent without `--all`.
+    reference: Vec<String>,
 }
 
 /// The actions that a strategy takes in a state, in JSON; absent if the opponent chooses there.
@@ -223,4 +272,8 @@ struct SuccessorJson {
     /// `true`: no strategy keeps the requirements from it; absent for other states.
     #[serde(rename = "unsafe", skip_serializing_if = "std::ops::Not::not")]
     is_unsafe: bool,
+    /// The node after this successor; absent without `--all`, and for actions that the strategy does not
+    /// take.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    node: Option<usize>,
 }

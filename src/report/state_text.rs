@@ -4,14 +4,14 @@ use std::fmt::Write;
 
 use super::reason::Words;
 use super::simulate_text::commitment;
-use super::state::StateReport;
+use super::state::{Place, StateReport};
 use super::text::{self, Probability, columns};
 use super::{Style, ranks};
 use meliora_model::preference::Change;
 use meliora_model::valuation::Valuation;
 use meliora_planning::explain::{Action, Successor, Verdict};
 use meliora_planning::induced_model::Node;
-use meliora_planning::{InducedModel, Rank, StrategyKind};
+use meliora_planning::{InducedModel, Kind, Rank, StrategyKind};
 use meliora_quantities::Choose;
 
 /// Renders a state.
@@ -19,6 +19,11 @@ pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
     let (words, at, [sasi, spi]) = (state.words, &state.at, state.ranks);
     let valuation = Valuation::of(words.program, &at.state);
     let mut out = format!("\n{}", text::state_heading("State", &valuation, style));
+    if let Some(Place { node, is_start, .. }) = &state.place {
+        let (level, reference) = (ranks::cell(at.memory.level), words.either(&at.reference));
+        let start = if *is_start { "; paths start here" } else { "" };
+        let _ = writeln!(out, "  Node {node}: level {level}, compared with {reference}{start}");
+    }
     if let Some(player) = words.player(at) {
         let side = if at.is_theirs() { "opponent" } else { "ours" };
         let _ = writeln!(out, "  To move: {player} ({side})");
@@ -50,6 +55,9 @@ pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
     for action in &at.actions {
         out += &action_text(state, action, style);
     }
+    if let Some(cycle) = &state.cycle {
+        out += &cycle.text(style);
+    }
     if let Some(unfolded) = &state.unfolded {
         out += &paths_text((words, state.choosing.choose), unfolded, style);
     }
@@ -58,7 +66,8 @@ pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
 
 /// Advises on a state where a strategy does nothing.
 fn advice(state: &StateReport<'_>) -> Option<String> {
-    let (words, at, [_, spi]) = (state.words, &state.at, state.ranks);
+    let (words, at, [sasi, spi]) = (state.words, &state.at, state.ranks);
+    let only_possible = sasi == Rank::Finite(0) && spi != Rank::Finite(0);
     match words.kind {
         StrategyKind::Achieve if at.memory.pursuit.is_none() => {
             let fact = "No strategy achieves this almost surely from here";
@@ -69,6 +78,12 @@ fn advice(state: &StateReport<'_>) -> Option<String> {
         }
         StrategyKind::Sasi | StrategyKind::Spi if spi == Rank::Finite(0) && !at.most_preferred.is_empty() => {
             Some(format!("`--kind plan` shows how to achieve {}.", words.either(&at.most_preferred)))
+        }
+        StrategyKind::Sasi if only_possible => Some(
+            "No improvement is guaranteed here; `--kind spi` shows how to try the possible ones.".to_owned(),
+        ),
+        StrategyKind::Plan if only_possible && words.levels == Kind::Sasi => {
+            Some("No improvement is guaranteed here; `--choose likely` tries the possible ones.".to_owned())
         }
         _ => None,
     }

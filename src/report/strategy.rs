@@ -27,6 +27,9 @@ pub struct StrategyFindings {
     /// The states.
     #[schemars(with = "Vec<StateJson>")]
     pub states: Vec<Shown>,
+    /// The number of states that are in a table and not in `states`.
+    #[serde(skip)]
+    pub in_table: u64,
     /// The DOT graph, which replaces the text report.
     #[serde(skip)]
     pub drawing: Option<String>,
@@ -49,8 +52,8 @@ pub enum Shown {
 impl StrategyReport {
     /// Creates a report without results.
     pub fn of_kind(header: Header, kind: StrategyKind, choosing: Choosing) -> Self {
-        let (asked, states, drawing) = (None, Vec::new(), None);
-        Envelope::of(header, StrategyFindings { kind, choosing, asked, states, drawing })
+        let (asked, states, drawing, in_table) = (None, Vec::new(), None, 0);
+        Envelope::of(header, StrategyFindings { kind, choosing, asked, states, in_table, drawing })
     }
 }
 
@@ -112,7 +115,10 @@ impl Findings for StrategyFindings {
         let mut out: String = std::iter::once(legend.as_str()).chain(texts).collect();
         if let Some(asked) = &report.asked {
             let listed = Number::from(report.states.len() as u64);
-            if *asked == Number::from(0) {
+            if report.in_table > 0 {
+                let rows = Number::from(report.in_table).grouped();
+                out += &format!("\nThe table has {} states, {rows} with their memories.\n", asked.grouped());
+            } else if *asked == Number::from(0) {
                 out += "\nNo state has this rank.\n";
             } else if *asked > listed {
                 let asked = asked.grouped();

@@ -4,17 +4,22 @@ use std::fmt::Write;
 
 use super::ranks;
 use super::reason::Words;
-use super::state::StateReport;
+use super::state::{Place, StateReport};
 use super::text::Probability;
 use meliora_model::Program;
 use meliora_model::valuation::Valuation;
 use meliora_model::{csv, escape};
 use meliora_planning::InducedModel;
-use meliora_planning::explain::Action;
+use meliora_planning::explain::{Action, Successor};
 use meliora_planning::induced_model::Node;
 
-/// Returns the heading: the variables, then the columns for each action; for a game, also who chooses.
-pub fn csv_heading(program: &Program) -> String {
+/// The columns of a table of the whole strategy: the node of the state, whether paths start there, the
+/// memory, and the nodes that follow.
+const WHOLE: [&str; 6] = ["node", "start", "level", "reference", "pursues", "then"];
+
+/// Returns the heading: the variables, then the columns for each action; for a game, also who chooses;
+/// and for the whole strategy the columns with which other programs can follow it.
+pub fn csv_heading(program: &Program, whole: bool) -> String {
     let variables = program.variables.iter().map(|v| v.name.as_str());
     let columns = [
         "most_preferred",
@@ -28,13 +33,14 @@ pub fn csv_heading(program: &Program) -> String {
         "reason",
     ];
     let of_games = program.players.iter().flat_map(|_| ["owner", "player"]);
-    csv::lines([variables.chain(columns).chain(of_games)])
+    let places = if whole { &WHOLE[..] } else { &[] };
+    csv::lines([variables.chain(columns).chain(of_games).chain(places.iter().copied())])
 }
 
 /// Returns the lines of a state, one per action.
 pub fn csv_rows(state: &StateReport<'_>) -> String {
     let (words, at, picked) = (state.words, &state.at, state.picked_action());
-    let row = |action: &Action| {
+    let row = |(position, action): (usize, &Action)| {
         let pick = picked.is_some_and(|picked| picked.name == action.name);
         let flag = |f: bool| if at.is_theirs() { String::new() } else { f.to_string() };
         let flags = [action.kept, action.permitted, action.progress, pick].map(flag);
@@ -49,9 +55,28 @@ pub fn csv_rows(state: &StateReport<'_>) -> String {
             let owner = at.owner.map_or("", |owner| if owner.ours { "ours" } else { "opponent" });
             cells.extend([owner, words.player(at).unwrap_or_default()].map(str::to_owned));
         }
+        cells.extend(state.place.iter().flat_map(|place| place_cells(state, place, position)));
         cells
     };
-    csv::lines(at.actions.iter().map(row))
+    csv::lines(at.actions.iter().enumerate().map(row))
+}
+
+/// Returns the cells of [`WHOLE`] for the action at this position. The last one has the probability and
+/// the node of each successor, `0.5:12 0.5:13`; it is empty if the strategy does not take the action.
+fn place_cells(state: &StateReport<'_>, place: &Place, position: usize) -> [String; 6] {
+    let (words, at) = (state.words, &state.at);
+    let successors = at.actions[position].successors.iter().zip(&place.next[position]);
+    let step = |(successor, node): (&Successor, &Option<usize>)| {
+        node.map(|node| format!("{}:{node}", successor.probability))
+    };
+    [
+        place.node.to_string(),
+        place.is_start.to_string(),
+        ranks::cell(at.memory.level),
+        words.names(&at.reference).join("+"),
+        words.pursued(at).unwrap_or_default(),
+        successors.filter_map(step).collect::<Vec<_>>().join(" "),
+    ]
 }
 
 /// Draws the states that are reachable under a strategy: boxes are states, points are actions.

@@ -234,6 +234,7 @@ const COMMANDS: &[(i32, &str)] = &[
     (0, "reach models/pond.prism --target at=5 --require G(at!=4)"),
     (0, "reach models/pond.prism --target at=5 --stop-at-target"),
     (0, "reach OUT/paid.prism --property Pmax=?[F(x=1)]"),
+    (0, "reach models/toy.prism --target s=3 --out OUT/regions"),
     (0, "info OUT/paid.prism"),
     (0, "info OUT/rounded.prism"),
     (4, "reach TINY --target oil=1"),
@@ -244,6 +245,8 @@ const COMMANDS: &[(i32, &str)] = &[
     (4, "info TINY"),
     (0, "strategy TOY"),
     (0, "strategy TOY --rank 0"),
+    (0, "strategy TOY --all"),
+    (0, "strategy OUT/again.prism OUT/again.pref --kind spi"),
     (0, "strategy POND"),
     (0, "strategy models/pursuit.prism models/pursuit.pref -c N=4 --at x=1,y=0,g=1,robots_turn=false"),
     (0, "strategy ROBOT --kind spi --at b=8"),
@@ -322,6 +325,10 @@ const ROUNDED: &str =
 
 const PAID: &str = "mdp module m x : [0..1] init 1; [] true -> true; endmodule\n\
     rewards \"pay\" true : 1; endrewards rewards true : y; endrewards";
+/// A game in which an improvement can be made again and again.
+const AGAIN: &str = "smg player p [try], [back], [stay] endplayer player q [home] endplayer\n\
+    module m x : [0..4]; [try] x=0 -> 0.5: (x'=1) + 0.5: (x'=2); [stay] x=1 -> (x'=3);\n\
+    [back] x=1 -> (x'=4); [home] x=4 -> (x'=0); [stay] x=2 | x=3 -> true; endmodule";
 const PROPERTIES: &str = "\"sure\": Pmax>=1 [ F s=3 ];\nP=? [ F s=3 ];\n";
 
 #[test]
@@ -329,7 +336,8 @@ fn every_output_fits_its_schema_and_every_field_occurs() {
     let many: String = (0..11).map(|i| format!("objective o{i} = F s>={};", i % 3)).collect();
     let own =
         [("some.props", PROPERTIES), ("paid.prism", PAID), ("rounded.prism", ROUNDED), ("many.pref", &many)];
-    let scratch = Scratch::new(&[&own[..], &crate::strategies::CROSS].concat());
+    let again = [("again.prism", AGAIN), ("again.pref", "objective B = F x=3; empty = gain;")];
+    let scratch = Scratch::new(&[&own[..], &again, &crate::strategies::CROSS].concat());
     let schemas = schemas();
     let (validators, fields) = (validators(&schemas), described(&schemas));
     let mut seen = Seen { fields: &fields, found: BTreeSet::new() };

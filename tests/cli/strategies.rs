@@ -396,7 +396,7 @@ fn csv_goes_to_a_file_or_to_standard_output_in_place_of_the_text() {
     for (command, heading) in [
         ("strategy models/toy.prism models/toy.pref", "most_preferred,"),
         ("values models/toy.prism models/toy.pref", "sasi_rank"),
-        ("simulate models/toy.prism models/toy.pref --runs 10", "rank,improvements,runs,steps_least,"),
+        ("simulate models/toy.prism models/toy.pref --runs 10", "start,run,step,"),
         ("check models/chain.prism models/chain.pref -c N=2:4", "N,states,"),
     ]
     .into_iter()

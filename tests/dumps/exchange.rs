@@ -321,6 +321,32 @@ fn texts_are_read_and_their_errors_have_places() {
 
 /// The export to DRN left rewards out.
 #[test]
+fn states_of_drn_have_the_names_of_a_section() {
+    let load = |names: &str| {
+        let text = format!(
+            "@type: MDP\n@state_names\n{names}\n@nr_states\n2\n@model\nstate 0 init\n\taction go\n\t\t1 : 1\n\
+             state 1\n\taction go\n\t\t1 : 1\n"
+        );
+        lang::load(&SourceFile::new("m", text), &SourceFile::new("c", ""))
+    };
+    let program = load("\"at home\"\n\"// shop\"").unwrap().program;
+    let variable = &program.variables[0];
+    assert_eq!((variable.name.as_str(), variable.initial), ("state", Some(0)));
+    assert_eq!(variable.values, ["at home", "// shop"]);
+    assert_eq!(program.steps(&[0]).unwrap()[0].successors[0].0, [1]);
+    for (names, message) in [
+        ("\"one\"", "the model has 2 states, but 1 names for them"),
+        ("\"one\"\n\"one\"", "two states are called `one`"),
+        ("one\n\"two\"", "expected the name of a state in double quotes"),
+        ("\"\"\n\"two\"", "expected the name of a state in double quotes"),
+        ("\"a\u{202e}b\"\n\"two\"", "of visible characters"),
+    ] {
+        let error = load(names).unwrap_err().to_string();
+        assert!(error.contains(message), "{names:?}: {error}");
+    }
+}
+
+#[test]
 fn rewards_are_written_to_drn_and_read_again() {
     let model = "module m s : [0..2] init 0; [a] s<2 -> 1/2:(s'=s+1) + 1/2:true; \
         [b] s=0 -> (s'=2); endmodule label \"goal\" = s=2; rewards \"pay\" s=1 : 0.1; [a] s=0 : 2; [b] true : 1/3; \

@@ -50,7 +50,7 @@ _Choose: TypeAlias = Literal["first", "likely", "cheap"]
 _Which: TypeAlias = Literal["permitted", "progress", "chosen", "kept"]
 #: A dictionary as Gymnasium's `P`, an array, or one matrix per action; scipy has no types.
 _Transitions: TypeAlias = Any
-_States: TypeAlias = Iterable[int] | Iterable[bool] | NDArray[Any]
+_States: TypeAlias = int | str | Iterable[Any] | NDArray[Any]
 _Progress: TypeAlias = Callable[[Progress], object]
 
 @final
@@ -137,34 +137,40 @@ class Model:
         transitions: _Transitions,
         rewards: Mapping[str, Any] | None = None,
         labels: Mapping[str, _States] | None = None,
-        start: int | _States | None = None,
+        start: _States | None = None,
         *,
         actions: Sequence[str] | None = None,
+        states: Sequence[Any] | None = None,
         timeout: _Timeout | None = None,
         progress: _Progress | None = None,
     ) -> Model:
-        """Reads a model from a table of transitions. The only variable is `state`, the number of the
-        state.
+        """Reads a model from a table of transitions. The only variable is `state`: the name of the
+        state, or its number if states have no names.
 
         Args:
             transitions: Gymnasium's `env.unwrapped.P`, a dictionary `P[state][action]` of lists of
-                tuples (probability, next state, reward, terminated); or a NumPy array of the shape
+                tuples (probability, next state, reward, terminated), of dictionaries from next
+                states to probabilities, or of a single next state; or a NumPy array of the shape
                 (states, actions, states); or one matrix (states, states) per action, of NumPy or
-                scipy, as a list, or as a dictionary by the name of the action. An action whose row
-                has only zeros is not available in that state. A state that a terminated transition
-                enters is absorbing: each of its actions stays there; the label "done" marks these
-                states, unless `labels` has it. The rewards of tuples are not used.
-            rewards: Reward structures: for each name an array (states) or (states, actions).
-            labels: For each name the states that have it: numbers, or a Boolean for each state.
-                Preferences use them as `F "goal"`.
-            start: The initial states: a number, numbers, a Boolean for each state, or a distribution
+                scipy, as a list, or as a dictionary by the name of the action. Nested lists may
+                stand for arrays. The keys of a dictionary of states name them, unless they are the
+                numbers from 0 on. An action whose row has only zeros is not available in that
+                state. A state that a terminated transition enters is absorbing: each of its
+                actions stays there; the label "done" marks these states, unless `labels` has it.
+                The rewards of tuples are not used.
+            rewards: Reward structures: for each name an array (states) or (states, actions), or a
+                dictionary by states, where others earn 0.
+            labels: For each name the states that have it: names or numbers, or a Boolean for each
+                state. Preferences use them as `F "goal"`.
+            start: The initial states: a state, states, a Boolean for each state, or a distribution
                 such as `env.unwrapped.initial_state_distrib`; None for all states.
             actions: The names of the actions; None for `a0`, `a1`, …, or the keys if they are names.
+            states: The names of the states in their order; None for the keys of a dictionary, unless
+                these are the numbers from 0 on.
             timeout, progress: As in `from_file`.
 
         Raises:
-            UsageError: A table has the wrong shape, probabilities do not sum to 1, or a state or
-                a name is not one.
+            UsageError: A shape, a sum of probabilities, a state or a name is wrong.
         """
     @staticmethod
     def _restore(
@@ -1304,6 +1310,9 @@ class Simulation:
         """The commitments of plans: dictionaries with the `objective` that the runs then pursued, the
         objectives that they gave up (`gives_up`), and the number of these `runs`.
         """
+    @property
+    def reason(self) -> str | None:
+        """Why no run has a step, so that `actions` and `improves` are empty; None if some run has one."""
     @property
     def variables(self) -> list[str]:
         """The names of the variables, in the order of the last axis of `states`."""

@@ -13,6 +13,7 @@ import uuid
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from os import PathLike
 from typing import Any, Literal, Union
 
@@ -35,8 +36,9 @@ _MOST_TRIED = 100
 
 def sweep(
     model: _Path,
-    preferences: Preferences | _Path,
+    preferences: Preferences | _Path | None = None,
     *,
+    properties: Sequence[str] | Mapping[str, str] | None = None,
     client: Any = None,
     csv: _Path | None = None,
     resume: bool = False,
@@ -51,15 +53,20 @@ def sweep(
     timeout: float | str | None = None,
     **values: Any,
 ) -> Any:
-    """Analyses a model for every combination of values of its constants, as ``meliora check -c N=2:10``.
+    """Analyses a model for every combination of values of its constants, as ``meliora check -c N=2:10``; or answers
+    properties for each of them, as ``meliora reach -c N=2:10``.
 
         >>> meliora.sweep("models/chain.prism", "models/chain.pref", N=range(2, 11, 2))
+        >>> meliora.sweep("models/chain.prism", properties=["Pmax=? [ F x=N ]", "P>=1 [ F x=N ]"], N=range(2, 11, 2))
 
     Each combination is one instance, and each instance is one row. A limit or an error ends only its instance.
 
     Args:
         model: The path of a model, or its text: a string with a line break is a text.
-        preferences: A Preferences, or a path or text likewise.
+        preferences: A Preferences, or a path or text likewise; None with `properties`.
+        properties: Properties as in ``Exploration.reach``, or a dictionary of properties by the names of their
+            columns. A cell has the verdict, or the value: one number, or ``lower..upper`` where the bounds differ.
+            `safety` and `max_level` have no meaning for properties.
         client: A ``distributed.Client``: each instance is a task of Dask, and the instances of a lost worker run
             again on others. The workers need this package but no files. None to run the instances in this process.
         csv: A file for the rows, each written as soon as its instance ends; the format is that of the command line.
@@ -76,8 +83,9 @@ def sweep(
             The last constant varies fastest.
 
     Returns:
-        A ``pandas.DataFrame`` if pandas is installed, else a list of dictionaries: the columns of the file, and
-        ``reason``, the message of a limit or an error, which is unknown for rows that were in the file.
+        A ``pandas.DataFrame`` if pandas is installed, else a list of dictionaries: the columns of the file that have
+        a value in some row, and ``reason``, the message of a limit or an error, which is unknown for rows that were in
+        the file. (The file has all columns, because it is written before the results are known.)
         ``peak_rss_bytes`` is the largest size of the process so far.
 
     Raises:
@@ -90,15 +98,17 @@ def sweep(
     instances = [dict(zip(named, combination)) for combination in itertools.product(*named.values())]
     options = {"scope": scope, "safety": safety, "engine": engine, "max_level": max_level, "timeout": timeout}
     levels = _LEVELS if max_level is None else min(max_level, _LEVELS)
+    asked = _asked(preferences, properties, options)
     _check_options(options, memory)
     found = _first_readable(model, bounds, timeout, instances)
     if coalition is not None:
         found.with_coalition(*coalition)
-    wishes = _preferences(preferences)
-    job = _Job(found.text, found.name, bounds, wishes, options, coalition, memory, levels)
-    inputs = [given for given in (model, preferences) if not isinstance(given, Preferences) and not _is_text(given)]
+    wishes = None if preferences is None else _preferences(preferences)
+    job = _Job(found.text, found.name, bounds, wishes, options, coalition, memory, levels, asked)
+    paths = [given for given in (model, preferences) if given is not None and not isinstance(given, Preferences)]
+    inputs = [given for given in paths if not _is_text(given)]
     keys = [tuple(map(cell_of, instance.values())) for instance in instances]
-    rows = Rows(csv, [*named, *_columns(levels)], keys, resume, inputs)
+    rows = Rows(csv, [*named, *_columns(job)], keys, resume, inputs)
     reasons: dict[int, str | None] = {}
     todo = {position: instances[position] for position in rows.missing()}
     with rows:
@@ -115,11 +125,13 @@ class _Job:
     model: str
     name: str
     bounds: dict[str, tuple[int, int]] | None
-    preferences: Preferences
+    preferences: Preferences | None
     options: dict[str, Any]
     coalition: Sequence[str | int] | None
     memory: int | str | None
     levels: int
+    #: The properties by the names of their columns; empty for an analysis of the preferences.
+    properties: dict[str, str]
 
 
 def _outcomes(client: Any, job: _Job, todo: dict[int, dict[str, _Value]]) -> Iterator[tuple[int, _Outcome]]:
@@ -165,7 +177,7 @@ def _result(task: Any, job: _Job) -> _Outcome:
         # The caller, or the end of the scheduler, has cancelled the sweep.
         raise
     except Exception as error:
-        return _cells(None, None, "error", job.levels), f"{type(error).__name__}: {error}"
+        return _cells({}, None, "error", job), f"{type(error).__name__}: {error}"
 
 
 def _same(job: _Job) -> _Job:
@@ -186,34 +198,96 @@ def _memory_of_thread() -> int | None:
 def _analyse(constants: dict[str, _Value], job: _Job) -> _Outcome:
     """Runs one instance."""
     begin = time.perf_counter()
-    analysis, status, reason = None, "done", None
+    found: dict[str, Any] = {}
+    status, reason = "done", None
     try:
         timeout = job.options["timeout"]
         model = Model.from_string(job.model, name=job.name, constants=constants, bounds=job.bounds, timeout=timeout)
         if job.coalition is not None:
             model = model.with_coalition(*job.coalition)
-        analysis = model.check(job.preferences, memory=job.memory, **job.options)
+        if job.preferences is None:
+            status, reason = _answer(model, job, found)
+        else:
+            found = _found(model.check(job.preferences, memory=job.memory, **job.options))
     except LimitError as error:
-        analysis, status, reason = error.analysis, "limit", str(error)
+        found = _found(error.analysis) if job.preferences is not None else found
+        status, reason = "limit", str(error)
     except Exception as error:
-        return _cells(None, None, "error", job.levels), str(error)
-    return _cells(analysis, time.perf_counter() - begin, status, job.levels), reason
+        return _cells({}, None, "error", job), str(error)
+    return _cells(found, time.perf_counter() - begin, status, job), reason
 
 
-def _columns(levels: int) -> list[str]:
+def _answer(model: Model, job: _Job, found: dict[str, Any]) -> tuple[str, str | None]:
+    """Adds the answers to the properties to `found`. Returns the status, and the reason for a missing answer."""
+    options = {name: job.options[name] for name in ("scope", "engine", "timeout")}
+    explored = model.explore(memory=job.memory, **options)
+    found.update(explored.counts)
+    reasons = []
+    for name, text in job.properties.items():
+        try:
+            answer = explored.reach(text, timeout=job.options["timeout"])
+        except InputError as error:
+            found[name] = "not answered"
+            reasons.append(f"{name}: {error}")
+            continue
+        if answer.holds is not None:
+            found[name] = answer.holds
+        else:
+            found[name] = "no value" if answer.value is None else _bounds(*answer.value)
+    return "done", "; ".join(reasons) or None
+
+
+def _bounds(lower: float, upper: float) -> str:
+    """Returns the bounds of a value: one number where they agree."""
+    low, high = _decimal(lower), _decimal(upper)
+    return low if low == high else f"{low}..{high}"
+
+
+def _decimal(value: float) -> str:
+    """Returns a number without an exponent, as the command line writes it."""
+    return f"{Decimal(repr(value)):f}".removesuffix(".0") if math.isfinite(value) else str(value)
+
+
+def _asked(preferences: Any, properties: Any, options: dict[str, Any]) -> dict[str, str]:
+    """Returns the properties by the names of their columns."""
+    if (preferences is None) == (properties is None):
+        raise UsageError("a sweep needs either preferences or `properties`")
+    if properties is None:
+        return {}
+    if isinstance(properties, str):
+        raise UsageError("`properties` is a list of properties, or a dictionary by the names of their columns")
+    named = dict(properties) if isinstance(properties, Mapping) else {text: text for text in properties}
+    if not named:
+        raise UsageError("there are no properties")
+    for name, text in named.items():
+        if not isinstance(name, str) or not isinstance(text, str):
+            raise UsageError(f"a property is a text, not {text!r}")
+    if options["safety"] != "action" or options["max_level"] is not None:
+        raise UsageError("`safety` and `max_level` belong to preferences; properties have none")
+    return named
+
+
+def _columns(job: _Job) -> list[str]:
     """Returns the names of the columns after the constants."""
     columns = ["states", "choices", "transitions"]
-    for kind in ("sasi", "spi"):
-        columns += [f"{kind}_{level}" for level in range(1, levels + 1)]
+    for kind in ("sasi", "spi") if not job.properties else ():
+        columns += [f"{kind}_{level}" for level in range(1, job.levels + 1)]
         columns += [f"{kind}_unbounded", f"{kind}_levels"]
-    return [*columns, "sasi_rank", "spi_rank", "seconds", "peak_nodes", "peak_rss_bytes", "status"]
+    columns += job.properties or ["sasi_rank", "spi_rank"]
+    return [*columns, "seconds", "peak_nodes", "peak_rss_bytes", "status"]
 
 
-def _cells(analysis: Analysis | None, seconds: float | None, status: str, levels: int) -> list[str]:
+def _cells(found: dict[str, Any], seconds: float | None, status: str, job: _Job) -> list[str]:
     """Returns the cells of the columns; what is unknown is empty."""
+    cells = {**found, "seconds": seconds, "status": status}
+    return [cell_of(cells.get(column)) for column in _columns(job)]
+
+
+def _found(analysis: Analysis | None) -> dict[str, Any]:
+    """Returns the results of an analysis by their columns."""
     report: dict[str, Any] = {} if analysis is None else analysis.to_dict()
     first: dict[str, Any] = next(iter(report.get("initial") or []), {})
-    cells = {**(report.get("counts") or {}), **first, "seconds": seconds, "status": status}
+    cells = {**(report.get("counts") or {}), **first}
     if analysis is not None:
         cells.update(analysis.usage)
     for kind in ("sasi", "spi"):
@@ -221,12 +295,14 @@ def _cells(analysis: Analysis | None, seconds: float | None, status: str, levels
         if found is not None:
             cells.update((f"{kind}_{level}", count) for level, count in enumerate(found["levels"], 1))
             cells.update({f"{kind}_unbounded": found.get("unbounded"), f"{kind}_levels": len(found["levels"])})
-    return [cell_of(cells.get(column)) for column in _columns(levels)]
+    return cells
 
 
 def _table(rows: Rows, reasons: dict[int, str | None]) -> Any:
-    columns = [*rows.header, "reason"]
-    cells = ([*map(value_of, row), reasons.get(position)] for position, row in rows)
+    # A column without a value in any row says nothing.
+    used = [at for at in range(len(rows.header)) if any(row[at] for _, row in rows)]
+    columns = [*(rows.header[at] for at in used), "reason"]
+    cells = ([*(value_of(row[at]) for at in used), reasons.get(position)] for position, row in rows)
     records = [dict(zip(columns, row)) for row in cells]
     try:
         pandas = importlib.import_module("pandas")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from numbers import Integral, Real
 from typing import Any, NoReturn
 
@@ -14,40 +16,57 @@ DONE = "done"
 
 #: The transitions of a state: for each available action, by its number, pairs (successor, probability).
 _Row = dict[int, list[tuple[int, float]]]
-#: The rows of all states, the names of the actions, and the states that terminated transitions enter.
-_Table = tuple[list[_Row], list[str], list[int]]
+
+
+@dataclass
+class _Table:
+    """A model as numbers: the rows of all states, the names of the actions, and the states that terminated transitions
+    enter. `numbers` has the number of each state by its key, if the states are keys of a dictionary."""
+
+    rows: list[_Row]
+    actions: list[str]
+    done: list[int]
+    numbers: dict[Any, int] | None = None
 
 
 def drn(
-    transitions: Any, rewards: Any = None, labels: Any = None, start: Any = None, actions: Any = None
+    transitions: Any, rewards: Any = None, labels: Any = None, start: Any = None, actions: Any = None, states: Any = None
 ) -> str:
     """Returns a model as text; see ``Model.from_transitions``."""
-    rows, names, done = _rows(transitions)
-    if actions is not None:
-        names = _names("action", actions, len(names))
+    table = _read(transitions)
+    rows, size = table.rows, len(table.rows)
+    names = table.actions if actions is None else _names("action", actions, len(table.actions))
     if not rows:
         _wrong("there is no state")
     _check_distributions(rows, names)
-    size = len(rows)
-    marked = {name: _states(f"label {name!r}", states, size) for name, states in dict(labels or {}).items()}
+    given = list(table.numbers) if states is None and table.numbers else states
+    called = None if given is None else _state_names(given, size)
+    # A state is known by its key and by its name.
+    known = {**dict(zip(called or [], range(size))), **(table.numbers or {})}
+    marked = {name: _states(f"label {name!r}", own, size, known) for name, own in dict(labels or {}).items()}
     _names("label", marked, None)
-    if done:
-        marked.setdefault(DONE, done)
-    initial = range(size) if start is None else _states("start", start, size)
+    if table.done:
+        marked.setdefault(DONE, table.done)
+    initial = range(size) if start is None else _states("start", start, size, known)
     if not initial:
         _wrong("start: there is no state in it")
     marked["init"] = list(initial)
-    costs = {name: _costs(name, values, size, len(names)) for name, values in dict(rewards or {}).items()}
+    costs = {name: _costs(name, values, known, size, len(names)) for name, values in dict(rewards or {}).items()}
     _names("reward", costs, None)
-    return "\n".join(_lines(rows, names, marked, costs))
+    return "\n".join(_lines(rows, names, marked, costs, called))
 
 
-def _lines(rows: list[_Row], names: list[str], labels: dict[str, list[int]], costs: dict[str, Any]) -> Iterable[str]:
+def _lines(
+    rows: list[_Row], names: list[str], labels: dict[str, list[int]], costs: dict[str, Any], called: list[str] | None
+) -> Iterable[str]:
     of_state: list[list[str]] = [[] for _ in rows]
     for name, states in labels.items():
         for state in sorted(set(states)):
             of_state[state].append(name)
     yield from ("@type: MDP", "@parameters", "", "@reward_models", " ".join(costs))
+    if called is not None:
+        yield "@state_names"
+        yield from (f'"{name}"' for name in called)
     yield from ("@nr_states", str(len(rows)), "@nr_choices", str(sum(map(len, rows))), "@model")
     for state, row in enumerate(rows):
         yield f"state {state} {' '.join(of_state[state])}"
@@ -58,31 +77,77 @@ def _lines(rows: list[_Row], names: list[str], labels: dict[str, list[int]], cos
     yield ""
 
 
-def _rows(transitions: Any) -> _Table:
-    """Reads any of the three kinds of tables."""
+def _read(transitions: Any) -> _Table:
+    """Reads any of the kinds of tables."""
     if isinstance(transitions, Mapping) and all(isinstance(row, Mapping) for row in transitions.values()):
         return _of_tuples(transitions)
     if isinstance(transitions, Mapping):
         names = _names("action", transitions, None)
-        return _of_matrices(list(transitions.values()), names), names, []
+        return _Table(_of_matrices(list(transitions.values()), names), names, [])
+    if not hasattr(transitions, "shape") and isinstance(transitions, Sequence) and not isinstance(transitions, str):
+        transitions = _of_lists(transitions)
     shape = getattr(transitions, "shape", None)
     if shape is not None and (len(shape) != 3 or shape[0] != shape[2]):
         _wrong(f"an array of transitions has the shape (S, A, S), not {tuple(shape)}")
     if shape is not None:
         names = [f"a{action}" for action in range(shape[1])]
-        return _of_array(transitions), names, []
+        return _Table(_of_array(transitions), names, [])
     if not isinstance(transitions, Sequence) or isinstance(transitions, str):
         expected = "a dictionary as Gymnasium's `P`, an array (S, A, S), or one matrix (S, S) per action"
         _wrong(f"transitions are {expected}, not {type(transitions).__name__}")
     names = [f"a{action}" for action in range(len(transitions))]
-    return _of_matrices(list(transitions), names), names, []
+    return _Table(_of_matrices(list(transitions), names), names, [])
+
+
+class _Lists:
+    """Nested lists of numbers with the methods of an array that are used here."""
+
+    def __init__(self, lists: Any) -> None:
+        self._lists = lists
+        self.shape = _shape(lists)
+
+    def tolist(self) -> Any:
+        return self._lists
+
+    def entries(self) -> Iterable[tuple[int, int, Any]]:
+        """The entries of a matrix that are not 0."""
+        cells = ((row, column, value) for row, own in enumerate(self._lists) for column, value in enumerate(own))
+        return ((row, column, value) for row, column, value in cells if value)
+
+
+def _is_list(given: Any) -> bool:
+    return isinstance(given, Sequence) and not isinstance(given, (str, bytes))
+
+
+def _shape(lists: Any) -> tuple[int, ...]:
+    """Returns the lengths of nested lists, which are those of each part."""
+    if not _is_list(lists):
+        return ()
+    shapes = {_shape(part) for part in lists}
+    if len(shapes) > 1:
+        _wrong("the parts of nested lists have different lengths")
+    return (len(lists), *next(iter(shapes), ()))
+
+
+def _of_lists(given: Sequence[Any]) -> Any:
+    """Reads nested lists as the array (S, A, S) or as one matrix (S, S) per action, by their lengths; leaves lists of
+    arrays as they are."""
+    if not given or not all(_is_list(part) and all(map(_is_list, part)) for part in given):
+        return given
+    lists = _Lists(given)
+    if len(set(lists.shape)) == 1 and len(lists.shape) == 3:
+        both = "(states, actions, states) or (actions, states, states)"
+        _wrong(f"nested lists of the shape {lists.shape} may be {both}; give an array, or a dictionary by actions")
+    is_array = len(lists.shape) == 3 and lists.shape[0] == lists.shape[2]
+    return lists if is_array else list(map(_Lists, given))
 
 
 def _of_tuples(table: Mapping[Any, Mapping[Any, Any]]) -> _Table:
-    """Reads Gymnasium's ``P[state][action] = [(probability, next state, reward, terminated), …]``."""
+    """Reads ``P[state][action]``: Gymnasium's lists ``[(probability, next state, reward, terminated), …]``, or
+    dictionaries ``{next state: probability}``. States are numbers from 0 on, or have names."""
     size = len(table)
-    if set(table) != set(range(size)):
-        _wrong(f"the states of a dictionary are the numbers from 0 to {size - 1}")
+    are_numbers = set(table) == set(range(size)) and not any(isinstance(state, bool) for state in table)
+    states = {state: state for state in range(size)} if are_numbers else dict(zip(table, range(size)))
     keys = list(dict.fromkeys(action for row in table.values() for action in row))
     if all(isinstance(key, Integral) for key in keys):
         keys = list(range(int(max(keys)) + 1)) if keys and min(keys) >= 0 else keys
@@ -92,21 +157,54 @@ def _of_tuples(table: Mapping[Any, Mapping[Any, Any]]) -> _Table:
     number = {key: action for action, key in enumerate(keys)}
     rows: list[_Row] = []
     done: set[int] = set()
-    for state in range(size):
+    for state in states:
         row: _Row = {}
         for key, entries in table[state].items():
+            where = f"state {state}, action {key}"
             branches = row.setdefault(number[key], [])
-            for entry in entries:
+            for entry in _branches(entries, states):
                 if len(entry) not in (2, 3, 4):
-                    _wrong(f"state {state}, action {key}: {entry} is not (probability, next state, reward, terminated)")
-                target = _state(f"state {state}, action {key}", entry[1], size)
-                branches.append((target, _number(f"state {state}, action {key}", entry[0])))
+                    _wrong(f"{where}: {entry} is not (probability, next state, reward, terminated)")
+                target = _state(where, entry[1], size, {} if are_numbers else states)
+                branches.append((target, _number(where, entry[0])))
                 if len(entry) == 4 and entry[3] and entry[0]:
                     done.add(target)
         rows.append(row)
     for state in done:
         rows[state] = {action: [(state, 1.0)] for action in rows[state]}
-    return rows, names, sorted(done)
+    return _Table(rows, names, sorted(done), None if are_numbers else states)
+
+
+def _branches(entries: Any, states: Mapping[Any, int]) -> Iterable[Any]:
+    """Returns the branches of an action as tuples; a state alone is entered with probability 1."""
+    if isinstance(entries, Mapping):
+        return [(probability, target) for target, probability in entries.items()]
+    if isinstance(entries, (str, Integral)) or (isinstance(entries, tuple) and _is_key(entries, states)):
+        return [(1.0, entries)]
+    branches: Iterable[Any] = entries
+    return branches
+
+
+def _is_key(given: Any, known: Mapping[Any, int]) -> bool:
+    """Whether a state is known by this; what cannot be hashed, such as a list, is no key."""
+    try:
+        return not isinstance(given, bool) and given in known
+    except TypeError:
+        return False
+
+
+def _state_names(given: Iterable[Any], size: int) -> list[str]:
+    """Returns the names of the states, in their order."""
+    names = [name if isinstance(name, str) else str(name) for name in given]
+    if len(names) != size:
+        _wrong(f"there are {len(names)} names for {size} states")
+    for name in names:
+        if not name or not name.isprintable() or '"' in name:
+            _wrong(f"{name!r} cannot be the name of a state: names are printable texts without double quotes")
+    if len(set(names)) != size:
+        twice = next(name for name in names if names.count(name) > 1)
+        _wrong(f"two states are called {twice!r}")
+    return names
 
 
 def _of_array(array: Any) -> list[_Row]:
@@ -119,9 +217,10 @@ def _of_array(array: Any) -> list[_Row]:
 
 
 def _of_matrices(matrices: list[Any], names: list[str]) -> list[_Row]:
-    """Reads one matrix per action, of NumPy or scipy."""
+    """Reads one matrix per action, of NumPy or scipy, or nested lists."""
     if not matrices:
         _wrong("there is no action")
+    matrices = [_Lists(matrix) if _is_list(matrix) else matrix for matrix in matrices]
     size = matrices[0].shape[0] if getattr(matrices[0], "shape", None) else 0
     rows: list[_Row] = [{} for _ in range(size)]
     for action, matrix in enumerate(matrices):
@@ -142,6 +241,8 @@ def _entries(matrix: Any) -> Iterable[tuple[int, int, Any]]:
         # Conversion to rows adds up entries of the same place.
         cells = matrix.tocsr().tocoo()
         return zip(cells.row.tolist(), cells.col.tolist(), cells.data.tolist())
+    if isinstance(matrix, _Lists):
+        return matrix.entries()
     rows, columns = matrix.nonzero()
     return zip(rows.tolist(), columns.tolist(), matrix[rows, columns].tolist())
 
@@ -158,24 +259,33 @@ def _check_distributions(rows: list[_Row], names: list[str]) -> None:
                 _wrong(f"{where}: the probabilities sum to {total}, not to 1")
 
 
-def _states(what: str, given: Any, size: int) -> list[int]:
-    """Returns states that are given by a number, numbers, Booleans by state, or a distribution."""
-    if isinstance(given, Integral) and not isinstance(given, bool):
-        return [_state(what, given, size)]
-    if isinstance(given, str) or not isinstance(given, Iterable):
+def _states(what: str, given: Any, size: int, known: Mapping[Any, int]) -> list[int]:
+    """Returns states that are given by a number or a name, several of them, Booleans by state, or a distribution."""
+    if _is_key(given, known) or (isinstance(given, (str, Integral)) and not isinstance(given, bool)):
+        return [_state(what, given, size, known)]
+    if isinstance(given, Mapping):
+        # A distribution by states.
+        return [_state(what, state, size, known) for state, share in given.items() if share]
+    if not isinstance(given, Iterable):
         _wrong(f"{what}: expected states, or a Boolean for each state, not {given!r}")
     values = given.tolist() if hasattr(given, "tolist") else list(given)
     if values and all(isinstance(value, (bool, float)) for value in values):
         if len(values) != size:
             _wrong(f"{what}: {len(values)} values for {size} states")
         return [state for state, value in enumerate(values) if value]
-    return [_state(what, value, size) for value in values]
+    return [_state(what, value, size, known) for value in values]
 
 
-def _state(what: str, given: Any, size: int) -> int:
-    if isinstance(given, Integral) and not isinstance(given, bool) and 0 <= int(given) < size:
-        return int(given)
-    _wrong(f"{what}: {given!r} is not a state; states are the numbers from 0 to {size - 1}")
+def _state(what: str, given: Any, size: int, known: Mapping[Any, int]) -> int:
+    """Returns the number of a state that is given by its key, its name, or its number if numbers are not keys."""
+    if _is_key(given, known):
+        return known[given]
+    if not any(isinstance(key, Integral) for key in known):
+        if isinstance(given, Integral) and not isinstance(given, bool) and 0 <= int(given) < size:
+            return int(given)
+    shown = ", ".join(map(repr, itertools.islice(known, 8))) + (", …" if len(known) > 8 else "")
+    states = f"states are {shown}" if known else f"states are the numbers from 0 to {size - 1}"
+    _wrong(f"{what}: {given!r} is not a state; {states}")
 
 
 def _number(what: str, given: Any) -> float:
@@ -194,8 +304,11 @@ def _names(what: str, given: Iterable[Any], count: int | None) -> list[str]:
     return names
 
 
-def _costs(name: str, values: Any, size: int, actions: int) -> list[list[float]]:
+def _costs(name: str, values: Any, known: Mapping[Any, int], size: int, actions: int) -> list[list[float]]:
     """Returns rewards by state and action."""
+    if isinstance(values, Mapping):
+        by_state = {_state(f"reward {name!r}", state, size, known): row for state, row in values.items()}
+        values = [by_state.get(state, 0.0) for state in range(size)]
     table = values.tolist() if hasattr(values, "tolist") else list(values)
     if len(table) != size:
         _wrong(f"reward {name!r}: {len(table)} values for {size} states")

@@ -1,16 +1,19 @@
 //! The reader of Storm's format DRN: a header, then states with their actions and branches, one per
 //! line.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::lines::{Line, lines};
-use super::{Frame, Rewards, Table};
+use super::lower::NUMBER;
+use super::{Column, Frame, Rewards, Table};
 use crate::check::{Actions, Checked};
 use meliora_model::ModelKind;
 use meliora_model::error::{Result, SourceFile};
-use meliora_model::escape::unword;
+use meliora_model::escape::{is_shown, unword};
 use meliora_model::expr::ExprId;
 use meliora_model::progress::Poll;
+use meliora_model::value::Type;
 
 /// The name of a choice without an action.
 const NO_ACTION: &str = "__NOLABEL__";
@@ -33,6 +36,7 @@ pub(crate) fn load(frame: &Frame<'_>) -> Result<Checked> {
         counts: Vec::new(),
         rewards: Vec::new(),
         reward_names: Actions::default(),
+        state_names: Vec::new(),
     };
     let mut all = lines(frame.source, "//");
     reader.header(&mut all, frame)?;
@@ -53,6 +57,8 @@ struct Reader<'s> {
     counts: Vec<(bool, usize, Line<'s>)>,
     rewards: Vec<Rewards>,
     reward_names: Actions,
+    /// The names of the states, with the lines that have them.
+    state_names: Vec<(&'s str, Line<'s>)>,
 }
 
 impl<'s> Reader<'s> {
@@ -93,6 +99,7 @@ impl<'s> Reader<'s> {
             "nr_states" => self.counts.push((true, line.index(line.text)?, line)),
             "nr_choices" => self.counts.push((false, line.index(line.text)?, line)),
             "reward_models" => self.reward_models(line)?,
+            "state_names" => self.state_names.push((state_name(line)?, line)),
             _ => {}
         }
         Ok(())
@@ -216,8 +223,32 @@ impl<'s> Reader<'s> {
         }
         self.table.actions = self.actions.names;
         self.table.rewards = self.rewards;
+        self.table.columns = named(&self.state_names, states)?;
         Ok(self.table)
     }
+}
+
+/// Returns the text in double quotes that is a whole line.
+fn state_name(line: Line<'_>) -> Result<&str> {
+    let name = line.text.strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));
+    let name = name.filter(|name| !name.is_empty() && name.chars().all(|c| c != '"' && is_shown(c)));
+    name.ok_or_else(|| line.wrong("expected the name of a state in double quotes, of visible characters"))
+}
+
+/// Returns the variable whose values are the names of the states; none if they have no names.
+fn named(names: &[(&str, Line<'_>)], states: usize) -> Result<Vec<Column>> {
+    let Some((_, last)) = names.last() else { return Ok(Vec::new()) };
+    if names.len() != states {
+        return Err(last.wrong(format!("the model has {states} states, but {} names for them", names.len())));
+    }
+    let mut known = BTreeSet::new();
+    if let Some((name, line)) = names.iter().find(|(name, _)| !known.insert(*name)) {
+        return Err(line.wrong(format!("two states are called `{name}`")));
+    }
+    let count = i64::try_from(states).unwrap_or(i64::MAX);
+    let names = names.iter().map(|(name, _)| (*name).to_owned()).collect();
+    let (name, values) = (NUMBER.to_owned(), (0..count).collect());
+    Ok(vec![Column { name, ty: Type::Int, low: 0, high: count - 1, names, values }])
 }
 
 /// Splits a text into words; a word in double quotes may contain blanks.

@@ -21,7 +21,7 @@ use meliora_model::value::{Type, Value};
 use meliora_model::{Branch, Command, CommandId, ModelKind, Program, Synchronisation, VarId, Variable};
 
 /// The variable of the number of a state, if states have no other values.
-const NUMBER: &str = "state";
+pub(super) const NUMBER: &str = "state";
 
 /// What a model is read from and with.
 pub(crate) struct Frame<'f> {

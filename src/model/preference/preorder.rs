@@ -53,8 +53,8 @@ pub enum Comparison {
     Incomparable,
 }
 
-/// A preorder on objectives 0 … n-1.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// A preorder on objectives 0 … n-1; the default has no objectives.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Preorder {
     /// For each x, { y : x >= y }.
     at_least: Vec<ObjectiveSet>,

@@ -8,7 +8,7 @@ use super::super::simulate_text::committed;
 use super::super::{ranks, text};
 use super::paint::Paint;
 use super::sentence::sentence;
-use super::{Content, Picture, ShownRun, bars, data, game, hasse, map, paint, words};
+use super::{Content, Picture, ShownRun, bars, cycle, data, game, hasse, map, paint, words};
 use meliora_model::Variable;
 use meliora_model::preference::Empty;
 use meliora_model::value::Type;
@@ -45,6 +45,7 @@ pub(super) fn page(content: &Content<'_>) -> String {
                     (verdict(content))
                     @if let Some(paint) = &paint { (maps(content, paint)) } @else { (no_maps()) }
                     @if let Some(run) = content.run { (shown_run(run)) }
+                    (cycle::section(check))
                     (preferences(content))
                     (tables(content))
                 }

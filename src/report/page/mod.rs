@@ -5,6 +5,7 @@
 //! works.
 
 mod bars;
+mod cycle;
 mod data;
 pub(crate) mod drawing;
 mod game;

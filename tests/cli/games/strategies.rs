@@ -110,7 +110,7 @@ fn simulate_says_who_moved() {
     assert_eq!(simulate("--json").json()["opponent"], json!("random"));
     let text = simulate("--opponent worst").stdout;
     assert!(text.contains("Steps of all runs: robot (ours)") && text.contains("guard (opponent)"), "{text}");
-    let csv = simulate("--csv -").stdout;
+    let csv = simulate("--statistics -").stdout;
     assert!(csv.lines().count() == 3 && csv.contains(",rank,improvements,runs,"), "{csv}");
 }
 

@@ -17,6 +17,7 @@ fn optional(place: &str) -> Vec<(&'static str, Json)> {
             ("coalition", json!(["us"])),
             ("history", json!("play")),
             ("requirements", json!(["G x!=1"])),
+            ("questions", json!([{"name": null, "text": "x=1", "regions": ["initial"]}])),
             ("max_level", json!(1)),
             (
                 "values",

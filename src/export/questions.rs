@@ -1,0 +1,80 @@
+//! Dumps of the regions of questions about paths, without preferences and without a certificate.
+
+use super::{Named, file};
+use meliora_dump::Dump;
+use meliora_dump::manifest::{self, Question, SafetyMode};
+use meliora_engine::Engine;
+use meliora_engine::regions::Which;
+use meliora_engine::symbolic::{StateSet, SymbolicEngine};
+use meliora_model::error::Result;
+use meliora_model::names;
+use meliora_model::preference::{Empty, History, Preferences, Preorder, Requirement};
+use meliora_query::describe::{self, Inputs};
+
+/// A question with the regions that were computed for it.
+pub struct Answered {
+    /// Its name in a property file.
+    pub name: Option<String>,
+    /// The target or the property as written.
+    pub text: String,
+    /// The target, if the question is to reach one.
+    pub target: Option<StateSet>,
+    /// The regions.
+    pub regions: Vec<(Which, StateSet)>,
+}
+
+/// The requirements that every strategy keeps.
+pub struct Kept<'a> {
+    /// The requirements.
+    pub requirements: &'a [Requirement],
+    /// The states from which no strategy keeps them.
+    pub unsafe_states: Option<&'a StateSet>,
+}
+
+/// Builds the dump of the regions of questions about one model, whose path and SHA-256 are given. A
+/// single question has the regions `target`, `pmax_one`, …; of several, the regions of the n-th one are
+/// called `target:n`, `pmax_one:n`, …. Cost: no image.
+///
+/// # Errors
+/// A limit is reached.
+pub fn export_regions(
+    engine: &SymbolicEngine,
+    model: (String, String),
+    kept: &Kept<'_>,
+    questions: Vec<Answered>,
+) -> Result<Dump> {
+    let mut named = vec![
+        Named::states(names::REACHABLE, &engine.all_states()),
+        Named::states(names::INITIAL, &engine.initial_states()),
+        Named::states(names::DEADLOCK, &engine.deadlock_states()),
+    ];
+    named.extend(kept.unsafe_states.map(|states| Named::states(names::UNSAFE, states)));
+    let several = questions.len() > 1;
+    let mut described = Vec::new();
+    for (number, question) in (1..).zip(questions) {
+        let name = |region: &str| if several { format!("{region}:{number}") } else { region.to_owned() };
+        let target = question.target.iter().map(|states| Named::states(name("target"), states));
+        let regions =
+            question.regions.iter().map(|(which, states)| Named::states(name(which.name()), states));
+        let own: Vec<Named> = target.chain(regions).collect();
+        let regions = own.iter().map(|named| named.name.clone()).collect();
+        described.push(Question { name: question.name, text: question.text, regions });
+        named.extend(own);
+    }
+    let choices = describe::choices(engine, false);
+    let (regions, diagram) = file(engine, manifest::REGIONS, &named, &choices.order)?;
+    let preferences = Preferences {
+        objectives: Vec::new(),
+        order: Preorder::default(),
+        empty: Empty::Bottom,
+        history: History::State,
+        requirements: kept.requirements.to_vec(),
+    };
+    let inputs = Inputs { model, preferences: (String::new(), String::new()) };
+    // Only choices that weaken depend on the safety mode; without preferences there are none.
+    let (safety, max_level) = (SafetyMode::Action, None);
+    let subject = describe::Subject { engine, preferences: &preferences, inputs: &inputs, safety, max_level };
+    let mut manifest = subject.manifest(choices, regions, None);
+    manifest.questions = described;
+    Ok(Dump { manifest, regions: diagram, certificate: None, values: None })
+}

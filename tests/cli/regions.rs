@@ -1,0 +1,118 @@
+//! `reach --out`: the regions of questions as a dump, which `query` reads and `verify` refuses.
+
+use serde_json::{Value, json};
+
+use crate::common::{Scratch, run};
+
+fn count(dump: &str, region: &str) -> Value {
+    run(&format!("query {dump} {region} --json")).expect(0).json()["count"].clone()
+}
+
+fn manifest(scratch: &Scratch, dump: &str) -> Value {
+    let text = std::fs::read_to_string(scratch.path(dump).join("manifest.json")).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+#[test]
+fn the_regions_of_a_target_can_be_queried() {
+    let scratch = Scratch::new(&[]);
+    let out = scratch.show("dump");
+    let robot = "reach models/robot5x5.prism --scope all --target d&b=0";
+    let report = run(&format!("{robot} --out {out} --json")).expect(0).json();
+    for region in ["target", "pmax_one", "pmax_positive", "pmin_one", "pmin_positive"] {
+        assert_eq!(report[region], count(&out, region), "{region}");
+    }
+    assert_eq!(count(&out, "initial"), report["counts"]["initial"]);
+    let inside = run(&format!("query {out} pmax_positive&!target --where b<3 --count")).expect(0);
+    assert!(inside.stdout.trim().parse::<u64>().unwrap() > 0);
+    let names = report["written"]["regions"].as_array().unwrap().iter().map(|region| &region["name"]);
+    let expected = [
+        "reachable",
+        "initial",
+        "deadlock",
+        "target",
+        "pmax_positive",
+        "pmax_one",
+        "pmin_positive",
+        "pmin_one",
+    ];
+    assert!(names.eq(expected), "{report}");
+    assert_eq!(manifest(&scratch, "dump")["questions"][0]["text"], "d&b=0");
+    // A second run replaces the dump, and `--only` selects a property of a file.
+    std::fs::write(scratch.path("p.props"), "\"one\": P>=1 [ F d ]; \"two\": Pmax>=1 [ G F d ];").unwrap();
+    let props = format!("reach models/robot5x5.prism --properties {} --out {out}", scratch.show("p.props"));
+    let refused = run(&props).expect(2).stderr;
+    assert!(refused.contains("`Pmax>=1 [ G F d ]` has a monitor of its own: ask it alone"), "{refused}");
+    run(&format!("{props} --only two")).expect(0);
+    assert_eq!(manifest(&scratch, "dump")["questions"][0]["name"], "two");
+}
+
+#[test]
+fn several_properties_have_their_regions_under_their_numbers() {
+    let scratch = Scratch::new(&[]);
+    let out = scratch.show("dump");
+    let toy = "reach models/toy.prism --property P>=1[F(s=3)] --property P>0[F(s=1)] --json";
+    for engine in ["symbolic", "auto"] {
+        let report = run(&format!("{toy} --engine {engine} --out {out}")).expect(1).json();
+        let plain = run(toy).expect(1).json();
+        assert_eq!(report["engine"], "symbolic");
+        for (number, property) in (1..).zip(report["properties"].as_array().unwrap()) {
+            for region in ["pmax_one", "pmax_positive", "pmin_one", "pmin_positive"] {
+                assert_eq!(property[region], plain["properties"][number - 1][region]);
+                if !property[region].is_null() {
+                    assert_eq!(property[region], count(&out, &format!("{region}:{number}")));
+                }
+            }
+        }
+        assert_eq!((count(&out, "target:1"), count(&out, "target:2")), (json!("1"), json!("1")));
+    }
+    // Of a game, each property may have its own players.
+    let game =
+        "reach models/pursuit.prism -c N=4 --property <<guard>>P>0[F(x=1)] --property <<robot>>P>0[F(x=1)]";
+    let report = run(&format!("{game} --out {out} --json"));
+    let report = report.json();
+    for (number, property) in (1..).zip(report["properties"].as_array().unwrap()) {
+        assert_eq!(property["pmax_positive"], count(&out, &format!("pmax_positive:{number}")), "{report}");
+    }
+}
+
+#[test]
+fn regions_of_a_question_are_not_certified() {
+    let scratch = Scratch::new(&[]);
+    let (out, dump) = (scratch.show("regions"), scratch.show("dump"));
+    run(&format!("reach models/pond.prism --target at=5 --require G(at!=4) --out {out}")).expect(0);
+    assert_eq!(count(&out, "unsafe"), json!("3"));
+    let toy = "models/toy.prism models/toy.pref";
+    let refused = run(&format!("verify {out} {toy}")).expect(3).stderr;
+    assert!(refused.contains("written by `meliora reach --out`"), "{refused}");
+    assert!(refused.contains("its regions are not certified"), "{refused}");
+    // A certified dump with a question is refused, too.
+    run(&format!("export {toy} --out {dump}")).expect(0);
+    run(&format!("verify {dump} {toy}")).expect(0);
+    let mut forged = manifest(&scratch, "dump");
+    forged["questions"] = json!([{"name": null, "text": "s=3", "regions": ["initial"]}]);
+    std::fs::write(scratch.path("dump").join("manifest.json"), forged.to_string()).unwrap();
+    run(&format!("verify {dump} {toy}")).expect(3);
+    forged["questions"][0]["regions"] = json!(["none"]);
+    std::fs::write(scratch.path("dump").join("manifest.json"), forged.to_string()).unwrap();
+    let missing = run(&format!("query {dump} initial")).expect(3).stderr;
+    assert!(missing.contains("the region `none` of a question is missing"), "{missing}");
+}
+
+#[test]
+fn regions_are_written_for_one_model_as_a_whole() {
+    let scratch = Scratch::new(&[("file", "text")]);
+    let out = scratch.show("dump");
+    for (arguments, message) in [
+        ("models/toy.prism --target s=3 --engine explicit", "`--engine explicit`, which has none"),
+        ("models/toy.prism --target s=3 --stop-at-target", "cannot be used with `--stop-at-target`"),
+        ("models/chain.prism --target x=1 -c N=1:2", "a sweep has several"),
+    ] {
+        let refused = run(&format!("reach {arguments} --out {out}")).expect(2).stderr;
+        assert!(refused.contains(message) && !scratch.path("dump").exists(), "{refused}");
+    }
+    run("reach models/toy.prism --target s=3 --out -").expect(2);
+    let file = scratch.show("file");
+    assert_ne!(run(&format!("reach models/toy.prism --target s=3 --out {file}")).status, 0);
+    assert_eq!(std::fs::read_to_string(file).unwrap(), "text");
+}

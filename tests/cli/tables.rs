@@ -1,0 +1,180 @@
+//! Whole strategies and runs as tables that other programs can follow.
+
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+
+use crate::common::{Finished, Scratch, meliora, run};
+
+type Row = BTreeMap<String, String>;
+
+/// Reads lines of comma-separated values.
+fn rows(text: &str) -> Vec<Row> {
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    reader.deserialize().map(Result::unwrap).collect()
+}
+
+const ROBOT: &str = "models/robot5x5.prism models/robot5x5.pref --scope all";
+
+/// Returns the rows of each node.
+fn nodes(text: &str) -> BTreeMap<usize, Vec<Row>> {
+    let mut nodes: BTreeMap<usize, Vec<Row>> = BTreeMap::new();
+    for row in rows(text) {
+        nodes.entry(row["node"].parse().unwrap()).or_default().push(row);
+    }
+    nodes
+}
+
+/// Returns the probabilities and nodes in a cell `0.5:12 0.5:13`.
+fn then(row: &Row) -> Vec<(f64, usize)> {
+    let step = |step: &str| {
+        let (probability, node) = step.split_once(':').unwrap();
+        (probability.parse().unwrap(), node.parse().unwrap())
+    };
+    row["then"].split_whitespace().map(step).collect()
+}
+
+#[test]
+fn a_table_of_the_whole_strategy_can_be_followed_without_the_program() {
+    for (safety, most) in [("action", 6), ("prefix", 2)] {
+        let table = run(&format!("strategy {ROBOT} --safety {safety} --all --csv -")).expect(0).stdout;
+        let nodes = nodes(&table);
+        let level = |node: usize| nodes[&node][0]["level"].parse::<usize>().unwrap();
+        let starts = nodes.values().filter(|own| own[0]["start"] == "true");
+        assert_eq!(starts.clone().count(), 3600);
+        assert!(starts.clone().all(|own| own[0]["level"] == own[0]["sasi_rank"]));
+        for (&node, own) in &nodes {
+            for row in own {
+                let steps = then(row);
+                assert_eq!(steps.is_empty(), row["permitted"] == "false", "{row:?}");
+                // A guaranteed improvement is the only way down, by one level.
+                assert!(steps.iter().all(|(_, to)| level(*to) + 1 >= level(node)), "{row:?}");
+                let sum: f64 = steps.iter().map(|(probability, _)| probability).sum();
+                assert!(steps.is_empty() || (sum - 1.0).abs() < 1e-9, "{row:?}");
+            }
+            let picked = own.iter().filter(|row| row["pick"] == "true").count();
+            assert_eq!(picked, usize::from(level(node) > 0), "{own:?}");
+        }
+        assert_eq!(longest(&nodes, |row| row["r"] == "2" && row["c"] == "2" && row["b"] == "8"), most);
+    }
+}
+
+/// Returns the number of steps after which all paths under the picked actions have ended that start in a
+/// state for which `is_start` holds and in which nothing else is true.
+fn longest(nodes: &BTreeMap<usize, Vec<Row>>, is_start: impl Fn(&Row) -> bool) -> usize {
+    let wanted = |row: &Row| {
+        row["start"] == "true"
+            && is_start(row)
+            && ["d", "e", "f", "ch"].iter().all(|name| row[*name] == "false")
+    };
+    let mut front: Vec<usize> =
+        nodes.iter().filter(|(_, own)| wanted(&own[0])).map(|(node, _)| *node).collect();
+    assert_eq!(front.len(), 1);
+    for steps in 0.. {
+        let picked = front.iter().flat_map(|node| &nodes[node]).filter(|row| row["pick"] == "true");
+        front = picked.flat_map(then).map(|(_, to)| to).collect();
+        if front.is_empty() {
+            return steps;
+        }
+        assert!(steps < 100, "paths do not end");
+    }
+    0
+}
+
+#[test]
+fn a_whole_strategy_in_json_names_the_nodes_that_follow() {
+    let report = run("strategy models/drone.prism models/drone.pref --all --json").expect(0).json();
+    let states = report["states"].as_array().unwrap();
+    assert_eq!((&report["asked"], states.len()), (&"7".into(), 7));
+    let numbers: Vec<u64> = states.iter().map(|state| state["node"].as_u64().unwrap()).collect();
+    assert_eq!(numbers, (0..7).collect::<Vec<_>>());
+    for state in states {
+        for action in state["actions"].as_array().unwrap() {
+            for successor in action["successors"].as_array().unwrap() {
+                let node = successor.get("node").map(|node| &states[node.as_u64().unwrap() as usize]);
+                assert_eq!(node.is_some(), action["permitted"] == true, "{state}");
+                assert!(node.is_none_or(|node| node["state"] == successor["state"]), "{state}");
+            }
+        }
+    }
+    assert_eq!((&states[0]["level"], &states[0]["reference"]), (&1.into(), &serde_json::json!(["Shore"])));
+}
+
+#[test]
+fn a_whole_strategy_beyond_the_limit_is_refused_with_its_number_of_states() {
+    let scratch = Scratch::new(&[]);
+    let out = scratch.show("all.csv");
+    let drone = "models/drone.prism models/drone.pref";
+    let refused = run(&format!("strategy {drone} --all --limit 6 --csv {out}")).expect(4);
+    let message = "the scope has 7 states, more than `--limit 6`; `--limit 7` or more covers all";
+    assert!(refused.stderr.contains(message), "{refused:?}");
+    assert!(!scratch.path("all.csv").exists());
+    let text = run(&format!("strategy {drone} --all --limit 7 --csv {out}")).expect(0).stdout;
+    assert!(text.contains("The table has 7 states, 7 with their memories."), "{text}");
+    assert_eq!(nodes(&std::fs::read_to_string(out).unwrap()).len(), 7);
+    for other in ["--at at=1", "--rank 1", "--dot"] {
+        run(&format!("strategy {drone} --all {other}")).expect(2);
+    }
+}
+
+#[test]
+fn simulate_writes_its_runs_step_by_step() {
+    let options = format!("{ROBOT} --kind plan --safety action --at r=2,c=2,b=8 --runs 50 --seed 7");
+    let scratch = Scratch::new(&[]);
+    let (file, statistics) = (scratch.show("runs.csv"), scratch.show("statistics.csv"));
+    let report =
+        run(&format!("simulate {options} --json --csv {file} --statistics {statistics}")).expect(0).json();
+    let play = &report["plays"][0];
+    let text = std::fs::read_to_string(file).unwrap();
+    assert!(text.starts_with("start,run,step,r,c,b,d,e,f,ch,action,probability,most_preferred,rank,event\n"));
+    let mut runs: BTreeMap<u64, Vec<Row>> = BTreeMap::new();
+    for row in rows(&text) {
+        runs.entry(row["run"].parse().unwrap()).or_default().push(row);
+    }
+    assert_eq!(runs.len(), 50);
+    let count = |run: &[Row], event: &str| {
+        run.iter().filter(|row| row["event"].split("; ").any(|found| found == event)).count()
+    };
+    for entry in play["improvements"].as_array().unwrap() {
+        let times = entry["times"].as_u64().unwrap() as usize;
+        let found = runs.values().filter(|run| count(run, "improvement") == times).count();
+        assert_eq!(entry["plays"], found);
+    }
+    for entry in play["achieved"].as_array().unwrap() {
+        let event = format!("achieves {}", entry["objective"].as_str().unwrap());
+        let found = runs.values().filter(|run| count(run, &event) > 0).count();
+        assert_eq!(entry["plays"], found, "{event}");
+    }
+    for run in runs.values() {
+        assert!((0..).zip(run).all(|(step, row)| row["step"] == step.to_string()), "{run:?}");
+        assert_eq!((&*run[0]["r"], &*run[0]["c"], &*run[0]["b"], &*run[0]["action"]), ("2", "2", "8", ""));
+    }
+    let trace: &Value = &play["trace"];
+    let shown = &runs[&trace["play"].as_u64().unwrap()];
+    for (turn, row) in trace["turns"].as_array().unwrap().iter().zip(&shown[1..]) {
+        assert_eq!(
+            (&turn["action"], turn["state"]["b"].to_string()),
+            (&row["action"].as_str().into(), row["b"].clone())
+        );
+    }
+    assert!(std::fs::read_to_string(statistics).unwrap().contains(",rank,improvements,runs,steps_least,"));
+    assert!(
+        run(&format!("simulate {options} --csv - --statistics -"))
+            .expect(2)
+            .stderr
+            .contains("give one a file")
+    );
+}
+
+#[test]
+fn a_table_that_ends_early_is_not_written() {
+    let scratch = Scratch::new(&[("m.prism", crate::common::LONG), ("m.pref", crate::common::LONG_PREFS)]);
+    let out = scratch.path("runs.csv");
+    std::fs::write(&out, "old").unwrap();
+    let model = format!("{} {} -c N=40", scratch.show("m.prism"), scratch.show("m.pref"));
+    let command =
+        format!("simulate {model} --kind spi --runs 100000000 --timeout 1s --csv {}", out.display());
+    let ended = Finished::of(meliora().args(command.split_whitespace()));
+    assert_eq!((ended.status, std::fs::read_to_string(&out).unwrap().as_str()), (4, "old"), "{ended:?}");
+    assert_eq!(std::fs::read_dir(scratch.path("")).unwrap().count(), 3);
+}
