@@ -12,6 +12,7 @@ mod embed;
 #[path = "../common/engines.rs"]
 mod engines;
 mod examples;
+mod factory;
 mod fewest_steps;
 mod generate;
 #[path = "../common/graphs.rs"]
@@ -22,6 +23,8 @@ mod joint;
 mod larger;
 mod literal;
 mod loaded;
+#[path = "../common/factory.rs"]
+mod machines;
 mod names;
 mod phases;
 mod plays;

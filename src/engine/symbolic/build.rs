@@ -125,6 +125,7 @@ impl Explored {
             encoding: Arc::new(encoding),
             transitions: Arc::new(transitions),
             tuple: OnceLock::new(),
+            quiet: OnceLock::new(),
             lists,
             groups,
             few_parts,

@@ -10,6 +10,7 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use super::fixpoints::layers::{self, Layers};
 use super::fixpoints::parts::by_exception;
+use super::quiet::Quiet;
 use super::relations::tuples::{ListTuple, ListTuples};
 use super::store::Store;
 use super::store::diagram::Bdd;
@@ -26,12 +27,18 @@ pub(super) struct Losing<'e> {
     lists: &'e ListTuple,
     /// The states that are lost or outside.
     lost: Bdd,
-    /// The other states that may be lost, by their edge labels.
-    candidates: Vec<Candidates>,
+    /// The other states that may be lost, by their edge labels and by their steps.
+    candidates: Vec<Candidates<'e>>,
+    /// All candidates if all edges are plain.
+    plain: Option<Bdd>,
 }
 
 /// The states with the same edge labels that may be lost.
-struct Candidates {
+struct Candidates<'e> {
+    /// The steps of each group from these states.
+    lists: &'e ListTuple,
+    /// No step leads to candidates with a greater number.
+    place: usize,
     states: Bdd,
     /// The states into which their steps do not count.
     safe: Bdd,
@@ -41,13 +48,18 @@ struct Candidates {
     barred: Bdd,
 }
 
-impl Candidates {
+impl<'e> Candidates<'e> {
     /// Splits states by their edge labels.
-    fn by_labels(store: &Store, states: Bdd, edge_labels: &[EdgeLabels<StateSet>]) -> Result<Vec<Self>> {
+    fn by_labels(
+        store: &Store,
+        lists: &'e ListTuple,
+        states: Bdd,
+        edge_labels: &[EdgeLabels<StateSet>],
+    ) -> Result<Vec<Self>> {
         let nothing = store.zero();
         if edge_labels.is_empty() {
             let (safe, barred) = (nothing.clone(), nothing);
-            return Ok(vec![Candidates { states, safe, are_safe: false, barred }]);
+            return Ok(vec![Candidates { lists, place: 0, states, safe, are_safe: false, barred }]);
         }
         let mut parts = Vec::new();
         for EdgeLabels { from, goal, dropped, barred } in edge_labels {
@@ -57,8 +69,26 @@ impl Candidates {
                 for (states, are_safe) in
                     [(store.and(&states, &safe)?, true), (store.minus(&states, &safe)?, false)]
                 {
-                    parts.push(Candidates { states, safe: safe.clone(), are_safe, barred: barred.clone() });
+                    let (safe, barred) = (safe.clone(), barred.clone());
+                    parts.push(Candidates { lists, place: 0, states, safe, are_safe, barred });
                 }
+            }
+        }
+        parts.retain(|part| !store.is_zero(&part.states));
+        Ok(parts)
+    }
+
+    /// Splits the states by the values of monitors and by whether some step changes one, each part with its own
+    /// steps.
+    fn by_monitors(self, store: &Store, quiet: &'e Quiet) -> Result<Vec<Self>> {
+        let mut parts = Vec::with_capacity(2 * quiet.order.len());
+        for (place, values) in quiet.order.iter().enumerate() {
+            let states = store.and(&self.states, values)?;
+            let waiting = store.and(&states, &quiet.states)?;
+            let moving = store.minus(&states, &quiet.states)?;
+            for (states, lists) in [(moving, self.lists), (waiting, &*quiet.lists)] {
+                let (safe, barred) = (self.safe.clone(), self.barred.clone());
+                parts.push(Candidates { lists, place, states, safe, barred, ..self });
             }
         }
         parts.retain(|part| !store.is_zero(&part.states));
@@ -90,10 +120,27 @@ impl<'e> Losing<'e> {
         if let (None, Some(reaching)) = (opponent, engine.reaching.recall(&lost.0)) {
             candidates = store.and(&candidates, &reaching.states.0)?;
         }
-        let candidates = Candidates::by_labels(store, candidates, edge_labels)?;
         let lists = opponent.map_or_else(|| engine.tuple(), |opponent| engine.removal_lists(opponent))?;
-        let search = Losing { engine, lists, lost: outside, candidates };
-        Ok(search.explains(&left.choices)?.then_some(search))
+        let plain = edge_labels.is_empty().then(|| candidates.clone());
+        let candidates = Candidates::by_labels(store, lists, candidates, edge_labels)?;
+        let search = Losing { engine, lists, lost: outside, candidates, plain };
+        if !search.explains(&left.choices)? {
+            return Ok(None);
+        }
+        search.by_monitors().map(Some)
+    }
+
+    /// Splits the candidates by the values of monitors, those that no step leaves first, and by whether some step
+    /// changes a monitor. Else losses of the last values came late, and the sets found before would be those of a
+    /// harder question: who reaches these values without a loss?
+    fn by_monitors(self) -> Result<Self> {
+        let Some(quiet) = self.engine.quiet()? else { return Ok(self) };
+        let mut split = Vec::new();
+        for part in self.candidates {
+            split.extend(part.by_monitors(&self.engine.store, quiet)?);
+        }
+        split.sort_by_key(|part| part.place);
+        Ok(Losing { candidates: split, ..self })
     }
 
     /// Returns whether all choices that C lacks in the candidates have a step into a lost or a barred state.
@@ -119,7 +166,7 @@ impl<'e> Losing<'e> {
     /// `steps` steps.
     pub(super) fn by_layers(&self, first: &StateSet, steps: u64) -> Result<Option<StateSet>> {
         let store = &self.engine.store;
-        let [Candidates { states, .. }] = self.candidates.as_slice() else { return Ok(None) };
+        let Some(states) = &self.plain else { return Ok(None) };
         let until = store.work.steps.load(Relaxed).saturating_add(steps);
         let mut layers = Layers::new(&first.0, &self.lost, states, self.lists);
         while layers.next(store, self.engine.clusters.list(), self.lists)? {
@@ -160,7 +207,9 @@ impl<'e> Losing<'e> {
             if !done {
                 return Ok((self.since(first, &lost)?, false));
             }
-            for (other, part) in self.candidates.iter().enumerate().filter(|(other, _)| *other != at) {
+            let place = self.candidates[at].place;
+            let others = self.candidates.iter().enumerate();
+            for (other, part) in others.filter(|(other, part)| *other != at && part.place >= place) {
                 open[other] |= !store.is_zero(&store.minus(&new, &part.safe)?);
             }
         }
@@ -176,15 +225,15 @@ impl<'e> Losing<'e> {
         let (store, thresholds) = (&self.engine.store, self.engine.store.thresholds());
         let (avoided, open) = (part.avoided(store, lost)?, store.minus(&part.states, lost)?);
         if part.are_safe {
-            return Ok((layers::stuck(store, &avoided, open, self.lists)?, true));
+            return Ok((layers::stuck(store, &avoided, open, part.lists)?, true));
         }
         let trial = thresholds.lose_trial_steps.min(steps);
-        let (mut found, mut done) = store.lose(&avoided, &open, self.lists, trial)?;
+        let (mut found, mut done) = store.lose(&avoided, &open, part.lists, trial)?;
         if !done && trial < steps {
             let many = store.size(&open)?.saturating_mul(thresholds.lose_growth);
             if !store.has_nodes(&found, many)? {
                 let rest = store.minus(&open, &found)?;
-                (found, done) = store.lose(&found, &rest, self.lists, steps - trial)?;
+                (found, done) = store.lose(&found, &rest, part.lists, steps - trial)?;
             }
         }
         Ok((store.and(&open, &found)?, done))
@@ -208,9 +257,9 @@ impl SymbolicEngine {
     }
 
     /// Returns true if layers of states are expected to be faster than the recursion over lists: if most
-    /// groups write the same few bits, and the states have few nodes. The recursion then exchanges losses
-    /// between the values of these bits many times. The answer depends on the relations and the states alone, so
-    /// it is computed once.
+    /// groups write the same few bits of variables that move back and forth, and the states have few nodes. The
+    /// recursion then exchanges losses between the values of these bits many times. The answer depends on the
+    /// relations and the states alone, so it is computed once.
     pub(super) fn suits_layers(&self) -> Result<bool> {
         if let Some(&suits) = self.suits_layers.get() {
             return Ok(suits);
@@ -219,7 +268,8 @@ impl SymbolicEngine {
         Ok(*self.suits_layers.get_or_init(|| suits))
     }
 
-    /// Returns whether most groups write the same few bits, and the states have few nodes.
+    /// Returns whether most groups write the same few bits, these move back and forth, and the states have few
+    /// nodes.
     fn shares_few_bits(&self) -> Result<bool> {
         let (thresholds, width) = (self.store.thresholds(), self.encoding.width());
         if self.store.has_nodes(&self.states.0, width.saturating_mul(thresholds.nodes_per_bit))? {
@@ -230,8 +280,15 @@ impl SymbolicEngine {
             let bits: BTreeSet<u32> = list.entries().iter().flat_map(|e| e.support.bits()).copied().collect();
             bits.into_iter().for_each(|bit| writers[bit as usize] += 1);
         }
-        let many = |writers: &&usize| **writers * 100 >= self.groups.len() * thresholds.shared_by_percent;
-        let shared = writers.iter().filter(many).count();
+        let many =
+            |bit: &u32| writers[*bit as usize] * 100 >= self.groups.len() * thresholds.shared_by_percent;
+        let mut shared = 0;
+        for variable in self.program.variable_ids() {
+            let bits = self.encoding.positions(variable).iter().filter(|bit| many(bit)).count();
+            if bits > 0 && self.moves_back_and_forth(variable)? {
+                shared += bits;
+            }
+        }
         Ok(shared > 0 && shared * 100 <= width * thresholds.most_shared_percent)
     }
 }

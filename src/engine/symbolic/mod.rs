@@ -28,6 +28,7 @@ mod losing;
 mod membership;
 pub mod order;
 mod pick;
+mod quiet;
 mod relations;
 mod remembered;
 mod sizes;
@@ -63,6 +64,7 @@ use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
 use meliora_model::{ModelKind, Program, State, VarId, fault};
 use membership::Marks;
+use quiet::Quiet;
 use relations::lists::{Lists, RelationList};
 use relations::tuples::ListTuple;
 use remembered::{Reaching, Remembered};
@@ -92,6 +94,8 @@ pub struct SymbolicEngine {
     groups: Vec<Arc<RelationList>>,
     /// The relations of all groups as one operand, once [`SymbolicEngine::tuple`] made it.
     tuple: OnceLock<Arc<ListTuple>>,
+    /// The result of [`SymbolicEngine::quiet`] once it has been computed.
+    quiet: OnceLock<Arc<Quiet>>,
     /// The result of [`SymbolicEngine::has_few_parts`] once it has been computed.
     few_parts: OnceLock<bool>,
     /// The result of [`SymbolicEngine::suits_layers`] once it has been computed.
@@ -454,10 +458,7 @@ impl Engine for SymbolicEngine {
                 return Ok(self.no_states());
             }
             let offset = value.wrapping_sub(declared.low) as u64;
-            for (index, &position) in self.encoding.positions(variable).iter().enumerate() {
-                let bit = self.store.literal(2 * position, offset >> index & 1 == 1)?;
-                slice = self.store.and(&bit, &slice)?;
-            }
+            slice = self.store.and(&self.encoding.value(&self.store, variable, offset)?, &slice)?;
         }
         Ok(StateSet(slice))
     }

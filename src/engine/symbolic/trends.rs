@@ -16,7 +16,7 @@ use super::relations::partial_relation::PartialRelation;
 use super::relations::support::Support;
 use super::store::diagram::Bdd;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::engine::{Algebra, Engine};
+use crate::engine::{Algebra, Engine, position};
 use crate::settings::Count;
 use meliora_model::VarId;
 use meliora_model::error::Result;
@@ -136,6 +136,7 @@ impl SymbolicEngine {
             transitions: Arc::new(transitions),
             has_loops: false,
             tuple: OnceLock::new(),
+            quiet: OnceLock::new(),
             few_parts: OnceLock::new(),
             suits_layers: OnceLock::new(),
             reaching: Arc::default(),
@@ -216,6 +217,22 @@ impl SymbolicEngine {
         let theirs = self.opponent().is_some_and(|opponent| opponent.has(piece.group));
         let is_rival = self.opponent().is_some() && theirs == (side == Side::We);
         Ok(Changes { piece, is_rival, counts })
+    }
+
+    /// Returns whether some step makes a variable smaller, and another one greater.
+    pub(super) fn moves_back_and_forth(&self, variable: VarId) -> Result<bool> {
+        let digit = Digit { variable, reversed: false, steady: false };
+        let entries = Vec::from_iter(self.groups.iter().flat_map(|list| list.entries()));
+        for trend in Trend::ALL {
+            let moves = |entry: &&PartialRelation| {
+                let has_trend = self.has_trend(&[digit], &entry.support, trend)?;
+                Ok(!self.store.is_zero(&self.store.and(&entry.relation, &has_trend)?))
+            };
+            if position(&entries, moves)?.is_none() {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// Returns the pairs of present and next values of a support in which a variable has the same

@@ -100,6 +100,7 @@ impl SymbolicEngine {
             encoding: self.encoding.clone(),
             groups: transitions.lists(&store, &lists)?,
             tuple: OnceLock::new(),
+            quiet: OnceLock::new(),
             lists,
             transitions: Arc::new(transitions),
             few_parts: self.few_parts.clone(),

@@ -104,6 +104,15 @@ impl Encoding {
         self.at_most(store, variable.index(), high.wrapping_sub(low) as u64)
     }
 
+    /// Returns the bit patterns in which a variable has the value `low + offset`.
+    pub(in crate::symbolic) fn value(&self, store: &Store, variable: VarId, offset: u64) -> Result<Bdd> {
+        let mut value = store.one();
+        for (index, &position) in self.positions(variable).iter().enumerate() {
+            value = store.and(&store.literal(2 * position, offset >> index & 1 == 1)?, &value)?;
+        }
+        Ok(value)
+    }
+
     /// Computes value - low ≤ largest.
     fn at_most(&self, store: &Store, variable: usize, largest: u64) -> Result<Bdd> {
         let mut below = store.one();
