@@ -159,7 +159,9 @@ pub mod engine {
 /// From an analysis to files, from [`meliora_export`].
 pub mod export {
     #[doc(inline)]
-    pub use meliora_export::{DumpContent, Inputs, bounds, explicit, export, read_shield, write_shield};
+    pub use meliora_export::{
+        DumpContent, Inputs, bounds, certify, explicit, export, read_shield, write_shield,
+    };
     #[doc(hidden)]
     pub use meliora_export::{DumpContent as Selection, bounds as values};
 }

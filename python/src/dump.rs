@@ -138,7 +138,7 @@ impl Dump {
 /// The result of `verify`.
 #[pyclass(frozen, get_all, module = "meliora")]
 pub(crate) struct Verdict {
-    /// True if all conditions hold.
+    /// True if all conditions hold, and all regions are certified.
     accepted: bool,
     /// The names of the regions that were checked.
     checked: Py<PyTuple>,
@@ -156,7 +156,8 @@ impl Verdict {
 
     fn __repr__(&self) -> String {
         match &self.violation {
-            None => "<Verdict: accepted>".to_owned(),
+            None if self.accepted => "<Verdict: accepted>".to_owned(),
+            None => "<Verdict: not all regions are certified>".to_owned(),
             Some(violation) => format!("<Verdict: refused, {violation}>"),
         }
     }
@@ -196,7 +197,7 @@ pub(crate) fn verify(
     let state = verdict.violation.as_ref().and_then(|violation| violation.state.as_ref());
     let state = state.map(|state| Names::new(py, &program).dict(py, state)).transpose()?;
     Ok(Verdict {
-        accepted: verdict.violation.is_none(),
+        accepted: verdict.is_accepted(),
         checked: PyTuple::new(py, verdict.checked.iter().map(|checked| checked.region.as_str()))?.unbind(),
         violation: verdict.violation.map(|violation| violation.condition),
         state: state.map(Bound::unbind),

@@ -29,6 +29,8 @@ pub(super) struct Checker<'a> {
     /// The bounds of quantities.
     pub(super) values: Option<&'a [Row]>,
     pub(super) checked: Vec<Checked>,
+    /// The regions that the certificate does not prove; it says so.
+    pub(super) uncertified: Vec<String>,
 }
 
 /// A round of states that are lost for the same reason.
@@ -78,7 +80,13 @@ impl<'a> Checker<'a> {
         let regions = Sets::load(&engine, &manifest.regions, &dump.regions)?;
         let proof = Sets::load(&engine, file, certificate)?;
         let (trends, values) = (Trends::new(&engine, manifest)?, dump.values.as_deref());
-        Ok(Checker { engine, trends, preferences, manifest, regions, proof, values, checked: Vec::new() })
+        let (checked, uncertified) = (Vec::new(), file.uncertified.clone());
+        Ok(Checker { engine, trends, preferences, manifest, regions, proof, values, checked, uncertified })
+    }
+
+    /// Returns whether the certificate does not prove some region of a sort.
+    pub(super) fn lacks(&self, is_meant: impl Fn(&str) -> bool) -> bool {
+        self.uncertified.iter().any(|name| is_meant(name))
     }
 
     /// Records that a region has passed its checks.
@@ -219,14 +227,17 @@ impl<'a> Checker<'a> {
             self.subset(x, &all, || format!("each state of `{name}` is one of `reachable`"))?;
         }
         let initial = engine.initial_states();
+        let is_proved = !self.lacks(|name| name == names::REACHABLE);
         if let Some(start) = engine.beginnings()? {
             self.subset(&start, &all, || "each state in which paths start is in `reachable`".to_owned())?;
             let next = engine.post(&engine.all_choices())?;
             self.subset(&next, &all, || "each successor of a state of `reachable` is in it".to_owned())?;
-            self.layers(names::REACHABLE, &all, &start, |layer| {
-                let (by, from) = layer.within.map_or((engine, layer.earlier), |by| (by, layer.until));
-                Ok(by.post(&engine.choices_in(&engine.all_choices(), from)?)?)
-            })?;
+            if is_proved {
+                self.layers(names::REACHABLE, &all, &start, |layer| {
+                    let (by, from) = layer.within.map_or((engine, layer.earlier), |by| (by, layer.until));
+                    Ok(by.post(&engine.choices_in(&engine.all_choices(), from)?)?)
+                })?;
+            }
         } else {
             let condition = || "`reachable` contains all valuations, as the scope `all` requires".to_owned();
             self.equal(&all, &engine.valuations(), condition)?;
@@ -237,7 +248,8 @@ impl<'a> Checker<'a> {
         self.equal_choices(&self.regions.choices(names::CHOICES)?, &engine.all_choices(), condition)?;
         let condition = || "`deadlock` are the states where nothing is enabled".to_owned();
         self.equal(&self.regions.states(names::DEADLOCK)?, &engine.deadlock_states(), condition)?;
-        for name in [names::REACHABLE, names::INITIAL, names::DEADLOCK, names::CHOICES] {
+        self.checked.push(Checked { region: names::REACHABLE.to_owned(), inside: is_proved, outside: true });
+        for name in [names::INITIAL, names::DEADLOCK, names::CHOICES] {
             self.passed(name);
         }
         self.players()
@@ -279,9 +291,18 @@ impl<'a> Checker<'a> {
         Ok(())
     }
 
-    /// Checks that each set of both files was used by some check.
+    /// Checks that each set of both files was used by some check, except for regions without a proof.
     pub(super) fn nothing_else(&self) -> CheckResult {
-        match self.regions.unknown().or_else(|| self.proof.unknown()) {
+        let regions = &self.manifest.regions;
+        if let Some(name) = self.uncertified.iter().find(|name| regions.root(name).is_none()) {
+            let condition = format!(
+                "the certificate leaves out regions of the dump only: `{}` is none",
+                name.escape_debug()
+            );
+            return Err(CheckError::violated(condition, None));
+        }
+        let others = self.regions.unknown().find(|name| !self.uncertified.contains(name));
+        match others.or_else(|| self.proof.unknown().next()) {
             None => Ok(()),
             Some(name) => {
                 Err(CheckError::violated(format!("`{name}` belongs to a dump with these options"), None))

@@ -52,20 +52,28 @@ impl Levels {
     }
 }
 
-/// Checks the levels of both kinds; returns the arenas, and the levels of SASI and of SPI.
-pub(super) fn check(
-    checker: &mut Checker<'_>,
-    classes: Vec<Class>,
-) -> CheckResult<(Vec<Arena>, [Levels; 2])> {
+/// The arenas, and the levels of SASI and of SPI.
+pub(super) type Proved = (Vec<Arena>, [Levels; 2]);
+
+/// Checks the levels of both kinds; returns the arenas, and the levels of SASI and of SPI. Returns `None` if the
+/// certificate leaves out some.
+pub(super) fn check(checker: &mut Checker<'_>, classes: Vec<Class>) -> CheckResult<Option<Proved>> {
+    let kinds = ["sasi", "spi"].map(|kind| (kind, checker.lacks(|name| names::is_level(name, kind))));
+    if kinds.iter().all(|(_, is_open)| *is_open) {
+        return Ok(None);
+    }
     let arenas = arenas(checker, classes)?;
-    let (sasi, sasi_levels) = levels(checker, &arenas, "sasi")?;
-    let (spi, spi_levels) = levels(checker, &arenas, "spi")?;
+    let mut found = Vec::new();
+    for (kind, _) in kinds.into_iter().filter(|(_, is_open)| !is_open) {
+        found.push(levels(checker, &arenas, kind)?);
+    }
+    let Ok([(sasi, sasi_levels), (spi, spi_levels)]) = <[_; 2]>::try_from(found) else { return Ok(None) };
     match checker.manifest.max_level {
         Some(max) if sasi.max(spi) != max => Err(CheckError::violated(
             format!("the search for levels stopped at the maximum level {max}"),
             None,
         )),
-        _ => Ok((arenas, [sasi_levels, spi_levels])),
+        _ => Ok(Some((arenas, [sasi_levels, spi_levels]))),
     }
 }
 

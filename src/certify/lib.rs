@@ -62,6 +62,9 @@
 //! | `sasi:k` | closed under its strategy, layers towards a goal edge | removal rounds |
 //! | `spi:k` | layers towards a goal edge | no kept choice enters it from outside |
 //!
+//! A certificate may say that it does not prove some regions: those on which a limit ended the work. They are
+//! not checked, nor is anything that depends on them; all other conditions are.
+//!
 //! The bounds of quantities in `values.csv` are confirmed by one step per state, and by ranks.
 
 mod arena;
@@ -91,12 +94,12 @@ use checker::Checker;
 use error::CheckError;
 pub use manifest_check::INFORMATIVE;
 use meliora_dump::directory::read_directory;
-use meliora_dump::manifest::FILE;
+use meliora_dump::manifest::{FILE, VALUES};
 use meliora_dump::{Dump, dot};
 use meliora_engine::{ProgressSink, Settings};
 use meliora_model::error::{Error, Result};
 use meliora_model::preference::Preferences;
-use meliora_model::{Program, State};
+use meliora_model::{Program, State, names};
 
 /// The result of [`verify`].
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -105,6 +108,16 @@ pub struct Verdict {
     pub checked: Vec<Checked>,
     /// The first condition that is violated; none if all are satisfied.
     pub violation: Option<Violation>,
+    /// The names of the regions, and of `values.csv`, that the certificate does not prove and says so. Nothing is
+    /// known of them, except for `reachable`, which has all reachable states then.
+    pub uncertified: Vec<String>,
+}
+
+impl Verdict {
+    /// Returns whether all conditions are satisfied, and all regions proved.
+    pub fn is_accepted(&self) -> bool {
+        self.violation.is_none() && self.uncertified.is_empty()
+    }
 }
 
 /// A region that was checked.
@@ -167,10 +180,10 @@ pub fn verify(
     dump: &Dump,
     settings: Settings,
 ) -> Result<Verdict> {
-    let mut checked = Vec::new();
-    match run(program, preferences, hashes, dump, settings, &mut checked) {
-        Ok(()) => Ok(Verdict { checked, violation: None }),
-        Err(CheckError::Violation(violation)) => Ok(Verdict { checked, violation: Some(violation) }),
+    let mut verdict = Verdict { checked: Vec::new(), violation: None, uncertified: Vec::new() };
+    match run(program, preferences, hashes, dump, settings, &mut verdict) {
+        Ok(()) => Ok(verdict),
+        Err(CheckError::Violation(violation)) => Ok(Verdict { violation: Some(violation), ..verdict }),
         Err(CheckError::Error(error)) => Err(error),
     }
 }
@@ -194,7 +207,7 @@ fn run(
     hashes: Hashes<'_>,
     dump: &Dump,
     settings: Settings,
-    checked: &mut Vec<Checked>,
+    verdict: &mut Verdict,
 ) -> Result<(), CheckError> {
     let manifest = &dump.manifest;
     manifest_check::inputs(manifest, hashes)?;
@@ -209,11 +222,30 @@ fn run(
     checker.scope()?;
     checker.counts()?;
     transitions::check(&checker)?;
-    let result = safe::requirements(&mut checker)
-        .and_then(|()| outcomes::check(&mut checker))
-        .and_then(|classes| levels::check(&mut checker, classes))
-        .and_then(|proved| checker.nothing_else().map(|()| proved))
-        .and_then(|(arenas, levels)| bounds::check(&mut checker, &arenas, &levels));
-    checked.append(&mut checker.checked);
-    result
+    let result = regions(&mut checker);
+    verdict.checked.append(&mut checker.checked);
+    verdict.uncertified.append(&mut checker.uncertified);
+    if !result? && dump.values.is_some() {
+        verdict.uncertified.push(VALUES.to_owned());
+    }
+    Ok(())
+}
+
+/// Checks all regions that the certificate proves, each after those that it depends on, and the bounds.
+/// Returns whether the bounds were checked.
+fn regions(checker: &mut Checker<'_>) -> Result<bool, CheckError> {
+    let proved = proved(checker)?;
+    checker.nothing_else()?;
+    let Some((arenas, levels)) = proved else { return Ok(false) };
+    bounds::check(checker, &arenas, &levels).map(|()| true)
+}
+
+/// Checks the regions that the certificate proves. Returns the arenas and levels if these are all.
+fn proved(checker: &mut Checker<'_>) -> Result<Option<levels::Proved>, CheckError> {
+    if checker.lacks(|name| name == names::UNSAFE) {
+        return Ok(None);
+    }
+    safe::requirements(checker)?;
+    let Some(classes) = outcomes::check(checker)? else { return Ok(None) };
+    levels::check(checker, classes)
 }

@@ -18,10 +18,14 @@ pub(super) struct Class {
     pub(super) states: StateSet,
 }
 
-/// Checks the winning regions of all objectives; returns the classes.
-pub(super) fn check(checker: &mut Checker<'_>) -> CheckResult<Vec<Class>> {
+/// Checks the winning regions of all objectives; returns the classes. Returns `None` if the certificate
+/// leaves out an objective: then nothing shows the classes.
+pub(super) fn check(checker: &mut Checker<'_>) -> CheckResult<Option<Vec<Class>>> {
     let mut sure = Vec::new();
     for objective in &checker.preferences.objectives {
+        if checker.lacks(|name| names::is_of_objective(name, &objective.name)) {
+            continue;
+        }
         let (target, what) = match &objective.goal {
             Goal::Reach(target) => (checker.engine.states_where(target)?, "in which the target holds"),
             Goal::Satisfy { condition, .. } => {
@@ -35,7 +39,10 @@ pub(super) fn check(checker: &mut Checker<'_>) -> CheckResult<Vec<Class>> {
         positive(checker, &names::positive(&objective.name), &target)?;
         sure.push(almost_sure(checker, &names::almost_sure(&objective.name), &target)?);
     }
-    classes(checker, &sure)
+    if sure.len() < checker.preferences.objectives.len() {
+        return Ok(None);
+    }
+    classes(checker, &sure).map(Some)
 }
 
 /// Checks P = μX. F ∪ pre(X): no choice enters P from outside, and inside layers lead to F.

@@ -95,10 +95,10 @@ impl Sets {
         self.states.iter()
     }
 
-    /// Returns a name that no check has asked for.
-    pub(super) fn unknown(&self) -> Option<String> {
-        let asked = self.asked.borrow();
-        self.states.keys().chain(self.choices.keys()).find(|name| !asked.contains(*name)).cloned()
+    /// Returns the names that no check has asked for.
+    pub(super) fn unknown(&self) -> impl Iterator<Item = &String> {
+        let asked = self.asked.borrow().clone();
+        self.states.keys().chain(self.choices.keys()).filter(move |name| !asked.contains(*name))
     }
 }
 

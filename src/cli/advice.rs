@@ -27,6 +27,10 @@ fn advice(limit: &Limit) -> String {
         Some(Relief::MoreMemory) => "; `--memory` raises the limit",
         Some(Relief::Time) => "; `--timeout` raises the limit",
         Some(Relief::Listed) => "; `--limit` raises the limit",
+        Some(Relief::Export) => {
+            "; a larger `--timeout` or `--memory` of `export` may certify them, \
+             and `--no-certificate` writes the regions alone"
+        }
         Some(Relief::Symbolic) => "; `--engine symbolic` has no such limit",
         _ => "",
     };

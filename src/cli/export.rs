@@ -4,10 +4,12 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use globset::{Glob, GlobSet, GlobSetBuilder};
+use meliora_dump::Dump;
 use meliora_dump::directory::{check_directory, sha256, write_directory};
+use meliora_engine::SymbolicEngine;
 use meliora_export::bounds::Wanted;
-use meliora_export::{DumpContent, Inputs, export};
-use meliora_model::error::Error;
+use meliora_export::{DumpContent, Inputs, certify, export};
+use meliora_model::error::{Error, Limit};
 use meliora_planning::{Analysis, Phase, Scheduler, StrategyKind};
 use meliora_quantities::choose::LEVELS;
 use meliora_quantities::{Steps, Values};
@@ -28,7 +30,8 @@ use super::supervise::{Job, supervise};
 /// DIR receives `regions.dddmp` (all regions as roots of one diagram), `manifest.json` (the meaning
 /// of roots and variables) and `certificate.dddmp` (the data that `verify` needs); with `--values`
 /// also `values.csv` (bounds of probabilities and costs, state by state). If DIR exists,
-/// it must be empty or contain only an older dump, which is replaced.
+/// it must be empty or contain only an older dump, which is replaced. The regions are written before the
+/// certificate is computed. If a limit ends that, the dump has the parts of it that were finished.
 #[derive(Debug, Clone, Args)]
 pub(super) struct ExportArgs {
     #[command(flatten)]
@@ -200,9 +203,12 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
     };
     let all = args.region.is_empty();
     let wanted = |name: &str| all || globs.is_match(name);
-    let content = DumpContent { wanted: &wanted, certificate: all && !args.no_certificate };
+    let content = DumpContent { wanted: &wanted, certificate: false };
     let dump = || export(&analysis, &inputs, &content);
     let mut dump = job.timed("dump", dump, |_, _| ())?;
+    if all && !args.no_certificate {
+        certified(job, args, &analysis, &mut dump)?;
+    }
     let mut width = None;
     if args.values {
         let costs = costs.check(analysis.engine(), &question.program)?;
@@ -212,8 +218,7 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
         let add = || meliora_export::bounds::add(&mut dump, &analysis, &wanted);
         width = Some(job.timed("values", add, |_, _| ())?);
     }
-    let dot = args.format == Format::Dot;
-    let write = || write_directory(dump, &args.out, dot, job.sink.as_ref());
+    let write = || write_directory(dump, &args.out, args.format == Format::Dot, job.sink.as_ref());
     let manifest = job.timed("write", write, |_, _| ())?;
     let peak = meliora_engine::Engine::usage(&*engine).peak_nodes;
     job.update(|r| {
@@ -221,5 +226,21 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
         r.set_values(&manifest, width, args.precision);
         r.memory.peak_nodes = peak;
     });
-    Ok(())
+    let open = manifest.certificate.map_or(0, |file| file.uncertified.len());
+    if open > 0 { Err(Limit::Uncertified(open).into()) } else { Ok(()) }
+}
+
+/// Writes the dump, and then adds its certificate: a limit that ends this leaves the regions.
+fn certified(
+    job: &Job<ExportReport>,
+    args: &ExportArgs,
+    analysis: &Analysis<SymbolicEngine>,
+    dump: &mut Dump,
+) -> Result<(), Error> {
+    let first = dump.clone();
+    let write = || write_directory(first, &args.out, args.format == Format::Dot, job.sink.as_ref());
+    let manifest = job.timed("write", write, |_, _| ())?;
+    job.update(|r| r.set_uncertified(&manifest));
+    let add = || certify(dump, analysis, &mut |left| job.sink.share(left));
+    job.timed("certificate", add, |_, _| ()).map(drop)
 }

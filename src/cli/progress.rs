@@ -44,6 +44,11 @@ impl TerminalSink {
         self.stop().map_or(Ok(()), Err)
     }
 
+    /// Limits the work that follows; see [`Supervisor::share`].
+    pub(super) fn share(&self, parts: Option<usize>) {
+        self.supervisor.share(parts);
+    }
+
     /// Shows that a part of a phase begins; without a part, the phase.
     pub(super) fn report(&self, phase: &'static str, part: String) {
         if self.verbose > 1 && !part.is_empty() {

@@ -9,7 +9,7 @@ use meliora_dump::directory::sha256;
 use meliora_dump::manifest::FILE;
 use meliora_engine::Scope;
 use meliora_lang::Given;
-use meliora_model::error::{Error, SourceFile};
+use meliora_model::error::{Error, Limit, SourceFile};
 use meliora_report::VerifyReport;
 
 use super::exit::Status;
@@ -22,7 +22,8 @@ use super::supervise::{Job, supervise};
 ///
 /// Uses the constants, scope, safety and variable order of the dump; in a game, every choice of the
 /// opponent is checked. If a condition is violated,
-/// prints the first one and ends with exit status 1.
+/// prints the first one and ends with exit status 1. If the certificate leaves out regions, because a limit ended
+/// `export`, names them and ends with exit status 4.
 #[derive(Debug, Clone, Args)]
 pub(super) struct VerifyArgs {
     /// Directory of the dump
@@ -92,7 +93,12 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
     let mut verdict = job.timed("verify", verify, |_, _| ())?;
     verdict.violation = verdict.violation.or(picture);
     job.update(|r| r.set(&question.program, &verdict));
-    Ok(())
+    // What is not certified must not look like success.
+    match verdict.uncertified.len() {
+        0 => Ok(()),
+        _ if verdict.violation.is_some() => Ok(()),
+        open => Err(Limit::Uncertified(open).into()),
+    }
 }
 
 /// Explains an error in a text that is not the one the dump was made from.

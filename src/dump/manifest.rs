@@ -227,6 +227,9 @@ pub struct File {
     /// The order for rounds, if they have one of their own.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub order_of_rounds: Vec<Digit>,
+    /// The regions that a certificate does not prove, because a limit ended a part of it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub uncertified: Vec<String>,
 }
 
 /// A variable as a digit of the number of a state.

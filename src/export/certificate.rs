@@ -3,6 +3,8 @@
 //! Layers confirm the states inside: each has a way to an earlier layer. Removal rounds refute the
 //! states outside: each must risk to reach states removed earlier, or never reaches the goal.
 
+use std::collections::VecDeque;
+
 use super::layers::{Proof, Trends, layers, of_all_players, rounds};
 use super::regions::{class_name, numbered};
 use super::removal::Removal;
@@ -10,7 +12,7 @@ use super::{Named, whole_paths};
 use meliora_engine::edge_labels::{pairs_into, winning};
 use meliora_engine::symbolic::{StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, EdgeLabels, Engine};
-use meliora_model::error::Result;
+use meliora_model::error::{Error, Limit, Result};
 use meliora_model::names;
 use meliora_planning::improvement::Arena;
 use meliora_planning::levels::{End, entering};
@@ -19,34 +21,135 @@ use meliora_planning::{Analysis, Kind, strategy};
 
 type Of<'a> = Analysis<SymbolicEngine>;
 
-/// Returns all roots of the certificate, and the trends that they use.
-pub(super) fn all(analysis: &Of<'_>) -> Result<(Vec<Named>, Trends)> {
-    let (whole, engine) = (analysis.whole_engine(), analysis.engine());
-    let trends = Trends::new(whole)?;
-    let mut named = Vec::new();
-    if let Some(start) = whole.beginnings()? {
-        layers(&mut named, names::REACHABLE, trends.forward(whole, start)?);
+/// The sets of a certificate, and the trends that they use.
+pub(super) struct Certificate {
+    pub(super) named: Vec<Named>,
+    pub(super) trends: Trends,
+    /// The names of the regions that it does not prove.
+    pub(super) uncertified: Vec<String>,
+    /// The first limit that ended a part.
+    pub(super) limit: Option<Limit>,
+}
+
+impl Certificate {
+    /// Computes the certificate of some regions, part by part; see [`super::certify`].
+    pub(super) fn new(
+        analysis: &Of<'_>,
+        regions: &[String],
+        share: &mut dyn FnMut(Option<usize>),
+    ) -> Result<Self> {
+        let engine = analysis.whole_engine();
+        let trends = Trends::new(engine)?;
+        let mut own = Certificate { named: Vec::new(), trends, uncertified: Vec::new(), limit: None };
+        let (mut open, mut failed) = (VecDeque::from(Part::all(analysis)), Vec::new());
+        while let Some(part) = open.pop_front() {
+            share(Some(1 + open.len()));
+            let mut named = Vec::new();
+            let end = part.prove(analysis, &own.trends, &mut named);
+            share(None);
+            match end {
+                // The limit of the part, not of the work.
+                Err(Error::Limit(limit)) if engine.settings().sink.stop().is_none() => {
+                    failed.push(part);
+                    // Their proofs would show nothing.
+                    open.retain(|other| !other.depends_on(part));
+                    own.limit.get_or_insert(limit);
+                }
+                end => end.map(|()| own.named.append(&mut named))?,
+            }
+        }
+        let is_needed = |name: &&String| failed.iter().any(|part| part.is_needed_for(analysis, name));
+        own.uncertified = regions.iter().filter(is_needed).cloned().collect();
+        Ok(own)
     }
-    if let Some(requirements) = analysis.requirements() {
-        let violating = whole.difference(&whole.all_states(), &requirements.kept)?;
-        rounds(&mut named, names::UNSAFE, risk_rounds(whole, &trends, violating)?.1);
+}
+
+/// A part of a certificate.
+#[derive(Clone, Copy)]
+enum Part {
+    /// `reachable`.
+    Reachable,
+    /// `unsafe`, on which the regions of all objectives depend.
+    Unsafe,
+    /// The regions of an objective, on which classes and levels depend.
+    Objective(usize),
+    /// The regions on which the levels of both kinds depend.
+    Arenas,
+    /// The levels of a kind.
+    Levels(Kind),
+}
+
+impl Part {
+    /// Returns all parts, each after those that it depends on.
+    fn all(analysis: &Of<'_>) -> Vec<Self> {
+        let objectives = (0..analysis.preferences().objectives.len()).map(Part::Objective);
+        let levels = Kind::ALL.iter().copied().map(Part::Levels);
+        [Part::Reachable, Part::Unsafe]
+            .into_iter()
+            .chain(objectives)
+            .chain([Part::Arenas])
+            .chain(levels)
+            .collect()
     }
-    for objective in 0..analysis.preferences().objectives.len() {
-        whole_paths::witnesses(engine, &trends, analysis, objective, &mut named)?;
-    }
-    for (index, objective) in analysis.preferences().objectives.iter().enumerate() {
-        if let Some(outcome) = analysis.outcomes().and_then(|o| o.get(index)) {
-            outcome_layers(engine, &trends, &objective.name, outcome, &mut named)?;
+
+    /// Returns whether this part shows nothing without another one.
+    fn depends_on(self, other: Self) -> bool {
+        match other {
+            Part::Reachable | Part::Levels(_) => false,
+            Part::Unsafe => matches!(self, Part::Objective(_) | Part::Arenas | Part::Levels(_)),
+            Part::Objective(_) => matches!(self, Part::Arenas | Part::Levels(_)),
+            Part::Arenas => matches!(self, Part::Levels(_)),
         }
     }
-    bad_layers(engine, &trends, analysis, &mut named)?;
-    if analysis.improvement().is_some_and(|i| i.safety.has_reference()) {
-        safe_regions(engine, &trends, analysis, &mut named)?;
+
+    /// Adds the sets of the part.
+    fn prove(self, analysis: &Of<'_>, trends: &Trends, named: &mut Vec<Named>) -> Result<()> {
+        let (whole, engine) = (analysis.whole_engine(), analysis.engine());
+        match self {
+            Part::Reachable => {
+                if let Some(start) = whole.beginnings()? {
+                    layers(named, names::REACHABLE, trends.forward(whole, start)?);
+                }
+            }
+            Part::Unsafe => {
+                if let Some(requirements) = analysis.requirements() {
+                    let violating = whole.difference(&whole.all_states(), &requirements.kept)?;
+                    rounds(named, names::UNSAFE, risk_rounds(whole, trends, violating)?.1);
+                }
+            }
+            Part::Objective(index) => {
+                whole_paths::witnesses(engine, trends, analysis, index, named)?;
+                if let Some(outcome) = analysis.outcomes().and_then(|o| o.get(index)) {
+                    let name = &analysis.preferences().objectives[index].name;
+                    outcome_layers(engine, trends, name, outcome, named)?;
+                }
+            }
+            Part::Arenas => {
+                bad_layers(engine, trends, analysis, named)?;
+                if analysis.improvement().is_some_and(|i| i.safety.has_reference()) {
+                    safe_regions(engine, trends, analysis, named)?;
+                }
+            }
+            Part::Levels(kind) => levels(engine, trends, analysis, kind, named)?,
+        }
+        Ok(())
     }
-    for &kind in Kind::ALL {
-        levels(engine, &trends, analysis, kind, &mut named)?;
+
+    /// Returns whether the proof of a region needs this part.
+    fn is_needed_for(self, analysis: &Of<'_>, name: &str) -> bool {
+        let is_level = |kind: Kind| names::is_level(name, kind.name());
+        match self {
+            Part::Reachable => name == names::REACHABLE,
+            Part::Unsafe => !names::is_of_model(name) || name == names::UNSAFE,
+            Part::Objective(own) => {
+                let mut all = analysis.preferences().objectives.iter().enumerate();
+                let is_other = all.any(|(index, o)| index != own && names::is_of_objective(name, &o.name));
+                !is_other && !names::is_of_model(name)
+            }
+            Part::Arenas => name == names::BAD || Kind::ALL.iter().any(|kind| is_level(*kind)),
+            Part::Levels(kind) => is_level(kind),
+        }
     }
-    Ok((named, trends))
 }
 
 fn outcome_layers(

@@ -50,12 +50,12 @@ mod removal;
 mod shield;
 mod whole_paths;
 
-use layers::Trends;
+use certificate::Certificate;
 use meliora_dump::manifest::{self, File, Root, RootKind, SafetyMode};
 use meliora_dump::{Diagram, Dump};
 use meliora_engine::symbolic::{Set, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};
-use meliora_model::error::{Error, Result};
+use meliora_model::error::{Error, Limit, Result};
 use meliora_model::names;
 use meliora_model::preference::{Goal, Objective};
 use meliora_model::trend::{Digit, Trend};
@@ -95,8 +95,7 @@ impl Named {
     }
 }
 
-/// Builds the dump of a finished analysis. Cost: for the certificate, one fixpoint per layer or
-/// round of each region.
+/// Builds the dump of a finished analysis. Cost: for the certificate, that of [`certify()`].
 ///
 /// # Errors
 /// The content matches no region; an objective is called `nothing`; an objective of a game is temporal; a limit is
@@ -130,13 +129,9 @@ pub fn export(
             named.push(Named::choices(names::CHOICES, &engine.all_choices()));
         }
     }
-    let certificate = content.certificate.then(|| certificate::all(analysis)).transpose()?;
-    let mut sets = named.iter().chain(certificate.iter().flat_map(|(named, _)| named));
-    let paired = sets.any(|n| matches!(n.set, Set::Choices(_)));
+    let paired = named.iter().any(|n| matches!(n.set, Set::Choices(_)));
     let choices = describe::choices(engine, paired);
     let (regions, diagram) = file(engine, manifest::REGIONS, &named, &choices.order)?;
-    let certified = certificate.map(|(named, trends)| proof(engine, &named, &trends, &choices.order));
-    let (certificate, layers) = certified.transpose()?.unzip();
     let options = analysis.options();
     let cut = |&kind: &Kind| matches!(analysis.levels(kind).end, Some(End::Cut));
     let subject = describe::Subject {
@@ -146,12 +141,31 @@ pub fn export(
         safety: mode(options.safety),
         max_level: options.max_level.filter(|_| Kind::ALL.iter().any(cut)),
     };
-    Ok(Dump {
-        manifest: subject.manifest(choices, regions, certificate),
-        regions: diagram,
-        certificate: layers,
-        values: None,
-    })
+    let manifest = subject.manifest(choices, regions, None);
+    let mut dump = Dump { manifest, regions: diagram, certificate: None, values: None };
+    let limit = if content.certificate { certify(&mut dump, analysis, &mut |_| ())? } else { None };
+    limit.map_or(Ok(dump), |limit| Err(limit.into()))
+}
+
+/// Adds the certificate to the dump of a finished analysis, which has all regions. Calls `share(n)` before each
+/// part, where n parts are left with this one, and `share(None)` after it, so that the caller can limit each part.
+/// A limit that ends a part, but not the work, leaves out the sets of this part; the manifest names the regions
+/// that are not proved for this reason. Returns the first such limit.
+///
+/// Cost: one fixpoint per layer or round of each region.
+///
+/// # Errors
+/// A limit that ends the work.
+pub fn certify(
+    dump: &mut Dump,
+    analysis: &Analysis<SymbolicEngine>,
+    share: &mut dyn FnMut(Option<usize>),
+) -> Result<Option<Limit>> {
+    let regions = Vec::from_iter(dump.manifest.regions.roots.iter().map(|root| root.name.clone()));
+    let certificate = Certificate::new(analysis, &regions, share)?;
+    let (file, diagram) = proof(analysis.whole_engine(), &certificate, &dump.manifest.choices.order)?;
+    (dump.manifest.certificate, dump.certificate) = (Some(file), Some(diagram));
+    Ok(certificate.limit)
 }
 
 /// Returns the mode of a manifest.
@@ -167,8 +181,7 @@ fn mode(safety: Safety) -> SafetyMode {
 /// it if some set has a trend of this order.
 fn proof(
     engine: &SymbolicEngine,
-    named: &[Named],
-    trends: &Trends,
+    Certificate { named, trends, uncertified, .. }: &Certificate,
     bits: &[String],
 ) -> Result<(File, Diagram)> {
     let (mut certificate, diagram) = file(engine, manifest::CERTIFICATE, named, bits)?;
@@ -178,7 +191,8 @@ fn proof(
         reversed,
         steady,
     };
-    let written = |trends: &Trends| trends.order.iter().map(digit).collect::<Vec<_>>();
+    certificate.uncertified.clone_from(uncertified);
+    let written = |trends: &layers::Trends| trends.order.iter().map(digit).collect::<Vec<_>>();
     let mut with_trend = named.iter().filter(|set| set.trend.is_some());
     if let Some(rounds) = trends.apart().filter(|_| with_trend.clone().any(|set| names::is_round(&set.name)))
     {

@@ -133,6 +133,8 @@ pub enum Limit {
     Listed(u64),
     /// The user interrupted the work.
     Interrupted,
+    /// A limit has left this number of regions of a dump without a certificate.
+    Uncertified(usize),
     /// The results could not be written.
     Output {
         /// The destination, and the message of the system.
@@ -159,6 +161,8 @@ pub enum Relief {
     Time,
     /// Increase the number of states that may be listed.
     Listed,
+    /// Increase the time or memory limit with which the dump is exported.
+    Export,
     /// Use the symbolic engine, which does not have this bound.
     Symbolic,
 }
@@ -173,6 +177,7 @@ impl Limit {
             Limit::System { bytes: None, .. } => Some(Relief::System),
             Limit::States(_) => Some(Relief::Symbolic),
             Limit::Listed(_) => Some(Relief::Listed),
+            Limit::Uncertified(_) => Some(Relief::Export),
             Limit::Interrupted | Limit::Output { .. } | Limit::Size { .. } => None,
         }
     }
@@ -187,6 +192,7 @@ impl fmt::Display for Limit {
             Limit::States(n) => write!(f, "too large: the explicit engine supports at most {n} states"),
             Limit::Listed(n) => write!(f, "too large: more than {n} states to list"),
             Limit::Interrupted => write!(f, "interrupted"),
+            Limit::Uncertified(n) => write!(f, "a limit has left {n} regions without a certificate"),
             Limit::Output { what } => write!(f, "the results could not be written: {what}"),
             Limit::Size { what } => write!(f, "too large: {what}"),
         }

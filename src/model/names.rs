@@ -68,6 +68,26 @@ pub fn level(kind: &str, level: impl Display) -> String {
     format!("{kind}:{level}")
 }
 
+/// Returns whether the name is that of a level of this kind, or of the strategy of one.
+pub fn is_level(name: &str, kind: &str) -> bool {
+    let region = name.strip_prefix("strategy:").unwrap_or(name);
+    region.strip_prefix(kind).is_some_and(|rest| rest.starts_with(':'))
+}
+
+/// Returns whether a region, or the strategy of one, follows from the model, its states and the
+/// requirements alone, whatever the objectives are.
+pub fn is_of_model(name: &str) -> bool {
+    matches!(name, REACHABLE | INITIAL | DEADLOCK | CHOICES | UNSAFE) || name.starts_with("player:")
+}
+
+/// Returns whether a region, or the strategy of one, is one of an objective.
+pub fn is_of_objective(name: &str, objective: &str) -> bool {
+    let region = name.strip_prefix("strategy:").unwrap_or(name);
+    let secured = || region.strip_prefix("secured:")?.strip_prefix(objective)?.strip_prefix(':');
+    [target(objective), positive(objective), almost_sure(objective)].iter().any(|own| own == region)
+        || secured().is_some()
+}
+
 /// Returns `sasi:1@A+B`: a level with a class as the reference.
 pub fn against(level: &str, class: &str) -> String {
     format!("{level}@{class}")

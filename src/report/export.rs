@@ -22,6 +22,9 @@ pub struct ExportFindings {
     pub nodes: Option<usize>,
     /// The number of nodes of `certificate.dddmp`; `null` if not written.
     pub certificate_nodes: Option<usize>,
+    /// The regions that the certificate does not prove, because a limit ended a part of it; none without a
+    /// certificate.
+    pub uncertified: Vec<String>,
     /// The bounds of `--values`; absent without `--values`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub values: Option<ExportedValues>,
@@ -108,6 +111,13 @@ impl ExportReport {
         self.regions = manifest.regions.roots.iter().map(ExportedRegion::new).collect();
         self.nodes = Some(manifest.regions.nodes);
         self.certificate_nodes = manifest.certificate.as_ref().map(|file| file.nodes);
+        self.uncertified = manifest.certificate.iter().flat_map(|file| file.uncertified.clone()).collect();
+    }
+
+    /// Adds the regions that were written before their certificate is known.
+    pub fn set_uncertified(&mut self, manifest: &Manifest) {
+        self.set(manifest);
+        self.uncertified = manifest.regions.roots.iter().map(|root| root.name.clone()).collect();
     }
 }
 
@@ -137,6 +147,10 @@ impl Findings for ExportFindings {
         }
         if let Some(nodes) = report.certificate_nodes {
             out += &format!("{nodes} nodes in the certificate\n");
+        }
+        if !report.uncertified.is_empty() {
+            out += "\nNot certified, because a limit ended the proof (--no-certificate tries none)\n";
+            out.extend(report.uncertified.iter().map(|name| format!("  {}\n", escape::line(name))));
         }
         if let Some(values) = &report.values {
             out += &values.text();

@@ -9,8 +9,8 @@ use super::Style;
 use super::envelope::{Envelope, Findings};
 use super::header::Header;
 use meliora_certify::{Checked, INFORMATIVE, Verdict};
-use meliora_model::Program;
 use meliora_model::valuation::Valuation;
+use meliora_model::{Program, escape};
 
 /// The results of `verify`.
 #[derive(Debug, Clone, Default, Serialize, JsonSchema)]
@@ -18,10 +18,12 @@ use meliora_model::valuation::Valuation;
 pub struct VerifyFindings {
     /// The directory of the dump.
     pub directory: String,
-    /// All conditions hold; `null` if unknown.
+    /// All conditions hold, and all regions are certified; `null` if unknown.
     pub accepted: Option<bool>,
     /// The regions that were found to be right.
     pub checked: Vec<Checked>,
+    /// The regions, and `values.csv`, that the certificate does not prove, because a limit ended `export`.
+    pub uncertified: Vec<String>,
     /// The fields of the manifest that nothing proves: they inform only. Empty if the check did not end.
     pub unproved: Vec<String>,
     /// The first condition that does not hold; `null` if accepted or unknown.
@@ -51,7 +53,12 @@ impl VerifyReport {
     pub fn set(&mut self, program: &Program, verdict: &Verdict) {
         self.checked.clone_from(&verdict.checked);
         self.unproved = INFORMATIVE.iter().map(|&field| field.to_owned()).collect();
-        self.accepted = Some(verdict.violation.is_none());
+        self.uncertified.clone_from(&verdict.uncertified);
+        // Nothing speaks against what is not certified, nor for it.
+        self.accepted = match verdict.violation {
+            Some(_) => Some(false),
+            None => verdict.is_accepted().then_some(true),
+        };
         self.violation = verdict.violation.as_ref().map(|v| Violated {
             condition: v.condition.clone(),
             state: v.state.as_ref().map(|s| Valuation::of(program, s)),
@@ -77,6 +84,9 @@ impl Findings for VerifyFindings {
                 (false, false) => "not checked",
             };
             let _ = writeln!(out, "{:<32} {halves}", checked.region);
+        }
+        for name in &report.uncertified {
+            let _ = writeln!(out, "{:<32} not certified", escape::line(name));
         }
         if let Some(violation) = &report.violation {
             let _ = writeln!(

@@ -11,6 +11,7 @@ use meliora_model::progress::ProgressSink;
 const RUNNING: u8 = 0;
 const OUT_OF_TIME: u8 = 1;
 const OUT_OF_MEMORY: u8 = 2;
+const OUT_OF_SHARE: u8 = 3;
 
 /// The memory that a process may use in addition to its limit, in bytes: for the program, texts and
 /// results.
@@ -127,6 +128,8 @@ fn joined(words: &[&str], separator: &str) -> String {
 struct Limits {
     time: Option<TimeLimit>,
     memory: Option<MemoryLimit>,
+    /// The end of a part of the work.
+    share: Option<Instant>,
 }
 
 /// Cancels work, and follows its progress.
@@ -167,10 +170,20 @@ impl Supervisor {
 
     /// Prepares for the next piece of work: without an interrupt, a position or a memory limit.
     pub fn reset(&self, time: Option<TimeLimit>) {
-        *lock(&self.limits) = Limits { time, memory: None };
+        *lock(&self.limits) = Limits { time, ..Limits::default() };
         *lock(&self.position) = Position::default();
         self.reached.store(RUNNING, Relaxed);
         self.interrupted.store(false, Relaxed);
+    }
+
+    /// Limits the work that follows to its share of the remaining time, if `parts` such parts are left and one
+    /// more; `None` ends this limit.
+    pub fn share(&self, parts: Option<usize>) {
+        let mut limits = lock(&self.limits);
+        let all = parts.and_then(|parts| u32::try_from(parts).ok()?.checked_add(1));
+        let share = |time: TimeLimit| Some(Instant::now() + time.remaining() / all?);
+        limits.share = limits.time.and_then(share);
+        let _ = self.reached.compare_exchange(OUT_OF_SHARE, RUNNING, Relaxed, Relaxed);
     }
 
     /// Limits the memory of the process to `bytes` and 64 MiB.
@@ -227,6 +240,7 @@ impl Supervisor {
         let reached = match (limits.time, limits.memory) {
             (Some(time), _) if time.remaining().is_zero() => OUT_OF_TIME,
             (_, Some(memory)) if memory.is_exceeded_by(0) => OUT_OF_MEMORY,
+            _ if limits.share.is_some_and(|end| end <= Instant::now()) => OUT_OF_SHARE,
             _ => return,
         };
         let _ = self.reached.compare_exchange(RUNNING, reached, Relaxed, Relaxed);
@@ -279,5 +293,24 @@ impl ProgressSink for Supervisor {
         if self.wants_detail() {
             self.set_detail(format!("{phase}: {}", detail()));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_share_of_the_time_ends_a_part_of_the_work_and_not_the_work() {
+        let supervisor = Supervisor::new();
+        supervisor.share(Some(1));
+        assert_eq!(supervisor.stop(), None, "without a time limit");
+        supervisor.reset(TimeLimit::starting_now(Duration::from_secs(3600)));
+        supervisor.share(Some(3_600_000));
+        std::thread::sleep(2 * CHECKS);
+        assert!(matches!(supervisor.stop(), Some(Limit::Time(_))));
+        assert_eq!(supervisor.overdue(), None);
+        supervisor.share(None);
+        assert_eq!(supervisor.stop(), None);
     }
 }

@@ -10,6 +10,9 @@ mod files;
 mod former;
 mod games;
 mod hostile;
+mod limited;
+#[path = "../common/factory.rs"]
+mod machines;
 mod mutation;
 mod names;
 mod others;

@@ -83,7 +83,7 @@ impl Shop {
         let scope = scope_named(&dump.manifest.scope).unwrap_or_default();
         let settings = Settings { memory: 4 << 20, scope, ..Settings::default() };
         let verdict = certify::verify(&program, &preferences, HASHES, &dump, settings).ok()?;
-        verdict.violation.or(picture).is_none().then_some(dump)
+        (verdict.is_accepted() && picture.is_none()).then_some(dump)
     }
 
     /// Returns true if an accepted dump is the one that `export` writes for the options that it names.
