@@ -4,7 +4,7 @@
 //! levels say where a probability is 0 or 1. Under `transition` they do not say where it is 1: there,
 //! lower bounds of 1 are confirmed like others, and all other upper bounds must be less than 1.
 //!
-//! No set of the dump is looked up here: all that is used was proved before.
+//! This module looks up no set of the dump. It uses the levels that were proved before.
 
 use ahash::AHashMap;
 use num_traits::{One, Zero};
