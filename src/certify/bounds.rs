@@ -105,6 +105,9 @@ impl<'a> Table<'a> {
                 return Err(CheckError::violated(condition, None));
             };
             let wrong = |condition: &str| Err(CheckError::violated(condition, Some(row.state.clone())));
+            if [row.probabilities.len(), row.costs.len()] != [levels; 2] {
+                return wrong("each row of `values.csv` has the values of all levels");
+            }
             if !checker.engine.contains(&table.possible[arena], &row.state)? {
                 return wrong("each row of `values.csv` is about a state with P_1 > 0");
             }
