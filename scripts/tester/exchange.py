@@ -32,6 +32,7 @@ def exchanged(context):
     by_name = written == "drn" or context.analysis.play or case.required
     prefs.write_text(by_labels(context, counts) if by_name else case.preferences_text())
     same_analysis(context, written, path, prefs)
+    certified_again(context, written, path, prefs)
     if context.is_game:
         enforced_again(context, written, path, labels)
         return
@@ -82,6 +83,14 @@ def same_analysis(context, written, path, prefs):
     for what in ("most_preferred", "sasi_rank", "spi_rank", *(("sasi_actions", "spi_actions") if named else ())):
         sides = [sorted(said(e[what]) for e in r["initial"] if "unsafe" not in e) for r in (report, back)]
         context.same(f"{what} of {written}", *sides)
+
+
+def certified_again(context, written, path, prefs):
+    """`verify` accepts the dump of a file that was read. Players of a game own its states there, not its actions."""
+    program, folder = context.program, context.program.folder / "again"
+    program.ask("export", path, prefs, *program.settings("scope", "safety", "coalition"), "--out", folder)
+    status, out, errors = program.run("verify", folder, path, prefs, *program.settings("coalition"), "--json")
+    context.same(f"verify of a dump of {written}", (0, ""), (status, "" if status == 0 else (out + errors)[-700:]))
 
 
 def said(value):

@@ -4,7 +4,7 @@
 //! levels say where a probability is 0 or 1. Under `transition` they do not say where it is 1: there,
 //! lower bounds of 1 are confirmed like others, and all other upper bounds must be less than 1.
 //!
-//! No set of the dump is looked up here: all that is used was proved before.
+//! This module looks up no set of the dump. It uses the levels that were proved before.
 
 use ahash::AHashMap;
 use num_traits::{One, Zero};
@@ -105,6 +105,9 @@ impl<'a> Table<'a> {
                 return Err(CheckError::violated(condition, None));
             };
             let wrong = |condition: &str| Err(CheckError::violated(condition, Some(row.state.clone())));
+            if [row.probabilities.len(), row.costs.len()] != [levels; 2] {
+                return wrong("each row of `values.csv` has the values of all levels");
+            }
             if !checker.engine.contains(&table.possible[arena], &row.state)? {
                 return wrong("each row of `values.csv` is about a state with P_1 > 0");
             }

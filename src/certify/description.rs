@@ -1,4 +1,4 @@
-//! What model, preferences and options say of the manifest of a dump, as JSON. The export describes a
+//! Derives the manifest of a dump from model, preferences and options, as JSON. The export describes a
 //! model by code of its own, so a mistake there is found here.
 //!
 //! Taken from the engine are the scope, the order of the bits, which may be any, and the numbers of
@@ -21,7 +21,7 @@ use meliora_model::value::Type;
 use meliora_model::{CommandId, Program, Variable};
 
 /// Returns the manifest without its files. The version of the program and the paths of the inputs are
-/// those of the dump; nothing says what is right.
+/// those of the dump: nothing proves them.
 pub(super) fn expected(
     engine: &SymbolicEngine,
     preferences: &Preferences,

@@ -26,7 +26,7 @@ enum Rest {
     AtMost(Vec<StateSet>),
 }
 
-/// What is known of a level in an arena.
+/// The knowledge of a level in an arena.
 pub(super) enum Known<'l> {
     /// Its states.
     Exactly(&'l StateSet),
@@ -39,7 +39,7 @@ pub(super) enum Known<'l> {
 }
 
 impl Levels {
-    /// Returns what is known of level k, from 1, in an arena.
+    /// Returns the knowledge of level k, from 1, in an arena.
     pub(super) fn known(&self, arena: usize, k: usize) -> Known<'_> {
         let found = &self.found[arena];
         match (found.get(k - 1), &self.rest) {
@@ -88,7 +88,7 @@ struct Level<'n> {
     below: Vec<StateSet>,
 }
 
-/// Checks the levels of one kind; returns their number, and what is proved of them.
+/// Checks the levels of one kind; returns their number, and the proved levels.
 fn levels(checker: &mut Checker<'_>, arenas: &[Arena], kind: &str) -> CheckResult<(usize, Levels)> {
     let number = (1..).take_while(|k| checker.regions.has(&names::level(kind, k))).count();
     let mut entered = checker.engine.all_states();

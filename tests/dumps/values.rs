@@ -278,6 +278,7 @@ fn each_condition_on_values_fails_alone() {
         |edit: fn(&mut ValuesFile)| case.refused(|dump| edit(dump.manifest.values.as_mut().unwrap()));
     assert_eq!(values(|v| v.reward = "gold".to_owned()), "`gold` is a reward structure of the model");
     assert!(values(|v| v.reward = "steps".to_owned()).contains("C_1"));
+    assert_eq!(values(|v| v.levels = 3), "each row of `values.csv` has the values of all levels");
     assert_eq!(case.refused(|dump| dump.values = None), "the manifest names `values.csv` if it is there");
 }
 

@@ -1,6 +1,6 @@
 //! Every statement of a dump: each field of the manifest, each root, each cell of `values.csv`, and all
 //! of those that other dumps have and this one does not. Each is changed or left out where it belongs,
-//! and added where it does not; hashes, sizes and counts are corrected. What `verify` still accepts must
+//! and added where it does not; hashes, sizes and counts are corrected. A dump that is still accepted must
 //! be the dump that `export` writes for the options in the manifest, and its bounds must contain the
 //! values of an exact computation.
 
@@ -48,7 +48,7 @@ impl Place {
         self.folder.path()
     }
 
-    /// Judges the dump in the directory: returns true if it is refused. What is accepted must be true.
+    /// Judges the dump in the directory: returns true if it is refused. An accepted dump must be true.
     #[track_caller]
     fn is_refused(&mut self, what: &str) -> bool {
         let Some(dump) = self.shop.verify(self.folder.path()) else { return true };

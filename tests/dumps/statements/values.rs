@@ -21,7 +21,7 @@ fn between(lower: f64, upper: f64, rank: u32) -> Bounds {
 }
 
 /// Writes an edited dump, with all hashes, sizes and counts right, and reads it again; returns the
-/// condition that it violates. What is accepted must be true.
+/// condition that it violates. An accepted dump must be true.
 #[track_caller]
 fn violated(case: &Case, edit: impl FnOnce(&mut Dump)) -> Option<String> {
     let mut dump = case.dump.clone();
