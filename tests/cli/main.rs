@@ -29,6 +29,7 @@ mod memory;
 mod models;
 mod output;
 mod partial;
+mod phases;
 mod properties;
 mod quantities;
 mod readme;
