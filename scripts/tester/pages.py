@@ -255,19 +255,28 @@ class Page:
             return
         for measure in heat["measures"]:
             what, k = measure["id"][0], int(measure["id"][1:])
-            for state, value in zip(map(tuple, heat["states"]), measure["all"]):
+            for state, look in zip(map(tuple, heat["states"]), measure["all"]):
                 levels = values[state]["levels"][k - 1 : k]
                 bounds = levels[0][{"p": "probability", "c": "cost"}[what]] if levels else None
-                if bounds is not None or value is None:
-                    self.context.same(f"{measure['id']} of a page at {state}", True, is_within(value, bounds))
+                text = measure["looks"][look]["text"]
+                if bounds is not None or text == "–":
+                    self.context.same(f"{measure['id']} of a page at {state}", True, stands_between(text, bounds, what == "p"))
 
 
-def is_within(value, bounds):
-    """Whether a value with six digits lies between bounds."""
-    if value is None or bounds is None:
-        return value is None and bounds is None
+def stands_between(text, bounds, is_probability):
+    """Whether a value of a few digits lies between bounds, up to its last digit; `–` stands for none."""
+    if text == "–" or bounds is None:
+        return text == "–" and bounds is None
     lower, upper = (math.inf if x == "inf" else x for x in (bounds["lower"], bounds["upper"]))
-    return lower - 1e-5 * max(1, lower) <= value <= upper + 1e-5 * max(1, upper)
+    if text == ">0.99":
+        return upper > 0.995 and lower < 1
+    value = float(text)
+    error = 0.005 if value < 1 else 0.05 if value < 100 else 0.5
+    if "e" in text:
+        error = 0.5 * 10 ** int(text.partition("e")[2])
+    elif is_probability and text in ("0", "1"):
+        error = 0
+    return lower - error - 1e-5 <= value <= upper + error + 1e-5
 
 
 MOVE = ("improves", "weakens", "sasi", "spi")
