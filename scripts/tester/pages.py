@@ -206,6 +206,36 @@ class Page:
             expected = self.shown(name, tuple(state)), tuple(state) not in self.of and bool(others), theirs
             got = value, "elsewhere" in kind.split(), "theirs" in kind.split()
             context.same(f"cell {row},{column} of {name}", expected, got)
+        self.marks(name, text)
+
+    def marks(self, name, text):
+        """The marks of the opening view: those of the states that a cell shows, none that most cells have."""
+        data, places, found = self.data, {}, {}
+        inside = [v for v in (data["row"], data["column"]) if v is not None]
+        for state in self.of:
+            places.setdefault(tuple(state[v] for v in inside), []).append(state)
+        for part in text.split('<g class="cell')[1:]:
+            row, column = re.search(r'data-row="(-?\d+)" data-col="(-?\d+)"', part).groups()
+            group = part.partition('<g class="marks">')[2].partition("</g>")[0]
+            place = (int(row), int(column)) if data["row"] is not None else (int(column),)
+            found[place] = re.findall(r"<tspan[^>]*>([^<]*)</tspan>", group)
+        expected = {place: [] for place in found}
+        for mark in data["marks"]:
+            held = [place for place, states in places.items() if self.has(mark, inside, place, states)]
+            for place in held if 2 * len(held) <= len(places) else []:
+                expected[place].append(mark["glyph"])
+        for place, glyphs in expected.items():
+            shown = glyphs if len(glyphs) <= 4 else glyphs[:3] + ["+"]
+            self.context.same(f"marks of {place} in {name}", shown, found[place])
+
+    def has(self, mark, inside, place, states):
+        """Whether a cell has a mark: its state with the values of the opening view or, if there is none, some state."""
+        here = list(self.data["opening"])
+        for variable, value in zip(inside, place):
+            here[variable] = value
+        if tuple(here) in self.of:
+            return self.holds(mark["edge"], tuple(here))
+        return not mark["wide"] and any(self.holds(mark["edge"], state) for state in states)
 
     def owned(self, state):
         return bool(self.context.is_game) and self.context.analysis.whole.owners[self.one(state)] is not None
