@@ -6,6 +6,7 @@ use super::axes::{self, Sizes};
 use super::drawing::{paper, style};
 use super::letters::{LONGEST, shortened, width as text_width};
 use super::map::{self, Layer};
+use super::marks::{MORE, SEVERAL};
 use super::paint::{Paint, SIDE};
 use super::{Content, Picture, game, palette};
 use meliora_export::projections::Projections;
@@ -30,37 +31,34 @@ impl Entry {
 /// Renders a map.
 pub(super) fn svg(content: &Content<'_>, projections: &Projections, picture: Picture) -> Markup {
     let (paint, sizes) = (Paint::new(content, projections), Sizes::alone(projections));
-    let legend = legend(content, &paint, picture);
-    let view: Vec<String> =
-        map::view_text(projections, &paint.opening).split_inclusive(", ").map(str::to_owned).collect();
-    let names = axes::names(projections);
-    let texts = |all: &[String]| all.iter().map(|text| FONT * text_width(text) + 8.0).collect::<Vec<_>>();
+    let legend = legend(content, (&paint, sizes), picture);
+    let view = map::view_text(projections, &paint.opening);
+    let view: Vec<String> = view.split_inclusive(", ").map(str::to_owned).collect();
+    let names = axes::names(projections).into_iter().map(|name| name + "  ").collect::<Vec<_>>();
     let entries: Vec<f64> = legend.iter().map(Entry::width).collect();
     let (rows, columns) = (projections.rows().len() as f64, projections.columns().len() as f64);
-    let widest = [texts(&view), texts(&names), entries.clone()].concat().into_iter().fold(320.0, f64::max);
-    let width = widest.max(sizes.left + columns * sizes.side + 4.0).ceil();
-    let (view_at, names_at, legend_at) =
-        (flow(&texts(&view), width), flow(&texts(&names), width), flow(&entries, width));
+    let all = [widths(&view), widths(&names), entries.clone()].concat();
+    let width = all.into_iter().fold(320.0, f64::max).max(sizes.left + columns * sizes.side + 4.0).ceil();
+    let (view, names, places) = (lines(&view, width), lines(&names, width), flow(&entries, width));
     let (values, under) = axes::alone(projections, sizes);
-    let lines = |places: &[(f64, f64)]| places.last().map_or(0.0, |place| place.1 + 1.0);
-    let top = 32.0 + 16.0 * lines(&view_at);
+    let top = 32.0 + 16.0 * view.len() as f64;
     let below = top + rows * sizes.side + under;
-    let foot = below + 16.0 * lines(&names_at) + 10.0;
-    let height = (foot + LINE * lines(&legend_at) + 4.0).ceil();
+    let foot = below + 16.0 * names.len() as f64 + 10.0;
+    let height = (foot + LINE * places.last().map_or(0.0, |place| place.1 + 1.0) + 4.0).ceil();
     html! {
         svg xmlns="http://www.w3.org/2000/svg" width=(width) height=(height) viewBox=(format!("0 0 {width} {height}")) {
             (style())
             (paper(width as usize, height as usize))
             text.title x="4" y="20" { (picture.title()) }
-            @for ((x, line), text) in view_at.iter().zip(&view) { text.small x=(x + 4.0) y=(38.0 + 16.0 * line) { (text) } }
+            @for (line, text) in view.iter().enumerate() { text.small x="4" y=(38 + 16 * line) { (text) } }
             g transform=(format!("translate(0,{top})")) {
                 (values)
                 g class=(axes::detail(sizes.side, paint.smallest(picture))) transform=(format!("translate({},0) scale({:.4})", sizes.left, sizes.side / SIDE as f64)) {
                     (map::cells(Layer::Ranks(picture), &paint, sizes))
                 }
             }
-            @for ((x, line), text) in names_at.iter().zip(&names) { text.small x=(x + 4.0) y=(below + 12.0 + 16.0 * line) { (text) } }
-            @for ((x, line), entry) in legend_at.iter().zip(&legend) {
+            @for (line, text) in names.iter().enumerate() { text.small x="4" y=(below + 12.0 + 16.0 * line as f64) { (text) } }
+            @for ((x, line), entry) in places.iter().zip(&legend) {
                 g transform=(format!("translate({},{})", x + 4.0, foot + LINE * line)) {
                     @if let Some(fill) = &entry.fill { rect.swatch width="14" height="14" fill=(fill) {} }
                     @else { text.glyph x="7" y="12" { (entry.glyph) } }
@@ -72,7 +70,7 @@ pub(super) fn svg(content: &Content<'_>, projections: &Projections, picture: Pic
 }
 
 /// Returns everything that the map shows.
-fn legend(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -> Vec<Entry> {
+fn legend(content: &Content<'_>, (paint, sizes): (&Paint<'_>, Sizes), picture: Picture) -> Vec<Entry> {
     let colour = |(color, label): (_, String)| Entry {
         fill: Some(palette::css(color)),
         glyph: String::new(),
@@ -89,12 +87,39 @@ fn legend(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -> Vec<Ent
     for (number, mark) in paint.marks.0.iter().enumerate() {
         if found().any(|found| found.marks.contains(&number)) {
             let what = if mark.is_target { "target of " } else { "" };
-            legend.push(glyph(&mark.glyph, format!("{what}{}", shortened(&mark.name, LONGEST))));
+            let dot = SEVERAL[usize::from(!mark.is_target)];
+            let own = if sizes.side < axes::TINY { dot } else { &mark.glyph };
+            legend.push(glyph(own, format!("{what}{}", shortened(&mark.name, LONGEST))));
         }
+    }
+    let crowded = |most: usize| found().any(|found| found.marks.len() > most);
+    match sizes.side {
+        side if side >= axes::MIDDLE && crowded(4) => legend.push(glyph(MORE, "further marks".to_owned())),
+        side if side < axes::MIDDLE && side >= axes::TINY && crowded(1) => {
+            let several = ["several marks", "several labels"].map(str::to_owned);
+            legend.extend(SEVERAL.into_iter().zip(several).map(|(dot, text)| glyph(dot, text)));
+        }
+        _ => {}
     }
     let players = game::legend(&content.check.players);
     legend.extend(players.map(|(sign, text)| glyph(sign, text)));
     legend
+}
+
+fn widths(texts: &[String]) -> Vec<f64> {
+    texts.iter().map(|text| FONT * text_width(text) + 8.0).collect()
+}
+
+/// Joins texts to lines of a width.
+fn lines(texts: &[String], room: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for ((x, _), text) in flow(&widths(texts), room).into_iter().zip(texts) {
+        match lines.last_mut() {
+            Some(line) if x > 0.0 => line.push_str(text),
+            _ => lines.push(text.clone()),
+        }
+    }
+    lines
 }
 
 /// Puts items of these widths next to each other as long as there is room. Returns the start of each item
