@@ -218,24 +218,31 @@ class Page:
             row, column = re.search(r'data-row="(-?\d+)" data-col="(-?\d+)"', part).groups()
             group = part.partition('<g class="marks">')[2].partition("</g>")[0]
             place = (int(row), int(column)) if data["row"] is not None else (int(column),)
-            found[place] = re.findall(r"<tspan[^>]*>([^<]*)</tspan>", group)
+            glyphs = re.findall(r"<tspan([^>]*)>([^<]*)</tspan>", group)
+            found[place] = [(glyph, "pale" in attributes) for attributes, glyph in glyphs]
         expected = {place: [] for place in found}
         for mark in data["marks"]:
-            held = [place for place, states in places.items() if self.has(mark, inside, place, states)]
-            for place in held if 2 * len(held) <= len(places) else []:
-                expected[place].append(mark["glyph"])
+            held = {place: self.has(mark, inside, place, states) for place, states in places.items()}
+            own, pale = ([place for place in held if held[place] == what] for what in ("own", "pale"))
+            for place in own if 2 * len(own) <= len(places) else []:
+                expected[place].append((mark["glyph"], False))
+            for place in pale if 2 * len(own + pale) <= len(places) else []:
+                expected[place].append((mark["glyph"], True))
         for place, glyphs in expected.items():
-            shown = glyphs if len(glyphs) <= 4 else glyphs[:3] + ["+"]
+            shown = glyphs if len(glyphs) <= 4 else glyphs[:3] + [("+", False)]
             self.context.same(f"marks of {place} in {name}", shown, found[place])
 
     def has(self, mark, inside, place, states):
-        """Whether a cell has a mark: its state with the values of the opening view or, if there is none, some state."""
+        """Whether the state of a cell with the values of the opening view has a mark, or a state with other values."""
         here = list(self.data["opening"])
         for variable, value in zip(inside, place):
             here[variable] = value
-        if tuple(here) in self.of:
-            return self.holds(mark["edge"], tuple(here))
-        return not mark["wide"] and any(self.holds(mark["edge"], state) for state in states)
+        exact = tuple(here) in self.of
+        if exact and self.holds(mark["edge"], tuple(here)):
+            return "own"
+        if mark["wide"] or not any(self.holds(mark["edge"], state) for state in states):
+            return None
+        return "pale" if exact else "own"
 
     def owned(self, state):
         return bool(self.context.is_game) and self.context.analysis.whole.owners[self.one(state)] is not None

@@ -7,7 +7,7 @@ use maud::{Markup, html};
 
 use super::axes::{self, Sizes};
 use super::heat::Heat;
-use super::marks::{MORE, SEVERAL};
+use super::marks::{MORE, Placed, SEVERAL};
 use super::paint::{Found, Look, Paint, SIDE};
 use super::palette::Rgb;
 use super::{Content, Picture, game, palette};
@@ -148,7 +148,7 @@ fn hint(picture: Picture) -> &'static str {
 /// Names the signs and letters in the maps.
 pub(super) fn key(paint: &Paint<'_>) -> Markup {
     let (projections, marks) = (paint.projections, &paint.marks.0);
-    let shown = |number: usize| paint.cells.iter().flatten().any(|found| found.marks.contains(&number));
+    let shown = |number: usize| paint.cells.iter().flatten().any(|found| found.has(number));
     let group = |title: &str, is_target: bool| {
         let own = || marks.iter().enumerate().filter(move |(_, mark)| mark.is_target == is_target);
         html! { @if own().next().is_some() { li.group { b { (title) } ul.legend {
@@ -169,6 +169,7 @@ pub(super) fn key(paint: &Paint<'_>) -> Markup {
             (group("Labels", false))
             @if !marks.is_empty() {
                 li.small { b { (SEVERAL[0]) } " targets and " b { (SEVERAL[1]) } " labels in small cells" }
+                li.faint hidden[!paint.has_pale()] { span.glyph.pale { (marks[0].glyph) } "with other values" }
                 li.crowded hidden[!crowded] { span.glyph { (MORE) } "further marks" }
             }
         }
@@ -271,17 +272,18 @@ fn cell(
 }
 
 /// Renders the marks of a cell: their glyphs in its corners, and for small cells one in the middle and a dot.
-fn marks(paint: &Paint<'_>, marks: &[usize]) -> Markup {
+fn marks(paint: &Paint<'_>, marks: &[Placed]) -> Markup {
     let single = paint.marks.single(marks);
+    let pale = marks.iter().all(|placed| placed.is_pale);
     html! {
         g.marks {
             text.corners {
-                @for (corner, glyph) in paint.marks.corners(marks) {
-                    tspan.end[corner % 2 == 1] x=(if corner % 2 == 0 { 3 } else { SIDE - 3 }) y=(if corner < 2 { 12 } else { SIDE - 4 }) { (glyph) }
+                @for (corner, glyph, is_pale) in paint.marks.corners(marks) {
+                    tspan.end[corner % 2 == 1].pale[is_pale] x=(if corner % 2 == 0 { 3 } else { SIDE - 3 }) y=(if corner < 2 { 12 } else { SIDE - 4 }) { (glyph) }
                 }
             }
-            text.single.pair[single.chars().count() > 1] x=(SIDE / 2) y="29" { (single) }
-            path.dot d=(if paint.marks.labels_only(marks) { LABEL } else { TARGET }) {}
+            text.single.pair[single.chars().count() > 1].pale[pale] x=(SIDE / 2) y="29" { (single) }
+            path.dot.pale[pale] d=(if paint.marks.labels_only(marks) { LABEL } else { TARGET }) {}
         }
     }
 }

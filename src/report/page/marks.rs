@@ -25,6 +25,15 @@ pub(super) struct Mark {
     pub(super) is_wide: bool,
 }
 
+/// A mark of a cell.
+#[derive(Clone, Copy)]
+pub(super) struct Placed {
+    /// The position of the mark.
+    pub(super) mark: usize,
+    /// True if no state with the values of the view has it, but one with other values.
+    pub(super) is_pale: bool,
+}
+
 /// The marks of a model.
 pub(super) struct Marks(pub(super) Vec<Mark>);
 
@@ -52,45 +61,58 @@ impl Marks {
         Marks(all)
     }
 
-    /// Marks the cells of a view: those with states that have the mark. A mark that more than half of the
-    /// cells have tells nothing and is left out. A cell with states for other values only has no mark that
-    /// depends on them.
+    /// Marks the cells of a view: those with states that have the mark and, paler, those where states with
+    /// other values have it. A mark that more than half of the cells have tells nothing and is left out.
     pub(super) fn place(&self, projections: &Projections, view: &View, cells: &mut [Vec<Found>]) {
         let open: View = vec![None; view.len()];
         let mut live: Vec<&mut Found> = cells.iter_mut().flatten().filter(|found| !found.is_wall()).collect();
         for (number, mark) in self.0.iter().enumerate() {
-            let has = |found: &Found| {
-                let others = if found.elsewhere { &open } else { view };
-                let here = projections.view(others, found.row, found.column);
-                !(found.elsewhere && mark.is_wide) && projections.holds(mark.edge, &here)
+            let has = |found: &Found, others: &View| {
+                projections.holds(mark.edge, &projections.view(others, found.row, found.column))
             };
-            let held: Vec<usize> = (0..live.len()).filter(|&at| has(live[at])).collect();
-            if 2 * held.len() <= live.len() {
-                held.into_iter().for_each(|at| live[at].marks.push(number));
+            let (mut own, mut pale) = (Vec::new(), Vec::new());
+            for (at, found) in live.iter().enumerate() {
+                if !found.elsewhere && has(found, view) {
+                    own.push(at);
+                } else if !mark.is_wide && has(found, &open) {
+                    // The whole cell shows states with other values, so the mark is not paler.
+                    if found.elsewhere { own.push(at) } else { pale.push(at) }
+                }
+            }
+            if 2 * (own.len() + pale.len()) > live.len() {
+                pale.clear();
+            }
+            if 2 * own.len() > live.len() {
+                own.clear();
+            }
+            for (places, is_pale) in [(own, false), (pale, true)] {
+                places.into_iter().for_each(|at| live[at].marks.push(Placed { mark: number, is_pale }));
             }
         }
     }
 
     /// Returns the glyphs for the corners of a cell: targets from the upper left one on, labels from the
-    /// lower right one on. The last of too many marks is [`MORE`].
-    pub(super) fn corners(&self, marks: &[usize]) -> Vec<(usize, &str)> {
+    /// lower right one on, and whether they are pale. The last of too many marks is [`MORE`].
+    pub(super) fn corners(&self, marks: &[Placed]) -> Vec<(usize, &str, bool)> {
+        let glyph = |placed: &Placed| self.0[placed.mark].glyph.as_str();
         if marks.len() > 4 {
-            let first = marks[..3].iter().map(|&mark| self.0[mark].glyph.as_str());
-            return first.chain([MORE]).enumerate().collect();
+            let first =
+                marks[..3].iter().map(|placed| (glyph(placed), placed.is_pale)).chain([(MORE, false)]);
+            return first.enumerate().map(|(at, (glyph, is_pale))| (at, glyph, is_pale)).collect();
         }
-        let targets = marks.iter().filter(|&&mark| self.0[mark].is_target).count();
+        let targets = marks.iter().filter(|placed| self.0[placed.mark].is_target).count();
         let corner = |at: usize| if at < targets { at } else { 3 - (at - targets) };
-        marks.iter().enumerate().map(|(at, &mark)| (corner(at), self.0[mark].glyph.as_str())).collect()
+        marks.iter().enumerate().map(|(at, placed)| (corner(at), glyph(placed), placed.is_pale)).collect()
     }
 
     /// Returns the glyph in the middle of a small cell.
-    pub(super) fn single(&self, marks: &[usize]) -> &str {
+    pub(super) fn single(&self, marks: &[Placed]) -> &str {
         let labels = usize::from(self.labels_only(marks));
-        if let [mark] = marks { &self.0[*mark].glyph } else { SEVERAL[labels] }
+        if let [placed] = marks { &self.0[placed.mark].glyph } else { SEVERAL[labels] }
     }
 
-    pub(super) fn labels_only(&self, marks: &[usize]) -> bool {
-        marks.iter().all(|&mark| !self.0[mark].is_target)
+    pub(super) fn labels_only(&self, marks: &[Placed]) -> bool {
+        marks.iter().all(|placed| !self.0[placed.mark].is_target)
     }
 }
 

@@ -123,10 +123,17 @@
     const live = places.filter((place) => place.states !== null);
     for (const place of places) place.marks = [];
     data.marks.forEach((mark, number) => {
-      const held = live.filter(({ states }) => !(states.elsewhere && mark.wide) && diagram.meets(mark.edge, states.pattern));
-      if (2 * held.length <= live.length) for (const place of held) place.marks.push(number);
+      const [own, pale] = [[], []];
+      for (const place of live) {
+        if (!place.states.elsewhere && diagram.meets(mark.edge, place.states.pattern)) own.push(place);
+        else if (!mark.wide && diagram.meets(mark.edge, place.anywhere)) (place.states.elsewhere ? own : pale).push(place);
+      }
+      const some = 2 * (own.length + pale.length) <= live.length;
+      if (2 * own.length <= live.length) for (const place of own) place.marks.push({ number, pale: false });
+      if (some) for (const place of pale) place.marks.push({ number, pale: true });
     });
-    for (const entry of document.querySelectorAll('.key [data-mark]')) entry.hidden = !live.some((place) => place.marks.includes(Number(entry.dataset.mark)));
+    for (const entry of document.querySelectorAll('.key [data-mark]')) entry.hidden = !live.some((place) => place.marks.some((mark) => mark.number === Number(entry.dataset.mark)));
+    for (const entry of document.querySelectorAll('.key .faint')) entry.hidden = !live.some((place) => place.marks.some((mark) => mark.pale));
     for (const entry of document.querySelectorAll('.key .crowded')) entry.hidden = !live.some((place) => place.marks.length > 4);
     nameSmall();
   }
@@ -218,21 +225,24 @@
   /** Draws the marks of a cell, if they changed: targets from the first corner on, labels from the last. */
   function markCell(cell, marks) {
     const known = cell.querySelector('.marks');
-    if ((cell.dataset.marks ?? (known ? '' : 'none')) === (marks.join() || 'none')) return;
-    cell.dataset.marks = marks.join() || 'none';
+    const all = marks.map(({ number, pale }) => number + (pale ? 'p' : '')).join() || 'none';
+    if ((cell.dataset.marks ?? (known ? '' : 'none')) === all) return;
+    cell.dataset.marks = all;
     known?.remove();
     if (marks.length === 0) return;
-    const glyphs = marks.length > 4 ? [...marks.slice(0, 3).map((mark) => data.marks[mark].glyph), '+'] : marks.map((mark) => data.marks[mark].glyph);
-    const targets = marks.length > 4 ? 4 : marks.filter((mark) => data.marks[mark].target).length;
+    const glyphs = marks.slice(0, marks.length > 4 ? 3 : 4).map(({ number }) => data.marks[number].glyph).concat(marks.length > 4 ? ['+'] : []);
+    const targets = marks.length > 4 ? 4 : marks.filter(({ number }) => data.marks[number].target).length;
+    const paler = (class_, pale) => (pale ? class_ + ' pale' : class_);
     const corners = glyphs.map((glyph, i) => {
       const corner = i < targets ? i : 3 - (i - targets);
-      return shape('tspan', { class: corner % 2 ? 'end' : '', x: corner % 2 ? 37 : 3, y: corner < 2 ? 12 : 36 }, glyph);
+      return shape('tspan', { class: paler(corner % 2 ? 'end' : '', glyph !== '+' && marks[i].pale), x: corner % 2 ? 37 : 3, y: corner < 2 ? 12 : 36 }, glyph);
     });
-    const label = targets === 0 || (marks.length > 4 && marks.every((mark) => !data.marks[mark].target));
+    const label = targets === 0 || (marks.length > 4 && marks.every(({ number }) => !data.marks[number].target));
+    const pale = marks.every((mark) => mark.pale);
     const single = marks.length === 1 ? glyphs[0] : label ? '•' : '◆';
-    cell.querySelector('rect').after(shape('g', { class: 'marks' }, shape('text', { class: 'corners' }, ...corners),
-      shape('text', { class: single.length > 1 ? 'single pair' : 'single', x: 20, y: 29 }, single),
-      shape('path', { class: 'dot', d: data.dots[Number(label)] })));
+    (cell.querySelector('.start') ?? cell.querySelector('rect')).after(shape('g', { class: 'marks' }, shape('text', { class: 'corners' }, ...corners),
+      shape('text', { class: paler(single.length > 1 ? 'single pair' : 'single', pale), x: 20, y: 29 }, single),
+      shape('path', { class: paler('dot', pale), d: data.dots[Number(label)] })));
   }
 
   const named = ({ found }) => found.map((c) => c.name).join('; ');

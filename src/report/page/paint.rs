@@ -1,6 +1,6 @@
 //! The colours and texts of cells, computed once for all maps.
 
-use super::marks::Marks;
+use super::marks::{Marks, Placed};
 use super::palette::{self, Rgb};
 use super::{Content, Picture, axes};
 use crate::{ranks, text};
@@ -51,11 +51,16 @@ pub(super) struct Found {
     pub(super) elsewhere: bool,
     /// True if the opponent chooses in all states there.
     pub(super) is_theirs: bool,
-    /// The positions of the marks that its states have.
-    pub(super) marks: Vec<usize>,
+    /// The marks that its states have.
+    pub(super) marks: Vec<Placed>,
 }
 
 impl Found {
+    /// Returns whether the cell has a mark.
+    pub(super) fn has(&self, mark: usize) -> bool {
+        self.marks.iter().any(|placed| placed.mark == mark)
+    }
+
     /// Returns whether no values of the other variables give a state.
     pub(super) fn is_wall(&self) -> bool {
         self.cell.is_none() && !self.is_unsafe
@@ -124,6 +129,11 @@ impl<'a> Paint<'a> {
             cells,
             opening,
         }
+    }
+
+    /// Returns whether some marks are pale.
+    pub(super) fn has_pale(&self) -> bool {
+        self.cells.iter().flatten().any(|found| found.marks.iter().any(|placed| placed.is_pale))
     }
 
     /// Returns the greatest finite rank.

@@ -20,6 +20,7 @@ struct Entry {
     fill: Option<String>,
     glyph: String,
     label: String,
+    is_pale: bool,
 }
 
 impl Entry {
@@ -61,7 +62,7 @@ pub(super) fn svg(content: &Content<'_>, projections: &Projections, picture: Pic
             @for ((x, line), entry) in places.iter().zip(&legend) {
                 g transform=(format!("translate({},{})", x + 4.0, foot + LINE * line)) {
                     @if let Some(fill) = &entry.fill { rect.swatch width="14" height="14" fill=(fill) {} }
-                    @else { text.glyph x="7" y="12" { (entry.glyph) } }
+                    @else { text.glyph.pale[entry.is_pale] x="7" y="12" { (entry.glyph) } }
                     text.small x="20" y="12" { (entry.label) }
                 }
             }
@@ -75,8 +76,10 @@ fn legend(content: &Content<'_>, (paint, sizes): (&Paint<'_>, Sizes), picture: P
         fill: Some(palette::css(color)),
         glyph: String::new(),
         label: shortened(&label, 2 * LONGEST),
+        is_pale: false,
     };
-    let glyph = |glyph: &str, label: String| Entry { fill: None, glyph: glyph.to_owned(), label };
+    let glyph =
+        |glyph: &str, label: String| Entry { fill: None, glyph: glyph.to_owned(), label, is_pale: false };
     let found = || paint.cells.iter().flatten();
     let mut legend: Vec<Entry> =
         paint.legend(picture).into_iter().chain(paint.unsafe_legend()).map(colour).collect();
@@ -85,12 +88,15 @@ fn legend(content: &Content<'_>, (paint, sizes): (&Paint<'_>, Sizes), picture: P
     }
     legend.push(glyph("○", "start".to_owned()));
     for (number, mark) in paint.marks.0.iter().enumerate() {
-        if found().any(|found| found.marks.contains(&number)) {
+        if found().any(|found| found.has(number)) {
             let what = if mark.is_target { "target of " } else { "" };
             let dot = SEVERAL[usize::from(!mark.is_target)];
             let own = if sizes.side < axes::TINY { dot } else { &mark.glyph };
             legend.push(glyph(own, format!("{what}{}", shortened(&mark.name, LONGEST))));
         }
+    }
+    if let (true, Some(mark)) = (paint.has_pale(), paint.marks.0.first()) {
+        legend.push(Entry { is_pale: true, ..glyph(&mark.glyph, "with other values".to_owned()) });
     }
     let crowded = |most: usize| found().any(|found| found.marks.len() > most);
     match sizes.side {
