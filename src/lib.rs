@@ -189,8 +189,8 @@ pub mod model {
     #[doc(inline)]
     pub use meliora_model::{
         Branch, Command, CommandId, ModelKind, Optimum, Program, State, Synchronisation, VarId, Variable,
-        diagram, exact, expr, fault, members, players, predicate, preference, property, real, step, temporal,
-        trend, valuation, value,
+        diagram, exact, expr, fault, hasse, members, players, predicate, preference, property, real, step,
+        temporal, trend, valuation, value,
     };
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use meliora::SourceFile;
 use meliora::lang;
+use meliora::model::hasse::Hasse;
 use meliora::model::preference::{Comparison, Empty, History, Outline};
 use meliora::output::page;
 use pyo3::prelude::*;
@@ -205,6 +206,23 @@ impl Preferences {
         })
     }
 
+    /// The order as pairs (better, worse), without those that follow from others: the lines of the Hasse
+    /// diagram. Objectives that are equally good are in the same pairs.
+    #[getter]
+    fn edges(&self) -> Vec<(&str, &str)> {
+        let Hasse { groups, covers } = Hasse::new(&self.outline.order);
+        let names = |group: usize| groups[group].iter().map(|&at| self.outline.objectives[at].0.as_str());
+        covers.iter().flat_map(|&(x, y)| names(x).flat_map(move |x| names(y).map(move |y| (x, y)))).collect()
+    }
+
+    /// Draws the order as a Hasse diagram, the most preferred objectives on top.
+    ///
+    /// Returns:
+    ///     The text of an SVG file.
+    fn to_svg(&self) -> String {
+        page::order_svg(&self.outline)
+    }
+
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
         other.cast::<Preferences>().is_ok_and(|other| self.source.text == other.get().source.text)
     }
@@ -221,9 +239,8 @@ impl Preferences {
         format!("<Preferences {:?}: {}>", self.source.name, names.join(", "))
     }
 
-    /// Draws the order as a Hasse diagram.
     fn _repr_svg_(&self) -> String {
-        page::order_svg(&self.outline)
+        self.to_svg()
     }
 
     fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from base64 import b64decode
 from html.parser import HTMLParser
 from xml.etree import ElementTree
 
@@ -51,6 +53,34 @@ def test_preferences_show_their_order(wishes: meliora.Preferences) -> None:
     assert svg.count("<rect") >= 7 and ">nothing<" in svg
     page = read(wishes._repr_html_())
     assert "img" in page.seen and "F (r=0 & c=0)" in page.text
+
+
+def pictures(html: str) -> list[ElementTree.Element]:
+    """Returns the pictures of a page."""
+    return [ElementTree.fromstring(b64decode(data)) for data in re.findall(r'src="data:image/svg\+xml;base64,([^"]*)"', html)]
+
+
+def test_orders_are_pictures_and_pairs(wishes: meliora.Preferences) -> None:
+    assert wishes.to_svg() == wishes._repr_svg_()
+    made = meliora.Preferences({name: "F x=1" for name in "ABCDE"}, ["A > B > D", "A > D", "B ~ C"])
+    assert made.edges == [("A", "B"), ("A", "C"), ("B", "D"), ("C", "D")]
+    names = list(wishes.objectives)
+    reached = {(x, y) for x, y in wishes.edges}
+    for z in names:
+        reached |= {(x, y) for x in names for y in names if (x, z) in reached and (z, y) in reached}
+    assert reached == {(x, y) for x in names for y in names if wishes.compare(x, y) == ">"}
+
+
+def test_pictures_have_their_own_size(found: meliora.Analysis, wishes: meliora.Preferences, engine: Engine) -> None:
+    # A picture without a size is as wide as its place: three boxes would fill a notebook.
+    small = meliora.Preferences({"A": "F x=1", "B": "F x=2"}, ["A > B"])
+    shown = pictures(small._repr_html_()) + pictures(wishes._repr_html_()) + pictures(found._repr_html_())
+    assert len(shown) == (4 if engine == "symbolic" else 3)
+    for picture in shown:
+        width, height = (float(picture.attrib[name]) for name in ("width", "height"))
+        assert [0, 0, width, height] == [float(x) for x in picture.attrib["viewBox"].split()]
+        assert 80 < width < 640 and 80 < height < 640
+    assert float(shown[0].attrib["width"]) < 120
 
 
 def test_analyses_show_levels_and_maps(found: meliora.Analysis, engine: Engine) -> None:

@@ -206,6 +206,43 @@ class Page:
             expected = self.shown(name, tuple(state)), tuple(state) not in self.of and bool(others), theirs
             got = value, "elsewhere" in kind.split(), "theirs" in kind.split()
             context.same(f"cell {row},{column} of {name}", expected, got)
+        self.marks(name, text)
+
+    def marks(self, name, text):
+        """The marks of the opening view: those of the states that a cell shows, none that most cells have."""
+        data, places, found = self.data, {}, {}
+        inside = [v for v in (data["row"], data["column"]) if v is not None]
+        for state in self.of:
+            places.setdefault(tuple(state[v] for v in inside), []).append(state)
+        for part in text.split('<g class="cell')[1:]:
+            row, column = re.search(r'data-row="(-?\d+)" data-col="(-?\d+)"', part).groups()
+            group = part.partition('<g class="marks">')[2].partition("</g>")[0]
+            place = (int(row), int(column)) if data["row"] is not None else (int(column),)
+            glyphs = re.findall(r"<tspan([^>]*)>([^<]*)</tspan>", group)
+            found[place] = [(glyph, "pale" in attributes) for attributes, glyph in glyphs]
+        expected = {place: [] for place in found}
+        for mark in data["marks"]:
+            held = {place: self.has(mark, inside, place, states) for place, states in places.items()}
+            own, pale = ([place for place in held if held[place] == what] for what in ("own", "pale"))
+            for place in own if 2 * len(own) <= len(places) else []:
+                expected[place].append((mark["glyph"], False))
+            for place in pale if 2 * len(own + pale) <= len(places) else []:
+                expected[place].append((mark["glyph"], True))
+        for place, glyphs in expected.items():
+            shown = glyphs if len(glyphs) <= 4 else glyphs[:3] + [("+", False)]
+            self.context.same(f"marks of {place} in {name}", shown, found[place])
+
+    def has(self, mark, inside, place, states):
+        """Whether the state of a cell with the values of the opening view has a mark, or a state with other values."""
+        here = list(self.data["opening"])
+        for variable, value in zip(inside, place):
+            here[variable] = value
+        exact = tuple(here) in self.of
+        if exact and self.holds(mark["edge"], tuple(here)):
+            return "own"
+        if mark["wide"] or not any(self.holds(mark["edge"], state) for state in states):
+            return None
+        return "pale" if exact else "own"
 
     def owned(self, state):
         return bool(self.context.is_game) and self.context.analysis.whole.owners[self.one(state)] is not None
@@ -255,19 +292,28 @@ class Page:
             return
         for measure in heat["measures"]:
             what, k = measure["id"][0], int(measure["id"][1:])
-            for state, value in zip(map(tuple, heat["states"]), measure["all"]):
+            for state, look in zip(map(tuple, heat["states"]), measure["all"]):
                 levels = values[state]["levels"][k - 1 : k]
                 bounds = levels[0][{"p": "probability", "c": "cost"}[what]] if levels else None
-                if bounds is not None or value is None:
-                    self.context.same(f"{measure['id']} of a page at {state}", True, is_within(value, bounds))
+                text = measure["looks"][look]["text"]
+                if bounds is not None or text == "–":
+                    self.context.same(f"{measure['id']} of a page at {state}", True, stands_between(text, bounds, what == "p"))
 
 
-def is_within(value, bounds):
-    """Whether a value with six digits lies between bounds."""
-    if value is None or bounds is None:
-        return value is None and bounds is None
+def stands_between(text, bounds, is_probability):
+    """Whether a value of a few digits lies between bounds, up to its last digit; `–` stands for none."""
+    if text == "–" or bounds is None:
+        return text == "–" and bounds is None
     lower, upper = (math.inf if x == "inf" else x for x in (bounds["lower"], bounds["upper"]))
-    return lower - 1e-5 * max(1, lower) <= value <= upper + 1e-5 * max(1, upper)
+    if text == ">0.99":
+        return upper > 0.995 and lower < 1
+    value = float(text)
+    error = 0.005 if value < 1 else 0.05 if value < 100 else 0.5
+    if "e" in text:
+        error = 0.5 * 10 ** int(text.partition("e")[2])
+    elif is_probability and text in ("0", "1"):
+        error = 0
+    return lower - error - 1e-5 <= value <= upper + error + 1e-5
 
 
 MOVE = ("improves", "weakens", "sasi", "spi")

@@ -22,7 +22,7 @@ fn chromium() -> Option<PathBuf> {
 }
 
 /// Returns the output of Chromium on stdout for these arguments.
-fn browse(browser: &Path, scratch: &Scratch, arguments: &[&str]) -> String {
+pub(crate) fn browse(browser: &Path, scratch: &Scratch, arguments: &[&str]) -> String {
     let log = scratch.path("browser.out");
     let mut child = Command::new(browser)
         // The sandbox needs rights that containers do not give; the page is ours.
@@ -102,13 +102,13 @@ fn probed(dom: &str) -> [f64; 3] {
 }
 
 /// Writes a copy of a page with a script at its end.
-fn with_script(page: &str, script: &str, to: &str) {
+pub(crate) fn with_script(page: &str, script: &str, to: &str) {
     let text = std::fs::read_to_string(page).unwrap().replace("</body>", &format!("{script}</body>"));
     std::fs::write(to, text).unwrap();
 }
 
 /// Returns the browser, or prints that the test is skipped.
-fn browser() -> Option<PathBuf> {
+pub(crate) fn browser() -> Option<PathBuf> {
     let found = chromium();
     if found.is_none() {
         eprintln!("skipped: there is no Chromium here to open the page (set CHROMIUM to its path)");

@@ -33,7 +33,7 @@ fn cells_in_which_the_opponent_moves_are_round() {
     let svg = |more: &str| run(&format!("{PURSUIT} --format svg --picture sasi{more}")).expect(0).stdout;
     let ours = svg("");
     assert_eq!((round(&ours), ours.matches("<rect").count() > 25), (0, true));
-    for legend in ["■ robot moves", "● guard moves"] {
+    for legend in [">■</text>", ">robot moves</text>", ">●</text>", ">guard moves</text>"] {
         assert!(ours.contains(legend), "{legend}: {ours}");
     }
     // The robot does not stand in the wall, the column 2, between its doors; far cells are not reached yet.
@@ -97,10 +97,11 @@ fn both_robots_are_drawn_where_they_stand() {
     let page = Finished::of(meliora().args(["report", &model, &wishes])).expect(0).stdout;
     assert!(page.contains("its sign also shows where it stands"), "{page}");
     // The mark of the run is that of our robot.
-    assert!(page.contains("<rect class=\"token\""), "{page}");
+    assert!(page.contains("<g class=\"token\" visibility=\"hidden\"><rect"), "{page}");
     let theirs = at(&["--grid", "r2,c2"]);
     assert!(
-        theirs.contains("<circle class=\"token theirs\"") && theirs.contains("<g class=\"piece ours\""),
+        theirs.contains("<g class=\"token theirs\" visibility=\"hidden\"><circle")
+            && theirs.contains("<g class=\"piece ours\""),
         "{theirs}"
     );
 }
@@ -126,7 +127,9 @@ fn pictures_need_no_strategy() {
         Finished::of(meliora().args([&["report", model.as_str(), wishes.as_str()], more].concat()))
     };
     assert!(report(&["--format", "dot"]).expect(0).stdout.contains("Far"));
-    assert!(report(&["--format", "svg", "--picture", "sasi"]).expect(0).stdout.contains("■ rover moves"));
+    assert!(
+        report(&["--format", "svg", "--picture", "sasi"]).expect(0).stdout.contains(">rover moves</text>")
+    );
     report(&["--kind", "sasi"]).expect(0);
     for refused in [&[][..], &["--format", "dot", "--kind", "plan"]] {
         let said = report(refused).expect(2).stderr;

@@ -2,6 +2,7 @@
 
 mod aims;
 mod at;
+mod boxes;
 mod browser;
 mod choose;
 mod common;

@@ -59,7 +59,8 @@ fn maps_are_over_the_first_two_integers_where_no_names_suggest_better_ones() {
     let strip = run(&format!("report {m} {p} --format svg --picture classes --grid q")).expect(0).stdout;
     // No other value of q is ever reached.
     assert_eq!(strip.matches("class=\"cell\"").count(), 4);
-    assert_eq!(strip.matches("url(#wall)").count(), 3);
+    assert_eq!(strip.matches("height=\"40\" fill=\"url(#wall)\"").count(), 3);
+    assert!(strip.contains(">unreachable</text>"));
 }
 
 #[test]
@@ -187,7 +188,7 @@ fn cells_and_legends_name_the_classes() {
     };
     assert!(cell(3, 1).contains("<title>B or C; B or F; nothing</title>"), "{}", cell(3, 1));
     assert_eq!(cell(3, 1).matches("■</tspan>").count(), 3, "{}", cell(3, 1));
-    assert_eq!(cell(2, 0).matches("</tspan>").count(), 0, "{}", cell(2, 0));
+    assert_eq!(cell(2, 0).matches("■</tspan>").count(), 0, "{}", cell(2, 0));
     // More than four are three squares and a sign.
     assert_eq!(cell(1, 1).matches("■</tspan>").count(), 3, "{}", cell(1, 1));
     assert!(cell(1, 1).contains("+</tspan>"), "{}", cell(1, 1));
@@ -196,7 +197,8 @@ fn cells_and_legends_name_the_classes() {
     let group = &group[..group.find("</ul>").unwrap()];
     assert_eq!(group.matches("</span>").count(), 3);
     assert!(group.contains("</span>A</li>") && group.contains("</span>A/B/F · A, B or F</li>"), "{group}");
-    assert_eq!(page.matches("<li class=\"group\">").count(), 3);
+    let figure = &map[..map.find("</figure>").unwrap()];
+    assert_eq!(figure.matches("<li class=\"group\">").count(), 3);
 }
 
 #[test]
@@ -222,7 +224,8 @@ fn monitors_show_words_at_sliders_and_axes() {
     assert!(page.contains("<option value=\"0\" selected>waiting for key</option>"), "{page}");
     for grid in ["Deliver,place", "place,Deliver", "Deliver"] {
         let page = run(&format!("{courier} --grid {grid}")).expect(0).stdout;
-        assert!(page.contains(">waiting for key</text>"), "{grid}: {page}");
+        let axis = page.split("class=\"axis ").skip(1).map(|part| part.split("</ol>").next().unwrap());
+        assert!(axis.into_iter().any(|axis| axis.contains(">waiting for key</")), "{grid}: {page}");
     }
 }
 
@@ -233,16 +236,23 @@ fn targets_have_letters_in_maps_of_any_size() {
     let scratch = Scratch::new(&[("row.prism", row), ("row.pref", wishes)]);
     let two = run(&format!("report {} {}", scratch.show("row.prism"), scratch.show("row.pref")));
     let two = two.expect(0).stdout;
-    assert!(two.contains("letters mark targets (Ch = Child, Cl = Climber)"), "{two}");
+    for (letters, name) in [("Ch", "Child"), ("Cl", "Climber")] {
+        assert!(two.contains(&format!("\"><span class=\"glyph\">{letters}</span>{name}</li>")), "{two}");
+    }
     // A target in most cells has no letter.
     let rescue = run("report models/rescue.prism models/rescue.pref -c H=2").expect(0).stdout;
-    assert!(!rescue.contains("letters mark targets"), "{rescue}");
+    assert!(!rescue.contains("<g class=\"marks\">"), "{rescue}");
     let large = "generate gridworld --rows 26 --cols 26 --battery none --items 4 --seed 5 --out";
     run(&format!("{large} {}", scratch.show("large"))).expect(0);
-    let page = run(&format!("report {} {}", scratch.show("large.prism"), scratch.show("large.pref")));
-    let page = page.expect(0).stdout;
+    // The item B is behind a door.
+    let large = format!(
+        "report {} {} --at open_B=true,open_charger=true",
+        scratch.show("large.prism"),
+        scratch.show("large.pref")
+    );
+    let page = run(&large).expect(0).stdout;
     let spots: Vec<_> =
-        page.split("<text class=\"spot\"").skip(1).map(|t| t.split(['>', '<']).nth(1)).collect();
+        page.split("<text class=\"single\"").skip(1).map(|t| t.split(['>', '<']).nth(1)).collect();
     assert_eq!(spots.len() % 4, 0);
     assert!(["A", "B", "C", "D"].iter().all(|name| spots.contains(&Some(name))), "{spots:?}");
 }
@@ -297,17 +307,21 @@ fn labels_have_marks_and_flags_are_where_a_label_says() {
         let start = map.find(&format!("data-row=\"{row}\" data-col=\"{column}\"")).unwrap();
         &map[start..start + map[start..].find("</g>").unwrap()]
     };
-    let legend = &map[map.find("<ul class=\"legend\">").unwrap()..];
+    let legend = &page[page.find("<ul class=\"legend key\">").unwrap()..];
+    let legend = &legend[..legend.find("<li class=\"small\">").unwrap()];
     // The labels of the targets have letters; a label of all cells says nothing.
     for (sign, label) in [("▲", "charger"), ("●", "wet")] {
         assert!(legend.contains(&format!("<span class=\"glyph\">{sign}</span>{label}")), "{legend}");
     }
-    assert_eq!(legend.matches("class=\"glyph\"").count(), 2, "{legend}");
+    assert_eq!(legend.matches("class=\"glyph\"").count(), 4, "{legend}");
     assert!(cell(3, 0).contains(">▲</text>") && cell(2, 2).contains(">●</text>"), "{map}");
     assert!(cell(2, 2).contains("data-value=\"×\""), "{}", cell(2, 2));
     assert!(cell(1, 2).contains(">B</text>") && cell(3, 3).contains(">O</text>"), "{map}");
-    assert_eq!(map.matches("class=\"label\"").count(), 2, "{map}");
+    assert_eq!(map.matches("<g class=\"marks\">").count(), 4, "{map}");
     assert!(!cell(0, 0).contains(">B</text>"), "{}", cell(0, 0));
     let svg = run(&format!("report {store} --format svg --picture spi")).expect(0).stdout;
-    assert!(svg.contains("▲ charger") && svg.contains(">▲</text>"), "{svg}");
+    assert!(
+        svg.contains(">charger</text>") && svg.contains("<text class=\"glyph\" x=\"7\" y=\"12\">▲</text>"),
+        "{svg}"
+    );
 }

@@ -36,7 +36,7 @@ def preferences(preferences: Preferences) -> str:
     objectives = list(preferences.objectives.items())
     table = _table(("objective", "formula"), objectives[:_ROWS], len(objectives))
     title = f"{preferences.name}: empty = {preferences.empty}, history = {preferences.history}"
-    return _title(title) + _image(preferences._repr_svg_(), "the preference order") + table
+    return _title(title) + _image(preferences.to_svg(), "the preference order") + table
 
 
 def region(region: Region) -> str:
@@ -97,7 +97,7 @@ def _map(region: Region) -> str:
 
 def _image(svg: str, what: str) -> str:
     data = b64encode(svg.encode()).decode()
-    return f'<img alt="{escape(what)}" style="max-width:40em" src="data:image/svg+xml;base64,{data}">'
+    return f'<img alt="{escape(what)}" style="max-width:min(100%,40em)" src="data:image/svg+xml;base64,{data}">'
 
 
 def _title(text: str) -> str:

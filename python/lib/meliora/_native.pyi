@@ -387,6 +387,17 @@ class Preferences:
         """The part of a path that counts: `"state"` (from the present state on) or `"play"` (the whole
         path).
         """
+    @property
+    def edges(self) -> list[tuple[str, str]]:
+        """The order as pairs (better, worse), without those that follow from others: the lines of the Hasse
+        diagram. Objectives that are equally good are in the same pairs.
+        """
+    def to_svg(self) -> str:
+        """Draws the order as a Hasse diagram, the most preferred objectives on top.
+
+        Returns:
+            The text of an SVG file.
+        """
     def compare(self, first: str, second: str) -> Literal[">", "<", "~"] | None:
         """Compares two objectives: `">"` if the first is strictly preferred, `"<"`, `"~"`, or None if
         they are incomparable.

@@ -160,6 +160,12 @@ impl Projections {
         plane.map(|v| self.variables[v.index()].name.clone()).collect()
     }
 
+    /// Returns whether a cell is the one of the state that is shown first.
+    pub fn is_first(&self, row: i64, column: i64) -> bool {
+        let value = |variable: VarId| self.at[variable.index()];
+        row == self.plane.row.map_or(0, value) && column == value(self.plane.column)
+    }
+
     /// Returns the values of the rows, from the top of the picture down.
     pub fn rows(&self) -> Vec<i64> {
         let mut rows = self.plane.row.map_or_else(|| vec![0], |row| self.values(row));

@@ -3,8 +3,9 @@
 use serde_json::{Value as Json, json};
 
 use super::heat::Heat;
+use super::marks::Mark;
 use super::paint::{MOST_SQUARES, Paint, UNSAFE, arrow};
-use super::{Content, Picture, game, palette};
+use super::{Content, Picture, axes, game, map, palette};
 use meliora_export::projections::{Direction, Ladder, Projections};
 use meliora_model::diagram::Edge;
 use meliora_model::value::Type;
@@ -37,11 +38,14 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         "unsafe": projections.unsafe_states.map(|edge| json!({
             "edge": edge.number(), "text": UNSAFE, "fill": palette::css(palette::UNSAFE), "ink": palette::ink(palette::UNSAFE),
         })),
+        "sides": {"middle": axes::MIDDLE, "tiny": axes::TINY},
         "sasi": ladder(&projections.sasi, paint, Picture::Sasi),
         "spi": ladder(&projections.spi, paint, Picture::Spi),
         "classes": classes,
         "objectives": content.preferences.objectives.iter().map(|o| o.name.as_str()).collect::<Vec<_>>(),
         "targets": edges(&projections.targets),
+        "dots": [map::TARGET, map::LABEL],
+        "marks": paint.marks.0.iter().map(mark).collect::<Vec<_>>(),
         "labels": projections.labels.iter().map(|(name, edge)| json!({"name": name, "edge": edge.number()})).collect::<Vec<_>>(),
         "chain": content.check.header.is_chain(),
         "choices": projections.choices.iter().map(choice).collect::<Vec<_>>(),
@@ -72,11 +76,16 @@ fn nodes(projections: &Projections) -> Vec<i64> {
     projections.diagram.nodes.iter().flat_map(three).collect()
 }
 
+fn mark(mark: &Mark) -> Json {
+    json!({"glyph": mark.glyph, "target": mark.is_target, "edge": mark.edge.number(), "wide": mark.is_wide})
+}
+
 fn class(paint: &Paint<'_>, index: usize, edge: Edge) -> Json {
     let (color, ink) = paint.class(index);
     json!({
         "name": paint.names[index],
-        "mark": paint.marks[index],
+        "mark": paint.texts[index],
+        "size": axes::size(&paint.texts[index]),
         "fill": palette::css(color),
         "ink": ink,
         "edge": edge.number(),

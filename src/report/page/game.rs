@@ -56,9 +56,9 @@ pub(super) fn key(players: &[PlayerSummary], paint: &Paint<'_>) -> Markup {
     }
 }
 
-/// Returns the legend of a separate picture.
-pub(super) fn legend(players: &[PlayerSummary]) -> impl Iterator<Item = String> + '_ {
-    players.iter().map(|p| format!("{} {} moves", if p.ours { '■' } else { '●' }, p.name))
+/// Returns the legend of a separate picture: a sign and its meaning.
+pub(super) fn legend(players: &[PlayerSummary]) -> impl Iterator<Item = (&'static str, String)> + '_ {
+    players.iter().map(|p| (if p.ours { "■" } else { "●" }, format!("{} moves", p.name)))
 }
 
 /// Returns the positions that other pairs of variables give.
@@ -76,26 +76,21 @@ fn is_own_ours(projections: &Projections) -> Option<bool> {
 }
 
 /// Renders the mark of the position in a run; the script moves it.
-pub(super) fn token(projections: &Projections, radius: usize) -> Markup {
-    let (corner, side) = (format!("-{radius}"), 2 * radius);
-    match is_own_ours(projections) {
-        Some(true) => {
-            html! { rect.token x=(corner) y=(corner) width=(side) height=(side) visibility="hidden" {} }
-        }
-        Some(false) => html! { circle.token.theirs r=(radius) visibility="hidden" {} },
-        None => html! { circle.token r=(radius) visibility="hidden" {} },
-    }
+pub(super) fn token(projections: &Projections) -> Markup {
+    let drawn = match is_own_ours(projections) {
+        Some(true) => html! { rect x="8" y="8" width=(SIDE - 16) height=(SIDE - 16) {} },
+        Some(false) | None => html! { circle cx=(SIDE / 2) cy=(SIDE / 2) r="13" {} },
+    };
+    html! { g.token.theirs[is_own_ours(projections) == Some(false)] visibility="hidden" { (drawn) } }
 }
 
-/// Renders the other players at their places in a view; the script moves them. In a picture of small
-/// cells they are as large as `many` and in the middle of their cells.
+/// Renders the other players at their places in a view; the script moves them.
 pub(super) fn pieces(
     projections: &Projections,
-    (view, many): (&View, Option<usize>),
+    view: &View,
     corner: impl Fn(i64, i64) -> Option<(usize, usize)>,
 ) -> Markup {
     let Some(game) = &projections.game else { return html! {} };
-    let (middle, radius) = many.map_or(((SIDE - 10, 10), 9), |many| ((SIDE / 2, SIDE / 2), many));
     html! {
         @for (player, plane) in others(projections) {
             @let player = &game.players[*player];
@@ -106,13 +101,9 @@ pub(super) fn pieces(
                 data-row=[row] data-col=(plane.column.index())
                 transform=(format!("translate({x},{y})")) visibility=(if place.is_some() { "visible" } else { "hidden" }) {
                 title { (player.name) }
-                @if player.ours {
-                    rect x=(middle.0 - radius) y=(middle.1 - radius) width=(2 * radius) height=(2 * radius) {}
-                } @else {
-                    circle cx=(middle.0) cy=(middle.1) r=(radius) {}
-                }
-                text x=(middle.0) y=(middle.1 + radius / 2) style=(format!("font-size:{}px", 3 * radius / 2)) {
-                    (player.name.chars().take(1).collect::<String>())
+                g.sign transform="translate(30,10)" {
+                    @if player.ours { rect x="-9" y="-9" width="18" height="18" {} } @else { circle r="9" {} }
+                    text y="4.5" { (player.name.chars().take(1).collect::<String>()) }
                 }
             }
         }

@@ -4,8 +4,9 @@ use std::fmt::Write;
 
 use maud::{Markup, html};
 
+use super::drawing;
 use super::layered::{HEIGHT, Layered};
-use super::{drawing, letters};
+use super::letters::{self, LONGEST};
 use meliora_model::escape;
 use meliora_model::hasse::Hasse;
 use meliora_model::preference::{Empty, Preorder};
@@ -50,7 +51,7 @@ impl Order {
     }
 
     fn width(&self, group: usize) -> f64 {
-        let label = letters::width(&letters::shortened(&self.labels[group])) * NAME;
+        let label = letters::width(&letters::shortened(&self.labels[group], LONGEST)) * NAME;
         let note = self.notes[group].as_ref().map_or(0.0, |note| letters::width(note) * NOTE);
         label.max(note).max(40.0) + BESIDE
     }
@@ -77,7 +78,8 @@ pub(super) fn svg(order: &Order, alone: bool) -> Markup {
     html! {
         svg.hasse xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width:.0} {height:.0}"))
             role="img" aria-label="The preference order, the most preferred objectives on top"
-            style=(format!("max-width:{:.0}px", width * 1.25)) {
+            width=[alone.then(|| format!("{width:.0}"))] height=[alone.then(|| format!("{height:.0}"))]
+            style=[(!alone).then(|| format!("min-width:{:.0}px;max-width:{:.0}px", 0.7 * width, 1.1 * width))] {
             @if alone { (drawing::style()) (drawing::paper(width as usize + 1, height as usize + 1)) }
             @for (corners, &(_, low)) in drawing.arcs.iter().zip(&layered.arcs) {
                 (line(corners, if low < groups { "cover" } else { "cover weak" }))
@@ -117,7 +119,7 @@ fn box_of(
     note: Option<&str>,
     class: &str,
 ) -> Markup {
-    let shown = letters::shortened(label);
+    let shown = letters::shortened(label, LONGEST);
     let middle = if note.is_some() { 19.0 } else { height / 2.0 + 5.0 };
     html! {
         g class=(class) transform=(format!("translate({x:.1},{y:.1})")) {

@@ -1,11 +1,13 @@
 //! Values of all states: heat maps of probabilities and costs, over the plane of the rank maps.
 
+use std::cmp::Ordering;
+
 use ahash::AHashMap;
 use serde_json::{Value as Json, json};
 
 use super::paint::Look;
 use super::palette::{self, Rgb};
-use super::words;
+use super::{axes, words};
 use meliora_export::projections::{Projections, View};
 use meliora_quantities::all_states::AllStates;
 
@@ -22,32 +24,26 @@ pub(super) enum Measure {
 }
 
 /// The values of the states of the scope, and the maps that show them.
-#[derive(Debug)]
 pub(crate) struct Heat<'a> {
     all: &'a AllStates,
-    pub(super) measures: Vec<Measure>,
+    pub(super) tables: Vec<Table>,
+}
+
+/// The looks of the values of a map. Values with the same text look the same.
+pub(super) struct Table {
+    pub(super) measure: Measure,
+    /// The least and the greatest value over all states.
+    range: (f64, f64),
+    /// The looks from the best value to the worst; the last one belongs to states without a value.
+    pub(super) looks: Vec<Look>,
+    /// The position of the look of each state.
+    of_states: Vec<usize>,
 }
 
 impl<'a> Heat<'a> {
     /// Selects the maps of these values.
     pub(super) fn new(all: &'a AllStates) -> Self {
-        Heat { all, measures: telling(all) }
-    }
-
-    fn of_state(&self, measure: Measure, state: usize) -> Option<f64> {
-        match measure {
-            Measure::Probability(k) => self.all.probabilities[state].get(k - 1).copied(),
-            Measure::Steps(k) => self.all.costs[state].get(k - 1).copied().flatten(),
-        }
-    }
-
-    /// Returns the least and the greatest value over all states.
-    fn range(&self, measure: Measure) -> (f64, f64) {
-        if let Measure::Probability(_) = measure {
-            return (0.0, 1.0);
-        }
-        let all = (0..self.all.states.len()).filter_map(|state| self.of_state(measure, state));
-        all.fold((f64::INFINITY, 0.0), |(low, high), x| (low.min(x), high.max(x)))
+        Heat { all, tables: telling(all).into_iter().map(|measure| Table::new(all, measure)).collect() }
     }
 
     /// Returns the looks of the cells of some views, one list per measure.
@@ -59,7 +55,7 @@ impl<'a> Heat<'a> {
         for (number, state) in self.all.states.iter().enumerate() {
             index.entry(plane(&|at| Some(state[at]))).or_default().push(number);
         }
-        let look = |measure: Measure, view: &Option<View>| {
+        let look = |table: &Table, view: &Option<View>| {
             let Some(view) = view else { return Look::wall() };
             let fits = |number: &&usize| {
                 view.iter()
@@ -67,49 +63,67 @@ impl<'a> Heat<'a> {
                     .all(|(wanted, value)| wanted.is_none_or(|w| w == *value))
             };
             let here = index.get(&plane(&|at| view[at])).into_iter().flatten().filter(fits);
-            let values = here.filter_map(|&number| self.of_state(measure, number));
-            self.look(measure, values.reduce(|a, b| if measure.prefers(a, b) { a } else { b }))
+            let best = here.map(|&number| table.of_states[number]).min();
+            table.looks[best.unwrap_or(table.looks.len() - 1)].clone()
         };
-        self.measures.iter().map(|&m| views.iter().map(|view| look(m, view)).collect()).collect()
-    }
-
-    fn look(&self, measure: Measure, value: Option<f64>) -> Look {
-        match value.filter(|&x| x > 0.0 || matches!(measure, Measure::Steps(_))) {
-            Some(x) => Look::scaled(measure.share(x, self.range(measure)), digits(x)),
-            None => Look::none(if matches!(measure, Measure::Steps(_)) { "–" } else { "0" }.to_owned()),
-        }
-    }
-
-    /// Returns the meaning of the colours.
-    pub(super) fn legend(&self, measure: Measure) -> Vec<(Rgb, String)> {
-        let (low, high) = self.range(measure);
-        let parts = if low == high { 1 } else { 5 };
-        let value = |i: usize| low + (high - low) * i as f64 / (parts - 1).max(1) as f64;
-        let one = |x: f64| match measure {
-            Measure::Probability(_) if x == 0.0 => (palette::NONE, "0".to_owned()),
-            _ => (palette::scale(measure.share(x, (low, high))), digits(x)),
-        };
-        let mut all: Vec<_> = (0..parts).map(|i| one(value(i))).collect();
-        if let Measure::Steps(_) = measure {
-            all.push((palette::NONE, "– not certain".to_owned()));
-        }
-        all
+        self.tables.iter().map(|table| views.iter().map(|view| look(table, view)).collect()).collect()
     }
 
     /// Returns the data of the page's script.
     pub(super) fn data(&self) -> Json {
-        let measure = |&measure: &Measure| {
-            let (low, high) = self.range(measure);
-            let all: Vec<Option<f64>> =
-                (0..self.all.states.len()).map(|state| self.of_state(measure, state).map(rounded)).collect();
-            let steps = matches!(measure, Measure::Steps(_));
-            json!({"id": measure.id(), "title": measure.title(), "steps": steps, "low": low, "high": high, "all": all})
+        let look = |look: &Look| json!({"text": look.text, "size": axes::size(&look.text), "fill": look.fill, "ink": look.ink});
+        let one = |table: &Table| {
+            let (id, title) = (table.measure.id(), table.measure.title());
+            let looks: Vec<Json> = table.looks.iter().map(look).collect();
+            json!({"id": id, "title": title, "looks": looks, "all": table.of_states})
         };
-        json!({
-            "states": self.all.states,
-            "measures": self.measures.iter().map(measure).collect::<Vec<_>>(),
-            "stops": palette::stops(),
-        })
+        json!({"states": self.all.states, "measures": self.tables.iter().map(one).collect::<Vec<_>>()})
+    }
+}
+
+impl Table {
+    fn new(all: &AllStates, measure: Measure) -> Self {
+        let values: Vec<Option<f64>> = (0..all.states.len()).map(|state| measure.of(all, state)).collect();
+        let range = match measure {
+            Measure::Probability(_) => (0.0, 1.0),
+            Measure::Steps(_) => {
+                let known = values.iter().flatten();
+                known.fold((f64::INFINITY, 0.0_f64), |(low, high), &x| (low.min(x), high.max(x)))
+            }
+        };
+        let mut order: Vec<usize> = (0..values.len()).collect();
+        order.sort_by(|&a, &b| measure.compare(values[a], values[b]));
+        let mut table = Table { measure, range, looks: Vec::new(), of_states: vec![0; values.len()] };
+        for state in order {
+            let look = match values[state] {
+                Some(x) => Look::scaled(measure.share(x, range), digits(x)),
+                None => measure.nothing(),
+            };
+            if table.looks.last().is_none_or(|last| last.text != look.text) {
+                table.looks.push(look);
+            }
+            table.of_states[state] = table.looks.len() - 1;
+        }
+        if table.looks.last().is_none_or(|last| last.text != measure.nothing().text) {
+            table.looks.push(measure.nothing());
+        }
+        table
+    }
+
+    /// Returns the meaning of the colours.
+    pub(super) fn legend(&self) -> Vec<(Rgb, String)> {
+        let (low, high) = self.range;
+        let parts = if low == high { 1 } else { 5 };
+        let value = |i: usize| low + (high - low) * i as f64 / (parts - 1).max(1) as f64;
+        let one = |x: f64| match self.measure {
+            Measure::Probability(_) if x == 0.0 => (palette::NONE, "0".to_owned()),
+            measure => (palette::scale(measure.share(x, self.range)), digits(x)),
+        };
+        let mut all: Vec<_> = (0..parts).map(|i| one(value(i))).collect();
+        if let Measure::Steps(_) = self.measure {
+            all.push((palette::NONE, "– not certain".to_owned()));
+        }
+        all
     }
 }
 
@@ -144,11 +158,23 @@ impl Measure {
         }
     }
 
-    fn prefers(self, a: f64, b: f64) -> bool {
+    /// Returns the value of a state; `None` if there is none, or if it is zero.
+    fn of(self, all: &AllStates, state: usize) -> Option<f64> {
         match self {
-            Measure::Probability(_) => a >= b,
-            Measure::Steps(_) => a <= b,
+            Measure::Probability(k) => all.probabilities[state].get(k - 1).copied().filter(|&p| p > 0.0),
+            Measure::Steps(k) => all.costs[state].get(k - 1).copied().flatten(),
         }
+    }
+
+    /// Returns the look of states without a value.
+    fn nothing(self) -> Look {
+        Look::none(if matches!(self, Measure::Steps(_)) { "–" } else { "0" }.to_owned())
+    }
+
+    /// Puts better values first, and no value last.
+    fn compare(self, a: Option<f64>, b: Option<f64>) -> Ordering {
+        let (Some(x), Some(y)) = (a, b) else { return a.is_none().cmp(&b.is_none()) };
+        if let Measure::Steps(_) = self { x.total_cmp(&y) } else { y.total_cmp(&x) }
     }
 
     /// Returns the place on the colour scale: likely and soon are dark.
@@ -159,11 +185,6 @@ impl Measure {
             Measure::Steps(_) => 1.0 - share,
         }
     }
-}
-
-/// Rounds to six significant digits.
-fn rounded(x: f64) -> f64 {
-    format!("{x:.5e}").parse().unwrap_or(x)
 }
 
 /// Formats a value in at most five characters: `0.41`, `11.4`, `120`.
@@ -209,6 +230,8 @@ mod tests {
             (p.share(1.0, (0.0, 1.0)), c.share(2.0, (2.0, 9.0)), c.share(9.0, (2.0, 9.0))),
             (1.0, 1.0, 0.0)
         );
-        assert!(p.prefers(0.5, 0.2) && c.prefers(2.0, 5.0) && !c.prefers(5.0, 2.0));
+        assert_eq!(p.compare(Some(0.5), Some(0.2)), Ordering::Less);
+        assert_eq!(c.compare(Some(2.0), Some(5.0)), Ordering::Less);
+        assert_eq!([p, c].map(|m| m.compare(None, Some(1.0))), [Ordering::Greater; 2]);
     }
 }

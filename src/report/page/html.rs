@@ -6,9 +6,10 @@ use super::super::header::{Header, ModelSummary};
 use super::super::simulate::TurnReport;
 use super::super::simulate_text::committed;
 use super::super::{ranks, text};
+use super::axes::Sizes;
 use super::paint::Paint;
 use super::sentence::sentence;
-use super::{Content, Picture, ShownRun, bars, cycle, data, game, hasse, map, paint, words};
+use super::{Content, Picture, ShownRun, bars, cycle, data, game, hasse, map, words};
 use meliora_model::Variable;
 use meliora_model::preference::Empty;
 use meliora_model::value::Type;
@@ -44,9 +45,12 @@ pub(super) fn page(content: &Content<'_>) -> String {
                 main {
                     (verdict(content))
                     @if let Some(paint) = &paint { (maps(content, paint)) } @else { (no_maps()) }
-                    @if let Some(run) = content.run { (shown_run(run)) }
                     (cycle::section(check))
-                    (preferences(content))
+                    div.halves {
+                        @if let Some(run) = content.run { (shown_run(run)) }
+                        div { (preferences(content)) @if content.run.is_some() { (levels(content)) } }
+                        @if content.run.is_none() { div { (levels(content)) } }
+                    }
                     (tables(content))
                 }
                 (footer(content))
@@ -54,7 +58,6 @@ pub(super) fn page(content: &Content<'_>) -> String {
                     script #data type="application/json" { (PreEscaped(data::script(content, paint))) }
                     script {
                         (PreEscaped(include_str!("diagram.js")))
-                        (PreEscaped(include_str!("shades.js")))
                         (PreEscaped(include_str!("page.js")))
                     }
                 }
@@ -178,7 +181,7 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
                     }
                 }
             } @else { p.others { (sentence) } }
-            div.maps style=(format!("--least:{}rem", map::least_width(projections))) {
+            div.maps style=(format!("--least:{:.0}px", Sizes::new(projections).least)) {
                 @for picture in Picture::MAPS { (map::part(content, paint, picture)) }
                 @if let Some(heat) = content.heat() { (map::values(content, paint, &heat)) }
             }
@@ -188,31 +191,10 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
                 p.hint { "Values are left out: the model has more than " (text::grouped(MOST_STATES)) " states. "
                     code { "meliora values" } " computes them." }
             }
-            p.hint { (key(content, paint)) }
+            (map::key(paint))
             div #cell.card.detail aria-live="polite" { "Select a cell with the mouse or the arrow keys to see its results." }
         }
     }
-}
-
-/// Explains the signs in the maps.
-fn key(content: &Content<'_>, paint: &Paint<'_>) -> String {
-    let mut key =
-        String::from("Triangles show the directions of permitted actions; the ring marks the start");
-    let shown: Vec<usize> = paint.cells.iter().flatten().flat_map(|found| found.targets.clone()).collect();
-    let names = content.preferences.objectives.iter().map(|o| o.name.as_str());
-    let letters = paint::letters(content).unwrap_or_default();
-    let long = names.zip(&letters).enumerate().filter(|(i, (name, l))| shown.contains(i) && name != l);
-    let long: Vec<String> = long.map(|(_, (name, letter))| format!("{letter} = {name}")).collect();
-    if paint.cells.iter().flatten().any(|found| found.letters.iter().any(|l| l != "◆")) {
-        key.push_str("; letters mark targets");
-        if !long.is_empty() {
-            key = format!("{key} ({})", long.join(", "));
-        }
-    }
-    if paint.cells.iter().flatten().any(|found| found.letters.iter().any(|l| l == "◆")) {
-        key.push_str("; ◆ marks targets, which are listed for the selected cell");
-    }
-    key + "."
 }
 
 fn view_sentence(paint: &Paint<'_>) -> String {
@@ -360,7 +342,7 @@ fn preferences(content: &Content<'_>) -> Markup {
     html! {
         section #preferences {
             h2 { "Preference order" }
-            (hasse::svg(&content.order(), false))
+            div.scroll { (hasse::svg(&content.order(), false)) }
             p.hint {
                 "The most preferred objectives are on top. Objectives in one box are equally good; objectives "
                 "without a path up or down between them are incomparable. " (empty)
@@ -369,11 +351,17 @@ fn preferences(content: &Content<'_>) -> Markup {
     }
 }
 
-fn tables(content: &Content<'_>) -> Markup {
-    let (check, result) = (content.check, &content.check.result);
+fn levels(content: &Content<'_>) -> Markup {
+    let result = &content.check.result;
     html! {
         section #levels { h2 { "States by number of improvements" } div.scroll { (bars::levels(result)) } }
         section #objectives { h2 { "Objectives" } div.scroll { (bars::objectives(result)) } }
+    }
+}
+
+fn tables(content: &Content<'_>) -> Markup {
+    let (check, result) = (content.check, &content.check.result);
+    html! {
         div.columns {
             section #classes {
                 h2 { "Classes" }

@@ -1,7 +1,7 @@
 //! Estimates the width of texts, for drawings that are made without fonts.
 
 /// Maximum number of characters of a drawn name; longer ones are shortened.
-const LONGEST: usize = 30;
+pub(super) const LONGEST: usize = 30;
 
 /// Returns the width of a text in units of its font size, for bold type of the widest of the usual
 /// sans-serif fonts.
@@ -20,13 +20,14 @@ fn letter(c: char) -> f64 {
     }
 }
 
-/// Returns the text, or its beginning and its end if it is too long.
-pub(super) fn shortened(text: &str) -> String {
+/// Returns the text, or its beginning and its end if it has more than `most` characters.
+pub(super) fn shortened(text: &str, most: usize) -> String {
     let letters: Vec<char> = text.chars().collect();
-    if letters.len() <= LONGEST {
+    if letters.len() <= most {
         return text.to_owned();
     }
-    let (head, tail) = (&letters[..LONGEST * 2 / 3], &letters[letters.len() - LONGEST / 3 + 1..]);
+    let head = most * 2 / 3;
+    let (head, tail) = (&letters[..head], &letters[letters.len() + head + 1 - most..]);
     head.iter().chain(&['…']).chain(tail).collect()
 }
 
@@ -37,11 +38,11 @@ mod tests {
     #[test]
     fn long_names_keep_their_beginning_and_their_end() {
         let long: String = ('a'..='z').cycle().take(100).collect();
-        let short = shortened(&long);
+        let short = shortened(&long, LONGEST);
         assert_eq!(short.chars().count(), LONGEST);
         assert!(long.starts_with(short.split('…').next().unwrap()));
         assert!(long.ends_with(short.split('…').nth(1).unwrap()));
-        assert_eq!(shortened("goal"), "goal");
+        assert_eq!(shortened("goal", LONGEST), "goal");
     }
 
     #[test]

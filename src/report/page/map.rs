@@ -1,78 +1,29 @@
-//! Heat maps over the plane. They show the opening view; the page's script changes colours, numbers
+//! Maps over the plane. They show the opening view; the page's script changes colours, numbers, marks
 //! and arrows when a slider moves.
 
 use std::collections::BTreeMap;
 
 use maud::{Markup, html};
 
-use super::drawing::{paper, style};
+use super::axes::{self, Sizes};
 use super::heat::Heat;
-use super::letters::{shortened, width as text_width};
-use super::paint::{Found, Look, Paint, ROOMY, SIDE};
+use super::marks::{MORE, Placed, SEVERAL};
+use super::paint::{Found, Look, Paint, SIDE};
 use super::palette::Rgb;
 use super::{Content, Picture, game, palette};
 use meliora_engine::Scope;
 use meliora_export::projections::{Projections, View};
-use meliora_model::VarId;
 
-/// Maximum number of columns for readable numbers and arrows in the cells.
-const READABLE: usize = 24;
 /// Maximum number of classes whose legend is not grouped.
 const UNGROUPED: usize = 8;
-/// Maximum number of targets that are marked among many small cells.
-const MOST_SPOTS: usize = 200;
-/// Maximum number of them that are marked by letters.
-const MOST_LETTERS: usize = 20;
 
-/// Renders a map as a separate drawing, with a title and a legend.
-pub(super) fn svg(content: &Content<'_>, projections: &Projections, picture: Picture) -> Markup {
-    let paint = Paint::new(content, projections);
-    let mut legend = paint.legend(picture);
-    legend.extend(paint.unsafe_legend());
-    let signs = paint.signs.legend(projections).into_iter().filter(|_| !is_large(projections));
-    legend.extend(signs.map(|(glyph, name)| (palette::NONE, format!("{glyph} {name}"))));
-    legend.extend(game::legend(&content.check.players).map(|text| (palette::NONE, text)));
-    let size = size(projections);
-    let width = size.0.max(320);
-    let view = lines(&view_text(projections, &paint.opening), width / 7);
-    let top = 34 + 16 * view.len();
-    let (beside, height) = ((width / 100).max(1), top + size.1);
-    let below = 24 * legend.len().div_ceil(beside) + 12;
-    html! {
-        svg xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width} {}", height + below)) {
-            (style())
-            (paper(width, height + below))
-            text.title x="4" y="20" { (picture.title()) }
-            @for (index, line) in view.iter().enumerate() {
-                text.small x="4" y=(38 + 16 * index) { (line) }
-            }
-            g transform=(format!("translate(0,{top})")) { (cells(Layer::Ranks(picture), &paint)) }
-            @for (index, (color, label)) in legend.iter().enumerate() {
-                @let (x, y) = (index % beside * 100 + 4, index / beside * 24 + height + 8);
-                g transform=(format!("translate({x},{y})")) {
-                    rect.swatch width="16" height="16" fill=(palette::css(*color)) {}
-                    text.small x="22" y="13" { (label) }
-                }
-            }
-        }
-    }
-}
-
-/// Breaks a list at its commas into lines of about `width` characters.
-fn lines(text: &str, width: usize) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for part in text.split_inclusive(", ") {
-        match lines.last_mut() {
-            Some(line) if line.len() + part.len() <= width => line.push_str(part),
-            _ => lines.push(part.to_owned()),
-        }
-    }
-    lines
-}
+/// The dots of targets and labels in the smallest cells.
+pub(super) const TARGET: &str = "M20 6L34 20L20 34L6 20Z";
+pub(super) const LABEL: &str = "M20 14A6 6 0 0 1 20 26A6 6 0 0 1 20 14Z";
 
 /// What the cells of a map show.
 #[derive(Clone, Copy)]
-enum Layer<'a> {
+pub(super) enum Layer<'a> {
     Ranks(Picture),
     /// The looks of the cells, row by row.
     Values(&'a [Look]),
@@ -83,16 +34,18 @@ pub(super) fn part(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -
     let words =
         Words { id: picture.name().to_owned(), title: picture.title().to_owned(), hint: hint(picture) };
     let legend = legend(content, paint, picture);
-    figure(content, paint, Layer::Ranks(picture), &words, &legend)
+    figure(content, paint, (Layer::Ranks(picture), paint.smallest(picture)), &words, &legend)
 }
 
 /// Renders the maps of values as parts of the page.
 pub(super) fn values(content: &Content<'_>, paint: &Paint<'_>, heat: &Heat<'_>) -> Markup {
     let looks = heat.looks(paint.projections, &paint.views());
     html! {
-        @for (&measure, looks) in heat.measures.iter().zip(&looks) {
+        @for (table, looks) in heat.tables.iter().zip(&looks) {
+            @let measure = table.measure;
             @let words = Words { id: measure.id(), title: measure.title(), hint: measure.hint() };
-            (figure(content, paint, Layer::Values(looks), &words, &plain_legend(&heat.legend(measure))))
+            @let smallest = table.looks.iter().map(|look| axes::size(&look.text)).max().unwrap_or(0);
+            (figure(content, paint, (Layer::Values(looks), smallest), &words, &plain_legend(&table.legend())))
         }
     }
 }
@@ -137,16 +90,19 @@ fn legend(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -> Markup 
     }
 }
 
+/// Renders a map; `smallest` is the font size of the smallest texts of its cells.
 fn figure(
     content: &Content<'_>,
     paint: &Paint<'_>,
-    layer: Layer<'_>,
+    (layer, smallest): (Layer<'_>, usize),
     words: &Words,
     legend: &Markup,
 ) -> Markup {
-    let projections = paint.projections;
-    let (width, height) = size(projections);
-    let most = if projections.plane.row.is_some() { (width * 8 / 5).clamp(200, 720) } else { width };
+    let (projections, sizes) = (paint.projections, Sizes::new(paint.projections));
+    let (rows, columns) = (projections.rows().len(), projections.columns().len());
+    let under = axes::under(projections);
+    let shape = format!("--left:{}px;--under:{under:.0}px;--rows:{rows};--columns:{columns}", sizes.left);
+    let walls = paint.cells.iter().flatten().any(Found::is_wall);
     let several = paint.cells.iter().flatten().any(Found::is_several);
     html! {
         figure.map id=(format!("map-{}", words.id)) {
@@ -154,24 +110,26 @@ fn figure(
                 strong { (words.title) }
                 span.hint { (words.hint) }
             }
-            svg xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width} {height}")) role="img"
-                preserveAspectRatio="xMinYMin" aria-label=(words.title) style=(format!("max-width:{most}px")) {
-                (cells(layer, paint))
+            div.plot style=(shape) {
+                div class=(format!("drawing {}", axes::detail(sizes.side, smallest))) data-readable=(axes::readable(smallest)) {
+                    svg xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {} {}", SIDE * columns, SIDE * rows))
+                        role="img" aria-label=(words.title) {
+                        (cells(layer, paint, sizes))
+                    }
+                    (axes::page(projections, sizes))
+                }
+                p.names { @for name in axes::names(projections) { span { (name) } " " } }
             }
             ul.legend {
                 (legend)
                 @if let Some(entry) = paint.unsafe_legend() { (plain_legend(&[entry])) }
-                @if !is_large(projections) {
-                    @for (glyph, name) in paint.signs.legend(projections) { li { span.glyph { (glyph) } (name) } }
-                }
-                @if content.check.header.scope == Some(Scope::Reachable) {
+                @if content.check.header.scope == Some(Scope::Reachable) && walls {
                     li.wall-key { span.swatch.wall {} "unreachable" }
                 }
                 @if matches!(layer, Layer::Ranks(Picture::Classes)) {
                     li.several hidden[!several] {
                         span.swatch.several {}
-                        (if is_large(projections) { "several classes" } else { "several classes, each with a square" })
-                        ": select a cell to see their names"
+                        "several classes, each with a square: select a cell to see their names"
                     }
                 }
             }
@@ -187,61 +145,44 @@ fn hint(picture: Picture) -> &'static str {
     }
 }
 
-fn size(projections: &Projections) -> (usize, usize) {
-    let below = under(projections) + 3 * letters(projections) / 2;
-    (left(projections) + SIDE * projections.columns().len() + 4, SIDE * projections.rows().len() + below)
-}
-
-/// Returns the minimum width of a map on the page in rem, so that three maps fit next to each other.
-pub(super) fn least_width(projections: &Projections) -> usize {
-    match projections.plane.row {
-        Some(_) => (projections.columns().len() * 3 / 2).clamp(20, 25),
-        None => (size(projections).0 / 16).max(20),
+/// Names the signs and letters in the maps.
+pub(super) fn key(paint: &Paint<'_>) -> Markup {
+    let (projections, marks) = (paint.projections, &paint.marks.0);
+    let shown = |number: usize| paint.cells.iter().flatten().any(|found| found.has(number));
+    let group = |title: &str, is_target: bool| {
+        let own = || marks.iter().enumerate().filter(move |(_, mark)| mark.is_target == is_target);
+        html! { @if own().next().is_some() { li.group { b { (title) } ul.legend {
+            @for (number, mark) in own() {
+                li data-mark=(number) hidden[!shown(number)] { span.glyph { (mark.glyph) } (mark.name) }
+            }
+        } } } }
+    };
+    let crowded = paint.cells.iter().flatten().any(|found| found.marks.len() > 4);
+    let sizes = Sizes::new(projections);
+    html! {
+        ul.legend.key {
+            li { (sign(&start())) "start" }
+            @if !projections.choices.is_empty() && sizes.side >= axes::TINY {
+                li { (sign(&html! { path.arrows d="M10 8L32 20L10 32Z" {} })) "direction of a permitted action" }
+            }
+            (group("Targets", true))
+            (group("Labels", false))
+            @if !marks.is_empty() {
+                li.small { b { (SEVERAL[0]) } " targets and " b { (SEVERAL[1]) } " labels in small cells" }
+                li.faint hidden[!paint.has_pale()] { span.glyph.pale { (marks[0].glyph) } "with other values" }
+                li.crowded hidden[!crowded] { span.glyph { (MORE) } "further marks" }
+            }
+        }
     }
 }
 
-fn is_large(projections: &Projections) -> bool {
-    projections.columns().len() > READABLE
+/// Renders a sign of the maps in a legend.
+fn sign(drawn: &Markup) -> Markup {
+    html! { svg.sign viewBox=(format!("0 0 {SIDE} {SIDE}")) aria-hidden="true" { (drawn) } }
 }
 
-/// Returns the font size of row and column numbers: pictures with many cells are shown smaller.
-fn letters(projections: &Projections) -> usize {
-    match projections.plane.row {
-        Some(_) => (13 * projections.columns().len() / 10).max(12),
-        None => 14,
-    }
-}
-
-/// Returns the width of the longest value of a variable at an axis.
-fn widest(projections: &Projections, variable: VarId, values: &[i64]) -> usize {
-    let width = |&value: &i64| text_width(&shown(projections, variable, value));
-    (values.iter().map(width).fold(0.0, f64::max) * letters(projections) as f64) as usize
-}
-
-/// Returns the text of a value at an axis.
-fn shown(projections: &Projections, variable: VarId, value: i64) -> String {
-    shortened(&projections.variables[variable.index()].show(value))
-}
-
-/// Returns the width of the row numbers, or of the names of values.
-fn left(projections: &Projections) -> usize {
-    let row = projections.plane.row.map_or(0, |row| widest(projections, row, &projections.rows()));
-    // Slanted names reach to the left of their columns.
-    let column = if slanted(projections) { under(projections) - SIDE / 2 } else { 0 };
-    row.max(letters(projections)).max(column) + 14
-}
-
-/// Returns whether the values of the columns are words, which are written at an angle.
-fn slanted(projections: &Projections) -> bool {
-    !projections.variables[projections.plane.column.index()].values.is_empty()
-}
-
-/// Returns the height of the values of the columns.
-fn under(projections: &Projections) -> usize {
-    match slanted(projections) {
-        true => widest(projections, projections.plane.column, &projections.columns()) * 7 / 10 + SIDE / 2,
-        false => letters(projections) + 6,
-    }
+fn start() -> Markup {
+    html! { g.start { circle.halo cx="20" cy="20" r="17" {} circle cx="20" cy="20" r="17" {} } }
 }
 
 /// Formats a view: `b=8, d=false`, or `any b, any d`.
@@ -263,101 +204,43 @@ pub(super) fn view_text(projections: &Projections, view: &View) -> String {
     view.iter().enumerate().filter_map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// Renders the cells with the numbers of their rows and columns.
-fn cells(layer: Layer<'_>, paint: &Paint<'_>) -> Markup {
+/// Renders the cells with their marks, in units of [`SIDE`] per cell.
+pub(super) fn cells(layer: Layer<'_>, paint: &Paint<'_>, sizes: Sizes) -> Markup {
     let projections = paint.projections;
-    let (left, ring) = (left(projections), SIDE / 2 - 3);
-    // In a picture of many small cells, a ring around one cell would be invisible.
-    let many = projections.columns().len().min(SIDE * projections.rows().len() / 2);
     html! {
         defs { pattern #wall width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)" {
             rect.wall width="6" height="6" {}
             line.wall x1="0" y1="0" x2="0" y2="6" {}
         } }
-        (axes(projections, &projections.rows(), &projections.columns()))
-        g.dense[projections.columns().len() > ROOMY] {
-            @for (i, row) in paint.cells.iter().enumerate() {
-                @for (j, found) in row.iter().enumerate() {
-                    @let number = i * row.len() + j;
-                    (cell(layer, paint, number, (left + SIDE * j, SIDE * i), found))
-                }
+        @for (i, row) in paint.cells.iter().enumerate() {
+            @for (j, found) in row.iter().enumerate() {
+                (cell(layer, paint, (i * row.len() + j, sizes.side >= axes::TINY), (SIDE * j, SIDE * i), found))
             }
         }
-        @if is_large(projections) { (spots(paint)) }
-        @if let Some((x, y)) = start(projections) {
-            circle.start cx=(x + SIDE / 2) cy=(y + SIDE / 2) r=(ring.max(many)) { title { "start" } }
+        (game::pieces(projections, &paint.opening, |row, column| corner(projections, row, column)))
+        g.chosen visibility="hidden" {
+            rect.halo x="3" y="3" width=(SIDE - 6) height=(SIDE - 6) {}
+            rect x="3" y="3" width=(SIDE - 6) height=(SIDE - 6) {}
         }
-        (game::pieces(projections, (&paint.opening, is_large(projections).then_some(many)), |row, column| corner(projections, row, column)))
-        rect.chosen width=(SIDE) height=(SIDE) visibility="hidden" {}
-        (game::token(projections, (ring - 3).max(many)))
+        (game::token(projections))
     }
-}
-
-/// Marks the targets in a map with small cells by signs that are larger than a cell.
-fn spots(paint: &Paint<'_>) -> Markup {
-    let left = left(paint.projections);
-    let places = paint.cells.iter().enumerate().flat_map(|(i, row)| {
-        let targets = row.iter().enumerate().filter(|(_, found)| !found.targets.is_empty());
-        targets.map(move |(j, found)| (left + SIDE * j + SIDE / 2, SIDE * i + SIDE / 2, &found.letters))
-    });
-    let places: Vec<_> = places.take(MOST_SPOTS).collect();
-    let size = letters(paint.projections) * 3 / 2;
-    html! {
-        @for (x, y, letters) in &places {
-            @if places.len() <= MOST_LETTERS {
-                text.spot x=(x) y=(y + size / 3) style=(format!("font-size:{size}px")) { (letters.join("")) }
-            } @else {
-                path.spot d=(format!("M{x} {}l45 45l-45 45l-45 -45z", *y as i64 - 45)) { title { "target " (letters.join(", ")) } }
-            }
-        }
-    }
-}
-
-/// Returns the corner of the cell of the state that is shown first.
-fn start(projections: &Projections) -> Option<(usize, usize)> {
-    let value = |variable: VarId| projections.at[variable.index()];
-    corner(projections, projections.plane.row.map_or(0, value), value(projections.plane.column))
 }
 
 /// Returns the upper left corner of a cell.
 fn corner(projections: &Projections, row: i64, column: i64) -> Option<(usize, usize)> {
     let i = projections.rows().iter().position(|&r| r == row)?;
     let j = projections.columns().iter().position(|&c| c == column)?;
-    Some((left(projections) + SIDE * j, SIDE * i))
+    Some((SIDE * j, SIDE * i))
 }
 
-fn axes(projections: &Projections, rows: &[i64], columns: &[i64]) -> Markup {
-    let (left, size, bottom) = (left(projections), letters(projections), SIDE * rows.len());
-    let (first, second) = (bottom + size + 3, bottom + under(projections) + size);
-    let name = |v: VarId| projections.variables[v.index()].name.as_str();
-    let shown = |v, value| shown(projections, v, value);
-    let font = format!("font-size:{size}px");
-    let anchored = |anchor: &str| format!("{font};text-anchor:{anchor}");
-    // About twelve numbers per axis are enough.
-    let (down, along) = (rows.len().div_ceil(12), columns.len().div_ceil(12));
-    html! {
-        @if let Some(row) = projections.plane.row {
-            @for (i, value) in rows.iter().enumerate().step_by(down) {
-                text.axis x=(left - 8) y=(SIDE * i + SIDE / 2 + size / 3) style=(anchored("end")) { (shown(row, *value)) }
-            }
-            text.axis x="2" y=(second) style=(anchored("start")) {
-                (name(row)) (if projections.rows_up { " ↑ " } else { " ↓ " }) (name(projections.plane.column)) " →"
-            }
-        } @else {
-            text.axis x="2" y=(second) style=(anchored("start")) { (name(projections.plane.column)) " →" }
-        }
-        @for (j, value) in columns.iter().enumerate().step_by(along) {
-            @let (x, text) = (left + SIDE * j + SIDE / 2, shown(projections.plane.column, *value));
-            @if slanted(projections) {
-                text.axis transform=(format!("translate({} {first}) rotate(-45)", x + size / 2)) style=(anchored("end")) { (text) }
-            } @else {
-                text.axis x=(x) y=(first) style=(font) { (text) }
-            }
-        }
-    }
-}
-
-fn cell(layer: Layer<'_>, paint: &Paint<'_>, number: usize, (x, y): (usize, usize), found: &Found) -> Markup {
+/// Renders a cell; if it is `tiny`, without texts.
+fn cell(
+    layer: Layer<'_>,
+    paint: &Paint<'_>,
+    (number, has_texts): (usize, bool),
+    (x, y): (usize, usize),
+    found: &Found,
+) -> Markup {
     let look = match layer {
         Layer::Ranks(picture) => &paint.look(picture, found),
         Layer::Values(_) if found.is_unsafe => &Look::not_safe(),
@@ -367,52 +250,40 @@ fn cell(layer: Layer<'_>, paint: &Paint<'_>, number: usize, (x, y): (usize, usiz
         Layer::Ranks(picture) if picture != Picture::Classes => Some(paint.arrows(picture, found)),
         _ => None,
     };
-    let place = !found.letters.is_empty() && paint.projections.columns().len() > ROOMY;
     html! {
-        g.cell.elsewhere[found.elsewhere].place[place].theirs[found.is_theirs] transform=(format!("translate({x},{y})")) data-row=(found.row) data-col=(found.column)
+        g.cell.elsewhere[found.elsewhere].theirs[found.is_theirs] transform=(format!("translate({x},{y})")) data-row=(found.row) data-col=(found.column)
             data-value=(if found.elsewhere { "" } else { &look.text }) {
             @if matches!(layer, Layer::Ranks(Picture::Classes)) { title { (paint.named(found)) } }
             rect width=(SIDE) height=(SIDE) rx=[game::corners(found.is_theirs)] fill=(look.fill) {}
-            @if !is_large(paint.projections) {
+            @if paint.projections.is_first(found.row, found.column) { (start()) }
+            @if !found.marks.is_empty() { (marks(paint, &found.marks)) }
+            @if has_texts {
                 @if look.squares.is_empty() {
-                    text class=(size_class(&look.text)) x=(SIDE / 2) y="26" fill=(look.ink) { (look.text) }
+                    text class=(format!("value s{}", axes::size(&look.text))) x=(SIDE / 2) y="26" fill=(look.ink) { (look.text) }
                 } @else {
                     text.value.squares x=(SIDE / 2) y="26" fill=(look.ink) {
                         @for (fill, square) in look.squares.iter().zip(look.text.chars()) { tspan fill=(fill) { (square) } }
                     }
                 }
                 @if let Some(arrows) = arrows { path.arrows fill=(look.ink) d=(arrows) {} }
-                @for (corner, letter) in found.letters.iter().enumerate() {
-                    @if place && found.letters.len() == 1 {
-                        text class="target only" x=(SIDE / 2) y="29" { (letter) }
-                    } @else {
-                        (corner_letter(corner, letter, if place { 17 } else { 12 }))
-                    }
-                }
-                @if !found.signs.is_empty() { text.label x=(SIDE - 3) y=(SIDE - 4) { (found.signs.join("")) } }
             }
         }
     }
 }
 
-/// Renders a letter in a corner, away from the arrows.
-fn corner_letter(corner: usize, letter: &str, top: usize) -> Markup {
-    let (class, x) = match corner % 2 {
-        0 if letter == "◆" || letter.chars().count() > 1 => ("target sign", 2),
-        _ if letter.chars().count() > 1 => ("target sign end", SIDE - 2),
-        0 => ("target", 2),
-        _ => ("target end", SIDE - 2),
-    };
-    let y = if corner < 2 { top } else { SIDE - 3 };
-    html! { text class=(class) x=(x) y=(y) { (letter) } }
-}
-
-/// Returns the class for the font size: long texts are smaller.
-fn size_class(text: &str) -> &'static str {
-    match text.chars().count() {
-        0..=2 => "value short",
-        3 => "value",
-        4 => "value long",
-        _ => "value longer",
+/// Renders the marks of a cell: their glyphs in its corners, and for small cells one in the middle and a dot.
+fn marks(paint: &Paint<'_>, marks: &[Placed]) -> Markup {
+    let single = paint.marks.single(marks);
+    let pale = marks.iter().all(|placed| placed.is_pale);
+    html! {
+        g.marks {
+            text.corners {
+                @for (corner, glyph, is_pale) in paint.marks.corners(marks) {
+                    tspan.end[corner % 2 == 1].pale[is_pale] x=(if corner % 2 == 0 { 3 } else { SIDE - 3 }) y=(if corner < 2 { 12 } else { SIDE - 4 }) { (glyph) }
+                }
+            }
+            text.single.pair[single.chars().count() > 1].pale[pale] x=(SIDE / 2) y="29" { (single) }
+            path.dot.pale[pale] d=(if paint.marks.labels_only(marks) { LABEL } else { TARGET }) {}
+        }
     }
 }

@@ -4,6 +4,7 @@
 //! its script evaluates them when a slider moves. Without the script everything but the sliders
 //! works.
 
+mod axes;
 mod bars;
 mod cycle;
 mod data;
@@ -15,11 +16,12 @@ mod html;
 mod layered;
 mod letters;
 mod map;
+mod marks;
 mod paint;
 mod palette;
+mod picture;
 mod report;
 mod sentence;
-mod signs;
 mod words;
 
 pub use report::PageReport;
@@ -118,7 +120,7 @@ impl Content<'_> {
     pub fn svg(&self, picture: Picture) -> Option<String> {
         let drawn = match picture {
             Picture::Hasse => hasse::svg(&self.order(), true),
-            _ => map::svg(self, self.projections?, picture),
+            _ => picture::svg(self, self.projections?, picture),
         };
         Some(plain(&drawn.into_string()))
     }

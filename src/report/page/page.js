@@ -5,7 +5,7 @@
   const measures = data.heat ? data.heat.measures : [];
   const maps = ['sasi', 'spi', 'classes', ...measures.map((m) => m.id)].map((name) => {
     const figure = document.getElementById('map-' + name);
-    return { name, figure, cells: [...figure.querySelectorAll('.cell')], token: figure.querySelector('.token'), mark: figure.querySelector('rect.chosen'), pieces: [...figure.querySelectorAll('.piece')] };
+    return { name, figure, cells: [...figure.querySelectorAll('.cell')], token: figure.querySelector('.token'), mark: figure.querySelector('.chosen'), pieces: [...figure.querySelectorAll('.piece')] };
   });
   const inPlane = (index) => index === data.row || index === data.column;
   const view = data.opening.slice();
@@ -83,20 +83,14 @@
     valued.get(key).push(number);
   }
 
-  /** Returns the best value of the states of a cell; `others` are values or null for any. */
+  /** Returns the look of the best value of the states of a cell; `others` are values or null for any. */
   function best(measure, row, column, others) {
-    let found = null;
+    let found = measure.looks.length - 1;
     for (const number of valued.get(placeOf(row, column)) ?? []) {
       const state = data.heat.states[number];
-      const value = measure.all[number];
-      if (value === null || !others.every((wanted, i) => wanted === null || inPlane(i) || wanted === state[i])) continue;
-      if (found === null || (measure.steps ? value < found : value > found)) found = value;
+      if (others.every((wanted, i) => wanted === null || inPlane(i) || wanted === state[i])) found = Math.min(found, measure.all[number]);
     }
-    if (found === null || (found === 0 && !measure.steps)) {
-      return { text: measure.steps ? '–' : '0', color: { fill: 'var(--none)', ink: 'var(--none-ink)' } };
-    }
-    const share = measure.high > measure.low ? (found - measure.low) / (measure.high - measure.low) : 0;
-    return { text: digits(found), color: shade(data.heat.stops, measure.steps ? 1 - share : share) };
+    return { text: measure.looks[found].text, color: measure.looks[found] };
   }
 
   /** Returns the pattern of a cell in which the other variables have any values. */
@@ -124,11 +118,42 @@
     anywhere: anywhere(Number(cell.dataset.row), Number(cell.dataset.col)),
   }));
 
+  /** Finds the marks of each cell; one that more than half of the cells have is left out. */
+  function findMarks() {
+    const live = places.filter((place) => place.states !== null);
+    for (const place of places) place.marks = [];
+    data.marks.forEach((mark, number) => {
+      const [own, pale] = [[], []];
+      for (const place of live) {
+        if (!place.states.elsewhere && diagram.meets(mark.edge, place.states.pattern)) own.push(place);
+        else if (!mark.wide && diagram.meets(mark.edge, place.anywhere)) (place.states.elsewhere ? own : pale).push(place);
+      }
+      const some = 2 * (own.length + pale.length) <= live.length;
+      if (2 * own.length <= live.length) for (const place of own) place.marks.push({ number, pale: false });
+      if (some) for (const place of pale) place.marks.push({ number, pale: true });
+    });
+    for (const entry of document.querySelectorAll('.key [data-mark]')) entry.hidden = !live.some((place) => place.marks.some((mark) => mark.number === Number(entry.dataset.mark)));
+    for (const entry of document.querySelectorAll('.key .faint')) entry.hidden = !live.some((place) => place.marks.some((mark) => mark.pale));
+    for (const entry of document.querySelectorAll('.key .crowded')) entry.hidden = !live.some((place) => place.marks.length > 4);
+    nameSmall();
+  }
+
+  /** Names the sign of small cells, if there is one. */
+  function nameSmall() {
+    const entry = document.querySelector('.key .small');
+    const shown = document.querySelector('.tiny') || (document.querySelector('.middle') && places.some((place) => place.marks.length > 1));
+    if (entry) entry.hidden = !shown;
+  }
+
   function draw() {
     const open = isOpen();
     for (const place of places) {
       // If no state has these values, the cell is faded and shows the best over all others.
-      const states = located(diagram.pattern(variables, placed(place.row, place.column)), place.anywhere);
+      place.states = located(diagram.pattern(variables, placed(place.row, place.column)), place.anywhere);
+    }
+    findMarks();
+    for (const place of places) {
+      const states = place.states;
       place.several = false;
       place.theirs = states !== null && isTheirs(states.pattern);
       if (states === null) {
@@ -162,7 +187,9 @@
     cell.classList.toggle('elsewhere', elsewhere);
     cell.classList.toggle('theirs', place.theirs);
     cell.setAttribute('aria-label', spoken(place, map, found, elsewhere));
+    markCell(cell, place.marks);
     for (const part of cell.children) {
+      if (part.localName === 'g') continue;
       if (part.localName === 'title') {
         part.textContent = cell.getAttribute('aria-label');
         continue;
@@ -181,17 +208,41 @@
         continue;
       }
       part.textContent = found.text;
-      part.classList.toggle('short', found.text.length <= 2);
-      part.classList.toggle('long', found.text.length === 4);
-      part.classList.toggle('longer', found.text.length > 4);
+      for (let size = 0; size < 5; size += 1) part.classList.toggle('s' + size, size === (found.color.size ?? (found.text.length > 2 ? 1 : 0)));
     }
   }
 
-  function square(fill, text) {
-    const part = document.createElementNS('http://www.w3.org/2000/svg', 'tspan');
-    part.setAttribute('fill', fill);
-    part.textContent = text;
+  /** Returns an element of a drawing. */
+  function shape(name, attributes, ...content) {
+    const part = document.createElementNS('http://www.w3.org/2000/svg', name);
+    for (const [key, value] of Object.entries(attributes)) part.setAttribute(key, value);
+    part.append(...content);
     return part;
+  }
+
+  const square = (fill, text) => shape('tspan', { fill }, text);
+
+  /** Draws the marks of a cell, if they changed: targets from the first corner on, labels from the last. */
+  function markCell(cell, marks) {
+    const known = cell.querySelector('.marks');
+    const all = marks.map(({ number, pale }) => number + (pale ? 'p' : '')).join() || 'none';
+    if ((cell.dataset.marks ?? (known ? '' : 'none')) === all) return;
+    cell.dataset.marks = all;
+    known?.remove();
+    if (marks.length === 0) return;
+    const glyphs = marks.slice(0, marks.length > 4 ? 3 : 4).map(({ number }) => data.marks[number].glyph).concat(marks.length > 4 ? ['+'] : []);
+    const targets = marks.length > 4 ? 4 : marks.filter(({ number }) => data.marks[number].target).length;
+    const paler = (class_, pale) => (pale ? class_ + ' pale' : class_);
+    const corners = glyphs.map((glyph, i) => {
+      const corner = i < targets ? i : 3 - (i - targets);
+      return shape('tspan', { class: paler(corner % 2 ? 'end' : '', glyph !== '+' && marks[i].pale), x: corner % 2 ? 37 : 3, y: corner < 2 ? 12 : 36 }, glyph);
+    });
+    const label = targets === 0 || (marks.length > 4 && marks.every(({ number }) => !data.marks[number].target));
+    const pale = marks.every((mark) => mark.pale);
+    const single = marks.length === 1 ? glyphs[0] : label ? '•' : '◆';
+    (cell.querySelector('.start') ?? cell.querySelector('rect')).after(shape('g', { class: 'marks' }, shape('text', { class: 'corners' }, ...corners),
+      shape('text', { class: paler(single.length > 1 ? 'single pair' : 'single', pale), x: 20, y: 29 }, single),
+      shape('path', { class: paler('dot', pale), d: data.dots[Number(label)] })));
   }
 
   const named = ({ found }) => found.map((c) => c.name).join('; ');
@@ -215,9 +266,7 @@
     for (const map of maps) {
       const place = chosen && corner(map, chosen.row, chosen.column);
       map.mark.setAttribute('visibility', place ? 'visible' : 'hidden');
-      if (!place) continue;
-      map.mark.setAttribute('x', place[0]);
-      map.mark.setAttribute('y', place[1]);
+      if (place) map.mark.setAttribute('transform', 'translate(' + place + ')');
     }
     for (const map of maps) map.pieces.forEach((piece) => drawPiece(map, piece));
   }
@@ -371,7 +420,7 @@
   maps.forEach((map, number) => {
     const wide = data.columns.length;
     const indexOf = (event) => map.cells.indexOf(event.target.closest('.cell'));
-    map.figure.querySelector('svg').setAttribute('role', 'group');
+    map.figure.querySelector('.drawing svg').setAttribute('role', 'group');
     for (const cell of map.cells) cell.setAttribute('role', 'button');
     goTo(Math.max(0, places.findIndex((p) => p.column === data.at[data.column] && (data.row === null || p.row === data.at[data.row]))), number);
     map.figure.addEventListener('click', (event) => {
@@ -431,7 +480,7 @@
       const place = state && corner(map, data.row === null ? 0 : state[data.row], state[data.column]);
       map.token.setAttribute('visibility', place ? 'visible' : 'hidden');
       if (!place) continue;
-      map.token.setAttribute('transform', 'translate(' + (place[0] + 20) + ',' + (place[1] + 20) + ')');
+      map.token.setAttribute('transform', 'translate(' + place + ')');
     }
   }
 
@@ -443,6 +492,19 @@
     }
     for (const row of rows) row.addEventListener('click', () => go(Number(row.dataset.turn)));
   }
+
+  // What would be too small to read is left out.
+  const watch = new ResizeObserver((entries) => {
+    for (const { target, contentRect } of entries) {
+      const side = contentRect.width / data.columns.length;
+      target.classList.toggle('middle', side < data.sides.middle);
+      target.classList.toggle('tiny', side < data.sides.tiny);
+      target.classList.toggle('colors', side < Number(target.dataset.readable));
+      for (const axis of target.querySelectorAll('.axis')) axis.classList.toggle('coarse', side < Number(axis.dataset.least));
+    }
+    nameSmall();
+  });
+  for (const map of maps) watch.observe(map.figure.querySelector('.drawing'));
 
   // The address contains the view, so that a link opens it: #b=8&d=false&cell=2,3 or #step=4.
   function remember() {

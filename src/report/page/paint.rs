@@ -1,18 +1,17 @@
 //! The colours and texts of cells, computed once for all maps.
 
+use super::marks::{Marks, Placed};
 use super::palette::{self, Rgb};
-use super::signs::{self, Signs};
-use super::{Content, Picture};
+use super::{Content, Picture, axes};
 use crate::{ranks, text};
 use meliora_export::projections::{Cell, Direction, Inside, Ladder, Projections, View};
-use meliora_model::diagram::Edge;
 use meliora_model::preference::ObjectiveSet;
 use meliora_planning::Rank;
 
 /// The side of a cell.
 pub(super) const SIDE: usize = 40;
-/// Maximum number of columns for texts of several words or letters of targets next to numbers.
-pub(super) const ROOMY: usize = 12;
+/// Maximum number of columns for texts of several words.
+const ROOMY: usize = 12;
 
 /// Maximum number of squares for the classes of a cell.
 pub(super) const MOST_SQUARES: usize = 4;
@@ -26,14 +25,14 @@ pub(super) struct Paint<'a> {
     /// The names of the classes.
     pub(super) names: Vec<String>,
     /// The texts of the classes in cells.
-    pub(super) marks: Vec<String>,
+    pub(super) texts: Vec<String>,
     /// The rank of each class by size, the largest first; `None` for the class `nothing`.
     places: Vec<Option<usize>>,
     greatest: [usize; 2],
     /// The opening view.
     pub(super) opening: View,
-    /// The labels that have marks.
-    pub(super) signs: Signs,
+    /// The targets and labels that have marks.
+    pub(super) marks: Marks,
     /// The cells, row by row from the top.
     pub(super) cells: Vec<Vec<Found>>,
 }
@@ -52,15 +51,21 @@ pub(super) struct Found {
     pub(super) elsewhere: bool,
     /// True if the opponent chooses in all states there.
     pub(super) is_theirs: bool,
-    /// The objectives whose targets have states there.
-    pub(super) targets: Vec<usize>,
-    /// Their letters, one per corner.
-    pub(super) letters: Vec<String>,
-    /// The marks of labels whose states are there.
-    pub(super) signs: Vec<&'static str>,
+    /// The marks that its states have.
+    pub(super) marks: Vec<Placed>,
 }
 
 impl Found {
+    /// Returns whether the cell has a mark.
+    pub(super) fn has(&self, mark: usize) -> bool {
+        self.marks.iter().any(|placed| placed.mark == mark)
+    }
+
+    /// Returns whether no values of the other variables give a state.
+    pub(super) fn is_wall(&self) -> bool {
+        self.cell.is_none() && !self.is_unsafe
+    }
+
     /// Returns whether the cell stands for states of several classes.
     pub(super) fn is_several(&self) -> bool {
         self.cell.as_ref().is_some_and(|cell| cell.classes.len() > 1)
@@ -68,6 +73,7 @@ impl Found {
 }
 
 /// The colours and the text of a cell.
+#[derive(Clone)]
 pub(super) struct Look {
     pub(super) fill: String,
     pub(super) ink: &'static str,
@@ -110,24 +116,38 @@ impl<'a> Paint<'a> {
         // The fixpoint has its own colour.
         let greatest = |l: &Ladder| l.levels.len() - usize::from(l.unbounded.is_some());
         let opening = projections.opening();
-        let targets = targets(content, projections);
-        let signs = Signs::new(projections, &targets);
-        let cells = found((content, projections), &opening, &targets, &signs);
+        let marks = Marks::new(content, projections);
+        let mut cells = found(projections, &opening);
+        marks.place(projections, &opening, &mut cells);
         Paint {
             projections,
             names: projections.classes.iter().map(|(class, _)| name(class)).collect(),
-            marks: marks(content, projections),
+            texts: texts(content, projections),
             places: places(content, projections),
             greatest: [greatest(&projections.sasi), greatest(&projections.spi)],
-            signs,
+            marks,
             cells,
             opening,
         }
     }
 
+    /// Returns whether some marks are pale.
+    pub(super) fn has_pale(&self) -> bool {
+        self.cells.iter().flatten().any(|found| found.marks.iter().any(|placed| placed.is_pale))
+    }
+
     /// Returns the greatest finite rank.
     pub(super) fn most(&self, picture: Picture) -> usize {
         self.greatest[usize::from(picture == Picture::Spi)]
+    }
+
+    /// Returns the font size of the smallest texts in the cells of a map.
+    pub(super) fn smallest(&self, picture: Picture) -> usize {
+        let texts = match picture {
+            Picture::Classes => self.texts.clone(),
+            _ => self.legend(picture).into_iter().map(|(_, name)| name.replace(" any number", "")).collect(),
+        };
+        texts.iter().map(|text| axes::size(text)).max().unwrap_or(0)
     }
 
     /// Returns the background and text colour of a class.
@@ -143,7 +163,7 @@ impl<'a> Paint<'a> {
         };
         let rank = match (picture, &cell.classes[..]) {
             (Picture::Classes, &[index]) => {
-                return Look::colored(self.class(index).0, self.marks[index].clone());
+                return Look::colored(self.class(index).0, self.texts[index].clone());
             }
             (Picture::Classes, classes) => return self.squares(classes),
             (Picture::Spi, _) => cell.spi,
@@ -208,8 +228,9 @@ impl<'a> Paint<'a> {
     /// Returns the meaning of the colours of ranks or classes.
     pub(super) fn legend(&self, picture: Picture) -> Vec<(Rgb, String)> {
         if picture == Picture::Classes {
-            let label = |index: usize| match (&self.marks[index], &self.names[index]) {
+            let label = |index: usize| match (&self.texts[index], &self.names[index]) {
                 (mark, name) if mark == name => name.clone(),
+                (mark, name) if self.projections.classes[index].0.is_empty() => format!("{mark} {name}"),
                 (mark, name) => format!("{mark} · {name}"),
             };
             let one = |index| (self.class(index).0, label(index));
@@ -237,41 +258,23 @@ fn ladder(projections: &Projections, picture: Picture) -> &Ladder {
     if picture == Picture::Spi { &projections.spi } else { &projections.sasi }
 }
 
-/// Returns the cells of a view.
-fn found(
-    (content, projections): (&Content<'_>, &Projections),
-    view: &View,
-    targets: &[Option<Edge>],
-    signs: &Signs,
-) -> Vec<Vec<Found>> {
+/// Returns the cells of a view, without their marks.
+fn found(projections: &Projections, view: &View) -> Vec<Vec<Found>> {
     let open: View = vec![None; projections.variables.len()];
-    let letters = letters(content);
     let one = |row: i64, column: i64| {
-        let any = projections.view(&open, row, column);
-        let holds = |objective: &usize| targets[*objective].is_some_and(|edge| projections.holds(edge, &any));
-        let targets: Vec<usize> = (0..targets.len()).filter(holds).collect();
         let (inside, exact) = projections.found(view, row, column).unzip();
         let is_unsafe = inside == Some(Inside::Unsafe);
         let is_theirs = match exact {
             Some(true) => projections.is_theirs(&projections.view(view, row, column)),
-            Some(false) => projections.is_theirs(&any),
+            Some(false) => projections.is_theirs(&projections.view(&open, row, column)),
             None => false,
         };
         let cell = match inside {
             Some(Inside::Safe(cell)) => Some(cell),
             Some(Inside::Unsafe) | None => None,
         };
-        Found {
-            row,
-            column,
-            cell,
-            is_unsafe,
-            elsewhere: exact == Some(false),
-            is_theirs,
-            letters: corner_letters(&letters, &targets),
-            targets,
-            signs: signs.at(projections, &any),
-        }
+        let elsewhere = exact == Some(false);
+        Found { row, column, cell, is_unsafe, elsewhere, is_theirs, marks: Vec::new() }
     };
     let columns = projections.columns();
     projections
@@ -281,30 +284,13 @@ fn found(
         .collect()
 }
 
-/// Returns the first letter or the first two letters of each objective; `None` if two objectives share them.
-pub(super) fn letters(content: &Content<'_>) -> Option<Vec<String>> {
-    let objectives = &content.preferences.objectives;
-    let first = |n| objectives.iter().map(|o| o.name.chars().take(n).collect()).collect();
-    let distinct = |letters: &Vec<String>| !(1..letters.len()).any(|i| letters[..i].contains(&letters[i]));
-    (1..=2).map(first).find(distinct)
-}
-
-/// Returns the letters of at most four targets, else one sign for all.
-fn corner_letters(letters: &Option<Vec<String>>, targets: &[usize]) -> Vec<String> {
-    match letters {
-        _ if targets.is_empty() => Vec::new(),
-        Some(letters) if targets.len() <= 4 => targets.iter().map(|&i| letters[i].clone()).collect(),
-        _ => vec!["◆".to_owned()],
-    }
-}
-
-/// Returns the maximum number of characters of a text in a cell.
-pub(super) fn longest(projections: &Projections) -> usize {
+/// Returns the maximum number of characters of a class in a cell.
+fn longest(projections: &Projections) -> usize {
     if projections.columns().len() > ROOMY { 4 } else { 6 }
 }
 
 /// Returns the texts of the classes in cells: their names or, if one is too long, numbers.
-fn marks(content: &Content<'_>, projections: &Projections) -> Vec<String> {
+fn texts(content: &Content<'_>, projections: &Projections) -> Vec<String> {
     let name = |class: &ObjectiveSet| match class.is_empty() {
         true => "–".to_owned(),
         false => content.preferences.names(class).join("/"),
@@ -328,19 +314,6 @@ fn places(content: &Content<'_>, projections: &Projections) -> Vec<Option<usize>
         (0..projections.classes.len()).filter(|&c| !projections.classes[c].0.is_empty()).collect();
     order.sort_by_key(|&class| std::cmp::Reverse(size(class)));
     (0..projections.classes.len()).map(|c| order.iter().position(|&o| o == c)).collect()
-}
-
-/// Returns the states that show where each objective is achieved: its target or, if that has states in
-/// most cells, those of a label that is called like the objective.
-fn targets(content: &Content<'_>, projections: &Projections) -> Vec<Option<Edge>> {
-    let target = |objective: usize| {
-        let own = projections.targets[objective];
-        if !signs::is_wide(projections, own) {
-            return Some(own);
-        }
-        signs::place_of(content, projections, objective).map(|label| projections.labels[label].1)
-    };
-    (0..projections.targets.len()).map(target).collect()
 }
 
 /// Returns a triangle at the edge of a cell, on the side to which the choice leads; empty if it

@@ -40,11 +40,6 @@ pub(super) fn rank(rank: Rank, most: usize) -> Rgb {
     }
 }
 
-/// Returns the colours of a scale from light to dark.
-pub(super) fn stops() -> [Rgb; 5] {
-    LADDER
-}
-
 /// Returns the colour of a share between 0 and 1: larger shares are darker.
 pub(super) fn scale(share: f64) -> Rgb {
     let place = share.clamp(0.0, 1.0) * (LADDER.len() - 1) as f64;
@@ -95,7 +90,7 @@ fn mix(from: Rgb, to: Rgb, share: f64) -> Rgb {
 pub(super) fn ink(on: Rgb) -> &'static str {
     let [r, g, b] = on.map(f64::from);
     if on == NONE {
-        return "var(--none-ink, #1a1a1a)";
+        return "var(--none-ink, #6b685e)";
     }
     if on == LADDER[0] {
         return "var(--one-ink, #1a1a1a)";

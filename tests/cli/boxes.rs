@@ -1,0 +1,112 @@
+//! The layout of pages, by the boxes of the browser: marks stay inside of their cells, and texts neither
+//! overlap nor are cut, on screens and on phones. Without Chromium the tests are skipped.
+
+use std::fs;
+use std::path::Path;
+
+use crate::browser::{browse, browser, with_script};
+use crate::common::{Finished, Scratch, meliora};
+
+/// A robot on a grid, whose places are objectives.
+fn robot(rows: usize, columns: usize, names: [&str; 2], objectives: usize) -> [String; 2] {
+    let [row, column] = names;
+    let (bottom, end) = (rows - 1, columns - 1);
+    let model = format!(
+        "mdp\nmodule robot\n {row} : [0..{bottom}] init {bottom}; {column} : [0..{end}] init 0; door : bool init false;\n\
+         [north] {row}>0 -> 0.9:({row}'={row}-1) + 0.1:true;\n [south] {row}<{bottom} -> ({row}'={row}+1);\n\
+         [east] {column}<{end} -> ({column}'={column}+1);\n [west] {column}>0 -> 0.5:({column}'={column}-1) + 0.5:true;\n\
+         [push] {row}=0 & !door -> 0.3:(door'=true) + 0.7:true;\nendmodule\nlabel \"carpet\" = {column}=0;\n"
+    );
+    let one = |i: usize| {
+        let place = format!("{row}={} & {column}={}", i * 3 % rows, i * 5 % columns);
+        format!("objective Objective_{i}_of_the_mission = F (door & {place});\n")
+    };
+    let order = (1..objectives)
+        .map(|i| format!("prefer Objective_{i}_of_the_mission > Objective_0_of_the_mission;\n"));
+    let own = (0..objectives).map(one);
+    [model, own.chain(order).collect()]
+}
+
+/// Two robots' positions on a strip, and what remains of the battery: a map that is wide and low.
+const STRIP: &str = "mdp\nmodule strip\n p : [0..3] init 0; e : [0..29] init 29; door : bool init false;\n\
+    [on] p<3 & e>0 -> (p'=p+1) & (e'=e-1);\n [back] p>0 & e>0 -> (p'=p-1) & (e'=e-1);\n [rest] e>0 -> (e'=e-1);\n\
+    [open] !door -> 0.5:(door'=true) + 0.5:true;\nendmodule\n";
+const STRIP_PREFS: &str =
+    "objective Through = F (door & p=3);\nobjective Door = F door;\nprefer Through > Door;\n";
+
+/// Returns what the probe notes in a page of a width; sliders are at their start.
+fn faults(browser: &Path, scratch: &Scratch, page: &str, width: usize) -> String {
+    let (probe, frame) = (scratch.show("probe.html"), scratch.show("frame.html"));
+    // The maps take their sizes after the first frame.
+    let script = format!("<script>setTimeout(() => {{ {} }}, 500);</script>", include_str!("boxes.js"));
+    with_script(page, &script, &probe);
+    let inner = fs::read_to_string(&probe).unwrap().replace('&', "&amp;").replace('"', "&quot;");
+    // Windows of the browser are at least 500 pixels wide.
+    let outer = format!(
+        "<!doctype html><body style=\"margin:0\"><iframe style=\"border:0\" width={width} height=900 srcdoc=\"{inner}\"></iframe></body>"
+    );
+    fs::write(&frame, outer).unwrap();
+    let dom = browse(browser, scratch, &["--window-size=1400,900", "--dump-dom", &format!("file://{frame}")]);
+    let found = dom.rsplit("data-faults=\"").next().unwrap().split('"').next().unwrap();
+    found.to_owned()
+}
+
+#[test]
+fn marks_stay_in_their_cells_and_texts_are_whole_on_screens_and_phones() {
+    let Some(browser) = browser() else { return };
+    let short = ["r", "c"];
+    let long = ["position_of_the_robot_row", "position_of_the_robot_col"];
+    let models = [
+        robot(1, 1, short, 1),
+        robot(4, 3, short, 3),
+        robot(12, 20, short, 12),
+        robot(60, 40, short, 5),
+        robot(40, 2, short, 2),
+        robot(5, 6, long, 4),
+        [STRIP.to_owned(), STRIP_PREFS.to_owned()],
+        ["models/pursuit.prism", "models/pursuit.pref"]
+            .map(|file| fs::read_to_string(file).unwrap().replace("const int N;", "const int N = 9;")),
+    ];
+    for (number, [model, prefs]) in models.iter().enumerate() {
+        let scratch = Scratch::new(&[("m.prism", model), ("p.pref", prefs)]);
+        let [m, p, page] = ["m.prism", "p.pref", "page.html"].map(|name| scratch.show(name));
+        Finished::of(meliora().args(["report", &m, &p, "--out", &page])).expect(0);
+        for width in [1400, 420] {
+            assert_eq!(faults(&browser, &scratch, &page, width), "none", "model {number}, {width} pixels");
+        }
+    }
+}
+
+/// Returns the glyphs of the marks in a map of ranks, without pale ones.
+fn marks(dom: &str) -> Vec<String> {
+    let figure = dom.split("id=\"map-sasi\"").nth(1).unwrap().split("</figure>").next().unwrap();
+    let marks = figure.split("<text class=\"single\"").skip(1);
+    marks.map(|part| part.split('>').nth(1).unwrap().split('<').next().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn marks_follow_the_sliders_and_are_left_out_where_most_cells_have_them() {
+    let scratch = Scratch::new(&[("m.prism", STRIP), ("p.pref", STRIP_PREFS)]);
+    let [m, p, page] = ["m.prism", "p.pref", "page.html"].map(|name| scratch.show(name));
+    let written = |options: &[&str]| {
+        Finished::of(meliora().args(["report", &m, &p, "--out", &page]).args(options)).expect(0);
+        fs::read_to_string(&page).unwrap()
+    };
+    // The door is open in no state of the first view, and in each of the second one.
+    assert_eq!(marks(&written(&[])), [""; 0]);
+    let open = written(&["--at", "p=3,e=20,door=true"]);
+    let expected = vec!["T"; marks(&open).len()];
+    assert_eq!(marks(&open), expected);
+    assert!((20..=30).contains(&expected.len()), "{}", expected.len());
+    assert!(open.contains("<li data-mark=\"0\"><span class=\"glyph\">T</span>Through</li>"), "{open}");
+    assert!(open.contains("<li data-mark=\"1\" hidden"), "{open}");
+    let Some(browser) = browser() else { return };
+    for (view, count) in [("door=true", expected.len()), ("door=false", 0), ("door=any", expected.len())] {
+        let dom = browse(&browser, &scratch, &["--dump-dom", &format!("file://{page}#{view}")]);
+        assert_eq!(marks(&dom), vec!["T"; count], "{view}");
+        // Pale marks show the states with other values.
+        let pale = dom.split("</figure>").next().unwrap().matches("<text class=\"single pale\"").count();
+        assert_eq!(pale, if count == 0 { expected.len() } else { 0 }, "{view}");
+        assert_eq!(dom.contains("<li class=\"faint\" hidden"), count > 0, "{view}");
+    }
+}
