@@ -14,7 +14,7 @@
 //!
 //! The other files are the engine itself: how it is built and copied, with all edges or only some
 //! (`trends`), which of the methods for a fixpoint it tries (`attempts`), the search for lost states by
-//! states alone (`losing`), and how its sets are listed and written.
+//! states alone (`losing`), where monitors wait (`quiet`), and how its sets are listed and written.
 
 mod algebra;
 mod attempts;
