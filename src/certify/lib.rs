@@ -15,7 +15,7 @@
 //! fn is_right(dump: &Dump, program: &Arc<Program>, preferences: &Preferences) -> Result<bool> {
 //!     let hashes = Hashes { model: "0123…", preferences: "4567…" };
 //!     let verdict = verify(program, preferences, hashes, dump, Settings::default())?;
-//!     Ok(verdict.violation.is_none())
+//!     Ok(verdict.is_accepted())
 //! }
 //! ```
 //!

@@ -58,7 +58,7 @@ impl Case {
         Case { program, preferences, sink, analysis, regions }
     }
 
-    /// The dump without the part before which so many parts are left, and whether a limit ended it.
+    /// Returns the dump without one part, by the number of parts left with it, and whether a limit ended that part.
     fn without(&self, part: usize) -> (Dump, bool) {
         let mut dump = self.regions.clone();
         let mut share = |left| self.sink.0.store(left == Some(part), Relaxed);
@@ -115,7 +115,7 @@ fn what_a_limit_ends_is_not_certified_and_all_else_is() {
     }
 }
 
-/// Whether a verdict shows a region whole.
+/// Returns whether a verdict shows a whole region.
 fn is_shown(verdict: &Verdict, name: &str) -> bool {
     verdict.checked.iter().any(|checked| checked.region == name && checked.inside && checked.outside)
 }

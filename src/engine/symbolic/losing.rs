@@ -37,7 +37,7 @@ pub(super) struct Losing<'e> {
 struct Candidates<'e> {
     /// The steps of each group from these states.
     lists: &'e ListTuple,
-    /// No step leads to candidates with a greater number.
+    /// The place in the order of the monitors' values: steps lead to candidates of this place or an earlier one.
     place: usize,
     states: Bdd,
     /// The states into which their steps do not count.
