@@ -19,6 +19,7 @@ fn optional(place: &str) -> Vec<(&'static str, Json)> {
             ("requirements", json!(["G x!=1"])),
             ("questions", json!([{"name": null, "text": "x=1", "regions": ["initial"]}])),
             ("max_level", json!(1)),
+            ("questions", json!([{"name": null, "text": "F x=1", "regions": ["initial"]}])),
             (
                 "values",
                 json!({"path": "values.csv", "sha256": "", "levels": 1, "reward": "steps", "rows": 0}),
