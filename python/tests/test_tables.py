@@ -135,9 +135,9 @@ def test_states_have_the_names_of_a_dictionary() -> None:
         assert [s["state"] for s in explored.states.states(5)] == list(DAY)
         assert {"state": "the shop"} in explored.reach('"goal"').pmin_one
         assert explored.where(state="done").count() == 1
-        assert explored.successors(model.state())["walk"] == [(0.75, {"state": "the shop"}), (0.25, {"state": "home"})]
+        assert explored.successors(model.state())["walk"] == [(0.25, {"state": "home"}), (0.75, {"state": "the shop"})]
     found = model.check(meliora.Preferences({"Goal": 'F "goal"'}))
-    assert "state=the shop" in str(found.strategy(kind="plan").explain(model.state()))
+    assert str(found.strategy(kind="plan").explain(model.state())).startswith("{'state': 'home'}")
     assert found.model.explore().reach('R{"time"}min=? [ F "goal" ]').value == pytest.approx((8 / 3, 8 / 3))
     again = pickle.loads(pickle.dumps(model))
     assert again.state() == model.state()
