@@ -249,7 +249,7 @@ impl Task {
         }
         stepper.expand().map_err(|broken| self.broken(broken, code))?;
         if let Some(players) = &mut found.players
-            && !players.add(|synchronisation| stepper.combinations(synchronisation))?
+            && !players.add(&stepper.active)?
         {
             return Err(fault::of_two_players(&self.program, &self.values(code))?);
         }
@@ -293,27 +293,31 @@ impl Task {
     /// Continues the search for the initial states until the work is `most`. Returns true if all are
     /// found.
     fn begin<const W: usize>(&self, found: &mut Found, most: u64) -> Result<bool> {
-        let Some(beginning) = &mut found.search else { return Ok(true) };
-        let Beginning { search, codes } = &mut **beginning;
+        let Some(mut beginning) = found.search.take() else { return Ok(true) };
+        let Beginning { search, codes } = &mut *beginning;
         let is_over = search.run(most, &*self.settings.sink, &mut |state| {
             let code = self.layout.encode(state);
             code.map_or(Ok(()), |code| codes.extend(&fixed::<W>(&code)))
         })?;
         found.work = search.work();
-        if is_over {
+        let all = || codes.chunks_exact(W).map(fixed::<W>);
+        if !is_over {
+            found.search = Some(beginning);
+        } else if all().is_sorted() {
+            found.start(all())?;
+        } else {
             let _copied = self.meter.charge(codes.len() * size_of::<u64>())?;
-            let mut all: Vec<[u64; W]> = codes.chunks_exact(W).map(fixed).collect();
+            let mut all: Vec<[u64; W]> = all().collect();
             // Codes compare as the values do.
             all.sort_unstable();
-            found.start(&all)?;
+            found.start(all.into_iter())?;
         }
         Ok(is_over)
     }
 
     fn take<const W: usize>(&self, found: &mut Found, states: &[State]) -> Result<()> {
         let codes = states.iter().filter_map(|state| self.layout.encode(state));
-        let codes: Vec<[u64; W]> = codes.map(|code| fixed(&code)).collect();
-        if found.search.is_some() { found.start(&codes) } else { Ok(()) }
+        if found.search.is_some() { found.start(codes.map(|code| fixed::<W>(&code))) } else { Ok(()) }
     }
 
     fn report(&self, found: &Found) -> Result<()> {
@@ -374,9 +378,9 @@ struct Found {
 
 impl Found {
     /// Begins with the states of these codes.
-    fn start<const W: usize>(&mut self, codes: &[[u64; W]]) -> Result<()> {
+    fn start<const W: usize>(&mut self, codes: impl Iterator<Item = [u64; W]>) -> Result<()> {
         for code in codes {
-            self.space.number(code)?;
+            self.space.number(&code)?;
         }
         (self.started, self.search) = (self.space.len(), None);
         Ok(())

@@ -225,12 +225,13 @@ impl PlayersFound {
         PlayersFound { of_synchronisation, of_state }
     }
 
-    /// Adds the player of the next state; `choices` returns the number of choices of a synchronisation.
-    /// Returns false if two players have choices.
-    pub(super) fn add(&mut self, choices: impl Fn(usize) -> usize) -> Result<bool> {
+    /// Adds the player of the next state, in which some synchronisations have choices. Returns false if
+    /// two players have choices.
+    pub(super) fn add(&mut self, active: &[usize]) -> Result<bool> {
         let mut owner = NOBODY;
-        for (index, &player) in self.of_synchronisation.iter().enumerate() {
-            if player == NOBODY || player == owner || choices(index) == 0 {
+        for &index in active {
+            let player = self.of_synchronisation[index];
+            if player == NOBODY || player == owner {
                 continue;
             }
             if owner != NOBODY {

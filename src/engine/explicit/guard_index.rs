@@ -10,6 +10,7 @@ use std::cmp::Reverse;
 use ahash::{AHashMap, AHashSet};
 
 use super::bounds::Bounds;
+use super::by_value::{ByValue, Need, only_value};
 use super::compile::Compiler;
 use super::machine::{Code, Entry, Machine};
 use super::share::{self, Key};
@@ -37,6 +38,8 @@ pub(super) struct Division {
     /// The variables that index the table.
     keys: Vec<u32>,
     commands: Vec<Divided>,
+    /// The values that the guard of each command needs.
+    pub(super) needs: Vec<Vec<Need>>,
 }
 
 /// A guard as two conjunctions: the part that the table answers and the rest.
@@ -70,6 +73,7 @@ impl Division {
             poll.step()?;
             guards.push(conjuncts(program, bounds, program.commands[command.index()].guard));
         }
+        let needs = guards.iter().map(|guard| needs(program, guard)).collect();
         let most = MOST_CELLS.min(ALL_CELLS / tables.max(1) as u64);
         let keys = keys(program, &guards, most);
         let divide = |(&command, guard): (&CommandId, Vec<Conjunct>)| {
@@ -78,7 +82,7 @@ impl Division {
             Divided { command, settled: parts(settled), rest: parts(rest) }
         };
         let commands = commands.iter().zip(guards).map(divide).collect();
-        Ok(Division { keys, commands })
+        Ok(Division { keys, commands, needs })
     }
 
     /// Returns all conjuncts of the guards.
@@ -104,7 +108,12 @@ impl Division {
             candidates.push(Candidate { command: c.command.0, settled, rest });
         }
         let (keys, cells) = share::table(program, &self.keys);
-        Ok(GuardIndex { keys, cells, candidates })
+        // A row is kept for the values of the keys, so it may not depend on other variables.
+        let by_key = |needs: &Vec<Need>| {
+            needs.iter().filter(|(variable, _)| self.keys.contains(variable)).cloned().collect()
+        };
+        let by_value = ByValue::new(&self.needs.iter().map(by_key).collect::<Vec<_>>());
+        Ok(GuardIndex { keys, cells, candidates, by_value })
     }
 }
 
@@ -133,6 +142,19 @@ fn conjuncts(program: &Program, bounds: &Bounds, guard: ExprId) -> Vec<Conjunct>
         }
     }
     found
+}
+
+/// Returns the values that a guard needs. As for a table, a conjunct counts only if it and those before it
+/// are total.
+fn needs(program: &Program, guard: &[Conjunct]) -> Vec<Need> {
+    let answered = guard.iter().filter(|conjunct| conjunct.support.is_some());
+    let mut needs: Vec<Need> = Vec::new();
+    for (variable, value) in answered.filter_map(|conjunct| only_value(&program.pool, conjunct.e)) {
+        if needs.iter().all(|(known, _)| *known != variable) {
+            needs.push((variable, vec![value]));
+        }
+    }
+    needs
 }
 
 /// Chooses the variables of a table. Variable sets with more different conjuncts come first,
@@ -164,6 +186,8 @@ pub(super) struct GuardIndex {
     keys: Vec<Key>,
     cells: u32,
     pub(super) candidates: Vec<Candidate>,
+    /// The positions of the candidates by the value of a variable.
+    by_value: Option<ByValue>,
 }
 
 /// A command of a participant.
@@ -218,10 +242,17 @@ impl Rows {
         code: &Code,
     ) -> Result<(u32, u32), EvalError> {
         let mut row = Vec::new();
-        for (position, candidate) in guard_index.candidates.iter().enumerate() {
-            if candidate.settled.map_or(Ok(true), |entry| machine.run(code, entry.start))? {
-                row.push(position as u32);
+        let value = guard_index.by_value.as_ref().map(|lists| (lists, machine.regs[lists.variable]));
+        let add = |position: u32| {
+            let settled = guard_index.candidates[position as usize].settled;
+            if settled.map_or(Ok(true), |entry| machine.run(code, entry.start))? {
+                row.push(position);
             }
+            Ok(())
+        };
+        match value {
+            Some((lists, value)) => lists.of(value).try_for_each(add)?,
+            None => (0..guard_index.candidates.len() as u32).try_for_each(add)?,
         }
         if self.members.is_empty() {
             self.members.resize(guard_index.candidates.len(), 0);

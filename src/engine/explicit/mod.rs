@@ -9,6 +9,7 @@
 
 mod almost_sure;
 mod bounds;
+mod by_value;
 mod cells;
 mod compile;
 mod explore;

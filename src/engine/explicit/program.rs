@@ -3,6 +3,7 @@
 use ahash::AHashMap;
 
 use super::bounds::Bounds;
+use super::by_value::{ByValue, Need, of_alternatives};
 use super::compile::Compiler;
 use super::guard_index::{Division, GuardIndex};
 use super::layout::{Field, Layout};
@@ -24,6 +25,8 @@ pub(super) struct Prepared {
     pub(super) factors: Vec<Factor>,
     /// For each synchronisation, its factors.
     pub(super) synchronisations: Vec<Vec<usize>>,
+    /// The synchronisations by the value of a variable, if that rules some out.
+    pub(super) by_value: Option<ByValue>,
     /// True if all combinations form a single choice.
     pub(super) uniform: bool,
     pub(super) initial: Entry,
@@ -110,6 +113,8 @@ impl Prepared {
             let guard_index = division.compile(program, &mut compiler, &mut poll)?;
             factors.push(Factor { guard_index, is_sound: own.iter().all(sound) });
         }
+        let needs = divisions.iter().map(|division| of_alternatives(division.needs.iter()));
+        let by_value = by_value(&synchronisations, &factors, &needs.collect::<Vec<_>>());
         let watching = program.monitors.as_ref();
         let field = |v: &VarId| (v.index(), layout.field(v.index()));
         Ok(Prepared {
@@ -122,6 +127,7 @@ impl Prepared {
             commands,
             factors,
             synchronisations,
+            by_value,
             uniform: program.kind == ModelKind::Dtmc,
             initial,
             initial_is_partial: !bounds.is_total(program.initial),
@@ -145,6 +151,16 @@ fn participants(program: &Program) -> (Vec<&[CommandId]>, Vec<Vec<usize>>) {
         synchronisations.push(own);
     }
     (all, synchronisations)
+}
+
+/// Lists the synchronisations by the value of a variable that a factor of them needs. One with a factor that
+/// may have a fault is always listed, so that the fault is found.
+fn by_value(synchronisations: &[Vec<usize>], factors: &[Factor], needs: &[Vec<Need>]) -> Option<ByValue> {
+    let of = |own: &Vec<usize>| match own.iter().all(|&factor| factors[factor].is_sound) {
+        true => own.iter().flat_map(|&factor| needs[factor].clone()).collect(),
+        false => Vec::new(),
+    };
+    ByValue::new(&synchronisations.iter().map(of).collect::<Vec<_>>())
 }
 
 /// Returns every expression of the branches and that of the initial states, once per use.

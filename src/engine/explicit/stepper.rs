@@ -70,6 +70,8 @@ pub(super) struct Stepper<'a, const W: usize> {
     pub(super) steps: Vec<[u64; W]>,
     /// The end of each choice in `steps`.
     pub(super) ends: Vec<u32>,
+    /// The synchronisations that have choices in the current state, in their order.
+    pub(super) active: Vec<usize>,
 }
 
 impl<'a, const W: usize> Stepper<'a, W> {
@@ -88,6 +90,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
             rounded: false,
             steps: Vec::new(),
             ends: Vec::new(),
+            active: Vec::new(),
         }
     }
 
@@ -110,8 +113,14 @@ impl<'a, const W: usize> Stepper<'a, W> {
     pub(super) fn expand(&mut self) -> Result<(), Broken> {
         self.steps.clear();
         self.ends.clear();
-        for index in 0..self.prepared.synchronisations.len() {
-            self.synchronise(index)?;
+        self.active.clear();
+        let prepared = self.prepared;
+        match &prepared.by_value {
+            Some(lists) => {
+                let value = self.machine.regs[lists.variable];
+                lists.of(value).try_for_each(|index| self.synchronise(index as usize))?;
+            }
+            None => (0..prepared.synchronisations.len()).try_for_each(|index| self.synchronise(index))?,
         }
         self.draws = self.prepared.uniform && self.ends.len() > 1;
         if self.prepared.uniform && !self.ends.is_empty() {
@@ -173,7 +182,17 @@ impl<'a, const W: usize> Stepper<'a, W> {
         Ok(all)
     }
 
+    /// Adds the choices of a synchronisation.
     fn synchronise(&mut self, index: usize) -> Result<(), Broken> {
+        let before = self.ends.len();
+        self.add_choices(index)?;
+        if self.ends.len() > before {
+            self.active.push(index);
+        }
+        Ok(())
+    }
+
+    fn add_choices(&mut self, index: usize) -> Result<(), Broken> {
         let factors: &'a [usize] = &self.prepared.synchronisations[index];
         if let &[factor] = factors {
             let found = self.factor(factor)?;

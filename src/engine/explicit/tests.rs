@@ -3,7 +3,10 @@
 use meliora_lang as lang;
 use proptest::prelude::*;
 
+use super::ExplicitEngine;
 use super::weighted::{Fractions, Steps, Walker};
+use crate::engine::{Algebra, Engine};
+use crate::settings::Settings;
 use meliora_model::error::SourceFile;
 use meliora_model::progress::NoProgress;
 use meliora_model::{Program, State, step};
@@ -94,5 +97,41 @@ proptest! {
         chain in any::<bool>(),
     ) {
         compare(if chain { "dtmc" } else { "mdp" }, &of);
+    }
+}
+
+/// The number of states that the explicit engine reaches, and that of the program's own steps.
+fn reached(text: &str) -> (String, usize) {
+    let source = SourceFile::new("m", text);
+    let program = lang::load(&source, &SourceFile::new("constants", "")).unwrap().program;
+    let start: State = program.variables.iter().map(|v| v.initial.unwrap()).collect();
+    let (mut seen, mut open) = (std::collections::BTreeSet::from([start.clone()]), vec![start]);
+    while let Some(state) = open.pop() {
+        let steps = program.exact_steps(&state).unwrap();
+        for (to, _) in steps.into_iter().flat_map(|step| step.successors) {
+            if seen.insert(to.clone()) {
+                open.push(to);
+            }
+        }
+    }
+    let engine = ExplicitEngine::new(program.into(), Settings::default()).unwrap();
+    (engine.count(&engine.all_states()).unwrap().to_string(), seen.len())
+}
+
+#[test]
+fn commands_that_need_a_value_of_a_wide_variable_are_found_in_every_state() {
+    // The first x has more values than a table has cells, so that rows are kept for the values of k alone.
+    for high in [999_999, 100] {
+        for labels in [["s"; 4], ["a", "b", "c", "d"], ["", "", "a", "a"]] {
+            let [a, b, c, d] = labels;
+            let text = format!(
+                "mdp module m x:[0..{high}]; k:[0..2]; [walk] true -> (x'=mod(2*x+3,101)); \
+                 [{a}] x=2 & k=0 -> (k'=1); [{b}] x=4 & k=1 & x<9 -> (k'=2); [{c}] k=1 & x=2 -> (k'=0); \
+                 [{d}] x=7 & k!=1 -> 0.5: (k'=1) + 0.5: (k'=0); endmodule"
+            );
+            let (found, expected) = reached(&text);
+            assert_eq!((found, expected), (expected.to_string(), expected), "{text}");
+            assert!(expected > 250, "{expected}");
+        }
     }
 }

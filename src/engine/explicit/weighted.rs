@@ -248,7 +248,8 @@ impl<'w, const W: usize> PackedWalk<'w, W> {
             return Ok(());
         }
         let (draws, mut at) = (self.program.kind == ModelKind::Dtmc, 0);
-        for synchronisation in 0..self.prepared.synchronisations.len() {
+        for place in 0..self.stepper.active.len() {
+            let synchronisation = self.stepper.active[place];
             for number in 0..self.stepper.combinations(synchronisation) {
                 self.weigh((synchronisation, number), state, fractions)?;
                 let steps = &self.stepper.steps[at..at + self.weights.len()];
@@ -281,12 +282,12 @@ impl<'w, const W: usize> PackedWalk<'w, W> {
         if self.program.kind == ModelKind::Dtmc {
             return Taken { choice: Choice::Uniform, combinations: self.combinations() };
         }
-        let (mut synchronisation, mut number) = (0, position);
-        while number >= self.stepper.combinations(synchronisation) {
-            number -= self.stepper.combinations(synchronisation);
-            synchronisation += 1;
+        let (mut place, mut number) = (0, position);
+        while number >= self.stepper.combinations(self.stepper.active[place]) {
+            number -= self.stepper.combinations(self.stepper.active[place]);
+            place += 1;
         }
-        let (synchronisation, commands) = self.combination(synchronisation, number);
+        let (synchronisation, commands) = self.combination(self.stepper.active[place], number);
         let combinations = vec![(synchronisation, commands.clone())];
         Taken { choice: Choice::Combination { synchronisation, commands }, combinations }
     }
@@ -299,7 +300,7 @@ impl<'w, const W: usize> PackedWalk<'w, W> {
 
     /// Returns the number of combinations of commands that are enabled.
     fn choices(&self) -> usize {
-        (0..self.prepared.synchronisations.len()).map(|index| self.stepper.combinations(index)).sum()
+        self.stepper.active.iter().map(|&index| self.stepper.combinations(index)).sum()
     }
 
     fn combination(&self, synchronisation: usize, number: usize) -> Combination {
@@ -309,9 +310,10 @@ impl<'w, const W: usize> PackedWalk<'w, W> {
 
     /// Returns the combinations of commands that are enabled, in the order of [`Program::steps`].
     fn combinations(&self) -> Vec<Combination> {
-        let of =
-            |index| (0..self.stepper.combinations(index)).map(move |number| self.combination(index, number));
-        (0..self.prepared.synchronisations.len()).flat_map(of).collect()
+        let of = |&index: &usize| {
+            (0..self.stepper.combinations(index)).map(move |number| self.combination(index, number))
+        };
+        self.stepper.active.iter().flat_map(of).collect()
     }
 
     /// Finds the probabilities of all ways to take a branch of each command of a combination, in the order

@@ -74,17 +74,24 @@ pub(super) fn first(store: &Store, encoding: &Encoding, x: &Bdd) -> Result<State
     Ok(list(store, encoding, x, 1)?.swap_remove(0))
 }
 
-/// The number of states from which on a set is listed in the order of the diagram, which needs no
-/// operation on diagrams, and sorted.
+/// A set with at most this many states, or as many as are wanted, is listed in the order of the diagram,
+/// which needs no operation on diagrams, and sorted.
 const MANY: usize = 64;
 
 /// Returns up to `limit` states by their values, the first variable first.
 pub(super) fn list(store: &Store, encoding: &Encoding, x: &Bdd, limit: usize) -> Result<Vec<State>> {
-    if limit > MANY && store.count(x, encoding.width() as u32)? <= Count::from(limit) {
-        let mut all = Vec::new();
-        store.each_assignment(x, encoding.width(), |bits| all.push(encoding.decode(bits)))?;
-        all.sort_unstable();
-        return Ok(all);
+    let (most, mut all) = (limit.max(MANY), Vec::new());
+    // More states than are wanted are not kept, so that few are listed in vain.
+    if limit <= MANY || store.count(x, encoding.width() as u32)? <= Count::from(limit) {
+        store.each_assignment(x, encoding.width(), |bits| {
+            all.push(encoding.decode(bits));
+            all.len() <= most
+        })?;
+        if all.len() <= most {
+            all.sort_unstable();
+            all.truncate(limit);
+            return Ok(all);
+        }
     }
     let (mut listing, mut found) = (Listing::new(encoding, x), Vec::new());
     while found.len() < limit {

@@ -25,7 +25,7 @@ const PATIENCE: usize = 1 << 16;
 
 /// A search for the states in which a condition is true, which can be interrupted and continued.
 pub(super) struct Search {
-    /// What the box leaves open of the condition.
+    /// The part of the condition that the box leaves open.
     net: Arc<Net>,
     /// The first and the last value of each variable.
     ranges: Vec<(i64, i64)>,
@@ -51,7 +51,7 @@ struct Waiting {
     range: (i64, i64),
 }
 
-/// What a search does next.
+/// The next action of a search.
 enum Next {
     /// It looks at a box.
     Box,
@@ -62,7 +62,7 @@ enum Next {
     Nothing,
 }
 
-/// What is known of a condition in a box.
+/// The truth of a condition in a box.
 enum Found {
     /// It is true in none of the states, …
     Nowhere,
@@ -172,7 +172,7 @@ impl Search {
     }
 
     /// Narrows the box to the states in which the condition may be true. Returns whether a range was
-    /// halved; `None` if there is no such state.
+    /// halved; `None` if the condition is true nowhere.
     fn narrowed(&mut self) -> Option<bool> {
         let Search { net, ranges, trail, values, .. } = self;
         let mut is_halved = false;

@@ -24,7 +24,7 @@ struct Narrowing<'a> {
 /// the condition down to the variables. Calls `found` with each variable that it reaches, and its bounds.
 ///
 /// # Errors
-/// There is no such state.
+/// The condition is true in none of them.
 pub(super) fn narrow(net: &Net, values: &mut [Values], mut found: impl FnMut(usize, (i64, i64))) -> Result {
     let Some(last) = net.items.len().checked_sub(1) else { return Ok(()) };
     let mut narrowing = Narrowing { net, values, needed: vec![false; net.items.len()] };
@@ -62,7 +62,7 @@ impl Narrowing<'_> {
         Ok(())
     }
 
-    /// The same for a range of wider numbers.
+    /// Narrows the values of an item to a range of wider numbers.
     fn require_wide(&mut self, place: Place, (low, high): (i128, i128)) -> Result {
         match Values::clipped(low, high).bounds {
             Bounds::Whole(low, high) if low <= high => self.require(place, (low, high)),

@@ -136,7 +136,7 @@ impl Net {
         open
     }
 
-    /// Returns the condition without what is decided, given the values of all items and which are open.
+    /// Returns the condition without its decided parts, given the values of all items and which are open.
     pub(super) fn reduced(&self, values: &[Values], open: &[bool]) -> Net {
         let places = vec![Place::MAX; self.items.len()];
         let mut reduction = Reduction { old: self, values, places, net: Net { items: Vec::new() } };

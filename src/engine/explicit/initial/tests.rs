@@ -45,7 +45,7 @@ fn conditions_that_are_no_conjunctions_need_few_steps() {
     assert_work(square, "x+y=2", 3, 20);
     assert_work(square, "(x>5 ? y : x)=2 & x<9 & y<3", 6, 200);
     assert_work(square, "x*y=12", 6, 400);
-    assert_work(square, "x/10<0.3 & 0.5*y<=1", 9, 100);
+    assert_work(square, "x/10<0.3 & 0.5*y<=1", 9, 400);
     assert_work(square, "floor(x/1000)=0 & pow(y,1)=3 & y<4", 1000, 5000);
     assert_work(square, "x=y & x<1000 & mod(x,10)=3", 100, 5000);
     assert_work(square, "x=3*y+1 & y>=333000", 334, 20_000);

@@ -23,7 +23,7 @@ pub(super) enum Bounds {
     Any,
 }
 
-/// No value.
+/// The bounds of nothing.
 const NONE: Bounds = Bounds::Whole(1, 0);
 /// All integers.
 const ALL: Bounds = Bounds::Whole(i64::MIN, i64::MAX);
@@ -201,7 +201,8 @@ fn reals(op: Binary, x: &Values, y: &Values) -> Values {
         (Binary::Le, Some((x, y))) => return truth(!is_less(y.0, x.1), is_less(y.1, x.0)),
         (Binary::Add | Binary::Min | Binary::Max, Some((x, y))) => on(x.0, y.0).zip(on(x.1, y.1)),
         (Binary::Sub, Some((x, y))) => on(x.0, y.1).zip(on(x.1, y.0)),
-        (Binary::Mul, Some((x, y))) => {
+        // A quotient by numbers of one sign rises or falls in each operand, as a product does.
+        (Binary::Mul | Binary::Div, Some((x, y))) if op == Binary::Mul || has_sign(y) => {
             let corners = [(x.0, y.0), (x.0, y.1), (x.1, y.0), (x.1, y.1)].map(|(x, y)| on(x, y));
             let corners: Option<Vec<Real>> = corners.into_iter().collect();
             corners.and_then(extremes)
@@ -210,6 +211,12 @@ fn reals(op: Binary, x: &Values, y: &Values) -> Values {
     };
     let bounds = found.map_or(Bounds::Any, |pair| Bounds::Reals(Box::new(pair)));
     Values { bounds, fails: !matches!(op, Binary::Min | Binary::Max) }
+}
+
+/// Returns whether all numbers between two are positive, or all are negative.
+fn has_sign((low, high): (&Real, &Real)) -> bool {
+    let zero = Real::from(0i64);
+    is_less(&zero, low) || is_less(high, &zero)
 }
 
 fn extremes(values: Vec<Real>) -> Option<(Real, Real)> {

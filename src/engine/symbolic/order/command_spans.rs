@@ -50,9 +50,14 @@ pub(super) fn shortened(program: &Program) -> Option<Shortened> {
         return None;
     }
     let hypergraph = Hypergraph::of(program)?;
-    let before = hypergraph.span(&Vec::from_iter(0..program.variables.len()));
+    // Variables without a group come below all others.
+    let (grouped, alone): (Vec<usize>, Vec<usize>) =
+        (0..program.variables.len()).partition(|&v| !hypergraph.at[v].is_empty());
+    let hypergraph = hypergraph.of_grouped(&grouped);
+    let before = hypergraph.span(&Vec::from_iter(0..grouped.len()));
     let (span, order) = hypergraph.shortest()?;
-    let variables = order.into_iter().map(|v| VarId(v as u32)).collect();
+    let order = order.into_iter().map(|v| grouped[v]).chain(alone);
+    let variables = order.map(|v| VarId(v as u32)).collect();
     (5 * span <= 4 * before && span < before).then_some(Shortened { variables, span, declared: before })
 }
 
@@ -90,6 +95,13 @@ impl Hypergraph {
             edge.iter().for_each(|&v| at[v].push(number));
         }
         Some(Hypergraph { edges, at })
+    }
+
+    /// Returns the hypergraph over these variables, those of all edges, numbered in this order.
+    fn of_grouped(&self, variables: &[usize]) -> Hypergraph {
+        let place = places_among(self.at.len(), variables);
+        let edges = self.edges.iter().map(|edge| edge.iter().map(|&v| place[v]).collect()).collect();
+        Hypergraph { edges, at: variables.iter().map(|&v| self.at[v].clone()).collect() }
     }
 
     /// Returns the order with the least total span from all starts, with this span; `None` if one
@@ -201,7 +213,12 @@ impl Hypergraph {
 
 /// Returns the place of each variable in an order.
 fn places(order: &[usize]) -> Vec<usize> {
-    let mut places = vec![0; order.len()];
+    places_among(order.len(), order)
+}
+
+/// Returns the place of each variable in an order of some of them; 0 for the others.
+fn places_among(variables: usize, order: &[usize]) -> Vec<usize> {
+    let mut places = vec![0; variables];
     order.iter().enumerate().for_each(|(place, &v)| places[v] = place);
     places
 }
@@ -252,6 +269,22 @@ mod tests {
             edge.iter().for_each(|&v| at[v].push(number));
         }
         Hypergraph { edges, at }
+    }
+
+    #[test]
+    fn variables_without_a_group_cost_nothing_and_come_last() {
+        let others: String = (0..5000).map(|i| format!("z{i}:bool;")).collect();
+        let text = format!(
+            "mdp module m a:bool; {others} b:bool; c:bool; d:bool; e:bool; [] a & e -> (a'=false); \
+                            [] b & c -> (b'=false); [] d & e -> (d'=false); endmodule"
+        );
+        let none = SourceFile::new("constants", "");
+        let program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
+        let found = shortened(&program).unwrap();
+        let names: Vec<&str> =
+            found.variables.iter().map(|v| program.variables[v.index()].name.as_str()).collect();
+        assert_eq!((found.declared, found.span), (10, 5));
+        assert_eq!((names.len(), names[5], names[5004]), (5005, "z0", "z4999"));
     }
 
     #[test]

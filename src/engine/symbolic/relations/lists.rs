@@ -99,8 +99,11 @@ impl RelationList {
             return Ok(found);
         }
         let cofactor = |from, to| {
-            let below = |e: &PartialRelation| store.shared(|m| e.below(m, self.top, from, to));
-            self.lists.of(store, self.entries.iter().filter_map(below).collect())
+            let below = store.shared(|m| {
+                let below = |e: &PartialRelation| e.below(m, self.top, from, to);
+                self.entries.iter().filter_map(below).collect()
+            });
+            self.lists.of(store, below)
         };
         let clear = [cofactor(false, false)?, cofactor(false, true)?];
         let set = [cofactor(true, false)?, cofactor(true, true)?];
@@ -128,9 +131,8 @@ impl RelationList {
         if let Some(found) = self.layers.get() {
             return Ok(found);
         }
-        let is_here = |e: &&PartialRelation| store.shared(|m| e.top(m)) == self.top;
         let (here, below): (Vec<&PartialRelation>, Vec<&PartialRelation>) =
-            self.entries.iter().partition(is_here);
+            store.shared(|m| self.entries.iter().partition(|e| e.top(m) == self.top));
         let below = self.lists.of(store, below.into_iter().cloned().collect())?;
         let here = here.into_iter().map(|e| self.lists.of(store, vec![e.clone()])).collect::<Result<_>>()?;
         Ok(self.layers.get_or_init(|| Box::new(Layers { below, here })))

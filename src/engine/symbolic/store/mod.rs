@@ -212,8 +212,8 @@ impl Store {
         })
     }
 
-    /// Calls `each` for the assignments of the present bits that satisfy f; bit i has level 2i. The
-    /// first level varies slowest. Cost: one step per assignment and bit.
+    /// Calls `each` for the assignments of the present bits that satisfy f, until it returns false; bit i
+    /// has level 2i. The first level varies slowest. Cost: one step per assignment and bit.
     ///
     /// # Errors
     /// The work is cancelled.
@@ -221,7 +221,7 @@ impl Store {
         &self,
         f: &Bdd,
         bits: usize,
-        mut each: impl FnMut(&[bool]),
+        mut each: impl FnMut(&[bool]) -> bool,
     ) -> Result<()> {
         self.shared(|m| {
             let mut poll = Poll::new(&*self.sink);
@@ -239,7 +239,9 @@ impl Store {
                     _ => [e, e],
                 };
                 if decided == bits {
-                    each(&values);
+                    if !each(&values) {
+                        break;
+                    }
                 } else {
                     stack.extend([(high, decided + 1, true), (low, decided + 1, false)]);
                 }
