@@ -45,11 +45,12 @@ pub(super) fn arenas(checker: &mut Checker<'_>, classes: Vec<Class>) -> CheckRes
 
 fn sides(checker: &Checker<'_>, classes: Vec<Class>) -> CheckResult<Vec<Side>> {
     let engine = &checker.engine;
+    let rated = Vec::from_iter(classes.iter().map(|class| checker.preferences.rated(&class.members)));
     let mut sides = Vec::new();
-    for class in &classes {
+    for (class, from) in classes.iter().zip(&rated) {
         let (mut better, mut worse) = (engine.no_states(), engine.no_states());
-        for other in &classes {
-            match checker.preferences.change(&class.members, &other.members) {
+        for (other, to) in classes.iter().zip(&rated) {
+            match checker.preferences.change_between(from, to) {
                 Change::Improving => better = engine.union(&better, &other.states)?,
                 Change::Weakening => worse = engine.union(&worse, &other.states)?,
                 Change::Lateral => {}

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use std::fmt;
 use std::sync::Arc;
 
-use ahash::AHashSet;
+use ahash::{AHashMap, AHashSet, RandomState};
 
 use super::Program;
 use super::expr::{ExprId, ExprPool, Node};
@@ -77,6 +77,32 @@ impl Predicate {
             }
         }
         true
+    }
+
+    /// Returns a number that is equal for conditions that [are the same](Predicate::is_same). Cost: one
+    /// visit per expression that is not of the program.
+    pub fn fingerprint(&self) -> u64 {
+        let (hasher, program) = (RandomState::with_seeds(0, 1, 2, 3), self.of.program.len());
+        let (mut known, mut stack): (AHashMap<ExprId, u64>, _) = (AHashMap::new(), vec![self.id]);
+        let own = |e: ExprId| (e.index() < program).then(|| hasher.hash_one(e));
+        while let Some(&e) = stack.last() {
+            let of = |known: &AHashMap<ExprId, u64>, e: ExprId| own(e).or_else(|| known.get(&e).copied());
+            let open = stack.len();
+            stack.extend(self.pool().operands(e).filter(|&a| of(&known, a).is_none()));
+            if stack.len() > open {
+                continue;
+            }
+            stack.pop();
+            let operands: Vec<Option<u64>> = self.pool().operands(e).map(|a| of(&known, a)).collect();
+            let node = match self.pool().node(e) {
+                leaf @ (Node::Literal(_) | Node::Var(_)) => hasher.hash_one(leaf),
+                Node::Unary(op, _) => hasher.hash_one((op, operands)),
+                Node::Binary(op, ..) => hasher.hash_one((op, operands)),
+                Node::Ite(..) => hasher.hash_one(operands),
+            };
+            known.insert(e, own(e).unwrap_or(node));
+        }
+        known.get(&self.id).copied().unwrap_or(0)
     }
 
     /// Checks that the condition has a meaning in the states of a program: it was made for this
@@ -168,5 +194,34 @@ impl Program {
     /// Returns an expression of this program as a condition.
     pub fn predicate(&self, id: ExprId) -> Predicate {
         self.predicates().get(id)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::VarId;
+    use crate::value::{Binary, Type};
+
+    #[test]
+    fn conditions_that_are_the_same_have_one_fingerprint_whatever_their_pools() {
+        let mut below = ExprPool::default();
+        let x = below.var(VarId(0), Type::Int);
+        let below = Arc::new(below);
+        let conditions = |numbers: &[i64]| {
+            let mut own = Predicates::of(Arc::clone(&below));
+            own.pool = ExprPool::over(&below).into();
+            let at_least = |own: &mut Predicates, &number: &i64| {
+                let number = own.pool().value(Value::Int(number));
+                own.pool().binary(Binary::Le, number, x)
+            };
+            let ids: Vec<ExprId> = numbers.iter().map(|number| at_least(&mut own, number)).collect();
+            ids.into_iter().map(|id| own.get(id)).collect::<Vec<_>>()
+        };
+        let (one, other) = (conditions(&[1, 2, 3]), conditions(&[3, 2]));
+        assert!(one[2].is_same(&other[0]) && one[1].is_same(&other[1]) && !one[0].is_same(&other[0]));
+        assert_eq!(one[2].fingerprint(), other[0].fingerprint());
+        assert_eq!(one[1].fingerprint(), other[1].fingerprint());
+        assert_ne!(one[0].fingerprint(), other[0].fingerprint());
     }
 }

@@ -265,26 +265,33 @@ impl Preferences {
     /// Returns whether some j ∈ `to` is strictly preferred to some i ∈ `from`. For an empty side,
     /// [`Empty`] decides.
     pub fn improves(&self, from: &ObjectiveSet, to: &ObjectiveSet) -> bool {
-        if from.is_empty() || to.is_empty() {
-            return self.empty != Empty::Incomparable && from.is_empty() && !to.is_empty();
-        }
-        self.order.some_above(from, to)
+        self.rated(from).improved_by(&self.rated(to), self.empty)
     }
 
     /// Returns whether some i ∈ `from` is strictly preferred to some j ∈ `to`. For an empty side,
     /// [`Empty`] decides.
     pub fn weakens(&self, from: &ObjectiveSet, to: &ObjectiveSet) -> bool {
-        if from.is_empty() || to.is_empty() {
-            return self.empty == Empty::Bottom && !from.is_empty() && to.is_empty();
-        }
-        self.order.some_above(to, from)
+        self.rated(from).weakened_by(&self.rated(to), self.empty)
     }
 
     /// Returns the effect of a step between states with these most preferred objectives.
     pub fn change(&self, from: &ObjectiveSet, to: &ObjectiveSet) -> Change {
-        if self.weakens(from, to) {
+        self.change_between(&self.rated(from), &self.rated(to))
+    }
+
+    /// Returns a set with the objectives that are preferred to it, for [`Preferences::change_between`].
+    pub fn rated<'s>(&self, set: &'s ObjectiveSet) -> Rated<'s> {
+        let mut above = ObjectiveSet::new();
+        set.iter().filter_map(|i| self.order.strictly_above(i)).for_each(|more| above.extend_with(more));
+        Rated { set, above }
+    }
+
+    /// Returns the effect of a step like [`Preferences::change`], in time linear in the number of
+    /// objectives.
+    pub fn change_between(&self, from: &Rated<'_>, to: &Rated<'_>) -> Change {
+        if from.weakened_by(to, self.empty) {
             Change::Weakening
-        } else if self.improves(from, to) {
+        } else if from.improved_by(to, self.empty) {
             Change::Improving
         } else {
             Change::Lateral
@@ -299,6 +306,29 @@ impl Preferences {
     /// Returns the names like [`Preferences::names`], as texts of their own.
     pub fn owned_names(&self, set: &ObjectiveSet) -> Vec<String> {
         self.names(set).into_iter().map(str::to_owned).collect()
+    }
+}
+
+/// A set of objectives with all objectives that are strictly preferred to one of its members.
+#[derive(Debug, Clone)]
+pub struct Rated<'s> {
+    set: &'s ObjectiveSet,
+    above: ObjectiveSet,
+}
+
+impl Rated<'_> {
+    fn improved_by(&self, to: &Rated<'_>, empty: Empty) -> bool {
+        if self.set.is_empty() || to.set.is_empty() {
+            return empty != Empty::Incomparable && self.set.is_empty() && !to.set.is_empty();
+        }
+        self.above.meets(to.set)
+    }
+
+    fn weakened_by(&self, to: &Rated<'_>, empty: Empty) -> bool {
+        if self.set.is_empty() || to.set.is_empty() {
+            return empty == Empty::Bottom && !self.set.is_empty() && to.set.is_empty();
+        }
+        to.above.meets(self.set)
     }
 }
 

@@ -3,7 +3,7 @@
 use meliora_engine::parallel::{Port, Portable};
 use meliora_engine::{Engine, position};
 use meliora_model::error::Result;
-use meliora_model::preference::{Change, ObjectiveSet, Preferences};
+use meliora_model::preference::{Change, ObjectiveSet, Preferences, Rated};
 
 /// The states with one value of MP, and the states of better and worse classes.
 pub struct Class<E: Engine> {
@@ -57,13 +57,15 @@ impl<E: Engine> Classes<E> {
             split = split_by(engine, split, i, &member)?;
         }
         split.sort_by_cached_key(|(mp, _)| (mp.is_empty(), mp.iter().collect::<Vec<_>>()));
+        let rated: Vec<Rated<'_>> = split.iter().map(|(mp, _)| preferences.rated(mp)).collect();
         let mut list = Vec::with_capacity(split.len());
-        for (mp, states) in &split {
+        for ((mp, states), from) in split.iter().zip(&rated) {
+            let changes = Vec::from_iter(rated.iter().map(|to| preferences.change_between(from, to)));
             list.push(Class {
                 most_preferred: mp.clone(),
                 states: states.clone(),
-                better: related(engine, preferences, &split, mp, Change::Improving)?,
-                worse: related(engine, preferences, &split, mp, Change::Weakening)?,
+                better: union_of(engine, &split, &changes, Change::Improving)?,
+                worse: union_of(engine, &split, &changes, Change::Weakening)?,
             });
         }
         Ok(Classes { list })
@@ -136,19 +138,16 @@ fn split_by<E: Engine>(engine: &E, sets: Split<E>, i: usize, member: &E::States)
     Ok(split)
 }
 
-/// Returns the states of the classes for which a step from `from` has this effect.
-fn related<E: Engine>(
+/// Returns the states of the classes to which a step has this effect.
+fn union_of<E: Engine>(
     engine: &E,
-    preferences: &Preferences,
     split: &Split<E>,
-    from: &ObjectiveSet,
-    change: Change,
+    changes: &[Change],
+    wanted: Change,
 ) -> Result<E::States> {
     let mut union = engine.no_states();
-    for (to, states) in split {
-        if preferences.change(from, to) == change {
-            union = engine.union(&union, states)?;
-        }
+    for ((_, states), _) in split.iter().zip(changes).filter(|(_, change)| **change == wanted) {
+        union = engine.union(&union, states)?;
     }
     Ok(union)
 }

@@ -4,7 +4,7 @@ use super::graph::{EVERY, Rank};
 use meliora_engine::Engine;
 use meliora_model::Program;
 use meliora_model::error::{Error, Result};
-use meliora_model::preference::{Change, Preferences};
+use meliora_model::preference::{Change, Preferences, Rated};
 use meliora_planning::improvement::Arena;
 use meliora_planning::levels::Level;
 use meliora_planning::{Analysis, Classes, Improvement, Kind, Levels, Safety};
@@ -222,7 +222,8 @@ impl<'a, E: Engine> Facts<'a, E> {
 }
 
 fn changes<E: Engine>(preferences: &Preferences, classes: &Classes<E>) -> Vec<Vec<Change>> {
-    let all = || (0..classes.list.len()).map(Some);
-    let row = |from| all().map(|to| classes.change(preferences, from, to)).collect();
-    all().map(row).collect()
+    let rated = classes.list.iter().map(|class| preferences.rated(&class.most_preferred));
+    let rated: Vec<Rated<'_>> = rated.collect();
+    let row = |from| rated.iter().map(|to| preferences.change_between(from, to)).collect();
+    rated.iter().map(row).collect()
 }

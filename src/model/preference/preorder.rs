@@ -134,11 +134,6 @@ impl Preorder {
     pub fn maximal(&self, set: &ObjectiveSet) -> ObjectiveSet {
         set.iter().filter(|&i| !self.strictly_above(i).is_some_and(|above| above.meets(set))).collect()
     }
-
-    /// Returns whether some y ∈ `high` is strictly preferred to some x ∈ `low`.
-    pub(crate) fn some_above(&self, low: &ObjectiveSet, high: &ObjectiveSet) -> bool {
-        low.iter().any(|x| self.strictly_above(x).is_some_and(|above| above.meets(high)))
-    }
 }
 
 /// Computes the transitive closure by Warshall's algorithm, row by row.
