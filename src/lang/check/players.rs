@@ -1,6 +1,6 @@
 //! The players of a game: who owns each module and each action.
 
-use ahash::AHashMap;
+use ahash::{AHashMap, AHashSet};
 
 use super::collect::Parts;
 use super::lowerer::Lowerer;
@@ -65,15 +65,16 @@ impl<'a> Lowerer<'a> {
     /// Returns the owners of modules and of actions. Reports names that are unknown or have two owners.
     fn owners(&mut self, parts: &Parts<'a>, actions: &[String]) -> [Owners<'a>; 2] {
         let [mut modules, mut of_actions] = [Owners::new(), Owners::new()];
+        let known_modules: AHashSet<&str> = parts.modules.iter().map(|m| m.name.name.as_str()).collect();
+        let known_actions: AHashSet<&str> = actions.iter().map(String::as_str).collect();
         for (player, declared) in parts.players.iter().enumerate() {
             for item in &declared.items {
                 let (what, name, is_known, owners) = match item {
                     PlayerItem::Module(name) => {
-                        let is_known = parts.modules.iter().any(|m| m.name.name == name.name);
-                        ("module", name, is_known, &mut modules)
+                        ("module", name, known_modules.contains(&*name.name), &mut modules)
                     }
                     PlayerItem::Action(name) => {
-                        ("action", name, actions.contains(&name.name), &mut of_actions)
+                        ("action", name, known_actions.contains(&*name.name), &mut of_actions)
                     }
                 };
                 let Ident { name, span } = name;
