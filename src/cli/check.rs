@@ -204,7 +204,8 @@ impl<E: Engine, R: Checked> Checking<'_, E, R> {
 
     /// Adds the current results for the initial states to the report.
     fn initial(&mut self) -> Result<(), Error> {
-        let prospects = self.analysis.initial_prospects(&self.question.program, LISTED)?;
+        let list = || self.analysis.initial_prospects(&self.question.program, LISTED);
+        let prospects = self.job.timed("initial states", list, |_, _| ())?;
         self.job.update(|r| r.check().initial = prospects);
         Ok(())
     }

@@ -1,5 +1,7 @@
 //! Runs the phases of an analysis and shows their progress.
 
+use std::time::Duration;
+
 use meliora::supervise::run_phases;
 use meliora_engine::Engine;
 use meliora_model::error::Error;
@@ -19,11 +21,12 @@ pub(super) fn run<E: Engine>(
     listener: &mut dyn FnMut(Event<'_>),
 ) -> Result<(), Error> {
     let report = |phase: &'static str, part: String| sink.report(phase, part);
-    run_phases(analysis, phases, &report, &mut |event| {
-        if let Event::Finished(phase, took) = event {
-            sink.finished(phase.name(), took.as_secs_f64());
+    run_phases(analysis, phases, &report, &mut |event| match event {
+        Event::Finished(phase, _) => {
+            let seconds = sink.finished(phase.name());
+            listener(Event::Finished(phase, Duration::from_secs_f64(seconds)));
         }
-        listener(event);
+        event => listener(event),
     })
 }
 

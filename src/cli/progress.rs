@@ -1,7 +1,7 @@
 //! The progress sink of a run: a line on the terminal, and messages with `-v`.
 
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use meliora::supervise::{Supervisor, lock};
@@ -20,6 +20,8 @@ pub(super) struct TerminalSink {
     pub(super) supervisor: Arc<Supervisor>,
     /// The phase of the library that was reported last.
     reported: Mutex<&'static str>,
+    /// The end of the last phase; before the first one, the start.
+    last_end: Mutex<Instant>,
     line: Mutex<Option<ProgressBar>>,
     quiet: bool,
     verbose: u8,
@@ -30,6 +32,7 @@ impl TerminalSink {
         TerminalSink {
             supervisor: Arc::clone(supervisor),
             reported: Mutex::default(),
+            last_end: Mutex::new(Instant::now()),
             line: Mutex::default(),
             quiet: shown.quiet,
             verbose: shown.verbose,
@@ -58,11 +61,21 @@ impl TerminalSink {
         self.refresh();
     }
 
-    /// Shows the seconds of a phase that has ended.
-    pub(super) fn finished(&self, phase: &str, seconds: f64) {
+    /// Shows that a phase has ended, with its seconds. They count from the end of the last phase, so that all
+    /// phases add up to the whole run; of a phase with parts, only the rest is shown. Returns them.
+    pub(super) fn finished(&self, phase: &str) -> f64 {
+        let now = Instant::now();
+        let last = std::mem::replace(&mut *lock(&self.last_end), now);
+        let seconds = now.duration_since(last).as_secs_f64();
         if self.verbose > 0 {
             self.say(&format!("{phase}: {seconds:.3} s"));
         }
+        seconds
+    }
+
+    /// Returns the end of the last phase.
+    pub(super) fn last_end(&self) -> Instant {
+        *lock(&self.last_end)
     }
 
     /// Writes a warning to stderr.

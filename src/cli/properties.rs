@@ -7,6 +7,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use ahash::AHashMap;
 use meliora::reach::{Asking, Target, Under};
 use meliora_engine::regions::Which;
 use meliora_engine::{Engine, Selection};
@@ -50,7 +51,7 @@ pub(super) fn run(questions: Questions, shown: &ShownArgs) -> Result<Status, Err
     report.header.file = Some(questions.file.display().to_string());
     let shown = shown.of(&questions.model);
     supervise(report, questions.model.limits(), &shown, move |job| {
-        let (asked, open) = job.timed("parse", || read(job, &questions), |_, _| ())?;
+        let (asked, open) = job.timed("parse", || read(job, &questions), |r, s| r.time.add("parse", s))?;
         let args = Arguments::new(&questions.model, questions.engine, questions.out.as_deref())?;
         work(job, &args, &asked, &open, questions.precision)
     })
@@ -86,7 +87,8 @@ pub(super) fn several(
                 (asked, unanswered.into_iter().map(entry).collect())
             }),
         };
-        let (asked, entries): (Asked, Vec<PropertyAnswer>) = job.timed("parse", read, |_, _| ())?;
+        let (asked, entries): (Asked, Vec<PropertyAnswer>) =
+            job.timed("parse", read, |r, s| r.time.add("parse", s))?;
         let open = (0..entries.len()).filter(|&at| entries[at].reason.is_none()).collect::<Vec<_>>();
         warn_of_none(job, &open, entries.len());
         job.update(|r| r.properties = entries);
@@ -262,7 +264,7 @@ fn run_engine(
     let (mut selected, asking): (_, Vec<&Asking>) =
         (selected.clone(), questions.iter().map(|q| q.0).collect());
     let build = || engines::engine_for(&asking, program, model, &mut selected, &job.sink);
-    let engine = job.timed("build", build, |_, _| ())?;
+    let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     job.update(|r| r.header.select(&selected));
     let questions = answerable(job, &*engine, asked, questions)?;
     answer(job, &*engine, asked, &questions, precision, &mut None).map(drop)
@@ -301,12 +303,13 @@ fn answer<E: Engine>(
 ) -> Result<Option<E::States>, Error> {
     let Some((first, _)) = questions.first() else {
         let all = engine.all_states();
-        let counts = job.timed("count", || ModelCounts::within(engine, &all), |_, _| ())?;
+        let counts =
+            job.timed("count", || ModelCounts::within(engine, &all), |r, s| r.time.add("build", s))?;
         job.update(|r| r.counts = Some(counts));
         return Ok(None);
     };
     let under = Under::new(engine, &asked.program, &first.goal)?;
-    let counts = job.timed("count", || under.counts(&first.goal), |_, _| ())?;
+    let counts = job.timed("count", || under.counts(&first.goal), |r, s| r.time.add("build", s))?;
     let mut known = false;
     job.update(|r| known = r.counts.is_some());
     if !known {
@@ -384,10 +387,18 @@ fn groups<'a, E: Engine>(
         _ => false,
     };
     let mut groups: Vec<Group<'a, E>> = Vec::new();
+    // The groups by the fingerprints of their targets.
+    let mut known: AHashMap<u64, Vec<usize>> = AHashMap::new();
     for &(asking, position) in questions {
-        match groups.iter_mut().find(|group| same(group.members[0].0, asking)) {
-            Some(group) => group.members.push((asking, position)),
+        let alike = match &asking.goal.target {
+            Target::States(target) => Some(known.entry(target.fingerprint()).or_default()),
+            _ => None,
+        };
+        let same = |&&group: &&usize| same(groups[group].members[0].0, asking);
+        match alike.as_ref().and_then(|alike| alike.iter().find(same).copied()) {
+            Some(group) => groups[group].members.push((asking, position)),
             None => {
+                alike.into_iter().for_each(|alike| alike.push(groups.len()));
                 let (search, judged) = (asking.goal.search(engine)?, asking.goal.judged(engine)?);
                 groups.push(Group { members: vec![(asking, position)], order: Vec::new(), search, judged });
             }
@@ -417,7 +428,8 @@ impl<E: Engine> Answering<'_, E> {
     /// the states that are judged; `None` if no region is left.
     fn find(&self, group: &mut Group<'_, E>, round: usize) -> Result<Option<(Which, E::States)>, Error> {
         let Some(&which) = group.order.get(round) else { return Ok(None) };
-        let states = self.job.timed(which.formula(), || group.search.region(which), |_, _| ())?;
+        let region = || group.search.region(which);
+        let states = self.job.timed(which.formula(), region, |r, s| r.time.add(which.name(), s))?;
         let engine = self.under.engine();
         let inside = engine.intersection(&states, &group.judged)?;
         let size = engine.count(&inside)?;
@@ -437,7 +449,7 @@ impl<E: Engine> Answering<'_, E> {
         for &(asking, position) in group.members.iter().filter(|(asking, _)| asking.asks_for_number()) {
             let program = &self.asked.program;
             let answer = || self.under.answer(asking, program, group.search.known(), precision);
-            let answer = match self.job.timed("value", answer, |_, _| ()) {
+            let answer = match self.job.timed("value", answer, |r, s| r.time.add("value", s)) {
                 // A wrong reward.
                 Err(error @ Error::Input(_)) if self.asked.is_list => {
                     let reason = Refusal::of(&error).reason;

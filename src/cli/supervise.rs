@@ -58,17 +58,18 @@ impl<R> Job<R> {
         Ok(result)
     }
 
-    /// Reports that a piece of work begins. Returns the time.
+    /// Reports that a piece of work begins. Returns the time at which the last one ended: what lies between
+    /// them prepares this one.
     pub(super) fn begin(&self, name: &'static str) -> Instant {
         self.sink.report(name, String::new());
-        Instant::now()
+        self.sink.last_end()
     }
 
     /// Reports that a piece of work has ended, and records its seconds in the report.
     pub(super) fn end(&self, name: &'static str, start: Instant, note: impl FnOnce(&mut R, f64)) {
         let seconds = start.elapsed().as_secs_f64();
         self.update(|r| note(r, seconds));
-        self.sink.finished(name, seconds);
+        self.sink.finished(name);
     }
 }
 
@@ -96,6 +97,7 @@ where
         sink.tick();
         Ok::<_, Infallible>(())
     });
+    sink.finished("release");
     // From now on only the output of results can hang, and an interrupt ends the process.
     over.store(true, Ordering::Relaxed);
     sink.clear();

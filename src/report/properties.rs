@@ -5,8 +5,9 @@ use std::fmt::Write;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::envelope::{Envelope, Findings};
+use super::envelope::{Envelope, Findings, Phase};
 use super::export::WrittenRegions;
+use super::reach::ReachFindings;
 use super::text::Grid;
 use super::{Number, Style, unsafe_start};
 use meliora_engine::regions::{Regions, Which};
@@ -144,6 +145,7 @@ fn title(answer: &PropertyAnswer) -> String {
 impl Findings for PropertiesFindings {
     const SCHEMA: &str = "meliora.reach/1";
     const HEADER: (&[&str], &[&str]) = (&["model", "scope"], &["file", "engine", "engine_reason"]);
+    const PHASES: &[Phase] = ReachFindings::PHASES;
 
     fn is_no(&self) -> bool {
         self.properties.iter().any(|p| p.holds == Some(false))

@@ -30,6 +30,7 @@ mod models;
 mod names;
 mod output;
 mod partial;
+mod phases;
 mod properties;
 mod prospects;
 mod quantities;
