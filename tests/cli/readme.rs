@@ -1,4 +1,5 @@
-//! The pages show the output of the program, except times and memory, and their links lead to files.
+//! The pages show the output of the program, nodes of diagrams included, except times and memory. Their links
+//! lead to files.
 //!
 //! A page's blocks are processed in its order. A block ```` ```LANGUAGE file=NAME ```` is written to
 //! the file NAME in the folder of the page. A block ```` ```text ```` that starts with
@@ -55,8 +56,8 @@ fn shows(expected: &[String], found: &[String]) -> bool {
     rest.ends_with(last)
 }
 
-/// The lines with the numbers of the last ones, times and memory, replaced by `#`. Tables of times are left
-/// out with their heading, whose width depends on them.
+/// The lines with the times and the memory of the last ones replaced by `#`. Tables of times are left out with
+/// their heading, whose width depends on them; of the table of two engines, the nodes are kept.
 fn stable(text: &str) -> Vec<String> {
     let is_number = |c: char| c.is_ascii_digit();
     let is_footer = |line: &str| {
@@ -72,22 +73,36 @@ fn stable(text: &str) -> Vec<String> {
         let kept = line.chars().enumerate().filter(|(at, _)| !timed.iter().any(|column| column.contains(at)));
         kept.map(|(_, c)| c).collect::<String>().trim_end().to_owned()
     };
-    let shown = |line: &str| if is_footer(line) { without_measures(line) } else { blank(line) };
-    text.lines().filter(|l| !varies(l)).map(shown).collect()
+    let shown = |line: &str| match nodes_of_engine(line) {
+        Some(nodes) => Some(nodes),
+        None if is_footer(line) => Some(without_measures(line)),
+        None => (!varies(&line)).then(|| blank(line)),
+    };
+    text.lines().filter_map(shown).collect()
 }
 
-/// A line whose numbers, with their units, are replaced by `#`: `2 ms in all: parse 465 µs` becomes
-/// `# in all: parse #`.
+/// The engine and the nodes of a row of the table of two engines: `symbolic: 1,135 nodes`.
+fn nodes_of_engine(line: &str) -> Option<String> {
+    let engine =
+        line.trim_start().split(' ').next().filter(|name| ["symbolic", "explicit"].contains(name))?;
+    let nodes = line.rsplit(' ').next().filter(|_| line.contains("s  "))?;
+    nodes.starts_with(|c: char| c.is_ascii_digit()).then(|| format!("{engine}: {nodes} nodes"))
+}
+
+/// A line whose numbers, with their units, are replaced by `#`, except those of nodes: `2 ms in all: parse 465
+/// µs` becomes `# in all: parse #`.
 fn without_measures(line: &str) -> String {
     const UNITS: [&str; 10] = ["ns", "µs", "ms", "s", "min", "h", "B", "KiB", "MiB", "GiB"];
     let mut words: Vec<String> = Vec::new();
-    for word in line.split(' ') {
+    let mut rest = line.split(' ').peekable();
+    while let Some(word) = rest.next() {
+        let is_count = rest.peek() == Some(&"nodes");
         let (word, comma) = word.strip_suffix(',').map_or((word, ""), |word| (word, ","));
         let is_unit = UNITS.contains(&word) && words.last().is_some_and(|last| last == "#");
         if is_unit {
             words.pop();
         }
-        let is_number = word.starts_with(|c: char| c.is_ascii_digit());
+        let is_number = word.starts_with(|c: char| c.is_ascii_digit()) && !is_count;
         words.push(format!("{}{comma}", if is_unit || is_number { "#" } else { word }));
     }
     words.join(" ")
@@ -98,7 +113,7 @@ fn without_measures(line: &str) -> String {
 fn timed_columns(lines: &[&str]) -> Vec<std::ops::Range<usize>> {
     let Some(last) = lines.iter().position(|line| line.starts_with("constants ")) else { return Vec::new() };
     let heading = lines[last];
-    let varying = ["seconds", "seconds_symbolic", "seconds_explicit", "prefer", "peak_nodes"];
+    let varying = ["seconds", "seconds_symbolic", "seconds_explicit", "prefer"];
     let (mut columns, mut start) = (Vec::new(), 0);
     for (at, _) in heading.match_indices(|c: char| c != ' ') {
         let end = at + 1;
@@ -247,14 +262,22 @@ fn links_lead_to_files_and_headings() {
 fn footers_keep_their_phases() {
     let footer =
         "1 min 2 ms in all: parse 465 µs, build 0 ns\n1,135 nodes at most, 10.4 MiB of memory at most";
-    assert_eq!(stable(footer), ["# # in all: parse #, build #", "# nodes at most, # of memory at most"]);
+    assert_eq!(stable(footer), ["# # in all: parse #, build #", "1,135 nodes at most, # of memory at most"]);
+}
+
+#[test]
+fn nodes_of_two_engines_are_compared_though_their_times_are_not() {
+    let table = "          build   total   tables   nodes\n  symbolic  9 ms   86 ms  2.5 MiB  15,871\n  \
+                 explicit  9 ms  627 µs    1 KiB       0\n";
+    assert_eq!(stable(table), ["symbolic: 15,871 nodes", "explicit: 0 nodes"]);
 }
 
 #[test]
 fn times_of_sweeps_are_left_out_and_nothing_else() {
     let table = "constants      states     seconds  peak_nodes      status\n\
                  N=2                17       0.003         495        done\n";
-    let found = ["constants      states      status", "N=2                17        done"];
+    let found =
+        ["constants      states  peak_nodes      status", "N=2                17         495        done"];
     assert_eq!(stable(table), found);
     assert_eq!(stable("states     seconds\n17       0.003"), ["states     seconds", "17       0.003"]);
 }
