@@ -93,7 +93,7 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
     let mut verdict = job.timed("verify", verify, |_, _| ())?;
     verdict.violation = verdict.violation.or(picture);
     job.update(|r| r.set(&question.program, &verdict));
-    // What is not certified must not look like success.
+    // Uncertified regions must not look like success.
     match verdict.uncertified.len() {
         0 => Ok(()),
         _ if verdict.violation.is_some() => Ok(()),

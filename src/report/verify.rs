@@ -54,7 +54,7 @@ impl VerifyReport {
         self.checked.clone_from(&verdict.checked);
         self.unproved = INFORMATIVE.iter().map(|&field| field.to_owned()).collect();
         self.uncertified.clone_from(&verdict.uncertified);
-        // Nothing speaks against what is not certified, nor for it.
+        // Uncertified regions are neither accepted nor refused.
         self.accepted = match verdict.violation {
             Some(_) => Some(false),
             None => verdict.is_accepted().then_some(true),

@@ -1,5 +1,5 @@
 'use strict';
-// Notes what is wrong in the boxes of a page: marks larger than their cells, texts that overlap or are cut.
+// Collects the faults of the boxes of a page: marks larger than their cells, texts that overlap or are cut.
 
 const faults = [];
 const note = (what, part) => { if (faults.length < 20) faults.push(what + ': ' + (part.textContent || part.className.baseVal || part.className).trim().replace(/\s+/g, ' ').slice(0, 40)); };

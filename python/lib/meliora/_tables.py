@@ -186,7 +186,7 @@ def _branches(entries: Any, states: Mapping[Any, int]) -> Iterable[Any]:
 
 
 def _is_key(given: Any, known: Mapping[Any, int]) -> bool:
-    """Whether a state is known by this; what cannot be hashed, such as a list, is no key."""
+    """Whether a state is known by this; a list or another value that cannot be hashed is not."""
     try:
         return not isinstance(given, bool) and given in known
     except TypeError:
