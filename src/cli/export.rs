@@ -1,6 +1,6 @@
 //! `meliora export`: regions and strategies for other programs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use globset::{Glob, GlobSet, GlobSetBuilder};
@@ -183,6 +183,9 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
         return Err(Error::Usage(message.to_owned()));
     }
     check_directory(&args.out)?;
+    // The first of two dumps replaces the working directory if this is an old dump.
+    let out = std::path::absolute(&args.out).map_err(|e| Error::writing(&args.out, &e))?;
+    let dot = args.format == Format::Dot;
     let read = || {
         let question = load::question(&args.model, &args.preferences, &job.sink)?;
         let costs = costs(&question.program, args.reward(), &job.sink)?;
@@ -207,7 +210,7 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
     let dump = || export(&analysis, &inputs, &content);
     let mut dump = job.timed("dump", dump, |_, _| ())?;
     if all && !args.no_certificate {
-        certified(job, args, &analysis, &mut dump)?;
+        certified(job, (&out, dot), &analysis, &mut dump)?;
     }
     let mut width = None;
     if args.values {
@@ -218,7 +221,7 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
         let add = || meliora_export::bounds::add(&mut dump, &analysis, &wanted);
         width = Some(job.timed("values", add, |_, _| ())?);
     }
-    let write = || write_directory(dump, &args.out, args.format == Format::Dot, job.sink.as_ref());
+    let write = || write_directory(dump, &out, dot, job.sink.as_ref());
     let manifest = job.timed("write", write, |_, _| ())?;
     let peak = meliora_engine::Engine::usage(&*engine).peak_nodes;
     job.update(|r| {
@@ -233,12 +236,12 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
 /// Writes the dump, and then adds its certificate: a limit that ends this leaves the regions.
 fn certified(
     job: &Job<ExportReport>,
-    args: &ExportArgs,
+    (out, dot): (&Path, bool),
     analysis: &Analysis<SymbolicEngine>,
     dump: &mut Dump,
 ) -> Result<(), Error> {
     let first = dump.clone();
-    let write = || write_directory(first, &args.out, args.format == Format::Dot, job.sink.as_ref());
+    let write = || write_directory(first, out, dot, job.sink.as_ref());
     let manifest = job.timed("write", write, |_, _| ())?;
     job.update(|r| r.set_uncertified(&manifest));
     let add = || certify(dump, analysis, &mut |left| job.sink.share(left));
