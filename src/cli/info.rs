@@ -86,7 +86,8 @@ fn work(job: &Job<InfoReport>, args: &InfoArgs, storage: Storage) -> Result<(), 
         let sizes = engine.sizes()?;
         job.update(|r| {
             r.order = Some(engine.encoding().names());
-            r.order_reason = (args.model.order == "auto").then(|| order::from_structure(&program).why);
+            let is_auto = args.model.order == "auto";
+            r.order_reason = is_auto.then(|| order::reason(&program, engine.encoding().order())).flatten();
             let (transition, reachable) = (sizes.transition as u64, sizes.states as u64);
             r.nodes = Some(Nodes { transition, reachable });
         });

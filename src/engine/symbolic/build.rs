@@ -8,13 +8,14 @@ use super::encoding::Encoding;
 use super::encoding::transitions::{Piece, Transitions};
 use super::encoding::translate::Translator;
 use super::games::Game;
-use super::order::Bit;
+use super::order::{Bit, Order, candidates};
 use super::pick;
 use super::relations::lists::Lists;
 use super::relations::partial_relation::PartialRelation;
 use super::store::Store;
 use super::store::diagram::Bdd;
 use super::store::walk::Direction;
+use super::turns;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::settings::{Count, Settings};
 use meliora_model::error::{Limit, Result};
@@ -45,6 +46,11 @@ impl Explored {
     /// # Errors
     /// The errors of [`SymbolicEngine::new`].
     pub(crate) fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
+        if settings.order == Order::Auto {
+            return turns::first_to_end(&candidates(&program), &settings, |order, settings| {
+                Explored::with(Arc::clone(&program), order.bits.clone(), settings, None)
+            });
+        }
         let order = settings.order.bits(&program)?;
         Explored::with(program, order, settings, None)
     }

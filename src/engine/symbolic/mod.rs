@@ -36,6 +36,7 @@ pub(crate) mod store;
 #[cfg(test)]
 mod tests;
 mod trends;
+mod turns;
 mod workers;
 
 use std::sync::{Arc, OnceLock};

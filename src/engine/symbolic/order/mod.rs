@@ -13,8 +13,10 @@ mod independent_modules;
 mod module_copies;
 mod text;
 
+use std::cmp::Reverse;
 use std::sync::Arc;
 
+use ahash::AHashSet;
 use meliora_model::error::{Error, Result, SourceFile};
 use meliora_model::{Program, VarId};
 pub use text::parse;
@@ -49,7 +51,7 @@ fn bits_of(program: &Program, variable: VarId) -> impl Iterator<Item = Bit> + us
 /// The method that orders the bits.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Order {
-    /// The order computed by [`from_structure`].
+    /// The order computed by [`from_structure`], in turns with others once the exploration takes long.
     #[default]
     Auto,
     /// The order returned by [`declared`].
@@ -77,6 +79,40 @@ impl Order {
             }
         }
     }
+}
+
+/// Returns the orders that are tried in turns, the likeliest first, each once:
+///
+/// 1. the order of [`from_structure`],
+/// 2. its variables from the last to the first,
+/// 3. the variables with most bits first.
+///
+/// No structure tells which is best for translated planning problems; there one of the last two often has a hundred
+/// times fewer nodes than the first.
+pub(super) fn candidates(program: &Program) -> Vec<Ordered> {
+    let plain = if program.monitors.is_some() { &program.without_monitors() } else { program };
+    let mut first = from_structure(plain);
+    let mut variables: Vec<VarId> = first.bits.iter().map(|bit| bit.variable).collect();
+    let mut seen = AHashSet::new();
+    variables.retain(|&v| seen.insert(v));
+    let reversed: Vec<VarId> = variables.iter().rev().copied().collect();
+    variables.sort_by_key(|v| Reverse(plain.variables[v.index()].bits()));
+    first.bits = beside_monitors(program, first.bits);
+    let mut orders = vec![first];
+    let others = [(reversed, "variables from the last to the first"), (variables, "large variables first")];
+    for (variables, why) in others {
+        let bits = beside_monitors(program, by_variables(plain, &variables));
+        if orders.iter().all(|order| order.bits != bits) {
+            orders
+                .push(Ordered { bits, why: format!("{why}, which was the first of several orders to end") });
+        }
+    }
+    orders
+}
+
+/// Returns the reason for an order that [`Order::Auto`] has taken.
+pub fn reason(program: &Program, bits: &[Bit]) -> Option<String> {
+    candidates(program).into_iter().find(|order| order.bits == bits).map(|order| order.why)
 }
 
 /// Returns true if an order has every bit of the program exactly once.
