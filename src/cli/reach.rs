@@ -217,7 +217,7 @@ fn answer<E: Engine>(
     asked: &Asked,
     asking: &Asking,
     precision: f64,
-) -> Result<(regions::Found<E::States>, Option<E::States>), Error> {
+) -> Result<regions::WithUnsafe<E::States>, Error> {
     let played = asking.played(engine)?;
     let engine = played.as_ref().unwrap_or(engine);
     let under = Under::new(engine, &asked.program, &asking.goal)?;

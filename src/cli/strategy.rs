@@ -240,7 +240,7 @@ impl<'a, E: Engine> Answering<'a, E> {
             return Err(Limit::Size { what }.into());
         }
         self.job.update(|r| r.asked = Some(count.into()));
-        Ok(engine.list_states(&all, limit)?)
+        engine.list_states(&all, limit)
     }
 
     /// Returns the states of the requested rank, or else the initial states, up to the limit.

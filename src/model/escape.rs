@@ -6,7 +6,7 @@
 //!
 //! | target | function |
 //! | --- | --- |
-//! | terminal, messages | [`line`], [`lines`] |
+//! | terminal, messages | [`line()`], [`lines`] |
 //! | `.tra`, `.drn`, DDDMP | [`word`], [`unword`] |
 //! | DOT | [`dot`] |
 //! | CSV | [`crate::csv::cell`] |
@@ -88,7 +88,7 @@ fn encoded(text: &str) -> Option<(char, usize)> {
     let bytes: Vec<u8> = text.as_bytes().chunks_exact(3).take(4).map_while(byte).collect();
     let first = bytes.utf8_chunks().next()?.valid().chars().next()?;
     let form = word(first.encode_utf8(&mut [0; 4])).into_owned();
-    (form.len() > 1 && text.starts_with(&form)).then(|| (first, form.len()))
+    (form.len() > 1 && text.starts_with(&form)).then_some((first, form.len()))
 }
 
 /// Maximum number of characters of a message, and of an offending text in one.

@@ -101,7 +101,7 @@ fn legend(content: &Content<'_>, (paint, sizes): (&Paint<'_>, Sizes), picture: P
     let crowded = |most: usize| found().any(|found| found.marks.len() > most);
     match sizes.side {
         side if side >= axes::MIDDLE && crowded(4) => legend.push(glyph(MORE, "further marks".to_owned())),
-        side if side < axes::MIDDLE && side >= axes::TINY && crowded(1) => {
+        side if (axes::TINY..axes::MIDDLE).contains(&side) && crowded(1) => {
             let several = ["several marks", "several labels"].map(str::to_owned);
             legend.extend(SEVERAL.into_iter().zip(several).map(|(dot, text)| glyph(dot, text)));
         }

@@ -133,7 +133,7 @@ fn each_field_of_a_manifest_is_proved_or_said_to_inform_only() {
                 let Some(mut with) = value.as_object().filter(|_| absent).cloned() else { continue };
                 with.insert(name.to_owned(), more);
                 let refused = place.is_value_refused(&all, &pointer, Json::Object(with));
-                counts.record(&format!("{kind}.{name}").trim_start_matches('.').to_owned(), &[refused]);
+                counts.record(format!("{kind}.{name}").trim_start_matches('.'), &[refused]);
             }
             let others = others(&kind, &value).into_iter();
             let refused: Vec<bool> =

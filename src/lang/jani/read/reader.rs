@@ -72,8 +72,7 @@ impl<'a> Reader<'a> {
         if self.is_full || self.poll.should_stop() {
             return None;
         }
-        let first = self.diagnostics.drain(told..).next();
-        first
+        self.diagnostics.split_off(told).into_iter().next()
     }
 
     pub(crate) fn wrong(&self, span: Span, message: impl Into<String>) -> Diagnostic {
