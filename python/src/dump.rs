@@ -142,7 +142,9 @@ pub(crate) struct Verdict {
     accepted: bool,
     /// The names of the regions that were checked.
     checked: Py<PyTuple>,
-    /// The first condition that does not hold; None if the dump is accepted.
+    /// The regions that the certificate does not prove, because a limit ended the export.
+    uncertified: Py<PyTuple>,
+    /// The first condition that does not hold; None if there is none.
     violation: Option<String>,
     /// A state for which it does not hold; None if there is none.
     state: Option<Py<PyDict>>,
@@ -199,6 +201,7 @@ pub(crate) fn verify(
     Ok(Verdict {
         accepted: verdict.is_accepted(),
         checked: PyTuple::new(py, verdict.checked.iter().map(|checked| checked.region.as_str()))?.unbind(),
+        uncertified: PyTuple::new(py, &verdict.uncertified)?.unbind(),
         violation: verdict.violation.map(|violation| violation.condition),
         state: state.map(Bound::unbind),
     })

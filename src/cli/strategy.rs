@@ -137,6 +137,10 @@ fn answer<E: Engine>(
 ) -> Result<(), Error> {
     let most = (args.model.scope, args.limit());
     let states = at.states(&**engine, &question.program, most, &job.sink)?;
+    if args.all {
+        // Levels may take much longer than counting.
+        refuse_more(&engine.count(&engine.all_states())?, args.limit())?;
+    }
     let both = [Phase::Sasi, Phase::Spi];
     let levels = || plan::analysis(engine, question, &args.preferences, &both, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
@@ -146,6 +150,21 @@ fn answer<E: Engine>(
     job.timed("answer", || answering.answer(states), |r, s| r.time.add("answer", s))?;
     job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
     Ok(())
+}
+
+/// Refuses a scope with more states than the limit.
+///
+/// # Errors
+/// [`Limit::Size`] with the number of states.
+fn refuse_more(count: &Count, limit: usize) -> Result<(), Error> {
+    if *count <= Count::from(limit) {
+        return Ok(());
+    }
+    let grouped = Number(count.clone()).grouped();
+    let what = format!(
+        "the scope has {grouped} states, more than `--limit {limit}`; `--limit {count}` or more covers all"
+    );
+    Err(Limit::Size { what }.into())
 }
 
 /// An analysis with the report that receives its results.
@@ -227,20 +246,13 @@ impl<'a, E: Engine> Answering<'a, E> {
     /// Returns all states of the scope.
     ///
     /// # Errors
-    /// There are more than the limit; the message has their number.
+    /// Limits.
     fn everywhere(&self) -> Result<Vec<State>, Error> {
         let engine = self.analysis.whole_engine();
-        let (all, limit) = (engine.all_states(), self.args.limit());
+        let all = engine.all_states();
         let count = engine.count(&all)?;
-        if count > Count::from(limit) {
-            let what = format!(
-                "the scope has {} states, more than `--limit {limit}`; `--limit {count}` or more covers all",
-                Number(count.clone()).grouped()
-            );
-            return Err(Limit::Size { what }.into());
-        }
         self.job.update(|r| r.asked = Some(count.into()));
-        engine.list_states(&all, limit)
+        engine.list_states(&all, self.args.limit())
     }
 
     /// Returns the states of the requested rank, or else the initial states, up to the limit.

@@ -1415,13 +1415,16 @@ class Verdict:
     """The result of `verify`."""
     @property
     def accepted(self) -> bool:
-        """True if all conditions hold."""
+        """True if all conditions hold, and all regions are certified."""
     @property
     def checked(self) -> tuple[str, ...]:
         """The names of the regions that were checked."""
     @property
+    def uncertified(self) -> tuple[str, ...]:
+        """The regions that the certificate does not prove, because a limit ended the export."""
+    @property
     def violation(self) -> str | None:
-        """The first condition that does not hold; None if the dump is accepted."""
+        """The first condition that does not hold; None if there is none."""
     @property
     def state(self) -> dict[str, Any] | None:
         """A state for which it does not hold; None if there is none."""

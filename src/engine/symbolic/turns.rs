@@ -24,6 +24,7 @@ pub(super) fn first_to_end<W, T>(
     let shares = |at: usize| if at == 0 { 1 } else { ways.len() as u64 - 1 };
     let mut open: Vec<usize> = (0..ways.len()).collect();
     let mut steps = settings.thresholds.first_steps;
+    let mut thresholds = settings.thresholds;
     let mut full = Limit::Interrupted;
     while !open.is_empty() {
         let is_alone = open.len() == 1;
@@ -31,7 +32,8 @@ pub(super) fn first_to_end<W, T>(
         for at in open {
             let most = if is_alone { u64::MAX } else { steps / shares(at) };
             let budget = Arc::new(Budget::new(most, &settings.sink));
-            match attempt(&ways[at], Settings { sink: Arc::clone(&budget) as _, ..settings.clone() }) {
+            let own = Settings { sink: Arc::clone(&budget) as _, thresholds, ..settings.clone() };
+            match attempt(&ways[at], own) {
                 Err(Error::Limit(Limit::Interrupted)) if budget.has_ended() => still_open.push(at),
                 Err(Error::Limit(limit @ Limit::Memory { .. })) => {
                     if at == 0 || full == Limit::Interrupted {
@@ -45,6 +47,8 @@ pub(super) fn first_to_end<W, T>(
             }
         }
         (open, steps) = (still_open, steps.saturating_mul(2));
+        // Later turns have a large operation cache from the start.
+        thresholds.first_steps = 0;
     }
     Err(full.into())
 }
