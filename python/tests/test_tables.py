@@ -131,7 +131,7 @@ def test_states_have_the_names_of_a_dictionary() -> None:
     model = meliora.Model.from_transitions(DAY, **options)
     assert model.state() == {"state": "home"} and model.actions == ["walk", "rest", "buy"]
     for engine in ("symbolic", "explicit"):
-        explored = model.explore(engine=engine)  # type: ignore[arg-type]
+        explored = model.explore(engine=engine)
         assert [s["state"] for s in explored.states.states(5)] == list(DAY)
         assert {"state": "the shop"} in explored.reach('"goal"').pmin_one
         assert explored.where(state="done").count() == 1
