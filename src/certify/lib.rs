@@ -21,8 +21,9 @@
 //!
 //! Layers and rounds may have a *trend*. A state is read as a number, its variables in the order
 //! that the manifest names, the first one most significant; greater values of a reversed variable
-//! make it smaller. Rising steps read the steady variables in the other direction, and rounds may have an
-//! order of their own: any total order of the states will do. A step s → t falls if t < s. Let Y_0 = T, and let each state of a falling layer
+//! make it smaller, and the values of a variable may have an order of their own. Rising steps read the
+//! steady variables in the other direction, and rounds may have an order of their own: any total order of
+//! the states will do. A step s → t falls if t < s. Let Y_0 = T, and let each state of a falling layer
 //! Y_j have a permitted choice with a falling step into Y_0 ∪ … ∪ Y_j. By induction over the number
 //! of a state within its layer, each reaches T: its step enters an earlier layer, or a smaller
 //! state of the same layer. Let each choice of each state of a falling round L_j have a step into

@@ -6,8 +6,8 @@ use super::error::{CheckError, CheckResult};
 use meliora_dump::Manifest;
 use meliora_dump::manifest::{self, File, Root};
 use meliora_engine::symbolic::SymbolicEngine;
-use meliora_model::names;
 use meliora_model::trend::{Digit, Trend};
+use meliora_model::{Variable, names};
 
 /// The engines of the trends that occur in a certificate.
 pub(super) struct Trends {
@@ -83,7 +83,9 @@ fn checked(
     let program = engine.program();
     let digit = |named: &manifest::Digit| {
         let variable = program.variable(&named.variable)?;
-        Some(Digit { variable, reversed: named.reversed, steady: named.steady })
+        let low = program.variables[variable.index()].low;
+        let values = named.values.iter().map(|value| value.wrapping_sub(low) as u64).collect();
+        Some(Digit { variable, reversed: named.reversed, steady: named.steady, values })
     };
     let order = Vec::from_iter(names.iter().filter_map(digit));
     let all = if is_used { program.variables.len() } else { 0 };
@@ -91,5 +93,21 @@ fn checked(
     if [names.len(), order.len(), distinct] != [all; 3] {
         return Err(CheckError::violated(condition, None));
     }
+    for (digit, named) in order.iter().zip(names) {
+        orders_values(&program.variables[digit.variable.index()], &named.values)?;
+    }
     Ok(order)
+}
+
+/// Checks that an order of the values of a variable, if there is one, has each of them once.
+fn orders_values(variable: &Variable, values: &[i64]) -> CheckResult {
+    let is_value = |value: &i64| (variable.low..=variable.high).contains(value);
+    let distinct = BTreeSet::from_iter(values).len();
+    let all = i128::from(variable.high) - i128::from(variable.low) + 1;
+    let has_all = values.iter().all(is_value) && distinct == values.len() && distinct as i128 == all;
+    if values.is_empty() || has_all {
+        return Ok(());
+    }
+    let condition = format!("an order of the values of `{}` has each of them once", variable.name);
+    Err(CheckError::violated(condition, None))
 }

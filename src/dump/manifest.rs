@@ -243,6 +243,9 @@ pub struct Digit {
     /// True if rising steps make this digit smaller, too.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub steady: bool,
+    /// All values from the one with the smallest digit, if their order is not the natural one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub values: Vec<i64>,
 }
 
 /// The file with bounds of quantities; see [`super::bounds`].

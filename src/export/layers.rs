@@ -18,9 +18,11 @@ pub(super) struct Trends {
     /// The order of the variables that defines the trends.
     pub(super) order: Vec<Digit>,
     engines: [(Trend, SymbolicEngine); 2],
-    /// In a game, the trends of rounds: in layers we choose the steps that lead on, in rounds the
-    /// opponent does.
+    /// The trends of rounds, if they have their own. In layers of a game we choose the steps that lead on, in
+    /// rounds the opponent does. Without an opponent, each choice needs one step in rounds.
     rounds: Option<Box<Trends>>,
+    /// True if these are trends of rounds alone.
+    pub(super) is_apart: bool,
 }
 
 /// Layers of a game up to this one are all closed by a trend.
@@ -31,16 +33,19 @@ pub(super) type Proof = Vec<(StateSet, Option<Trend>)>;
 
 impl Trends {
     pub(super) fn new(engine: &SymbolicEngine) -> Result<Self> {
-        let rounds = engine.theirs().map(|_| Trends::of_side(engine, Side::Opponent));
-        let rounds = rounds.transpose()?.map(Box::new);
-        Ok(Trends { rounds, ..Trends::of_side(engine, Side::We)? })
+        let order = match engine.theirs() {
+            Some(_) => Some(engine.falling_order(Side::Opponent)?),
+            None => engine.order_of_falling_choices()?,
+        };
+        let rounds = order.map(|order| Trends::of_order(engine, order, true)).transpose()?.map(Box::new);
+        let order = engine.falling_order(Side::We)?;
+        Ok(Trends { rounds, ..Trends::of_order(engine, order, false)? })
     }
 
-    fn of_side(engine: &SymbolicEngine, side: Side) -> Result<Self> {
-        let order = engine.falling_order(side)?;
+    fn of_order(engine: &SymbolicEngine, order: Vec<Digit>, is_apart: bool) -> Result<Self> {
         let [falling, rising] = Trend::ALL.map(|trend| engine.with_trend(&order, trend));
         let engines = [(Trend::Falling, falling?), (Trend::Rising, rising?)];
-        Ok(Trends { order, engines, rounds: None })
+        Ok(Trends { order, engines, rounds: None, is_apart })
     }
 
     /// Returns the trends of rounds.
@@ -62,7 +67,7 @@ impl Trends {
     pub(super) fn of_all_players(&self) -> Result<Self> {
         let [falling, rising] = self.engines.each_ref().map(|(_, by)| of_all_players(by));
         let engines = [(Trend::Falling, falling?), (Trend::Rising, rising?)];
-        Ok(Trends { order: self.order.clone(), engines, rounds: None })
+        Ok(Trends { order: self.order.clone(), engines, rounds: None, is_apart: false })
     }
 
     /// Computes the layers of the states that are reached from the start states of paths.

@@ -186,10 +186,15 @@ fn proof(
 ) -> Result<(File, Diagram)> {
     let (mut certificate, diagram) = file(engine, manifest::CERTIFICATE, named, bits)?;
     let variables = &engine.program().variables;
-    let digit = |&Digit { variable, reversed, steady }: &Digit| manifest::Digit {
-        variable: variables[variable.index()].name.clone(),
-        reversed,
-        steady,
+    let digit = |digit: &Digit| {
+        let variable = &variables[digit.variable.index()];
+        let value = |offset: &u64| variable.low.wrapping_add_unsigned(*offset);
+        manifest::Digit {
+            variable: variable.name.clone(),
+            reversed: digit.reversed,
+            steady: digit.steady,
+            values: digit.values.iter().map(value).collect(),
+        }
     };
     certificate.uncertified.clone_from(uncertified);
     let written = |trends: &layers::Trends| trends.order.iter().map(digit).collect::<Vec<_>>();

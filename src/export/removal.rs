@@ -87,16 +87,35 @@ impl<'a> Removal<'a> {
                 self.rounds.push((stuck, None));
                 continue;
             }
-            let open = engine.difference(&self.left, &stuck)?;
-            let left = Region { states: open, choices: self.choices.clone() };
-            let left =
-                by.remove_attractor(left, &self.choices, &self.won, self.edge_labels, stuck.clone())?;
-            let lost = engine.difference(&self.left, &left.states)?;
+            // An order for the rounds of a model without an opponent is one in which each choice may fall.
+            let at_once = self.trends.is_apart && !in_game;
+            let all = if at_once { self.attracted_at_once(&stuck, by)? } else { None };
+            let lost = all.map_or_else(|| self.attracted(by, &stuck), Ok)?;
             let alone = engine.same(&lost, &stuck)?;
-            self.left = left.states;
+            self.left = engine.difference(&self.left, &lost)?;
             self.withdraw(&lost)?;
             self.rounds.push((lost, (!alone).then_some(*trend)));
         }
         Ok(())
+    }
+
+    /// Returns the states without a choice, and those that they attract by the edges of an engine.
+    fn attracted(&self, by: &SymbolicEngine, stuck: &StateSet) -> Result<StateSet> {
+        let open = self.engine.difference(&self.left, stuck)?;
+        let left = Region { states: open, choices: self.choices.clone() };
+        let left = by.remove_attractor(left, &self.choices, &self.won, self.edge_labels, stuck.clone())?;
+        self.engine.difference(&self.left, &left.states)
+    }
+
+    /// Returns all states that the states without a choice attract, if each choice of these states may fall
+    /// into them or lost states. To check this takes one step. To search them by falling steps takes a fixpoint
+    /// with fewer edges, which may be much harder than one with all edges.
+    fn attracted_at_once(&self, stuck: &StateSet, by: &SymbolicEngine) -> Result<Option<StateSet>> {
+        let engine = self.engine;
+        let lost = self.attracted(engine, stuck)?;
+        let own = engine.choices_in(&self.choices, &lost)?;
+        let falling = plain_edges_into(by, &own, self.edge_labels, &lost)?;
+        let others = engine.can_choose(&engine.difference(&own, &falling)?)?;
+        Ok(engine.is_empty(&others)?.then_some(lost))
     }
 }

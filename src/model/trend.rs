@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::VarId;
 
 /// A variable as a digit of the number of a state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Digit {
     /// The variable.
     pub variable: VarId,
@@ -13,6 +13,9 @@ pub struct Digit {
     pub reversed: bool,
     /// True if rising steps make this digit smaller, too.
     pub steady: bool,
+    /// The values in an order of their own, from the smallest digit, as distances from the smallest value of
+    /// the variable; empty for the natural order.
+    pub values: Vec<u64>,
 }
 
 /// The effect of a step on the number of a state. Along steps of one trend no state comes twice, so
@@ -27,8 +30,13 @@ pub enum Trend {
 }
 
 impl Digit {
+    /// Returns a variable as a digit that greater values make greater.
+    pub fn natural(variable: VarId) -> Self {
+        Digit { variable, reversed: false, steady: false, values: Vec::new() }
+    }
+
     /// Returns true if steps of a trend make the value of the variable smaller, false if greater.
-    pub fn lowers(self, trend: Trend) -> bool {
+    pub fn lowers(&self, trend: Trend) -> bool {
         (trend == Trend::Falling || self.steady) != self.reversed
     }
 }

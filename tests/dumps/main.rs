@@ -26,5 +26,6 @@ mod random_program;
 mod requirements;
 mod statements;
 mod threads;
+mod turns;
 mod values;
 mod verify;

@@ -15,10 +15,16 @@ use crate::common::random_program::{random_predicate, random_program};
 use crate::explicit::numbers;
 
 /// Returns whether the first variable of the order in which two states differ says that a step has the trend.
-fn has_trend(order: &[Digit], trend: Trend, s: &State, t: &State) -> bool {
+fn has_trend(program: &Program, order: &[Digit], trend: Trend, s: &State, t: &State) -> bool {
     let value = |d: &Digit, s: &State| {
         let turned = d.reversed != (d.steady && trend == Trend::Rising);
-        if turned { -s[d.variable.index()] } else { s[d.variable.index()] }
+        let own = s[d.variable.index()];
+        let place = d
+            .values
+            .iter()
+            .position(|&offset| offset as i64 == own - program.variables[d.variable.index()].low);
+        let number = place.map_or(own, |place| place as i64);
+        if turned { -number } else { number }
     };
     let of = |s: &State| order.iter().map(|digit| value(digit, s)).collect::<Vec<_>>();
     let wanted = match trend {
@@ -34,7 +40,7 @@ fn reference(program: &Program, order: &[Digit], trend: Trend) -> Brute {
     let states = brute.states.clone();
     for pair in &mut brute.pairs {
         let from = &states[pair.state];
-        pair.successors.retain(|&to| has_trend(order, trend, from, &states[to]));
+        pair.successors.retain(|&to| has_trend(program, order, trend, from, &states[to]));
     }
     brute
 }
@@ -63,11 +69,16 @@ proptest! {
         let predicates = [random_predicate(&mut program, &first), random_predicate(&mut program, &second)];
         let program = Arc::new(program);
         let key = |digit: &Digit| keys.get(digit.variable.index()).copied().unwrap_or_default();
-        let digit = |variable| Digit { variable, reversed: false, steady: false };
-        let mut order: Vec<Digit> = program.variable_ids().map(digit).collect();
+        let mut order: Vec<Digit> = program.variable_ids().map(Digit::natural).collect();
         order.sort_by_key(key);
         for digit in &mut order {
             (digit.reversed, digit.steady) = (key(digit) & 1 == 1, key(digit) & 2 == 2);
+            let own = &program.variables[digit.variable.index()];
+            let mut values = Vec::from_iter(0..=own.high.abs_diff(own.low));
+            values.sort_by_key(|value| (value + 1) * u64::from(key(digit) >> 3) % 7);
+            if key(digit) & 4 == 4 {
+                digit.values = values;
+            }
         }
         for relations_per_bit in [0, Thresholds::default().relations_per_bit] {
             let thresholds = Thresholds { relations_per_bit, ..Thresholds::default() };
@@ -93,24 +104,24 @@ proptest! {
         let order = SymbolicEngine::new(program.clone(), settings).unwrap().falling_order(Side::We).unwrap();
         prop_assert_eq!(order.len(), program.variables.len());
         // The numbers of transitions that keep the digits before, and make this one greater or smaller.
-        let key = |before: &[Digit], digit: Digit| {
-            let digit = Digit { steady: false, ..digit };
+        let key = |before: &[Digit], digit: &Digit| {
+            let digit = Digit { steady: false, ..digit.clone() };
             let [falling, rising] = Trend::ALL.map(|trend| {
                 let of = |order: &[Digit]| {
                     let brute = reference(&program, order, trend);
                     brute.count_transitions(&brute.all_choices(), &brute.all_states())
                 };
-                of(&[before, &[digit]].concat()) - of(before)
+                of(&[before, std::slice::from_ref(&digit)].concat()) - of(before)
             });
             (rising, std::cmp::Reverse(falling))
         };
-        for (at, &digit) in order.iter().enumerate() {
+        for (at, digit) in order.iter().enumerate() {
             let own = key(&order[..at], digit);
             prop_assert!(own.0 <= own.1.0, "{:?}", order);
             prop_assert_eq!(digit.steady, own.0 == 0, "{:?}", order);
-            for &other in &order[at..] {
-                let turned = Digit { reversed: !other.reversed, ..other };
-                prop_assert!(own <= key(&order[..at], other).min(key(&order[..at], turned)), "{:?}", order);
+            for other in &order[at..] {
+                let turned = Digit { reversed: !other.reversed, ..other.clone() };
+                prop_assert!(own <= key(&order[..at], other).min(key(&order[..at], &turned)), "{:?}", order);
             }
         }
     }

@@ -22,6 +22,7 @@ mod build;
 mod draft;
 mod dump;
 mod encoding;
+mod falling_choices;
 mod fixpoints;
 mod games;
 mod losing;

@@ -101,7 +101,7 @@ impl Totals {
     fn digit(&self, variable: VarId) -> Digit {
         let reversed = self.is_reversed();
         let steady = self.has_rival() || Totals::directed(&self.own, reversed).1.is_zero();
-        Digit { variable, reversed, steady }
+        Digit { reversed, steady, ..Digit::natural(variable) }
     }
 }
 
@@ -146,10 +146,14 @@ impl SymbolicEngine {
     }
 
     /// Returns the pairs of present and next values of a support that have a trend.
-    fn has_trend(&self, order: &[Digit], support: &Support, trend: Trend) -> Result<Bdd> {
+    pub(super) fn has_trend(&self, order: &[Digit], support: &Support, trend: Trend) -> Result<Bdd> {
         let store = &self.store;
         let mut decided = store.zero();
-        for &digit in order.iter().rev() {
+        for digit in order.iter().rev() {
+            if !digit.values.is_empty() {
+                decided = self.decided_by(digit, support, trend, &decided)?;
+                continue;
+            }
             for &position in self.encoding.positions(digit.variable) {
                 if has(support, position) {
                     let before = store.literal(2 * position, true)?;
@@ -161,6 +165,33 @@ impl SymbolicEngine {
             }
         }
         Ok(decided)
+    }
+
+    /// Returns the pairs of present and next values of a support that have a trend by a digit whose values have
+    /// an order of their own, or keep it and are in `decided`.
+    fn decided_by(&self, digit: &Digit, support: &Support, trend: Trend, decided: &Bdd) -> Result<Bdd> {
+        let (store, bits) = (&self.store, self.encoding.positions(digit.variable));
+        if !bits.iter().any(|bit| has(support, *bit)) {
+            return Ok(decided.clone());
+        }
+        let mut order = digit.values.clone();
+        if !digit.lowers(trend) {
+            order.reverse();
+        }
+        // From the smallest digit on: a step leads to one of the values before.
+        let (mut before, mut found) = (store.zero(), store.zero());
+        for value in order {
+            let mut next = store.one();
+            for (index, &bit) in bits.iter().enumerate() {
+                let level = 2 * bit + u32::from(has(support, bit));
+                next = store.and(&next, &store.literal(level, value >> index & 1 == 1)?)?;
+            }
+            let kept = store.and(&next, decided)?;
+            let now = self.encoding.value(store, digit.variable, value)?;
+            found = store.or(&found, &store.and(&now, &store.or(&before, &kept)?)?)?;
+            before = store.or(&before, &next)?;
+        }
+        Ok(found)
     }
 
     /// Returns an order of the variables in which many steps of a side fall, and nearly all steps of the
@@ -206,8 +237,8 @@ impl SymbolicEngine {
         let is_empty = self.store.is_zero(&piece.steps.relation);
         for variable in self.program.variable_ids().filter(|v| !is_empty && written(v)) {
             let [falling, rising] = Trend::ALL.map(|trend| {
-                let digit = Digit { variable, reversed: false, steady: false };
-                let trend = self.has_trend(&[digit], support, trend)?;
+                let digit = Digit::natural(variable);
+                let trend = self.has_trend(std::slice::from_ref(&digit), support, trend)?;
                 let relation = self.store.and(&piece.steps.relation, &trend)?;
                 let steps = PartialRelation { relation, support: support.clone() };
                 self.count_piece(&Piece { group: piece.group, steps }, &self.choices.0[piece.group], None)
@@ -221,11 +252,11 @@ impl SymbolicEngine {
 
     /// Returns whether some step makes a variable smaller, and another one greater.
     pub(super) fn moves_back_and_forth(&self, variable: VarId) -> Result<bool> {
-        let digit = Digit { variable, reversed: false, steady: false };
+        let digit = Digit::natural(variable);
         let entries = Vec::from_iter(self.groups.iter().flat_map(|list| list.entries()));
         for trend in Trend::ALL {
             let moves = |entry: &&PartialRelation| {
-                let has_trend = self.has_trend(&[digit], &entry.support, trend)?;
+                let has_trend = self.has_trend(std::slice::from_ref(&digit), &entry.support, trend)?;
                 Ok(!self.store.is_zero(&self.store.and(&entry.relation, &has_trend)?))
             };
             if position(&entries, moves)?.is_none() {
@@ -237,7 +268,7 @@ impl SymbolicEngine {
 
     /// Returns the pairs of present and next values of a support in which a variable has the same
     /// value.
-    fn keeping(&self, variable: VarId, support: &Support) -> Result<Bdd> {
+    pub(super) fn keeping(&self, variable: VarId, support: &Support) -> Result<Bdd> {
         let mut kept = self.store.one();
         for &bit in self.encoding.positions(variable).iter().filter(|bit| has(support, **bit)) {
             let (before, after) =

@@ -125,6 +125,22 @@ fn trends_without_meaning_are_refused() {
 }
 
 #[test]
+fn orders_of_values_without_meaning_are_refused() {
+    fn values(draft: &mut Draft, values: &[i64]) {
+        let order = &mut draft.manifest.certificate.as_mut().unwrap().order;
+        order.iter_mut().find(|digit| digit.variable == "s").unwrap().values = values.to_vec();
+    }
+    const CONDITION: &str = "an order of the values of `s` has each of them once";
+    let faults = [
+        Fault { condition: CONDITION, forge: |d| values(d, &[0, 1, 2, 3, 4, 5, 6]) },
+        Fault { condition: CONDITION, forge: |d| values(d, &[0, 1, 2, 3, 4, 5, 6, 8]) },
+        Fault { condition: CONDITION, forge: |d| values(d, &[0, 1, 2, 3, 4, 5, 6, 7, 7]) },
+        Fault { condition: CONDITION, forge: |d| values(d, &[-1, 1, 2, 3, 4, 5, 6, 7]) },
+    ];
+    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL), &faults);
+}
+
+#[test]
 fn an_order_of_rounds_without_a_round_that_needs_it_is_refused() {
     for (options, case) in cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL) {
         let mut draft = Draft::of(&case.dump);
@@ -173,6 +189,7 @@ fn refuse_all_orders(condition: &str, forge: impl Fn(&mut Draft, Vec<Digit>, Tre
                     variable: name.to_owned(),
                     reversed: directions >> (2 * at) & 1 == 1,
                     steady: directions >> (2 * at + 1) & 1 == 1,
+                    values: Vec::new(),
                 };
                 for trend in Trend::ALL {
                     let mut draft = Draft::of(&case.dump);

@@ -36,9 +36,12 @@ pub(super) const EDITS: &[(&str, Edit)] = &[
         let file = proof(d).0;
         let order = if r.random_bool(0.5) { &mut file.order } else { &mut file.order_of_rounds };
         let at = r.random_range(0..order.len().max(1));
-        match (order.get_mut(at), r.random_range(0..7)) {
+        match (order.get_mut(at), r.random_range(0..10)) {
             (None, _) => return false,
             (Some(digit), 6) => digit.steady = !digit.steady,
+            (Some(digit), 7) => digit.values.reverse(),
+            (Some(digit), 8) => drop(digit.values.pop()),
+            (Some(digit), 9) => digit.values.extend([0]),
             (_, 0) => order.clear(),
             (_, 1) => drop(order.pop()),
             (Some(digit), 2) => digit.variable = "z".to_owned(),
