@@ -88,7 +88,7 @@ impl ProgressSink for Budget {
     }
 
     fn advance(&self, steps: u64) {
-        // At the greatest number there is no limit.
+        // The greatest number means no limit.
         let less = |left: u64| (left < u64::MAX).then(|| left.saturating_sub(steps));
         let _ = self.left.fetch_update(Relaxed, Relaxed, less);
         self.sink.advance(steps);
