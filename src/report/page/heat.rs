@@ -96,7 +96,7 @@ impl Table {
         let mut table = Table { measure, range, looks: Vec::new(), of_states: vec![0; values.len()] };
         for state in order {
             let look = match values[state] {
-                Some(x) => Look::scaled(measure.share(x, range), digits(x)),
+                Some(x) => Look::scaled(measure.share(x, range), measure.text(x)),
                 None => measure.nothing(),
             };
             if table.looks.last().is_none_or(|last| last.text != look.text) {
@@ -177,6 +177,14 @@ impl Measure {
         if let Measure::Steps(_) = self { x.total_cmp(&y) } else { y.total_cmp(&x) }
     }
 
+    /// Returns a value in words. Only of a probability it matters that it is less than 1.
+    fn text(self, x: f64) -> String {
+        match self {
+            Measure::Steps(_) if x > 0.995 && x < 1.0 => digits(1.0),
+            _ => digits(x),
+        }
+    }
+
     /// Returns the place on the colour scale: likely and soon are dark.
     fn share(self, x: f64, (low, high): (f64, f64)) -> f64 {
         let share = if high > low { (x - low) / (high - low) } else { 0.0 };
@@ -221,6 +229,12 @@ mod tests {
         ] {
             assert_eq!(digits(x), text);
         }
+    }
+
+    #[test]
+    fn only_probabilities_stay_below_one() {
+        assert_eq!(Measure::Probability(1).text(0.999_999_9), ">0.99");
+        assert_eq!(Measure::Steps(1).text(0.999_999_9), "1");
     }
 
     #[test]
