@@ -16,8 +16,8 @@ const BLOCK: u64 = 1 << 16;
 /// two blocks to itself: that of the caller, that of the collector, and one more.
 pub(in crate::symbolic) const SPARE_NODES: u64 = 3 * 2 * BLOCK;
 
-/// The addresses of a table's thread, and 64 MiB for the rest of the process.
-const THREAD_BYTES: u64 = (1 << 30) + (64 << 20);
+/// The stack of a table's thread, and 64 MiB for the rest of the process.
+const THREAD_BYTES: usize = (1 << 30) + (64 << 20);
 
 /// Limits the operation cache to 2^(bits of a state + this number) entries: for a narrow model,
 /// clearing a large cache costs more than it saves.
@@ -32,29 +32,34 @@ const LARGEST_CACHE: u64 = 1 << 23;
 /// Creates a manager for `nodes` nodes, if the system grants its memory and a thread.
 ///
 /// OxiDD assumes both: without the memory it aborts the process; without the thread, which has a
-/// stack of 1 GiB and remains idle, it panics. The memory is therefore reserved and released first,
-/// together with some for the rest of the process, which would end without it. The panic occurs before
-/// any diagram exists, and is caught.
+/// stack of 1 GiB and remains idle, it panics. A thread and the memory are therefore asked for and given
+/// back first, together with some for the rest of the process, which would end without it. The panic
+/// occurs before any diagram exists, and is caught.
 ///
 /// # Errors
 /// A limit of the system: the memory or the thread.
 pub(in crate::symbolic) fn manager(nodes: u64, cache_entries: u64) -> Result<BDDManagerRef> {
     let capacity = table_size(nodes);
     let bytes = capacity * BYTES_PER_NODE + cache_entries * BYTES_PER_ENTRY;
-    let room = reserved(THREAD_BYTES).ok_or_else(no_thread)?;
-    let table = reserved(bytes).ok_or_else(|| {
+    let (end, wait) = std::sync::mpsc::channel::<()>();
+    let idle = move || wait.recv().is_err();
+    let thread = std::thread::Builder::new().stack_size(THREAD_BYTES).spawn(idle);
+    let thread = thread.map_err(|_| no_thread())?;
+    let granted = grants(bytes);
+    drop(end);
+    drop(thread.join());
+    if !granted {
         let mib = bytes.div_ceil(1 << 20);
-        Limit::System { what: format!("a node table of {mib} MiB"), bytes: Some(bytes) }
-    })?;
-    drop((room, table));
+        let what = format!("a node table of {mib} MiB");
+        return Err(Limit::System { what, bytes: Some(bytes) }.into());
+    }
     let make = || oxidd::bdd::new_manager(capacity as usize, cache_entries as usize, 1);
     std::panic::catch_unwind(make).map_err(|_| no_thread().into())
 }
 
-/// Returns a block of memory, if the system grants it. It maps no pages.
-fn reserved(bytes: u64) -> Option<Vec<u8>> {
-    let mut block = Vec::new();
-    block.try_reserve_exact(usize::try_from(bytes).ok()?).ok().map(|()| block)
+/// Returns whether the system grants this memory. Maps no pages.
+fn grants(bytes: u64) -> bool {
+    usize::try_from(bytes).is_ok_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok())
 }
 
 fn no_thread() -> Limit {
