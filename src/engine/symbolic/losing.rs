@@ -277,7 +277,7 @@ impl SymbolicEngine {
         }
         let mut writers = vec![0; width];
         for list in &self.groups {
-            let bits: BTreeSet<u32> = list.entries().iter().flat_map(|e| e.support.bits()).copied().collect();
+            let bits: BTreeSet<u32> = list.entries().flat_map(|e| e.support.bits()).copied().collect();
             bits.into_iter().for_each(|bit| writers[bit as usize] += 1);
         }
         let many =

@@ -4,12 +4,12 @@
 //! that act on them. The cofactors of the relations by a bit are a list again. Equal lists exist
 //! once and have a number, so that the operation cache can store results per set and list.
 
-use std::borrow::Borrow;
-use std::hash::{Hash, Hasher};
+use std::iter;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use ahash::AHashSet;
+use ahash::{AHashMap, AHashSet};
 
+use super::chain::{self, Link, Links};
 use super::partial_relation::PartialRelation;
 use crate::symbolic::store::charge::Charge;
 use crate::symbolic::store::diagram::Bdd;
@@ -31,7 +31,10 @@ pub(in crate::symbolic) struct RelationList {
     cofactors: OnceLock<Cofactors>,
     // Boxed, because few lists need it, and smaller lists lie closer together in memory.
     layers: OnceLock<Box<Layers>>,
-    entries: Vec<PartialRelation>,
+    /// The entries that depend on the first bit.
+    here: Arc<[PartialRelation]>,
+    /// The others.
+    below: Option<Arc<RelationList>>,
     /// The table of all lists of the store.
     lists: Arc<Lists>,
     _charge: Charge,
@@ -51,11 +54,13 @@ pub(in crate::symbolic) enum ListKind {
 }
 
 impl ListKind {
-    fn of(entries: &[PartialRelation]) -> Self {
-        match entries {
-            [] => ListKind::Empty,
-            several if several.iter().any(|e| !e.support.is_empty()) => ListKind::Changing,
-            [_] => ListKind::Keeps,
+    fn of(here: &[PartialRelation], below: Option<&Arc<RelationList>>) -> Self {
+        let below = below.map_or(ListKind::Empty, |list| list.kind);
+        match (here, below) {
+            ([], _) => below,
+            _ if below == ListKind::Changing => ListKind::Changing,
+            _ if here.iter().any(|e| !e.support.is_empty()) => ListKind::Changing,
+            ([_], ListKind::Empty) => ListKind::Keeps,
             _ => ListKind::KeepsSeverally,
         }
     }
@@ -66,21 +71,25 @@ impl ListKind {
 pub(in crate::symbolic) struct Cofactors([[Arc<RelationList>; 2]; 2]);
 
 impl RelationList {
-    fn new(store: &Store, lists: &Arc<Lists>, number: u32, entries: Vec<PartialRelation>) -> Self {
-        let top = store.shared(|m| entries.iter().map(|e| e.top(m)).min());
-        let bytes = BYTES_PER_LIST + size_of_val(entries.as_slice());
+    fn new(
+        store: &Store,
+        lists: &Arc<Lists>,
+        here: Arc<[PartialRelation]>,
+        below: Option<Arc<RelationList>>,
+    ) -> Result<Self> {
         let mut charge = store.charge();
-        charge.add(bytes);
-        RelationList {
-            number,
-            top: top.unwrap_or(u32::MAX),
-            kind: ListKind::of(&entries),
+        charge.add(BYTES_PER_LIST + size_of_val(&*here));
+        Ok(RelationList {
+            number: store.new_key()?,
+            top: here.first().map_or(u32::MAX, |first| store.shared(|m| first.top(m))),
+            kind: ListKind::of(&here, below.as_ref()),
             cofactors: OnceLock::new(),
             layers: OnceLock::new(),
-            entries,
+            here,
+            below,
             lists: Arc::clone(lists),
             _charge: charge,
-        }
+        })
     }
 
     /// Returns true if the list has no steps.
@@ -99,11 +108,9 @@ impl RelationList {
             return Ok(found);
         }
         let cofactor = |from, to| {
-            let below = store.shared(|m| {
-                let below = |e: &PartialRelation| e.below(m, self.top, from, to);
-                self.entries.iter().filter_map(below).collect()
-            });
-            self.lists.of(store, below)
+            let below = |e: &PartialRelation| store.shared(|m| e.below(m, self.top, from, to));
+            let rest = self.below.clone().filter(|_| from == to);
+            self.lists.inserted(store, self.here.iter().filter_map(below).collect(), rest)
         };
         let clear = [cofactor(false, false)?, cofactor(false, true)?];
         let set = [cofactor(true, false)?, cofactor(true, true)?];
@@ -131,22 +138,20 @@ impl RelationList {
         if let Some(found) = self.layers.get() {
             return Ok(found);
         }
-        let (here, below): (Vec<&PartialRelation>, Vec<&PartialRelation>) =
-            store.shared(|m| self.entries.iter().partition(|e| e.top(m) == self.top));
-        let below = self.lists.of(store, below.into_iter().cloned().collect())?;
-        let here = here.into_iter().map(|e| self.lists.of(store, vec![e.clone()])).collect::<Result<_>>()?;
+        let below = self.lists.inserted(store, Vec::new(), self.below.clone())?;
+        let here = self.here.iter().map(|e| self.lists.of(store, vec![e.clone()])).collect::<Result<_>>()?;
         Ok(self.layers.get_or_init(|| Box::new(Layers { below, here })))
     }
 
     /// Returns the states with a step.
     pub(in crate::symbolic) fn sources(&self, store: &Store) -> Result<Bdd> {
-        let sources = self.entries.iter().map(|e| e.sources(store));
-        store.any(sources.collect::<Result<Vec<_>>>()?)
+        store.any(self.entries().map(|e| e.sources(store)).collect::<Result<Vec<_>>>()?)
     }
 
-    /// Returns the relations.
-    pub(in crate::symbolic) fn entries(&self) -> &[PartialRelation] {
-        &self.entries
+    /// Returns the relations, in the order of the first bits that they depend on.
+    pub(in crate::symbolic) fn entries(&self) -> impl Iterator<Item = &PartialRelation> {
+        let links = iter::successors(Some(self), |list| list.below.as_deref());
+        links.flat_map(|list| list.here.iter())
     }
 
     /// Returns the table of all lists.
@@ -161,12 +166,13 @@ impl RelationList {
             lists.extend(layers.here);
             lists.push(layers.below);
         }
+        lists.extend(self.below.take());
     }
 
     /// Returns the states that allow a step, if the list has one relation and all steps keep the
     /// state.
     pub(in crate::symbolic) fn kept(&self) -> Option<&Bdd> {
-        self.entries.first().filter(|_| self.kind == ListKind::Keeps).map(|e| &e.relation)
+        self.here.first().filter(|_| self.kind == ListKind::Keeps).map(|e| &e.relation)
     }
 }
 
@@ -183,26 +189,19 @@ impl Drop for RelationList {
     }
 }
 
-/// A list that is identified by its entries.
-struct Named(Arc<RelationList>);
+impl Link for RelationList {
+    type Operand = PartialRelation;
 
-impl Borrow<[PartialRelation]> for Named {
-    fn borrow(&self) -> &[PartialRelation] {
-        &self.0.entries
+    fn top(&self) -> u32 {
+        self.top
     }
-}
 
-impl PartialEq for Named {
-    fn eq(&self, other: &Self) -> bool {
-        self.0.entries == other.0.entries
+    fn here(&self) -> &Arc<[PartialRelation]> {
+        &self.here
     }
-}
 
-impl Eq for Named {}
-
-impl Hash for Named {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        self.0.entries.hash(state);
+    fn below(&self) -> Option<&Arc<Self>> {
+        self.below.as_ref()
     }
 }
 
@@ -221,10 +220,44 @@ pub(in crate::symbolic) struct Layers {
     pub(in crate::symbolic) here: Vec<Arc<RelationList>>,
 }
 
-/// The lists of one store, by their entries.
+/// The lists of one store, by their first entries and the number of the list of the others.
 #[derive(Default)]
 pub(in crate::symbolic) struct Lists {
-    known: Mutex<AHashSet<Named>>,
+    known: Mutex<AHashMap<Name, Arc<RelationList>>>,
+}
+
+type Name = (Arc<[PartialRelation]>, Option<u32>);
+
+/// The lists as the links of chains.
+struct Linked<'a>(&'a Store, &'a Arc<Lists>);
+
+impl Links<RelationList> for Linked<'_> {
+    fn top_of(&self, entry: &PartialRelation) -> u32 {
+        self.0.shared(|m| entry.top(m))
+    }
+
+    fn simplified(&self, entries: Vec<PartialRelation>) -> Result<Vec<PartialRelation>> {
+        united(self.0, entries)
+    }
+
+    fn link(
+        &self,
+        here: Arc<[PartialRelation]>,
+        below: Option<Arc<RelationList>>,
+    ) -> Result<Arc<RelationList>> {
+        let &Linked(store, lists) = self;
+        let name = (here.clone(), below.as_ref().map(|list| list.number));
+        let mut known = lists.known();
+        if let Some(list) = known.get(&name) {
+            return Ok(list.clone());
+        }
+        if known.len() >= store.thresholds().most_lists {
+            known.clear();
+        }
+        let list = Arc::new(RelationList::new(store, lists, here, below)?);
+        known.insert(name, list.clone());
+        Ok(list)
+    }
 }
 
 impl Lists {
@@ -244,20 +277,24 @@ impl Lists {
         store: &Store,
         entries: Vec<PartialRelation>,
     ) -> Result<Arc<RelationList>> {
-        let entries = united(store, entries)?;
-        let mut known = self.known();
-        if let Some(Named(list)) = known.get(entries.as_slice()) {
-            return Ok(list.clone());
-        }
-        if known.len() >= store.thresholds().most_lists {
-            known.clear();
-        }
-        let list = Arc::new(RelationList::new(store, self, store.new_key()?, entries));
-        known.insert(Named(list.clone()));
-        Ok(list)
+        self.inserted(store, entries, None)
     }
 
-    fn known(&self) -> MutexGuard<'_, AHashSet<Named>> {
+    /// Returns the list of some relations and those of a list.
+    fn inserted(
+        self: &Arc<Self>,
+        store: &Store,
+        entries: Vec<PartialRelation>,
+        list: Option<Arc<RelationList>>,
+    ) -> Result<Arc<RelationList>> {
+        let links = Linked(store, self);
+        match chain::inserted(&links, entries, list)? {
+            Some(list) => Ok(list),
+            None => links.link([].into(), None),
+        }
+    }
+
+    fn known(&self) -> MutexGuard<'_, AHashMap<Name, Arc<RelationList>>> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -290,7 +327,8 @@ pub(in crate::symbolic) fn stay_few(store: &Store, lists: &[Arc<RelationList>], 
     Ok(true)
 }
 
-/// Returns the non-empty relations, sorted; small relations with the same support are united.
+/// Returns the non-empty ones of the relations of a link, sorted; small relations with the same support are
+/// united.
 fn united(store: &Store, mut entries: Vec<PartialRelation>) -> Result<Vec<PartialRelation>> {
     entries.retain(|e| !store.is_zero(&e.relation));
     entries.sort_unstable();

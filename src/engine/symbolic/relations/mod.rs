@@ -1,5 +1,6 @@
 //! Partial relations and lists of them, which recursions split together with the sets.
 
+mod chain;
 pub(in crate::symbolic) mod lists;
 pub(in crate::symbolic) mod partial_relation;
 mod step;

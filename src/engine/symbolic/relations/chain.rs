@@ -1,0 +1,67 @@
+//! Chains: operands of a recursion over bits, linked in the order of the first bit that each depends on.
+//!
+//! A link holds the operands that depend on one bit and on no earlier one; all later operands are the
+//! rest of the chain. Chains with equal ends share them. So the cofactors of a chain by its first bit
+//! cost what that bit concerns, not what comes later: `n` independent modules have n links in all.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use meliora_model::error::Result;
+
+/// A link of a chain; its operands are of type `Operand`.
+pub(super) trait Link: Sized {
+    /// An operand.
+    type Operand: Clone;
+
+    /// Returns the first bit that the operands of this link depend on.
+    fn top(&self) -> u32;
+    /// Returns the operands of this link.
+    fn here(&self) -> &Arc<[Self::Operand]>;
+    /// Returns the rest of the chain.
+    fn below(&self) -> Option<&Arc<Self>>;
+}
+
+/// The links of a store.
+pub(super) trait Links<L: Link> {
+    /// Returns the first bit that an operand depends on.
+    fn top_of(&self, operand: &L::Operand) -> u32;
+    /// Returns the operands of a link in their order, without superfluous ones. An operand may be replaced by
+    /// one that depends on later bits only.
+    fn simplified(&self, operands: Vec<L::Operand>) -> Result<Vec<L::Operand>>;
+    /// Returns the link with these operands before a rest, which depends on later bits only.
+    fn link(&self, here: Arc<[L::Operand]>, below: Option<Arc<L>>) -> Result<Arc<L>>;
+}
+
+/// Returns the chain of some operands and those of a chain; `None` if there are none.
+///
+/// # Errors
+/// The first error of a link.
+pub(super) fn inserted<L: Link>(
+    links: &impl Links<L>,
+    operands: Vec<L::Operand>,
+    chain: Option<Arc<L>>,
+) -> Result<Option<Arc<L>>> {
+    let mut open: BTreeMap<u32, Vec<L::Operand>> = BTreeMap::new();
+    let sort = |open: &mut BTreeMap<u32, Vec<_>>, operand| {
+        open.entry(links.top_of(&operand)).or_default().push(operand);
+    };
+    operands.into_iter().for_each(|operand| sort(&mut open, operand));
+    let (mut rest, mut passed) = (chain, Vec::new());
+    while let Some((&top, _)) = open.first_key_value() {
+        while let Some(link) = rest.take_if(|link| link.top() < top) {
+            passed.push(link.here().clone());
+            rest = link.below().cloned();
+        }
+        let mut here = open.remove(&top).unwrap_or_default();
+        if let Some(link) = rest.take_if(|link| link.top() == top) {
+            here.extend_from_slice(link.here());
+            rest = link.below().cloned();
+        }
+        let (here, later): (Vec<_>, Vec<_>) =
+            links.simplified(here)?.into_iter().partition(|operand| links.top_of(operand) == top);
+        later.into_iter().for_each(|operand| sort(&mut open, operand));
+        passed.extend((!here.is_empty()).then(|| here.into()));
+    }
+    passed.into_iter().rev().try_fold(rest, |below, here| links.link(here, below).map(Some))
+}
