@@ -25,7 +25,7 @@ impl Layers {
     /// Starts a removal: `new` are the states of `lost` from which it continues.
     pub(in crate::symbolic) fn new(new: &Bdd, lost: &Bdd, candidates: &Bdd, groups: &ListTuple) -> Self {
         let (new, lost, candidates) = (new.clone(), lost.clone(), candidates.clone());
-        Layers { lost, new, candidates, order: (0..groups.groups.len()).collect() }
+        Layers { lost, new, candidates, order: (0..groups.groups().count()).collect() }
     }
 
     /// Finds the next layer: the candidates with a step into the last one of which every list with a step
@@ -42,12 +42,13 @@ impl Layers {
         if groups.stays {
             return Ok(false);
         }
+        let all = Vec::from_iter(groups.groups());
         let mut open = store.step(Direction::Backward, united, &self.new, &self.candidates)?;
         let (mut keeping, mut others) = (Vec::new(), Vec::new());
         for &index in &self.order {
             let before = open.clone();
             if !store.is_zero(&open) {
-                open = store.minus(&open, &groups.groups[index].kept(store, &self.lost, &open)?)?;
+                open = store.minus(&open, &all[index].kept(store, &self.lost, &open)?)?;
             }
             if open == before { &mut others } else { &mut keeping }.push(index);
         }
@@ -68,7 +69,7 @@ pub(in crate::symbolic) fn stuck(store: &Store, l: &Bdd, x: Bdd, groups: &ListTu
         return Ok(store.zero());
     }
     let mut open = x;
-    for group in &groups.groups {
+    for group in groups.groups() {
         open = store.minus(&open, &group.kept(store, l, &open)?)?;
     }
     Ok(open)

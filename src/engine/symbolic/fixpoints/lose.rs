@@ -9,7 +9,7 @@
 //! left without one are candidates again, and the halves are closed again. This finds losses of many
 //! layers in products of modules, where the recursion over parts has too many cases.
 
-use std::mem;
+use std::{iter, mem};
 
 use crate::symbolic::relations::lists::RelationList;
 use crate::symbolic::relations::tuples::{Crossing, Half, ListTuple};
@@ -55,7 +55,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         if tuple.stays || self.m.is_zero(q) || self.is_spent() {
             return Ok(self.m.held(l));
         }
-        if tuple.groups.is_empty() {
+        if tuple.here.is_empty() {
             return self.or(l, q);
         }
         if self.m.is_zero(l) {
@@ -190,11 +190,18 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         if let Some(found) = tuple.sources.get() {
             return Ok(found);
         }
+        let links = iter::successors(Some(tuple), |tuple| tuple.below.as_deref());
+        let unknown = Vec::from_iter(links.take_while(|tuple| tuple.sources.get().is_none()));
         let mut all = self.zero();
-        for group in &tuple.groups {
-            all = self.or(all.borrowed(), self.edge(&group.sources))?;
+        for link in unknown.into_iter().rev() {
+            if let Some(below) = link.below.as_ref().and_then(|below| below.sources.get()) {
+                all = self.m.held(self.edge(below));
+            }
+            for group in &*link.here {
+                all = self.or(all.borrowed(), self.edge(&group.sources))?;
+            }
+            link.sources.get_or_init(|| self.m.handle(all.borrowed()));
         }
-        let all = self.m.handle(all.borrowed());
-        Ok(tuple.sources.get_or_init(|| all))
+        Ok(tuple.sources.get_or_init(|| self.m.handle(all.borrowed())))
     }
 }

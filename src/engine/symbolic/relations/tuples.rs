@@ -1,10 +1,11 @@
-//! The lists of several groups of choices as one operand of a recursion.
+//! The lists of several groups of choices as one operand of a recursion: a chain of links.
 
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use ahash::AHashMap;
 
-use super::lists::{ListKind, RelationList};
+use super::chain::{self, Link, Links};
+use super::lists::RelationList;
 use crate::symbolic::store::charge::Charge;
 use crate::symbolic::store::diagram::Bdd;
 use crate::symbolic::store::{Forgets, Store};
@@ -18,8 +19,10 @@ pub(in crate::symbolic) struct ListTuple {
     pub(in crate::symbolic) top: u32,
     /// True if a group has a step in every state, and all its steps keep the state.
     pub(in crate::symbolic) stays: bool,
-    /// The groups with steps, each once; none if `stays`.
-    pub(in crate::symbolic) groups: Vec<Group>,
+    /// The groups with steps that depend on the first bit, each once.
+    pub(in crate::symbolic) here: Arc<[Group]>,
+    /// The others.
+    pub(in crate::symbolic) below: Option<Arc<ListTuple>>,
     /// The states in which some group has a step, once they are known.
     pub(in crate::symbolic) sources: OnceLock<Bdd>,
     halves: OnceLock<[Half; 2]>,
@@ -29,6 +32,7 @@ pub(in crate::symbolic) struct ListTuple {
 }
 
 /// The steps of one group of choices.
+#[derive(Clone)]
 pub(in crate::symbolic) struct Group {
     pub(in crate::symbolic) list: Arc<RelationList>,
     /// The states with a step. Below a bit that no step of the group changes, they are a cofactor,
@@ -55,6 +59,12 @@ pub(in crate::symbolic) struct Crossing {
 }
 
 impl ListTuple {
+    /// Returns the groups, in the order of the first bits that their steps depend on.
+    pub(in crate::symbolic) fn groups(&self) -> impl Iterator<Item = &Group> {
+        let links = std::iter::successors(Some(self), |tuple| tuple.below.as_deref());
+        links.flat_map(|tuple| tuple.here.iter())
+    }
+
     /// Returns the lists by the value of the first bit before a step.
     pub(in crate::symbolic) fn halves(&self, store: &Store) -> Result<&[Half; 2]> {
         if let Some(found) = self.halves.get() {
@@ -62,7 +72,7 @@ impl ListTuple {
         }
         let half = |value: bool| {
             let (mut below, mut crossing) = (Vec::new(), Vec::new());
-            for Group { list, sources } in &self.groups {
+            for Group { list, sources } in &*self.here {
                 let stays = list.cofactor(store, self.top, value, value)?;
                 let crosses = list.cofactor(store, self.top, value, !value)?;
                 let sources = store.cofactor(sources, self.top, value);
@@ -72,7 +82,8 @@ impl ListTuple {
                     crossing.push(Crossing { stays, crosses, sources });
                 }
             }
-            Ok::<_, meliora_model::error::Error>(Half { below: self.tuples.of(store, below)?, crossing })
+            let below = self.tuples.inserted(store, below, self.below.clone())?;
+            Ok::<_, meliora_model::error::Error>(Half { below, crossing })
         };
         let halves = [half(false)?, half(true)?];
         Ok(self.halves.get_or_init(|| halves))
@@ -80,6 +91,7 @@ impl ListTuple {
 
     fn take_tuples_below(&mut self, tuples: &mut Vec<Arc<ListTuple>>) {
         tuples.extend(self.halves.take().into_iter().flatten().map(|half| half.below));
+        tuples.extend(self.below.take());
     }
 }
 
@@ -96,11 +108,36 @@ impl Drop for ListTuple {
     }
 }
 
-/// The tuples of one store, by the numbers of their lists.
+impl Link for ListTuple {
+    type Operand = Group;
+
+    fn top(&self) -> u32 {
+        self.top
+    }
+
+    fn here(&self) -> &Arc<[Group]> {
+        &self.here
+    }
+
+    fn below(&self) -> Option<&Arc<Self>> {
+        self.below.as_ref()
+    }
+}
+
+impl Group {
+    /// Returns whether the group has a step in every state, and all its steps keep the state.
+    fn stays(&self, store: &Store) -> bool {
+        self.list.kept() == Some(&store.one())
+    }
+}
+
+/// The tuples of one store, by the numbers of their first lists and of the tuple of the others.
 #[derive(Default)]
 pub(in crate::symbolic) struct ListTuples {
-    known: Mutex<AHashMap<Vec<u32>, Arc<ListTuple>>>,
+    known: Mutex<AHashMap<Name, Arc<ListTuple>>>,
 }
+
+type Name = (Vec<u32>, Option<u32>);
 
 /// Bytes of a tuple without its lists.
 const BYTES_PER_TUPLE: usize = size_of::<ListTuple>() + 64;
@@ -128,15 +165,56 @@ impl ListTuples {
         self.of(store, groups.collect::<Result<_>>()?)
     }
 
-    fn of(self: &Arc<Self>, store: &Store, mut groups: Vec<Group>) -> Result<Arc<ListTuple>> {
-        let one = store.one();
-        let stays = groups.iter().any(|g| g.list.kind == ListKind::Keeps && g.list.kept() == Some(&one));
-        groups.retain(|g| !stays && !g.list.is_empty());
-        groups.sort_unstable_by_key(|g| g.list.number);
-        groups.dedup_by_key(|g| g.list.number);
-        // No list has an odd number.
-        let name = if stays { vec![u32::MAX] } else { groups.iter().map(|g| g.list.number).collect() };
-        let mut known = self.known();
+    fn of(self: &Arc<Self>, store: &Store, groups: Vec<Group>) -> Result<Arc<ListTuple>> {
+        self.inserted(store, groups, None)
+    }
+
+    /// Returns the tuple of some groups and those of a tuple.
+    fn inserted(
+        self: &Arc<Self>,
+        store: &Store,
+        groups: Vec<Group>,
+        tuple: Option<Arc<ListTuple>>,
+    ) -> Result<Arc<ListTuple>> {
+        let links = Linked(store, self);
+        match chain::inserted(&links, groups, tuple)? {
+            Some(tuple) => Ok(tuple),
+            None => links.link([].into(), None),
+        }
+    }
+
+    fn known(&self) -> MutexGuard<'_, AHashMap<Name, Arc<ListTuple>>> {
+        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The tuples as the links of chains.
+struct Linked<'a>(&'a Store, &'a Arc<ListTuples>);
+
+impl Links<ListTuple> for Linked<'_> {
+    fn top_of(&self, group: &Group) -> u32 {
+        group.list.top
+    }
+
+    fn simplified(&self, mut groups: Vec<Group>) -> Result<Vec<Group>> {
+        if let Some(stays) = groups.iter().position(|group| group.stays(self.0)) {
+            return Ok(vec![groups.swap_remove(stays)]);
+        }
+        groups.retain(|group| !group.list.is_empty());
+        groups.sort_unstable_by_key(|group| group.list.number);
+        groups.dedup_by_key(|group| group.list.number);
+        Ok(groups)
+    }
+
+    /// Returns the link; if a group below stays, the link of that group alone.
+    fn link(&self, here: Arc<[Group]>, below: Option<Arc<ListTuple>>) -> Result<Arc<ListTuple>> {
+        let &Linked(store, tuples) = self;
+        if let Some(stays) = below.as_ref().filter(|below| below.stays) {
+            return Ok(stays.clone());
+        }
+        let numbers = here.iter().map(|group| group.list.number).collect();
+        let name = (numbers, below.as_ref().map(|tuple| tuple.number));
+        let mut known = tuples.known();
         if let Some(found) = known.get(&name) {
             return Ok(found.clone());
         }
@@ -144,23 +222,20 @@ impl ListTuples {
             known.clear();
         }
         let mut charge = store.charge();
-        charge.add(BYTES_PER_TUPLE + BYTES_PER_LIST * groups.len());
+        charge.add(BYTES_PER_TUPLE + BYTES_PER_LIST * here.len());
         let made = Arc::new(ListTuple {
             number: store.new_key()?,
-            top: groups.iter().map(|g| g.list.top).min().unwrap_or(u32::MAX),
-            stays,
-            groups,
+            top: here.first().map_or(u32::MAX, |group| group.list.top),
+            stays: here.iter().any(|group| group.stays(store)),
+            here,
+            below,
             sources: OnceLock::new(),
             halves: OnceLock::new(),
-            tuples: Arc::clone(self),
+            tuples: Arc::clone(tuples),
             _charge: charge,
         });
         known.insert(name, made.clone());
         Ok(made)
-    }
-
-    fn known(&self) -> MutexGuard<'_, AHashMap<Vec<u32>, Arc<ListTuple>>> {
-        self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
