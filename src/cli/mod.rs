@@ -6,6 +6,8 @@ mod agreement;
 mod at;
 mod by_name;
 mod choose;
+#[cfg(test)]
+mod commands_page;
 mod engines;
 mod examples;
 mod exit;
