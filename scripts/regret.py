@@ -48,7 +48,7 @@ class Instance:
 
 @dataclass(frozen=True)
 class Run:
-    """How one choice did: its processor time, and what it found; None if it found nothing within the limit."""
+    """The processor time of one choice and its answer; None if it gave none within the limit."""
 
     seconds: float
     found: Any

@@ -7,7 +7,7 @@ use clap::Arg;
 
 use super::parser;
 
-/// What an option says of itself, and the commands that have it.
+/// The name and the help of an option, and the commands that have it.
 type Row = ((String, String), Vec<String>);
 
 /// Returns how an option is written: `-c`, `--const NAME=VALUE,…`.

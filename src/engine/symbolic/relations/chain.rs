@@ -2,7 +2,7 @@
 //!
 //! A link holds the operands that depend on one bit and on no earlier one; all later operands are the
 //! rest of the chain. Chains with equal ends share them. So the cofactors of a chain by its first bit
-//! cost what that bit concerns, not what comes later: `n` independent modules have n links in all.
+//! cost what that bit concerns: `n` independent modules have n links in all.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
