@@ -109,7 +109,7 @@ pub mod tutorial;
 #[cfg(feature = "output")]
 pub use embed::Drawing;
 #[doc(inline)]
-pub use embed::{Analysis, Exploration, Listing, Model, Projection, Reached, States, Wanted};
+pub use embed::{Analysis, Exploration, Listing, Model, Projection, Reached, Sizes, States, Wanted};
 #[doc(inline)]
 pub use meliora_engine::{AnyEngine, Count, Order, Scope, Settings, Storage, Usage};
 #[doc(inline)]

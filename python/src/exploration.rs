@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use meliora::engine::Engine;
+use meliora::engine::regions::Which;
 use meliora::model::State;
 use meliora::planning::result::ModelCounts;
 use meliora::supervise::{Reporter, lock};
@@ -11,7 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use crate::analysis::{Analysis, Origin};
-use crate::errors::{unpicklable, usage};
+use crate::errors::{Failure, unpicklable, usage};
 use crate::handle::Handle;
 use crate::options;
 use crate::preferences::{self, Preferences};
@@ -122,7 +123,9 @@ impl Exploration {
         let inner = self.inner.clone();
         self.reach_by(py, call, move || {
             let regions = inner.reach(&target)?;
-            Ok(Reached { target, regions, holds: None, value: None, exploration: inner })
+            let needed = Which::ALL.to_vec();
+            let (holds, value, reaches_states) = (None, None, true);
+            Ok(Reached { target, regions, holds, value, exploration: inner, needed, reaches_states })
         })
     }
 
@@ -341,24 +344,32 @@ impl Exploration {
 }
 
 /// The qualitative regions of a target.
-#[pyclass(frozen, get_all, module = "meliora")]
+#[pyclass(frozen, module = "meliora")]
 pub(crate) struct Reachability {
+    found: Reached,
     /// The target; for a temporal formula other than `F condition`, the states from which it can be
     /// satisfied from then on, almost surely.
+    #[pyo3(get)]
     target: Py<Region>,
     /// For a property, True if it is true in all initial states; None if it only asks for a number,
     /// or if the bounds of the number do not decide it.
+    #[pyo3(get)]
     holds: Option<bool>,
     /// For a property about a number, bounds (lower, upper) of the probability or of the expected
     /// reward in every initial state; else None.
+    #[pyo3(get)]
     value: Option<(f64, f64)>,
     /// The states from which some strategy reaches the target with probability one.
+    #[pyo3(get)]
     pmax_one: Py<Region>,
     /// The states from which some strategy reaches the target with positive probability.
+    #[pyo3(get)]
     pmax_positive: Py<Region>,
     /// The states from which every strategy reaches the target with probability one.
+    #[pyo3(get)]
     pmin_one: Py<Region>,
     /// The states from which every strategy reaches the target with positive probability.
+    #[pyo3(get)]
     pmin_positive: Py<Region>,
 }
 
@@ -368,20 +379,33 @@ impl Reachability {
         let names = space.names.of_product(py, found.exploration.program());
         let space = Space { worker: Arc::clone(&space.worker), names };
         let region = |states| Py::new(py, space.region(states));
+        let regions = found.regions.clone();
         Ok(Reachability {
-            target: region(found.target)?,
+            target: region(found.target.clone())?,
             holds: found.holds,
             value: found.value.map(|value| (value.lower, value.upper)),
-            pmax_one: region(found.regions.pmax_one)?,
-            pmax_positive: region(found.regions.pmax_positive)?,
-            pmin_one: region(found.regions.pmin_one)?,
-            pmin_positive: region(found.regions.pmin_positive)?,
+            pmax_one: region(regions.pmax_one)?,
+            pmax_positive: region(regions.pmax_positive)?,
+            pmin_one: region(regions.pmin_one)?,
+            pmin_positive: region(regions.pmin_positive)?,
+            found,
         })
     }
 }
 
 #[pymethods]
 impl Reachability {
+    /// The sizes in the report of the command, for rows of sweeps; None for regions that it does not compute.
+    fn _sizes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let sizes = self.found.sizes().map_err(|error| Failure::of(error).raise(py))?;
+        let all = counts_dict(py, &sizes.counts)?;
+        all.set_item("target", sizes.target)?;
+        for which in Which::ALL {
+            all.set_item(which.name(), sizes.regions.get(which).clone())?;
+        }
+        Ok(all)
+    }
+
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let count = |region: &Py<Region>| region.get().count(py);
         let (target, one, positive) =

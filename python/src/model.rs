@@ -100,7 +100,7 @@ impl Model {
     ///
     /// Args:
     ///     path: The file.
-    ///     constants: Values of the undefined constants, by name.
+    ///     constants: Values of the undefined constants, by name; a `fractions.Fraction` stays exact.
     ///     bounds: (low, high) for integers of a JANI model without bounds, by name.
     ///     timeout: Seconds, or a text such as "5s", after which reading ends with OutOfTime.
     ///     progress: Called with a Progress at intervals.

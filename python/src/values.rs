@@ -177,12 +177,13 @@ pub(crate) fn constant<'py>(py: Python<'py>, value: Value) -> PyResult<Bound<'py
     })
 }
 
-/// Formats a dictionary of constants as `K=4,p=0.5`.
+/// Formats a dictionary of constants as `K=4,p=0.5`; a `Fraction` stays exact, as in `p=1/3`.
 ///
 /// # Errors
-/// `UsageError` if a value is not a bool, int or float.
+/// `UsageError` if a value is not a bool, int, float or `Fraction`.
 pub(crate) fn constants_text(constants: Option<&Bound<'_, PyDict>>) -> PyResult<String> {
     let Some(constants) = constants else { return Ok(String::new()) };
+    let fraction = constants.py().import("fractions")?.getattr("Fraction")?;
     let mut parts = Vec::new();
     for (name, value) in constants {
         let name: String = name.extract().map_err(|_| usage("the names of constants are strings"))?;
@@ -190,10 +191,12 @@ pub(crate) fn constants_text(constants: Option<&Bound<'_, PyDict>>) -> PyResult<
             b.to_string()
         } else if let Ok(i) = value.extract::<i64>() {
             i.to_string()
+        } else if value.is_instance(&fraction)? {
+            value.str()?.to_string()
         } else if let Ok(x) = value.extract::<f64>() {
             format!("{x:?}")
         } else {
-            return Err(usage(format!("constants are bools, ints and floats: `{name}` is {value}")));
+            return Err(usage(format!("constants are bools, ints, floats and fractions: `{name}` is {value}")));
         };
         parts.push(format!("{name}={text}"));
     }

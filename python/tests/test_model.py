@@ -6,6 +6,7 @@ import gzip
 import json
 import pickle
 import struct
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
@@ -33,8 +34,20 @@ def test_constants_are_given_by_name(toy: meliora.Model) -> None:
     text = "mdp const double p; const bool on; const int n; module m x : [0..n]; [] on -> p: (x'=0) + 1-p: (x'=n); endmodule"
     model = meliora.Model.from_string(text, constants={"p": 0.25, "on": True, "n": 3})
     assert model.constants == {"p": 0.25, "on": True, "n": 3}
-    with pytest.raises(meliora.UsageError, match="constants are bools, ints and floats"):
+    with pytest.raises(meliora.UsageError, match="constants are bools, ints, floats and fractions"):
         meliora.Model.from_string(text, constants={"p": "x"})  # type: ignore[dict-item]
+
+
+def test_fractions_are_exact_constants() -> None:
+    """A third as a float is below 1/3: three of them do not sum to 1 exactly."""
+    text = "mdp\nconst double p;\nconst int n;\nmodule m\n x : [0..n];\n [] x=0 -> 3*p: (x'=n);\nendmodule\n"
+    text += 'label "exact" = 3*p=1;\n'
+    held = {}
+    for third in (Fraction(1, 3), 1 / 3):
+        model = meliora.Model.from_string(text, constants={"p": third, "n": Fraction(4, 2)})
+        held[third] = model.explore().reach('P>=1 [ F "exact" ]').holds
+        assert model.constants["n"] == 2
+    assert held == {Fraction(1, 3): True, 1 / 3: False}
 
 
 def test_jani_models_take_bounds() -> None:

@@ -13,6 +13,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -115,6 +116,33 @@ def test_properties_of_a_sweep_are_those_of_the_command_line(tmp_path: Path) -> 
     arguments = [meliora_command, "reach", str(tmp_path / "m.prism"), *words, "-c", "N={2,3},K=1", "--csv", str(theirs)]
     subprocess.run(arguments, check=False, capture_output=True)
     assert lines(ours) == lines(theirs) and len(lines(ours)) == 2
+
+
+@pytest.mark.parametrize("asked", ["Pmax=? [ F x=N ]", "Pmax>=1 [ F x=N ]", "P>=1 [ G F x=1 ]", "Pmin=? [ F<=3 x=N ]"])
+def test_a_sweep_of_one_property_has_the_file_of_the_command(asked: str, tmp_path: Path) -> None:
+    """The command's file has the sizes of the regions, which were missing here: neither continued a file of the other."""
+    meliora_command = command()
+    if meliora_command is None:
+        pytest.skip("needs the command, built by cargo")
+    (tmp_path / "m.prism").write_text(MODEL, encoding="utf-8")
+    ours, theirs = tmp_path / "ours.csv", tmp_path / "theirs.csv"
+    sweep_of = [meliora_command, "reach", str(tmp_path / "m.prism"), "--property", asked]
+    subprocess.run([*sweep_of, "-c", "N={2,3},K=1", "--csv", str(theirs)], check=False, capture_output=True)
+    meliora.sweep(tmp_path / "m.prism", properties=[asked], csv=ours, N=[2, 3], K=1)
+    assert lines(ours) == lines(theirs) and len(lines(ours)) == 2
+    meliora.sweep(tmp_path / "m.prism", properties=[asked], csv=theirs, N=[2, 3, 4], K=1, resume=True)
+    again = [*sweep_of, "-c", "N={2,3,4},K=1", "--csv", str(ours), "--resume"]
+    subprocess.run(again, check=False, capture_output=True)
+    assert lines(ours) == lines(theirs) and len(lines(ours)) == 3
+
+
+def test_fractions_are_exact_values(tmp_path: Path) -> None:
+    model = "mdp\nconst double p;\nmodule m\n x : [0..1];\n [] x=0 -> p: (x'=1) + (1-p): true;\nendmodule\n"
+    thirds = [Fraction(1, 3), Fraction(2, 3), Fraction(1)]
+    rows = records(meliora.sweep(model, properties=["Pmax=? [ F<=1 x=1 ]"], p=thirds, csv=tmp_path / "p.csv"))
+    assert [row["p"] for row in rows] == [Fraction(1, 3), Fraction(2, 3), 1]
+    assert [row["p"] for row in lines(tmp_path / "p.csv")] == ["1/3", "2/3", "1"]
+    assert all(row["status"] == "done" for row in rows)
 
 
 @pytest.mark.parametrize(

@@ -132,10 +132,7 @@ impl Named {
         if nearest.is_empty() {
             return Ok(None);
         }
-        let value = |at: usize, value: i64| {
-            let variable = &program.variables[at];
-            format!("{}={}", variable.name, variable.show(value))
-        };
+        let value = |at: usize, value: i64| program.variables[at].equation(value);
         let defaults: Vec<String> = nearest
             .iter()
             .filter_map(|&at| program.variables[at].initial.map(|initial| value(at, initial)))

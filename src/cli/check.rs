@@ -14,7 +14,7 @@ use meliora_report::players::PlayerSummary;
 
 use super::engines;
 use super::exit::Status;
-use super::load::Question;
+use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, Arguments};
 use super::supervise::{Job, supervise};
@@ -52,7 +52,11 @@ pub(super) fn run(args: CheckArgs) -> Result<Status, Error> {
     if let Some(status) = args.sweep.run(
         &args.model,
         &[&args.preferences.preferences],
-        |_| Ok(sweep::Job::check(args.preferences.options().max_level)),
+        |ends| {
+            let read = |loaded| load::with_preferences(loaded, &args.preferences.preferences).map(drop);
+            load::check_each(&args.model, ends, read)?;
+            Ok(sweep::Job::check(args.preferences.options().max_level))
+        },
         &args.shown,
     )? {
         return Ok(status);

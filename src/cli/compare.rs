@@ -55,7 +55,11 @@ pub(super) fn run(args: CompareArgs) -> Result<Status, Error> {
     if let Some(status) = args.sweep.run(
         &args.model,
         &[&args.preferences.preferences],
-        |_| Ok(sweep::Job::Compare),
+        |ends| {
+            let read = |loaded| load::with_preferences(loaded, &args.preferences.preferences).map(drop);
+            load::check_each(&args.model, ends, read)?;
+            Ok(sweep::Job::Compare)
+        },
         &args.shown,
     )? {
         return Ok(status);

@@ -11,7 +11,7 @@ use meliora_engine::NoProgress;
 use meliora_lang::ltl;
 use meliora_lang::named::{self, Property};
 use meliora_lang::refusal::Refusal;
-use meliora_lang::{self as lang, Document, Given};
+use meliora_lang::{self as lang, Checked, Document, Given};
 use meliora_model::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora_model::predicate::Predicate;
 use meliora_model::preference::Preferences;
@@ -71,8 +71,8 @@ pub(super) struct Stated {
 }
 
 /// A model with its properties.
-struct Loaded {
-    program: Program,
+pub(super) struct Loaded {
+    pub(super) program: Program,
     /// The properties that the model names.
     named: Vec<Property>,
     /// For a `dtmc`, the states in which several choices are merged into one.
@@ -134,8 +134,71 @@ fn play_as(coalition: Option<&str>, program: &mut Program) -> Result<(), Error> 
 fn loaded(model: &Path, given: &Given, sink: &TerminalSink) -> Result<Loaded, Error> {
     let checked = document(model)?.load(given, sink)?;
     sink.warn_at(&checked.warnings);
-    let program = checked.program;
-    Ok(Loaded { overlap: overlap(&program), program, named: checked.properties })
+    Ok(Loaded::of(checked))
+}
+
+/// Checks what the instances of a sweep share, such as their properties, before the first one runs; `ends`
+/// are the constants of the first and of the last instance. An error that both of them have is taken for
+/// that of all. Other errors are those of their instances.
+///
+/// # Errors
+/// The error of the first instance.
+pub(super) fn check_each(
+    args: &ModelArgs,
+    ends: [&str; 2],
+    check: impl Fn(Loaded) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let wrong = |constants: &str| {
+        let given = Given {
+            constants: SourceFile::new("--const", constants),
+            bounds: SourceFile::new("--bounds", args.bounds()),
+        };
+        let mut loaded = Loaded::of(document(&args.model).ok()?.load(&given, &NoProgress).ok()?);
+        play_as(args.coalition.as_deref(), &mut loaded.program).and_then(|()| check(loaded)).err()
+    };
+    match wrong(ends[0]) {
+        Some(error) if ends[0] == ends[1] || wrong(ends[1]).is_some() => Err(error),
+        _ => Ok(()),
+    }
+}
+
+impl Loaded {
+    fn of(checked: Checked) -> Self {
+        let Checked { program, properties: named, .. } = checked;
+        Loaded { overlap: overlap(&program), program, named }
+    }
+
+    /// Reads the target or the properties.
+    ///
+    /// # Errors
+    /// Neither a target nor a property is given, or one is wrong.
+    pub(super) fn questions(
+        &self,
+        target: Option<&str>,
+        (properties, texts): (&[String], &[String]),
+    ) -> Result<Vec<Stated>, Error> {
+        let program = &self.program;
+        let required = required(texts)?;
+        let mut questions = Vec::new();
+        if let Some(text) = target {
+            let asking = Asking::target(program, &SourceFile::new("--target", text), &required)?;
+            questions.push(Stated { text: text.to_owned(), asking });
+        }
+        if target.is_none() && properties.is_empty() {
+            return Err(without_question(&self.named));
+        }
+        for text in properties {
+            let asking = match self.named.iter().find(|p| p.name == *text) {
+                Some(named) => Asking::named(program, of_model(named)?, &required)?,
+                None => {
+                    let source = SourceFile::new("--property", text.as_str());
+                    Asking::property(program, &source, &required)?
+                }
+            };
+            questions.push(Stated { text: text.clone(), asking });
+        }
+        Ok(questions)
+    }
 }
 
 /// Returns [`Loaded::overlap`] for a program.
@@ -186,13 +249,22 @@ pub(super) fn preferring(
 }
 
 fn preferred(loaded: Loaded, preferences: &Path, sink: &TerminalSink) -> Result<Question, Error> {
+    let question = with_preferences(loaded, preferences)?;
+    for warning in question.preferences.warnings() {
+        sink.warn(&format!("{} {warning}", question.source.name));
+    }
+    Ok(question)
+}
+
+/// Adds the preferences to a model.
+///
+/// # Errors
+/// The file cannot be read, or is wrong.
+pub(super) fn with_preferences(loaded: Loaded, preferences: &Path) -> Result<Question, Error> {
     let Loaded { mut program, overlap, .. } = loaded;
     let source = read(preferences)?;
     let preferences = lang::load_preferences(&source, &mut program)?;
     note_inexact(&mut program, preferences.predicates());
-    for warning in preferences.warnings() {
-        sink.warn(&format!("{} {warning}", source.name));
-    }
     Ok(Question { program: Arc::new(program), preferences: Arc::new(preferences), source, overlap })
 }
 
@@ -221,27 +293,9 @@ pub(super) fn asked(
     (properties, texts): (&[String], &[String]),
     sink: &TerminalSink,
 ) -> Result<Asked, Error> {
-    let Loaded { program, named, overlap } = parsed(args, sink)?;
-    let required = required(texts)?;
-    let mut questions = Vec::new();
-    if let Some(text) = target {
-        let asking = Asking::target(&program, &SourceFile::new("--target", text), &required)?;
-        questions.push(Stated { text: text.to_owned(), asking });
-    }
-    if target.is_none() && properties.is_empty() {
-        return Err(without_question(&named));
-    }
-    for text in properties {
-        let asking = match named.iter().find(|p| p.name == *text) {
-            Some(named) => Asking::named(&program, of_model(named)?, &required)?,
-            None => {
-                let source = SourceFile::new("--property", text.as_str());
-                Asking::property(&program, &source, &required)?
-            }
-        };
-        questions.push(Stated { text: text.clone(), asking });
-    }
-    Ok(Asked::new(program, (questions, false), overlap))
+    let loaded = parsed(args, sink)?;
+    let questions = loaded.questions(target, (properties, texts))?;
+    Ok(Asked::new(loaded.program, (questions, false), loaded.overlap))
 }
 
 /// Reads the model, and a target or a property whose paths stop where it is decided.

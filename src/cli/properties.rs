@@ -12,7 +12,9 @@ use meliora::reach::{Asking, Target, Under};
 use meliora_engine::regions::Which;
 use meliora_engine::{Engine, Selection};
 use meliora_lang::refusal::Refusal;
-use meliora_lang::{Document, open_constants, outline_properties, parse_properties, split_constants};
+use meliora_lang::{
+    Document, open_constants, outline_properties, parse_properties, refuse_values, split_constants,
+};
 use meliora_model::Program;
 use meliora_model::error::{Error, SourceFile};
 use meliora_planning::RegionSearch;
@@ -99,9 +101,10 @@ pub(super) fn several(
 /// Returns the names of the properties of a file, or their texts where they have no name.
 ///
 /// # Errors
-/// The file cannot be read; it has no such property.
-pub(super) fn titles(file: &Path, only: Option<&str>) -> Result<Vec<String>, Error> {
+/// The file cannot be read; it has no such property, or has the value of a given constant already.
+pub(super) fn titles(file: &Path, only: Option<&str>, constants: &str) -> Result<Vec<String>, Error> {
     let source = load::read(file)?;
+    refuse_values(&source, &SourceFile::new("--const", constants))?;
     let all = outline_properties(&source)?.into_iter();
     let chosen: Vec<_> =
         all.filter(|(name, _)| only.is_none_or(|only| name.as_deref() == Some(only))).collect();
@@ -109,6 +112,15 @@ pub(super) fn titles(file: &Path, only: Option<&str>) -> Result<Vec<String>, Err
         return Err(no_property(&source, only));
     }
     Ok(chosen.into_iter().map(|(name, text)| name.unwrap_or(text)).collect())
+}
+
+/// Checks the definitions of a property file.
+///
+/// # Errors
+/// The file cannot be read, or a definition is wrong.
+pub(super) fn check(file: &Path, mut program: Program) -> Result<(), Error> {
+    let none = SourceFile::new("--const", "");
+    parse_properties(&load::read(file)?, &none, &mut program).map(drop)
 }
 
 fn no_property(source: &SourceFile, name: &str) -> Error {
@@ -120,6 +132,7 @@ fn no_property(source: &SourceFile, name: &str) -> Error {
 fn read(job: &Job<PropertiesReport>, questions: &Questions) -> Result<(Asked, Vec<usize>), Error> {
     let source = load::read(&questions.file)?;
     let given = SourceFile::new("--const", questions.model.constants());
+    refuse_values(&source, &given)?;
     let mut open = open_constants(&source)?;
     if !open.is_empty() && questions.model.model != Path::new("-") {
         // A constant that both declare is refused at its place in the file.

@@ -77,17 +77,21 @@ pub(super) struct ReachArgs {
 }
 
 impl ReachArgs {
-    /// Returns what the rows of a sweep contain; `constants` are those of the first instance.
-    fn rows(&self, constants: &str) -> Result<sweep::Job, Error> {
+    /// Returns what the rows of a sweep contain, given the constants of the first and the last instance.
+    fn rows(&self, ends: [&str; 2]) -> Result<sweep::Job, Error> {
         if self.out.is_some() {
             let message = "`--out` writes the regions of one instance; a sweep has several";
             return Err(Error::Usage(message.to_owned()));
         }
         let properties = match &self.properties {
-            Some(file) => properties::titles(file, self.only.as_deref())?,
-            None if self.all_properties => load::names(&self.model, constants)?,
+            Some(file) => properties::titles(file, self.only.as_deref(), ends[0])?,
+            None if self.all_properties => load::names(&self.model, ends[0])?,
             None => self.property.clone(),
         };
+        load::check_each(&self.model, ends, |loaded| match &self.properties {
+            Some(file) => properties::check(file, loaded.program),
+            None => loaded.questions(self.target.as_deref(), (&self.property, &self.require)).map(drop),
+        })?;
         Ok(sweep::Job::Reach { regions: self.target.is_some() || self.property.len() == 1, properties })
     }
 

@@ -23,7 +23,7 @@ mod results;
 mod states;
 
 pub use analysis::Analysis;
-pub use exploration::{Exploration, Reached};
+pub use exploration::{Exploration, Reached, Sizes};
 pub use members::Listing;
 pub use model::Model;
 pub use projection::Projection;

@@ -33,7 +33,8 @@ impl Document {
     /// `model.lab` as well if they exist, unless the file has states or labels itself (`model.pexp`).
     ///
     /// # Errors
-    /// A file cannot be read, has more than 256 MiB, or is neither an archive nor UTF-8.
+    /// A file cannot be read, has more than 256 MiB, or is neither an archive nor UTF-8; a file next to
+    /// the transitions is not a regular one.
     pub fn open(path: &Path) -> Result<Self> {
         let file = File::open(path).map_err(|e| Error::reading(path, &e))?;
         let mut document = Self::read(path.display().to_string(), file)?;
@@ -42,7 +43,8 @@ impl Document {
             for (slot, extension) in document.beside.iter_mut().zip(["sta", "lab"]) {
                 let path = path.with_extension(extension);
                 if path.exists() {
-                    *slot = Some(SourceFile::open(&path)?);
+                    let file = reading::regular(&path).map_err(|e| Error::reading(&path, &e))?;
+                    *slot = Some(SourceFile::read(path.display().to_string(), file)?);
                 }
             }
         }

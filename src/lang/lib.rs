@@ -51,6 +51,6 @@ pub use players::parse_coalition;
 pub use pref::parse_preferences;
 pub use preferences::{load_preferences, outline_preferences};
 pub use property::{parse_property, parse_property_of};
-pub use property_file::{open_constants, outline_properties, parse_properties};
+pub use property_file::{open_constants, outline_properties, parse_properties, refuse_values};
 pub use valuation::split_constants;
 pub use valuation::{Given, Place, parse_constants, parse_state, parse_states};

@@ -1,21 +1,28 @@
 //! Conversion of the model's names to distinct names of the modelling language, and of all names to
 //! names that can be shown.
 
+use std::ops::Range;
+use std::sync::Arc;
+
 use ahash::{AHashMap, AHashSet};
 
 use super::check::Checked;
-use super::token::is_keyword;
-use meliora_model::error::{Diagnostic, Severity};
+use super::jani;
+use super::token::{is_identifier, is_keyword, is_property_operator};
+use meliora_model::error::{Diagnostic, Severity, SourceFile};
 use meliora_model::escape;
+use meliora_model::span::Span;
 
 /// Names in use.
 #[derive(Default)]
 pub(crate) struct Names {
     taken: AHashSet<String>,
+    /// Names that are given to those who want exactly them.
+    kept: AHashSet<String>,
     /// For each name, the number at which the search for a free name continues.
     next: AHashMap<String, usize>,
-    /// Names that had to be changed, with their replacements.
-    pub(crate) changed: Vec<(String, String)>,
+    /// Names that had to be changed, with their replacements and places.
+    pub(crate) changed: Vec<(String, String, Span)>,
 }
 
 impl Names {
@@ -23,42 +30,67 @@ impl Names {
     /// language does not allow become `_`, a keyword gets `_` at its end, and a name in use gets a
     /// number.
     pub(crate) fn add(&mut self, wanted: &str) -> String {
-        let name = self.free(&identifier(wanted));
+        let wanted_identifier = identifier(wanted);
+        let is_own = wanted_identifier == wanted && self.kept.remove(wanted);
+        let name = if is_own { wanted_identifier } else { self.free(&wanted_identifier) };
         self.taken.insert(name.clone());
         name
     }
 
-    /// Same as [`Names::add`]; also records a name that differs from the model's.
-    pub(crate) fn add_of_model(&mut self, wanted: &str) -> String {
+    /// Same as [`Names::add`]; also records a name that differs from the model's, with its place.
+    pub(crate) fn add_of_model(&mut self, wanted: &str, at: Span) -> String {
         let name = self.add(wanted);
         if name != wanted {
-            self.changed.push((wanted.to_owned(), name.clone()));
+            self.changed.push((wanted.to_owned(), name.clone(), at));
         }
         name
     }
 
-    /// Returns a name for each wanted one, as [`Names::add`] does; identifiers stay as they are.
+    /// Returns a name that may have any characters; one in use gets a number.
+    pub(crate) fn distinct(&mut self, wanted: &str) -> String {
+        let name = self.free(wanted);
+        self.taken.insert(name.clone());
+        name
+    }
+
+    /// Keeps the identifiers among some names for those who want exactly them.
+    pub(crate) fn keep<'n>(&mut self, names: impl Iterator<Item = &'n str>) {
+        self.kept.extend(names.filter(|name| identifier(name) == **name).map(str::to_owned));
+    }
+
+    /// Returns a name outside of formulas for each wanted one, as [`Names::add`] does; those that models may
+    /// have stay as they are.
     pub(crate) fn identifiers<'n>(wanted: impl Iterator<Item = &'n String> + Clone) -> Vec<String> {
-        let is_identifier = |name: &&String| identifier(name) == **name;
-        let taken = wanted.clone().filter(is_identifier).cloned().collect();
+        let fits = |name: &&String| is_identifier(name) && (is_property_operator(name) || !is_keyword(name));
+        let taken = wanted.clone().filter(fits).cloned().collect();
         let mut names = Names { taken, ..Names::default() };
-        let add = |name: &String| if is_identifier(&name) { name.clone() } else { names.add(name) };
+        let add = |name: &String| if fits(&name) { name.clone() } else { names.add(name) };
         wanted.map(add).collect()
     }
 
     fn free(&mut self, name: &str) -> String {
-        if !self.taken.contains(name) {
+        if self.is_free(name) {
             return name.to_owned();
         }
         let number = self.next.entry(name.to_owned()).or_insert(2);
         loop {
             let numbered = format!("{name}_{number}");
             *number += 1;
-            if !self.taken.contains(&numbered) {
+            if !self.taken.contains(&numbered) && !self.kept.contains(&numbered) {
                 return numbered;
             }
         }
     }
+
+    fn is_free(&self, name: &str) -> bool {
+        !self.taken.contains(name) && !self.kept.contains(name)
+    }
+}
+
+/// Returns the replacement of a name as a warning.
+pub(crate) fn renamed(source: &Arc<SourceFile>, (name, new, at): &(String, String, Span)) -> Diagnostic {
+    let message = format!("`{name}` is renamed to `{new}`: it is not a name in PRISM's language");
+    Diagnostic::new(source, at.range(), message).severity(Severity::Warning)
 }
 
 fn identifier(name: &str) -> String {
@@ -91,10 +123,19 @@ pub(crate) fn displayed(mut checked: Checked) -> Checked {
         let more = if others == 0 { String::new() } else { format!(" (and {others} more)") };
         let message =
             format!("`{first}`{more}: the name has characters that are not displayed, which are escaped");
-        let warning = Diagnostic::new(&program.source, 0..0, message).severity(Severity::Warning);
+        let warning = Diagnostic::new(&program.source, place(&program.source, first), message)
+            .severity(Severity::Warning);
         checked.warnings.push(warning);
     }
     checked
+}
+
+/// Returns the first place of a name in a model: as a string of JSON, as it is, or as one word.
+fn place(source: &SourceFile, name: &str) -> Range<usize> {
+    let text = &source.text;
+    let find = |written: &str| text.find(written).map(|at| at..at + written.len());
+    let found = jani::string_at(text, name).or_else(|| find(name)).or_else(|| find(&escape::word(name)));
+    found.unwrap_or_default()
 }
 
 fn display<'n>(names: impl Iterator<Item = &'n mut String>, changed: &mut Vec<String>) {

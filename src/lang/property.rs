@@ -42,6 +42,9 @@ pub struct Coalition {
     pub(crate) span: Span,
 }
 
+/// The error for a name or a number that no reward structure has.
+const UNKNOWN_REWARDS: &str = "unknown reward structure";
+
 impl Property {
     /// Checks that the question has a meaning for a program.
     ///
@@ -65,11 +68,20 @@ impl Property {
             Measure::Reward(rewards) if rewards.find(program).is_none() => {
                 let names = program.rewards.iter().filter_map(|r| r.name.as_ref());
                 let names: Vec<_> = names.map(|name| format!("\"{name}\"")).collect();
-                let help = match names.is_empty() {
-                    true => "no reward structure of the model has a name".to_owned(),
-                    false => format!("the reward structures are {}", names.join(", ")),
+                let unnamed = program.rewards.len() - names.len();
+                let (message, help) = match (names.len(), unnamed) {
+                    (0, 0) => (
+                        "the model has no reward structure",
+                        "declare one in the model, or ask for a probability".to_owned(),
+                    ),
+                    (0, _) => {
+                        let help = "no reward structure of the model has a name: leave out the braces for the first \
+                            one, or write its number, `{1}`";
+                        (UNKNOWN_REWARDS, help.to_owned())
+                    }
+                    _ => (UNKNOWN_REWARDS, format!("the reward structures are {}", names.join(", "))),
                 };
-                Err(wrong("unknown reward structure").label("not in the model").help(help).into())
+                Err(wrong(message).label("not in the model").help(help).into())
             }
             _ => Ok(()),
         }
@@ -346,7 +358,7 @@ impl Parser<'_> {
         }
         let span = self.here();
         let rewards = match (self.peek(), self.text(span).parse::<usize>()) {
-            (Token::Quoted, _) => Rewards::Named(self.quoted()?.name),
+            (Token::Quoted, _) => Rewards::Named(self.reference()?.to_owned()),
             (Token::Int, Ok(number)) if number > 0 => {
                 self.advance();
                 Rewards::Numbered(number)

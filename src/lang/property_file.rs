@@ -48,32 +48,68 @@ pub struct Stated {
 /// # Errors
 /// Too many statements.
 pub fn open_constants(source: &Arc<SourceFile>) -> Result<Vec<String>> {
-    let mut open = Vec::new();
+    let open = constants(source)?.into_iter().filter(|constant| constant.value.is_none());
+    Ok(open.map(|constant| constant.name.name).collect())
+}
+
+/// Returns the declarations of constants of a property file.
+fn constants(source: &Arc<SourceFile>) -> Result<Vec<ConstDef>> {
+    let mut all = Vec::new();
     for range in statements(source)?.into_iter().filter(|r| word(&source.text[r.clone()]) == "const") {
         // Errors in definitions are reported when the file is parsed in full.
         let items = items_at(source, place(&range)).unwrap_or_default();
-        open.extend(items.into_iter().filter_map(|item| match item {
-            Item::Const(ConstDef { name, value: None, .. }) => Some(name.name),
+        all.extend(items.into_iter().filter_map(|item| match item {
+            Item::Const(constant) => Some(constant),
             _ => None,
         }));
     }
-    Ok(open)
+    Ok(all)
+}
+
+/// Refuses given values of constants that have their values in a property file.
+///
+/// # Errors
+/// Such a value; the syntax of the values is wrong; too many statements.
+pub fn refuse_values(source: &Arc<SourceFile>, given: &Arc<SourceFile>) -> Result<()> {
+    let constants = constants(source)?;
+    let wrong = |binding: Binding| {
+        let name = &binding.name.name;
+        let constant = constants.iter().find(|c| c.name.name == *name && c.value.is_some())?;
+        let (line, column) = source.position(constant.name.span.start());
+        let message = format!("the constant `{name}` already has a value at {}:{line}:{column}", source.name);
+        let help =
+            format!("write `const {} {name};` there, and the value can be given here", constant.ty.ty());
+        Some(Diagnostic::new(given, binding.name.span.range(), message).help(help))
+    };
+    let wrong: Vec<Diagnostic> = parse_constants(given)?.into_iter().filter_map(wrong).collect();
+    if wrong.is_empty() { Ok(()) } else { Err(Error::Input(wrong)) }
+}
+
+/// Refuses a file without a property.
+fn some_property(source: &Arc<SourceFile>, properties: &[Range<usize>]) -> Result<()> {
+    if !properties.is_empty() {
+        return Ok(());
+    }
+    let wrong = Diagnostic::new(source, 0..0, "the file has no property");
+    Err(wrong.help("a property is for example `P>=1 [ F x=3 ]` or `Pmax=? [ F \"goal\" ]`").into())
 }
 
 /// Returns the properties of a file as they are written: the name, if it has one, and the text in one
 /// line.
 ///
 /// # Errors
-/// The file is of another kind; too many statements.
+/// The file is of another kind or has no property; too many statements.
 pub fn outline_properties(source: &Arc<SourceFile>) -> Result<Vec<(Option<String>, String)>> {
     super::mistaken::no_properties(source)?;
-    let properties = statements(source)?.into_iter().filter(|range| !is_definition(source, range));
+    let all = statements(source)?.into_iter();
+    let properties: Vec<_> = all.filter(|range| !is_definition(source, range)).collect();
+    some_property(source, &properties)?;
     let outline = |range: Range<usize>| {
         let (name, start) = named(&source.text[range.clone()]);
         let words = source.text[range.start + start..range.end].split_whitespace();
         (name, words.collect::<Vec<_>>().join(" "))
     };
-    Ok(properties.map(outline).collect())
+    Ok(properties.into_iter().map(outline).collect())
 }
 
 /// Parses a property file. Its constants, labels and formulas are added to the program, whose names
@@ -81,7 +117,7 @@ pub fn outline_properties(source: &Arc<SourceFile>) -> Result<Vec<(Option<String
 /// one. A constant without any value is unknown to all properties.
 ///
 /// # Errors
-/// A wrong definition; a wrong value; too many statements. The error of a property is returned in
+/// A wrong definition; a wrong value; no property; too many statements. The error of a property is returned in
 /// its `Stated::property`.
 pub fn parse_properties(
     source: &Arc<SourceFile>,
@@ -97,6 +133,7 @@ pub fn parse_properties(
     let (definitions, properties): (Vec<_>, Vec<_>) =
         statements(source)?.into_iter().partition(|range| is_definition(source, range));
     definitions.into_iter().try_for_each(|range| file.define(source, place(&range)))?;
+    some_property(source, &properties)?;
     file.program.inexact = file.program.inexact.take().or(file.pool.inexact.take());
     file.program.pool = std::mem::take(&mut file.pool).into();
     for range in &properties {
@@ -338,7 +375,7 @@ mod tests {
         let answered: Vec<bool> = all.iter().map(|s| s.property.is_ok()).collect();
         assert_eq!(answered, [true, true, true, false, false]);
         let refused = |at: usize| all[at].property.as_ref().unwrap_err();
-        let unknown = "unknown reward structure; no reward structure of the model has a name";
+        let unknown = "the model has no reward structure; declare one in the model, or ask for a probability";
         assert_eq!(refused(3), &Refusal { reason: unknown.to_owned(), place: Some((10, 1)) });
         assert!(refused(4).reason.contains("unknown name `y`"));
         assert_eq!(refused(4).place, Some((11, 2)));

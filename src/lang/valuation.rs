@@ -8,6 +8,7 @@ use super::ast::{Ident, Span};
 use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
 use meliora_model::error::{Result, SourceFile};
+use meliora_model::escape;
 use meliora_model::exact::{Exact, Ratio, Real};
 use meliora_model::value::Type;
 use meliora_model::{Program, State, Variable};
@@ -164,6 +165,23 @@ impl Parser<'_> {
         if let Some(value) = names.and_then(|variable| self.named_value(variable)) {
             return Ok(Binding { name, value, span: start.to(self.before()) });
         }
+        // Where values are called by numbers, the number of a value would be mistaken for its name.
+        let is_number = |name: &String| name.parse::<f64>().is_ok();
+        let literal = match names.is_some_and(|variable| variable.values.iter().any(is_number)) {
+            true => None,
+            false => self.literal()?,
+        };
+        let Some(value) = literal else {
+            return Err(match names {
+                Some(variable) => self.no_such_value(variable),
+                None => self.expected("a number, `true` or `false`"),
+            });
+        };
+        Ok(Binding { name, value, span: start.to(self.before()) })
+    }
+
+    /// Takes a number, a fraction or a truth value; `None` if the next token is none.
+    fn literal(&mut self) -> Parsed<Option<Exact>> {
         let negative = self.eat(Token::Minus);
         let span = self.here();
         let text = self.text(span);
@@ -181,14 +199,10 @@ impl Parser<'_> {
             }
             _ => None,
         };
-        let Some(value) = value else {
-            return Err(match names {
-                Some(variable) => self.no_such_value(variable),
-                None => self.expected("a number, `true` or `false`"),
-            });
-        };
-        let span = start.to(self.advance());
-        Ok(Binding { name, value, span })
+        if value.is_some() {
+            self.advance();
+        }
+        Ok(value)
     }
 
     /// Reads `1/3` up to its denominator.
@@ -208,16 +222,19 @@ impl Parser<'_> {
         Ok(numerator / denominator)
     }
 
-    /// Takes the name of a value, as it is printed or in quotes, if the next tokens are one.
+    /// Takes the name of a value, if the next tokens are one: as it is printed, or else as it is, of
+    /// several such names the longest one.
     fn named_value(&mut self, variable: &Variable) -> Option<Exact> {
         let text = self.rest_of_text();
         let length = |name: &str| {
-            let quoted = text.strip_prefix('"').and_then(|t| t.strip_prefix(name)?.strip_prefix('"'));
-            let after = quoted.or_else(|| text.strip_prefix(name))?.trim_start();
+            let after = text.strip_prefix(name)?.trim_start();
             (after.is_empty() || after.starts_with(',')).then(|| text.len() - after.len())
         };
-        let lengths = (0i64..).zip(&variable.values).filter_map(|(at, name)| Some((length(name)?, at)));
-        let (length, at) = lengths.max()?;
+        let names = || (0i64..).zip(&variable.values);
+        let printed = names().find_map(|(at, name)| Some((length(&escape::value(name))?, at)));
+        let quoted = || names().find_map(|(at, name)| Some((length(&format!("\"{name}\""))?, at)));
+        let others = || names().filter_map(|(at, name)| Some((length(name)?, at))).max();
+        let (length, at) = printed.or_else(quoted).or_else(others)?;
         let end = self.here().start() + length;
         while self.peek() != Token::End && self.here().start() < end {
             self.advance();
@@ -230,7 +247,7 @@ impl Parser<'_> {
         let span = self.here();
         let given = self.text(span).trim_matches('"');
         let message = format!("`{}` has no value `{given}`", variable.name);
-        let names = variable.values.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>();
+        let names = variable.values.iter().map(|name| escape::quoted(name)).collect::<Vec<_>>();
         let diagnostic = self.wrong(span, message).label("no such value");
         self.report(diagnostic.help(format!("its values are {}", names.join(", "))));
         Failed

@@ -1,13 +1,16 @@
 //! Fractions as decimal numbers.
 
 use num_bigint::BigInt;
-use num_traits::{One, Pow, Zero};
+use num_traits::{One, Pow, Signed, Zero};
 
 use super::real::{MOST_BITS, Ratio, bounded};
 
 /// Largest number of decimal digits, and largest decimal exponent, of a number with at most
 /// [`MOST_BITS`] bits.
 pub(crate) const MOST_DIGITS: usize = MOST_BITS as usize * 301 / 1000;
+
+/// Maximum number of digits after the decimal point of [`plain`].
+const MOST_PLACES: u64 = 60;
 
 /// The reasons why a text is not a decimal number that can be computed with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -91,6 +94,19 @@ pub(crate) fn text(x: &Ratio) -> String {
     }
 }
 
+/// Formats a fraction for users: as a decimal number such as `0.25` if it is one with few zeros, else such
+/// as `1/3`.
+pub(crate) fn plain(x: &Ratio) -> String {
+    let Some((digits, exponent)) = scaled(x).filter(|(_, exponent)| *exponent <= MOST_PLACES) else {
+        return x.to_string();
+    };
+    let places = exponent as usize;
+    let shown = format!("{:0>width$}", digits.magnitude().to_string(), width = places + 1);
+    let (whole, rest) = shown.split_at(shown.len() - places);
+    let sign = if digits.is_negative() { "-" } else { "" };
+    format!("{sign}{whole}{}{rest}", if places > 0 { "." } else { "" })
+}
+
 /// Reads what `text` writes.
 pub fn read(text: &str) -> Option<Ratio> {
     let (numerator, denominator) = text.split_once('/').unwrap_or((text, "1"));
@@ -139,6 +155,19 @@ mod tests {
             assert_eq!(readable(x), text);
             assert_eq!(text.parse(), Ok(x));
         }
+    }
+
+    #[test]
+    fn fractions_are_shown_as_users_write_them() {
+        for (x, shown) in
+            [(ratio(1, 4), "0.25"), (ratio(-7, 1), "-7"), (ratio(-1, 3), "-1/3"), (ratio(1, 1000), "0.001")]
+        {
+            assert_eq!(plain(&x), shown);
+            assert_eq!(read(shown), Some(x));
+        }
+        let long = decimal("12.34567890123456789012345").unwrap();
+        assert_eq!(plain(&long), "12.34567890123456789012345");
+        assert!(plain(&decimal("1e-400").unwrap()).starts_with("1/1000"));
     }
 
     #[test]

@@ -7,12 +7,12 @@
 //! | target | function |
 //! | --- | --- |
 //! | terminal, messages | [`line()`], [`lines`] |
-//! | `.tra`, `.drn`, DDDMP | [`word`], [`unword`] |
+//! | `.tra`, `.lab`, `.drn`, DDDMP | [`word`], [`unword`] |
 //! | DOT | [`dot`] |
 //! | CSV | [`crate::csv::cell`] |
+//! | a value in a state, `x=go` | [`value()`] |
 //! | JSON | [`crate::json`] |
-//!
-//! Pages escape by their template language, and the data of their scripts as JSON.
+//! | HTML | the template language of the pages; data of scripts: [`crate::json::script`] |
 
 use std::borrow::Cow;
 
@@ -45,8 +45,32 @@ pub fn dot(text: &str) -> String {
     format!("\"{}\"", lines(text).replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n"))
 }
 
+/// Returns the name of a value as it stands in a state, `x=NAME,y=1`. A name that could be read as
+/// something else gets double quotes, and each of its own is doubled: numbers, truth values, and names
+/// with commas, quotes, comments or outer blanks.
+pub fn value(name: &str) -> Cow<'_, str> {
+    match is_plain(name) {
+        true => Cow::Borrowed(name),
+        false => Cow::Owned(quoted(name)),
+    }
+}
+
+/// Returns a name in double quotes, as [`value()`] does for names that need them.
+pub fn quoted(name: &str) -> String {
+    format!("\"{}\"", name.replace('"', "\"\""))
+}
+
+/// Returns true for a name that stands for itself up to the next comma.
+fn is_plain(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_alphabetic() || c == '_')
+        && !name.ends_with(char::is_whitespace)
+        && !name.contains([',', '"'])
+        && !name.contains("//")
+        && !matches!(name, "true" | "false")
+}
+
 /// Returns a text as one word: `%20` and the like replace the UTF-8 bytes of blanks, of characters
-/// that are not displayed, and of `%`, `[` and `]`. [`unword`] is the inverse.
+/// that are not displayed, and of `%`, `[`, `]`, `{`, `!` and `"`. [`unword`] is the inverse.
 pub fn word(text: &str) -> Cow<'_, str> {
     if !text.contains(breaks_words) {
         return Cow::Borrowed(text);
@@ -79,7 +103,7 @@ pub fn unword(word: &str) -> Cow<'_, str> {
 
 /// Returns true if a word does not contain the character itself.
 fn breaks_words(c: char) -> bool {
-    c.is_whitespace() || matches!(c, '%' | '[' | ']') || !is_shown(c)
+    c.is_whitespace() || matches!(c, '%' | '[' | ']' | '{' | '!' | '"') || !is_shown(c)
 }
 
 /// Reads a character in the form that [`word`] gives it; returns it with the length of the form.

@@ -33,6 +33,14 @@ pub fn compact(value: &impl Serialize) -> Result<String> {
     text(value, Shown(CompactFormatter))
 }
 
+/// Returns a value as one line for an HTML script element: no `<` in a text ends it.
+///
+/// # Errors
+/// The value has no JSON form.
+pub fn script(value: &impl Serialize) -> Result<String> {
+    Ok(compact(value)?.replace('<', "\\u003c"))
+}
+
 fn text(value: &impl Serialize, formatter: impl Formatter) -> Result<String> {
     let mut bytes = Vec::new();
     value.serialize(&mut Serializer::with_formatter(&mut bytes, formatter))?;

@@ -243,7 +243,7 @@ impl Program {
         u32::try_from(index).ok().map(VarId)
     }
 
-    /// Formats a state, for example as `x=1,b=false`.
+    /// Formats a state, for example as `x=1,b=false`, which is read back as this state.
     pub fn show_state(&self, state: &[i64]) -> String {
         if self.variables.is_empty() {
             return valuation::NO_VARIABLES.to_owned();
@@ -253,9 +253,7 @@ impl Program {
             if !text.is_empty() {
                 text.push(',');
             }
-            text.push_str(&variable.name);
-            text.push('=');
-            text.push_str(&variable.show(value));
+            text.push_str(&variable.equation(value));
         }
         text
     }
@@ -271,6 +269,12 @@ impl Variable {
             Type::Bool => (value != 0).to_string(),
             _ => value.to_string(),
         }
+    }
+
+    /// Formats `x=1` for a value, with quotes around a name that needs them to be read back.
+    pub fn equation(&self, value: i64) -> String {
+        let shown = self.value_name(value).map(escape::value);
+        format!("{}={}", self.name, shown.unwrap_or_else(|| self.show(value).into()))
     }
 
     /// Returns the name of a value, if values have names.

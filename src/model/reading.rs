@@ -40,15 +40,14 @@ impl SourceFile {
     }
 }
 
-/// Opens a regular file of a directory that this program has written: opening a named pipe would wait
-/// for a writer.
+/// Opens a regular file that the user has not named: opening a named pipe would wait for a writer.
 ///
 /// # Errors
 /// The file cannot be opened, or is of another kind.
 pub fn regular(path: &Path) -> io::Result<File> {
     match fs::metadata(path)?.is_file() {
         true => File::open(path),
-        false => Err(io::Error::new(io::ErrorKind::InvalidInput, "this is not a regular file")),
+        false => Err(io::Error::other("this is not a regular file")),
     }
 }
 

@@ -8,7 +8,8 @@ use serde::{Serialize, Serializer};
 use serde_json::{Map, Value as Json};
 
 use super::decimal;
-use super::exact::{Exact, Real, shortest};
+use super::escape;
+use super::exact::{Exact, Ratio, Real, shortest};
 use super::value::{Type, Value};
 use super::{Program, Variable};
 
@@ -31,14 +32,14 @@ impl Valuation {
         Valuation(named.collect())
     }
 
-    /// Returns the values in the order of the variables.
-    pub fn values(&self) -> impl Iterator<Item = &Json> {
-        self.0.values()
+    /// Returns the values as texts, in the order of the variables: names as they are, without quotes.
+    pub fn cells(&self) -> impl Iterator<Item = String> {
+        self.0.values().map(|value| value.as_str().map_or_else(|| value.to_string(), str::to_owned))
     }
 }
 
 impl fmt::Display for Valuation {
-    /// Formats a state as `x=1,b=false`.
+    /// Formats a state as `x=1,b=false`, which is read back as this state.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.0.is_empty() {
             return f.write_str(NO_VARIABLES);
@@ -46,7 +47,7 @@ impl fmt::Display for Valuation {
         for (index, (name, value)) in self.0.iter().enumerate() {
             let comma = if index > 0 { "," } else { "" };
             match value.as_str() {
-                Some(text) => write!(f, "{comma}{name}={text}")?,
+                Some(text) => write!(f, "{comma}{name}={}", escape::value(text))?,
                 None => write!(f, "{comma}{name}={value}")?,
             }
         }
@@ -67,9 +68,18 @@ pub fn json(value: &Exact) -> Json {
 
 /// Returns the exact value of a real that its nearest double does not give.
 pub fn long(value: &Exact) -> Option<String> {
+    beyond_double(value).map(decimal::text)
+}
+
+/// Same as [`long`], as users write it: `1/3`.
+pub fn long_plain(value: &Exact) -> Option<String> {
+    beyond_double(value).map(decimal::plain)
+}
+
+fn beyond_double(value: &Exact) -> Option<&Ratio> {
     let Exact::Real(Real::Finite(exact)) = value else { return None };
     let near = shortest(Real::Finite(exact.clone()).to_f64());
-    (near.as_ref() != Some(exact)).then(|| decimal::text(exact))
+    (near.as_ref() != Some(exact)).then_some(exact)
 }
 
 /// The schema of a state.

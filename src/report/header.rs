@@ -1,5 +1,7 @@
 //! The fields that most reports begin with: the model, and the settings that decide the results.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Map, Value as Json};
@@ -11,7 +13,7 @@ use meliora_model::error::Diagnostic;
 use meliora_model::escape;
 use meliora_model::predicate::Predicate;
 use meliora_model::preference::{Empty, Preferences};
-use meliora_model::valuation::json;
+use meliora_model::valuation::{json, long_plain};
 use meliora_model::value::Type;
 use meliora_model::{ModelKind, Program};
 use meliora_planning::Safety;
@@ -202,6 +204,9 @@ pub struct ModelSummary {
     pub kind: Option<&'static str>,
     /// The constants given by `--const`: integers, numbers, Booleans; an infinite value is a string.
     pub constants: Map<String, Json>,
+    /// The exact values of those that the numbers do not give, such as `1/3`; absent if there are none.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub exact_constants: BTreeMap<String, String>,
     /// The first place where a double counts for an exact value, as `FILE:LINE:COLUMN`; absent if all
     /// values are exact.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -252,12 +257,18 @@ impl ModelSummary {
         self.kind = Some(program.kind.into());
         self.inexact = program.inexact.as_ref().map(place);
         self.constants = program.given_constants.iter().filter_map(constant).collect();
+        let given = program.constants.iter().filter(|(name, _)| self.constants.contains_key(name));
+        let exact = given.filter_map(|(name, value)| Some((name.clone(), long_plain(value)?)));
+        self.exact_constants = exact.collect();
         self.variables = program.variables.iter().map(variable).collect();
     }
 
     /// Formats the constants as `K=4, N=3`.
     pub(super) fn constants(&self) -> String {
-        let constants = self.constants.iter().map(|(name, value)| format!("{name}={value}"));
+        let shown = |name: &String, value: &Json| {
+            self.exact_constants.get(name).cloned().unwrap_or_else(|| value.to_string())
+        };
+        let constants = self.constants.iter().map(|(name, value)| format!("{name}={}", shown(name, value)));
         constants.collect::<Vec<_>>().join(", ")
     }
 }

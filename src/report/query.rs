@@ -15,6 +15,9 @@ use meliora_model::escape;
 use meliora_model::valuation::Valuation;
 use meliora_query::Member;
 
+/// The text between the actions of a list, whose names may have blanks.
+const BETWEEN: &str = " | ";
+
 /// The results of `query`.
 #[derive(Debug, Clone, Default, Serialize, JsonSchema)]
 #[schemars(rename = "query")]
@@ -60,14 +63,13 @@ impl Rows {
     }
 
     /// Returns the states as lines of comma-separated values, with a heading; `choices` says whether
-    /// each has its actions in the last column.
+    /// each has its actions in the last column, separated by ` | `.
     pub fn csv(&self, choices: bool) -> String {
         let variables = self.program.variables.iter().map(|variable| variable.name.clone());
         let heading: Vec<String> = variables.chain(choices.then(|| "choices".to_owned())).collect();
         let rows = self.listed().map(|listed| {
-            let word = |name: &String| escape::word(name).into_owned();
-            let actions = listed.choices.map(|names| names.iter().map(word).collect::<Vec<_>>().join(" "));
-            listed.state.values().map(ToString::to_string).chain(actions).collect::<Vec<_>>()
+            let actions = listed.choices.map(|names| names.join(BETWEEN));
+            listed.state.cells().chain(actions).collect::<Vec<_>>()
         });
         meliora_model::csv::lines([heading].into_iter().chain(rows))
     }
@@ -157,5 +159,5 @@ impl Findings for QueryFindings {
 }
 
 fn choices(names: Option<&Vec<String>>) -> String {
-    names.map_or_else(String::new, |names| format!("  {}", names.join(" ")))
+    names.map_or_else(String::new, |names| format!("  {}", names.join(BETWEEN)))
 }

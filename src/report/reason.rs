@@ -43,9 +43,8 @@ impl Words<'_> {
     /// Formats the values that differ: `r=3,b=7`, or `no change`.
     pub(super) fn changed(&self, from: &[i64], to: &[i64]) -> String {
         let pairs = self.program.variables.iter().zip(from.iter().zip(to));
-        let differs = |(v, (x, y)): (&meliora_model::Variable, (&i64, &i64))| {
-            (x != y).then(|| format!("{}={}", v.name, v.show(*y)))
-        };
+        let differs =
+            |(v, (x, y)): (&meliora_model::Variable, (&i64, &i64))| (x != y).then(|| v.equation(*y));
         match pairs.filter_map(differs).collect::<Vec<_>>() {
             changed if changed.is_empty() => "no change".to_owned(),
             changed => changed.join(","),

@@ -45,8 +45,7 @@ impl RunLines<'_> {
         let mut lines = Lines::default();
         let of_game = self.program.players.is_some();
         let of = |step: usize, state: &[i64]| {
-            let values = Valuation::of(self.program, state);
-            let values: Vec<String> = values.values().map(ToString::to_string).collect();
+            let values: Vec<String> = Valuation::of(self.program, state).cells().collect();
             [start.number.to_string(), trace.run.to_string(), step.to_string()].into_iter().chain(values)
         };
         let begin = [
@@ -116,8 +115,7 @@ impl SimulateFindings {
                 let mean = wait.total as f64 / wait.runs.max(1) as f64;
                 let cells = [number.to_string(), wait.runs.to_string(), wait.least.to_string()];
                 let cells = cells.into_iter().chain([mean.to_string(), wait.most.to_string()]);
-                let state = start.state.values().map(ToString::to_string);
-                lines.push(state.chain([ranks::cell(start.tally.rank)]).chain(cells));
+                lines.push(start.state.cells().chain([ranks::cell(start.tally.rank)]).chain(cells));
             }
         }
         lines.text()

@@ -2,7 +2,6 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use serde_json::Value as Json;
 
 use super::envelope::Envelope;
 use super::header::Header;
@@ -62,16 +61,11 @@ pub fn heading(program: &Program, required: bool) -> impl Iterator<Item = &str> 
     program.variables.iter().map(|v| v.name.as_str()).chain(columns).chain(last)
 }
 
-/// Formats a value of a variable without quotes.
-fn plain(value: &Json) -> String {
-    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
-}
-
 /// Returns the cells of all lines about the state: one for each number of improvements and action.
 /// A line without an action has the values of the state. An unsafe state has one line without values.
 /// `required` says whether there are requirements.
 pub fn rows(of: &StateValues, required: bool) -> Vec<Vec<String>> {
-    let mut first: Vec<String> = of.state.values().map(plain).collect();
+    let mut first: Vec<String> = of.state.cells().collect();
     first.push(of.most_preferred.join("+"));
     first.extend([of.sasi_rank, of.spi_rank].map(ranks::cell));
     let mut rows = Vec::new();

@@ -288,3 +288,19 @@ fn an_export_deletes_no_file_that_it_did_not_write() {
         std::fs::write(&drawing, &drawn).unwrap();
     }
 }
+
+/// Opening them waited for a writer, without an end.
+#[test]
+fn a_named_pipe_next_to_transitions_is_refused_at_once() {
+    for extension in ["sta", "lab"] {
+        let scratch = Scratch::new(&[("m.tra", "2 2\n0 1 1\n1 1 1\n")]);
+        let pipe = scratch.path(&format!("m.{extension}"));
+        assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let refused = run(&format!("info {} --timeout 20s", scratch.show("m.tra"))).expect(3).stderr;
+        let told = format!("{}: this is not a regular file", pipe.display());
+        assert!(
+            refused.contains("this is not a regular file") && refused.contains(&pipe.display().to_string()),
+            "{told}: {refused}"
+        );
+    }
+}

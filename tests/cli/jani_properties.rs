@@ -254,3 +254,59 @@ fn a_property_with_the_name_of_a_label_of_all_models_is_not_taken_for_it() {
         "{told}"
     );
 }
+
+/// `0.5 ≤ Pmax` was said to ask for no probability.
+#[test]
+fn comparisons_may_stand_in_either_order_and_be_negated() {
+    let value = |op: &str, number: f64| binary(op, &reaches("Pmax"), &json!(number));
+    let mirrored = |op: &str, number: f64| binary(op, &json!(number), &reaches("Pmax"));
+    // The probability is 1/2.
+    let all_of = [
+        ("a", mirrored("≤", 0.5), true),
+        ("b", mirrored("<", 0.5), false),
+        ("c", mirrored("≥", 0.5), true),
+        ("d", mirrored(">", 0.5), false),
+        ("e", mirrored(">", 0.75), true),
+        ("f", mirrored("≤", 0.75), false),
+        ("g", unary("¬", &value("≥", 0.5)), false),
+        ("h", unary("¬", &value(">", 0.5)), true),
+        ("i", unary("¬", &value("≤", 0.25)), true),
+        ("j", unary("¬", &value("<", 0.5)), true),
+        ("k", unary("¬", &unary("¬", &mirrored("<", 0.25))), true),
+        ("l", filter("∀", &unary("¬", &mirrored("≥", 0.25)), &initial()), true),
+    ];
+    let properties: Vec<(&str, Json)> =
+        all_of.iter().map(|(name, asked, _)| (*name, asked.clone())).collect();
+    let found = all(&model(Some(0), &properties), 1);
+    for ((name, _, holds), property) in all_of.iter().zip(&found) {
+        assert_eq!(property["holds"], json!(holds), "{name}: {property}");
+    }
+}
+
+#[test]
+fn what_is_no_comparison_with_a_number_has_the_reason_that_is_true() {
+    let sure = binary("≥", &reaches("Pmin"), &json!(1));
+    let refused = [
+        ("a", binary("=", &reaches("Pmax"), &json!(0.5)), "compares a probability or a reward by `=`"),
+        ("b", binary("≠", &json!(0.5), &reaches("Pmax")), "compares a probability or a reward by `≠`"),
+        ("c", binary("≤", &reaches("Pmin"), &reaches("Pmax")), "compares two probabilities or rewards"),
+        ("d", binary("∧", &sure, &sure), "joins comparisons by `∧`"),
+        ("e", binary("⇒", &json!(true), &sure), "joins comparisons by `⇒`"),
+        (
+            "f",
+            binary("≥", &binary("-", &json!(1), &reaches("Pmax")), &json!(0.5)),
+            "computes with a probability",
+        ),
+        ("g", unary("¬", &reaches("Pmax")), "negates a number"),
+        ("h", unary("¬", &filter("∀", &sure, &initial())), "negates a filter"),
+        ("i", binary("≥", &json!("x"), &json!(1)), "does not ask for a probability"),
+        ("j", unary("¬", &binary("=", &json!("x"), &json!(1))), "does not ask for a probability"),
+        ("k", binary("≤", &json!(0.5), &unary("Smax", &json!(true))), "steady-state"),
+    ];
+    let properties: Vec<(&str, Json)> =
+        refused.iter().map(|(name, asked, _)| (*name, asked.clone())).collect();
+    let found = all(&model(Some(0), &properties), 3);
+    for ((name, _, words), property) in refused.iter().zip(&found) {
+        assert!(reason(property).contains(words), "{name}: {property}");
+    }
+}

@@ -237,6 +237,7 @@ const COMMANDS: &[(i32, &str)] = &[
     (0, "reach models/toy.prism --target s=3 --out OUT/regions"),
     (0, "info OUT/paid.prism"),
     (0, "info OUT/rounded.prism"),
+    (0, "info OUT/third.prism -c p=1/3"),
     (4, "reach TINY --target oil=1"),
     (0, "info models/toy.prism"),
     (0, "info models/courier.prism --preferences models/courier.pref --engine explicit"),
@@ -310,7 +311,9 @@ const MOST_PLACES: usize = 200;
 fn leaves(value: &Value, place: String, places: &mut Vec<String>) {
     match value {
         Value::Object(fields) => {
-            let fixed = fields.iter().filter(|(name, _)| !["constants", "ranges"].contains(&name.as_str()));
+            let fixed = fields
+                .iter()
+                .filter(|(name, _)| !["constants", "exact_constants", "ranges"].contains(&name.as_str()));
             fixed.for_each(|(name, value)| leaves(value, format!("{place}/{name}"), places));
         }
         Value::Array(items) => {
@@ -323,6 +326,8 @@ fn leaves(value: &Value, place: String, places: &mut Vec<String>) {
 const ROUNDED: &str =
     "mdp module m x : [0..1]; [] x=0 -> log(2,3)/2 : (x'=1) + 1-log(2,3)/2 : true; endmodule";
 
+const THIRD: &str = "mdp const double p; module m x : [0..1]; [] x=0 -> p : (x'=1) + 1-p : true; endmodule";
+
 const PAID: &str = "mdp module m x : [0..1] init 1; [] true -> true; endmodule\n\
     rewards \"pay\" true : 1; endrewards rewards true : y; endrewards";
 /// A game in which an improvement can be made again and again.
@@ -334,8 +339,13 @@ const PROPERTIES: &str = "\"sure\": Pmax>=1 [ F s=3 ];\nP=? [ F s=3 ];\n";
 #[test]
 fn every_output_fits_its_schema_and_every_field_occurs() {
     let many: String = (0..11).map(|i| format!("objective o{i} = F s>={};", i % 3)).collect();
-    let own =
-        [("some.props", PROPERTIES), ("paid.prism", PAID), ("rounded.prism", ROUNDED), ("many.pref", &many)];
+    let own = [
+        ("some.props", PROPERTIES),
+        ("paid.prism", PAID),
+        ("rounded.prism", ROUNDED),
+        ("third.prism", THIRD),
+        ("many.pref", &many),
+    ];
     let again = [("again.prism", AGAIN), ("again.pref", "objective B = F x=3; empty = gain;")];
     let scratch = Scratch::new(&[&own[..], &again, &crate::strategies::CROSS].concat());
     let schemas = schemas();

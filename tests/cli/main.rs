@@ -21,6 +21,7 @@ mod generate;
 mod graphs;
 mod initial;
 mod jani;
+mod jani_names;
 mod jani_properties;
 mod json;
 mod json_page;

@@ -26,14 +26,14 @@ fn properties_are_answered_or_have_a_reason_why_not() {
         assert_eq!(holds, [&json!(true), &json!(false), &json!(false), &Json::Null, &Json::Null]);
         assert_eq!((&all[0]["pmax_one"], &all[0]["pmin_one"]), (&json!("4"), &json!("2")));
         assert_eq!(all[3]["value"], json!({"lower": 1.0, "upper": 1.0}));
-        let unknown = "unknown reward structure; no reward structure of the model has a name";
+        let unknown = "the model has no reward structure; declare one in the model, or ask for a probability";
         assert_eq!(all[4]["reason"], json!(unknown));
         assert_eq!((&all[4]["line"], &all[4]["column"]), (&json!(8), &json!(9)));
         assert_eq!((&all[0]["line"], &all[0]["column"]), (&Json::Null, &Json::Null));
     }
     let shown = asked(&[]).expect(1).stdout;
     assert!(shown.contains("Not answered") && shown.contains("does not hold"), "{shown}");
-    assert!(shown.contains("line 8, column 9: unknown reward structure"), "{shown}");
+    assert!(shown.contains("line 8, column 9: the model has no reward structure"), "{shown}");
 }
 
 #[test]
@@ -299,4 +299,51 @@ fn a_name_of_the_model_is_not_defined_again() {
     let (model, file) = (unread.show("m.prism"), unread.show("m.props"));
     let refused = Finished::of(meliora().args(["reach", &model, "--properties", &file])).expect(3).stderr;
     assert!(refused.contains("init"), "{refused}");
+}
+
+/// Such a file ended with status 0, as if all of its properties were true.
+#[test]
+fn a_file_without_a_property_is_refused() {
+    for text in ["", "// nothing\n", "const int K = 3;\nlabel \"far\" = x=K;\n"] {
+        let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", text)]);
+        let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
+        let refused =
+            Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json"])).expect(3).json();
+        assert_eq!(
+            (&refused["message"], &refused["file"]),
+            (&json!("the file has no property"), &json!(file))
+        );
+    }
+}
+
+#[test]
+fn a_value_for_a_constant_that_the_file_defines_is_refused_with_its_place() {
+    let file = "const int K = 3;\nP>0 [ F x=K ];\n";
+    let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", file)]);
+    let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
+    for constants in ["K=2", "K=1:3"] {
+        let refused =
+            Finished::of(meliora().args(["reach", &model, "--properties", &file, "-c", constants])).expect(3);
+        assert_eq!(refused.stderr.matches("error").count(), 1, "{}", refused.stderr);
+        let message = format!("the constant `K` already has a value at {file}:1:11");
+        assert!(refused.stderr.contains(&message) && refused.stdout.is_empty(), "{}", refused.stderr);
+        assert!(refused.stderr.contains("`const int K;`"), "{}", refused.stderr);
+    }
+}
+
+#[test]
+fn an_unknown_reward_structure_is_told_with_those_that_there_are() {
+    let named = |rewards: &str| {
+        let scratch = Scratch::new(&[("m.prism", &format!("{MODEL}{rewards}"))]);
+        let asked = ["reach", &scratch.show("m.prism"), "--property", "R{\"x\"}max=? [ F x=3 ]"];
+        Finished::of(meliora().args(asked)).expect(3).stderr
+    };
+    assert!(named("").contains("the model has no reward structure"));
+    let unnamed = named("rewards true : 1; endrewards");
+    assert!(
+        unnamed.contains("unknown reward structure") && unnamed.contains("leave out the braces"),
+        "{unnamed}"
+    );
+    let others = named("rewards \"time\" true : 1; endrewards rewards \"cost\" true : 2; endrewards");
+    assert!(others.contains("the reward structures are \"time\", \"cost\""), "{others}");
 }

@@ -313,3 +313,49 @@ fn a_plot_shows_each_result_over_the_first_constant() {
     let drawn = std::fs::read_to_string(scratch.path("p.svg")).unwrap();
     assert!(["sasi_rank", "spi_rank", "sasi_1", "spi_1"].iter().all(|name| drawn.contains(name)), "{drawn}");
 }
+
+/// A wrong property, formula or preference was an error of every instance.
+#[test]
+fn what_is_wrong_in_every_instance_is_told_once_before_the_first() {
+    let scratch = Scratch::new(&[("m.prism", MODEL), ("m.pref", "objective A = F y=N;\n")]);
+    let csv = scratch.show("r.csv");
+    for wrong in [
+        &["--property", "Pmax=? [ F y=N ]"][..],
+        &["--property", "Pmax=? [ F x=N"],
+        &["--property", "P>=1 [ F x=N ]", "--property", "R{\"r\"}max=? [ F x=N ]"],
+        &["--target", "x=z"],
+        &["--target", "x=N", "--require", "G y<1"],
+        &["--target", "x=N", "--coalition", "p1"],
+    ] {
+        let told = reach(&scratch, &[&["-c", "N=1:3,K=1", "--csv", &csv], wrong].concat()).expect(3);
+        assert_eq!(told.stderr.matches("error: ").count(), 1, "{wrong:?}: {}", told.stderr);
+        assert!(told.stdout.is_empty() && !scratch.path("r.csv").exists(), "{wrong:?}: {}", told.stdout);
+    }
+    let told = sweep(&scratch, &["-c", "N=1:3,K=1"]).expect(3);
+    assert_eq!((told.stderr.matches("error: ").count(), &*told.stdout), (1, ""), "{}", told.stderr);
+    // What only some instances refuse is in their rows.
+    let some = reach(&scratch, &["-c", "N=1:2,K=1", "--csv", &csv, "--property", "Pmax>=2-N [ F x=1 ]"]);
+    assert_eq!(some.expect(0).stderr.matches("error: ").count(), 0);
+    reach(&scratch, &["-c", "N={0,2},K=1", "--csv", &csv, "--property", "Pmax>=2-N [ F x=0 ]"]).expect(0);
+    assert_eq!(columns(&scratch, "r.csv", &["status"]), [["error"], ["done"]]);
+}
+
+/// A range of fractions was refused, and an exact 1/3 was shown as 0.3333333333333333.
+#[test]
+fn fractions_are_swept_and_shown_as_they_are_given() {
+    let model = "mdp\nconst double p;\nmodule m\n x : [0..1] init 0;\n [a] x=0 -> p: (x'=1) + (1-p): true;\nendmodule\n";
+    let scratch = Scratch::new(&[("m.prism", model)]);
+    let (csv, asked) = (scratch.show("r.csv"), ["--property", "Pmax=? [ F<=1 x=1 ]"]);
+    reach(&scratch, &[&["-c", "p=1/3:1/3:1", "--csv", &csv], &asked[..]].concat()).expect(0);
+    let found = columns(&scratch, "r.csv", &["p", "status"]);
+    assert_eq!(found, [["1/3", "done"], ["2/3", "done"], ["1.0", "done"]]);
+    let one = |more: &[&str]| reach(&scratch, &[more, &asked[..]].concat()).expect(0);
+    assert!(one(&["-c", "p=1/3"]).stdout.contains(", p=1/3\n"));
+    let found = one(&["-c", "p=2/6", "--json"]).json();
+    assert_eq!(found["model"]["exact_constants"], json!({"p": "1/3"}));
+    assert_eq!(found["model"]["constants"], json!({"p": 0.333_333_333_333_333_3}));
+    let found = one(&["-c", "p=0.1", "--json"]).json();
+    assert!(
+        found["model"].get("exact_constants").is_none() && found["model"]["constants"]["p"] == json!(0.1)
+    );
+}

@@ -15,3 +15,4 @@ mod preferences;
 mod random_program;
 mod rewards;
 mod round_trip;
+mod state_names;

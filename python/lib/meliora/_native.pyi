@@ -1,6 +1,7 @@
 """Types and docstrings of the compiled part. `python/stub_docs.py` writes the docstrings."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from fractions import Fraction
 from os import PathLike
 from typing import Any, Literal, final, overload
 
@@ -86,7 +87,7 @@ class Model:
     def from_file(
         path: _Path,
         *,
-        constants: dict[str, bool | int | float] | None = None,
+        constants: dict[str, bool | int | float | Fraction] | None = None,
         bounds: dict[str, tuple[int, int]] | None = None,
         timeout: _Timeout | None = None,
         progress: _Progress | None = None,
@@ -96,7 +97,7 @@ class Model:
 
         Args:
             path: The file.
-            constants: Values of the undefined constants, by name.
+            constants: Values of the undefined constants, by name; a `fractions.Fraction` stays exact.
             bounds: (low, high) for integers of a JANI model without bounds, by name.
             timeout: Seconds, or a text such as "5s", after which reading ends with OutOfTime.
             progress: Called with a Progress at intervals.
@@ -109,7 +110,7 @@ class Model:
     def from_string(
         text: str,
         *,
-        constants: dict[str, bool | int | float] | None = None,
+        constants: dict[str, bool | int | float | Fraction] | None = None,
         bounds: dict[str, tuple[int, int]] | None = None,
         name: str = "model",
         timeout: _Timeout | None = None,
@@ -533,6 +534,7 @@ class Reachability:
     @property
     def pmin_positive(self) -> Region:
         """The states from which every strategy reaches the target with positive probability."""
+    def _sizes(self) -> dict[str, int | None]: ...
 
 @final
 class Analysis:

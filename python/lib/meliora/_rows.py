@@ -7,6 +7,7 @@ import math
 import os
 from collections.abc import Iterator, Sequence
 from csv import reader, writer
+from fractions import Fraction
 from typing import Any, TextIO
 
 from .errors import UsageError
@@ -120,9 +121,9 @@ def value_of(cell: str) -> Any:
     """Reads a cell."""
     if cell in _WORDS:
         return _WORDS[cell]
-    for kind in (int, float):
+    for kind in (int, float, Fraction):
         try:
             return kind(cell)
-        except ValueError:
+        except (ValueError, ZeroDivisionError):
             pass
     return cell

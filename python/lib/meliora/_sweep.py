@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
 from dataclasses import dataclass, replace
 from decimal import Decimal
+from fractions import Fraction
 from os import PathLike
 from typing import Any, Literal, Union
 
@@ -21,13 +22,15 @@ from ._native import Analysis, Model, Preferences
 from ._rows import Rows, cell_of, value_of
 from .errors import InputError, LimitError, UsageError
 
-_Value = Union[bool, int, float]
+_Value = Union[bool, int, float, Fraction]
 _Path = Union[str, "PathLike[str]"]
 #: The cells of a row after those of the constants, and the reason of a limit or an error.
 _Outcome = tuple[list[str], Union[str, None]]
 
 #: Number of levels with a column if `max_level` is not smaller; the columns do not depend on the results.
 _LEVELS = 16
+#: The columns of the sizes of a target and its regions.
+_REGIONS = ["target", "pmax_one", "pmax_positive", "pmin_one", "pmin_positive"]
 #: Maximum number of instances; more are taken for a mistake.
 _MOST_INSTANCES = 1_000_000
 #: The model is wrong if it cannot be read with the constants of any of this number of instances.
@@ -65,7 +68,8 @@ def sweep(
         model: The path of a model, or its text: a string with a line break is a text.
         preferences: A Preferences, or a path or text likewise; None with `properties`.
         properties: Properties as in ``Exploration.reach``, or a dictionary of properties by the names of their
-            columns. A cell has the verdict, or the value: one number, or ``lower..upper`` where the bounds differ.
+            columns. A cell has the verdict, or the value: one number, or ``lower..upper`` where the bounds differ. With
+            a list of one property, the file also has the sizes of its regions, as that of a single ``--property``.
             `safety` and `max_level` have no meaning for properties.
         client: A ``distributed.Client``: each instance is a task of Dask, and the instances of a lost worker run
             again on others. The workers need this package but no files. None to run the instances in this process.
@@ -79,7 +83,8 @@ def sweep(
         memory: As in ``Model.check``, for each instance. On workers with a memory limit, the default is half of that,
             divided by the number of their threads.
         timeout: Limit for each of the two parts of an instance: reading the model, and its analysis.
-        values: The values of each constant: a bool, int or float, or a range, a list or another iterable of them.
+        values: The values of each constant: a bool, int, float or ``fractions.Fraction``, or a range, a list or another
+            iterable of them.
             The last constant varies fastest.
 
     Returns:
@@ -104,7 +109,8 @@ def sweep(
     if coalition is not None:
         found.with_coalition(*coalition)
     wishes = None if preferences is None else _preferences(preferences)
-    job = _Job(found.text, found.name, bounds, wishes, options, coalition, memory, levels, asked)
+    has_regions = len(asked) == 1 and not isinstance(properties, Mapping)
+    job = _Job(found.text, found.name, bounds, wishes, options, coalition, memory, levels, asked, has_regions)
     paths = [given for given in (model, preferences) if given is not None and not isinstance(given, Preferences)]
     inputs = [given for given in paths if not _is_text(given)]
     keys = [tuple(map(cell_of, instance.values())) for instance in instances]
@@ -132,6 +138,8 @@ class _Job:
     levels: int
     #: The properties by the names of their columns; empty for an analysis of the preferences.
     properties: dict[str, str]
+    #: True for a single property without a name, whose rows have the sizes of its regions.
+    has_regions: bool
 
 
 def _outcomes(client: Any, job: _Job, todo: dict[int, dict[str, _Value]]) -> Iterator[tuple[int, _Outcome]]:
@@ -227,9 +235,13 @@ def _answer(model: Model, job: _Job, found: dict[str, Any]) -> tuple[str, str | 
         try:
             answer = explored.reach(text, timeout=job.options["timeout"])
         except InputError as error:
+            if job.has_regions:
+                raise
             found[name] = "not answered"
             reasons.append(f"{name}: {error}")
             continue
+        if job.has_regions:
+            found.update(answer._sizes())
         if answer.holds is not None:
             found[name] = answer.holds
         else:
@@ -273,6 +285,7 @@ def _columns(job: _Job) -> list[str]:
     for kind in ("sasi", "spi") if not job.properties else ():
         columns += [f"{kind}_{level}" for level in range(1, job.levels + 1)]
         columns += [f"{kind}_unbounded", f"{kind}_levels"]
+    columns += _REGIONS if job.has_regions else []
     columns += job.properties or ["sasi_rank", "spi_rank"]
     return [*columns, "seconds", "peak_nodes", "peak_rss_bytes", "status"]
 
@@ -332,8 +345,8 @@ def _values(name: str, given: Any) -> list[_Value]:
     if len(values) > _MOST_INSTANCES:
         raise UsageError(f"`{name}` has over {_MOST_INSTANCES} values: a sweep has at most that number of instances")
     for value in values:
-        if not isinstance(value, (bool, int, float)):
-            raise UsageError(f"constants are bools, ints and floats: `{name}` is {value!r}")
+        if not isinstance(value, (bool, int, float, Fraction)):
+            raise UsageError(f"constants are bools, ints, floats and fractions: `{name}` is {value!r}")
     if not values:
         raise UsageError(f"there are no values for `{name}`")
     return list({cell_of(value): value for value in values}.values())

@@ -79,7 +79,7 @@ fn shard(text: &str) -> Result<(usize, usize), String> {
 impl SweepArgs {
     /// Runs the sweep that the arguments ask for; returns `None` if they ask for one instance.
     /// `inputs` are the files that are read in addition to the model; `kind` says what the rows contain,
-    /// given the constants of the first instance.
+    /// given the constants of the first and of the last instance.
     ///
     /// # Errors
     /// A range is wrong; the file cannot be written or belongs to another sweep.
@@ -87,7 +87,7 @@ impl SweepArgs {
         &self,
         model: &ModelArgs,
         inputs: &[&Path],
-        kind: impl FnOnce(&str) -> Result<Job, Error>,
+        kind: impl FnOnce([&str; 2]) -> Result<Job, Error>,
         shown: &ShownArgs,
     ) -> Result<Option<Status>, Error> {
         if model.instance.is_some() {
@@ -106,9 +106,8 @@ impl SweepArgs {
             return Err(Error::Usage(message.to_owned()));
         }
         let shown = shown.with_csv(Target::maybe(self.csv.as_deref(), &inputs)?.as_ref())?;
-        let first =
-            ranges.iter().map(|r| format!("{}={}", r.name, r.values[0])).collect::<Vec<_>>().join(",");
-        let kind = kind(&first)?;
+        let ends = [0, ranges::count(&ranges)?.saturating_sub(1)].map(|at| constants(&ranges, at));
+        let kind = kind(ends.each_ref().map(String::as_str))?;
         Sweep::new(self, &inputs, ranges, kind)?.run(&shown).map(Some)
     }
 }

@@ -11,7 +11,7 @@ const MOST_DECIMALS: usize = 15;
 /// Maximum number of digits of a bound or step of a range.
 const MOST_DIGITS: usize = 30;
 /// The form of a range.
-const FORM: &str = "a range has the form 1:5 or 0:2:10";
+const FORM: &str = "a range has the form 1:5, 0:2:10 or 1/3:1/3:1";
 
 /// A constant with its values, as they are written.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -81,25 +81,73 @@ fn wrong(part: &str, reason: &str) -> Error {
 /// # Errors
 /// The reason why this is not a range, or exceeds a limit.
 fn steps(low: &str, step: &str, high: &str) -> Result<Vec<String>, String> {
+    if [low, step, high].iter().any(|bound| bound.contains('/')) {
+        let bounds = [fraction(low)?, fraction(step)?, fraction(high)?];
+        let common =
+            bounds.iter().try_fold(1i128, |common, (_, own)| (common / gcd(common, *own)).checked_mul(*own));
+        let common = common.ok_or(TOO_LARGE)?;
+        let times = |(n, d): (i128, i128)| n.checked_mul(common / d).ok_or(TOO_LARGE);
+        let [low, step, high] = bounds.map(times);
+        return between((low?, step?, high?), |value| shown_fraction(value, common));
+    }
     let digits = [low, step, high].map(|t| t.split_once('.').map_or(0, |(_, d)| d.len()));
     let digits = digits.into_iter().max().unwrap_or(0);
     ensure(digits <= MOST_DECIMALS, || {
         format!("a range has at most {MOST_DECIMALS} digits after the decimal point, not {digits}")
     })?;
-    let [low, step, high] = [scaled(low, digits)?, scaled(step, digits)?, scaled(high, digits)?];
+    let bounds = (scaled(low, digits)?, scaled(step, digits)?, scaled(high, digits)?);
+    between(bounds, |value| shown(value, digits))
+}
+
+/// Returns low, low + step, … up to high.
+///
+/// # Errors
+/// There are no such values, or too many.
+fn between(
+    (low, step, high): (i128, i128, i128),
+    show: impl Fn(i128) -> String,
+) -> Result<Vec<String>, String> {
     ensure(step > 0, || "the step of a range is positive".to_owned())?;
     ensure(low <= high, || "the range is empty".to_owned())?;
-    let count = (high - low) / step + 1;
+    let count = high.checked_sub(low).ok_or(TOO_LARGE)? / step + 1;
     ensure(count <= MOST_INSTANCES as i128, || {
         format!("a range has at most {MOST_INSTANCES} values, and this one has {count}")
     })?;
-    let mut values = Vec::new();
-    let mut value = low;
-    while value <= high {
-        values.push(shown(value, digits));
-        value += step;
+    Ok((0..count).map(|number| show(low + number * step)).collect())
+}
+
+/// The error for numbers of a range that cannot be computed with.
+const TOO_LARGE: &str = "the numbers of the range have no common denominator below 2^127";
+
+/// Returns the numerator and the positive denominator of a decimal number or a fraction.
+fn fraction(text: &str) -> Result<(i128, i128), String> {
+    let (numerator, denominator) = text.split_once('/').unwrap_or((text, "1"));
+    let digits = [numerator, denominator].map(|t| t.split_once('.').map_or(0, |(_, d)| d.len()));
+    let digits = digits[0].max(digits[1]);
+    ensure(digits <= MOST_DECIMALS, || FORM.to_owned())?;
+    let (n, d) = (scaled(numerator.trim(), digits)?, scaled(denominator.trim(), digits)?);
+    ensure(d > 0, || format!("`{text}`: the denominator of a fraction is positive"))?;
+    let common = gcd(n, d);
+    Ok((n / common, d / common))
+}
+
+/// Returns the greatest common divisor; the second number is positive.
+fn gcd(a: i128, b: i128) -> i128 {
+    let (mut a, mut b) = (a.abs(), b);
+    while a > 0 {
+        (a, b) = (b % a, a);
     }
-    Ok(values)
+    b
+}
+
+/// Formats a value divided by the common denominator.
+fn shown_fraction(value: i128, denominator: i128) -> String {
+    let common = gcd(value, denominator);
+    match (value / common, denominator / common) {
+        // A value without a fraction stays a real number.
+        (whole, 1) => format!("{whole}.0"),
+        (numerator, denominator) => format!("{numerator}/{denominator}"),
+    }
 }
 
 /// Returns a decimal number times 10^`digits`.
@@ -188,6 +236,21 @@ mod tests {
         assert_eq!(values("p=0.1:0.1:0.3"), ["0.1", "0.2", "0.3"]);
         assert_eq!(values("p=-0.5:0.5:1"), ["-0.5", "0.0", "0.5", "1.0"]);
         assert_eq!(values("b=true"), ["true"]);
+    }
+
+    #[test]
+    fn ranges_of_fractions_have_exact_values() {
+        assert_eq!(values("p=1/3:1/3:1"), ["1/3", "2/3", "1.0"]);
+        assert_eq!(values("p=-1/2:1/4:0.25"), ["-1/2", "-1/4", "0.0", "1/4"]);
+        assert_eq!(values("p=1/6 : 0.5 : 2"), ["1/6", "2/3", "7/6", "5/3"]);
+        assert_eq!(values("p=0.5/1.5:1/2"), ["1/3"]);
+        let refused = |text: &str| parse(text).unwrap_err().to_string();
+        assert!(refused("p=1/0:1").contains("denominator of a fraction is positive"));
+        assert!(refused("p=1/3:0/1:1").contains("positive") && refused("p=2/3:1/3").contains("empty"));
+        assert!(refused("p=1/3:x/3:1").contains("1/3:1/3:1"));
+        assert!(refused("p=0/1:1/1000000:1").contains("at most 1000000 values"));
+        let long = format!("1/{}", "7".repeat(29));
+        assert!(refused(&format!("p={long}:1/99999999999999:1")).contains("common denominator"));
     }
 
     #[test]

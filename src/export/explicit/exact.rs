@@ -4,6 +4,7 @@ use num_rational::BigRational;
 use num_traits::{One, Zero};
 
 use super::graph::Graph;
+use super::label::unique;
 use meliora_model::error::Result;
 use meliora_model::exact::Ratio;
 use meliora_model::progress::ProgressSink;
@@ -74,7 +75,8 @@ pub(super) fn exact(graph: &Graph, program: &Program, sink: &dyn ProgressSink) -
 fn structures(program: &Program) -> Vec<Rewards> {
     let name = |name: &Option<String>| name.clone().unwrap_or_else(|| "reward".to_owned());
     let empty = |name: String| Rewards { name, states: Vec::new(), choices: Vec::new() };
-    program.rewards.iter().map(|structure| empty(name(&structure.name))).collect()
+    let names: Vec<String> = program.rewards.iter().map(|structure| name(&structure.name)).collect();
+    unique(names.iter().map(String::as_str), &[]).into_iter().map(empty).collect()
 }
 
 fn probability(step: &Step<Ratio>, to: &[i64]) -> Option<Ratio> {

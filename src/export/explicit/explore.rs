@@ -101,7 +101,7 @@ pub(super) fn of_model(program: &Program, states: &[State]) -> Result<Vec<(Strin
     Ok(labels)
 }
 
-/// Turns names into distinct identifiers that both formats accept.
+/// Makes the names of labels distinct.
 pub(super) fn distinct(labels: Vec<(String, Vec<usize>)>) -> Vec<(String, Vec<usize>)> {
     let names = unique(labels.iter().map(|(name, _)| name.as_str()), &["init"]);
     names.into_iter().zip(labels).map(|(name, (_, states))| (name, states)).collect()

@@ -28,7 +28,7 @@ impl<'a, E: Engine> Regions<'a, E> {
         let engine = self.analysis.engine();
         let mut labels = Vec::new();
         for (name, region) in &self.named {
-            labels.push((name.clone(), members(engine, region, states)?));
+            labels.push((identifier(name), members(engine, region, states)?));
         }
         for &kind in Kind::ALL {
             labels.extend(self.ranks(kind, states)?);
@@ -68,12 +68,12 @@ pub(super) fn members<E: Engine>(engine: &E, x: &E::States, states: &[State]) ->
     Ok(members)
 }
 
-/// Turns names into distinct identifiers, none of which is reserved.
+/// Makes names distinct by numbers; none is empty or reserved.
 pub(super) fn unique<'n>(names: impl Iterator<Item = &'n str>, reserved: &[&str]) -> Vec<String> {
     let mut taken: BTreeSet<String> = reserved.iter().map(|&name| name.to_owned()).collect();
     let distinct = |name: &str| {
-        let wanted = identifier(name);
-        let (mut name, mut number) = (wanted.clone(), 2);
+        let wanted = if name.is_empty() { "_" } else { name };
+        let (mut name, mut number) = (wanted.to_owned(), 2);
         while !taken.insert(name.clone()) {
             name = format!("{wanted}_{number}");
             number += 1;
@@ -83,7 +83,7 @@ pub(super) fn unique<'n>(names: impl Iterator<Item = &'n str>, reserved: &[&str]
     names.map(distinct).collect()
 }
 
-/// Returns a name that both formats accept: letters, digits and `_`.
+/// Returns the name of a region as all readers of the formats accept it: letters, digits and `_`.
 fn identifier(name: &str) -> String {
     let letter = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
     let mut identifier: String = name.chars().map(letter).collect();

@@ -2,13 +2,13 @@
 //!
 //! Probabilities and rewards are written as the shortest decimals that read back as the same doubles.
 
+use std::borrow::Cow;
 use std::fmt::Write as _;
 
 use num_traits::{ToPrimitive, Zero};
 
 use super::exact::{Rewards, exact};
 use super::graph::{Graph, Row};
-use super::label::unique;
 use meliora_model::Program;
 use meliora_model::csv;
 use meliora_model::error::Result;
@@ -81,7 +81,7 @@ fn labels_by_state(graph: &Graph) -> (Vec<&str>, Vec<Vec<usize>>) {
 
 fn lab(graph: &Graph) -> String {
     let (names, of) = labels_by_state(graph);
-    let numbered = names.iter().enumerate().map(|(i, name)| format!("{i}=\"{name}\""));
+    let numbered = names.iter().enumerate().map(|(i, name)| format!("{i}=\"{}\"", word(name)));
     let mut text = numbered.collect::<Vec<_>>().join(" ") + "\n";
     for (state, labels) in of.iter().enumerate().filter(|(_, labels)| !labels.is_empty()) {
         let labels: Vec<String> = labels.iter().map(usize::to_string).collect();
@@ -119,7 +119,8 @@ pub fn drn(graph: &Graph, program: &Program, sink: &dyn ProgressSink) -> Result<
         true => String::new(),
         false => format!(" [{}]", rewards.iter().map(of).collect::<Vec<_>>().join(", ")),
     };
-    let models = unique(rewards.iter().map(|rewards| rewards.name.as_str()), &[]).join(" ");
+    let models: Vec<Cow<'_, str>> = rewards.iter().map(|rewards| word(&rewards.name)).collect();
+    let models = models.join(" ");
     let (names, of) = labels_by_state(graph);
     let kind = if graph.is_dtmc { "DTMC" } else { "MDP" };
     let (states, choices) = (graph.states.len(), graph.choices());
@@ -129,7 +130,7 @@ pub fn drn(graph: &Graph, program: &Program, sink: &dyn ProgressSink) -> Result<
     for (state, rows) in graph.rows.iter().enumerate() {
         let _ = write!(text, "state {state}{}", earned(&|rewards| decimal(&rewards.states[state])));
         for &label in &of[state] {
-            let _ = write!(text, " {}", names[label]);
+            let _ = write!(text, " {}", word(names[label]));
         }
         let _ = writeln!(text, "\n//[{}]", shown(graph, &graph.states[state], |n, v| format!("{n}={v}")));
         for (choice, row) in rows.iter().enumerate() {

@@ -14,15 +14,10 @@ pub(crate) struct Actions {
 impl Actions {
     /// Returns the position of an action, which is added if it is new.
     pub(crate) fn add(&mut self, name: &str) -> usize {
-        self.add_as(name, || name.to_owned())
-    }
-
-    /// Same as [`Actions::add`]; a new action is shown under another name.
-    pub(crate) fn add_as(&mut self, name: &str, shown: impl FnOnce() -> String) -> usize {
         if let Some(&index) = self.index.get(name) {
             return index;
         }
-        self.names.push(shown());
+        self.names.push(name.to_owned());
         self.index.insert(name.to_owned(), self.names.len() - 1);
         self.names.len() - 1
     }

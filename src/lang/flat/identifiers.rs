@@ -5,12 +5,16 @@ use std::sync::Arc;
 use crate::names::Names;
 use meliora_model::Program;
 
-/// Replaces the names of actions and reward structures that are not identifiers. Those of other
-/// formats may be any text.
+/// Replaces the names of actions, modules and reward structures that are not identifiers. Those of
+/// other formats may be any text.
 pub(super) fn with_identifiers(mut program: Arc<Program>) -> Arc<Program> {
     let actions = Names::identifiers(program.actions.iter());
     if actions != program.actions {
         Arc::make_mut(&mut program).actions = actions;
+    }
+    let modules = Names::identifiers(program.modules.iter());
+    if modules != program.modules {
+        Arc::make_mut(&mut program).modules = modules;
     }
     let titled = || program.rewards.iter().filter_map(|structure| structure.name.as_ref());
     let titles = Names::identifiers(titled());

@@ -4,6 +4,8 @@
 //! records where each object and array ends. With that, objects and arrays are opened on demand,
 //! one level at a time, and a document is read in linear time however deeply it is nested.
 
+use std::ops::Range;
+
 use serde::de::IgnoredAny;
 
 use crate::ast::Span;
@@ -231,6 +233,20 @@ fn byte_of(text: &str, line: usize, column: usize) -> usize {
 fn reason(error: &serde_json::Error) -> String {
     let text = error.to_string();
     text.rsplit_once(" at line ").map_or(text.as_str(), |(message, _)| message).to_owned()
+}
+
+/// Returns the place of the first string with this value, quotes included.
+pub(super) fn string_at(text: &str, value: &str) -> Option<Range<usize>> {
+    let mut at = 0;
+    while let Some(start) = text[at..].find('"').map(|found| at + found) {
+        let end = end_of_string(text.as_bytes(), start).min(text.len());
+        let string = text.get(start..end)?;
+        if serde_json::from_str::<String>(string).is_ok_and(|string| string == value) {
+            return Some(start..end);
+        }
+        at = end;
+    }
+    None
 }
 
 /// Returns the path from the root to the value at a byte of the text: `automata[1].edges[3].guard`.

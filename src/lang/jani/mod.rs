@@ -8,6 +8,7 @@ mod json;
 mod lower;
 mod read;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::check::Checked;
@@ -63,6 +64,11 @@ fn with_path(diagnostic: Diagnostic, source: &Arc<SourceFile>) -> Diagnostic {
         Some(path) => diagnostic.note(format!("at {path}")),
         None => diagnostic,
     }
+}
+
+/// Returns the place of the first string of JSON with this value, quotes included.
+pub(crate) fn string_at(text: &str, value: &str) -> Option<Range<usize>> {
+    json::string_at(text, value)
 }
 
 /// Parses `x=0..7,y=-1..1`.

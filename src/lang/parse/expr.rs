@@ -155,7 +155,7 @@ impl Parser<'_> {
                 Ok(self.push(span, || NodeKind::Literal(Value::Real(value))))
             }
             Token::Quoted => {
-                let name = self.label_reference()?;
+                let name = self.reference()?;
                 Ok(self.push(span, || NodeKind::Label(name.into())))
             }
             Token::Word => self.word(span),

@@ -263,8 +263,9 @@ impl<'a> Parser<'a> {
         Ok(Ident { name, span })
     }
 
-    /// Parses a reference to a label, which may have any name: properties of JANI models do.
-    pub(super) fn label_reference(&mut self) -> Parsed<&'a str> {
+    /// Parses a reference to a label or a reward structure, which may have any name: those of JANI
+    /// models do.
+    pub(crate) fn reference(&mut self) -> Parsed<&'a str> {
         let span = self.expect(Token::Quoted)?;
         Ok(self.text(span).trim_matches('"'))
     }

@@ -111,7 +111,7 @@ impl<'s> Reader<'s> {
                 return Err(line.part(name).wrong(format!("the reward model `{name}` occurs twice")));
             }
             let (states, choices) = (Some(Vec::new()), Some(Vec::new()));
-            self.rewards.push(Rewards { name: Some(name.to_owned()), states, choices });
+            self.rewards.push(Rewards { name: Some(unword(name).into_owned()), states, choices });
         }
         Ok(())
     }
@@ -140,8 +140,6 @@ impl<'s> Reader<'s> {
         for label in words {
             match label.as_str() {
                 "init" => self.table.initial.push(state),
-                _ if label.starts_with('!') => return Err(line.refused("rates")),
-                _ if label.starts_with('{') => return Err(line.refused("observations and players")),
                 _ => self.label(label, state),
             }
         }
@@ -248,19 +246,25 @@ fn named(names: &[(&str, Line<'_>)], states: usize) -> Result<Vec<Column>> {
     let count = i64::try_from(states).unwrap_or(i64::MAX);
     let names = names.iter().map(|(name, _)| (*name).to_owned()).collect();
     let (name, values) = (NUMBER.to_owned(), (0..count).collect());
-    Ok(vec![Column { name, ty: Type::Int, low: 0, high: count - 1, names, values }])
+    Ok(vec![Column { name, place: None, ty: Type::Int, low: 0, high: count - 1, names, values }])
 }
 
-/// Splits a text into words; a word in double quotes may contain blanks.
+/// Splits a text into words; a word in double quotes may contain blanks, others their escapes.
 fn words(line: Line<'_>, text: &str) -> Result<Vec<String>> {
     let (mut words, mut left) = (Vec::new(), text.trim_start());
     while !left.is_empty() {
+        match left.as_bytes()[0] {
+            b'!' => return Err(line.refused("rates")),
+            b'{' => return Err(line.refused("observations and players")),
+            _ => {}
+        }
         let end = match left.strip_prefix('"') {
             Some(quoted) => quoted.find('"').map(|end| end + 2),
             None => Some(left.find(char::is_whitespace).unwrap_or(left.len())),
         };
         let Some(end) = end else { return Err(line.wrong("`\"` is missing")) };
-        words.push(left[..end].trim_matches('"').to_owned());
+        let quoted = left[..end].strip_prefix('"').and_then(|word| word.strip_suffix('"'));
+        words.push(quoted.map_or_else(|| unword(&left[..end]).into_owned(), str::to_owned));
         left = left[end..].trim_start();
     }
     Ok(words)

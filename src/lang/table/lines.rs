@@ -8,6 +8,7 @@ use num_traits::Zero;
 use meliora_model::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora_model::escape::shortened;
 use meliora_model::exact::{NoDecimal, Ratio, decimal};
+use meliora_model::span::Span;
 
 /// A line that is not empty and not a comment.
 #[derive(Clone, Copy)]
@@ -81,6 +82,11 @@ impl Line<'_> {
     /// Returns the position of the first character.
     pub(super) fn start(&self) -> usize {
         self.start
+    }
+
+    /// Returns the file and the place of the line in it.
+    pub(super) fn place(&self) -> (Arc<SourceFile>, Span) {
+        (Arc::clone(self.source), Span::new(self.start, self.start + self.text.len()))
     }
 
     /// Returns the whole text of the file.

@@ -8,7 +8,7 @@ use smallvec::SmallVec;
 use super::tree::{Leaf, Trees, sorted};
 use super::{Column, Rewards, Table};
 use crate::check::Checked;
-use crate::names::Names;
+use crate::names::{Names, renamed};
 use crate::token::BUILT_IN_LABELS;
 use crate::valuation::Given;
 use meliora_model::error::{Diagnostic, Error, Result, Severity, SourceFile};
@@ -93,11 +93,12 @@ impl Frame<'_> {
         let order = table.order(&mut poll)?;
         let [mut names, mut players] = [Names::default(), Names::default()];
         let variables = variables(&table, &mut names);
-        table.players.iter_mut().for_each(|name| *name = players.add_of_model(name));
+        table.players.iter_mut().for_each(|name| *name = players.add_of_model(name, Span::default()));
         let mut warnings: Vec<Diagnostic> = table.warnings.iter().map(|w| self.warning(w)).collect();
-        for (old, new) in names.changed.into_iter().chain(players.changed) {
-            let message = format!("`{old}` is renamed to `{new}`: it is not a name in PRISM's language");
-            warnings.push(self.warning(message));
+        for changed in names.changed.iter().chain(&players.changed) {
+            let place = table.columns.iter().find(|column| column.name == changed.0);
+            let place = place.and_then(|column| column.place.as_ref());
+            warnings.push(renamed(place.map_or(self.source, |(source, _)| source), changed));
         }
         let mut pool = std::mem::take(&mut table.pool);
         let trees = Trees::new(&mut pool, &table.columns, order);
@@ -187,6 +188,7 @@ impl Table {
         let numbers = i64::try_from(states).unwrap_or(i64::MAX);
         self.columns = vec![Column {
             name: NUMBER.to_owned(),
+            place: None,
             ty: Type::Int,
             low: 0,
             high: numbers - 1,
@@ -222,7 +224,8 @@ fn variables(table: &Table, names: &mut Names) -> Vec<Variable> {
         _ => None,
     };
     let variable = |column: &Column| Variable {
-        name: names.add_of_model(&column.name),
+        name: names
+            .add_of_model(&column.name, column.place.as_ref().map_or(Span::default(), |place| place.1)),
         ty: column.ty,
         low: column.low,
         high: column.high,

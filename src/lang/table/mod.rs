@@ -13,12 +13,15 @@ mod tree;
 mod umb;
 mod valuations;
 
+use std::sync::Arc;
+
 use meliora_model::ModelKind;
-use meliora_model::error::Result;
+use meliora_model::error::{Result, SourceFile};
 use meliora_model::exact::{Exact, Ratio, Real};
 use meliora_model::expr::{ExprId, ExprPool};
 use meliora_model::progress::Poll;
 use meliora_model::rounding::{Sum, is_weight, judged};
+use meliora_model::span::Span;
 use meliora_model::value::Type;
 
 pub(super) use drn::{is_drn, load as load_drn};
@@ -61,6 +64,8 @@ pub(super) struct Table {
 /// A variable with its value in each state.
 struct Column {
     name: String,
+    /// The place of the name, if it is not in the text of the model or has none.
+    place: Option<(Arc<SourceFile>, Span)>,
     ty: Type,
     low: i64,
     high: i64,

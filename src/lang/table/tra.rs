@@ -235,7 +235,8 @@ fn columns(part: &Part<'_>, states: usize, poll: &mut Poll<'_>) -> Result<Vec<Co
     for line in part.lines("#") {
         poll.step()?;
         if columns.is_empty() {
-            columns = distinct(line, cells(line, line.text)?, "variable")?.map(column).collect();
+            let names = distinct(line, cells(line, line.text)?, "variable")?;
+            columns = names.map(|name| column(line, name)).collect();
             types = vec![None; columns.len()];
             continue;
         }
@@ -283,9 +284,9 @@ fn distinct<'s>(
     }
 }
 
-fn column(name: &str) -> Column {
-    let (name, values) = (name.to_owned(), Vec::new());
-    Column { name, ty: Type::Int, low: 0, high: 0, names: Vec::new(), values }
+fn column(line: Line<'_>, name: &str) -> Column {
+    let (place, name, values) = (Some(line.part(name).place()), name.to_owned(), Vec::new());
+    Column { name, place, ty: Type::Int, low: 0, high: 0, names: Vec::new(), values }
 }
 
 /// Returns the texts between brackets, which commas separate.
@@ -325,7 +326,8 @@ fn read_labels(part: &Part<'_>, table: &mut Table, poll: &mut Poll<'_>) -> Resul
     let Some(first) = all.next() else { return Ok(()) };
     let names = label_names(first)?;
     let names = distinct(first, names.into_iter(), "label")?;
-    let mut labels: Vec<(String, Vec<usize>)> = names.map(|name| (name.to_owned(), Vec::new())).collect();
+    let mut labels: Vec<(String, Vec<usize>)> =
+        names.map(|name| (unword(name).into_owned(), Vec::new())).collect();
     for line in all {
         poll.step()?;
         let Some((state, numbers)) = line.text.split_once(':') else {

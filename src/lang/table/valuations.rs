@@ -153,7 +153,7 @@ impl<'f> Reader<'f> {
                 declared(|v| v.upper).filter(small).max().map_or(most, |high| high.max(most)),
             ),
         };
-        Ok(Column { name: name.to_owned(), ty, low, high, names: Vec::new(), values })
+        Ok(Column { name: name.to_owned(), place: None, ty, low, high, names: Vec::new(), values })
     }
 
     /// Returns a variable whose values have names.
@@ -176,7 +176,7 @@ impl<'f> Reader<'f> {
         let number = |text: &String| i64::try_from(names.partition_point(|n| n < text)).unwrap_or_default();
         let values = shown.iter().map(number).collect();
         let high = i64::try_from(names.len()).unwrap_or(i64::MAX) - 1;
-        Ok(Column { name: name.to_owned(), ty: Type::Int, low: 0, high, names, values })
+        Ok(Column { name: name.to_owned(), place: None, ty: Type::Int, low: 0, high, names, values })
     }
 
     /// Formats a value.

@@ -53,8 +53,7 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         "game": game::data(projections),
         "heat": content.heat().as_ref().map(Heat::data),
     });
-    // A `<` in a text must not end the script element.
-    meliora_model::json::compact(&data).unwrap_or_default().replace('<', "\\u003c")
+    meliora_model::json::script(&data).unwrap_or_default()
 }
 
 fn variables(projections: &Projections) -> Vec<Json> {

@@ -196,7 +196,7 @@ pub(super) fn view_text(projections: &Projections, view: &View) -> String {
     let one = |(index, value): (usize, &Option<i64>)| {
         let variable = &projections.variables[index];
         let text = match value {
-            Some(value) => format!("{}={}", variable.name, variable.show(*value)),
+            Some(value) => variable.equation(*value),
             None => format!("any {}", variable.name),
         };
         (!inside(index)).then_some(text)

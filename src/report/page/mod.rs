@@ -9,6 +9,8 @@ mod bars;
 mod cycle;
 mod data;
 pub(crate) mod drawing;
+#[cfg(test)]
+mod escaping;
 mod game;
 mod hasse;
 mod heat;

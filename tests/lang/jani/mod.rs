@@ -2,6 +2,7 @@
 
 mod corners;
 mod errors;
+mod names;
 mod random;
 mod rewards;
 mod write;

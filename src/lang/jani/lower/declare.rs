@@ -23,7 +23,7 @@ impl<'a> Lowering<'a> {
     /// in the values that the user gives.
     pub(super) fn constants(&mut self, inputs: &Inputs<'_>, bindings: &[Binding]) -> Vec<Diagnostic> {
         let names: Vec<String> =
-            self.model.constants.iter().map(|c| self.names.add_of_model(&c.name.name)).collect();
+            self.model.constants.iter().map(|c| self.names.add_of_model(&c.name.name, c.name.span)).collect();
         let all: Vec<Wanted<'_>> =
             self.model.constants.iter().zip(&names).map(|(c, name)| wanted(c, name)).collect();
         let (given, wrong) = given_values(&all, inputs.constants, bindings);
@@ -78,7 +78,7 @@ impl<'a> Lowering<'a> {
     pub(super) fn declarations(&mut self, elements: &[&'a Automaton]) {
         let model = self.model;
         for variable in &model.variables {
-            let name = self.names.add_of_model(&variable.name.name);
+            let name = self.name_of(variable, &variable.name.name);
             let meaning = self.variable(variable, name, None);
             self.declare_global(&variable.name, meaning);
         }
@@ -96,6 +96,24 @@ impl<'a> Lowering<'a> {
         self.transient_values();
     }
 
+    /// Returns the name of a variable in formulas. A transient variable has none there: labels and reward
+    /// structures have its own.
+    fn name_of(&mut self, variable: &Declaration, wanted: &str) -> String {
+        match variable.transient {
+            true => self.names.add(wanted),
+            false => self.names.add_of_model(wanted, variable.name.span),
+        }
+    }
+
+    /// Keeps the names of constants and variables that formulas can use.
+    pub(super) fn keep_names(&mut self) {
+        let model = self.model;
+        let constants = model.constants.iter().map(|constant| &constant.name);
+        let local = model.automata.iter().flat_map(|automaton| &automaton.variables);
+        let variables = model.variables.iter().chain(local).map(|variable| &variable.name);
+        self.names.keep(constants.chain(variables).map(|ident| ident.name.as_str()));
+    }
+
     fn function(&mut self, function: &'a Function, instance: Option<usize>) -> usize {
         self.functions.push(Declared { function, instance, is_open: false });
         self.functions.len() - 1
@@ -104,7 +122,7 @@ impl<'a> Lowering<'a> {
     /// Declares an element of the system: its location, variables and functions.
     fn element(&mut self, automaton: &'a Automaton, shared: &AHashSet<&str>) {
         let index = self.instances.len();
-        let name = self.modules.add_of_model(&automaton.name.name);
+        let name = self.modules.distinct(&automaton.name.name);
         let mut locations: AHashMap<&'a str, usize> = AHashMap::new();
         for (position, location) in automaton.locations.iter().enumerate() {
             if let Some(first) = locations.insert(&location.name.name, position) {
@@ -119,7 +137,7 @@ impl<'a> Lowering<'a> {
             let own = variable.name.name.as_str();
             let taken = shared.contains(own) || self.globals.names.contains_key(own);
             let wanted = if taken { format!("{name}_{own}") } else { own.to_owned() };
-            let unique = if taken { self.names.add(&wanted) } else { self.names.add_of_model(&wanted) };
+            let unique = if taken { self.names.add(&wanted) } else { self.name_of(variable, &wanted) };
             let meaning = self.variable(variable, unique, Some(index));
             let before = self.instances[index].level.names.insert(own, (meaning, &variable.name));
             if let Some((_, first)) = before {

@@ -19,13 +19,14 @@ use std::sync::Arc;
 use ahash::{AHashMap, AHashSet};
 
 use super::read::model::Model;
-use crate::ast::{Expr, Ident, NodeKind, Span};
+use crate::ast::{Expr, Ident, NodeKind};
 use crate::check::{self, Checked};
 use crate::ltl::{Formula, FormulaKind};
 use crate::named::{Asked, Property};
+use crate::names::renamed;
 use crate::refusal::Refusal;
 use crate::valuation::Binding;
-use meliora_model::error::{Error, Result, Severity};
+use meliora_model::error::{Error, Result};
 use meliora_model::expr::ExprId;
 use meliora_model::progress::ProgressSink;
 use meliora_model::rewards::RewardStructure;
@@ -50,6 +51,7 @@ pub(super) fn program<'a>(
     sink: &'a dyn ProgressSink,
 ) -> Result<Checked> {
     let mut lowering = Lowering::new(model, inputs, bounds, sink);
+    lowering.keep_names();
     let mut foreign = lowering.constants(inputs, bindings);
     if foreign.is_empty() && lowering.lowerer.diagnostics.is_empty() {
         let elements = lowering.elements();
@@ -205,11 +207,7 @@ impl Lowering<'_> {
     }
 
     fn warn(&mut self) {
-        let changed =
-            self.names.changed.iter().chain(&self.modules.changed).chain(&self.action_names.changed);
-        for (name, new) in changed {
-            let message = format!("`{name}` is renamed to `{new}`: it is not a name in PRISM's language");
-            self.warnings.push(self.lowerer.wrong(Span::default(), message).severity(Severity::Warning));
-        }
+        let source = &self.lowerer.source;
+        self.warnings.extend(self.names.changed.iter().map(|changed| renamed(source, changed)));
     }
 }

@@ -33,9 +33,7 @@ pub(super) struct Lowering<'a> {
     /// Names of constants and variables; `modules` has the names of automata.
     pub(super) names: Names,
     pub(super) modules: Names,
-    /// Actions, and their names in the modelling language.
     pub(super) actions: Actions,
-    pub(super) action_names: Names,
     pub(super) globals: Level<'a>,
     pub(super) instances: Vec<Instance<'a>>,
     /// Groups of elements that are multiplied out, with the name of the module for each group.
@@ -75,7 +73,6 @@ impl<'a> Lowering<'a> {
             names: Names::default(),
             modules: Names::default(),
             actions: Actions::default(),
-            action_names: Names::default(),
             globals: Level::default(),
             instances: Vec::new(),
             joint_modules: Vec::new(),
@@ -97,6 +94,6 @@ impl<'a> Lowering<'a> {
 
     /// Returns the position of an action, which is added if it is new.
     pub(super) fn action(&mut self, name: &str) -> usize {
-        self.actions.add_as(name, || self.action_names.add_of_model(name))
+        self.actions.add(name)
     }
 }

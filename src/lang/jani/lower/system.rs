@@ -276,7 +276,7 @@ impl<'a> Lowering<'a> {
             return self.instances.len() + at;
         }
         let names: Vec<&str> = instances.iter().map(|&i| self.instances[i].name.as_str()).collect();
-        let name = self.modules.add(&names.join("_"));
+        let name = self.modules.distinct(&names.join("_"));
         self.joint_modules.push((instances, name));
         self.instances.len() + self.joint_modules.len() - 1
     }

@@ -13,7 +13,10 @@ use crate::refusal::Refusal;
 /// A part of a property, or the reason why a well-formed property is not supported.
 pub(super) type Asks<T> = Option<Result<T, String>>;
 
-const NO_PROBABILITY: &str = "it does not ask for a probability, or a reward to reach a set of states";
+pub(super) const NO_PROBABILITY: &str =
+    "it does not ask for a probability, or a reward to reach a set of states";
+
+pub(super) const STEADY_STATE: &str = "it asks for a steady-state probability";
 
 /// Keys of expected values at one moment.
 const INSTANTS: &[&str] = &["step-instant", "time-instant", "reward-instants"];
@@ -123,34 +126,19 @@ impl<'a> Reader<'a> {
             "filter" => self.filter(&object),
             "Pmin" | "Pmax" | "Emin" | "Emax" => self.value(&object, &op, None),
             "≥" | ">" | "≤" | "<" => self.comparison(&object, &op),
-            "Smin" | "Smax" => no("it asks for a steady-state probability"),
-            _ => no(NO_PROBABILITY),
+            "¬" => self.negation(&object),
+            "Smin" | "Smax" => no(STEADY_STATE),
+            _ => self.unsupported_operator(&object, &op),
         }
-    }
-
-    /// Reads a comparison such as `Pmax ≥ 1`.
-    fn comparison(&mut self, object: &Object<'a>, op: &str) -> Asks<Question> {
-        self.known(object, "a comparison", &["op", "left", "right"])?;
-        let left = self.required(object, "a comparison", "left")?;
-        let right = self.required(object, "a comparison", "right")?;
-        let Shape::Object(inner) = self.any(left)? else { return no(NO_PROBABILITY) };
-        let Some(asked) = inner.get("op") else { return no(NO_PROBABILITY) };
-        let asked = self.name(asked, "an operator")?.name;
-        if !matches!(asked.as_str(), "Pmin" | "Pmax" | "Emin" | "Emax") {
-            return no(NO_PROBABILITY);
-        }
-        let value = Expr::read(self, right, "a bound")?;
-        let comparison = match op {
-            "≥" => Inequality::Ge,
-            ">" => Inequality::Gt,
-            "<" => Inequality::Lt,
-            _ => Inequality::Le,
-        };
-        self.value(&inner, &asked, Some((comparison, value)))
     }
 
     /// Reads `Pmin`, `Pmax`, `Emin` or `Emax`.
-    fn value(&mut self, object: &Object<'a>, op: &str, bound: Option<(Inequality, Expr)>) -> Asks<Question> {
+    pub(super) fn value(
+        &mut self,
+        object: &Object<'a>,
+        op: &str,
+        bound: Option<(Inequality, Expr)>,
+    ) -> Asks<Question> {
         let extreme = if op.ends_with("max") { Extreme::Max } else { Extreme::Min };
         if op.starts_with('P') {
             self.known(object, "a probability", &["op", "exp"])?;
