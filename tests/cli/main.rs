@@ -48,3 +48,4 @@ mod tables;
 mod temporal;
 mod values;
 mod verdicts;
+mod words;
