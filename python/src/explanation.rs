@@ -55,7 +55,8 @@ pub(crate) struct Action {
     /// The reason in one word: `"improves"`, `"may-improve"`, `"approaches"`, `"stays"`,
     /// `"weakens"`, `"exposes"` (the opponent can weaken afterwards), `"unsafe"`, `"violates"`, `"strays"`,
     /// `"hopeless"` or `"nothing-ahead"`; while an objective is pursued `"achieves"`, `"may-achieve"`,
-    /// `"nears"`, `"keeps"`, `"forfeits"` or `"unachievable"`. What an action of the opponent leads to is
+    /// `"nears"`, `"keeps"`, `"forfeits"` or `"unachievable"`; where a rule makes an objective as likely as
+    /// possible `"likeliest"`, `"passed-over"` or `"impossible"`. What an action of the opponent leads to is
     /// also `"lateral"`.
     verdict: &'static str,
     /// The reason in a sentence.

@@ -55,7 +55,8 @@ impl Levels {
         self.kind.name()
     }
 
-    /// The sizes of the known levels from level 1 on, strictly decreasing.
+    /// The sizes of the known levels from level 1 on, strictly decreasing; empty if no state can improve,
+    /// or if none is known yet (`complete` is False).
     #[getter]
     fn counts(&self) -> Vec<BigUint> {
         let known = self.handle.known();
@@ -65,7 +66,7 @@ impl Levels {
         }
     }
 
-    /// The known levels from level 1 on.
+    /// The known levels from level 1 on; empty if `counts` is.
     #[getter]
     fn regions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let found = self.handle.quick(py, |analysis| Ok(analysis.level_states(self.kind)))?;

@@ -8,8 +8,9 @@ use pyo3::prelude::*;
 /// The progress of a long call, as received by a `progress` callback.
 #[pyclass(frozen, get_all, module = "meliora")]
 pub(crate) struct Progress {
-    /// The phase: `"model"`, `"states"`, `"counts"`, `"outcomes"`, `"improvement"`, `"sasi"`,
-    /// `"spi"`, `"strategy"` or `"plays"`.
+    /// The phase: `"model"`, `"preferences"`, `"states"`, `"target"`, `"counts"`, `"outcomes"`,
+    /// `"improvement"`, `"sasi"`, `"spi"`, `"jointly"`, `"values"`, `"strategy"`, `"plays"`, `"shield"`,
+    /// `"export"`, `"verify"` or `"picture"`.
     phase: &'static str,
     /// The part of the phase, in words; may be empty.
     detail: String,

@@ -55,7 +55,7 @@ pub(crate) struct Simulation {
     #[pyo3(get)]
     kept_runs: Option<u64>,
     /// The commitments of plans: dictionaries with the `objective` that the runs then pursued, the
-    /// objectives that they gave up (`gives_up`), and the number of these `runs`.
+    /// objectives that they gave up (`gives_up`), and the number of these `runs`. Empty if no run commits.
     #[pyo3(get)]
     commits: Py<PyList>,
     /// Why no run has a step, so that `actions` and `improves` are empty; None if some run has one.
@@ -207,7 +207,8 @@ impl Simulation {
         PyList::new(py, self.names.program.variables.iter().map(|v| &v.name))
     }
 
-    /// The names of the actions taken, indexed by the numbers in `actions`.
+    /// The names of the actions taken, indexed by the numbers in `actions`; empty if no run has a step: see
+    /// `reason`.
     #[getter]
     fn action_names<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         PyList::new(py, &self.record.actions)

@@ -247,7 +247,8 @@ impl Strategy {
 
     /// Returns the actions of a start state: the permitted ones, the one of the progress strategy,
     /// the one that the strategy chooses, or those that the safety mode keeps, even if they do not
-    /// lead to an improvement.
+    /// lead to an improvement. Empty where there is none, for example at rank 0 or where the opponent
+    /// of a game chooses; `explain` has the reason for each action.
     ///
     /// Args:
     ///     state: A dictionary with a value for every variable.

@@ -209,9 +209,16 @@ impl Level<'_> {
     }
 }
 
-/// Returns the choices with a kept edge into X.
-fn moving(checker: &Checker<'_>, arena: &Arena, edges: Edges<'_>, x: &StateSet) -> CheckResult<ChoiceSet> {
-    arena.into(checker, edges, |part| Ok(checker.engine.difference(x, &part.dropped)?))
+/// Returns `goals`, and the choices with a kept edge into X.
+fn ahead(
+    checker: &Checker<'_>,
+    arena: &Arena,
+    goals: &ChoiceSet,
+    edges: Edges<'_>,
+    x: &StateSet,
+) -> CheckResult<ChoiceSet> {
+    let moving = arena.into(checker, edges, |part| Ok(checker.engine.difference(x, &part.dropped)?))?;
+    Ok(checker.engine.union(goals, &moving)?)
 }
 
 /// Checks that the strategy is the permissive one, and that under it layers lead to a goal edge.
@@ -230,7 +237,7 @@ fn inside(
         engine.difference(&kept, &level.straying(checker, arena, (engine, &kept), &out)?)?
     } else {
         let goals = level.goals(checker, arena, &kept)?;
-        engine.union(&goals, &moving(checker, arena, (engine, &kept), region)?)?
+        ahead(checker, arena, &goals, (engine, &kept), region)?
     };
     let condition = || format!("`strategy:{name}` are the kept choices that keep winning");
     checker.equal_choices(strategy, &checker.ours(&expected)?, condition)?;
@@ -238,8 +245,7 @@ fn inside(
     checker.layers(name, region, &engine.can_choose(&goals)?, |layer| {
         let permitted = engine.choices_in(&expected, layer.states)?;
         let goals = engine.choices_in(&goals, layer.states)?;
-        checker
-            .leading(layer, |by, x| Ok(engine.union(&goals, &moving(checker, arena, (by, &permitted), x)?)?))
+        checker.leading(layer, |by, x| ahead(checker, arena, &goals, (by, &permitted), x))
     })
 }
 
@@ -254,9 +260,9 @@ fn outside(
 ) -> CheckResult {
     let engine = &checker.engine;
     let name = arena.name(&level.name);
-    let ahead = |c: &ChoiceSet, x: &StateSet| -> CheckResult<ChoiceSet> {
+    let ahead = |c: &ChoiceSet, x: &StateSet| {
         let goals = level.goals(checker, arena, c)?;
-        Ok(engine.union(&goals, &moving(checker, arena, (engine, c), x)?)?)
+        ahead(checker, arena, &goals, (engine, c), x)
     };
     if level.kind == "spi" {
         let entering = engine.can_choose(&ahead(&arena.kept, region)?)?;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use globset::{Glob, GlobSet, GlobSetBuilder};
 use meliora_dump::Dump;
-use meliora_dump::directory::{check_directory, sha256, write_directory};
+use meliora_dump::directory::{check_directory, complete_directory, sha256, write_regions_first};
 use meliora_engine::SymbolicEngine;
 use meliora_export::bounds::Wanted;
 use meliora_export::{DumpContent, Inputs, certify, export};
@@ -209,7 +209,8 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
     let content = DumpContent { wanted: &wanted, certificate: false };
     let dump = || export(&analysis, &inputs, &content);
     let mut dump = job.timed("dump", dump, |_, _| ())?;
-    if all && !args.no_certificate {
+    let certifies = all && !args.no_certificate;
+    if certifies {
         certified(job, (&out, dot), &analysis, &mut dump)?;
     }
     let mut width = None;
@@ -221,8 +222,12 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
         let add = || meliora_export::bounds::add(&mut dump, &analysis, &wanted);
         width = Some(job.timed("values", add, |_, _| ())?);
     }
-    let write = || write_directory(dump, &out, dot, job.sink.as_ref());
-    let manifest = job.timed("write", write, |_, _| ())?;
+    let write = || match certifies {
+        true => complete_directory(&mut dump, &out, job.sink.as_ref()),
+        false => write_regions_first(&mut dump, &out, dot, job.sink.as_ref()),
+    };
+    job.timed("write", write, |_, _| ())?;
+    let manifest = dump.manifest;
     let peak = meliora_engine::Engine::usage(&*engine).peak_nodes;
     job.update(|r| {
         r.set(&manifest);
@@ -230,7 +235,12 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
         r.memory.peak_nodes = peak;
     });
     let open = manifest.certificate.map_or(0, |file| file.uncertified.len());
-    if open > 0 { Err(Limit::Uncertified(open).into()) } else { Ok(()) }
+    if open == 0 {
+        return Ok(());
+    }
+    // The limit has ended a part of this phase.
+    job.sink.report("certificate", String::new());
+    Err(Limit::Uncertified(open).into())
 }
 
 /// Writes the dump, and then adds its certificate: a limit that ends this leaves the regions.
@@ -240,10 +250,9 @@ fn certified(
     analysis: &Analysis<SymbolicEngine>,
     dump: &mut Dump,
 ) -> Result<(), Error> {
-    let first = dump.clone();
-    let write = || write_directory(first, out, dot, job.sink.as_ref());
-    let manifest = job.timed("write", write, |_, _| ())?;
-    job.update(|r| r.set_uncertified(&manifest));
+    let write = || write_regions_first(dump, out, dot, job.sink.as_ref());
+    job.timed("write", write, |_, _| ())?;
+    job.update(|r| r.set_uncertified(&dump.manifest));
     let add = || certify(dump, analysis, &mut |left| job.sink.share(left));
     job.timed("certificate", add, |_, _| ()).map(drop)
 }

@@ -195,6 +195,15 @@ impl Pieces<'_> {
         Ok(())
     }
 
+    /// Returns whether the reader has closed the pipe: further pieces are discarded.
+    pub(super) fn is_closed(&self) -> bool {
+        match &self.to {
+            Destination::Stdout => terminal::is_closed(),
+            Destination::Stream(out) => out.is_none(),
+            Destination::File(_) => false,
+        }
+    }
+
     /// Ends the text. A regular file appears now; without this call, it does not.
     ///
     /// # Errors

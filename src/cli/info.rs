@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use meliora_engine::symbolic::order;
 use meliora_engine::{Engine, Storage};
 use meliora_lang::flat::Flat;
 use meliora_model::Program;
@@ -86,8 +85,7 @@ fn work(job: &Job<InfoReport>, args: &InfoArgs, storage: Storage) -> Result<(), 
         let sizes = engine.sizes()?;
         job.update(|r| {
             r.order = Some(engine.encoding().names());
-            let is_auto = args.model.order == "auto";
-            r.order_reason = is_auto.then(|| order::reason(&program, engine.encoding().order())).flatten();
+            r.order_reason = engine.encoding().why().map(str::to_owned);
             let (transition, reachable) = (sizes.transition as u64, sizes.states as u64);
             r.nodes = Some(Nodes { transition, reachable });
         });

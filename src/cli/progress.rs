@@ -20,6 +20,8 @@ pub(super) struct TerminalSink {
     pub(super) supervisor: Arc<Supervisor>,
     /// The phase of the library that was reported last.
     reported: Mutex<&'static str>,
+    /// The phases that have begun and not ended, each inside of the one before.
+    open: Mutex<Vec<&'static str>>,
     /// The end of the last phase; before the first one, the start.
     last_end: Mutex<Instant>,
     line: Mutex<Option<ProgressBar>>,
@@ -32,6 +34,7 @@ impl TerminalSink {
         TerminalSink {
             supervisor: Arc::clone(supervisor),
             reported: Mutex::default(),
+            open: Mutex::default(),
             last_end: Mutex::new(Instant::now()),
             line: Mutex::default(),
             quiet: shown.quiet,
@@ -61,6 +64,23 @@ impl TerminalSink {
         self.refresh();
     }
 
+    /// Shows that a phase begins.
+    pub(super) fn enter(&self, phase: &'static str) {
+        lock(&self.open).push(phase);
+        self.report(phase, String::new());
+    }
+
+    /// Shows the phase around one that has ended, if there is one.
+    fn leave(&self, phase: &str) {
+        let mut open = lock(&self.open);
+        if let Some(at) = open.iter().rposition(|&own| own == phase) {
+            open.truncate(at);
+            if let Some(&outer) = open.last() {
+                self.report(outer, String::new());
+            }
+        }
+    }
+
     /// Shows that a phase has ended, with its seconds. They count from the end of the last phase, so that all
     /// phases add up to the whole run; of a phase with parts, only the rest is shown. Returns them.
     pub(super) fn finished(&self, phase: &str) -> f64 {
@@ -70,6 +90,7 @@ impl TerminalSink {
         if self.verbose > 0 {
             self.say(&format!("{phase}: {seconds:.3} s"));
         }
+        self.leave(phase);
         seconds
     }
 

@@ -77,7 +77,8 @@ impl<'a> Regions<'a> {
             let own = found.iter().filter(|(at, ..)| *at == position);
             let regions = own.map(|(_, which, states)| (*which, states.clone())).collect();
             let target = target(engine, &asking.goal)?;
-            answered.push(Answered { name: name.clone(), text: text.clone(), target, regions });
+            let (name, text, coalition) = (name.clone(), text.clone(), asking.coalition.clone());
+            answered.push(Answered { name, text, target, regions, coalition });
         }
         let first = questions.first().map(|(asking, ..)| &asking.goal);
         let requirements = first.map_or(&[][..], |goal| &goal.requirements);

@@ -1,6 +1,6 @@
 //! `meliora simulate`: random runs under a strategy.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
@@ -26,6 +26,7 @@ use super::load::Question;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, Arguments};
 use super::supervise::{Job, supervise};
+use super::terminal;
 
 /// Simulate random runs under a strategy and count improvements, achievements and weakenings
 ///
@@ -182,7 +183,7 @@ fn simulate<E: Engine>(
     // The text tells whether other improvements are possible where none is guaranteed.
     let advises = args.choose.choose.levels(kind) == Kind::Sasi && !args.shown.json;
     let mut improvable = None;
-    let mut table = Table::begin(question, csv)?;
+    let mut table = Table::begin(question, csv, args.statistics.as_deref())?;
     let all = || {
         for (number, start) in (1..).zip(&starts) {
             let levels = args.choose.choose.levels(kind);
@@ -221,23 +222,32 @@ fn is_improvable<E: Engine>(
 struct Table<'a> {
     lines: RunLines<'a>,
     out: Option<Pieces<'a>>,
+    /// True if the lines are the only result.
+    is_alone: bool,
     /// The first error; a simulation does not stop at it.
     wrong: Option<Error>,
 }
 
 impl<'a> Table<'a> {
-    fn begin(question: &'a Question, csv: Option<&'a Target>) -> Result<Self, Error> {
+    fn begin(
+        question: &'a Question,
+        csv: Option<&'a Target>,
+        statistics: Option<&Path>,
+    ) -> Result<Self, Error> {
         let lines = RunLines { program: &question.program, preferences: &question.preferences };
         let mut out = csv.map(Target::pieces).transpose()?;
         if let Some(out) = &mut out {
             out.push(&lines.heading())?;
         }
-        Ok(Table { lines, out, wrong: None })
+        let is_alone = csv.is_some_and(Target::is_stdout) && statistics.is_none();
+        Ok(Table { lines, out, is_alone, wrong: None })
     }
 
     fn add(&mut self, start: &RunStart<'_>, trace: &Trace) {
         if let (Some(out), None) = (&mut self.out, &self.wrong) {
-            self.wrong = out.push(&self.lines.rows(start, trace)).err();
+            let written = out.push(&self.lines.rows(start, trace));
+            let is_unread = self.is_alone && out.is_closed();
+            self.wrong = written.err().or_else(|| is_unread.then(terminal::unread));
         }
     }
 

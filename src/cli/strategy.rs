@@ -16,7 +16,7 @@ use meliora_quantities::cost::Costs;
 use meliora_report::choose::Attains;
 use meliora_report::reason::Words;
 use meliora_report::state::{Place, StateReport};
-use meliora_report::{Number, StrategyReport, Style, strategy_table};
+use meliora_report::{Number, StrategyReport, Style, Written, strategy_table};
 
 use super::at::{self, At};
 use super::check;
@@ -317,14 +317,22 @@ impl<'a, E: Engine> Answering<'a, E> {
     }
 }
 
-/// The report and the table that receive the states.
+/// The receivers of the states: a table, and the text, the JSON report or neither.
 struct Output<'a> {
     job: &'a Job<StrategyReport>,
     lines: Option<Pieces<'a>>,
-    /// The style of the text; `None` with `--json`.
-    style: Option<Style>,
-    /// True if the table stands for the report.
-    only_table: bool,
+    rest: Rest,
+}
+
+/// The receiver of the states in addition to a table.
+#[derive(Clone, Copy, PartialEq)]
+enum Rest {
+    /// The report, as text in this style or as JSON.
+    Report(Option<Style>),
+    /// Standard output, as text in this style: a whole strategy need not be in memory.
+    Printed(Style),
+    /// None: the table stands for the report.
+    Table,
 }
 
 impl<'a> Output<'a> {
@@ -338,21 +346,48 @@ impl<'a> Output<'a> {
         if let Some(lines) = &mut lines {
             lines.push(&strategy_table::csv_heading(program, args.all))?;
         }
-        let style = (!args.shown.json).then(terminal::stdout_style);
-        let only_table = csv.is_some_and(|csv| csv.is_stdout() || args.all) && style.is_some();
-        Ok(Output { job, lines, style, only_table })
+        let rest = match (args.shown.json, csv) {
+            (true, _) => Rest::Report(None),
+            (false, Some(csv)) if csv.is_stdout() || args.all => Rest::Table,
+            (false, None) if args.all => Rest::Printed(terminal::stdout_style()),
+            (false, _) => Rest::Report(Some(terminal::stdout_style())),
+        };
+        let place = match (&rest, csv) {
+            (Rest::Printed(_), _) => Written::Text,
+            (_, Some(csv)) if csv.is_regular() => Written::File,
+            _ => Written::Lines,
+        };
+        job.update(|r| (r.whole, r.place) = (args.all, place));
+        if let Rest::Printed(style) = rest {
+            let mut head = String::new();
+            job.update(|r| head = r.head(style));
+            terminal::print(&head)?;
+        }
+        Ok(Output { job, lines, rest })
     }
 
+    /// Adds a state.
+    ///
+    /// # Errors
+    /// A destination cannot be written; nobody reads the only one.
     fn add(&mut self, state: &StateReport<'_>) -> Result<(), Error> {
         if let Some(lines) = &mut self.lines {
             lines.push(&strategy_table::csv_rows(state))?;
         }
-        let (only_table, style) = (self.only_table, self.style);
-        self.job.update(|r| match only_table {
-            true => r.in_table += 1,
-            false => r.push(state, style),
-        });
-        Ok(())
+        match self.rest {
+            Rest::Report(style) => self.job.update(|r| r.push(state, style)),
+            Rest::Printed(style) => {
+                terminal::print(&StrategyReport::state_text(state, style))?;
+                self.job.update(|r| r.written += 1);
+            }
+            Rest::Table => self.job.update(|r| r.written += 1),
+        }
+        let is_unread = match self.rest {
+            Rest::Report(_) => false,
+            Rest::Printed(_) => terminal::is_closed(),
+            Rest::Table => self.lines.as_ref().is_some_and(Pieces::is_closed),
+        };
+        if is_unread { Err(terminal::unread()) } else { Ok(()) }
     }
 
     fn finish(self) -> Result<(), Error> {

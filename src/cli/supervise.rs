@@ -61,7 +61,7 @@ impl<R> Job<R> {
     /// Reports that a piece of work begins. Returns the time at which the last one ended: what lies between
     /// them prepares this one.
     pub(super) fn begin(&self, name: &'static str) -> Instant {
-        self.sink.report(name, String::new());
+        self.sink.enter(name);
         self.sink.last_end()
     }
 
@@ -110,6 +110,7 @@ where
     };
     report.finish(supervisor.elapsed().as_secs_f64(), memory::peak_rss());
     match end {
+        Err(Failure::Error(Error::Limit(_))) if terminal::is_unread() => Ok(Status::Done),
         Ok(()) => {
             show(&*report, shown)?;
             Ok(match (report.is_no(), report.is_unread()) {

@@ -19,6 +19,28 @@ static COLOR: AtomicU8 = AtomicU8::new(0);
 /// True once results have been written.
 static PRINTED: AtomicBool = AtomicBool::new(false);
 
+/// True once the reader of standard output has closed the pipe.
+static CLOSED: AtomicBool = AtomicBool::new(false);
+
+/// True once a run ends because nobody reads its results.
+static UNREAD: AtomicBool = AtomicBool::new(false);
+
+/// Returns whether the reader of standard output has closed the pipe (`| head`).
+pub(super) fn is_closed() -> bool {
+    CLOSED.load(Ordering::Relaxed)
+}
+
+/// Returns the error that ends a run because nobody reads its results: without a message, and with status 0.
+pub(super) fn unread() -> Error {
+    UNREAD.store(true, Ordering::Relaxed);
+    Limit::Interrupted.into()
+}
+
+/// Returns whether the run ends because nobody reads its results.
+pub(super) fn is_unread() -> bool {
+    UNREAD.load(Ordering::Relaxed)
+}
+
 /// Returns whether results have been written, perhaps not all.
 pub(super) fn has_printed() -> bool {
     PRINTED.load(Ordering::Relaxed)
@@ -85,7 +107,11 @@ fn print_by(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), 
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
             Err(Error::Limit(Limit::Output { what: format!("standard output: {e}") }))
         }
-        _ => Ok(()),
+        Err(_) => {
+            CLOSED.store(true, Ordering::Relaxed);
+            Ok(())
+        }
+        Ok(()) => Ok(()),
     }
 }
 

@@ -82,14 +82,79 @@ pub fn write_directory(
     dot: bool,
     sink: &dyn ProgressSink,
 ) -> Result<Manifest> {
+    write_regions_first(&mut dump, directory, dot, sink)?;
+    Ok(dump.manifest)
+}
+
+/// Writes a dump as [`write_directory`] does, and keeps it, so that [`complete_directory`] can add what is
+/// found later.
+///
+/// # Errors
+/// The errors of [`write_directory`].
+pub fn write_regions_first(
+    dump: &mut Dump,
+    directory: &Path,
+    dot: bool,
+    sink: &dyn ProgressSink,
+) -> Result<()> {
+    written(dump, directory, sink, |dump, new| {
+        fill(&mut dump.manifest.regions, &dump.regions, new, sink)?;
+        if dot { dot::write_all(&mut dump.manifest.regions, &dump.regions, new, sink) } else { Ok(()) }
+    })
+}
+
+/// Adds the certificate and the values of a dump whose regions [`write_regions_first`] has written. Their
+/// diagram is taken over, or written again if the file has changed meanwhile. The old dump is complete until
+/// the new one is.
+///
+/// # Errors
+/// The errors of [`write_directory`].
+pub fn complete_directory(dump: &mut Dump, directory: &Path, sink: &dyn ProgressSink) -> Result<()> {
+    written(dump, directory, sink, |dump, new| {
+        let regions = &mut dump.manifest.regions;
+        if !take_over(regions, directory, new, sink)? {
+            fill(regions, &dump.regions, new, sink)?;
+        }
+        let has_pictures = regions.roots.iter().any(|root| root.dot.is_some());
+        if has_pictures { dot::write_all(regions, &dump.regions, new, sink) } else { Ok(()) }
+    })
+}
+
+/// Links a file of a dump into a new directory, or copies it if that is not possible. Returns whether it is
+/// there as it was written.
+fn take_over(
+    file: &manifest::File,
+    directory: &Path,
+    new: &NewDirectory,
+    sink: &dyn ProgressSink,
+) -> io::Result<bool> {
+    let (from, to) = (directory.join(&file.path), new.path().join(&file.path));
+    if !is_regular(&from) || fs::hard_link(&from, &to).or_else(|_| fs::copy(&from, &to).map(drop)).is_err() {
+        return Ok(false);
+    }
+    let is_same = read_hashed(&to, &file.sha256, sink, |input| drained(input)).is_ok();
+    if !is_same {
+        // To write to a link would change the other file.
+        fs::remove_file(&to)?;
+    }
+    Ok(is_same)
+}
+
+/// Writes the directory of a dump; `regions` writes the files of the regions.
+fn written(
+    dump: &mut Dump,
+    directory: &Path,
+    sink: &dyn ProgressSink,
+    regions: impl FnOnce(&mut Dump, &NewDirectory) -> io::Result<()>,
+) -> Result<()> {
     let failed = |e: io::Error| match sink.stop() {
         Some(limit) => limit.into(),
         None => Error::writing(directory, &e),
     };
     let place = Place::find(directory, DUMP)?;
     let new = place.temporary().map_err(failed)?;
+    regions(dump, &new).map_err(failed)?;
     let manifest = &mut dump.manifest;
-    fill(&mut manifest.regions, &dump.regions, &new, sink).map_err(failed)?;
     if let (Some(file), Some(diagram)) = (&mut manifest.certificate, &dump.certificate) {
         fill(file, diagram, &new, sink).map_err(failed)?;
     }
@@ -100,13 +165,9 @@ pub fn write_directory(
             (file.sha256, file.rows) = (sha256, rows.len());
         }
     }
-    if dot {
-        dot::write_all(&mut manifest.regions, &dump.regions, &new, sink).map_err(failed)?;
-    }
     let text = manifest.text().map_err(failed)?;
     new.write(manifest::FILE, text.as_bytes()).map_err(failed)?;
-    place.install(new)?;
-    Ok(dump.manifest)
+    place.install(new)
 }
 
 /// Checks that [`write_directory`] may write to this directory; meant to be called before long

@@ -141,6 +141,9 @@ pub struct Question {
     pub text: String,
     /// The names of its regions.
     pub regions: Vec<String>,
+    /// In a game, the players who we are in this question; empty for other models.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub coalition: Vec<String>,
 }
 
 /// The encoding of states as bits. The value of a variable is `low` plus the number formed by its

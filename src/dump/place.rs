@@ -39,6 +39,12 @@ impl Place {
     pub fn find(given: &Path, sort: Sort) -> Result<Self> {
         let failed = |e: io::Error| Error::writing(given, &e);
         let (path, old) = match fs::metadata(given) {
+            Ok(old) if !old.is_dir() => {
+                let (path, name) = (given.display().to_string(), sort.name);
+                let message =
+                    format!("this is a file; a {name} is a directory: name a new one or an empty one");
+                return Err(Error::Io { path, message });
+            }
             Ok(old) => (fs::canonicalize(given).map_err(failed)?, Some(old)),
             Err(e) if e.kind() == io::ErrorKind::NotFound => (new_path(given).map_err(failed)?, None),
             Err(e) => return Err(failed(e)),

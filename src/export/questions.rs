@@ -1,6 +1,6 @@
 //! Dumps of the regions of questions about paths, without preferences and without a certificate.
 
-use super::{Named, file};
+use super::{Named, file, regions};
 use meliora_dump::Dump;
 use meliora_dump::manifest::{self, Question, SafetyMode};
 use meliora_engine::Engine;
@@ -21,6 +21,8 @@ pub struct Answered {
     pub target: Option<StateSet>,
     /// The regions.
     pub regions: Vec<(Which, StateSet)>,
+    /// The coalition that a question about a game names, by player; `None` for that of the engine.
+    pub coalition: Option<Vec<bool>>,
 }
 
 /// The requirements that every strategy keeps.
@@ -48,17 +50,20 @@ pub fn export_regions(
         Named::states(names::INITIAL, &engine.initial_states()),
         Named::states(names::DEADLOCK, &engine.deadlock_states()),
     ];
+    named.extend(regions::players(engine));
     named.extend(kept.unsafe_states.map(|states| Named::states(names::UNSAFE, states)));
     let several = questions.len() > 1;
+    let (players, ours) = describe::players(engine);
     let mut described = Vec::new();
     for (number, question) in (1..).zip(questions) {
         let name = |region: &str| if several { format!("{region}:{number}") } else { region.to_owned() };
         let target = question.target.iter().map(|states| Named::states(name("target"), states));
-        let regions =
-            question.regions.iter().map(|(which, states)| Named::states(name(which.name()), states));
-        let own: Vec<Named> = target.chain(regions).collect();
+        let found = question.regions.iter().map(|(which, states)| Named::states(name(which.name()), states));
+        let own: Vec<Named> = target.chain(found).collect();
         let regions = own.iter().map(|named| named.name.clone()).collect();
-        described.push(Question { name: question.name, text: question.text, regions });
+        let named_ones = |coalition: Vec<bool>| describe::members(&players, &coalition);
+        let coalition = question.coalition.map_or_else(|| ours.clone(), named_ones);
+        described.push(Question { name: question.name, text: question.text, regions, coalition });
         named.extend(own);
     }
     let choices = describe::choices(engine, false);

@@ -20,10 +20,7 @@ pub(super) fn all(analysis: &Of<'_>) -> Result<Vec<Named>> {
         Named::states(names::DEADLOCK, &whole.deadlock_states()),
         Named::choices(names::CHOICES, &whole.all_choices()),
     ];
-    if let Some(players) = &whole.program().players {
-        let states = players.list.iter().zip(whole.player_states());
-        named.extend(states.map(|(player, states)| Named::states(names::player(&player.name), &states)));
-    }
+    named.extend(players(whole));
     named.extend(analysis.requirements().map(|r| Named::states(names::UNSAFE, &r.unsafe_states)));
     let preferences = analysis.preferences();
     if let Some(outcomes) = analysis.outcomes() {
@@ -56,6 +53,13 @@ pub(super) fn all(analysis: &Of<'_>) -> Result<Vec<Named>> {
         levels(engine, analysis, kind, &mut named)?;
     }
     Ok(named)
+}
+
+/// Returns the states in which each player of a game chooses; nothing for other models.
+pub(super) fn players(engine: &SymbolicEngine) -> impl Iterator<Item = Named> {
+    let players = engine.program().players.iter().flat_map(|players| &players.list);
+    let states = players.zip(engine.player_states());
+    states.map(|(player, states)| Named::states(names::player(&player.name), &states))
 }
 
 /// Returns the name of a class: `A+B`, or `nothing`.

@@ -192,7 +192,11 @@ impl fmt::Display for Limit {
             Limit::States(n) => write!(f, "too large: the explicit engine supports at most {n} states"),
             Limit::Listed(n) => write!(f, "too large: more than {n} states to list"),
             Limit::Interrupted => write!(f, "interrupted"),
-            Limit::Uncertified(n) => write!(f, "a limit has left {n} regions without a certificate"),
+            Limit::Uncertified(n) => write!(
+                f,
+                "a limit has left {n} regions without a certificate; all regions are written, with the proofs of \
+                 the others"
+            ),
             Limit::Output { what } => write!(f, "the results could not be written: {what}"),
             Limit::Size { what } => write!(f, "too large: {what}"),
         }

@@ -158,6 +158,32 @@ impl Evaluation<'_> {
     }
 }
 
+/// A value that is not a real.
+#[derive(Debug, Clone, Copy)]
+enum Plain {
+    Bool(bool),
+    Int(i64),
+}
+
+impl Plain {
+    fn of(value: &Exact) -> Option<Plain> {
+        match *value {
+            Exact::Bool(b) => Some(Plain::Bool(b)),
+            Exact::Int(i) => Some(Plain::Int(i)),
+            Exact::Real(_) => None,
+        }
+    }
+}
+
+impl From<Plain> for Exact {
+    fn from(value: Plain) -> Self {
+        match value {
+            Plain::Bool(b) => Exact::Bool(b),
+            Plain::Int(i) => Exact::Int(i),
+        }
+    }
+}
+
 impl ExprPool {
     /// Evaluates `id` in a state; see [`ExprPool::eval`]. An expression whose parts are shared is
     /// evaluated part by part, each once.
@@ -165,8 +191,52 @@ impl ExprPool {
     /// # Errors
     /// An operation has no value, for example an overflow or `mod` by zero.
     pub fn exact(&self, id: ExprId, state: &[i64]) -> Result<Exact, EvalError> {
-        let known = (self.operators(id) > MOST_OPERATORS).then(AHashMap::new);
-        Evaluation { pool: self, state, known }.value(id)
+        let is_long = self.operators(id) > MOST_OPERATORS;
+        if !is_long && let Some(value) = self.plain(id, state) {
+            return Ok(value.into());
+        }
+        Evaluation { pool: self, state, known: is_long.then(AHashMap::new) }.value(id)
+    }
+
+    /// Evaluates an expression without reals, as [`Evaluation::value`] does; `None` if it has a real part
+    /// that is needed, or no value. Guards are evaluated in each state that is explained or simulated, and
+    /// moving fractions around takes most of the time of an [`Evaluation`].
+    fn plain(&self, id: ExprId, state: &[i64]) -> Option<Plain> {
+        match self.node(id) {
+            Node::Literal(Value::Bool(b)) => Some(Plain::Bool(b)),
+            Node::Literal(Value::Int(i)) => Some(Plain::Int(i)),
+            Node::Literal(Value::Real(_)) => None,
+            Node::Var(v) => Some(match self.ty(id) {
+                Type::Bool => Plain::Bool(state[v.index()] != 0),
+                _ => Plain::Int(state[v.index()]),
+            }),
+            node => stack::level(|| self.plain_of(node, state)),
+        }
+    }
+
+    fn plain_of(&self, node: Node, state: &[i64]) -> Option<Plain> {
+        let value = |id| self.plain(id, state);
+        let found = match node {
+            Node::Unary(op, a) => unary(op, value(a)?.into()).ok()?,
+            Node::Binary(op, a, b) => match (op, value(a)?) {
+                (Binary::And, Plain::Bool(false)) => Exact::Bool(false),
+                (Binary::Or, Plain::Bool(true)) => Exact::Bool(true),
+                (op, Plain::Bool(a)) => match value(b)? {
+                    Plain::Bool(b) => value::logical(op, a, b),
+                    Plain::Int(_) => return None,
+                },
+                (op, Plain::Int(a)) => match value(b)? {
+                    Plain::Int(b) => value::whole(op, a, b).ok()??,
+                    Plain::Bool(_) => return None,
+                },
+            },
+            Node::Ite(c, a, b) => match value(c)? {
+                Plain::Bool(false) => return value(b),
+                _ => return value(a),
+            },
+            Node::Literal(_) | Node::Var(_) => return None,
+        };
+        Plain::of(&found)
     }
 
     /// Evaluates a number exactly.

@@ -449,6 +449,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             kind: kind.into(),
             achieving: None,
             objectives: ObjectiveSet::new(),
+            standings: None,
         })
     }
 

@@ -267,7 +267,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         if let Some(arena) = self.arena(here.memory) {
             return Ok(Some(&arena.states));
         }
-        let Some(class) = self.classes.of(&*self.engine, here.state)?.filter(|_| here.theirs) else {
+        let Some(class) = self.class_of(here.state)?.filter(|_| here.theirs) else {
             return Ok(None);
         };
         let known = &self.improvement.unsafe_classes;
@@ -289,14 +289,14 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
 
     fn successor(&self, here: &Here<'_>, (to, p): (State, f64)) -> Result<Successor> {
         let &Here { state: from, is_unsafe: from_unsafe, memory, reference, .. } = here;
-        let class = self.classes.of(&*self.engine, &to)?.map(|class| &self.classes.list[class]);
+        let class = self.class_of(&to)?.map(|class| &self.classes.list[class]);
         let is_unsafe = class.is_none();
         let most_preferred = class.map_or_else(ObjectiveSet::new, |class| class.most_preferred.clone());
         // Unsafe states belong to no class, so they are compared with nothing.
         let compared = !is_unsafe && !from_unsafe;
         let if_compared = |set: ObjectiveSet| if compared { set } else { ObjectiveSet::new() };
         let change = self.change(memory, from, &to)?;
-        let (next, improves) = self.after(memory, from, &to)?;
+        let (next, improves) = self.after_change(memory, (from, &to), change)?;
         let mut achieves = ObjectiveSet::new();
         let (goal, stays) = match (self.game(memory), memory.pursuit, &self.achieving) {
             (_, Some(pursuit), Some(achieving)) => {
@@ -304,7 +304,8 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
                 (!achieves.is_empty(), achieving.is_sure(pursuit, memory.arena, &to)?)
             }
             (Some(game), ..) => (
-                super::strategy::is_goal(&*self.engine, game, from, &to)?,
+                // Goal edges improve.
+                change == Change::Improving && super::strategy::is_goal(&*self.engine, game, from, &to)?,
                 self.engine.contains(&game.states, &to)?,
             ),
             (None, ..) => (false, false),

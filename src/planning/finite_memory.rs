@@ -45,6 +45,7 @@ use super::classes::Classes;
 use super::decision_rule::DecisionRule;
 use super::improvement::{Arena, Improvement};
 use super::levels::{Game, Kind, Level, Levels, Rank};
+use super::standing::Standings;
 use super::strategy::{self, ArenaStrategy};
 use meliora_engine::{AnyEngine, Engine};
 use meliora_model::Program;
@@ -197,6 +198,8 @@ pub struct FiniteMemoryStrategy<E: Engine = AnyEngine> {
     pub(super) achieving: Option<Achieving<E>>,
     /// The objectives to achieve together; a plan pursues one where it is a most preferred one.
     pub(super) objectives: ObjectiveSet,
+    /// What is known of states, while it is remembered.
+    pub(super) standings: Option<Standings>,
 }
 
 impl<E: Engine> FiniteMemoryStrategy<E> {
@@ -238,31 +241,6 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         self.whole.contains(&self.whole.all_states(), state)
     }
 
-    /// Returns MP(s); empty outside the scope.
-    ///
-    /// # Errors
-    /// The errors of [`Engine::contains`].
-    pub fn most_preferred(&self, state: &[i64]) -> Result<ObjectiveSet> {
-        self.classes.most_preferred(&*self.engine, state)
-    }
-
-    /// Returns whether no strategy keeps the requirements from a state of the scope: the state
-    /// belongs to no class.
-    ///
-    /// # Errors
-    /// The errors of [`Engine::contains`].
-    pub fn is_unsafe(&self, state: &[i64]) -> Result<bool> {
-        Ok(self.classes.of(&*self.engine, state)?.is_none())
-    }
-
-    /// Returns rank(s) = max { k : s ∈ W_k }; see [`Levels::rank`].
-    ///
-    /// # Errors
-    /// The errors of [`Engine::contains`].
-    pub fn rank(&self, state: &[i64]) -> Result<Rank> {
-        self.levels.rank(&*self.engine, state)
-    }
-
     /// Returns { s : rank(s) = k }, where `None` stands for the unbounded rank. Cost: no image.
     pub fn states_of_rank(&self, rank: Option<usize>) -> Result<E::States> {
         let none = self.engine.no_states();
@@ -301,7 +279,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
 
     /// Returns the memory at level 0 with a state as the reference.
     pub(super) fn at_rest(&self, state: &[i64]) -> Result<Memory> {
-        let arena = self.improvement.arena_of(self.classes.of(&*self.engine, state)?);
+        let arena = self.improvement.arena_of(self.class_of(state)?);
         Ok(Memory { level: Rank::Finite(0), arena, pursuit: None })
     }
 
@@ -328,10 +306,21 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     /// # Errors
     /// The errors of [`Engine::contains`].
     pub fn after(&self, memory: Memory, from: &[i64], to: &[i64]) -> Result<(Memory, bool)> {
+        let change = self.change(memory, from, to)?;
+        self.after_change(memory, (from, to), change)
+    }
+
+    /// Returns what [`FiniteMemoryStrategy::after`] returns, given the effect of the step.
+    pub(super) fn after_change(
+        &self,
+        memory: Memory,
+        (from, to): (&[i64], &[i64]),
+        change: Change,
+    ) -> Result<(Memory, bool)> {
         if self.is_unsafe(to)? {
             return Ok((self.at_rest(to)?, false));
         }
-        let improves = self.change(memory, from, to)? == Change::Improving;
+        let improves = change == Change::Improving;
         if let Some(pursuit) = memory.pursuit {
             return self.after_pursuing((memory, pursuit), (from, to), improves);
         }
@@ -419,11 +408,10 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     /// Returns the effect of a step, compared with [`FiniteMemoryStrategy::reference`]. A step from or
     /// to an unsafe state has none.
     pub(super) fn change(&self, memory: Memory, from: &[i64], to: &[i64]) -> Result<Change> {
-        let class = |state| self.classes.of(&*self.engine, state);
-        let own = class(from)?;
+        let own = self.class_of(from)?;
         let reference = self.arena(memory).and_then(|arena| arena.reference);
         let from = own.map(|own| reference.unwrap_or(own));
-        Ok(self.classes.change(&self.preferences, from, class(to)?))
+        Ok(self.classes.change(&self.preferences, from, self.class_of(to)?))
     }
 
     /// Returns the arena of a memory.

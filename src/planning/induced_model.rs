@@ -134,7 +134,8 @@ pub struct Unfolding<'s, E: Engine> {
 }
 
 impl<'s, E: Engine> Unfolding<'s, E> {
-    /// Begins as [`InducedModel::unfold`] does. Cost: no image.
+    /// Begins as [`InducedModel::unfold`] does. The strategy remembers the standing of states meanwhile.
+    /// Cost: no image.
     ///
     /// # Errors
     /// The errors of [`FiniteMemoryStrategy::start`].
@@ -144,6 +145,7 @@ impl<'s, E: Engine> Unfolding<'s, E> {
         scheduler: Scheduler,
         limit: usize,
     ) -> Result<Self> {
+        strategy.remember(true);
         let (index, queue) = (AHashMap::new(), VecDeque::new());
         let mut unfolding = Unfolding { strategy, scheduler, limit, index, queue, complete: true };
         for start in starts {
@@ -182,5 +184,11 @@ impl<'s, E: Engine> Unfolding<'s, E> {
         self.queue.push_back(key.clone());
         self.index.insert(key, number);
         Some(number)
+    }
+}
+
+impl<E: Engine> Drop for Unfolding<'_, E> {
+    fn drop(&mut self) {
+        self.strategy.remember(false);
     }
 }

@@ -64,6 +64,7 @@ pub mod result;
 mod safety;
 pub mod shield;
 pub mod simulate;
+mod standing;
 pub mod strategy;
 pub mod tally;
 pub mod temporal;

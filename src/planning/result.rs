@@ -184,8 +184,8 @@ pub struct ClassCount {
     #[serde(serialize_with = "decimal")]
     #[schemars(with = "Decimal")]
     pub states: Count,
-    /// The sets of at least two of these outcomes that one path can achieve, larger sets first;
-    /// absent if they were not computed (`--jointly`).
+    /// The sets of at least two of these outcomes that one path can achieve, larger sets first; empty if no
+    /// path can achieve two; absent if they were not computed (`--jointly`).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jointly: Option<Vec<JointCount>>,
     /// The class has more outcomes than this, so `jointly` is not computed for it and its states;
@@ -209,7 +209,8 @@ pub struct JointCount {
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct LevelCounts {
     /// |W_1| > |W_2| > …, the number of states of level 1, 2, …, never 0; the last one repeats
-    /// `unbounded` where that is not 0.
+    /// `unbounded` where that is not 0. Empty if no state can improve, and before level 1 is known: then
+    /// `unbounded` is `null`.
     #[serde(serialize_with = "decimals")]
     #[schemars(with = "Vec<Decimal>")]
     pub levels: Vec<Count>,
@@ -262,7 +263,7 @@ pub struct Escape {
     /// The requirement that the path violates, as written.
     #[schemars(with = "String")]
     pub violated: Option<String>,
-    /// A shortest path to the violation.
+    /// A shortest path to the violation; empty if the state itself violates it.
     pub path: Vec<EscapeStep>,
 }
 
@@ -343,9 +344,11 @@ struct Initial {
     sasi_rank: Option<Rank>,
     /// The rank by SPI; `null` if unknown.
     spi_rank: Option<Rank>,
-    /// The actions of the permissive SASI strategy; `null` if unknown.
+    /// The actions of the permissive SASI strategy; empty at rank 0, and where the opponent of a game
+    /// chooses; `null` if unknown.
     sasi_actions: Option<Vec<String>>,
-    /// The actions of the permissive SPI strategy; `null` if unknown.
+    /// The actions of the permissive SPI strategy; empty at rank 0, and where the opponent of a game
+    /// chooses; `null` if unknown.
     spi_actions: Option<Vec<String>>,
 }
 

@@ -86,7 +86,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
 
     /// Returns the first step that may weaken a state, with the successor.
     fn weakening<'s>(&self, from: &[i64], steps: &'s [Step]) -> Result<Option<(&'s Step, &'s State)>> {
-        let class = |state: &[i64]| self.classes.of(&*self.engine, state);
+        let class = |state: &[i64]| self.class_of(state);
         let own = class(from)?;
         for step in steps {
             for (to, _) in &step.successors {

@@ -1,6 +1,6 @@
 //! The reason why an action is permitted or not.
 
-use strum::IntoStaticStr;
+use strum::{IntoStaticStr, VariantNames};
 
 use super::achieve::Manner;
 use super::explain::Successor;
@@ -9,7 +9,7 @@ use meliora_model::preference::Change;
 
 /// The reason why an action is permitted or not, or what an action of the opponent leads to;
 /// successors are given by their positions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Verdict {
     /// Permitted: every kept successor is reached by a goal edge of the level.
@@ -58,6 +58,11 @@ pub enum Verdict {
     PassedOver,
     /// Not permitted: no strategy achieves the objective with positive probability from here.
     Impossible,
+}
+
+impl Verdict {
+    /// The names of all verdicts in reports.
+    pub const NAMES: &[&str] = <Verdict as VariantNames>::VARIANTS;
 }
 
 impl Verdict {

@@ -140,9 +140,14 @@ impl Subject<'_> {
 pub fn players(engine: &SymbolicEngine) -> (Vec<String>, Vec<String>) {
     let players = engine.program().players.iter().flat_map(|players| &players.list);
     let all: Vec<String> = players.map(|player| player.name.clone()).collect();
-    let ours = all.iter().zip(engine.coalition()).filter(|(_, ours)| *ours);
-    let ours = ours.map(|(name, _)| name.clone()).collect();
+    let ours = members(&all, &engine.coalition());
     (all, ours)
+}
+
+/// Returns the names of the players of a coalition, which says of each player whether we are it.
+pub fn members(players: &[String], coalition: &[bool]) -> Vec<String> {
+    let ours = players.iter().zip(coalition).filter(|(_, ours)| **ours);
+    ours.map(|(name, _)| name.clone()).collect()
 }
 
 fn encoding(engine: &SymbolicEngine) -> Encoding {

@@ -261,7 +261,7 @@ fn initial(report: &CheckFindings, style: Style) -> String {
 fn objectives_of(initial: &Prospects) -> String {
     let most_preferred = text::either(&initial.most_preferred);
     let (Some(sure), Some(possible)) = (&initial.sure, &initial.possible) else {
-        return format!("  sure: {most_preferred}\n");
+        return format!("  most preferred: {most_preferred}\n");
     };
     if sure.is_empty() && possible.is_empty() {
         return "  sure: nothing\n".to_owned();

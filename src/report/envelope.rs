@@ -179,8 +179,12 @@ impl<F: Findings> Envelope<F> {
     pub(super) fn full_text(&self, style: Style) -> String {
         let mut out = self.header.title(self.settings(), style);
         out += &F::body(self, style);
-        out += &self.incomplete(style);
-        out + &self.footer(style)
+        out + &self.tail(style)
+    }
+
+    /// Renders the text after the results: whether they are all, times and memory.
+    pub(super) fn tail(&self, style: Style) -> String {
+        self.incomplete(style) + &self.footer(style)
     }
 
     /// Renders the note for work that ended early.

@@ -67,7 +67,7 @@ pub use reach::ReachReport;
 pub use report::FailureKind;
 pub use report::{Failure, Report};
 pub use simulate::SimulateReport;
-pub use strategy::StrategyReport;
+pub use strategy::{StrategyReport, Written};
 pub use style::Style;
 pub use values::ValuesReport;
 pub use verify::VerifyReport;

@@ -26,8 +26,12 @@ impl Words<'_> {
     }
 
     /// Formats the most preferred objectives of a state, or `unsafe`.
-    pub(super) fn sure(&self, is_unsafe: bool, most_preferred: &ObjectiveSet) -> String {
-        if is_unsafe { "unsafe".to_owned() } else { format!("sure: {}", self.either(most_preferred)) }
+    pub(super) fn preferred(&self, is_unsafe: bool, most_preferred: &ObjectiveSet) -> String {
+        if is_unsafe {
+            "unsafe".to_owned()
+        } else {
+            format!("most preferred: {}", self.either(most_preferred))
+        }
     }
 
     /// Formats a set as `A, B`, or `nothing`.

@@ -35,7 +35,7 @@ pub struct SimulateFindings {
     /// The choices of the opponent; absent if the model is not a game.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub opponent: Option<Opponent>,
-    /// The results, one per starting state.
+    /// The results, one per starting state; empty before the first ends.
     #[serde(rename = "plays")]
     pub starts: Vec<RunsReport>,
 }
@@ -59,7 +59,7 @@ pub struct RunsReport {
     pub achieved: Option<Vec<AchievedReport>>,
     /// The players, with the steps that they chose; empty if the model is not a game.
     pub players: Vec<MovesReport>,
-    /// The commitments of runs; `None` if the strategy is not a plan.
+    /// The commitments of runs; empty if none commits, `None` if the strategy is not a plan.
     pub commits: Option<Vec<CommitReport>>,
     /// The first run that weakened, or else the first run.
     pub trace: TraceReport,
@@ -93,7 +93,7 @@ pub struct MovesReport {
 pub struct CommitReport {
     /// The objective that the paths then pursued.
     pub objective: String,
-    /// The other most preferred outcomes that they lost afterwards.
+    /// The other most preferred outcomes that they lost afterwards; empty if they lost none.
     pub gives_up: Vec<String>,
     /// The number of paths with this commitment.
     pub runs: u64,
@@ -108,7 +108,7 @@ pub struct TraceReport {
     /// The objectives that are achieved in the starting state; absent if there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub achieved: Vec<String>,
-    /// Its steps.
+    /// Its steps; empty if the path ends where it starts.
     pub turns: Vec<TurnReport>,
 }
 
@@ -218,7 +218,7 @@ struct Runs {
     rank: Rank,
     /// The distribution of the number of improvements.
     improvements: Vec<Often>,
-    /// The steps from the start to the first, second, … improvement.
+    /// The steps from the start to the first, second, … improvement; empty if no path improved.
     steps_to: Vec<Wait>,
     /// The objectives that paths achieved, in the order of declaration; absent for `sasi` and `spi`.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -235,7 +235,7 @@ fn trace(found: &RunsReport, style: Style) -> String {
     }
     let is_game = !found.players.is_empty();
     let by: &[&str] = if is_game { &["by"] } else { &[] };
-    let heading = [&["step"], by, &["action", "to", "chance", "sure", "rank", ""]].concat();
+    let heading = [&["step"], by, &["action", "to", "chance", "most preferred", "rank", ""]].concat();
     let mut rows = vec![heading.into_iter().map(str::to_owned).collect::<Vec<_>>()];
     for (index, turn) in trace.turns.iter().take(SHOWN).enumerate() {
         let mut row = vec![(index + 1).to_string()];

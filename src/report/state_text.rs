@@ -31,7 +31,7 @@ pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
     if at.is_unsafe {
         let _ = writeln!(out, "  {}", style.bad("Unsafe: no strategy keeps the requirements"));
     } else {
-        let _ = writeln!(out, "  Sure: {}", words.either(&at.most_preferred));
+        let _ = writeln!(out, "  Most preferred: {}", words.either(&at.most_preferred));
         let _ = writeln!(out, "  {}", ranks::both(sasi, spi));
         if let Some(advice) = advice(state) {
             let _ = writeln!(out, "  {advice}");
@@ -110,7 +110,7 @@ fn action_text(state: &StateReport<'_>, action: &Action, style: Style) -> String
         vec![
             Probability(s.probability).to_string(),
             words.changed(&state.at.state, &s.state),
-            words.sure(s.is_unsafe, &s.most_preferred),
+            words.preferred(s.is_unsafe, &s.most_preferred),
             change(words, s),
             format!("{} rank {}", words.levels, ranks::cell(s.rank)),
         ]
@@ -190,7 +190,7 @@ fn level(words: Words<'_>, node: &Node) -> String {
 fn paths_text((words, choose): (Words<'_>, Choose), unfolded: &InducedModel, style: Style) -> String {
     let is_game = words.program.players.is_some();
     let by: &[&str] = if is_game { &["to move"] } else { &[] };
-    let heading = [&["", "state", "sure", "level"], by, &["next"]].concat();
+    let heading = [&["", "state", "most preferred", "level"], by, &["next"]].concat();
     let mut rows = vec![heading.into_iter().map(str::to_owned).collect::<Vec<_>>()];
     for (index, node) in unfolded.nodes.iter().enumerate() {
         let mut row = vec![

@@ -24,12 +24,18 @@ pub struct StrategyFindings {
     /// The number of states that were asked for; `states` may have fewer, because of `--limit`; `null`
     /// with `--at`, or if unknown.
     pub asked: Option<Number>,
-    /// The states.
+    /// The states; empty if `asked` is 0, and before the first is known.
     #[schemars(with = "Vec<StateJson>")]
     pub states: Vec<Shown>,
-    /// The number of states that are in a table and not in `states`.
+    /// The number of states with memory that were printed or added to a table, and are not in `states`.
     #[serde(skip)]
-    pub in_table: u64,
+    pub written: u64,
+    /// Where they are.
+    #[serde(skip)]
+    pub place: Written,
+    /// True if the whole strategy was asked for: all states, first without a past, then with other memories.
+    #[serde(skip)]
+    pub whole: bool,
     /// The DOT graph, which replaces the text report.
     #[serde(skip)]
     pub drawing: Option<String>,
@@ -49,11 +55,42 @@ pub enum Shown {
     Text(String),
 }
 
+/// The place of states that are not in the report.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Written {
+    /// They were printed as text after [`StrategyReport::head`].
+    Text,
+    /// Their lines were written as they were found, to a pipe for example.
+    #[default]
+    Lines,
+    /// Their lines are in a file, which appears once it is complete.
+    File,
+}
+
 impl StrategyReport {
     /// Creates a report without results.
     pub fn of_kind(header: Header, kind: StrategyKind, choosing: Choosing) -> Self {
-        let (asked, states, drawing, in_table) = (None, Vec::new(), None, 0);
-        Envelope::of(header, StrategyFindings { kind, choosing, asked, states, in_table, drawing })
+        let findings = StrategyFindings {
+            kind,
+            choosing,
+            asked: None,
+            states: Vec::new(),
+            written: 0,
+            place: Written::default(),
+            whole: false,
+            drawing: None,
+        };
+        Envelope::of(header, findings)
+    }
+
+    /// Renders a state.
+    pub fn state_text(state: &StateReport<'_>, style: Style) -> String {
+        state_text::render(state, style)
+    }
+
+    /// Returns the text before the states, if they are printed before the report.
+    pub fn head(&self, style: Style) -> String {
+        self.header.title(self.settings(), style) + &self.legend(self.header.is_game(), style)
     }
 }
 
@@ -67,20 +104,54 @@ impl StrategyFindings {
         });
     }
 
+    /// Says how many of the states that were asked for are listed.
+    fn coverage(report: &StrategyReport) -> Option<String> {
+        let asked = report.asked.as_ref()?;
+        let listed = report.states.len() as u64 + report.written;
+        let (listed, all) = (Number::from(listed), asked.grouped());
+        let text = match (report.whole, report.error.is_some()) {
+            (true, false) => {
+                let what = if report.place == Written::Text { "These are" } else { "The table has" };
+                format!("{what} {all} states, {} with their memories.", listed.grouped())
+            }
+            (true, true) => {
+                let first = listed.clone().min(asked.clone());
+                let more = match Number(&listed.0 - &first.0) {
+                    none if none == Number::from(0) => String::new(),
+                    more => format!(", and {} more with other memories", more.grouped()),
+                };
+                let unwritten = match report.place {
+                    Written::File => "; the table was not written, because it is not complete",
+                    Written::Text | Written::Lines => "",
+                };
+                format!("{} of {all} states{more} before the work stopped{unwritten}.", first.grouped())
+            }
+            (false, _) if *asked == Number::from(0) => "No state has this rank.".to_owned(),
+            (false, true) if *asked > listed => {
+                format!("{} of {all} states before the work stopped.", listed.grouped())
+            }
+            (false, false) if *asked > listed => {
+                format!("{} of {all} states; a larger `--limit` lists more.", listed.grouped())
+            }
+            (false, _) => return None,
+        };
+        Some(format!("\n{text}\n"))
+    }
+
     /// Explains the terms of the report.
     fn legend(&self, is_game: bool, style: Style) -> String {
         let lines = match is_game {
             false => [
-                "Sure: the objectives that some strategy achieves almost surely, without those",
-                "to which another sure objective is preferred. `A or B`: each of them, but not",
-                "always both. A step improves if an objective that becomes sure is preferred to",
-                "one that was sure before, and weakens in the opposite case. Rank: the number of",
+                "Most preferred: the objectives that some strategy achieves almost surely, without",
+                "those to which another such objective is preferred. `A or B`: each of them, but",
+                "not always both. A step improves if an objective that becomes most preferred is",
+                "preferred to one that was, and weakens in the opposite case. Rank: the number of",
             ],
             true => [
-                "Sure: the objectives that we achieve almost surely, whatever the opponent does,",
-                "without those to which another sure one is preferred. `A or B`: each, but not",
-                "always both. A step improves if an objective that becomes sure is preferred to",
-                "one that was sure before, and weakens in the opposite case. Rank: the number of",
+                "Most preferred: the objectives that we achieve almost surely, whatever the opponent",
+                "does, without those to which another such one is preferred. `A or B`: each, but",
+                "not always both. A step improves if an objective that becomes most preferred is",
+                "preferred to one that was, and weakens in the opposite case. Rank: the number of",
             ],
         };
         let how = ranks::how(self.choosing.choose.levels(self.kind));
@@ -113,24 +184,17 @@ impl Findings for StrategyFindings {
             Shown::Json(_) => "",
         });
         let mut out: String = std::iter::once(legend.as_str()).chain(texts).collect();
-        if let Some(asked) = &report.asked {
-            let listed = Number::from(report.states.len() as u64);
-            if report.in_table > 0 {
-                let rows = Number::from(report.in_table).grouped();
-                out += &format!("\nThe table has {} states, {rows} with their memories.\n", asked.grouped());
-            } else if *asked == Number::from(0) {
-                out += "\nNo state has this rank.\n";
-            } else if *asked > listed {
-                let asked = asked.grouped();
-                out += &format!("\n{listed} of {asked} states; a larger `--limit` lists more.\n");
-            }
-        }
+        out.extend(Self::coverage(report));
         out
     }
 
     fn text(report: &StrategyReport, style: Style) -> String {
         match &report.drawing {
             Some(drawing) => drawing.clone(),
+            // The head and the states were printed before.
+            None if report.place == Written::Text && report.whole => {
+                Self::coverage(report).unwrap_or_default() + &report.tail(style)
+            }
             None => report.full_text(style),
         }
     }

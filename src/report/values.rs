@@ -20,7 +20,7 @@ pub struct ValuesFindings {
     pub reward: String,
     /// The largest width of the bounds.
     pub precision: f64,
-    /// The states.
+    /// The states; empty before the levels are known.
     pub states: Vec<StateValues>,
     /// The number of states that only a file lists.
     #[serde(skip)]

@@ -50,7 +50,7 @@ fn one(state: &StateValues, reward: &str, style: Style) -> String {
         let _ = writeln!(text, "  {}", style.bad("Unsafe: no strategy keeps the requirements"));
         return text;
     }
-    let _ = writeln!(text, "  Sure: {}", either(&state.most_preferred));
+    let _ = writeln!(text, "  Most preferred: {}", either(&state.most_preferred));
     let _ = writeln!(
         text,
         "  Improvements: {} certain, {} possible, {} expected at most",

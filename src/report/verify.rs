@@ -20,7 +20,7 @@ pub struct VerifyFindings {
     pub directory: String,
     /// All conditions hold, and all regions are certified; `null` if unknown.
     pub accepted: Option<bool>,
-    /// The regions that were found to be right.
+    /// The regions that were found to be right; empty if the check ended before the first.
     pub checked: Vec<Checked>,
     /// The regions, and `values.csv`, that the certificate does not prove, because a limit ended `export`.
     pub uncertified: Vec<String>,

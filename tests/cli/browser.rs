@@ -197,7 +197,7 @@ fn a_page_shows_in_a_browser_what_query_says() {
     // A cell that stands for states of several classes names them, and so does its description.
     let open =
         browse(&browser, &scratch, &["--dump-dom", &format!("file://{page}#b=any&d=any&e=any&cell=2,1")]);
-    assert!(open.contains("<title>r=2, c=1: sure: B; D; nothing</title>"), "{open}");
+    assert!(open.contains("<title>r=2, c=1: most preferred: B; D; nothing</title>"), "{open}");
     assert!(open.contains("<dd>B; D; nothing (depends on the other values)</dd>"), "{open}");
 
     // The run, at its second step.

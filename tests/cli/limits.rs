@@ -386,3 +386,17 @@ fn without_a_memory_limit_of_its_own_a_run_keeps_to_that_of_the_address_space() 
         assert!(err.contains(&named), "{err}");
     }
 }
+
+/// The threads of a table end a moment after it is dropped. Until then there was no room for the next one, and
+/// about half of such runs ended with an error.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_table_waits_until_the_system_has_the_stack_of_the_last_one_again() {
+    let run = "info models/line.prism -c K=511 --engine symbolic";
+    for kib in [2_000_000, 3_000_000, 3_500_000] {
+        for _ in 0..4 {
+            let (status, err) = limited(&format!("-v {kib}"), run);
+            assert_eq!(status, Some(0), "{kib} KiB: {err}");
+        }
+    }
+}

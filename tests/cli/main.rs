@@ -49,3 +49,4 @@ mod tables;
 mod temporal;
 mod values;
 mod verdicts;
+mod words;

@@ -113,6 +113,38 @@ fn regions_are_written_for_one_model_as_a_whole() {
     }
     run("reach models/toy.prism --target s=3 --out -").expect(2);
     let file = scratch.show("file");
-    assert_ne!(run(&format!("reach models/toy.prism --target s=3 --out {file}")).status, 0);
+    for command in ["reach models/toy.prism --target s=3", "export models/toy.prism models/toy.pref"] {
+        let refused = run(&format!("{command} --out {file}")).expect(3).stderr;
+        assert!(refused.contains("this is a file; a dump is a directory") && !refused.contains("os error"));
+    }
     assert_eq!(std::fs::read_to_string(file).unwrap(), "text");
+}
+
+/// The dump did not say who moves, and named the players of the model as those of a question about others.
+#[test]
+fn regions_of_games_have_the_states_of_the_players_and_the_coalition_of_each_question() {
+    let props = "<<guard>> P>=1 [ F x=1 ];\nP>=1 [ F x=1 ];\n<<robot,guard>> Pmax=? [ F x=2 ];\n";
+    let scratch = Scratch::new(&[("p.props", props)]);
+    let (out, props) = (scratch.show("dump"), scratch.show("p.props"));
+    let coalitions = |more: &str| {
+        let asked = run(&format!("reach models/pursuit.prism -c N=4 {more} --out {out} --json"));
+        assert!([0, 1].contains(&asked.status), "{asked:?}");
+        let text = std::fs::read_to_string(scratch.path("dump").join("manifest.json")).unwrap();
+        let manifest: Value = serde_json::from_str(&text).unwrap();
+        let questions = manifest["questions"].as_array().unwrap();
+        let own = questions.iter().map(|question| question["coalition"].clone()).collect::<Vec<_>>();
+        (manifest["coalition"].clone(), own)
+    };
+    let (guard, robot) = (json!(["guard"]), json!(["robot"]));
+    let several = coalitions(&format!("--properties {props}"));
+    assert_eq!(several, (robot.clone(), vec![guard.clone(), robot.clone(), json!(["robot", "guard"])]));
+    assert_eq!(coalitions("--target x=1 --coalition guard"), (guard.clone(), vec![guard]));
+    let count = |region: &str| run(&format!("query {out} {region} --json")).expect(0).json()["count"].clone();
+    let [of_robot, of_guard, all] = ["player:robot", "player:guard", "reachable"]
+        .map(|name| count(name).as_str().unwrap().parse::<u64>());
+    assert_eq!(of_robot.unwrap() + of_guard.unwrap(), all.unwrap());
+    // Other models have neither.
+    run(&format!("reach models/toy.prism --target s=3 --out {out}")).expect(0);
+    let text = std::fs::read_to_string(scratch.path("dump").join("manifest.json")).unwrap();
+    assert!(!text.contains("coalition") && !text.contains("player:"), "{text}");
 }

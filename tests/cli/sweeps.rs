@@ -359,3 +359,27 @@ fn fractions_are_swept_and_shown_as_they_are_given() {
         found["model"].get("exact_constants").is_none() && found["model"]["constants"]["p"] == json!(0.1)
     );
 }
+
+/// With all rows in the file, the status was 0 whatever they said.
+#[test]
+fn the_status_of_a_resumed_sweep_is_that_of_all_rows() {
+    let scratch = Scratch::new(&[]);
+    let file = scratch.show("all.csv");
+    let sweep = |property: &str, range: &str, more: &str| {
+        let arguments = ["reach", "models/chain.prism", "--property", property, "-c", range, "--csv", &file];
+        Finished::of(meliora().args(arguments).args(more.split_whitespace()))
+    };
+    let (holds, fails) = ("P>=1 [ true U true ]", "P>=1 [ false U false ]");
+    sweep(fails, "N=2:3", "").expect(1);
+    let again = sweep(fails, "N=2:3", "--resume").expect(1);
+    assert!(again.stderr.contains("nothing is left to run"), "{again:?}");
+    sweep(fails, "N=2:4", "--resume").expect(1);
+    std::fs::remove_file(&file).unwrap();
+    sweep(holds, "N=2:3", "").expect(0);
+    sweep(holds, "N=2:3", "--resume").expect(0);
+    // Rows that a limit ended decide if no other is complete.
+    let text = std::fs::read_to_string(&file).unwrap().replace(",done", ",limit");
+    std::fs::write(&file, text).unwrap();
+    sweep(holds, "N=2:3", "--resume").expect(4);
+    sweep(holds, "N=2:4", "--resume").expect(0);
+}

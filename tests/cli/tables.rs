@@ -1,6 +1,8 @@
 //! Whole strategies and runs as tables that other programs can follow.
 
 use std::collections::BTreeMap;
+use std::io::Read;
+use std::process::Stdio;
 
 use serde_json::Value;
 
@@ -177,4 +179,72 @@ fn a_table_that_ends_early_is_not_written() {
     let ended = Finished::of(meliora().args(command.split_whitespace()));
     assert_eq!((ended.status, std::fs::read_to_string(&out).unwrap().as_str()), (4, "old"), "{ended:?}");
     assert_eq!(std::fs::read_dir(scratch.path("")).unwrap().count(), 3);
+}
+
+/// A van on a road, and others that multiply its states: 32,768 in all.
+const FLEET: &str = "strategy models/fleet.prism models/fleet.pref -c L=1 --all";
+
+/// All states were computed, and the text was printed at the end, although nobody read it.
+#[test]
+fn a_whole_strategy_ends_when_its_reader_leaves() {
+    for format in ["", "--csv -"] {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_meliora"));
+        command.args(FLEET.split(' ').chain(format.split_whitespace())).arg("-v");
+        command.current_dir(env!("CARGO_MANIFEST_DIR")).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        let mut some = [0; 4096];
+        child.stdout.take().unwrap().read_exact(&mut some).unwrap();
+        let output = child.wait_with_output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{said}");
+        let shown = String::from_utf8_lossy(&some);
+        assert!(shown.contains(if format.is_empty() { "\n  Node 0: " } else { "\n0,0," }), "{shown}");
+        assert!(said.contains("levels: ") && !said.contains("answer: ") && !said.contains("error"), "{said}");
+    }
+}
+
+/// The phase was `values`, which had ended, the number of states was that of the whole, and a table that was
+/// not written had them all.
+#[test]
+fn what_a_limit_leaves_of_a_whole_strategy_adds_up() {
+    let scratch = Scratch::new(&[]);
+    let file = scratch.show("all.csv");
+    let numbers = |text: &str| -> (usize, usize, usize) {
+        let line = text.lines().find(|line| line.contains("before the work stopped")).unwrap_or_default();
+        let mut found = line
+            .split(|c: char| !c.is_ascii_digit() && c != ',')
+            .filter_map(|word| word.replace(',', "").parse().ok());
+        let first = found.next().unwrap_or_else(|| panic!("{text}"));
+        (first, found.next().unwrap(), found.next().unwrap_or(0))
+    };
+    let mut stopped = 0;
+    for limit in ["--timeout 100ms", "--timeout 400ms", "--timeout 1s", "--memory 8MiB --timeout 2s"] {
+        let text = run(&format!("{FLEET} {limit}"));
+        if text.status == 0 || !text.stdout.contains("before the work stopped") {
+            continue;
+        }
+        let (states, all, more) = numbers(&text.stdout);
+        assert_eq!(all, 32_768, "{limit}");
+        assert_eq!(states + more, text.stdout.matches("\n  Node ").count(), "{limit}");
+        assert!(states == all || more == 0, "{limit}: all states come first");
+        assert!(!text.stderr.contains("`values`"), "{limit}: {}", text.stderr);
+        let table = run(&format!("{FLEET} {limit} --csv {file}"));
+        assert!(table.stdout.contains("was not written") || table.status == 0, "{}", table.stdout);
+        assert!(table.status == 0 || !scratch.path("all.csv").exists());
+        stopped += 1;
+    }
+    assert!(stopped > 0, "no run was stopped while it wrote states");
+    // Six states, and twice as many with their memories.
+    let robot = format!("strategy {ROBOT} --kind plan --all");
+    let whole = run(&format!("{robot} --json")).expect(0).json();
+    let (asked, nodes) = (whole["asked"].as_str().unwrap(), whole["states"].as_array().unwrap().len());
+    assert!(nodes > asked.parse().unwrap(), "{asked} {nodes}");
+    let limit = nodes - 1;
+    let text = run(&format!("{robot} --limit {limit}")).expect(4);
+    let (states, all, more) = numbers(&text.stdout);
+    assert_eq!((states.to_string(), states), (asked.to_owned(), all));
+    assert_eq!(states + more, text.stdout.matches("\n  Node ").count());
+    assert!(text.stderr.contains("`answer`"), "{}", text.stderr);
+    let json = run(&format!("{robot} --limit {limit} --json")).expect(4).json();
+    assert_eq!((&json["asked"], json["states"].as_array().unwrap().len()), (&asked.into(), states + more));
 }

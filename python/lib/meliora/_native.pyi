@@ -755,10 +755,12 @@ class Levels:
         """`"sasi"` or `"spi"`."""
     @property
     def counts(self) -> list[int]:
-        """The sizes of the known levels from level 1 on, strictly decreasing."""
+        """The sizes of the known levels from level 1 on, strictly decreasing; empty if no state can improve,
+        or if none is known yet (`complete` is False).
+        """
     @property
     def regions(self) -> tuple[Region, ...]:
-        """The known levels from level 1 on."""
+        """The known levels from level 1 on; empty if `counts` is."""
     @property
     def unbounded(self) -> Region | None:
         """The states from which any number of improvements is possible. None if this is unknown,
@@ -913,7 +915,8 @@ class Strategy:
     def actions(self, state: _State, which: _Which = "permitted") -> list[str]:
         """Returns the actions of a start state: the permitted ones, the one of the progress strategy,
         the one that the strategy chooses, or those that the safety mode keeps, even if they do not
-        lead to an improvement.
+        lead to an improvement. Empty where there is none, for example at rank 0 or where the opponent
+        of a game chooses; `explain` has the reason for each action.
 
         Args:
             state: A dictionary with a value for every variable.
@@ -1224,7 +1227,8 @@ class Action:
         """The reason in one word: `"improves"`, `"may-improve"`, `"approaches"`, `"stays"`,
         `"weakens"`, `"exposes"` (the opponent can weaken afterwards), `"unsafe"`, `"violates"`, `"strays"`,
         `"hopeless"` or `"nothing-ahead"`; while an objective is pursued `"achieves"`, `"may-achieve"`,
-        `"nears"`, `"keeps"`, `"forfeits"` or `"unachievable"`. What an action of the opponent leads to is
+        `"nears"`, `"keeps"`, `"forfeits"` or `"unachievable"`; where a rule makes an objective as likely as
+        possible `"likeliest"`, `"passed-over"` or `"impossible"`. What an action of the opponent leads to is
         also `"lateral"`.
         """
     @property
@@ -1321,7 +1325,7 @@ class Simulation:
     @property
     def commits(self) -> list[dict[str, Any]]:
         """The commitments of plans: dictionaries with the `objective` that the runs then pursued, the
-        objectives that they gave up (`gives_up`), and the number of these `runs`.
+        objectives that they gave up (`gives_up`), and the number of these `runs`. Empty if no run commits.
         """
     @property
     def reason(self) -> str | None:
@@ -1331,7 +1335,9 @@ class Simulation:
         """The names of the variables, in the order of the last axis of `states`."""
     @property
     def action_names(self) -> list[str]:
-        """The names of the actions taken, indexed by the numbers in `actions`."""
+        """The names of the actions taken, indexed by the numbers in `actions`; empty if no run has a step: see
+        `reason`.
+        """
     @property
     def lengths(self) -> NDArray[np.int64]:
         """The number of steps of each run: integers of shape (runs,)."""
@@ -1361,8 +1367,9 @@ class Progress:
     """The progress of a long call, as received by a `progress` callback."""
     @property
     def phase(self) -> str:
-        """The phase: `"model"`, `"states"`, `"counts"`, `"outcomes"`, `"improvement"`, `"sasi"`,
-        `"spi"`, `"strategy"` or `"plays"`.
+        """The phase: `"model"`, `"preferences"`, `"states"`, `"target"`, `"counts"`, `"outcomes"`,
+        `"improvement"`, `"sasi"`, `"spi"`, `"jointly"`, `"values"`, `"strategy"`, `"plays"`, `"shield"`,
+        `"export"`, `"verify"` or `"picture"`.
         """
     @property
     def detail(self) -> str:

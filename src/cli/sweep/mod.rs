@@ -118,6 +118,8 @@ struct Sweep {
     part: Part,
     /// The positions of the instances that have a row in the file already.
     skipped: HashSet<usize>,
+    /// The ways in which they ended.
+    known: Kinds,
     file: Option<CsvFile>,
     plot: Option<Plotted>,
     jobs: usize,
@@ -144,12 +146,14 @@ impl Part {
     }
 }
 
-/// The instances that have ended.
-#[derive(Default)]
+/// The ways in which instances have ended, with the kinds of their errors as far as they are known.
+type Kinds = BTreeSet<(Ended, Option<String>)>;
+
+/// The instances that have ended, those of which the file had the rows not counted.
 struct Ends {
     count: usize,
-    /// The ways in which instances have ended, with the kinds of their errors.
-    kinds: BTreeSet<(Ended, Option<String>)>,
+    /// The ways in which all instances have ended.
+    kinds: Kinds,
 }
 
 impl Sweep {
@@ -158,8 +162,9 @@ impl Sweep {
         let part = Part { first: first - 1, every, count: ranges::count(&ranges)? };
         let plot = args.plot.as_ref().map(|path| Plotted::new(path, inputs, &ranges)).transpose()?;
         let jobs = usize::from(args.jobs.unwrap_or(1));
-        let (skipped, told) = (HashSet::new(), BTreeSet::new());
-        let mut sweep = Sweep { ranges: ranges.into(), kind, part, skipped, file: None, plot, jobs, told };
+        let (skipped, known, told) = (HashSet::new(), Kinds::new(), BTreeSet::new());
+        let mut sweep =
+            Sweep { ranges: ranges.into(), kind, part, skipped, known, file: None, plot, jobs, told };
         if let Some(path) = &args.csv {
             let row = sweep.kind.row(&Json::Null, Ended::Done);
             let names = sweep.ranges.iter().map(|r| r.name.as_str());
@@ -179,9 +184,11 @@ impl Sweep {
         let (positions, part, constants) = (Positions::of(&self.ranges), self.part, self.ranges.len());
         let find = |values: &[&str]| positions.get(values).filter(|&position| part.has(position));
         file.resume((constants, &find), |position, mut cells| {
+            let cells = cells.split_off(constants);
             self.skipped.insert(position);
+            self.known.insert((self.kind.ended(&cells), None));
             if let Some(plot) = &mut self.plot {
-                plot.rows.insert(position, cells.split_off(constants));
+                plot.rows.insert(position, cells);
             }
         })
     }
@@ -233,6 +240,9 @@ impl Sweep {
         let mut runs = shown.json.then(|| self.runs()).transpose()?;
         let ends = self.collect(&pool, &outcomes, table.as_ref(), runs.as_mut(), shown);
         pool.stop();
+        if terminal::is_unread() {
+            return Ok(Status::Done);
+        }
         runs.map_or(Ok(()), Runs::finish)?;
         let (ends, left) = (ends?, self.left());
         self.finish()?;
@@ -252,7 +262,7 @@ impl Sweep {
         mut runs: Option<&mut Runs>,
         shown: &ShownArgs,
     ) -> Result<Ends, Error> {
-        let (mut ends, left) = (Ends::default(), self.left());
+        let (mut ends, left) = (Ends { count: 0, kinds: std::mem::take(&mut self.known) }, self.left());
         while ends.count < left {
             match outcomes.recv_timeout(TICK) {
                 Ok(Outcome { ended: None, .. }) => break,
@@ -263,6 +273,11 @@ impl Sweep {
                     }
                     ends.count += 1;
                     ends.kinds.insert((ended, report["kind"].as_str().map(str::to_owned)));
+                    let only_prints =
+                        self.file.as_ref().is_none_or(CsvFile::is_stdout) && self.plot.is_none();
+                    if only_prints && terminal::is_closed() {
+                        return Err(terminal::unread());
+                    }
                     if let Some(runs) = &mut runs {
                         runs.push(instance.index, &self.finished(instance.position, report, ended))?;
                     }
@@ -361,7 +376,7 @@ fn value(text: &str) -> Json {
 
 /// Returns the status of the sweep. A limit or an error ends only its row; if no row is complete,
 /// it decides the status.
-fn status(ends: &BTreeSet<(Ended, Option<String>)>) -> Status {
+fn status(ends: &Kinds) -> Status {
     let ended = |wanted: Ended| ends.iter().any(|(e, _)| *e == wanted);
     let failed = |wanted: &str| ends.iter().any(|(_, kind)| kind.as_deref() == Some(wanted));
     if ended(Ended::No) {

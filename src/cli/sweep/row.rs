@@ -128,6 +128,22 @@ impl Job {
         row
     }
 
+    /// Returns how the instance of a row in a file ended, by the cells after the constants.
+    pub(crate) fn ended(&self, cells: &[String]) -> Ended {
+        let row = self.row(&Json::Null, Ended::Done);
+        let answers =
+            |(at, name): (usize, &str)| row.answers.contains(&at) || *self == Job::Compare && name == "equal";
+        let mut named = row.columns().enumerate().zip(cells);
+        let is_no = named.any(|(column, cell)| answers(column) && cell == "false");
+        let wrote = |ended: Ended| cells.last().is_some_and(|status| status == <&str>::from(ended));
+        match is_no {
+            _ if wrote(Ended::Limit) => Ended::Limit,
+            _ if !wrote(Ended::Done) => Ended::Error,
+            true => Ended::No,
+            false => Ended::Done,
+        }
+    }
+
     /// Returns the positions of the columns that a plot shows.
     pub(crate) fn plotted(&self) -> Vec<usize> {
         let row = self.row(&Json::Null, Ended::Done);
@@ -199,6 +215,27 @@ mod tests {
             ["9", "8", "7", "5", "3", "0", "2", "6", "", "6", "1", "2", "unbounded", "0.5", "1", "2", "done"];
         assert!(row.cells().eq(expected), "{:?}", row.cells);
         assert!(row.columns().skip(3).take(4).eq(["sasi_1", "sasi_2", "sasi_unbounded", "sasi_levels"]));
+    }
+
+    /// A resumed sweep of which nothing was left ended with 0 although the answers in the file were no.
+    #[test]
+    fn a_row_of_a_file_says_how_its_instance_ended() {
+        let job = Job::Reach { regions: false, properties: vec!["p".to_owned(), "false".to_owned()] };
+        let ended = |job: &Job, report: &Json, ended| {
+            let row = job.row(report, ended);
+            job.ended(&Vec::from_iter(row.cells().map(str::to_owned)))
+        };
+        let answers = |first: Json| serde_json::json!({"properties": [{"holds": first}, {"holds": true}]});
+        for (holds, wrote, expected) in [
+            (true, Ended::Done, Ended::Done),
+            (false, Ended::No, Ended::No),
+            (false, Ended::Limit, Ended::Limit),
+            (true, Ended::Error, Ended::Error),
+        ] {
+            assert_eq!(ended(&job, &answers(holds.into()), wrote), expected, "{holds}");
+        }
+        let equal = |equal: bool| ended(&Job::Compare, &serde_json::json!({"equal": equal}), Ended::No);
+        assert_eq!((equal(false), equal(true)), (Ended::No, Ended::Done));
     }
 
     #[test]

@@ -48,7 +48,9 @@ impl Explored {
     pub(crate) fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
         if settings.order == Order::Auto {
             return turns::first_to_end(&candidates(&program), &settings, |order, settings| {
-                Explored::with(Arc::clone(&program), order.bits.clone(), settings, None)
+                let mut found = Explored::with(Arc::clone(&program), order.bits.clone(), settings, None)?;
+                found.draft.encoding.set_why(&order.why);
+                Ok(found)
             });
         }
         let order = settings.order.bits(&program)?;

@@ -52,7 +52,7 @@ pub(super) fn classes(result: &AnalysisResult) -> Markup {
     let whole = whole(result);
     html! {
         table {
-            thead { tr { th { "sure" } th colspan="2" { "states" } } }
+            thead { tr { th { "most preferred" } th colspan="2" { "states" } } }
             tbody { @for class in result.classes.iter().flatten() { tr {
                 th { (text::either(&class.most_preferred)) }
                 (cell(&class.states, &whole, "plain"))

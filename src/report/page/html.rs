@@ -116,7 +116,7 @@ fn card(initial: &Prospects, promise: Option<&Promise>) -> Markup {
                     span.number.text {
                         @if initial.escape.is_some() { "unsafe" } @else { (text::either(&initial.most_preferred)) }
                     }
-                    span.label { @if initial.escape.is_none() { "is sure " } "in the initial state" span.begin { (values(&initial.values.to_string())) } }
+                    span.label { @if initial.escape.is_none() { "most preferred " } "in the initial state" span.begin { (values(&initial.values.to_string())) } }
                 }
                 @if let Some(action) = promise.and_then(|promise| promise.first.as_ref()) {
                     div.figure { span.number.text { (action) } span.label { "is the best first action" } }
@@ -285,7 +285,7 @@ fn shown_run(run: &ShownRun) -> Markup {
             }
             details open[turns.len() <= LONG] { summary.hint { "All steps" } div.scroll { table.turns {
                 thead { tr {
-                    th.n { "step" } @if is_game { th { "who" } } th { "action" } th { "to" } th.n { "chance" } th { "sure" } th { "rank" } th {}
+                    th.n { "step" } @if is_game { th { "who" } } th { "action" } th { "to" } th.n { "chance" } th { "most preferred" } th { "rank" } th {}
                 } }
                 tbody {
                     tr data-turn="0" { td.n { "0" } @if is_game { td {} } td { "start" } td {} td {} td {} td {} td {} }
@@ -324,7 +324,7 @@ fn turn_row(step: usize, turn: &TurnReport, is_game: bool) -> Markup {
             td.n data-name="chance" {
                 (format!("{:.3}", turn.probability).trim_end_matches('0').trim_end_matches('.'))
             }
-            td data-name="sure" { (text::either(&turn.most_preferred)) }
+            td data-name="most preferred" { (text::either(&turn.most_preferred)) }
             td data-name="rank" { (ranks::mark(Some(turn.rank))) }
             td { @for (class, note) in &notes { span class=(class) { (note) } " " } }
         }

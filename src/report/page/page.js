@@ -168,9 +168,9 @@
       const still = open || elsewhere;
       paint(place, 0, rank(sasi, pattern), still ? '' : arrows(sasi, pattern), elsewhere);
       paint(place, 1, rank(spi, pattern), still ? '' : arrows(spi, pattern), elsewhere);
-      const sure = classOf(pattern);
-      place.several = sure.found.length > 1;
-      paint(place, 2, sure, '', elsewhere);
+      const preferred = classOf(pattern);
+      place.several = preferred.found.length > 1;
+      paint(place, 2, preferred, '', elsewhere);
       const others = elsewhere ? view.map(() => null) : view;
       measures.forEach((m, i) => paint(place, 3 + i, best(m, place.row, place.column, others), '', elsewhere));
     }
@@ -252,7 +252,7 @@
     const place = (data.row === null ? '' : variables[data.row].name + '=' + show(variables[data.row], row) + ', ') + variables[data.column].name + '=' + show(variables[data.column], column);
     if (found.text === '') return place + ': unreachable';
     if (found.unsafe) return place + ': unsafe' + (elsewhere ? ', with other values' : '');
-    const what = map > 2 ? measures[map - 3].title + ': ' + found.text : map === 2 ? 'sure: ' + named(found) : found.text + (map === 0 ? ' guaranteed' : ' possible');
+    const what = map > 2 ? measures[map - 3].title + ': ' + found.text : map === 2 ? 'most preferred: ' + named(found) : found.text + (map === 0 ? ' guaranteed' : ' possible');
     return place + ': ' + (theirs ? 'the opponent moves; ' : '') + what + (elsewhere ? ' at best, with other values' : '');
   }
 
@@ -320,8 +320,8 @@
       const { pattern: there, elsewhere } = states;
       if (elsewhere) line('state', 'unreachable with these values; with others:');
       describeMovers(line, there);
-      const sure = classOf(there);
-      line('sure', named(sure) + (sure.found.length > 1 ? ' (depends on the other values)' : ''));
+      const preferred = classOf(there);
+      line('most preferred', named(preferred) + (preferred.found.length > 1 ? ' (depends on the other values)' : ''));
       describeRank(line, 'guaranteed', sasi, there, open || elsewhere);
       describeRank(line, 'possible', spi, there, open || elsewhere);
       const here = data.objectives.filter((_, i) => diagram.meets(data.targets[i], there));

@@ -92,7 +92,7 @@ impl Report for PageReport {
         out += &unsafe_start::text(escape, style);
         for initial in &check.initial {
             let _ = writeln!(out, "\n{}", style.bold(&words::verdict(initial)));
-            let _ = writeln!(out, "  at {}, {}", initial.values, words::sure(initial));
+            let _ = writeln!(out, "  at {}, {}", initial.values, words::preferred(initial));
         }
         if let Some(written) = &self.written {
             let _ = write!(out, "\n{}: {}", style.good("written"), escape::line(&written.path));

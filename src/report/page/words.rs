@@ -114,11 +114,11 @@ pub(super) fn outcome(run: &ShownRun) -> String {
     }
 }
 
-/// Formats the sure objectives: `sure: A, B`; or `unsafe`.
-pub(super) fn sure(initial: &Prospects) -> String {
+/// Formats the most preferred objectives: `most preferred: A or B`; or `unsafe`.
+pub(super) fn preferred(initial: &Prospects) -> String {
     match initial.escape {
         Some(_) => "unsafe".to_owned(),
-        None => format!("sure: {}", text::either(&initial.most_preferred)),
+        None => format!("most preferred: {}", text::either(&initial.most_preferred)),
     }
 }
 

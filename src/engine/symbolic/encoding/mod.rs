@@ -26,6 +26,8 @@ pub struct Encoding {
     order: Vec<Bit>,
     /// For each variable the positions of its bits, least significant first.
     positions: Vec<Vec<u32>>,
+    /// The reason for the order, if it was found.
+    why: Option<String>,
 }
 
 impl Encoding {
@@ -37,7 +39,16 @@ impl Encoding {
         for (position, bit) in order.iter().enumerate() {
             positions[bit.variable.index()][bit.index as usize] = position as u32;
         }
-        Encoding { variables, order, positions }
+        Encoding { variables, order, positions, why: None }
+    }
+
+    /// Returns the reason for the order, in words, if [`Order::Auto`](crate::Order::Auto) has taken it.
+    pub fn why(&self) -> Option<&str> {
+        self.why.as_deref()
+    }
+
+    pub(in crate::symbolic) fn set_why(&mut self, why: &str) {
+        self.why = Some(why.to_owned());
     }
 
     /// Returns the number of bits of a state.

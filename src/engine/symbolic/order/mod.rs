@@ -110,11 +110,6 @@ pub(super) fn candidates(program: &Program) -> Vec<Ordered> {
     orders
 }
 
-/// Returns the reason for an order that [`Order::Auto`] has taken.
-pub fn reason(program: &Program, bits: &[Bit]) -> Option<String> {
-    candidates(program).into_iter().find(|order| order.bits == bits).map(|order| order.why)
-}
-
 /// Returns true if an order has every bit of the program exactly once.
 pub(super) fn is_whole(program: &Program, bits: &[Bit]) -> bool {
     let (mut own, mut all) = (bits.to_vec(), declared(program));

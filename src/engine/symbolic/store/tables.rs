@@ -1,5 +1,7 @@
 //! The tables of a store, allocated only if the system grants their memory and threads.
 
+use std::time::Duration;
+
 use oxidd::bdd::BDDManagerRef;
 
 use meliora_model::error::{Limit, Result};
@@ -19,6 +21,13 @@ pub(in crate::symbolic) const SPARE_NODES: u64 = 3 * 2 * BLOCK;
 /// The stack of a table's thread, and 64 MiB for the rest of the process.
 const THREAD_BYTES: usize = (1 << 30) + (64 << 20);
 
+/// The number of times that the system is asked again for the memory and the thread of a table: after 1 ms,
+/// another 2 ms and so on, 0.5 s in all.
+const MOST_WAITS: u64 = 31;
+
+/// The stack of a thread that only waits.
+const PAUSE_BYTES: usize = 64 << 10;
+
 /// Limits the operation cache to 2^(bits of a state + this number) entries: for a narrow model,
 /// clearing a large cache costs more than it saves.
 const CACHE_BITS_MORE: u32 = 6;
@@ -36,9 +45,34 @@ const LARGEST_CACHE: u64 = 1 << 23;
 /// back first, together with some for the rest of the process, which would end without it. The panic
 /// occurs before any diagram exists, and is caught.
 ///
+/// The threads of a manager end a moment after it is dropped, and nobody can wait for them. Until then,
+/// the system may refuse those of the next one. So it is asked again for a while.
+///
 /// # Errors
 /// A limit of the system: the memory or the thread.
 pub(in crate::symbolic) fn manager(nodes: u64, cache_entries: u64) -> Result<BDDManagerRef> {
+    let mut made = ask(nodes, cache_entries);
+    for wait in 1..=MOST_WAITS {
+        if made.is_ok() {
+            break;
+        }
+        pause(Duration::from_millis(wait));
+        made = ask(nodes, cache_entries);
+    }
+    Ok(made?)
+}
+
+/// Waits in another thread: the C library keeps the stack of a thread that has ended until another one ends.
+fn pause(time: Duration) {
+    let waiting = std::thread::Builder::new().stack_size(PAUSE_BYTES).spawn(move || std::thread::sleep(time));
+    match waiting {
+        Ok(thread) => drop(thread.join()),
+        Err(_) => std::thread::sleep(time),
+    }
+}
+
+/// Asks the system once for a manager, its memory and its thread.
+fn ask(nodes: u64, cache_entries: u64) -> Result<BDDManagerRef, Limit> {
     let capacity = table_size(nodes);
     let bytes = capacity * BYTES_PER_NODE + cache_entries * BYTES_PER_ENTRY;
     let (end, wait) = std::sync::mpsc::channel::<()>();
@@ -51,10 +85,10 @@ pub(in crate::symbolic) fn manager(nodes: u64, cache_entries: u64) -> Result<BDD
     if !granted {
         let mib = bytes.div_ceil(1 << 20);
         let what = format!("a node table of {mib} MiB");
-        return Err(Limit::System { what, bytes: Some(bytes) }.into());
+        return Err(Limit::System { what, bytes: Some(bytes) });
     }
     let make = || oxidd::bdd::new_manager(capacity as usize, cache_entries as usize, 1);
-    std::panic::catch_unwind(make).map_err(|_| no_thread().into())
+    std::panic::catch_unwind(make).map_err(|_| no_thread())
 }
 
 /// Returns whether the system grants this memory. Maps no pages.
