@@ -50,13 +50,13 @@ def outside(context):
     shown(context, wild, prefs, options, set(names.values()))
 
 
-def fresh(words, draw):
+def fresh(words, draw, parts=PARTS):
     """Other names for some words, each with the form in which it is shown."""
     names, taken = {}, set()
     for word in words:
         name, form = "", ""
         while not name or form in taken:
-            name = "".join(draw.choices(PARTS, k=draw.randint(1, 5)))
+            name = "".join(draw.choices(parts, k=draw.randint(1, 5)))
             form = "".join(HIDDEN.get(c, c) for c in name)
         taken.add(form)
         names[word] = (name, form)

@@ -67,12 +67,12 @@ def key(state):
 
 
 def at(state):
-    """A state as a value of `--at`; names of values stand in quotes."""
-    shown = {True: "true", False: "false"}
-    texts = {
-        n: f'"{v}"' if isinstance(v, str) else shown[v] if isinstance(v, bool) else str(v) for n, v in state.items()
-    }
-    return ",".join(f"{name}={text}" for name, text in texts.items())
+    """A state as a value of `--at`; names of values stand in quotes, in which quotes are doubled."""
+
+    def text(value):
+        return '"' + value.replace('"', '""') + '"' if isinstance(value, str) else str(value).lower()
+
+    return ",".join(f"{name}={text(value)}" for name, value in state.items())
 
 
 class Named:

@@ -33,9 +33,8 @@ def info(context):
             "bits of the order", sorted(bits) if symbolic else None, symbolic and sorted(found["order"]) or None
         )
         context.same("nodes", symbolic, found["nodes"] is not None)
-    context.same(
-        "variables", [v.name for v in context.source.variables], [v["name"] for v in alone["model"]["variables"]]
-    )
+    names = [*context.source.named(next(context.source.all_states()))]
+    context.same("variables", names, [v["name"] for v in alone["model"]["variables"]])
     context.same("variables with monitors", report["model"]["variables"], product["model"]["variables"])
 
 
@@ -108,7 +107,7 @@ def members(context, folder, regions):
     above = {s for s in whole if context.analysis.whole.plain(s)[0] >= bound}
     asked = {first: one, f"{first} & !{second}": one - other, f"!{first} | {second}": whole - one | other}
     for text, states in asked.items():
-        for where, kept in (([], whole), (["--where", f"x >= {bound}"], above)):
+        for where, kept in (([], whole), (["--where", f"{context.source.variables[0].name} >= {bound}"], above)):
             expected = {name for name in relation.of if relation.one(name) in states & kept}
             found = program.ask("query", folder, text, *where, "--count", "--list", len(relation.of) + 1)
             listed, what = [key(entry["state"]) for entry in found["states"]], f"{text} {' '.join(where)}"

@@ -16,10 +16,11 @@ from tester import (
     tables,
     together,
     whole,
+    wild,
 )
 
 GROUPS = (
     *(checks, games, promises, regions, questions, tables, whole, together, stopping),
-    *(lists, exchange, names, pages, refusals, package),
+    *(lists, exchange, names, wild, pages, refusals, package),
 )
 ALL = {name: check for group in GROUPS for name, check in group.ALL.items()}

@@ -1,0 +1,89 @@
+"""The checks of a case once more, asked about the same model in JANI, whose actions, values and labels have wild names:
+with blanks, quotes, commas and signs, or like numbers and keywords."""
+
+import json
+import random
+from dataclasses import replace
+
+from tester import checks, jani, promises, questions, regions, tables, together, whole
+from tester.context import Context
+from tester.names import HIDDEN, PARTS, fresh
+from tester.program import Program
+
+# Names that could be mistaken for something else.
+WORDS = {"1", "0", "-1", "007", "1e3", "0.5", "true", "false", "null", "nan", "init", "deadlock", "module", "F", "*"}
+WORDS |= {"x=1", "m#1", "unbounded", "settled", "uniform", "a|b", "a+b", "a(m#1)", "#", "//", "/* */", "é", "状態", "=1+1"}
+LABELS = sorted(WORDS - {"init", "deadlock"})  # these mean something else in properties
+# A name in quotes in preferences has none, and is displayed.
+UNQUOTED = [part for part in PARTS if part not in HIDDEN and part != '"']
+# Not all checks can be asked: each case takes some.
+AGAIN = {
+    **checks.ALL, **questions.ALL, **tables.ALL, **whole.ALL, **together.ALL,
+    **{name: promises.ALL[name] for name in ("simulate", "chosen", "pursue")},
+    **{name: regions.ALL[name] for name in ("dump", "compare")},
+}  # fmt: skip
+FIRST, SOME = ("model", "check", "initial"), 3
+
+
+class Wild(Program):
+    """The command about the model in JANI."""
+
+    def __init__(self, program, case, document, preferences):
+        self.binary, self.folder, self.case, self.asked = program.binary, program.folder, case, program.asked
+        self.model, self.prefs = program.folder / "wild.jani", program.folder / "wild.pref"
+        self.model.write_text(json.dumps(document))
+        self.prefs.write_text(preferences)
+
+
+def wild(context):
+    """For some cases, some checks with a model in JANI."""
+    case, draw = context.case, random.Random(context.case.seed)
+    if context.is_game or context.is_rare() or draw.random() < 0.5:
+        return
+    other = in_jani(context, draw)
+    if other is None:
+        return
+    case.features.add("wild names")
+    some = draw.sample([name for name in AGAIN if name not in FIRST], SOME)
+    for name in (*FIRST, *some):
+        other.check = f"wild {name}"
+        AGAIN[name](other)
+        if other.differences:
+            break
+    context.compared[context.check] = sum(other.compared.values())
+    context.differences += [replace(found, check="wild", what=f"{found.what} ({found.check})") for found in other.differences]
+
+
+def in_jani(context, draw):
+    """The context of the same case in JANI; None if its initial states cannot be written."""
+    settings = {**context.case.settings, "reward": "steps"}
+    case = replace(context.case, settings=settings, rewards=[], labels=[])
+    source = context.source
+    locations = names_for(range(case.size + 1), draw)
+    actions = {label: (label, label) for label in source.alphabet}
+    conditions = dict.fromkeys(jani.CONDITION.findall(case.preferences_text()))
+    labels = {condition: name for condition, (name, _) in names_for(conditions, draw, LABELS, UNQUOTED).items()}
+    raw = {word: name for word, (name, _) in (locations | actions).items()}
+    holds = {name: source.compile(condition) for condition, name in labels.items()}
+    names = [raw[x] for x in range(case.size + 1)], {label: raw[label] for label in actions}
+    document = jani.written(source, names, holds)
+    if document is None:
+        return None
+    program = Wild(context.program, case, document, jani.in_labels(case.preferences_text(), labels))
+    shown = [locations[x][1] for x in range(case.size + 1)], {label: form for label, (_, form) in actions.items()}
+    return Context(case, program, jani.renamed(source, *shown))
+
+
+def names_for(words, draw, like=tuple(sorted(WORDS)), parts=PARTS):
+    """Different names for some words, each with the form in which it is shown."""
+    words = list(words)
+    found = fresh(words, draw, parts)
+    plain = draw.sample(like, min(len(words), len(like)))
+    taken = {form for _, form in found.values()}
+    for word, name in zip(words, plain):
+        if name not in taken and draw.random() < 0.5:
+            found[word] = (name, name)
+    return found
+
+
+ALL = {"wild": wild}
