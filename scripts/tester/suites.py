@@ -2,13 +2,16 @@
 
 from tester import (
     checks,
+    dumps,
     exchange,
     games,
+    induced,
     lists,
     names,
     package,
     pages,
     promises,
+    pursuits,
     questions,
     refusals,
     regions,
@@ -20,7 +23,7 @@ from tester import (
 )
 
 GROUPS = (
-    *(checks, games, promises, regions, questions, tables, whole, together, stopping),
+    *(checks, games, promises, pursuits, induced, regions, dumps, questions, tables, whole, together, stopping),
     *(lists, exchange, names, wild, pages, refusals, package),
 )
 ALL = {name: check for group in GROUPS for name, check in group.ALL.items()}

@@ -5,7 +5,7 @@ import io
 import re
 
 from reference.shields import Shield as Machine
-from tester.program import at, key
+from tester.program import at
 from tester.promises import starts
 
 TEXT = r'"((?:[^"\\]|\\.)*)"'

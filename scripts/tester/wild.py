@@ -5,7 +5,7 @@ import json
 import random
 from dataclasses import replace
 
-from tester import checks, jani, promises, questions, regions, tables, together, whole
+from tester import checks, dumps, jani, promises, pursuits, questions, regions, tables, together, whole
 from tester.context import Context
 from tester.names import HIDDEN, PARTS, fresh
 from tester.program import Program
@@ -18,9 +18,8 @@ LABELS = sorted(WORDS - {"init", "deadlock"})  # these mean something else in pr
 UNQUOTED = [part for part in PARTS if part not in HIDDEN and part != '"']
 # Not all checks can be asked: each case takes some.
 AGAIN = {
-    **checks.ALL, **questions.ALL, **tables.ALL, **whole.ALL, **together.ALL,
-    **{name: promises.ALL[name] for name in ("simulate", "chosen", "pursue")},
-    **{name: regions.ALL[name] for name in ("dump", "compare")},
+    **checks.ALL, **promises.ALL, **pursuits.ALL, **questions.ALL, **tables.ALL, **whole.ALL, **together.ALL,
+    **dumps.ALL, "compare": regions.compare,
 }  # fmt: skip
 FIRST, SOME = ("model", "check", "initial"), 3
 
