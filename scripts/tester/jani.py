@@ -64,6 +64,13 @@ def written(source, names, labels, properties=()):
     }
 
 
+def reaching(name, flag):
+    """A property that asks for the probability to reach the states with a label."""
+    values = {"op": "Pmax", "exp": {"op": "F", "exp": flag}}
+    expression = {"op": "filter", "fun": "max", "values": values, "states": {"op": "initial"}}
+    return {"name": name, "expression": expression}
+
+
 def automaton(source, module, names, labels, starts):
     """A module: `m` has a location for each value of x, the other one a single location."""
     locations, actions = names

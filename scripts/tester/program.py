@@ -21,6 +21,10 @@ class Program:
         self.model.write_text(case.model_text())
         self.prefs.write_text(case.preferences_text())
 
+    def text(self, formula):
+        """A formula in the names of the model."""
+        return formula
+
     def settings(self, *names):
         given = {name: self.case.settings[name] for name in names}
         return [text for name, value in given.items() if value != "" for text in (f"--{name}", str(value))]

@@ -15,10 +15,11 @@ def reach(context):
     """The four regions of a formula, its probabilities and their bounds."""
     if context.is_game:
         return  # properties of a game name its players
-    text = context.preferences.objectives[context.case.seed % len(context.names)][1]
+    formula = context.preferences.objectives[context.case.seed % len(context.names)][1]
+    text = context.program.text(formula)
     for required in {(), tuple(context.preferences.required)}:
-        options = [word for formula in required for word in ("--require", formula)]
-        question = Question(context.source, context.case.settings["scope"], text, required, 3000)
+        options = [word for formula in required for word in ("--require", context.program.text(formula))]
+        question = Question(context.source, context.case.settings["scope"], formula, required, 3000)
         starts, regions = question.whole.initial, question.regions()
         most, least = ([values[s] for s in starts] for values in (question.most(), question.least()))
         bounds = bounded(context.case.seed, text, most, least)

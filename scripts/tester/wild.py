@@ -5,7 +5,7 @@ import json
 import random
 from dataclasses import replace
 
-from tester import checks, dumps, jani, promises, pursuits, questions, regions, tables, together, whole
+from tester import checks, dumps, jani, lists, promises, pursuits, questions, regions, tables, together, whole
 from tester.context import Context
 from tester.names import HIDDEN, PARTS, fresh
 from tester.program import Program
@@ -19,7 +19,7 @@ UNQUOTED = [part for part in PARTS if part not in HIDDEN and part != '"']
 # Not all checks can be asked: each case takes some.
 AGAIN = {
     **checks.ALL, **promises.ALL, **pursuits.ALL, **questions.ALL, **tables.ALL, **whole.ALL, **together.ALL,
-    **dumps.ALL, "compare": regions.compare,
+    **dumps.ALL, "reach": regions.reach, "compare": regions.compare, "property_files": lists.property_files,
 }  # fmt: skip
 FIRST, SOME = ("model", "check", "initial"), 3
 
@@ -27,11 +27,14 @@ FIRST, SOME = ("model", "check", "initial"), 3
 class Wild(Program):
     """The command about the model in JANI."""
 
-    def __init__(self, program, case, document, preferences):
+    def __init__(self, program, case, document, labels):
         self.binary, self.folder, self.case, self.asked = program.binary, program.folder, case, program.asked
-        self.model, self.prefs = program.folder / "wild.jani", program.folder / "wild.pref"
+        self.model, self.prefs, self.labels = program.folder / "wild.jani", program.folder / "wild.pref", labels
         self.model.write_text(json.dumps(document))
-        self.prefs.write_text(preferences)
+        self.prefs.write_text(self.text(case.preferences_text()))
+
+    def text(self, formula):
+        return jani.in_labels(formula, self.labels)
 
 
 def wild(context):
@@ -63,12 +66,14 @@ def in_jani(context, draw):
     conditions = dict.fromkeys(jani.CONDITION.findall(case.preferences_text()))
     labels = {condition: name for condition, (name, _) in names_for(conditions, draw, LABELS, UNQUOTED).items()}
     raw = {word: name for word, (name, _) in (locations | actions).items()}
-    holds = {name: source.compile(condition) for condition, name in labels.items()}
+    properties = [name for name in labels.values() if draw.random() < 0.3]
+    named = {name: f"flag {at}" for at, name in enumerate(properties)}
+    holds = {named.get(name, name): source.compile(condition) for condition, name in labels.items()}
     names = [raw[x] for x in range(case.size + 1)], {label: raw[label] for label in actions}
-    document = jani.written(source, names, holds)
+    document = jani.written(source, names, holds, [jani.reaching(name, flag) for name, flag in named.items()])
     if document is None:
         return None
-    program = Wild(context.program, case, document, jani.in_labels(case.preferences_text(), labels))
+    program = Wild(context.program, case, document, labels)
     shown = [locations[x][1] for x in range(case.size + 1)], {label: form for label, (_, form) in actions.items()}
     return Context(case, program, jani.renamed(source, *shown))
 
