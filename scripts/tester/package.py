@@ -4,7 +4,7 @@ import csv
 import json
 import math
 
-from tester import environment, games, pages, sets
+from tester import environment, games, pages, sets, sweeps
 from tester.context import LEVELS, WITHIN, Difference
 from tester.program import Refused
 from tester.promises import RUNS, STEPS, opponent_of, options_of
@@ -260,10 +260,10 @@ def page(context, analysis):
 def swept(context, meliora):
     """A sweep writes the table of the command, times and memory aside."""
     case, program = context.case, context.program
-    if not games.is_swept(case):
+    if not sweeps.is_swept(case):
         return
     model, tables = program.folder / "swept.prism", [program.folder / f"{name}.csv" for name in ("command", "package")]
-    model.write_text(games.parametrised(case), encoding="utf-8")
+    model.write_text(sweeps.parametrised(case)[0], encoding="utf-8")
     options = program.settings("scope", "safety", "engine", "coalition")
     program.run("check", model, program.prefs, "-c", f"K=0:{case.size}", *options, "--csv", tables[0])
     settings = {name: case.settings[name] for name in ("scope", "safety", "engine")}

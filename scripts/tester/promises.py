@@ -1,12 +1,14 @@
 """What strategies promise on simulated paths."""
 
+import random
+
 from reference.product import satisfaction
 from reference.reports import players
 from reference.shields import Shield as Machine
 from reference.strategies import achieved, gained, lost
 from reference.temporal import parts
 from tester.context import LEVELS
-from tester.program import key
+from tester.program import at, key
 
 RUNS, STEPS = 20, 3000
 
@@ -39,7 +41,10 @@ def simulate(context):
     options += ["--objective", objective] if objective else []
     opponent = opponent_of(context)
     options += ["--opponent", opponent] if opponent else []
-    report = context.program.about("simulate", *options)
+    states = some_states(context)
+    report = context.program.about("simulate", *options, *(word for state in states for word in ("--at", at(state))))
+    if states:
+        context.same("states of the runs", states, [play["state"] for play in report["plays"]])
     context.same("opponent", opponent, report.get("opponent"))
     for play in report["plays"]:
         name = key(play["state"])
@@ -50,6 +55,14 @@ def simulate(context):
             path_of(context, kind, objective, variant, play, opponent)
             movers_of(context, play)
             statistics_of(context, kind, objective, state, play)
+
+
+def some_states(context):
+    """For some cases, states in which runs begin instead of the initial ones: any of the scope."""
+    draw = random.Random(context.case.seed)
+    if draw.random() < 0.5:
+        return []
+    return draw.sample(context.check_states, min(3, len(context.check_states)))
 
 
 def chosen(context):

@@ -5,7 +5,7 @@ import json
 import random
 from dataclasses import replace
 
-from tester import checks, dumps, jani, lists, promises, pursuits, questions, regions, tables, together, whole
+from tester import checks, dumps, jani, lists, places, promises, pursuits, questions, regions, tables, together, whole
 from tester.context import Context
 from tester.names import HIDDEN, PARTS, fresh
 from tester.program import Program
@@ -19,7 +19,7 @@ UNQUOTED = [part for part in PARTS if part not in HIDDEN and part != '"']
 # Not all checks can be asked: each case takes some.
 AGAIN = {
     **checks.ALL, **promises.ALL, **pursuits.ALL, **questions.ALL, **tables.ALL, **whole.ALL, **together.ALL,
-    **dumps.ALL, "reach": regions.reach, "compare": regions.compare, "property_files": lists.property_files,
+    **places.ALL, **dumps.ALL, "reach": regions.reach, "compare": regions.compare, "property_files": lists.property_files,
 }  # fmt: skip
 FIRST, SOME = ("model", "check", "initial"), 3
 
