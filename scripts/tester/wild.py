@@ -7,15 +7,9 @@ from dataclasses import replace
 
 from tester import checks, dumps, jani, lists, places, promises, pursuits, questions, regions, tables, together, whole
 from tester.context import Context
-from tester.names import HIDDEN, PARTS, fresh
+from tester.names import LABELS, UNQUOTED, names_for
 from tester.program import Program
 
-# Names that could be mistaken for something else.
-WORDS = {"1", "0", "-1", "007", "1e3", "0.5", "true", "false", "null", "nan", "init", "deadlock", "module", "F", "*"}
-WORDS |= {"x=1", "m#1", "unbounded", "settled", "uniform", "a|b", "a+b", "a(m#1)", "#", "//", "/* */", "é", "状態", "=1+1"}
-LABELS = sorted(WORDS - {"init", "deadlock"})  # these mean something else in properties
-# A name in quotes in preferences has none, and is displayed.
-UNQUOTED = [part for part in PARTS if part not in HIDDEN and part != '"']
 # Not all checks can be asked: each case takes some.
 AGAIN = {
     **checks.ALL, **promises.ALL, **pursuits.ALL, **questions.ALL, **tables.ALL, **whole.ALL, **together.ALL,
@@ -76,18 +70,6 @@ def in_jani(context, draw):
     program = Wild(context.program, case, document, labels)
     shown = [locations[x][1] for x in range(case.size + 1)], {label: form for label, (_, form) in actions.items()}
     return Context(case, program, jani.renamed(source, *shown))
-
-
-def names_for(words, draw, like=tuple(sorted(WORDS)), parts=PARTS):
-    """Different names for some words, each with the form in which it is shown."""
-    words = list(words)
-    found = fresh(words, draw, parts)
-    plain = draw.sample(like, min(len(words), len(like)))
-    taken = {form for _, form in found.values()}
-    for word, name in zip(words, plain):
-        if name not in taken and draw.random() < 0.5:
-            found[word] = (name, name)
-    return found
 
 
 ALL = {"wild": wild}
