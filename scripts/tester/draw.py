@@ -141,7 +141,8 @@ class Draw:
             return f"x={x}"
         self.mark("initial states by arithmetic")
         k = rng.randint(0, size)
-        found = [f"max(x,{k})={max(x, k)} & x<={x + 1}", f"min(x+{k},{size})-x={min(x + k, size) - x} & x>={x - 1}", f"x+x={x + x}", f"mod(x,3)={x % 3}"]
+        found = [f"max(x,{k})={max(x, k)} & x<={x + 1}", f"min(x+{k},{size})-x={min(x + k, size) - x} & x>={x - 1}"]
+        found += [f"x+x={x + x}", f"mod(x,3)={x % 3}"]
         if self.flag:
             found += [f"x+(y?1:0)={x + rng.choice([0, 1])}", f"(y | x={x}) & (!y | x<={x})", f"x={x} & y"]
         return rng.choice(found)

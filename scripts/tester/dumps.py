@@ -31,8 +31,8 @@ def dumps(context):
 
 
 def limited(context):
-    """For some cases, a time limit may end the certificate, or parts of it: the regions of the dump are right, and those
-    that `verify` does not accept are the ones that `export` names."""
+    """For some cases, a time limit may end the certificate, or parts of it: the regions of the dump are right, and
+    `verify` accepts all but those that are named."""
     draw, program = random.Random(context.case.seed), context.program
     if draw.random() < 0.6:
         return
@@ -48,7 +48,8 @@ def limited(context):
         context.same(f"region {name} within {limit}", context.relation.count(states), roots.get(name, "0"))
     certificate = manifest.get("certificate")
     open_ = set(certificate.get("uncertified", ())) if certificate else set(roots)
-    context.case.features.add("certificate in part" if certificate and open_ else "no certificate" if open_ else "certificate")
+    found = "whole" if not open_ else "in parts" if certificate else "missing"
+    context.case.features.add(f"certificate {found}")
     options = program.settings("coalition")
     status, out, _ = program.run("verify", folder, program.model, program.prefs, *options, "--json")
     if certificate is None:

@@ -81,11 +81,12 @@ def automaton(source, module, names, labels, starts):
     for command in source.modules[module]:
         here = {state[0] for state in source.all_states() if command.guard(state)}
         found += [edge(source, command, locations[x], (x, locations), actions) for x in here]
-    rows = [
-        {"name": name, "transient-values": [{"ref": n, "value": over_flag(source, holds, x)} for n, holds in labels.items()]}
-        for x, name in enumerate(locations)
-    ]
-    return {"name": module, "locations": rows, "initial-locations": [locations[x] for x in sorted(starts)], "edges": found}
+    rows = []
+    for x, name in enumerate(locations):
+        values = [{"ref": label, "value": over_flag(source, holds, x)} for label, holds in labels.items()]
+        rows.append({"name": name, "transient-values": values})
+    first = [locations[x] for x in sorted(starts)]
+    return {"name": module, "locations": rows, "initial-locations": first, "edges": found}
 
 
 def over_flag(source, holds, x):

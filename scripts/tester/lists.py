@@ -177,7 +177,7 @@ def jani_of(whole, properties):
 
 
 def compare(context, expected, *command):
-    """Compares the answers of a command, and its status. An answer is a verdict, or the values of the initial states."""
+    """Compares the answers of a command, and its status. An answer is a verdict, or the values of initial states."""
     status, out, errors = context.program.run(*command, "--json")
     entries = json.loads(out)["properties"] if out else []
     if not context.same(f"properties of {command[0]}", (len(expected), ""), (len(entries), "" if out else errors)):

@@ -27,7 +27,7 @@ HIDDEN = {
 }
 # Names that could be mistaken for something else.
 WORDS = {"1", "0", "-1", "007", "1e3", "0.5", "true", "false", "null", "nan", "init", "deadlock", "module", "F", "*"}
-WORDS |= {"x=1", "m#1", "unbounded", "settled", "uniform", "a|b", "a+b", "a(m#1)", "#", "//", "/* */", "é", "状態", "=1+1"}
+WORDS |= {"x=1", "m#1", "unbounded", "settled", "uniform", "a|b", "a+b", "a(m#1)", "#", "//", "/* */", "é", "状態"}
 LABELS = sorted(WORDS - {"init", "deadlock"})  # these mean something else in properties
 PARTS = [*HIDDEN, *" =-+@'\"},%[]\\éa1", "[2J", "<b>", "%20", "go"]
 # A name in quotes in preferences has none, and is displayed.
@@ -46,7 +46,8 @@ def outside(context):
     counts = {label["name"]: label["states"] for label in report["labels"]}
     own, prefs = program.folder / "own.pref", program.folder / "names.pref"
     own.write_text(by_labels(context, counts))
-    like, parts = ([word for word in words if source != "drn" or not set(word) & set(" []")] for words in (LABELS, UNQUOTED))
+    fits = (lambda word: not set(word) & set(" []")) if source == "drn" else (lambda word: True)
+    like, parts = list(filter(fits, LABELS)), list(filter(fits, UNQUOTED))
     named = names_for((name for name in counts if name != "deadlock"), draw, like, parts)
     labels = {name: form for name, (_, form) in named.items()}
     prefs.write_text(re.sub(r'"(\w+)"', lambda found: f'"{labels[found[1]]}"', own.read_text()))
@@ -110,9 +111,13 @@ def renamed_drn(plain, wild, draw, labels):
     lines = [line.split(" ", 2) if line.startswith("\taction ") else [line] for line in plain.read_text().splitlines()]
     names = fresh(dict.fromkeys(line[1] for line in lines if len(line) > 1), draw)
     named = (" ".join([line[0], *(encoded(names[word][0]) for word in line[1:2]), *line[2:]]) for line in lines)
-    states = (" ".join(labels.get(word, word) for word in line.split(" ")) if line.startswith("state ") else line for line in named)
-    wild.write_text("\n".join(states) + "\n")
+    wild.write_text("\n".join(with_labels(line, labels) for line in named) + "\n")
     return {word: form for word, (_, form) in names.items()}
+
+
+def with_labels(line, labels):
+    """A line of a DRN file with other labels, which have no blanks."""
+    return " ".join(labels.get(word, word) for word in line.split(" ")) if line.startswith("state ") else line
 
 
 def renamed_archive(plain, wild, draw, labels):

@@ -6,7 +6,7 @@ import math
 
 from tester import environment, games, pages, sets, sweeps
 from tester.context import LEVELS, WITHIN, Difference
-from tester.program import Refused
+from tester.program import Refused, rounded
 from tester.promises import RUNS, STEPS, opponent_of, options_of
 from tester.shields import shield_of_pursuit, shields
 
@@ -155,15 +155,6 @@ def message_of(refused):
 def plain(value):
     """What a program reads from JSON."""
     return json.loads(json.dumps(value))
-
-
-def rounded(value):
-    """Numbers with nine digits, 0 below 1e-300: the order of the states may move the last bit of a sum."""
-    if isinstance(value, float):
-        return 0.0 if abs(value) < 1e-300 else float(f"{value:.9g}")
-    if isinstance(value, dict):
-        return {name: rounded(part) for name, part in value.items()}
-    return [rounded(part) for part in value] if isinstance(value, list) else value
 
 
 def as_json(value):

@@ -2,7 +2,7 @@
 
 import random
 
-from tester.program import at, key
+from tester.program import at, key, rounded
 
 
 def places(context):
@@ -21,7 +21,7 @@ def places(context):
         if command != "simulate":  # runs are drawn
             for state, entry in zip(states, found):
                 (one,) = program.about(command, *options, *words([state]))["states"]
-                context.same(f"{command} in {state} alone", one, entry)
+                context.same(f"{command} in {state} alone", rounded(one), rounded(entry))
         if odd is not None:
             settings = program.settings("scope", "safety", "coalition")
             asked = words([states[0], odd, states[1]])

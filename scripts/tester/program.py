@@ -72,11 +72,29 @@ def key(state):
 
 def at(state):
     """A state as a value of `--at`; names of values stand in quotes, in which quotes are doubled."""
+    return ",".join(f"{name}={quoted(value)}" for name, value in state.items())
 
-    def text(value):
-        return '"' + value.replace('"', '""') + '"' if isinstance(value, str) else str(value).lower()
 
-    return ",".join(f"{name}={text(value)}" for name, value in state.items())
+def quoted(value):
+    return '"' + value.replace('"', '""') + '"' if isinstance(value, str) else shown(value)
+
+
+def shown(value):
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def cell(value):
+    """A value of a state in a table; names of values stand in quotes."""
+    return f'"{value}"' if isinstance(value, str) else shown(value)
+
+
+def rounded(value):
+    """Numbers with nine digits, 0 below 1e-300: the order of the states may move the last bit of a sum."""
+    if isinstance(value, float):
+        return 0.0 if abs(value) < 1e-300 else float(f"{value:.9g}")
+    if isinstance(value, dict):
+        return {name: rounded(part) for name, part in value.items()}
+    return [rounded(part) for part in value] if isinstance(value, list) else value
 
 
 class Named:

@@ -25,7 +25,7 @@ from tester import (
 )
 
 GROUPS = (
-    *(checks, games, promises, pursuits, induced, regions, dumps, questions, tables, whole, together, stopping, sweeps, places),
-    *(lists, exchange, names, wild, pages, refusals, package),
+    *(checks, games, promises, pursuits, induced, regions, dumps, questions, tables, whole, together),
+    *(stopping, sweeps, places, lists, exchange, names, wild, pages, refusals, package),
 )
 ALL = {name: check for group in GROUPS for name, check in group.ALL.items()}

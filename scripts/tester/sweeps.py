@@ -10,6 +10,7 @@ from reference.games import LeftOut
 from reference.prism import InputError, program_of
 from reference.questions import Question
 from reference.reports import players
+from tester.program import shown
 
 HALVES = re.compile(r"1/2 : (\S+) \+ 1/2 : ")
 # What two runs of the same question need not have in common.
@@ -54,10 +55,6 @@ def sweeps(context):
 
 def is_swept(case):
     return not case.starts and case.seed % 4 == 0
-
-
-def shown(value):
-    return str(value).lower()
 
 
 def parametrised(case, draw=None):
@@ -105,7 +102,8 @@ def alone(context, command, constants, run):
         return
     given = ",".join(f"{name}={shown(value)}" for name, value in constants.items())
     result = context.program.ask(*command, "-c", given)
-    parts = [{name: part for name, part in found.items() if name not in OF_THE_RUN} for found in (run["result"], result)]
+    both = (run["result"], result)
+    parts = [{name: part for name, part in found.items() if name not in OF_THE_RUN} for found in both]
     context.same(f"the object of {given} alone", *parts)
 
 

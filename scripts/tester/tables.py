@@ -5,7 +5,7 @@ import io
 import re
 
 from reference.shields import Shield as Machine
-from tester.program import at
+from tester.program import at, cell, shown
 from tester.promises import starts
 
 TEXT = r'"((?:[^"\\]|\\.)*)"'
@@ -46,8 +46,7 @@ def rows_of(context, entry):
     for action in entry["actions"]:
         marks = {what: "" if theirs else shown(action[what]) for what in ("kept", "permitted", "progress")}
         pick = "" if theirs else shown(action["name"] == entry["chosen_action"])
-        # Names of values stand in quotes, as in `--at`.
-        state = {n: f'"{value}"' if isinstance(value, str) else shown(value) for n, value in entry["state"].items()}
+        state = {name: cell(value) for name, value in entry["state"].items()}
         row = {**state, **marks, "pick": pick}
         row.update(action=action["name"], reason=action["reason"], most_preferred="+".join(entry["most_preferred"]))
         row.update(sasi_rank=shown(entry["sasi_rank"]), spi_rank=shown(entry["spi_rank"]))
@@ -55,10 +54,6 @@ def rows_of(context, entry):
             player = entry.get("player")
             row.update(player=player or "", owner="opponent" if theirs else "ours" if player else "")
         yield row
-
-
-def shown(value):
-    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def graph(context, kind):

@@ -13,7 +13,8 @@ from tester.program import Program
 # Not all checks can be asked: each case takes some.
 AGAIN = {
     **checks.ALL, **promises.ALL, **pursuits.ALL, **questions.ALL, **tables.ALL, **whole.ALL, **together.ALL,
-    **places.ALL, **dumps.ALL, "reach": regions.reach, "compare": regions.compare, "property_files": lists.property_files,
+    **places.ALL, **dumps.ALL,
+    "reach": regions.reach, "compare": regions.compare, "property_files": lists.property_files,
 }  # fmt: skip
 FIRST, SOME = ("model", "check", "initial"), 3
 
@@ -47,7 +48,8 @@ def wild(context):
         if other.differences:
             break
     context.compared[context.check] = sum(other.compared.values())
-    context.differences += [replace(found, check="wild", what=f"{found.what} ({found.check})") for found in other.differences]
+    for found in other.differences:
+        context.differences.append(replace(found, check="wild", what=f"{found.what} ({found.check})"))
 
 
 def in_jani(context, draw):
