@@ -20,12 +20,13 @@ from tester import (
     sweeps,
     tables,
     together,
+    valued,
     whole,
     wild,
 )
 
 GROUPS = (
-    *(checks, games, promises, pursuits, induced, regions, dumps, questions, tables, whole, together),
+    *(checks, games, promises, pursuits, induced, regions, dumps, questions, tables, whole, valued, together),
     *(stopping, sweeps, places, lists, exchange, names, wild, pages, refusals, package),
 )
 ALL = {name: check for group in GROUPS for name, check in group.ALL.items()}
