@@ -37,7 +37,7 @@ def limited(context):
     if draw.random() < 0.6:
         return
     whole = program.about("export", "--out", program.folder / "whole")
-    seconds, folder = whole["time"]["total"], program.folder / "limited"
+    seconds, folder = whole["time"]["total"], program.folder / f"limited_{program.model.stem}"
     limit = f"{max(1, round(1000 * seconds * draw.uniform(0.3, 1.2)))}ms"
     program.about("export", "--out", folder, "--timeout", limit, allowed=(0, 4))
     if not (folder / "manifest.json").exists():
