@@ -164,6 +164,14 @@ def achieved(analysis, objective, state, every=True):
 def achieving(analysis, condition, every):
     """The states up to which a path shows that a Boolean combination of leaves is satisfied: no word that follows
     satisfies a case of the negation."""
+    at, steps = joint(analysis, condition, every)
+    refuting = set().union(*(repeated(steps, case) for case in cases(contrary(condition))))
+    return {s for s in at if not refuting & followed(steps, at[s], lambda marks: True)}
+
+
+def joint(analysis, condition, every):
+    """The monitors of a combination of leaves side by side: what they know in each state, and for each joint state the
+    joint states that follow, with the leaves that are marked. Letters are all, or those that are possible."""
     product, program = analysis.product, analysis.program
     leaves = {formula for case in cases(condition) for _, formula in case}
     places = [place for place, monitor in enumerate(product.monitors) if monitor.formula in leaves]
@@ -183,8 +191,21 @@ def achieving(analysis, condition, every):
                 for own in read
             }
             todo += [to for to, _ in steps[here]]
-    refuting = set().union(*(repeated(steps, case) for case in cases(contrary(condition))))
-    return {s for s in at if not refuting & followed(steps, at[s], lambda marks: True)}
+    return at, steps
+
+
+def is_recurrence(analysis, condition):
+    """Whether the words that satisfy a combination of leaves are those of some Pi2 formula: no cycle that satisfies it
+    is a part of one that does not (Landweber)."""
+    _, steps = joint(analysis, condition, False)
+    for case in cases(contrary(condition)):
+        off = {formula for kind, formula in case if kind == "finally"}
+        for start in repeated(steps, case):
+            around = {t for t in followed(steps, start, off.isdisjoint) if start in followed(steps, t, off.isdisjoint)}
+            cycle = {s: {(t, m) for t, m in steps[s] if t in around and off.isdisjoint(m)} for s in around}
+            if any(repeated(cycle, own) for own in cases(condition)):
+                return False
+    return True
 
 
 def contrary(condition):

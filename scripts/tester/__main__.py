@@ -14,6 +14,7 @@ import itertools
 import math
 import os
 import re
+import signal
 import sys
 import tempfile
 import time
@@ -36,9 +37,9 @@ from tester.program import Program, Refused  # noqa: E402
 
 # The commands that checks ask, besides `check` and `reach`. Not all honour the players of a game.
 NEEDED = {
-    **dict.fromkeys(("strategy", "ranks", "cut", "pursue", "tables", "together"), "strategy"),
+    **dict.fromkeys(("strategy", "ranks", "cut", "pursue", "tables", "together", "followed", "places"), "strategy"),
     **dict.fromkeys(("simulate", "chosen"), "simulate"),
-    **dict.fromkeys(("dump", "exchange", "induced"), "export"),
+    **dict.fromkeys(("dump", "limited", "exchange", "induced"), "export"),
     **dict.fromkeys(("values", "choose"), "values"),
     "pages": "report",
 }
@@ -214,6 +215,8 @@ def main():
         return 0
     binary, outcomes, wrong = harness.find_meliora(args.binary), [], 0
     end = time.monotonic() + 60 * args.minutes
+    for wanted in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(wanted, signal.default_int_handler)
     with ProcessPoolExecutor(args.jobs) as pool:
         pending = pool.map(
             run_case, seeds, *map(itertools.repeat, (binary, checks, args.ignore, not args.no_shrink)), chunksize=4

@@ -222,7 +222,8 @@ def fewest_of(context, choose, named, node, entry):
     table, actions = context.steps[choose][k - 1] if k else ({}, {})
     if node in table:
         value = next((a.value(table) for a in actions[node] if a.name == entry["chosen_action"]), None)
-        context.same(f"{choose} needs the fewest steps from {named}", True, value is not None and is_near(value, table[node]))
+        fewest = value is not None and is_near(value, table[node])
+        context.same(f"{choose} needs the fewest steps from {named}", True, fewest)
 
 
 ALL = {"model": model, "check": counts, "initial": initial, "strategy": strategies, "values": values, "choose": choices}

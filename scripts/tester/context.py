@@ -30,12 +30,12 @@ class Difference:
 class Context:
     """One case under test. A check calls `same` for everything that it compares."""
 
-    def __init__(self, case, program):
+    def __init__(self, case, program, source=None):
         self.case, self.program = case, program
         self.differences, self.compared, self.check = [], {}, ""
         self.preferences = preferences_of(case.preferences_text())
         self.names = self.preferences.names
-        self.source = program_of(case.model_text(), {})
+        self.source = source or program_of(case.model_text(), {})
         self.is_game = case.kind == "smg"
         self.coalition = list(filter(None, case.settings["coalition"].split(",")))
         self.analysis = self.analysis_of(self.source)

@@ -127,10 +127,25 @@ class Draw:
         }
 
     def starts(self):
+        """Conditions of which each initial state satisfies one; one value of x at least satisfies the first."""
         if not self.chance(0.3):
             return []
         self.mark("several initial states")
-        return [f"x={value}" for value in self.rng.sample(range(self.size + 1), min(2, self.size + 1))]
+        values = self.rng.sample(range(self.size + 1), min(2, self.size + 1))
+        return [self.start(value) for value in values]
+
+    def start(self, x):
+        """A condition that holds for a value of x, and perhaps for others."""
+        rng, size = self.rng, self.size
+        if self.chance(0.5):
+            return f"x={x}"
+        self.mark("initial states by arithmetic")
+        k = rng.randint(0, size)
+        found = [f"max(x,{k})={max(x, k)} & x<={x + 1}", f"min(x+{k},{size})-x={min(x + k, size) - x} & x>={x - 1}"]
+        found += [f"x+x={x + x}", f"mod(x,3)={x % 3}"]
+        if self.flag:
+            found += [f"x+(y?1:0)={x + rng.choice([0, 1])}", f"(y | x={x}) & (!y | x<={x})", f"x={x} & y"]
+        return rng.choice(found)
 
     def commands(self, kind):
         rng, found = self.rng, []

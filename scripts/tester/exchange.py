@@ -7,7 +7,8 @@ from reference.model import reachability
 from reference.questions import chances
 from tester.context import LEVELS
 from tester.program import key
-from tester.regions import is_near, regions_of, value_of
+from tester.dumps import regions_of
+from tester.regions import is_near, value_of
 
 
 def exchanged(context):

@@ -7,6 +7,7 @@ from fractions import Fraction
 
 from reference.model import explore
 from reference.questions import chances
+from tester.names import fresh
 from tester.questions import COMPARE, decimal, near
 from tester.regions import value_of
 
@@ -28,14 +29,16 @@ def property_files(context):
     if context.is_game:
         return
     draw, program, size = random.Random(context.case.seed), context.program, context.case.size
-    model, file = program.folder / "listed.prism", program.folder / "listed.props"
-    model.write_text(context.case.model_text() + 'label "base" = x = 0;\n')
+    is_prism, x = program.model.suffix == ".prism", context.source.variables[0].name
+    model, file = program.folder / f"listed{program.model.suffix}", program.folder / "listed.props"
+    model.write_text(program.model.read_text() + ('label "base" = x = 0;\n' if is_prism else ""))
     whole = explore(context.source, context.case.settings["scope"], 3000)
     given = draw.choice([None, *range(size)])
-    conditions = {"near": "x <= 1", "base": "x = 0"} | ({} if given is None else {"far": f"x > {given + 1}"})
-    lines = ["const int k;", "const int K = k + 1;", "formula beyond = x > K;"]
-    lines += ['label "far" = beyond;', 'label "near" = x <= 1;']
-    if draw.random() < 0.1:
+    conditions = {"near": "x <= 1"} | ({"base": "x = 0"} if is_prism else {})
+    conditions |= {} if given is None else {"far": f"x > {given + 1}"}
+    lines = ["const int k;", "const int K = k + 1;", f"formula beyond = {x} > K;"]
+    lines += ['label "far" = beyond;', f'label "near" = {x} <= 1;']
+    if is_prism and draw.random() < 0.1:
         defined_twice(context, model, file, lines)
         return
     expected = []
@@ -54,16 +57,21 @@ def listed(draw, whole, conditions):
     """A property of a file, with its answer; None without one."""
     if draw.random() < 0.35:
         return draw.choice(MISTAKES), None
-    label = draw.choice(["near", "base", "far"])
+    label = draw.choice([*conditions, "far"])
     operator = draw.choice(["P>=1", "Pmax>0", "Pmax=?", "Pmin=?"])
     text = f'{operator} [ F "{label}" ]'
-    if label not in conditions:
-        return text, None
-    most, least = chances(whole, whole.where(conditions[label]))
-    values = {"P>=1": least, "Pmax>0": most, "Pmax=?": most, "Pmin=?": least}[operator]
-    values = [values[state] for state in whole.initial]
-    verdicts = {"P>=1": all(v == 1 for v in values), "Pmax>0": all(v > 0 for v in values)}
-    return text, verdicts.get(operator, values)
+    function = draw.choice([None, None, "forall", "range", "max"])
+    answer = None
+    if label in conditions:
+        most, least = chances(whole, whole.where(conditions[label]))
+        values = {"P>=1": least, "Pmax>0": most, "Pmax=?": most, "Pmin=?": least}[operator]
+        values = [values[state] for state in whole.initial]
+        verdicts = {"P>=1": all(v == 1 for v in values), "Pmax>0": all(v > 0 for v in values)}
+        answer = verdicts.get(operator, values)
+    if function is None:
+        return text, answer
+    fits = function == ("range" if operator.endswith("?") else "forall")
+    return f'filter({function}, {text}, "init")', answer if fits else None
 
 
 def defined_twice(context, model, file, lines):
@@ -85,12 +93,12 @@ def jani_filters(context):
     draw, path = random.Random(context.case.seed), context.program.folder / "listed.jani"
     target = {state for state in whole.states if draw.random() < 0.3}
     properties, expected = [], []
-    for number in range(draw.randint(1, 6)):
+    for name, _ in fresh(range(draw.randint(1, 6)), draw).values():
         expression, answer = filtered(draw, whole, target)
-        properties.append({"name": f"p{number}", "expression": expression})
-        expected.append((f"p{number}: {json.dumps(expression, ensure_ascii=False)}", answer))
+        properties.append({"name": name, "expression": expression})
+        expected.append((f"{name}: {json.dumps(expression, ensure_ascii=False)}", answer))
     if len(properties) > 2 and draw.random() < 0.2:
-        properties[1]["name"] = "p0"
+        properties[1]["name"] = properties[0]["name"]
         expected[:2] = [(text, None) for text, _ in expected[:2]]
     path.write_text(json.dumps(jani_of(whole, properties)))
     compare(context, expected, "reach", path, "--all-properties", *context.program.settings("engine", "threads"))
@@ -169,7 +177,7 @@ def jani_of(whole, properties):
 
 
 def compare(context, expected, *command):
-    """Compares the answers of a command, and its status. An answer is a verdict, or the values of the initial states."""
+    """Compares the answers of a command, and its status. An answer is a verdict, or the values of initial states."""
     status, out, errors = context.program.run(*command, "--json")
     entries = json.loads(out)["properties"] if out else []
     if not context.same(f"properties of {command[0]}", (len(expected), ""), (len(entries), "" if out else errors)):

@@ -3,7 +3,9 @@
 import csv
 import gzip
 import io
+import json
 import random
+import re
 import tarfile
 from struct import pack, unpack
 
@@ -23,7 +25,13 @@ HIDDEN = {
     "\ufeff": "\\u{feff}",
     "\U000e0041": "\\u{e0041}",
 }
+# Names that could be mistaken for something else.
+WORDS = {"1", "0", "-1", "007", "1e3", "0.5", "true", "false", "null", "nan", "init", "deadlock", "module", "F", "*"}
+WORDS |= {"x=1", "m#1", "unbounded", "settled", "uniform", "a|b", "a+b", "a(m#1)", "#", "//", "/* */", "é", "状態"}
+LABELS = sorted(WORDS - {"init", "deadlock"})  # these mean something else in properties
 PARTS = [*HIDDEN, *" =-+@'\"},%[]\\éa1", "[2J", "<b>", "%20", "go"]
+# A name in quotes in preferences has none, and is displayed.
+UNQUOTED = [part for part in PARTS if part not in HIDDEN and part != '"']
 
 
 def outside(context):
@@ -35,12 +43,18 @@ def outside(context):
     source = list(sources)[context.case.seed % (2 if context.is_game else 3)]
     suffix = {"explicit": "tra"}.get(source, source)
     report = program.about("export", "--format", source, "--out", program.folder / "plain")
-    prefs = program.folder / "names.pref"
-    prefs.write_text(by_labels(context, {label["name"]: label["states"] for label in report["labels"]}))
+    counts = {label["name"]: label["states"] for label in report["labels"]}
+    own, prefs = program.folder / "own.pref", program.folder / "names.pref"
+    own.write_text(by_labels(context, counts))
+    fits = (lambda word: not set(word) & set(" []")) if source == "drn" else (lambda word: True)
+    like, parts = list(filter(fits, LABELS)), list(filter(fits, UNQUOTED))
+    named = names_for((name for name in counts if name != "deadlock"), draw, like, parts)
+    labels = {name: form for name, (_, form) in named.items()}
+    prefs.write_text(re.sub(r'"(\w+)"', lambda found: f'"{labels[found[1]]}"', own.read_text()))
     plain, wild = program.folder / "plain" / f"model.{suffix}", program.folder / f"wild.{suffix}"
-    names = sources[source](plain, wild, draw)
+    names = sources[source](plain, wild, draw, labels)
     options = program.settings("scope", "safety", "coalition")
-    before, found = (program.ask("check", path, prefs, *options) for path in (plain, wild))
+    before, found = (program.ask("check", *paths, *options) for paths in ((plain, own), (wild, prefs)))
     expected = said(before, names)
     context.same(f"actions of {source} with other names", expected, said(found, {}))
     for what in ("counts", "classes", "sasi", "spi"):
@@ -50,17 +64,29 @@ def outside(context):
     shown(context, wild, prefs, options, set(names.values()))
 
 
-def fresh(words, draw):
+def fresh(words, draw, parts=PARTS):
     """Other names for some words, each with the form in which it is shown."""
     names, taken = {}, set()
     for word in words:
         name, form = "", ""
         while not name or form in taken:
-            name = "".join(draw.choices(PARTS, k=draw.randint(1, 5)))
+            name = "".join(draw.choices(parts, k=draw.randint(1, 5)))
             form = "".join(HIDDEN.get(c, c) for c in name)
         taken.add(form)
         names[word] = (name, form)
     return names
+
+
+def names_for(words, draw, like=tuple(sorted(WORDS)), parts=PARTS):
+    """Different names for some words, each with the form in which it is shown."""
+    words = list(words)
+    found = fresh(words, draw, parts)
+    plain = draw.sample(like, min(len(words), len(like)))
+    taken = {form for _, form in found.values()}
+    for word, name in zip(words, plain):
+        if name not in taken and draw.random() < 0.5:
+            found[word] = (name, name)
+    return found
 
 
 def encoded(name):
@@ -69,28 +95,39 @@ def encoded(name):
     return "".join("".join(f"%{b:02X}" for b in c.encode()) if c in breaks else c for c in name)
 
 
-def renamed_text(plain, wild, draw):
+def renamed_text(plain, wild, draw, labels):
     first, *lines = plain.read_text().splitlines()
     rows = [line.rsplit(" ", 1) for line in lines]
     names = fresh(dict.fromkeys(word for _, word in rows), draw)
     wild.write_text("\n".join([first, *(f"{row} {encoded(names[word][0])}" for row, word in rows)]) + "\n")
-    for suffix in (".sta", ".lab"):
-        wild.with_suffix(suffix).write_text(plain.with_suffix(suffix).read_text())
+    wild.with_suffix(".sta").write_text(plain.with_suffix(".sta").read_text())
+    first, rest = plain.with_suffix(".lab").read_text().split("\n", 1)
+    first = re.sub(r'"(\w+)"', lambda found: f'"{labels.get(found[1], found[1])}"', first)
+    wild.with_suffix(".lab").write_text(f"{first}\n{rest}")
     return {word: form for word, (_, form) in names.items()}
 
 
-def renamed_drn(plain, wild, draw):
+def renamed_drn(plain, wild, draw, labels):
     lines = [line.split(" ", 2) if line.startswith("\taction ") else [line] for line in plain.read_text().splitlines()]
     names = fresh(dict.fromkeys(line[1] for line in lines if len(line) > 1), draw)
     named = (" ".join([line[0], *(encoded(names[word][0]) for word in line[1:2]), *line[2:]]) for line in lines)
-    wild.write_text("\n".join(named) + "\n")
+    wild.write_text("\n".join(with_labels(line, labels) for line in named) + "\n")
     return {word: form for word, (_, form) in names.items()}
 
 
-def renamed_archive(plain, wild, draw):
+def with_labels(line, labels):
+    """A line of a DRN file with other labels, which have no blanks."""
+    return " ".join(labels.get(word, word) for word in line.split(" ")) if line.startswith("state ") else line
+
+
+def renamed_archive(plain, wild, draw, labels):
     mapping, strings = "actions/choices/string-mapping.bin", "actions/choices/strings.bin"
     with tarfile.open(plain) as tar:
         files = {member.name: tar.extractfile(member).read() for member in tar.getmembers()}
+    index = json.loads(files["index.json"])
+    for proposition in index["annotations"]["aps"].values():
+        proposition["alias"] = labels.get(proposition["alias"], proposition["alias"])
+    files["index.json"] = json.dumps(index).encode()
     ends = unpack(f"<{len(files[mapping]) // 8}Q", files[mapping])
     words = [files[strings][a:b].decode() for a, b in zip(ends, ends[1:])]
     names = fresh(words, draw)

@@ -4,9 +4,9 @@ import csv
 import json
 import math
 
-from tester import environment, games, pages, sets
+from tester import environment, games, pages, sets, sweeps
 from tester.context import LEVELS, WITHIN, Difference
-from tester.program import Refused
+from tester.program import Refused, rounded
 from tester.promises import RUNS, STEPS, opponent_of, options_of
 from tester.shields import shield_of_pursuit, shields
 
@@ -157,15 +157,6 @@ def plain(value):
     return json.loads(json.dumps(value))
 
 
-def rounded(value):
-    """Numbers with nine digits, 0 below 1e-300: the order of the states may move the last bit of a sum."""
-    if isinstance(value, float):
-        return 0.0 if abs(value) < 1e-300 else float(f"{value:.9g}")
-    if isinstance(value, dict):
-        return {name: rounded(part) for name, part in value.items()}
-    return [rounded(part) for part in value] if isinstance(value, list) else value
-
-
 def as_json(value):
     if isinstance(value, float) and not math.isfinite(value):
         return "unbounded" if value == math.inf else None
@@ -260,10 +251,10 @@ def page(context, analysis):
 def swept(context, meliora):
     """A sweep writes the table of the command, times and memory aside."""
     case, program = context.case, context.program
-    if not games.is_swept(case):
+    if not sweeps.is_swept(case):
         return
     model, tables = program.folder / "swept.prism", [program.folder / f"{name}.csv" for name in ("command", "package")]
-    model.write_text(games.parametrised(case), encoding="utf-8")
+    model.write_text(sweeps.parametrised(case)[0], encoding="utf-8")
     options = program.settings("scope", "safety", "engine", "coalition")
     program.run("check", model, program.prefs, "-c", f"K=0:{case.size}", *options, "--csv", tables[0])
     settings = {name: case.settings[name] for name in ("scope", "safety", "engine")}

@@ -21,6 +21,10 @@ class Program:
         self.model.write_text(case.model_text())
         self.prefs.write_text(case.preferences_text())
 
+    def text(self, formula):
+        """A formula in the names of the model."""
+        return formula
+
     def settings(self, *names):
         given = {name: self.case.settings[name] for name in names}
         return [text for name, value in given.items() if value != "" for text in (f"--{name}", str(value))]
@@ -67,12 +71,30 @@ def key(state):
 
 
 def at(state):
-    """A state as a value of `--at`; names of values stand in quotes."""
-    shown = {True: "true", False: "false"}
-    texts = {
-        n: f'"{v}"' if isinstance(v, str) else shown[v] if isinstance(v, bool) else str(v) for n, v in state.items()
-    }
-    return ",".join(f"{name}={text}" for name, text in texts.items())
+    """A state as a value of `--at`; names of values stand in quotes, in which quotes are doubled."""
+    return ",".join(f"{name}={quoted(value)}" for name, value in state.items())
+
+
+def quoted(value):
+    return '"' + value.replace('"', '""') + '"' if isinstance(value, str) else shown(value)
+
+
+def shown(value):
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def cell(value):
+    """A value of a state in a table; names of values stand in quotes."""
+    return f'"{value}"' if isinstance(value, str) else shown(value)
+
+
+def rounded(value):
+    """Numbers with nine digits, 0 below 1e-300: the order of the states may move the last bit of a sum."""
+    if isinstance(value, float):
+        return 0.0 if abs(value) < 1e-300 else float(f"{value:.9g}")
+    if isinstance(value, dict):
+        return {name: rounded(part) for name, part in value.items()}
+    return [rounded(part) for part in value] if isinstance(value, list) else value
 
 
 class Named:

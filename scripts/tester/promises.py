@@ -1,20 +1,16 @@
-"""What strategies promise: simulated paths, and the models that strategies induce."""
+"""What strategies promise on simulated paths."""
 
-import csv
-from dataclasses import dataclass, replace
-from fractions import Fraction
+import random
 
-from reference.model import Choice, Mdp, almost_sure, attractor
-from reference.product import Product, satisfaction
+from reference.product import satisfaction
 from reference.reports import players
 from reference.shields import Shield as Machine
-from reference.strategies import achieved, gained, lost, pursued, pursuing, pursuit
+from reference.strategies import achieved, gained, lost
 from reference.temporal import parts
 from tester.context import LEVELS
-from tester.program import key
+from tester.program import at, key
 
 RUNS, STEPS = 20, 3000
-OF_PURSUIT = ("pursues", "commits", "gives_up")
 
 
 def starts(context):
@@ -45,7 +41,10 @@ def simulate(context):
     options += ["--objective", objective] if objective else []
     opponent = opponent_of(context)
     options += ["--opponent", opponent] if opponent else []
-    report = context.program.about("simulate", *options)
+    states = some_states(context)
+    report = context.program.about("simulate", *options, *(word for state in states for word in ("--at", at(state))))
+    if states:
+        context.same("states of the runs", states, [play["state"] for play in report["plays"]])
     context.same("opponent", opponent, report.get("opponent"))
     for play in report["plays"]:
         name = key(play["state"])
@@ -56,6 +55,14 @@ def simulate(context):
             path_of(context, kind, objective, variant, play, opponent)
             movers_of(context, play)
             statistics_of(context, kind, objective, state, play)
+
+
+def some_states(context):
+    """For some cases, states in which runs begin instead of the initial ones: any of the scope."""
+    draw = random.Random(context.case.seed)
+    if draw.random() < 0.5:
+        return []
+    return draw.sample(context.check_states, min(3, len(context.check_states)))
 
 
 def chosen(context):
@@ -194,281 +201,4 @@ def statistics_of(context, kind, objective, state, play):
         context.same("achieved_runs", RUNS, play["achieved_runs"])
 
 
-def pursues(context):
-    """The objective that a plan takes, with and without a name, and the actions of plans and of `achieve`."""
-    number = context.case.seed % len(context.names)
-    name = ("--objective", context.names[number])
-    for named, options in ((None, ()), (number, name)):
-        for at_state, state, entry in safe_entries(context, "--kind", "plan", *options):
-            planned_at(context, named, at_state, state, entry)
-    for at_state, state, entry in safe_entries(context, "--kind", "achieve", *name):
-        taken = (number, None) if state in context.analysis.sure[number] else None
-        pursues_at(context, taken, at_state, state, entry)
-
-
-def safe_entries(context, *options):
-    """What `strategy` says in each safe state, with the state of the reference."""
-    for name, entry in context.strategy(*options).items():
-        state = context.relation.one(name)
-        if state not in context.analysis.mdp.unsafe:
-            yield f"{options} in {dict(name)}", state, entry
-
-
-def planned_at(context, named, where, state, entry):
-    """A plan improves as SASI does, then takes an objective, and may commit to it."""
-    analysis = context.analysis
-    levels = analysis.levels("sasi")
-    if levels.rank(state) != 0:
-        for what in ("permitted", "progress"):
-            expected = sorted(c.name for c in getattr(levels, what)(state))
-            context.same(f"{what} of {where}", expected, sorted(a["name"] for a in entry["actions"] if a.get(what)))
-        context.same(f"pursues of {where}", (None, False, []), tuple(map(entry.get, OF_PURSUIT)))
-        return
-    found = pursued(analysis, state, named)
-    reference = analysis.classes[state] if found and not found[1] else None
-    pursues_at(context, found and (found[0], reference), where, state, entry, bool(found and found[1]))
-
-
-def pursues_at(context, taken, where, state, entry, commits=False):
-    """The objective that is pursued, by all choices or by those that never weaken a class, and how."""
-    analysis = context.analysis
-    done = done_in(context, where, state, entry["achieved"], set())
-    objective, reference = taken or (None, None)
-    commits = commits and objective not in done
-    if state in analysis.whole.theirs:
-        expected = (taken and context.names[objective], commits)
-        context.same(f"pursues of {where}", expected, tuple(map(entry.get, OF_PURSUIT[:2])))
-        return
-    taken_action = [a for a in entry["actions"] if a["name"] == entry["chosen_action"]]
-    given_up = {name for a in taken_action for s in a["successors"] for name in s["lost"]} if commits else set()
-    expected = (taken and context.names[objective], commits, [n for n in context.names if n in given_up])
-    context.same(f"pursues of {where}", expected, tuple(map(entry.get, OF_PURSUIT)))
-    if taken:
-        actions_at(context, objective, pursuit(analysis, objective, reference), where, state, entry)
-        if not analysis.play and state not in analysis.targets[objective]:
-            choices = {choice.name: choice for choice in analysis.whole.choices[state]}
-            verdicts = {name: pursuing(analysis, objective, reference, state, c) for name, c in choices.items()}
-            context.same(f"verdicts of {where}", verdicts, {a["name"]: a["verdict"] for a in entry["actions"]})
-
-
-def actions_at(context, objective, way, where, state, entry):
-    """The permitted actions and those that make progress. The regions of a formula bring strategies of their own: these
-    must stay where it is sure."""
-    staying, closer = ([c.name for c in found] for found in (way.staying(state), way.closer(state)))
-    permitted, progress = ([a["name"] for a in entry["actions"] if a[what]] for what in ("permitted", "progress"))
-    if context.analysis.play:
-        context.same(f"permitted stays sure of {where}", set(), set(permitted) - set(staying))
-        done = claims(context.analysis, objective, state)
-        context.same(f"an action achieves, {where}", True, done or entry["progress_action"] is not None)
-        return
-    context.same(f"permitted of {where}", sorted(staying), sorted(permitted))
-    if state not in way.target:
-        context.same(f"progress of {where}", sorted(closer), sorted(progress))
-
-
-@dataclass
-class Induced:
-    """The model of a strategy: `of[s]` is the state of the reference, `facts[s]` its variables and labels."""
-
-    mdp: Mdp
-    of: list
-    facts: list
-
-
-def induced(context):
-    """A strategy's model has steps of the model only, and keeps its promise."""
-    kind, objective, variant = options_of(context)
-    if not starts(context):
-        return
-    folder = context.program.folder / "induced"
-    options = ["--format", "explicit", "--kind", kind, "--scheduler", variant, "--out", folder]
-    options += ["--objective", objective] if objective else []
-    context.program.about("export", *options)
-    found = read_induced(context, folder / f"{kind}-{variant}")
-    if found is None:
-        return
-    labels_of_the_model(context, kind, found)
-    if not (context.is_game and variant == "permissive"):  # the only ones that are games again
-        in_other_formats(context, f"{kind}-{variant}", options)
-    if context.is_game and context.analysis.play:
-        # Here the opponent's actions are drawn at random; the reference judges formulas of games in the worst case.
-        return
-    if kind in ("sasi", "spi"):
-        improvements(context, kind, found)
-    elif kind == "achieve":
-        number = context.names.index(objective)
-        wanted = [s for s in found.mdp.initial if found.of[s] in context.analysis.sure[number]]
-        satisfied(context, found, wanted, [number])
-    elif context.analysis.safety != "transition":
-        ranked = context.analysis.levels("sasi")
-        wanted = [
-            s for s in found.mdp.initial if ranked.rank(found.of[s]) != 0 or context.analysis.classes[found.of[s]]
-        ]
-        satisfied(context, found, wanted, range(len(context.names)))
-
-
-def labels_of_the_model(context, kind, found):
-    """A strategy's model keeps the labels of the model; one with a name of its own has `_2` after it."""
-    own = {"improved", "settled", *(("achieved", "committed") if kind in ("plan", "achieve") else ())}
-    for name, condition in context.case.labels:
-        holds, written = context.analysis.whole.where(condition), f"{name}_2" if name in own else name
-        expected = {s for s in found.mdp.states if found.of[s] in holds}
-        got = {s for s in found.mdp.states if written in found.facts[s]["labels"]}
-        context.same(f"states with the label {written} of {kind}", expected, got)
-
-
-def in_other_formats(context, stem, options):
-    """The program reads a strategy's model back from each format, and finds the same regions and values."""
-    program, folder = context.program, context.program.folder / "induced"
-    first, *others = open(folder / f"{stem}.lab", encoding="utf-8").read().splitlines()
-    names = dict(entry.replace('"', "").split("=") for entry in first.split())
-    held = {names[number] for line in others for number in line.partition(":")[2].split()} - {"init", "deadlock"}
-    properties = [f'{p} [ F "{name}" ]' for name in sorted(held)[:6] for p in ("P>=1", "Pmax=?", "Pmin=?")]
-    asked = [word for text in properties for word in ("--property", text)]
-    expected = program.ask("reach", folder / f"{stem}.tra", *asked, allowed=(0, 1))["properties"] if asked else []
-    for written in ("drn", "umb") if asked else ():
-        again = program.folder / f"induced-{written}"
-        where = options.index("--out") + 1
-        more = [*options[:where], again, *options[where + 1 :]]
-        more[more.index("--format") + 1] = written
-        program.about("export", *more)
-        tables = [open(f / f"{stem}.csv", encoding="utf-8").read() for f in (folder, again)]
-        context.same(f"table of actions of {written}", *tables)
-        got = program.ask("reach", again / f"{stem}.{written}", *asked, allowed=(0, 1))["properties"]
-        for text, old, new in zip(properties, expected, got):
-            regions = [
-                {k: v for k, v in entry.items() if k.startswith("p") and k != "property"} for entry in (old, new)
-            ]
-            context.same(f"regions of {text} of {written}", *regions)
-            if old.get("value") and not context.is_rare():
-                near = all(abs(old["value"][b] - new["value"][b]) <= 1e-5 for b in ("lower", "upper"))
-                context.same(
-                    f"value of {text} of {written}", "" if near else old["value"], "" if near else new["value"]
-                )
-
-
-def read_induced(context, stem):
-    """Reads `.tra`, `.lab` and the table of actions, and walks through them together with the reference."""
-    rows = list(csv.DictReader(open(f"{stem}.csv", encoding="utf-8")))
-    lines = open(f"{stem}.lab", encoding="utf-8").read().splitlines()
-    names = {entry.split("=")[0]: entry.split("=")[1].strip('"') for entry in lines[0].split()}
-    for line in lines[1:]:
-        number, _, own = line.partition(":")
-        rows[int(number)]["labels"] = {names[n] for n in own.split()}
-    lines, choices = open(f"{stem}.tra", encoding="utf-8").read().splitlines(), [{} for _ in rows]
-    is_chain = len(lines[0].split()) == 2
-    for state, *rest in (line.split() for line in lines[1:]):
-        choice, to = (0, rest[0]) if is_chain else (int(rest[0]), rest[1])
-        row = int(state.partition(":")[0])  # in games, the player follows
-        name = rows[row]["actions"].split(" | ")[choice]
-        choices[row].setdefault(name, set()).add(int(to))
-    return walked(context, rows, choices)
-
-
-def walked(context, rows, choices):
-    """The pairs of a state of the strategy's model and a state of the reference that the same paths reach; None if a
-    step is not one of the model."""
-    whole, variables = context.analysis.whole, context.report["model"]["variables"]
-    number, pairs, moves = {}, [], []
-
-    def plain(row):
-        return tuple(value_of(v, rows[row][v["name"]]) for v in variables[: context.relation.width])
-
-    def numbered(pair):
-        if pair not in number:
-            number[pair] = len(pairs)
-            pairs.append(pair)
-        return number[pair]
-
-    roots = [row for row, facts in enumerate(rows) if "init" in facts.get("labels", ())]
-    fresh = {whole.plain(s): s for s in whole.initial}
-    initial = [numbered((row, fresh[plain(row)])) for row in roots]
-    for row, state in pairs:  # grows while we walk it
-        known, to = {choice.name: choice for choice in whole.choices[state]}, set()
-        for name, successors in choices[row].items():
-            if name == "settled":
-                to.add(number[row, state])
-                continue
-            expected = {whole.plain(t): t for t in known[name].to} if name in known else {}
-            if not context.same(
-                f"successors of {rows[row]} by {name}", expected.keys(), {plain(t) for t in successors}
-            ):
-                return None
-            to |= {numbered((t, expected[plain(t)])) for t in successors}
-        # Each permitted choice is taken again and again, at random.
-        moves.append([Choice("any", dict.fromkeys(sorted(to), Fraction(1)), {})])
-    mdp = Mdp(context.source, [None] * len(pairs), moves, initial, set())
-    return Induced(mdp, [state for _, state in pairs], [{"labels": set(), **rows[row]} for row, _ in pairs])
-
-
-def value_of(variable, text):
-    if variable["type"] == "bool":
-        return text == "true"
-    number = int(text)
-    return variable["values"][number - variable["low"]] if "values" in variable else number
-
-
-def improvements(context, kind, found):
-    """SASI makes its improvements almost surely, SPI with positive probability; no step weakens."""
-    analysis, levels = context.analysis, context.analysis.levels(kind)
-    safe = {s for s in found.mdp.states if found.of[s] not in analysis.mdp.unsafe}
-    for start in safe.intersection(found.mdp.initial):
-        context.same("unsafe states", set(), reached_from(found.mdp, start) - safe)
-    if analysis.safety == "transition":
-        return
-    if analysis.safety == "action":
-        for state in found.mdp.states:
-            for to in found.mdp.choices[state][0].to:
-                old, new = analysis.classes[found.of[state]], analysis.classes[found.of[to]]
-                context.same("a step weakens", False, to != state and analysis.preferences.weakens(old, new))
-    moves = found.mdp.moves
-    for start in safe.intersection(found.mdp.initial):
-        rank = levels.rank(found.of[start])
-        goal = set(found.mdp.states)
-        for _ in range(4 if rank == "unbounded" else min(rank, 4)):
-            improving = {s for s in goal if "improved" in found.facts[s]["labels"]}
-            before = almost_sure(moves, improving) if kind == "sasi" else attractor(moves, improving)
-            goal = {s for s in found.mdp.states if any(m <= before if kind == "sasi" else m & before for m in moves[s])}
-        context.same(f"{rank} improvements from {found.facts[start]}", True, start in goal)
-
-
-def reached_from(mdp, start):
-    found, todo = {start}, [start]
-    while todo:
-        new = {t for choice in mdp.choices[todo.pop()] for t in choice.to} - found
-        found |= new
-        todo += new
-    return found
-
-
-def satisfied(context, found, wanted, objectives):
-    """From some states, almost every path satisfies one of some objectives, the one that it pursues."""
-    analysis, won = context.analysis, set()
-    for number in objectives:
-        here = {s for s in found.mdp.states if found.facts[s]["pursued"] == str(number)}
-        ended = {s for s in here if "settled" in found.facts[s]["labels"]}
-        good = {s for s in ended if claims(analysis, number, found.of[s])}
-        context.same("an objective is achieved where a path ends", set(), ended - good)
-        if analysis.play:
-            # Within the states that pursue the objective, the monitors' marks decide.
-            going = [
-                own if s in here - ended and own[0].successors <= here - ended else []
-                for s, own in enumerate(found.mdp.choices)
-            ]
-            marks, accepted = (
-                {g: {s for s in found.mdp.states if found.of[s] in m} for g, m in of.items()}
-                for of in (analysis.product.marks, analysis.product.accepted)
-            )
-            inside = Product(replace(found.mdp, choices=going), analysis.product.monitors, marks, accepted)
-            good |= satisfaction(inside, inside.mdp, analysis.formulas[number])["pmax_one"] - ended
-        won |= good
-    sure = almost_sure(found.mdp.moves, won)
-    for state in wanted:
-        context.same(f"achieves from {at_text(found, state)}", True, state in sure)
-
-
-def at_text(found, state):
-    return ", ".join(f"{k}={v}" for k, v in found.facts[state].items() if k not in ("labels", "state"))
-
-
-ALL = {"simulate": simulate, "chosen": chosen, "pursue": pursues, "induced": induced}
+ALL = {"simulate": simulate, "chosen": chosen}

@@ -33,9 +33,8 @@ def info(context):
             "bits of the order", sorted(bits) if symbolic else None, symbolic and sorted(found["order"]) or None
         )
         context.same("nodes", symbolic, found["nodes"] is not None)
-    context.same(
-        "variables", [v.name for v in context.source.variables], [v["name"] for v in alone["model"]["variables"]]
-    )
+    names = [*context.source.named(next(context.source.all_states()))]
+    context.same("variables", names, [v["name"] for v in alone["model"]["variables"]])
     context.same("variables with monitors", report["model"]["variables"], product["model"]["variables"])
 
 
@@ -97,64 +96,6 @@ def cut_at(levels, state, most):
         return rank, sorted(c.name for c in levels.permitted(state))
     game = levels.games[most - 1][levels.classes[state]]
     return most, sorted(c.name for c in game.permitted(levels.node(state)))
-
-
-def members(context, folder, regions):
-    """`query` counts and lists the states of regions and of expressions over them."""
-    relation, program, draw = context.relation, context.program, random.Random(context.case.seed)
-    first, second = draw.choices(sorted(regions), k=2)
-    one, other, whole = regions[first], regions[second], regions["reachable"]
-    bound = draw.randint(0, context.case.size)
-    above = {s for s in whole if context.analysis.whole.plain(s)[0] >= bound}
-    asked = {first: one, f"{first} & !{second}": one - other, f"!{first} | {second}": whole - one | other}
-    for text, states in asked.items():
-        for where, kept in (([], whole), (["--where", f"x >= {bound}"], above)):
-            expected = {name for name in relation.of if relation.one(name) in states & kept}
-            found = program.ask("query", folder, text, *where, "--count", "--list", len(relation.of) + 1)
-            listed, what = [key(entry["state"]) for entry in found["states"]], f"{text} {' '.join(where)}"
-            context.same(f"count of {what}", str(len(expected)), found["count"])
-            context.same(f"members of {what}", (len(expected), expected), (len(listed), set(listed)))
-    some = program.ask("query", folder, first, "--list", 1)
-    got = [relation.one(key(entry["state"])) in one for entry in some["states"]]
-    context.same(f"one member of {first}", ([True] * min(1, len(one)), None), (got, some["count"]))
-
-
-def allowed_by(context, folder, counts):
-    """Choices of a dump: all of them, those that stay sure, and those of the levels."""
-    analysis, relation = context.analysis, context.relation
-    whole = {s: {c.name for c in analysis.whole.choices[s]} for s in analysis.whole.states}
-    expected = {"choices": whole}
-    for kind in ("sasi", "spi"):
-        levels = analysis.levels(kind)
-        for k, games in enumerate(levels.games, 1):
-            name = f"strategy:{kind}:{'unbounded' if k > len(levels.sets) else k}"
-            if name in counts:
-                expected[name] = {
-                    s: {c.name for c in games[levels.classes[s]].permitted(levels.node(s))}
-                    for s in (levels.sets[k - 1] if k <= len(levels.sets) else levels.fixpoint)
-                }
-    for name, of in expected.items():
-        found = context.program.ask("query", folder, name, "--count", "--list", len(relation.of) + 1)
-        got = {key(entry["state"]): entry["choices"] for entry in found["states"]}
-        wanted = {state: of[relation.one(state)] for state in relation.of if of.get(relation.one(state))}
-        if context.same(f"states of {name}", wanted.keys(), got.keys()):
-            for state, names in wanted.items():
-                calls = [[name for name in names if is_called(dumped, name)] for dumped in got[state]]
-                fits = len(names) == len(calls) and names == {one for called in calls for one in called}
-                context.same(f"choices of {name} in {dict(state)}", "" if fits else names, "" if fits else got[state])
-        context.same(f"count of {name}", str(sum(map(len, wanted.values()))), found["count"])
-
-
-def is_called(dumped, name):
-    """Whether a choice has a name of a dump, which lists the commands that have one number: `a(m#1|m#3,n#1)`. The
-    choices of a `dtmc` are all called `uniform`."""
-    if dumped == "uniform":
-        return True
-    (label, _, parts), (own, _, commands) = dumped.partition("("), name.partition("(")
-    if not commands:
-        return own in label.split("|")
-    listed = zip(parts.rstrip(")").split(","), commands.rstrip(")").split(","))
-    return own == label and all(command in part.split("|") for part, command in listed)
 
 
 def bounded(seed, text, most, least):

@@ -2,6 +2,7 @@
 
 from reference.games import conditions_in_game
 from reference.leaves import cases
+from reference.strategies import is_recurrence
 from reference.temporal import is_cosafe
 from tester.program import Refused
 
@@ -44,9 +45,10 @@ def refused(context, asked, status, said):
 
 
 def achieving(context):
-    """A strategy that achieves an objective is refused exactly where the opponent may choose how it is satisfied, and a
-    plan where that is so for some objective."""
-    may_choose = [name for name, f in zip(context.names, context.analysis.formulas) if is_chosen(context, f)]
+    """A strategy that achieves an objective is refused where the opponent may choose how it is satisfied, and a plan
+    where that is so for some objective. A formula that has a simpler one for the same words may be answered."""
+    formulas = dict(zip(context.names, context.analysis.formulas))
+    may_choose = [name for name, formula in formulas.items() if is_chosen(context, formula)]
     named = context.names[context.case.seed % len(context.names)]
     for kind, options, wrong in (
         ("plan", (), may_choose),
@@ -57,8 +59,9 @@ def achieving(context):
             said = ""
         except Refused as error:
             said = str(error)
-        fits = not wrong and not said or any(f"that achieves `{name}` is not supported" in said for name in wrong)
-        context.same(f"refusal of {kind} {options}", ("", wrong), ("" if fits else said or "no error", wrong))
+        must = [name for name in wrong if not is_recurrence(context.analysis, conditions_in_game(formulas[name]))]
+        fits = not must and not said or any(f"that achieves `{name}` is not supported" in said for name in wrong)
+        context.same(f"refusal of {kind} {options}", ("", must), ("" if fits else said or "no error", must))
         context.same(f"help of {kind} {options}", True, not said or "without persistence, such as `F a`" in said)
 
 

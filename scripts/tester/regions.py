@@ -7,18 +7,19 @@ from fractions import Fraction
 from reference.model import explore
 from reference.preferences import target_of
 from reference.questions import Question, jointly, rewards
-from tester.program import at, key
-from tester.questions import allowed_by, bounded, earning, members
+from tester.program import key
+from tester.questions import bounded, earning
 
 
 def reach(context):
     """The four regions of a formula, its probabilities and their bounds."""
     if context.is_game:
         return  # properties of a game name its players
-    text = context.preferences.objectives[context.case.seed % len(context.names)][1]
+    formula = context.preferences.objectives[context.case.seed % len(context.names)][1]
+    text = context.program.text(formula)
     for required in {(), tuple(context.preferences.required)}:
-        options = [word for formula in required for word in ("--require", formula)]
-        question = Question(context.source, context.case.settings["scope"], text, required, 3000)
+        options = [word for formula in required for word in ("--require", context.program.text(formula))]
+        question = Question(context.source, context.case.settings["scope"], formula, required, 3000)
         starts, regions = question.whole.initial, question.regions()
         most, least = ([values[s] for s in starts] for values in (question.most(), question.least()))
         bounds = bounded(context.case.seed, text, most, least)
@@ -167,69 +168,10 @@ def jointly_known(analysis, subset):
     return known[subset]
 
 
-def dumps(context):
-    """A dump has the right regions, also in `query`, and `verify` accepts it."""
-    relation, program = context.relation, context.program
-    folder = program.folder / "dump"
-    more = ["--values", "--levels", "2", *program.settings("reward")] if context.case.seed % 2 else []
-    report = program.about("export", "--out", folder, *more)
-    verified(context, folder)
-    expected = regions_of(context)
-    counts = {region["name"]: region["count"] for region in report["regions"]}
-    for name, states in expected.items():
-        context.same(f"region {name}", relation.count(states), counts.get(name, "0"))
-    known = [name for name in counts if name in expected]
-    for name in known[context.case.seed % len(known) :: 5]:
-        states = [dict(name) for name in relation.of]
-        asked = [word for state in states for word in ("--contains", at(state))]
-        found = program.ask("query", folder, name, *asked, allowed=(0, 1))["contains"]
-        for state, entry in zip(states, found):
-            inside = relation.one(key(state)) in expected[name]
-            context.same(f"{state} in {name}", inside, entry["contained"])
-    members(context, folder, {name: states for name, states in expected.items() if name in counts})
-    allowed_by(context, folder, counts)
-
-
-def verified(context, folder):
-    """`verify` accepts a dump for its coalition, and for no other."""
-    program, number = context.program, len(context.case.players)
-    verify = ("verify", folder, program.model, program.prefs, "--json")
-    status, out, errors = program.run(*verify, *program.settings("coalition"))
-    context.same("verify accepts", (0, ""), (status, "" if status == 0 else (out + errors)[-700:]))
-    if context.is_game:
-        other = "2" if context.ours != {1} else "1"
-        status, out, _ = program.run(*verify, "--coalition", other)
-        context.same("verify of another coalition", (number > 1, True), (status == 1, "the coalition is" in out))
-
-
-def regions_of(context):
-    analysis = context.analysis
-    whole = analysis.whole
-    found = {"reachable": set(whole.states), "initial": set(whole.initial), "deadlock": whole.deadlocks}
-    if context.preferences.required:
-        found["unsafe"] = set(analysis.mdp.unsafe)
-    for at, name in enumerate(context.source.players):
-        found[f"player:{name}"] = {s for s in whole.states if whole.owners[s] == at}
-    if context.is_game and analysis.safety == "action":
-        found["bad"] = analysis.bad
-    for number, name in enumerate(context.names):
-        found[f"almost-sure:{name}"], found[f"positive:{name}"] = analysis.sure[number], analysis.positive[number]
-        if context.secured(number) is not None:
-            found[f"target:{name}"] = analysis.targets[number]
-    for known in set(analysis.classes) - {None}:
-        states = {s for s, c in enumerate(analysis.classes) if c == known}
-        found["class:" + ("+".join(context.named(known)) or "nothing")] = states
-    for kind in ("sasi", "spi"):
-        levels = analysis.levels(kind)
-        found.update({f"{kind}:{k}": states for k, states in enumerate(levels.sets, 1)})
-        found[f"{kind}:unbounded"] = levels.fixpoint
-    return found
-
-
 def compare(context):
     """Both engines agree."""
     report = context.program.about("compare", allowed=(0, 1))
     context.same("equal", (True, None), (report["equal"], report["difference"]))
 
 
-ALL = {"reach": reach, "rewards": earned, "jointly": together, "dump": dumps, "compare": compare}
+ALL = {"reach": reach, "rewards": earned, "jointly": together, "compare": compare}

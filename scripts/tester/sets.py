@@ -8,7 +8,7 @@ from reference.games import LeftOut
 from reference.prism import InputError
 from reference.questions import Question
 from tester.program import key
-from tester.regions import regions_of
+from tester.dumps import regions_of
 
 BETWEEN = {
     "&": set.__and__, "|": set.__or__, "-": set.__sub__, "^": set.__xor__,

@@ -2,24 +2,31 @@
 
 from tester import (
     checks,
+    dumps,
     exchange,
     games,
+    induced,
     lists,
     names,
     package,
     pages,
+    places,
     promises,
+    pursuits,
     questions,
     refusals,
     regions,
     stopping,
+    sweeps,
     tables,
     together,
+    valued,
     whole,
+    wild,
 )
 
 GROUPS = (
-    *(checks, games, promises, regions, questions, tables, whole, together, stopping),
-    *(lists, exchange, names, pages, refusals, package),
+    *(checks, games, promises, pursuits, induced, regions, dumps, questions, tables, whole, valued, together),
+    *(stopping, sweeps, places, lists, exchange, names, wild, pages, refusals, package),
 )
 ALL = {name: check for group in GROUPS for name, check in group.ALL.items()}

@@ -5,11 +5,12 @@ import io
 import re
 
 from reference.shields import Shield as Machine
-from tester.program import at, key
+from tester.program import at, cell, shown
 from tester.promises import starts
 
-NODE = re.compile(r'  s(\d+) \[label="(?:\w+: )?([^"\\]*)(?:\\n[^"]*)?"([^\]]*)\];')
-CHOICE = re.compile(r'  s(\d+) -> (a\d+_\d+) \[label="([^"\\]*)[^"]*", ([^\]]*)\];')
+TEXT = r'"((?:[^"\\]|\\.)*)"'
+NODE = re.compile(rf"  s(\d+) \[label={TEXT}([^\]]*)\];")
+CHOICE = re.compile(rf"  s(\d+) -> (a\d+_\d+) \[label={TEXT}, ([^\]]*)\];")
 STEP = re.compile(r"  (a\d+_\d+) -> s(\d+) \[")
 
 
@@ -45,8 +46,7 @@ def rows_of(context, entry):
     for action in entry["actions"]:
         marks = {what: "" if theirs else shown(action[what]) for what in ("kept", "permitted", "progress")}
         pick = "" if theirs else shown(action["name"] == entry["chosen_action"])
-        # Names of values stand in quotes, as in `--at`.
-        state = {n: f'"{value}"' if isinstance(value, str) else shown(value) for n, value in entry["state"].items()}
+        state = {name: cell(value) for name, value in entry["state"].items()}
         row = {**state, **marks, "pick": pick}
         row.update(action=action["name"], reason=action["reason"], most_preferred="+".join(entry["most_preferred"]))
         row.update(sasi_rank=shown(entry["sasi_rank"]), spi_rank=shown(entry["spi_rank"]))
@@ -56,22 +56,24 @@ def rows_of(context, entry):
         yield row
 
 
-def shown(value):
-    return str(value).lower() if isinstance(value, bool) else str(value)
-
-
 def graph(context, kind):
     """The graph has the steps that the permissive strategy and the opponent may take until nothing is ahead."""
     text = printed(context, "--kind", kind, "--dot")
-    nodes = {number: (state, style) for number, state, style in NODE.findall(text)}
+    nodes = {n: (re.sub(r"^\w+: ", "", first_line(words)), style) for n, words, style in NODE.findall(text)}
     steps = {}
     for action, to in STEP.findall(text):
         steps.setdefault(action, set()).add(nodes[to][0])
-    got = {(nodes[s][0], name, frozenset(steps[a]), "dashed" in style) for s, a, name, style in CHOICE.findall(text)}
+    choices = [(nodes[s][0], first_line(words), a, "dashed" in style) for s, a, words, style in CHOICE.findall(text)]
+    got = {(state, name, frozenset(steps[a]), dashed) for state, name, a, dashed in choices}
     context.same(f"graph of {kind}", paths(context, kind), got)
     theirs = {text_of(context, s) for s in context.analysis.whole.theirs}
     for state, style in nodes.values():
         context.same(f"shape of {state}", state in theirs, "hexagon" in style)
+
+
+def first_line(label):
+    """The first line of a label of DOT."""
+    return re.sub(r"\\(.)", lambda c: "\n" if c[1] == "n" else c[1], label).split("\n")[0]
 
 
 def text_of(context, state):

@@ -5,7 +5,7 @@ import io
 
 from reference.improvement import UNBOUNDED
 from reference.shields import Shield as Machine
-from tester.program import key
+from tester.program import cell, key
 
 
 def whole(context):
@@ -130,7 +130,8 @@ def run_of(context, kind, play, path):
     name = key(play["state"])
     state = relation.one(name)
     memory, times = machine.start(state), 0
-    context.same("step 0 of a run", (written(play["state"]), ""), ([path[0][n] for n in names], path[0]["action"]))
+    first = [*map(cell, play["state"].values()), ""]
+    context.same("step 0 of a run", first, [path[0][name] for name in (*names, "action")])
     for number, row in enumerate(path[1:], 1):
         choices = {c.name: c for c in analysis.whole.choices[state]}
         where = f"step {number} from {play['state']} by {row['action']}"
@@ -139,7 +140,7 @@ def run_of(context, kind, play, path):
         plain = {}
         for to in choices[row["action"]].to:
             values = context.source.named(analysis.whole.plain(to))
-            plain[tuple(written(values))] = to
+            plain[tuple(map(cell, values.values()))] = to
         to = plain.get(tuple(row[n] for n in names[: relation.width]))
         if not context.same(f"successor of {where}", True, to is not None):
             return times
@@ -153,14 +154,6 @@ def run_of(context, kind, play, path):
         times += "improvement" in events
         state, memory = to, machine.after(state, memory, to)
     return times
-
-
-def written(state):
-    """The values of a state as cells."""
-    shown = {True: "true", False: "false"}
-    return [
-        f'"{v}"' if isinstance(v, str) else shown[v] if isinstance(v, bool) else str(v) for v in state.values()
-    ]
 
 
 def cycles(context):

@@ -1,0 +1,77 @@
+"""The checks of a case once more, asked about the same model in JANI, whose actions, values and labels have wild names:
+with blanks, quotes, commas and signs, or like numbers and keywords."""
+
+import json
+import random
+from dataclasses import replace
+
+from tester import checks, dumps, jani, lists, places, promises, pursuits, questions, regions, tables, together, whole
+from tester.context import Context
+from tester.names import LABELS, UNQUOTED, names_for
+from tester.program import Program
+
+# Not all checks can be asked: each case takes some.
+AGAIN = {
+    **checks.ALL, **promises.ALL, **pursuits.ALL, **questions.ALL, **tables.ALL, **whole.ALL, **together.ALL,
+    **places.ALL, **dumps.ALL,
+    "reach": regions.reach, "compare": regions.compare, "property_files": lists.property_files,
+}  # fmt: skip
+FIRST, SOME = ("model", "check", "initial"), 3
+
+
+class Wild(Program):
+    """The command about the model in JANI."""
+
+    def __init__(self, program, case, document, labels):
+        self.binary, self.folder, self.case, self.asked = program.binary, program.folder, case, program.asked
+        self.model, self.prefs, self.labels = program.folder / "wild.jani", program.folder / "wild.pref", labels
+        self.model.write_text(json.dumps(document))
+        self.prefs.write_text(self.text(case.preferences_text()))
+
+    def text(self, formula):
+        return jani.in_labels(formula, self.labels)
+
+
+def wild(context):
+    """For some cases, some checks with a model in JANI."""
+    case, draw = context.case, random.Random(context.case.seed)
+    if context.is_game or context.is_rare() or draw.random() < 0.5:
+        return
+    other = in_jani(context, draw)
+    if other is None:
+        return
+    case.features.add("wild names")
+    some = draw.sample([name for name in AGAIN if name not in FIRST], SOME)
+    for name in (*FIRST, *some):
+        other.check = f"wild {name}"
+        AGAIN[name](other)
+        if other.differences:
+            break
+    context.compared[context.check] = sum(other.compared.values())
+    for found in other.differences:
+        context.differences.append(replace(found, check="wild", what=f"{found.what} ({found.check})"))
+
+
+def in_jani(context, draw):
+    """The context of the same case in JANI; None if its initial states cannot be written."""
+    settings = {**context.case.settings, "reward": "steps"}
+    case = replace(context.case, settings=settings, rewards=[], labels=[])
+    source = context.source
+    locations = names_for(range(case.size + 1), draw)
+    actions = {label: (label, label) for label in source.alphabet}
+    conditions = dict.fromkeys(jani.CONDITION.findall(case.preferences_text()))
+    labels = {condition: name for condition, (name, _) in names_for(conditions, draw, LABELS, UNQUOTED).items()}
+    raw = {word: name for word, (name, _) in (locations | actions).items()}
+    properties = [name for name in labels.values() if draw.random() < 0.3]
+    named = {name: f"flag {at}" for at, name in enumerate(properties)}
+    holds = {named.get(name, name): source.compile(condition) for condition, name in labels.items()}
+    names = [raw[x] for x in range(case.size + 1)], {label: raw[label] for label in actions}
+    document = jani.written(source, names, holds, [jani.reaching(name, flag) for name, flag in named.items()])
+    if document is None:
+        return None
+    program = Wild(context.program, case, document, labels)
+    shown = [locations[x][1] for x in range(case.size + 1)], {label: form for label, (_, form) in actions.items()}
+    return Context(case, program, jani.renamed(source, *shown))
+
+
+ALL = {"wild": wild}
