@@ -90,6 +90,8 @@ impl ReachArgs {
         };
         load::check_each(&self.model, ends, |loaded| match &self.properties {
             Some(file) => properties::check(file, loaded.program),
+            // The model names them, and each has its own reason if it is not answered.
+            None if self.all_properties => Ok(()),
             None => loaded.questions(self.target.as_deref(), (&self.property, &self.require)).map(drop),
         })?;
         Ok(sweep::Job::Reach { regions: self.target.is_some() || self.property.len() == 1, properties })

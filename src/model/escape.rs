@@ -70,7 +70,7 @@ fn is_plain(name: &str) -> bool {
 }
 
 /// Returns a text as one word: `%20` and the like replace the UTF-8 bytes of blanks, of characters
-/// that are not displayed, and of `%`, `[`, `]`, `{`, `!` and `"`. [`unword`] is the inverse.
+/// that are not displayed, and of `%`, `[`, `]`, `{`, `!`, `@`, `/` and `"`. [`unword`] is the inverse.
 pub fn word(text: &str) -> Cow<'_, str> {
     if !text.contains(breaks_words) {
         return Cow::Borrowed(text);
@@ -103,7 +103,7 @@ pub fn unword(word: &str) -> Cow<'_, str> {
 
 /// Returns true if a word does not contain the character itself.
 fn breaks_words(c: char) -> bool {
-    c.is_whitespace() || matches!(c, '%' | '[' | ']' | '{' | '!' | '"') || !is_shown(c)
+    c.is_whitespace() || matches!(c, '%' | '[' | ']' | '{' | '!' | '@' | '/' | '"') || !is_shown(c)
 }
 
 /// Reads a character in the form that [`word`] gives it; returns it with the length of the form.

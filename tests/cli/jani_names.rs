@@ -62,7 +62,11 @@ fn exported_models_have_the_names_of_the_author() {
         assert!(actions.iter().any(|action| action["name"] == "go left"), "{format}: {found}");
         if format != "explicit" {
             let asked = ["reach", &written, "--property", "R{\"my cost\"}min=? [ F \"at goal\" ]", "--json"];
-            assert_eq!(run(&asked).json()["value"], json!({"lower": 3.0, "upper": 3.0}), "{format}");
+            assert_eq!(
+                run(&asked).json()["properties"][0]["value"],
+                json!({"lower": 3.0, "upper": 3.0}),
+                "{format}"
+            );
         }
     }
 }
@@ -76,10 +80,9 @@ fn cells_have_names_as_they_are_and_states_are_read_back() {
     let listed = rows(&run(&["query", &dump, "choices", "--csv", "-"]).stdout);
     assert!(listed.contains(&["0", "lo c", "go left | b"].map(str::to_owned).to_vec()), "{listed:?}");
     assert!(listed.contains(&["0", "0,\"x\"", "b"].map(str::to_owned).to_vec()), "{listed:?}");
-    for command in [&["strategy", "--all"][..], &["simulate", "--runs", "2"], &["values", "--all"]] {
-        let kind = if command[0] == "values" { &[][..] } else { &["--kind", "spi"] };
-        let written =
-            run(&[&[command[0], &model, &prefs], &command[1..], kind, &["--csv", "-"]].concat()).stdout;
+    for command in [&["strategy", "--all"][..], &["simulate", "--runs", "2"]] {
+        let more = [&command[1..], &["--kind", "spi", "--csv", "-"]].concat();
+        let written = run(&[&[command[0], &model, &prefs], &more[..]].concat()).stdout;
         let cells: Vec<String> = rows(&written).into_iter().flatten().collect();
         assert!(cells.iter().any(|cell| cell == "lo c"), "{command:?}: {written}");
         assert!(!cells.iter().any(|cell| cell.starts_with('"')), "{command:?}: {written}");

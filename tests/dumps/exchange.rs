@@ -266,7 +266,7 @@ fn valuations_with_padding_offsets_strings_and_options_are_read() {
     );
     let program = checked.unwrap().program;
     let initial: Vec<i64> = program.variables.iter().map(|v| v.initial.unwrap()).collect();
-    assert_eq!(program.show_state(&initial), "v0=true,v1=27,v2=ab,v3=true,v4=56");
+    assert_eq!(program.show_state(&initial), "v0=true,v1=\"27\",v2=ab,v3=true,v4=56");
     let names: Vec<_> = program.variables[1].values.iter().map(String::as_str).collect();
     assert_eq!(names, ["27", "none"]);
 }
