@@ -66,6 +66,15 @@ fn a_name_that_is_not_displayed_is_told_at_its_place() {
 }
 
 #[test]
+fn a_property_with_the_name_of_a_built_in_label_is_told_at_its_place() {
+    let text = model().to_string().replace("my prop", "deadlock");
+    let checked = load_text(&text, "").unwrap();
+    assert!(checked.program.labels.iter().map(|label| label.0.as_str()).eq(["at goal"]));
+    let told = checked.warnings.iter().find(|w| w.message.contains("meaning of its own")).unwrap();
+    assert_eq!(&text[told.span.clone()], "\"deadlock\"");
+}
+
+#[test]
 fn flat_programs_have_identifiers_and_the_same_choices() {
     let program = load_text(&model().to_string(), "").unwrap().program;
     let again = load_text(&flat(&program).unwrap(), "").unwrap().program;

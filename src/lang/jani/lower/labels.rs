@@ -35,7 +35,9 @@ impl Lowering<'_> {
             labels.into_iter().partition(|(name, _)| BUILT_IN_LABELS.contains(&name.as_str()));
         let built_in: Vec<(String, ExprId)> = built_in;
         for (name, _) in built_in {
-            self.no_label(&name, Span::default(), "the name has a meaning of its own in properties");
+            let property = self.model.properties.iter().find(|property| property.name == name);
+            let span = property.map_or(Span::default(), |property| property.span);
+            self.no_label(&name, span, "the name has a meaning of its own in properties");
         }
         labels
     }

@@ -5,7 +5,7 @@ use super::super::json::{Node, Object, Shape};
 use super::path;
 use super::reader::Reader;
 use super::record::{Read, records};
-use crate::ast::{Expr, Ident};
+use crate::ast::{Expr, Ident, Span};
 use crate::ltl::Formula;
 use crate::property::{Extreme, Inequality, Over};
 use crate::refusal::Refusal;
@@ -36,6 +36,8 @@ records! {
 #[derive(Debug, Clone)]
 pub(crate) struct Property {
     pub(crate) name: String,
+    /// The place of the name, or of the property without a name.
+    pub(crate) span: Span,
     pub(crate) asks: Result<Question, Refusal>,
 }
 
@@ -62,7 +64,8 @@ impl<'a> Read<'a> for Properties {
 fn property<'a>(reader: &mut Reader<'a>, node: Node<'a>, index: usize) -> Option<Property> {
     let told = reader.told();
     if let Some(Readable { name, asks }) = Readable::read(reader, node, "a property") {
-        return Some(Property { name: name.name, asks: asks.map_err(Refusal::without_place) });
+        let Ident { name, span } = name;
+        return Some(Property { name, span, asks: asks.map_err(Refusal::without_place) });
     }
     let wrong = reader.take_back(told)?;
     let told = reader.told();
@@ -73,8 +76,9 @@ fn property<'a>(reader: &mut Reader<'a>, node: Node<'a>, index: usize) -> Option
         _ => None,
     };
     reader.take_back(told);
-    let name = name.map_or_else(|| format!("properties[{index}]"), |name| name.name);
-    Some(Property { name, asks: Err(Refusal::at(&wrong)) })
+    let unnamed = || Ident { name: format!("properties[{index}]"), span: node.span() };
+    let Ident { name, span } = name.unwrap_or_else(unnamed);
+    Some(Property { name, span, asks: Err(Refusal::at(&wrong)) })
 }
 
 /// The question, or the reason why the property is not supported.
