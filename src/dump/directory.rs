@@ -86,8 +86,8 @@ pub fn write_directory(
     Ok(dump.manifest)
 }
 
-/// Writes a dump as [`write_directory`] does, and keeps it, so that [`complete_directory`] can add what is
-/// found later.
+/// Writes a dump as [`write_directory`] does, and keeps it, so that [`complete_directory`] can add the
+/// certificate and the values.
 ///
 /// # Errors
 /// The errors of [`write_directory`].

@@ -234,8 +234,8 @@ struct Runs {
     /// The players, with the steps that they chose; absent if the model is not a game.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     players: Vec<MovesReport>,
-    /// The commitments of paths: kept actions alone achieved no most preferred outcome; absent except
-    /// for `plan`.
+    /// The commitments of paths: kept actions alone achieved no most preferred outcome; empty if
+    /// no path commits; absent except for `plan`.
     #[serde(skip_serializing_if = "Option::is_none")]
     commits: Option<Vec<CommitReport>>,
     /// The paths that ended where the strategy has nothing left to improve or to achieve, or stays

@@ -30,7 +30,7 @@ pub struct StrategyFindings {
     /// The number of states with memory that were printed or added to a table, and are not in `states`.
     #[serde(skip)]
     pub written: u64,
-    /// Where they are.
+    /// The place of these states.
     #[serde(skip)]
     pub place: Written,
     /// True if the whole strategy was asked for: all states, first without a past, then with other memories.

@@ -6,6 +6,7 @@ use std::fs;
 use serde_json::Value;
 
 use crate::common::{Finished, LONG, LONG_PREFS, Scratch, keys, meliora, run};
+use crate::machines::{PREFERENCES, factory};
 
 fn export(scratch: &Scratch, model: &str, options: &str) -> String {
     let out = scratch.show("dump");
@@ -290,4 +291,37 @@ fn values_of_a_dump_are_verified() {
         run(&format!("{drone} {wrong}")).expect(2);
     }
     run(&drone.replace("--values", "--levels 2")).expect(2);
+}
+
+/// The message named the phase `write`, in which nothing was missing.
+#[test]
+fn a_limit_that_ends_the_proof_is_in_its_phase_and_leaves_the_regions() {
+    let scratch = Scratch::new(&[("m.prism", &factory(12)), ("m.pref", PREFERENCES)]);
+    let [model, wishes, out] = ["m.prism", "m.pref", "dump"].map(|name| scratch.show(name));
+    let export = |limit: &str| run(&format!("export {model} {wishes} --out {out} {limit} --json"));
+    let total = export("").expect(0).json()["time"]["total"].as_f64().unwrap();
+    let mut seen = 0;
+    // The machine may be busy, so the limits are many.
+    for share in [0.9, 0.8, 0.7, 0.6, 1.0, 0.5, 1.2] {
+        fs::remove_dir_all(scratch.path("dump")).unwrap_or_default();
+        let ended = export(&format!("--timeout {}ms", (1000.0 * total * share) as u64));
+        let report = ended.json();
+        if !report["regions"].as_array().unwrap().is_empty() {
+            run(&format!("query {out} reachable --count")).expect(0);
+        }
+        if ended.stderr.contains("without a certificate") {
+            assert_eq!(ended.status, 4);
+            assert!(
+                ended.stderr.contains("all regions are written, with the proofs of the others"),
+                "{ended:?}"
+            );
+            assert!(ended.stderr.contains("phase `certificate`"), "{ended:?}");
+            assert!(report["certificate_nodes"].is_number(), "{report}");
+            seen += 1;
+        }
+        if seen > 0 {
+            return;
+        }
+    }
+    panic!("no limit ended a part of the proof: {total} s");
 }

@@ -27,6 +27,9 @@ mod json;
 mod json_page;
 #[cfg(unix)]
 mod limits;
+#[path = "../common/factory.rs"]
+#[allow(dead_code, reason = "the objectives over paths are for other tests")]
+mod machines;
 mod memory;
 mod models;
 mod names;

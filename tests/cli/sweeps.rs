@@ -299,7 +299,7 @@ fn a_plot_shows_each_result_over_the_first_constant() {
     assert!(drawn.contains("<title>N=1, K=2: 0.996094</title>"), "{drawn}");
     assert_eq!(drawn.matches("<circle").count(), 4 * 8 + 2, "unanswered properties have no points");
     // A resumed sweep draws the rows of the file, too.
-    let again = reach(&scratch, &[&ranges[..], &["--resume"]].concat()).expect(0);
+    let again = reach(&scratch, &[&ranges[..], &["--resume"]].concat()).expect(1);
     assert!(again.stderr.contains("all 8 instances have a row in the file"), "{}", again.stderr);
     assert_eq!(std::fs::read_to_string(scratch.path("p.svg")).unwrap(), drawn);
     for (wrong, reason) in [("p.png", ".svg"), ("m.prism.svg/x.svg", "does not exist")] {

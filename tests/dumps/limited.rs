@@ -1,13 +1,16 @@
 //! Dumps whose certificate lacks parts, because a limit ended them.
 
 use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::time::Duration;
 
 use meliora::certify::{Hashes, Verdict, verify};
-use meliora::dump::Dump;
-use meliora::engine::{Settings, SymbolicEngine};
+use meliora::dump::directory::{complete_directory, write_regions_first};
+use meliora::dump::{Dump, read_directory};
+use meliora::engine::{NoProgress, Settings, SymbolicEngine};
 use meliora::error::{Limit, SourceFile};
 use meliora::export::{DumpContent, Inputs, certify, export};
 use meliora::lang;
@@ -140,5 +143,38 @@ fn only_regions_can_be_left_out() {
         let mut dump = dump.clone();
         uncertified(&mut dump).push(name.to_owned());
         assert!(case.verify(&dump).violation.is_some(), "{name}");
+    }
+}
+
+/// The whole dump was written twice, and copied in memory for that.
+#[cfg(unix)]
+#[test]
+fn the_certificate_is_added_to_regions_that_stay_as_they_were_written() {
+    use std::os::unix::fs::MetadataExt;
+    let case = Case::new(PREFERENCES, Safety::Action);
+    let (mut dump, scratch) = (case.regions.clone(), tempfile::tempdir().unwrap());
+    let path = scratch.path().join("dump");
+    let file = path.join("regions.dddmp");
+    let names = |folder: &Path| fs::read_dir(folder).unwrap().count();
+    for dot in [false, true] {
+        write_regions_first(&mut dump, &path, dot, &NoProgress).unwrap();
+        let (bytes, inode) = (fs::read(&file).unwrap(), fs::metadata(&file).unwrap().ino());
+        let pictures = if dot { dump.manifest.regions.roots.len() } else { 0 };
+        assert_eq!(names(&path), 2 + pictures);
+        certify(&mut dump, &case.analysis, &mut |_| ()).unwrap();
+        complete_directory(&mut dump, &path, &NoProgress).unwrap();
+        assert_eq!((fs::read(&file).unwrap(), fs::metadata(&file).unwrap().ino()), (bytes.clone(), inode));
+        assert_eq!((names(&path), names(scratch.path())), (3 + pictures, 1));
+        assert!(case.verify(&read_directory(&path, true, &NoProgress).unwrap()).is_accepted());
+        // A dump that another process has written in the meantime is replaced as a whole.
+        let mut other = case.regions.clone();
+        other.manifest.regions.roots.truncate(1);
+        other.regions.roots.truncate(1);
+        write_regions_first(&mut other, &path, false, &NoProgress).unwrap();
+        assert_ne!(fs::read(&file).unwrap(), bytes);
+        complete_directory(&mut dump, &path, &NoProgress).unwrap();
+        assert_eq!(fs::read(&file).unwrap(), bytes);
+        assert!(case.verify(&read_directory(&path, true, &NoProgress).unwrap()).is_accepted());
+        (dump.manifest.certificate, dump.certificate) = (None, None);
     }
 }

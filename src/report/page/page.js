@@ -135,13 +135,15 @@
     for (const entry of document.querySelectorAll('.key [data-mark]')) entry.hidden = !live.some((place) => place.marks.some((mark) => mark.number === Number(entry.dataset.mark)));
     for (const entry of document.querySelectorAll('.key .faint')) entry.hidden = !live.some((place) => place.marks.some((mark) => mark.pale));
     for (const entry of document.querySelectorAll('.key .crowded')) entry.hidden = !live.some((place) => place.marks.length > 4);
+    // Signs in most of the small cells would only hide their values.
+    document.body.classList.toggle('filled', 2 * live.filter((place) => place.marks.length > 0).length > live.length);
     nameSmall();
   }
 
   /** Names the sign of small cells, if there is one. */
   function nameSmall() {
     const entry = document.querySelector('.key .small');
-    const shown = document.querySelector('.tiny') || (document.querySelector('.middle') && places.some((place) => place.marks.length > 1));
+    const shown = !document.body.classList.contains('filled') && (document.querySelector('.tiny') || (document.querySelector('.middle') && places.some((place) => place.marks.length > 1)));
     if (entry) entry.hidden = !shown;
   }
 
