@@ -58,7 +58,7 @@ def in_jani(context, draw):
     case = replace(context.case, settings=settings, rewards=[], labels=[])
     source = context.source
     locations = names_for(range(case.size + 1), draw)
-    actions = {label: (label, label) for label in source.alphabet}
+    actions = names_for(source.alphabet, draw)
     conditions = dict.fromkeys(jani.CONDITION.findall(case.preferences_text()))
     labels = {condition: name for condition, (name, _) in names_for(conditions, draw, LABELS, UNQUOTED).items()}
     raw = {word: name for word, (name, _) in (locations | actions).items()}
