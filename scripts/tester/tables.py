@@ -48,7 +48,8 @@ def rows_of(context, entry):
         pick = "" if theirs else shown(action["name"] == entry["chosen_action"])
         state = {name: cell(value) for name, value in entry["state"].items()}
         row = {**state, **marks, "pick": pick}
-        row.update(action=cell(action["name"]), reason=action["reason"], most_preferred="+".join(entry["most_preferred"]))
+        row.update(action=cell(action["name"]), reason=action["reason"])
+        row.update(most_preferred="+".join(entry["most_preferred"]))
         row.update(sasi_rank=shown(entry["sasi_rank"]), spi_rank=shown(entry["spi_rank"]))
         if context.is_game:
             player = entry.get("player")

@@ -5,16 +5,32 @@ import json
 import random
 from dataclasses import replace
 
-from tester import checks, dumps, jani, lists, places, promises, pursuits, questions, regions, tables, together, whole
+from tester import (
+    checks,
+    dumps,
+    induced,
+    jani,
+    lists,
+    pages,
+    places,
+    promises,
+    pursuits,
+    questions,
+    regions,
+    tables,
+    together,
+    valued,
+    whole,
+)
 from tester.context import Context
 from tester.names import LABELS, UNQUOTED, names_for
 from tester.program import Program
 
 # Not all checks can be asked: each case takes some.
 AGAIN = {
-    **checks.ALL, **promises.ALL, **pursuits.ALL, **questions.ALL, **tables.ALL, **whole.ALL, **together.ALL,
-    **places.ALL, **dumps.ALL,
-    "reach": regions.reach, "compare": regions.compare, "property_files": lists.property_files,
+    **checks.ALL, **promises.ALL, **pursuits.ALL, **induced.ALL, **valued.ALL, **questions.ALL, **tables.ALL, **whole.ALL, **together.ALL,
+    **places.ALL, **dumps.ALL, **pages.ALL,
+    "reach": regions.reach, "jointly": regions.together, "compare": regions.compare, "property_files": lists.property_files,
 }  # fmt: skip
 FIRST, SOME = ("model", "check", "initial"), 3
 
