@@ -9,7 +9,7 @@ from tester.checks import is_near
 from tester.context import LEVELS
 from tester.program import key
 
-GIVEN_UP = None, 1  # a node that goes on nowhere, with improvements left
+GIVEN_UP = None, 1  # no node, and an improvement that is never made
 
 def valued(context):
     """For some cases, the probability of all improvements that are aimed at, or their cost."""
