@@ -147,11 +147,11 @@ def allowed_by(context, folder, counts):
 def is_called(dumped, name):
     """Whether a choice has a name of a dump, which lists the commands that have one number: `a(m#1|m#3,n#1)`. The
     choices of a `dtmc` are all called `uniform`."""
-    if dumped == "uniform":
+    if dumped == "uniform" or f"|{name}|" in f"|{dumped}|":
         return True
-    (label, _, parts), (own, _, commands) = dumped.partition("("), name.partition("(")
-    if not commands:
-        return own in label.split("|")
+    (label, _, parts), (own, _, commands) = (text.rpartition("(") for text in (dumped, name))
+    if not own:
+        return f"|{name}|" in f"|{label}|"
     listed = zip(parts.rstrip(")").split(","), commands.rstrip(")").split(","))
     return own == label and all(command in part.split("|") for part, command in listed)
 

@@ -1,8 +1,10 @@
 """The models that strategies induce: their steps are those of the model, and they keep the promises."""
 
 import csv
+import re
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from urllib.parse import unquote
 
 from reference.model import Choice, Mdp, almost_sure, attractor
 from reference.product import Product, satisfaction
@@ -80,7 +82,7 @@ def followed(context):
         if not own:
             own["settled"] = {node}
             nodes[node]["labels"].add("settled")
-    found = walked(context, nodes, choices)
+    found = walked(context, nodes, choices, lambda variable, facts: facts[variable["name"]])
     if found is not None:
         kept(context, kind, objective, found)
 
@@ -99,7 +101,7 @@ def in_other_formats(context, stem, options):
     """The program reads a strategy's model back from each format, and finds the same regions and values."""
     program, folder = context.program, context.program.folder / "induced"
     first, *others = open(folder / f"{stem}.lab", encoding="utf-8").read().splitlines()
-    names = dict(entry.replace('"', "").split("=") for entry in first.split())
+    names = label_names(first)
     held = {names[number] for line in others for number in line.partition(":")[2].split()} - {"init", "deadlock"}
     properties = [f'{p} [ F "{name}" ]' for name in sorted(held)[:6] for p in ("P>=1", "Pmax=?", "Pmin=?")]
     asked = [word for text in properties for word in ("--property", text)]
@@ -125,11 +127,16 @@ def in_other_formats(context, stem, options):
                 )
 
 
+def label_names(line):
+    """The names of labels by their numbers, as the first line of a label file declares them."""
+    return {number: unquote(name) for number, name in re.findall(r'(\d+)="([^"]*)"', line)}
+
+
 def read_induced(context, stem):
     """Reads `.tra`, `.lab` and the table of actions, and walks through them together with the reference."""
     rows = list(csv.DictReader(open(f"{stem}.csv", encoding="utf-8")))
     lines = open(f"{stem}.lab", encoding="utf-8").read().splitlines()
-    names = {entry.split("=")[0]: entry.split("=")[1].strip('"') for entry in lines[0].split()}
+    names = label_names(lines[0])
     for line in lines[1:]:
         number, _, own = line.partition(":")
         rows[int(number)]["labels"] = {names[n] for n in own.split()}
@@ -140,17 +147,20 @@ def read_induced(context, stem):
         row = int(state.partition(":")[0])  # in games, the player follows
         name = rows[row]["actions"].split(" | ")[choice]
         choices[row].setdefault(name, set()).add(int(to))
-    return walked(context, rows, choices)
+    return walked(context, rows, choices, lambda variable, row: value_of(variable, row[variable["name"]]))
 
 
-def walked(context, rows, choices):
+def walked(context, rows, choices, value_in):
     """The pairs of a state of the strategy's model and a state of the reference that the same paths reach; None if a
-    step is not one of the model."""
+    step is not one of the model. `value_in` gives the value of a variable in a row."""
     whole, variables = context.analysis.whole, context.report["model"]["variables"]
     number, pairs, moves = {}, [], []
 
     def plain(row):
-        return tuple(value_of(v, rows[row][v["name"]]) for v in variables[: context.relation.width])
+        return tuple((v["name"], value_in(v, rows[row])) for v in variables[: context.relation.width])
+
+    def named(state):
+        return key(context.source.named(whole.plain(state)))
 
     def numbered(pair):
         if pair not in number:
@@ -159,7 +169,7 @@ def walked(context, rows, choices):
         return number[pair]
 
     roots = [row for row, facts in enumerate(rows) if "init" in facts.get("labels", ())]
-    fresh = {whole.plain(s): s for s in whole.initial}
+    fresh = {named(s): s for s in whole.initial}
     initial = [numbered((row, fresh[plain(row)])) for row in roots]
     for row, state in pairs:  # grows while we walk it
         known, to = {choice.name: choice for choice in whole.choices[state]}, set()
@@ -167,10 +177,9 @@ def walked(context, rows, choices):
             if name == "settled":
                 to.add(number[row, state])
                 continue
-            expected = {whole.plain(t): t for t in known[name].to} if name in known else {}
-            if not context.same(
-                f"successors of {rows[row]} by {name}", expected.keys(), {plain(t) for t in successors}
-            ):
+            expected = {named(t): t for t in known[name].to} if name in known else {}
+            where = f"successors of {rows[row]} by {name}"
+            if not context.same(where, expected.keys(), {plain(t) for t in successors}):
                 return None
             to |= {numbered((t, expected[plain(t)])) for t in successors}
         # Each permitted choice is taken again and again, at random.
@@ -180,9 +189,6 @@ def walked(context, rows, choices):
 
 
 def value_of(variable, text):
-    """A value of a state, given as a text or as it is."""
-    if not isinstance(text, str):
-        return text
     if variable["type"] == "bool":
         return text == "true"
     number = int(text)

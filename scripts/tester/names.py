@@ -10,6 +10,7 @@ import tarfile
 from struct import pack, unpack
 
 from tester.exchange import by_labels
+from tester.program import cell
 
 # Characters that terminals do not display, as they are shown.
 HIDDEN = {
@@ -46,9 +47,7 @@ def outside(context):
     counts = {label["name"]: label["states"] for label in report["labels"]}
     own, prefs = program.folder / "own.pref", program.folder / "names.pref"
     own.write_text(by_labels(context, counts))
-    fits = (lambda word: not set(word) & set(" []")) if source == "drn" else (lambda word: True)
-    like, parts = list(filter(fits, LABELS)), list(filter(fits, UNQUOTED))
-    named = names_for((name for name in counts if name != "deadlock"), draw, like, parts)
+    named = names_for((name for name in counts if name != "deadlock"), draw, LABELS, UNQUOTED)
     labels = {name: form for name, (_, form) in named.items()}
     prefs.write_text(re.sub(r'"(\w+)"', lambda found: f'"{labels[found[1]]}"', own.read_text()))
     plain, wild = program.folder / "plain" / f"model.{suffix}", program.folder / f"wild.{suffix}"
@@ -102,7 +101,7 @@ def renamed_text(plain, wild, draw, labels):
     wild.write_text("\n".join([first, *(f"{row} {encoded(names[word][0])}" for row, word in rows)]) + "\n")
     wild.with_suffix(".sta").write_text(plain.with_suffix(".sta").read_text())
     first, rest = plain.with_suffix(".lab").read_text().split("\n", 1)
-    first = re.sub(r'"(\w+)"', lambda found: f'"{labels.get(found[1], found[1])}"', first)
+    first = re.sub(r'"(\w+)"', lambda found: f'"{encoded(labels.get(found[1], found[1]))}"', first)
     wild.with_suffix(".lab").write_text(f"{first}\n{rest}")
     return {word: form for word, (_, form) in names.items()}
 
@@ -116,8 +115,8 @@ def renamed_drn(plain, wild, draw, labels):
 
 
 def with_labels(line, labels):
-    """A line of a DRN file with other labels, which have no blanks."""
-    return " ".join(labels.get(word, word) for word in line.split(" ")) if line.startswith("state ") else line
+    """A line of a DRN file with other labels."""
+    return " ".join(encoded(labels.get(word, word)) for word in line.split(" ")) if line[:6] == "state " else line
 
 
 def renamed_archive(plain, wild, draw, labels):
@@ -196,12 +195,7 @@ def shown(context, wild, prefs, options, forms):
             context.same(f"hidden characters of `{command[0]}` with status {status}", (0, set()), (status, hidden))
     _, out, _ = program.run("strategy", wild, prefs, *options, *kind, "--csv", "-")
     cells = {row["action"] for row in csv.DictReader(io.StringIO(out))}
-    guarded = {f"'{form}" if form.lstrip("'")[:1] in tuple("=+-@") and not number(form) else form for form in forms}
-    context.same("actions of a table with other names", set(), cells - guarded - {"deadlock"})
-
-
-def number(text):
-    return text.lstrip("+-").isdecimal() and text.isascii() and not text[1:].startswith(("+", "-"))
+    context.same("actions of a table with other names", set(), cells - set(map(cell, forms)) - {"deadlock"})
 
 
 ALL = {"names": outside}

@@ -1,6 +1,7 @@
 """Runs the program on a case, and relates its states to those of the reference."""
 
 import json
+import re
 import subprocess
 
 
@@ -79,13 +80,31 @@ def quoted(value):
     return '"' + value.replace('"', '""') + '"' if isinstance(value, str) else shown(value)
 
 
+def in_state(value):
+    """A value as it stands in a state. A name has quotes where it could be read as something else."""
+    if not isinstance(value, str):
+        return shown(value)
+    begins = value[:1].isalpha() or value[:1] == "_"
+    is_plain = begins and value == value.rstrip() and not re.search('[,"]|//', value) and value not in ("true", "false")
+    return value if is_plain else quoted(value)
+
+
 def shown(value):
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def cell(value):
-    """A value of a state in a table; names of values stand in quotes."""
-    return f'"{value}"' if isinstance(value, str) else shown(value)
+    """A value of a state in a table. A name that a spreadsheet would take for a formula begins with `'`."""
+    text = shown(value)
+    return f"'{text}" if isinstance(value, str) and is_formula(text) else text
+
+
+def is_formula(text):
+    return text.lstrip("'")[:1] in tuple("=+-@") and not is_number(text)
+
+
+def is_number(text):
+    return text.lstrip("+-").isdecimal() and text.isascii() and not text[1:].startswith(("+", "-"))
 
 
 def rounded(value):

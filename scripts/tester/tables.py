@@ -5,7 +5,7 @@ import io
 import re
 
 from reference.shields import Shield as Machine
-from tester.program import at, cell, shown
+from tester.program import at, cell, in_state, shown
 from tester.promises import starts
 
 TEXT = r'"((?:[^"\\]|\\.)*)"'
@@ -48,7 +48,8 @@ def rows_of(context, entry):
         pick = "" if theirs else shown(action["name"] == entry["chosen_action"])
         state = {name: cell(value) for name, value in entry["state"].items()}
         row = {**state, **marks, "pick": pick}
-        row.update(action=action["name"], reason=action["reason"], most_preferred="+".join(entry["most_preferred"]))
+        row.update(action=cell(action["name"]), reason=action["reason"])
+        row.update(most_preferred="+".join(entry["most_preferred"]))
         row.update(sasi_rank=shown(entry["sasi_rank"]), spi_rank=shown(entry["spi_rank"]))
         if context.is_game:
             player = entry.get("player")
@@ -78,7 +79,7 @@ def first_line(label):
 
 def text_of(context, state):
     named = context.source.named(context.analysis.whole.plain(state))
-    return ", ".join(f"{name}={shown(value)}" for name, value in named.items())
+    return ", ".join(f"{name}={in_state(value)}" for name, value in named.items())
 
 
 def paths(context, kind):

@@ -9,10 +9,10 @@ from tester.checks import is_near
 from tester.context import LEVELS
 from tester.program import key
 
-GIVEN_UP = None, 1  # a node that goes on nowhere, with improvements left
+GIVEN_UP = None, 1  # no node, and an improvement that is never made
 
 def valued(context):
-    """For some cases, the probability of all improvements that are aimed at, or their cost, if the table is followed."""
+    """For some cases, the probability of all improvements that are aimed at, or their cost."""
     if context.is_game or context.is_rare() or context.case.seed % 3:
         return
     for choose, kind, tables in (("likely", "spi", context.probabilities), ("cheap", "sasi", context.costs)):
@@ -60,8 +60,8 @@ def values_of(context, choose, nodes):
 
 
 def step_of(context, entry):
-    """The choice that a strategy takes in a node, with the probability of each successor in the reference, the node after
-    it, None for one that is given up, and whether the step improves."""
+    """The choice that a strategy takes in a node, and for each successor its probability in the reference, the node
+    after it, None for one that is given up, and whether the step improves."""
     relation, whole = context.relation, context.analysis.whole
     action = next((a for a in entry["actions"] if a["name"] == entry["chosen_action"]), None)
     if action is None:

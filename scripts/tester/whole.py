@@ -80,7 +80,7 @@ def rows_of(context, nodes, rows):
             str(entry["start"]).lower(),
             str(entry["level"]),
             "+".join(entry["reference"]),
-            action["name"],
+            cell(action["name"]),
             [s["node"] for s in action["successors"] if "node" in s],
         )
         for entry in nodes

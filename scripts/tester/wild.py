@@ -5,17 +5,32 @@ import json
 import random
 from dataclasses import replace
 
-from tester import checks, dumps, jani, lists, places, promises, pursuits, questions, regions, tables, together, whole
+from tester import (
+    checks,
+    dumps,
+    induced,
+    jani,
+    lists,
+    pages,
+    places,
+    promises,
+    pursuits,
+    questions,
+    regions,
+    tables,
+    together,
+    valued,
+    whole,
+)
 from tester.context import Context
 from tester.names import LABELS, UNQUOTED, names_for
 from tester.program import Program
 
 # Not all checks can be asked: each case takes some.
-AGAIN = {
-    **checks.ALL, **promises.ALL, **pursuits.ALL, **questions.ALL, **tables.ALL, **whole.ALL, **together.ALL,
-    **places.ALL, **dumps.ALL,
-    "reach": regions.reach, "compare": regions.compare, "property_files": lists.property_files,
-}  # fmt: skip
+GROUPS = (checks, promises, pursuits, induced, valued, questions, tables, whole, together, places, dumps, pages)
+AGAIN = {name: check for group in GROUPS for name, check in group.ALL.items()}
+AGAIN |= {"reach": regions.reach, "jointly": regions.together, "compare": regions.compare}
+AGAIN |= {"property_files": lists.property_files}
 FIRST, SOME = ("model", "check", "initial"), 3
 
 
@@ -58,7 +73,7 @@ def in_jani(context, draw):
     case = replace(context.case, settings=settings, rewards=[], labels=[])
     source = context.source
     locations = names_for(range(case.size + 1), draw)
-    actions = {label: (label, label) for label in source.alphabet}
+    actions = names_for(source.alphabet, draw)
     conditions = dict.fromkeys(jani.CONDITION.findall(case.preferences_text()))
     labels = {condition: name for condition, (name, _) in names_for(conditions, draw, LABELS, UNQUOTED).items()}
     raw = {word: name for word, (name, _) in (locations | actions).items()}
