@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use meliora::reach::{Asking, check_start};
+use meliora::reach::check_start;
 use meliora_engine::{AnyEngine, Count, Engine, Order, Selection, Settings, Storage, SymbolicEngine};
 use meliora_model::error::Error;
 use meliora_model::predicate::Predicate;
@@ -53,32 +53,18 @@ pub(super) fn engine(
     started(AnyEngine::new(Arc::clone(program), settings(args, storage, sink)?)?, program)
 }
 
-/// Builds the engine for some questions, and updates the selection. Numbers list the states anyway.
+/// Builds the engine for some work, and updates the selection. Numbers list the states anyway.
 ///
 /// # Errors
 /// The errors of [`engine`].
 pub(super) fn engine_for(
-    questions: &[&Asking],
     program: &Arc<Program>,
     args: &ModelArgs,
     selected: &mut Selection,
+    lists_states: bool,
     sink: &Arc<TerminalSink>,
 ) -> Result<Arc<AnyEngine>, Error> {
-    let lists_states = questions.iter().any(|q| q.asks_for_number());
     started(selected.build(program, settings(args, selected.storage, sink)?, lists_states)?, program)
-}
-
-/// Builds the engine for the levels of preferences, and updates the selection.
-///
-/// # Errors
-/// The errors of [`engine`].
-pub(super) fn engine_for_levels(
-    program: &Arc<Program>,
-    args: &ModelArgs,
-    selected: &mut Selection,
-    sink: &Arc<TerminalSink>,
-) -> Result<Arc<AnyEngine>, Error> {
-    started(selected.build_for_levels(program, settings(args, selected.storage, sink)?)?, program)
 }
 
 /// Builds the symbolic engine, for commands that need decision diagrams.

@@ -45,7 +45,7 @@ pub(super) fn prepared<F: Findings, T>(
         r.header.read_both(&question.program, &question.preferences);
         r.header.select(&selected);
     });
-    let build = || engines::engine_for_levels(&question.program, model, &mut selected, &job.sink);
+    let build = || engines::engine_for(&question.program, model, &mut selected, false, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     job.update(|r| r.header.select(&selected));
     Ok((question, engine, more))

@@ -274,9 +274,9 @@ fn run_engine(
     questions: &[(&Asking, usize)],
     precision: f64,
 ) -> Result<(), Error> {
-    let (mut selected, asking): (_, Vec<&Asking>) =
-        (selected.clone(), questions.iter().map(|q| q.0).collect());
-    let build = || engines::engine_for(&asking, program, model, &mut selected, &job.sink);
+    let mut selected = selected.clone();
+    let lists_states = questions.iter().any(|(asking, _)| asking.asks_for_number());
+    let build = || engines::engine_for(program, model, &mut selected, lists_states, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     job.update(|r| r.header.select(&selected));
     let questions = answerable(job, &*engine, asked, questions)?;

@@ -187,7 +187,8 @@ fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
         r.header.select(&selected);
     });
     let Some(out) = out else {
-        let build = || engines::engine_for(&[asking], program, &args.model, &mut selected, &job.sink);
+        let build =
+            || engines::engine_for(program, &args.model, &mut selected, asking.asks_for_number(), &job.sink);
         let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
         job.update(|r| r.header.select(&selected));
         refuse_open(&*engine, &asked, asking)?;

@@ -110,14 +110,15 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
         Ok((question, at, costs))
     };
     let (question, at, costs) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
-    let selected = args.engine.select([&*question.program], &args.model);
+    let mut selected = args.engine.select([&*question.program], &args.model);
     job.update(|r| {
         r.header.read_both(&question.program, &question.preferences);
         r.header.select(&selected);
         r.header.history = question.preferences.whole_paths();
     });
-    let build = || engines::engine(&question.program, &args.model, selected.storage, &job.sink);
+    let build = || engines::engine_for(&question.program, &args.model, &mut selected, false, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
+    job.update(|r| r.header.select(&selected));
     let most = (args.model.scope, args.limit as usize);
     let given = at.states(&*engine, &question.program, most, &job.sink)?;
     let phases = [Phase::Counts, Phase::Sasi, Phase::Spi];

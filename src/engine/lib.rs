@@ -23,6 +23,7 @@
 //! ```
 
 pub mod any;
+mod both;
 mod diagrams;
 pub mod edge_labels;
 mod engine;
@@ -30,10 +31,10 @@ pub mod explicit;
 pub mod membership;
 pub mod parallel;
 pub mod regions;
+mod schedule;
 mod selection;
 mod settings;
 pub mod symbolic;
-mod trial;
 
 pub use any::AnyEngine;
 pub use diagrams::Dumpable;

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use meliora::advanced::symbolic::{Thresholds, Ways};
-use meliora::engine::regions::{Regions, pmin_positive, regions};
+use meliora::engine::regions::{Regions, regions};
 use meliora::engine::{Algebra, EdgeLabels, Engine, ExplicitEngine, Region, Settings, SymbolicEngine};
 use meliora::error::SourceFile;
 use meliora::lang;
+use meliora::model::State;
 use meliora::model::predicate::Predicate;
-use meliora::model::{State, VarId};
 use proptest::prelude::*;
 
 use crate::common::agreement;
@@ -19,91 +19,51 @@ use crate::explicit::numbers;
 /// Each way to remove an attractor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Way {
-    /// The recursion over parts, with their bounds, which never gives up.
+    /// The recursion over parts, with their bounds, to its end.
     Parts,
-    /// The recursion over the lists of all groups, which never gives up.
+    /// The recursion over the lists of all groups, to its end.
     Lists,
-    /// Layers of states alone, which never give up.
-    States,
-    /// Turns of that recursion and of layers, the first after this many steps, or after half of them if the
-    /// sets have grown.
+    /// That recursion, and a first turn of some steps for the methods of backward reachability.
+    Hasty(u64),
+    /// Turns of both recursions, the first one of some steps.
     Turns(u64),
-    /// Layers of states for four times this many steps; then these turns, each recursion with two steps more per
-    /// node of the candidates.
-    StatesFirst(u64),
-    /// The usual order of attempts, with a few steps for each method of backward reachability. Where that
-    /// ends by layers, layers of states come first here, too.
-    Hasty,
-    /// The usual order of attempts.
+    /// The usual turns.
     Usual,
 }
 
 /// A budget that no search here spends.
 const ENDLESS: usize = 1 << 40;
 
-/// The usual order of attempts without parts, with some steps for each method of backward reachability.
-fn hasty(trial_steps: u64) -> Thresholds {
-    Thresholds {
-        relations_per_bit: 0,
-        most_shared_percent: 0,
-        trial_steps,
-        trial_steps_per_node: 0,
-        ..Thresholds::default()
-    }
-}
-
 impl Way {
-    const ALL: [Way; 10] = [
+    const ALL: [Way; 8] = [
         Way::Parts,
         Way::Lists,
-        Way::States,
+        Way::Hasty(1),
+        Way::Hasty(20),
         Way::Turns(1),
         Way::Turns(20),
         Way::Turns(100),
-        Way::StatesFirst(1),
-        Way::StatesFirst(20),
-        Way::Hasty,
         Way::Usual,
     ];
 
     fn thresholds(self) -> Thresholds {
-        let usual = Thresholds::default();
-        let (free_cases, free_steps) = (ENDLESS, ENDLESS as u64);
-        let without_parts = Thresholds { relations_per_bit: 0, ..usual };
-        let states_first = Thresholds {
-            shared_by_percent: 0,
-            most_shared_percent: 100,
-            nodes_per_bit: ENDLESS,
-            ..without_parts
+        let (relations_per_bit, first_turn) = match self {
+            Way::Parts => (ENDLESS, ENDLESS as u64),
+            Way::Lists => (0, ENDLESS as u64),
+            Way::Hasty(steps) => (0, steps),
+            Way::Turns(steps) => (ENDLESS, steps),
+            Way::Usual => return Thresholds::default(),
         };
-        match self {
-            Way::Parts => Thresholds { relations_per_bit: ENDLESS, free_cases, free_steps, ..usual },
-            Way::Lists => Thresholds { lose_steps: u64::MAX, most_shared_percent: 0, ..without_parts },
-            Way::States => Thresholds { lose_steps: u64::MAX, ..states_first },
-            Way::Turns(lose_steps) => Thresholds {
-                lose_steps,
-                lose_steps_per_node: 0,
-                lose_trial_steps: lose_steps / 2,
-                lose_growth: 1,
-                ..without_parts
-            },
-            Way::StatesFirst(lose_steps) => {
-                Thresholds { lose_steps, lose_steps_per_node: 2, lose_trial_steps: 1, ..states_first }
-            }
-            Way::Hasty => hasty(1),
-            Way::Usual => usual,
-        }
+        Thresholds { relations_per_bit, first_turn, ..Thresholds::default() }
     }
 
     /// Checks that the regions of an mdp were found in this way.
     fn was_taken(self, ways: &Ways) {
         let (parts, lists, layers) = (ways.lost_by_recursion, ways.lost_by_lists, ways.lost_by_layers);
         let is_right = match self {
-            Way::Parts => lists + layers + ways.given_up == 0,
-            Way::Lists => parts + layers == 0,
-            Way::States => parts + lists + layers == 0,
-            Way::Turns(_) | Way::StatesFirst(_) | Way::Hasty => parts == 0,
-            Way::Usual => true,
+            Way::Parts => lists + layers == 0,
+            Way::Lists | Way::Hasty(_) => parts + layers == 0,
+            Way::Turns(_) | Way::Usual => true,
         };
         assert!(is_right, "{self:?}: {ways:?}");
     }
@@ -145,21 +105,12 @@ proptest! {
 
 /// Modules that run down side by side: each loss has as many layers as the longest of them.
 fn burning(modules: usize, thresholds: Thresholds) -> SymbolicEngine {
-    climbing(modules, "true", thresholds)
-}
-
-/// Modules with ten values each. A step counts one of them up, or does something else.
-fn climbing(modules: usize, other: &str, thresholds: Thresholds) -> SymbolicEngine {
     let module = |i: usize| {
-        let text = "module m# x# : [0..9]; [] x#<9 -> 0.5: (x#'=x#+1) + 0.5: OTHER; endmodule ";
-        text.replace("OTHER", other).replace('#', &i.to_string())
+        let text = "module m# x# : [0..9]; [] x#<9 -> 0.5: (x#'=x#+1) + 0.5: true; endmodule ";
+        text.replace('#', &i.to_string())
     };
-    engine_of(format!("mdp {}", (0..modules).map(module).collect::<String>()), thresholds)
-}
-
-fn engine_of(text: String, thresholds: Thresholds) -> SymbolicEngine {
     let none = SourceFile::new("constants", "");
-    let source = SourceFile::new("m", text);
+    let source = SourceFile::new("m", format!("mdp {}", (0..modules).map(module).collect::<String>()));
     let program = lang::load(&source, &none).unwrap().program;
     SymbolicEngine::new(Arc::new(program), Settings { thresholds, ..Settings::default() }).unwrap()
 }
@@ -173,46 +124,6 @@ fn losses_of_many_layers_in_a_product_need_no_layers() {
     assert_eq!(engine.count(&found.pmin_positive).unwrap(), 1_000_000u32.into());
     let ways = engine.ways();
     assert!(ways.lost_by_lists > 0 && ways.lost_by_layers == 0, "{ways:?}");
-}
-
-/// Two stations with a common clock, which wait for each other to be silent before they send.
-fn stations(thresholds: Thresholds) -> SymbolicEngine {
-    let station = |i: usize, j: usize| {
-        format!(
-            "module station{i} s{i} : [0..3]; t{i} : [0..6]; slot{i} : [0..15]; b{i} : [0..3];
-               [time] s{i}=0 & s{j}!=2 & t{i}<3 -> (t{i}'=t{i}+1);
-               [] s{i}=0 & t{i}>=2 & t{i}<=3 -> 1/2: (s{i}'=1) & (t{i}'=0) & (slot{i}'=15)
-                 + 1/4: (s{i}'=1) & (t{i}'=0) & (slot{i}'=7) + 1/4: (s{i}'=1) & (t{i}'=0) & (slot{i}'=0);
-               [time] s{i}=0 & s{j}=2 -> (t{i}'=0);
-               [time] s{i}=1 & s{j}!=2 & slot{i}>0 -> (slot{i}'=slot{i}-1);
-               [time] s{i}=1 & s{j}=2 -> true;
-               [] s{i}=1 & slot{i}=0 -> (s{i}'=2) & (t{i}'=0);
-               [time] s{i}=2 & t{i}<6 -> (t{i}'=t{i}+1);
-               [] s{i}=2 & t{i}>=4 & b{i}<3 & s{j}=2 -> (s{i}'=0) & (t{i}'=0) & (b{i}'=b{i}+1);
-               [] s{i}=2 & t{i}>=4 & s{j}!=2 -> (s{i}'=3) & (t{i}'=0);
-               [] s{i}=2 & t{i}>=4 & b{i}=3 -> (s{i}'=3) & (t{i}'=0);
-               [time] s{i}=3 -> true;
-             endmodule "
-        )
-    };
-    engine_of(format!("mdp {} {}", station(1, 2), station(2, 1)), thresholds)
-}
-
-#[test]
-fn layers_that_find_what_reaches_a_target_come_first_for_lost_states() {
-    let mut ends_by_layers = Vec::new();
-    for trial_steps in (20..=800).step_by(20) {
-        let engine = stations(hasty(trial_steps));
-        let target = engine.slice(&[(VarId(0), 3)]).unwrap();
-        let reaching = engine.can_reach(&target, &engine.all_choices(), &[]).unwrap();
-        assert_eq!(engine.count(&reaching).unwrap(), 420u32.into());
-        let by_layers = engine.ways().by_layers > 0;
-        let found = pmin_positive(&engine, &target).unwrap();
-        assert!(engine.is_empty(&engine.difference(&target, &found).unwrap()).unwrap());
-        assert_eq!(engine.ways().lost_by_state_layers > 0, by_layers, "{trial_steps}");
-        ends_by_layers.push(by_layers);
-    }
-    assert!(ends_by_layers.contains(&true) && ends_by_layers.contains(&false), "{ends_by_layers:?}");
 }
 
 #[test]
@@ -240,8 +151,7 @@ fn a_game_with_barred_choices_in_a_product_needs_no_layers() {
 #[test]
 fn each_way_is_taken() {
     for way in Way::ALL {
-        // Layers of states come first only where shared variables move back and forth.
-        let engine = climbing(2, "(x#'=max(x#-1, 0))", way.thresholds());
+        let engine = burning(2, way.thresholds());
         let last = engine.singleton(&[9; 2]).unwrap();
         let found = regions(&engine, &last).unwrap();
         assert_eq!(engine.count(&found.pmin_positive).unwrap(), 100u32.into());
@@ -249,11 +159,9 @@ fn each_way_is_taken() {
         way.was_taken(&ways);
         let own = match way {
             Way::Parts => ways.lost_by_recursion,
-            Way::Lists => ways.lost_by_lists,
-            Way::States => ways.lost_by_state_layers,
-            // Recursion and layers continue each other's turns: either may be the last.
-            Way::Turns(_) | Way::StatesFirst(_) => ways.lost_by_lists + ways.lost_by_layers,
-            Way::Hasty => ways.lost_by_lists + ways.lost_by_state_layers,
+            Way::Lists | Way::Hasty(_) => ways.lost_by_lists,
+            // Either may be the first to end.
+            Way::Turns(_) => ways.lost_by_recursion + ways.lost_by_lists,
             Way::Usual => continue,
         };
         assert!(own > 0, "{way:?}: {ways:?}");

@@ -22,11 +22,13 @@ fn open() -> Selection {
     Selection { storage: Storage::Symbolic, reason: None, is_open: true }
 }
 
-/// Settings in which the explicit engine begins after some steps of the diagrams or, if the states are
-/// listed, explores for that much work before them.
+/// Settings in which the explicit engine explores for some work alone, and the first turn has as many steps.
 fn settings(scope: Scope, stage: u64) -> Settings {
-    let (steps_before_trial, work_before_diagrams) = (stage, stage);
-    let thresholds = Thresholds { steps_before_trial, work_before_diagrams, ..Thresholds::default() };
+    in_turns(scope, stage, stage)
+}
+
+fn in_turns(scope: Scope, work_before_diagrams: u64, first_turn: u64) -> Settings {
+    let thresholds = Thresholds { work_before_diagrams, first_turn, ..Thresholds::default() };
     Settings { scope, memory: 64 << 20, thresholds, ..Settings::default() }
 }
 
@@ -44,7 +46,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
     #[test]
-    fn a_trial_that_stops_at_any_stage_leaves_the_answers_the_same(
+    fn turns_of_any_size_leave_the_answers_the_same(
         of in numbers(160),
         goal in numbers(20),
         all in any::<bool>(),
@@ -80,9 +82,13 @@ fn program(text: &str) -> Arc<Program> {
 }
 
 fn taken(text: &str, lists_states: bool) -> (AnyEngine, String) {
+    taken_in(text, Settings::default(), lists_states)
+}
+
+fn taken_in(text: &str, settings: Settings, lists_states: bool) -> (AnyEngine, String) {
     let program = program(text);
     let mut selection = Selection::of([&*program]);
-    let engine = selection.build(&program, Settings::default(), lists_states).unwrap();
+    let engine = selection.build(&program, settings, lists_states).unwrap();
     let name = selection.storage.name();
     (engine, format!("{name}: {}", selection.reason.unwrap_or_default()))
 }
@@ -92,12 +98,26 @@ const ROUND: &str =
     "x : [0..10006]; [] true -> 0.5: (x'=mod(5*x+3, 10007)) + 0.5: true; endmodule init x=0 endinit";
 
 #[test]
-fn few_states_of_a_markov_chain_are_found_before_diagrams_find_them() {
-    let (engine, said) = taken(&format!("dtmc module m {ROUND}"), false);
-    assert_eq!(said, "explicit: 10006 states found, before diagrams found them");
-    assert_eq!(engine.count(&engine.all_states()).unwrap(), 10_006u32.into());
-    let (_, said) = taken(&format!("mdp module m {ROUND}"), true);
-    assert_eq!(said, "explicit: 10006 states found");
+fn few_states_are_found_one_by_one() {
+    for kind in ["dtmc", "mdp"] {
+        let text = format!("{kind} module m {ROUND}");
+        for lists_states in [false, true] {
+            let (engine, said) = taken(&text, lists_states);
+            assert_eq!(said, "explicit: 10006 states found");
+            assert_eq!(engine.count(&engine.all_states()).unwrap(), 10_006u32.into());
+        }
+        let (_, said) = taken_in(&text, in_turns(Scope::Reachable, 1, 1 << 11), false);
+        assert_eq!(said, "explicit: 10006 states found, before diagrams found them");
+    }
+}
+
+#[test]
+fn states_that_are_too_many_for_a_share_of_the_memory_are_found_by_diagrams() {
+    let text = "dtmc module m x : [0..99999999]; [] x<99999999 -> 0.5: (x'=x+1) + 0.5: true; endmodule";
+    let settings = Settings { memory: 8 << 20, ..in_turns(Scope::Reachable, 1 << 30, 1 << 10) };
+    let (engine, said) = taken_in(text, settings, false);
+    assert_eq!(said, "symbolic: over 4096 states possible");
+    assert_eq!(engine.count(&engine.all_states()).unwrap(), 100_000_000u32.into());
 }
 
 #[test]
@@ -160,33 +180,29 @@ fn game(ours: &str, theirs: &str) -> String {
     )
 }
 
-/// The engine for the levels of a model, and what the selection says.
-fn taken_for_levels(text: &str) -> (AnyEngine, String) {
-    let mut selection = open();
-    let engine = selection.build_for_levels(&program(text), settings(Scope::Reachable, 1 << 14)).unwrap();
-    (engine, format!("{}: {}", selection.storage.name(), selection.reason.unwrap_or_default()))
-}
-
 #[test]
-fn levels_of_games_whose_states_share_few_nodes_take_the_explicit_engine() {
+fn states_that_share_few_nodes_take_the_explicit_engine() {
     let ours = "x : [0..2003] init 1; [a] true -> (x'=mod(5*x+y, 2003)); [b] true -> (x'=mod(x*3+1, 2003));";
     let theirs = "y : [0..6]; [c] true -> (y'=mod(y+x, 7)); [d] true -> 0.5: (y'=0) + 0.5: true;";
     let text = game(ours, theirs);
-    let (engine, said) = taken_for_levels(&text);
-    let states = engine.count(&engine.all_states()).unwrap();
-    assert_eq!(said, format!("explicit: {states} states found, fewer than 48 for each node of the diagrams"));
-    // The same relations without an opponent leave the diagrams.
-    for players in ["mdp", "smg player us [a], [b], [c], [d] endplayer"] {
-        let (_, rest) = text.split_once("them [c], [d] endplayer").unwrap();
-        assert_eq!(taken_for_levels(&format!("{players} {rest}")).1, "symbolic: ");
+    let (_, rest) = text.split_once("them [c], [d] endplayer").unwrap();
+    // Diagrams find all states in their first turn.
+    let settings = || in_turns(Scope::Reachable, 1, 1 << 40);
+    for text in [&text, &format!("mdp {rest}")] {
+        let (engine, said) = taken_in(text, settings(), false);
+        let states = engine.count(&engine.all_states()).unwrap();
+        assert_eq!(
+            said,
+            format!("explicit: {states} states found, fewer than 32 for each node of the diagrams")
+        );
     }
 }
 
 #[test]
-fn levels_of_games_whose_states_share_nodes_take_diagrams() {
+fn states_of_games_that_share_nodes_take_diagrams() {
     let ours = "x : [0..511]; u : [0..511]; [a] x<511 -> (x'=x+1); [b] u<511 -> 0.5: (u'=u+1) + 0.5: true;";
     let theirs = "y : [0..511]; [c] y<511 -> (y'=y+1); [d] true -> true;";
-    let (engine, said) = taken_for_levels(&game(ours, theirs));
-    assert_eq!(said, "symbolic: ");
+    let (engine, said) = taken(&game(ours, theirs), false);
+    assert_eq!(said, "symbolic: over 4096 states possible");
     assert!(engine.count(&engine.all_states()).unwrap() > 1_000_000u32.into());
 }

@@ -28,20 +28,14 @@ use proptest::prelude::*;
 
 use self::raw::Raw;
 
-/// The usual order of attempts; recursions over parts alone, over lists alone; layers of states alone; turns of
-/// lists and layers; a recursion over parts that gives up after one step, and then over lists.
-fn thresholds() -> [Thresholds; 7] {
+/// The usual turns; recursions over parts alone, over lists alone; turns of both that begin with few steps.
+fn thresholds() -> [Thresholds; 5] {
     let usual = Thresholds::default();
     // No search here spends as much.
-    let (free_cases, free_steps) = (1 << 40, 1 << 40);
-    let parts = Thresholds { relations_per_bit: 1 << 40, free_cases, free_steps, ..usual };
-    let without_parts = Thresholds { relations_per_bit: 0, ..usual };
-    let recursion_first = Thresholds { most_shared_percent: 0, lose_steps_per_node: 0, ..without_parts };
-    let [lists, one, few] = [u64::MAX, 1, 30].map(|lose_steps| Thresholds { lose_steps, ..recursion_first });
-    let (shared_by_percent, most_shared_percent, nodes_per_bit) = (0, 100, 1 << 40);
-    let layers = Thresholds { shared_by_percent, most_shared_percent, nodes_per_bit, ..lists };
-    let spent = Thresholds { free_steps: 1, steps_per_node: 0, lose_steps: u64::MAX, ..parts };
-    [usual, parts, lists, layers, one, few, spent]
+    let parts = Thresholds { relations_per_bit: 1 << 40, first_turn: 1 << 40, ..usual };
+    let lists = Thresholds { relations_per_bit: 0, ..parts };
+    let [one, few] = [1, 30].map(|first_turn| Thresholds { first_turn, ..parts });
+    [usual, parts, lists, one, few]
 }
 
 fn settings(scope: Scope, thresholds: Thresholds) -> Settings {

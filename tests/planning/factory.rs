@@ -55,6 +55,6 @@ fn work(machines: usize, preferences: &str) -> (u64, Ways) {
 fn monitors_that_wait_do_not_make_lost_states_hard_to_find() {
     let (steps, ways) = work(8, OVER_PATHS);
     assert!(ways.lost_by_lists > 0, "{ways:?}");
-    assert_eq!((ways.lost_by_state_layers, ways.lost_by_layers), (0, 0), "{ways:?}");
+    assert_eq!(ways.lost_by_layers, 0, "{ways:?}");
     assert!(steps < 4_000_000, "{steps}");
 }

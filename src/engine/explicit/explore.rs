@@ -154,19 +154,9 @@ impl Exploration {
         }
     }
 
-    /// Returns the number of states that are explored.
-    pub(crate) fn explored(&self) -> usize {
-        self.found.next
-    }
-
     /// Returns the work so far, counted in states and their successors.
     pub(crate) fn work(&self) -> u64 {
         self.found.work
-    }
-
-    /// Returns the number of states that are reached and not yet explored.
-    pub(crate) fn waiting(&self) -> usize {
-        self.found.space.len() - self.found.next
     }
 
     /// Explores the rest, and returns all states with their choices and successors.

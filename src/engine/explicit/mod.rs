@@ -3,14 +3,12 @@
 //!
 //! States are codes of a few words (`layout`). The program is compiled (`compile`, `machine`,
 //! `program`) and explored state by state (`stepper`, `explore`). A hash index numbers the codes
-//! (`index`). Choices with exact probabilities are listed state by state (`weighted`, `fractions`), those
-//! of states that differ only in counters once (`cells`, `repeats`). Fixpoints use work lists over a
-//! reversed graph (`fixpoint`, `almost_sure`, `games`, `graph`).
+//! (`index`). Choices with exact probabilities are listed state by state (`weighted`, `fractions`).
+//! Fixpoints use work lists over a reversed graph (`fixpoint`, `almost_sure`, `games`, `graph`).
 
 mod almost_sure;
 mod bounds;
 mod by_value;
-mod cells;
 mod compile;
 mod explore;
 mod fixpoint;
@@ -29,7 +27,6 @@ mod numbering;
 mod numbers;
 mod operators;
 mod program;
-mod repeats;
 mod set;
 mod share;
 mod stepper;

@@ -9,11 +9,11 @@ pub struct Steps {
     /// The number of words of a code.
     words: usize,
     /// The codes of the successors, one after the other: each once per choice, ordered by values.
-    pub(super) codes: Vec<u64>,
+    codes: Vec<u64>,
     /// The number of the probability of each successor.
-    pub(super) weights: Vec<u32>,
+    weights: Vec<u32>,
     /// The end of each choice in `weights`.
-    pub(super) ends: Vec<u32>,
+    ends: Vec<u32>,
 }
 
 impl Steps {
@@ -69,7 +69,7 @@ impl Steps {
 }
 
 /// A choice, and the combinations of commands that it draws from; none for a deadlock.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone)]
 pub struct Taken {
     /// The choice.
     pub choice: Choice,

@@ -8,14 +8,12 @@
 use num_traits::One;
 use smallvec::SmallVec;
 
-use super::cells::Cells;
 use super::explore::fixed;
 pub use super::fractions::Fractions;
 pub use super::layout::Code;
 use super::layout::Layout;
 pub use super::numbering::Numbering;
 use super::program::{Chances, Prepared};
-use super::repeats::{Known, Repeats, Row};
 use super::stepper::{Stepper, sum};
 pub use super::steps::{Steps, Taken};
 use meliora_model::error::{Error, Result};
@@ -78,9 +76,6 @@ impl Codec {
         self.layout.decode(code, state);
     }
 }
-
-/// The number of states whose choices are listed before cells are sought.
-const PATIENCE: u32 = 1 << 10;
 
 /// The numbers of some probabilities.
 type Weights = SmallVec<[u32; 8]>;
@@ -150,93 +145,10 @@ struct PackedWalk<'w, const W: usize> {
     /// The successors of a choice.
     successors: Vec<([u64; W], u32)>,
     weights: Weights,
-    /// The number of states so far, up to [`PATIENCE`].
-    asked: u32,
-    /// The choices of cells; `None` before cells are sought, and if they would save no time.
-    repeats: Option<Repeats<W>>,
-    /// The row of the last state, if it has one.
-    row: Option<u32>,
 }
 
 impl<const W: usize> Walk for PackedWalk<'_, W> {
     fn steps(&mut self, state: &[u64], fractions: &mut Fractions, into: &mut Steps) -> Result<()> {
-        if self.asked < PATIENCE {
-            self.asked += 1;
-            if self.asked == PATIENCE {
-                self.repeats = Cells::new(self.program, &self.codec.layout).map(Repeats::new);
-            }
-        }
-        self.row = match self.repeats.as_mut().map(|repeats| repeats.look(state)) {
-            Some(Known::Row(row)) => Some(row),
-            Some(Known::Unknown(cell)) => {
-                let row = self.common(state, fractions, into);
-                self.repeats.as_mut().and_then(|repeats| repeats.set(cell, row))
-            }
-            Some(Known::Alone) | None => None,
-        };
-        match self.repeats.as_ref().zip(self.row) {
-            Some((repeats, row)) => {
-                repeats.row(row).apply(state, into);
-                Ok(())
-            }
-            None => self.list(state, fractions, into),
-        }
-    }
-
-    fn taken(&self, position: usize) -> Taken {
-        match self.repeats.as_ref().zip(self.row) {
-            Some((repeats, row)) => repeats.row(row).taken[position].clone(),
-            None => self.listed(position),
-        }
-    }
-
-    fn names(&mut self, state: &[u64]) -> Result<Vec<String>> {
-        self.expand(state)?;
-        if self.stepper.ends.is_empty() {
-            return Ok(vec!["deadlock".to_owned()]);
-        }
-        let names = self.program.names(&self.combinations());
-        Ok(if self.program.kind == ModelKind::Dtmc { vec![names.join("+")] } else { names })
-    }
-}
-
-impl<'w, const W: usize> PackedWalk<'w, W> {
-    fn new(walker: &'w Walker<'_>) -> Self {
-        let Walker { program, codec, prepared } = walker;
-        PackedWalk {
-            program,
-            codec,
-            stepper: Stepper::new(prepared),
-            prepared,
-            known: vec![None; program.commands.len()],
-            successors: Vec::new(),
-            weights: Weights::new(),
-            asked: 0,
-            repeats: None,
-            row: None,
-        }
-    }
-
-    /// Returns the row of all states of the cell of a state; `None` if they do not have the same choices, or if a
-    /// command has no meaning in one of them.
-    ///
-    /// Within a cell, a branch either adds the same to a counter everywhere, or sets it to the same value. A value that
-    /// is set differs from the values of the counter in the two corners by different amounts, and so do the expected
-    /// differences of a choice: if the rows of both corners are equal, all branches add. The row is then that of all
-    /// states between the corners.
-    fn common(&mut self, state: &[u64], fractions: &mut Fractions, into: &mut Steps) -> Option<Row<W>> {
-        let corners = self.repeats.as_ref()?.cells.corners(state);
-        let mut rows = corners.iter().map(|corner| {
-            self.list(corner, fractions, into).ok()?;
-            let taken = (0..into.choices()).map(|position| self.listed(position)).collect();
-            Some(Row::new(corner, into, taken))
-        });
-        let (first, second) = (rows.next()??, rows.next()??);
-        (first == second).then_some(first)
-    }
-
-    /// Lists the choices of a state without those of its cell.
-    fn list(&mut self, state: &[u64], fractions: &mut Fractions, into: &mut Steps) -> Result<()> {
         // An error may have left some.
         self.successors.clear();
         self.expand(state)?;
@@ -274,8 +186,7 @@ impl<'w, const W: usize> PackedWalk<'w, W> {
         Ok(())
     }
 
-    /// Returns a choice of the last state that was listed so.
-    fn listed(&self, position: usize) -> Taken {
+    fn taken(&self, position: usize) -> Taken {
         if self.stepper.ends.is_empty() {
             return Taken { choice: Choice::Deadlock, combinations: Vec::new() };
         }
@@ -290,6 +201,30 @@ impl<'w, const W: usize> PackedWalk<'w, W> {
         let (synchronisation, commands) = self.combination(self.stepper.active[place], number);
         let combinations = vec![(synchronisation, commands.clone())];
         Taken { choice: Choice::Combination { synchronisation, commands }, combinations }
+    }
+
+    fn names(&mut self, state: &[u64]) -> Result<Vec<String>> {
+        self.expand(state)?;
+        if self.stepper.ends.is_empty() {
+            return Ok(vec!["deadlock".to_owned()]);
+        }
+        let names = self.program.names(&self.combinations());
+        Ok(if self.program.kind == ModelKind::Dtmc { vec![names.join("+")] } else { names })
+    }
+}
+
+impl<'w, const W: usize> PackedWalk<'w, W> {
+    fn new(walker: &'w Walker<'_>) -> Self {
+        let Walker { program, codec, prepared } = walker;
+        PackedWalk {
+            program,
+            codec,
+            stepper: Stepper::new(prepared),
+            prepared,
+            known: vec![None; program.commands.len()],
+            successors: Vec::new(),
+            weights: Weights::new(),
+        }
     }
 
     /// Lists the commands that are enabled in a state, and their effects.
@@ -404,27 +339,6 @@ mod tests {
           [] x=1 -> x/3:(x'=2) + 1-x/3:(x'=3); [c] x=3 -> true;
         endmodule
         module n y:[0..2]; [a] y<2 -> 0.5:(y'=y+1) + 0.5:(y'=0); [a] y=0 -> (y'=2); [c] y=2 -> (y'=0); endmodule";
-
-    #[test]
-    fn states_that_differ_in_the_charge_share_their_choices() {
-        let model = "mdp module m x:[0..9] init 0; b:[0..99] init 99;
-              [] b>0 & x<9 -> 0.9:(x'=x+1)&(b'=b-1) + 0.1:(b'=b-1); [] b>0 & x>0 -> (x'=x=1?0:x-1)&(b'=x=1?99:b-1);
-              [] b=0 -> true; endmodule";
-        let read = |name, text: &str| SourceFile::new(name, text);
-        let program = lang::load(&read("model", model), &read("constants", "")).unwrap().program;
-        let (mut fractions, walker) = (Fractions::default(), Walker::new(&program, &NoProgress).unwrap());
-        let codec = walker.codec().clone();
-        let (mut walk, mut steps) = (PackedWalk::<1>::new(&walker), Steps::default());
-        let mut shared = 0;
-        for round in 0..10 {
-            for (x, b) in (0..10).flat_map(|x| (0..100).map(move |b| (x, b))) {
-                walk.steps(&codec.encode(&[x, b]).unwrap(), &mut fractions, &mut steps).unwrap();
-                shared += usize::from(round == 9 && walk.row.is_some());
-            }
-        }
-        // In the place x = 1, one choice charges the battery, unless it is empty.
-        assert_eq!(shared, 901);
-    }
 
     #[test]
     fn choices_and_probabilities_are_those_of_exact_steps() {

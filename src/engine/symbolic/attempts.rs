@@ -3,96 +3,86 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
-use super::encoding::Encoding;
 use super::fixpoints::attractor::Removed;
-use super::fixpoints::parts::{self, Budget, Part};
+use super::fixpoints::parts::{self, Part};
 use super::losing::Losing;
 use super::relations::lists::{RelationList, stay_few};
-use super::store::Store;
 use super::store::diagram::Bdd;
+use super::store::walk::Direction;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::edge_labels::{EdgeLabels, remove_layer};
 use crate::engine::{Algebra, Region};
+use crate::schedule::Schedule;
 use meliora_model::error::Result;
 
 impl SymbolicEngine {
     /// Computes [`Engine::remove_attractor`]. With a set of states, the choices that may step into it
     /// have still to be removed from the result.
     ///
-    /// The recursion over parts comes first, where it is expected to pay off; then layers of states, where
-    /// they are. If these give up, the recursion over the lists of all groups and layers of states and
-    /// choices take turns; each continues from its own states, the recursion also from the layers.
+    /// Two methods take turns: the recursion over parts, where it is likely to pay off, and the recursion over the
+    /// lists of all groups, which continues from the states that it has found. Where sets of states do not say which
+    /// choices are left, layers of states and choices take the place of the latter.
     pub(super) fn lose_states(
         &self,
-        mut left: Region<StateSet, ChoiceSet>,
+        left: Region<StateSet, ChoiceSet>,
         within: &ChoiceSet,
         won: &StateSet,
         edge_labels: &[EdgeLabels<StateSet>],
-        mut lost: StateSet,
+        lost: StateSet,
     ) -> Result<(Region<StateSet, ChoiceSet>, Option<StateSet>)> {
         if self.store.is_zero(&lost.0) {
             return Ok((left, None));
         }
-        let work = &self.store.work;
-        if let Some((lost, choices)) = remove_attractor(self, &lost, won, &left.choices, edge_labels)? {
-            work.lost[1].fetch_add(1, Relaxed);
-            return Ok((Region { states: self.difference(&left.states, &lost)?, choices }, None));
-        }
-        let mut steps = self.store.thresholds().lose_steps.max(1);
-        // Layers do not continue from what an unfinished recursion has found: it has parts of many layers,
-        // which made each later layer several times slower.
-        let mut found = lost.clone();
-        let mut search = self.search(&left, won, &found, edge_labels)?;
-        if let Some(search) = &search
-            && edge_labels.is_empty()
-            && let Some(steps) = search.steps_of_layers(&lost, steps)?
-            && let Some(all) = search.by_layers(&lost, steps)?
-        {
-            left.states = self.difference(&left.states, &all)?;
-            work.lost_by_state_layers.fetch_add(1, Relaxed);
-            return Ok((left, Some(all)));
-        }
-        loop {
-            if let Some(search) = &search {
-                let (all, done) = search.by_lists(&found, steps)?;
-                if done {
-                    left.states = self.difference(&left.states, &all)?;
-                    work.lost_by_lists.fetch_add(1, Relaxed);
-                    return Ok((left, Some(all)));
-                }
-                found = all;
+        let parts = match self.has_few_parts()? {
+            true => Some(Game::new(self, &lost, won, &left.choices, edge_labels)?),
+            false => None,
+        };
+        let (mut search, mut found, mut layer) = (None, lost.clone(), lost.clone());
+        let mut rest = left.clone();
+        let ways = 1 + usize::from(parts.is_some());
+        let end = Schedule::new(ways, self.store.thresholds().first_turn).first_to_end(|turn| {
+            if let Some(parts) = parts.as_ref().filter(|_| turn.way == 0) {
+                return parts.lose(self, &lost, &left, turn.steps);
             }
-            let until = work.steps.load(Relaxed).saturating_add(steps.saturating_mul(4));
-            while !self.store.is_zero(&lost.0) && work.steps.load(Relaxed) < until {
-                let is_simpler = |x: &StateSet, y: &StateSet| self.store.is_smaller(&x.0, &y.0);
-                lost = remove_layer(self, &mut left, within, won, edge_labels, &lost, is_simpler)?;
+            if search.is_none() {
+                search = Some(Losing::new(self, &left, won, edge_labels)?);
             }
-            if self.store.is_zero(&lost.0) {
-                break;
-            }
-            found = self.union(&found, &lost)?;
-            let rest =
-                Region { states: self.difference(&left.states, &found)?, choices: left.choices.clone() };
-            search = self.search(&rest, won, &found, edge_labels)?;
-            steps = steps.saturating_mul(16);
+            let Some(Some(search)) = &search else {
+                let done = self.lose_layers((&mut rest, &mut layer), within, won, edge_labels, turn.steps)?;
+                return Ok(done.then(|| (rest.clone(), None)));
+            };
+            let (all, done) = search.by_lists(&found, turn.steps)?;
+            found = all;
+            Ok(done.then(|| (left.clone(), Some(found.clone()))))
+        })?;
+        let (mut left, lost) = end.ok_or_else(|| self.store.full())?;
+        if let Some(lost) = &lost {
+            left.states = self.difference(&left.states, lost)?;
         }
-        work.lost[0].fetch_add(1, Relaxed);
-        Ok((left, None))
+        Ok((left, lost))
     }
 
-    /// Starts a search over sets of states alone. Returns `None` if the sets do not say which choices are left.
-    /// With edge labels, it is not used where layers suit, nor in games.
-    fn search(
+    /// Removes layers of lost states, from the last one on, until no state is lost or for some steps. Returns whether
+    /// all are removed.
+    fn lose_layers(
         &self,
-        left: &Region<StateSet, ChoiceSet>,
+        (left, lost): (&mut Region<StateSet, ChoiceSet>, &mut StateSet),
+        within: &ChoiceSet,
         won: &StateSet,
-        lost: &StateSet,
         edge_labels: &[EdgeLabels<StateSet>],
-    ) -> Result<Option<Losing<'_>>> {
-        if !edge_labels.is_empty() && (self.opponent().is_some() || self.suits_layers()?) {
-            return Ok(None);
+        steps: u64,
+    ) -> Result<bool> {
+        let work = &self.store.work;
+        let until = work.steps.load(Relaxed).saturating_add(steps);
+        while !self.store.is_zero(&lost.0) {
+            if work.steps.load(Relaxed) >= until {
+                return Ok(false);
+            }
+            let is_simpler = |x: &StateSet, y: &StateSet| self.store.is_smaller(&x.0, &y.0);
+            *lost = remove_layer(self, left, within, won, edge_labels, lost, is_simpler)?;
         }
-        Losing::new(self, left, won, lost, edge_labels)
+        work.lost[0].fetch_add(1, Relaxed);
+        Ok(true)
     }
 
     /// Returns true if a recursion over parts is expected to pay off.
@@ -104,7 +94,8 @@ impl SymbolicEngine {
         if let Some(&few) = self.few_parts.get() {
             return Ok(few);
         }
-        let few = has_few_parts(&self.store, &self.encoding, &self.groups)?;
+        let most = self.store.thresholds().relations_per_bit * self.encoding.width();
+        let few = stay_few(&self.store, &self.groups, most)?;
         Ok(*self.few_parts.get_or_init(|| few))
     }
 
@@ -120,62 +111,41 @@ impl SymbolicEngine {
     }
 }
 
-/// Computes [`SymbolicEngine::has_few_parts`] for the lists of all groups.
-pub(super) fn has_few_parts(
-    store: &Store,
-    encoding: &Encoding,
-    groups: &[Arc<RelationList>],
-) -> Result<bool> {
-    stay_few(store, groups, store.thresholds().relations_per_bit * encoding.width())
-}
-
-/// Returns the states that can reach a target by allowed choices and edges that are not dropped.
-/// Returns `None` if the recursion is not expected to pay off or gives up.
+/// Returns the states that can reach a target by allowed choices and edges that are not dropped. `allowed` has a bound
+/// for each group.
 ///
-/// `allowed` has a bound for each group.
+/// A recursion over parts takes turns with a fixpoint of the restricted relations, where it is likely to pay off.
 pub(super) fn can_reach(
     engine: &SymbolicEngine,
     target: &Bdd,
     allowed: &[Bdd],
     dropped: &[(Bdd, Bdd)],
-) -> Result<Option<Bdd>> {
+) -> Result<Bdd> {
+    let (store, how) = (&engine.store, (Direction::Backward, "backward reachability"));
+    let confined = || engine.clusters.confined(store, &engine.confinement(allowed), dropped);
     if !engine.has_few_parts()? {
-        return Ok(None);
+        return store.reach(how, confined()?.as_ref(), target, &engine.states.0);
     }
     let mut parts = Vec::new();
     for (list, allowed) in engine.groups.iter().zip(allowed) {
-        for (allowed, except) in parts::by_exception(&engine.store, allowed, dropped)? {
+        for (allowed, except) in parts::by_exception(store, allowed, dropped)? {
             parts.push(Part { allowed, except, list: list.clone() });
         }
     }
-    let most = Budget::of(&engine.store, &parts)?;
-    let found = engine.store.reach_by(target, &parts, most)?;
-    engine.store.work.confined[usize::from(found.is_some())].fetch_add(1, Relaxed);
-    Ok(found)
-}
-
-/// Computes [`Engine::remove_attractor`](crate::Engine::remove_attractor) with the choices
-/// of each group split by edge labels. Returns `None` if the recursion is not expected to pay off
-/// or gives up.
-fn remove_attractor(
-    engine: &SymbolicEngine,
-    lost: &StateSet,
-    won: &StateSet,
-    within: &ChoiceSet,
-    edge_labels: &[EdgeLabels<StateSet>],
-) -> Result<Option<(StateSet, ChoiceSet)>> {
-    let store = &engine.store;
-    if !engine.has_few_parts()? {
-        return Ok(None);
-    }
-    let game = Game::new(engine, lost, won, within, edge_labels)?;
-    let most = Budget::of(store, &game.parts)?;
-    let Some(loss) = store.remove_attractor(&lost.0, &game.parts, most)? else {
-        store.work.given_up.fetch_add(1, Relaxed);
-        return Ok(None);
-    };
-    let choices = game.left(engine, lost, within, &loss)?;
-    Ok(Some((StateSet(loss.lost), choices)))
+    let mut list = None;
+    let found = Schedule::new(2, store.thresholds().first_turn).first_to_end(|turn| {
+        if turn.way == 0 {
+            let found = store.reach_by(target, &parts, turn.steps)?;
+            store.work.confined.fetch_add(u64::from(found.is_some()), Relaxed);
+            return Ok(found);
+        }
+        let list = match &list {
+            Some(list) => list,
+            None => list.insert(confined()?),
+        };
+        store.reach_as_before((how.0, Some(how.1)), turn.steps, list, (target, &engine.states.0))
+    })?;
+    found.ok_or_else(|| store.full())
 }
 
 /// The choices that are left, split by edge labels.
@@ -221,6 +191,22 @@ impl Game {
             game.add(within.0.len() + 1, parts::by_exception(store, &left, &safe)?, &list);
         }
         Ok(game)
+    }
+
+    /// Finds the states that are lost after those of `lost`, and the choices that remain; `None` if that takes more than
+    /// `steps` steps.
+    fn lose(
+        &self,
+        engine: &SymbolicEngine,
+        lost: &StateSet,
+        left: &Region<StateSet, ChoiceSet>,
+        steps: u64,
+    ) -> Result<Option<(Region<StateSet, ChoiceSet>, Option<StateSet>)>> {
+        let Some(loss) = engine.store.remove_attractor(&lost.0, &self.parts, steps)? else { return Ok(None) };
+        engine.store.work.lost[2].fetch_add(1, Relaxed);
+        let choices = self.left(engine, lost, &left.choices, &loss)?;
+        let states = engine.difference(&left.states, &StateSet(loss.lost))?;
+        Ok(Some((Region { states, choices }, None)))
     }
 
     fn add(&mut self, group: usize, choices: Vec<(Bdd, Bdd)>, list: &Arc<RelationList>) {

@@ -2,7 +2,6 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::attempts::has_few_parts;
 use super::draft::{Draft, Translated, beginnings};
 use super::encoding::Encoding;
 use super::encoding::transitions::{Piece, Transitions};
@@ -15,7 +14,7 @@ use super::relations::partial_relation::PartialRelation;
 use super::store::Store;
 use super::store::diagram::Bdd;
 use super::store::walk::Direction;
-use super::turns;
+use super::turns::Turns;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::settings::{Count, Settings};
 use meliora_model::error::{Limit, Result};
@@ -36,8 +35,45 @@ pub(crate) struct Explored {
     states: Bdd,
     /// A state in which an enabled command has probabilities that were rounded.
     rounded: Option<State>,
-    /// The result of [`Explored::has_few_parts`] once it has been computed.
-    few_parts: OnceLock<bool>,
+}
+
+/// An exploration in turns: it can be interrupted and continued. The orders that [`Order::Auto`] tries take turns
+/// in it.
+pub(crate) struct Exploring {
+    program: Arc<Program>,
+    /// The orders, with the reasons of those that are tried in turns.
+    turns: Turns<(Vec<Bit>, Option<String>)>,
+}
+
+impl Exploring {
+    /// Prepares an exploration of the scope.
+    ///
+    /// # Errors
+    /// The variable order is wrong.
+    pub(crate) fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
+        let orders = match settings.order {
+            Order::Auto => {
+                candidates(&program).into_iter().map(|order| (order.bits, Some(order.why))).collect()
+            }
+            _ => vec![(settings.order.bits(&program)?, None)],
+        };
+        Ok(Exploring { program, turns: Turns::new(orders, settings) })
+    }
+
+    /// Continues until all states are known, or the steps so far are at least `most`.
+    ///
+    /// # Errors
+    /// The errors of [`SymbolicEngine::new`].
+    pub(crate) fn run(&mut self, most: u64) -> Result<Option<Explored>> {
+        let program = &self.program;
+        self.turns.run(most, |(order, why), settings| {
+            let mut found = Explored::with(Arc::clone(program), order.clone(), settings, None)?;
+            if let Some(why) = why {
+                found.draft.encoding.set_why(why);
+            }
+            Ok(found)
+        })
+    }
 }
 
 impl Explored {
@@ -46,15 +82,8 @@ impl Explored {
     /// # Errors
     /// The errors of [`SymbolicEngine::new`].
     pub(crate) fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
-        if settings.order == Order::Auto {
-            return turns::first_to_end(&candidates(&program), &settings, |order, settings| {
-                let mut found = Explored::with(Arc::clone(&program), order.bits.clone(), settings, None)?;
-                found.draft.encoding.set_why(&order.why);
-                Ok(found)
-            });
-        }
-        let order = settings.order.bits(&program)?;
-        Explored::with(program, order, settings, None)
+        let explored = Exploring::new(program, settings)?.run(u64::MAX)?;
+        explored.ok_or_else(|| Limit::Interrupted.into())
     }
 
     /// Explores the scope, or takes the given states, with the bits in an order.
@@ -75,7 +104,7 @@ impl Explored {
             let Draft { store, lists, translated: Translated { transitions, .. }, .. } = &mut draft;
             transitions.pieces = disjoint(store, lists, std::mem::take(&mut transitions.pieces), &states)?;
         }
-        Ok(Explored { draft, states, rounded, few_parts: OnceLock::new() })
+        Ok(Explored { draft, states, rounded })
     }
 
     /// Returns the number of states.
@@ -101,13 +130,6 @@ impl Explored {
         relations.chain([&self.states]).map(|f| self.draft.store.size(f)).sum()
     }
 
-    /// Computes [`SymbolicEngine::has_few_parts`].
-    pub(crate) fn has_few_parts(&self) -> Result<bool> {
-        let Draft { store, lists, translated, encoding, .. } = &self.draft;
-        let few = has_few_parts(store, encoding, &translated.transitions.lists(store, lists)?)?;
-        Ok(*self.few_parts.get_or_init(|| few))
-    }
-
     /// Returns the bytes in use.
     pub(crate) fn bytes(&self) -> u64 {
         self.draft.store.usage().bytes
@@ -118,7 +140,7 @@ impl Explored {
     /// # Errors
     /// A limit.
     pub(crate) fn engine(self) -> Result<SymbolicEngine> {
-        let Explored { mut draft, mut states, rounded, few_parts } = self;
+        let Explored { mut draft, mut states, rounded } = self;
         draft.size_to(&mut states)?;
         let Draft { program, settings, encoding, store, lists, domain, translated, clusters } = draft;
         let Translated { transitions, initial, .. } = translated;
@@ -136,8 +158,7 @@ impl Explored {
             quiet: OnceLock::new(),
             lists,
             groups,
-            few_parts,
-            suits_layers: Default::default(),
+            few_parts: OnceLock::new(),
             clusters: Arc::new(clusters),
             domain,
             states: StateSet(states),
@@ -148,7 +169,6 @@ impl Explored {
             enabled,
             has_loops: true,
             game,
-            reaching: Default::default(),
             workers: Default::default(),
             store: Arc::new(store),
         })

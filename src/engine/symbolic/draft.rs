@@ -46,11 +46,11 @@ impl Draft {
     /// larger store.
     pub(super) fn explore(&mut self) -> Result<Bdd> {
         let thresholds = self.settings.thresholds;
-        if let Some(states) = self.scope(Some(thresholds.first_steps))? {
+        if let Some(states) = self.scope(thresholds.first_turn)? {
             return Ok(states);
         }
         self.enlarge(thresholds.main_cache, None)?;
-        self.scope(None)?.ok_or_else(|| self.store.full())
+        self.scope(u64::MAX)?.ok_or_else(|| self.store.full())
     }
 
     /// Computes the states of the scope; `None` if the exploration takes more than `steps` steps.
@@ -58,7 +58,7 @@ impl Draft {
     /// If monitors may begin everywhere, each reached state of the model is combined with all
     /// values of the monitors. This set has a simpler diagram than the reachable pairs, and the
     /// answers are the same.
-    fn scope(&self, steps: Option<u64>) -> Result<Option<Bdd>> {
+    fn scope(&self, steps: u64) -> Result<Option<Bdd>> {
         let Draft { program, encoding, store, domain, .. } = self;
         let sets = (&self.translated.initial, domain);
         let Some(start) = beginnings(program, encoding, store, self.settings.scope, sets)? else {

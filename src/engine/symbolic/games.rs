@@ -10,16 +10,16 @@ use std::sync::{Arc, OnceLock};
 
 use super::encoding::Encoding;
 use super::encoding::transitions::Transitions;
-use super::fixpoints::parts::{Budget, Part};
+use super::fixpoints::parts::Part;
 use super::relations::lists::RelationList;
 use super::relations::partial_relation::PartialRelation;
 use super::relations::tuples::{ListTuple, ListTuples};
-use super::remembered::Remembered;
 use super::store::Store;
 use super::store::diagram::Bdd;
 use super::{ChoiceSet, StateSet, SymbolicEngine, pick};
 use crate::edge_labels::{self, EdgeLabels};
 use crate::engine::{Algebra, Engine};
+use crate::schedule::Schedule;
 use meliora_model::error::{Error, Result};
 use meliora_model::{Program, fault};
 
@@ -49,12 +49,7 @@ pub(super) struct Opponent {
     ours: OnceLock<Arc<RelationList>>,
     /// The lists for the removal of losing states, once they are needed.
     removal: OnceLock<Arc<ListTuple>>,
-    /// The last results of [`SymbolicEngine::attract_in_game`] without dropped edges.
-    attracted: Remembered<Attraction, StateSet>,
 }
-
-/// T, W and C of [`SymbolicEngine::attract_in_game`].
-type Attraction = (Bdd, Arc<Vec<Bdd>>, Arc<Vec<Bdd>>);
 
 impl Game {
     /// Finds the players of a game; `None` if the model is not a game. `enabled` has the states of each
@@ -110,9 +105,9 @@ impl Game {
 
 impl Opponent {
     fn new(store: &Store, states: Bdd, groups: Vec<bool>) -> Self {
-        let (tuples, attracted) = (ListTuples::new(store), Remembered::default());
+        let tuples = ListTuples::new(store);
         let (list, ours, removal) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-        Opponent { states, groups, tuples, list, ours, removal, attracted }
+        Opponent { states, groups, tuples, list, ours, removal }
     }
 
     /// Returns whether the opponent chooses in a group; the last one has the self-loops of deadlocks.
@@ -139,8 +134,7 @@ impl SymbolicEngine {
         };
         let (players, groups) = (game.players.clone(), Arc::clone(&game.groups));
         let game = Some(Game::new(&self.store, players, groups, coalition.to_vec())?);
-        // The remembered results belong to the former coalition.
-        Ok(SymbolicEngine { game, reaching: Arc::default(), workers: Default::default(), ..self.clone() })
+        Ok(SymbolicEngine { game, workers: Default::default(), ..self.clone() })
     }
 
     /// Removes from the sources of C the states of the opponent with an enabled choice that is not in
@@ -219,7 +213,7 @@ impl SymbolicEngine {
     }
 
     /// Computes μX. T ∪ { s : we can choose a pair of C that is in W, or has an edge into X that is not
-    /// dropped }. Remembers the last results: the first levels of SASI and SPI begin with the same search.
+    /// dropped }.
     pub(super) fn attract_in_game(
         &self,
         opponent: &Opponent,
@@ -230,23 +224,14 @@ impl SymbolicEngine {
     ) -> Result<StateSet> {
         let winning = self.intersection(winning, within)?;
         let dropped = edge_labels::dropped(self, edge_labels)?;
-        if !dropped.is_empty() {
-            return self.search_attractor(opponent, target, &winning, within, &dropped);
-        }
-        let of = (target.0.clone(), Arc::clone(&winning.0), Arc::clone(&within.0));
-        if let Some(found) = opponent.attracted.recall(&of) {
-            return Ok(found);
-        }
-        let found = self.search_attractor(opponent, target, &winning, within, &[])?;
-        opponent.attracted.remember(of, found.clone());
-        Ok(found)
+        self.search_attractor(opponent, target, &winning, within, &dropped)
     }
 
     /// Computes [`SymbolicEngine::attract_in_game`] for W ⊆ C.
     ///
-    /// The recursion over parts comes first, where it is expected to pay off. If it gives up, the recursion
-    /// over lists and layers of the fixpoint take turns; each continues from the states that are found.
-    /// Dropped edges depend on the state that they leave, so lists cannot have them.
+    /// The recursion over parts, where it is likely to pay off, and the recursion over lists take turns; the latter
+    /// continues from the states that are found. Dropped edges depend on the state that they leave, so neither can
+    /// have them: then the search goes layer by layer.
     fn search_attractor(
         &self,
         opponent: &Opponent,
@@ -260,40 +245,54 @@ impl SymbolicEngine {
         // A choice without edges is in no list, so the lists cannot tell that it enters nothing.
         let entering = self.union(winning, &self.with_edges(within)?)?;
         let candidates = self.difference(&self.can_choose(&entering)?, &loops)?;
+        let has_parts = dropped.is_empty() && self.has_few_parts()?;
+        let of = (winning, within);
         let mut lists = None;
-        if dropped.is_empty() {
-            if let Some(all) = self.search_parts(opponent, (&found, &candidates), winning, within)? {
-                return Ok(all);
-            }
-            lists = Some(self.search_lists(opponent, winning, within)?);
-        }
-        let mut steps = self.store.thresholds().lose_steps.max(1);
-        loop {
-            if let Some(lists) = &lists {
+        let all = Schedule::new(1 + usize::from(has_parts), self.store.thresholds().first_turn)
+            .first_to_end(|turn| {
+                if has_parts && turn.way == 0 {
+                    return self.search_parts(opponent, (&found, &candidates), of, turn.steps);
+                }
+                if !dropped.is_empty() {
+                    return self.search_layers(&mut found, of, dropped, turn.steps);
+                }
+                let lists = match &lists {
+                    Some(lists) => lists,
+                    None => lists.insert(self.search_lists(opponent, winning, within)?),
+                };
                 let open = self.difference(&candidates, &found)?;
-                let (all, done) = self.store.lose(&found.0, &open.0, lists, steps)?;
+                let (all, done) = self.store.lose(&found.0, &open.0, lists, turn.steps)?;
                 found = StateSet(all);
-                if done {
-                    return Ok(found);
-                }
+                Ok(done.then(|| found.clone()))
+            })?;
+        all.ok_or_else(|| self.store.full())
+    }
+
+    /// Computes [`SymbolicEngine::attract_in_game`] layer by layer from the states found; `None` if it takes more than
+    /// `steps` steps.
+    fn search_layers(
+        &self,
+        found: &mut StateSet,
+        (winning, within): (&ChoiceSet, &ChoiceSet),
+        dropped: &[(StateSet, StateSet)],
+        steps: u64,
+    ) -> Result<Option<StateSet>> {
+        let work = &self.store.work.steps;
+        let until = work.load(Relaxed).saturating_add(steps);
+        while work.load(Relaxed) < until {
+            let entering = edge_labels::kept_into(self, within, dropped, found)?;
+            let next = self.can_choose(&self.union(winning, &entering)?)?;
+            let all = self.union(found, &next)?;
+            if self.same(&all, found)? {
+                return Ok(Some(all));
             }
-            let work = &self.store.work.steps;
-            let until = work.load(Relaxed).saturating_add(steps.saturating_mul(4));
-            while work.load(Relaxed) < until {
-                let entering = edge_labels::kept_into(self, within, dropped, &found)?;
-                let next = self.can_choose(&self.union(winning, &entering)?)?;
-                let all = self.union(&found, &next)?;
-                if self.same(&all, &found)? {
-                    return Ok(found);
-                }
-                found = all;
-            }
-            steps = steps.saturating_mul(16);
+            *found = all;
         }
+        Ok(None)
     }
 
     /// Computes [`SymbolicEngine::attract_in_game`] by a recursion over parts: each has the candidates in
-    /// which a step of its list is needed. Returns `None` if the recursion is not expected to pay off or gives up.
+    /// which a step of its list is needed. Returns `None` if it takes more than `steps` steps.
     ///
     /// Bounds take the place of other relations where they can, so that searches share their results. Only the
     /// states of ours of which C has some choices, but not all, need a list of their own.
@@ -301,12 +300,9 @@ impl SymbolicEngine {
         &self,
         opponent: &Opponent,
         (found, candidates): (&StateSet, &StateSet),
-        winning: &ChoiceSet,
-        within: &ChoiceSet,
+        (winning, within): (&ChoiceSet, &ChoiceSet),
+        steps: u64,
     ) -> Result<Option<StateSet>> {
-        if !self.has_few_parts()? {
-            return Ok(None);
-        }
         let store = &self.store;
         let open = store.minus(&candidates.0, &found.0)?;
         let ours = store.minus(&open, &opponent.states)?;
@@ -326,8 +322,7 @@ impl SymbolicEngine {
         }
         let part = |(allowed, list)| Part { allowed, except: store.zero(), list };
         let parts: Vec<Part> = parts.into_iter().map(part).collect();
-        let most = Budget::of(store, &parts)?;
-        let all = store.remove_attractor(&found.0, &parts, most)?;
+        let all = store.remove_attractor(&found.0, &parts, steps)?;
         Ok(all.map(|all| StateSet(all.lost)))
     }
 

@@ -5,10 +5,8 @@
 //! choices are missing from the start. So each set of states with the same labels has a search of its own, and
 //! the searches take turns.
 
-use std::collections::BTreeSet;
 use std::sync::atomic::Ordering::Relaxed;
 
-use super::fixpoints::layers::{self, Layers};
 use super::fixpoints::parts::by_exception;
 use super::quiet::Quiet;
 use super::relations::tuples::{ListTuple, ListTuples};
@@ -23,14 +21,10 @@ use meliora_model::error::Result;
 /// A search for lost states.
 pub(super) struct Losing<'e> {
     engine: &'e SymbolicEngine,
-    /// The steps of each group; those of the opponent are one list.
-    lists: &'e ListTuple,
     /// The states that are lost or outside.
     lost: Bdd,
     /// The other states that may be lost, by their edge labels and by their steps.
     candidates: Vec<Candidates<'e>>,
-    /// All candidates if all edges are plain.
-    plain: Option<Bdd>,
 }
 
 /// The states with the same edge labels that may be lost.
@@ -103,27 +97,24 @@ impl<'e> Candidates<'e> {
 
 impl<'e> Losing<'e> {
     /// Starts a search. Returns `None` if choices are missing for another reason than a step into a lost or
-    /// a barred state.
+    /// a barred state, and in a game with edge labels.
     pub(super) fn new(
         engine: &'e SymbolicEngine,
         left: &Region<StateSet, ChoiceSet>,
         won: &StateSet,
-        lost: &StateSet,
         edge_labels: &[EdgeLabels<StateSet>],
     ) -> Result<Option<Self>> {
+        let opponent = engine.opponent();
+        if opponent.is_some() && !edge_labels.is_empty() {
+            return Ok(None);
+        }
         let (store, loops) = (&engine.store, &left.choices.0[engine.groups.len()]);
         let outside = store.minus(&store.any(engine.enabled.iter().cloned())?, &left.states.0)?;
         let staying = store.or(loops, &engine.without_edges(&left.choices)?)?;
-        let mut candidates = store.minus(&store.minus(&left.states.0, &won.0)?, &staying)?;
-        let opponent = engine.opponent();
-        // In a game, more states may lose than these.
-        if let (None, Some(reaching)) = (opponent, engine.reaching.recall(&lost.0)) {
-            candidates = store.and(&candidates, &reaching.states.0)?;
-        }
+        let candidates = store.minus(&store.minus(&left.states.0, &won.0)?, &staying)?;
         let lists = opponent.map_or_else(|| engine.tuple(), |opponent| engine.removal_lists(opponent))?;
-        let plain = edge_labels.is_empty().then(|| candidates.clone());
         let candidates = Candidates::by_labels(store, lists, candidates, edge_labels)?;
-        let search = Losing { engine, lists, lost: outside, candidates, plain };
+        let search = Losing { engine, lost: outside, candidates };
         if !search.explains(&left.choices)? {
             return Ok(None);
         }
@@ -162,43 +153,12 @@ impl<'e> Losing<'e> {
         Ok(true)
     }
 
-    /// Finds the lost states by layers, from those lost first, if all edges are plain. Returns `None` after
-    /// `steps` steps.
-    pub(super) fn by_layers(&self, first: &StateSet, steps: u64) -> Result<Option<StateSet>> {
-        let store = &self.engine.store;
-        let Some(states) = &self.plain else { return Ok(None) };
-        let until = store.work.steps.load(Relaxed).saturating_add(steps);
-        let mut layers = Layers::new(&first.0, &self.lost, states, self.lists);
-        while layers.next(store, self.engine.clusters.list(), self.lists)? {
-            if store.work.steps.load(Relaxed) >= until {
-                return Ok(None);
-            }
-        }
-        self.since(first, &layers.lost).map(Some)
-    }
-
-    /// Returns the steps that layers may take before the recursion over lists, which may take `steps`; `None` if
-    /// that comes first. Layers come first where they are expected to be faster: where they suit the relations,
-    /// or where backward reachability of the same states was found by layers.
-    pub(super) fn steps_of_layers(&self, first: &StateSet, steps: u64) -> Result<Option<u64>> {
-        if self.engine.suits_layers()? {
-            return Ok(Some(steps.saturating_mul(4)));
-        }
-        let by_layers = self.engine.reaching.recall(&first.0).is_some_and(|reaching| reaching.by_layers);
-        Ok(by_layers.then_some(steps))
-    }
-
-    /// Finds the lost states by the recursion over the lists of all groups. Returns also whether these
-    /// are all; after `steps` steps they are those found so far.
+    /// Finds the lost states by the recursion over the lists of all groups, from those known to be lost. Returns also
+    /// whether these are all; after `steps` steps they are those found so far.
     pub(super) fn by_lists(&self, first: &StateSet, steps: u64) -> Result<(StateSet, bool)> {
         let (store, work) = (&self.engine.store, &self.engine.store.work);
-        let mut nodes = 0;
-        for part in &self.candidates {
-            nodes += store.size(&part.states)? as u64;
-        }
-        let steps = steps.max(store.thresholds().lose_steps_per_node.saturating_mul(nodes));
         let until = work.steps.load(Relaxed).saturating_add(steps);
-        let (mut lost, mut open) = (self.lost.clone(), vec![true; self.candidates.len()]);
+        let (mut lost, mut open) = (store.or(&self.lost, &first.0)?, vec![true; self.candidates.len()]);
         while let Some(at) = open.iter().position(|&is_open| is_open) {
             open[at] = false;
             let left = until.saturating_sub(work.steps.load(Relaxed));
@@ -213,29 +173,19 @@ impl<'e> Losing<'e> {
                 open[other] |= !store.is_zero(&store.minus(&new, &part.safe)?);
             }
         }
+        work.lost[1].fetch_add(1, Relaxed);
         Ok((self.since(first, &lost)?, true))
     }
 
     /// Finds the candidates with the same labels that are lost because of `lost` and of each other. Returns also
     /// whether these are all.
-    ///
-    /// The recursion is given up earlier if the sets on the way are much larger than the candidates: then
-    /// layers, which do not have them, are faster.
     fn lost_among(&self, part: &Candidates, lost: &Bdd, steps: u64) -> Result<(Bdd, bool)> {
-        let (store, thresholds) = (&self.engine.store, self.engine.store.thresholds());
+        let store = &self.engine.store;
         let (avoided, open) = (part.avoided(store, lost)?, store.minus(&part.states, lost)?);
         if part.are_safe {
-            return Ok((layers::stuck(store, &avoided, open, part.lists)?, true));
+            return Ok((store.stuck(&avoided, open, part.lists)?, true));
         }
-        let trial = thresholds.lose_trial_steps.min(steps);
-        let (mut found, mut done) = store.lose(&avoided, &open, part.lists, trial)?;
-        if !done && trial < steps {
-            let many = store.size(&open)?.saturating_mul(thresholds.lose_growth);
-            if !store.has_nodes(&found, many)? {
-                let rest = store.minus(&open, &found)?;
-                (found, done) = store.lose(&found, &rest, part.lists, steps - trial)?;
-            }
-        }
+        let (found, done) = store.lose(&avoided, &open, part.lists, steps)?;
         Ok((store.and(&open, &found)?, done))
     }
 
@@ -254,41 +204,5 @@ impl SymbolicEngine {
         }
         let made = ListTuples::new(&self.store).of_lists(&self.store, &self.groups)?;
         Ok(self.tuple.get_or_init(|| made))
-    }
-
-    /// Returns true if layers of states are expected to be faster than the recursion over lists: if most
-    /// groups write the same few bits of variables that move back and forth, and the states have few nodes. The
-    /// recursion then exchanges losses between the values of these bits many times. The answer depends on the
-    /// relations and the states alone, so it is computed once.
-    pub(super) fn suits_layers(&self) -> Result<bool> {
-        if let Some(&suits) = self.suits_layers.get() {
-            return Ok(suits);
-        }
-        let suits = self.shares_few_bits()?;
-        Ok(*self.suits_layers.get_or_init(|| suits))
-    }
-
-    /// Returns whether most groups write the same few bits, these move back and forth, and the states have few
-    /// nodes.
-    fn shares_few_bits(&self) -> Result<bool> {
-        let (thresholds, width) = (self.store.thresholds(), self.encoding.width());
-        if self.store.has_nodes(&self.states.0, width.saturating_mul(thresholds.nodes_per_bit))? {
-            return Ok(false);
-        }
-        let mut writers = vec![0; width];
-        for list in &self.groups {
-            let bits: BTreeSet<u32> = list.entries().flat_map(|e| e.support.bits()).copied().collect();
-            bits.into_iter().for_each(|bit| writers[bit as usize] += 1);
-        }
-        let many =
-            |bit: &u32| writers[*bit as usize] * 100 >= self.groups.len() * thresholds.shared_by_percent;
-        let mut shared = 0;
-        for variable in self.program.variable_ids() {
-            let bits = self.encoding.positions(variable).iter().filter(|bit| many(bit)).count();
-            if bits > 0 && self.moves_back_and_forth(variable)? {
-                shared += bits;
-            }
-        }
-        Ok(shared > 0 && shared * 100 <= width * thresholds.most_shared_percent)
     }
 }

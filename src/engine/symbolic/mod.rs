@@ -31,7 +31,6 @@ pub mod order;
 mod pick;
 mod quiet;
 mod relations;
-mod remembered;
 mod sizes;
 pub(crate) mod store;
 #[cfg(test)]
@@ -42,7 +41,7 @@ mod workers;
 
 use std::sync::{Arc, OnceLock};
 
-pub(crate) use build::Explored;
+pub(crate) use build::{Explored, Exploring};
 pub use dump::Set;
 pub use encoding::Encoding;
 pub use encoding::transitions::Numbered;
@@ -69,7 +68,6 @@ use membership::Marks;
 use quiet::Quiet;
 use relations::lists::{Lists, RelationList};
 use relations::tuples::ListTuple;
-use remembered::{Reaching, Remembered};
 use store::Store;
 use store::diagram::Bdd;
 use store::walk::Direction;
@@ -100,8 +98,6 @@ pub struct SymbolicEngine {
     quiet: OnceLock<Arc<Quiet>>,
     /// The result of [`SymbolicEngine::has_few_parts`] once it has been computed.
     few_parts: OnceLock<bool>,
-    /// The result of [`SymbolicEngine::suits_layers`] once it has been computed.
-    suits_layers: OnceLock<bool>,
     clusters: Arc<Clusters>,
     domain: Bdd,
     states: StateSet,
@@ -118,8 +114,6 @@ pub struct SymbolicEngine {
     has_loops: bool,
     /// The players of a game; `None` for other models.
     game: Option<Game>,
-    /// The last targets, each with the states that can reach it by all choices.
-    reaching: Arc<Remembered<Bdd, Reaching>>,
     workers: Workers,
     store: Arc<Store>,
 }
@@ -228,13 +222,11 @@ impl Engine for SymbolicEngine {
         self.diagram_of(&region.states)?;
         self.groups_of(&region.choices)?;
         let Region { states, choices } = region.clone();
-        // The targets remembered so far were reached by all choices.
-        let (reaching, workers) = (Arc::default(), Workers::default());
+        let workers = Workers::default();
         // The lists of the opponent's choices, too.
         let same = |game: &games::Game| game.moved(&self.store, game.players.clone());
         let game = self.game.as_ref().map(same).transpose()?;
-        let suits_layers = OnceLock::new();
-        Ok(SymbolicEngine { states, choices, game, reaching, workers, suits_layers, ..self.clone() })
+        Ok(SymbolicEngine { states, choices, game, workers, ..self.clone() })
     }
 
     fn workers(&self) -> u32 {
@@ -298,14 +290,9 @@ impl Engine for SymbolicEngine {
 
     fn pre(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
         let (store, c, x) = (&self.store, self.groups_of(c)?, self.diagram_of(x)?);
-        let large = store.has_nodes(x, store.thresholds().large_set)?;
         let mut found = Vec::with_capacity(c.len());
         for (list, allowed) in self.groups.iter().zip(c) {
-            found.push(if large {
-                store.step(Direction::Backward, list, x, allowed)?
-            } else {
-                store.and(&store.step(Direction::Backward, list, x, &store.one())?, allowed)?
-            });
+            found.push(store.step(Direction::Backward, list, x, allowed)?);
         }
         found.push(self.loops_in(c, x)?);
         Ok(ChoiceSet(Arc::new(found)))
@@ -323,9 +310,6 @@ impl Engine for SymbolicEngine {
         Ok(StateSet(self.store.any(images)?))
     }
 
-    /// Remembers the results for the last targets if all choices are allowed and no edge is
-    /// dropped. The regions of positive probability bound the almost-sure ones, whose computation
-    /// starts from them.
     fn can_reach(
         &self,
         target: &StateSet,
@@ -342,33 +326,15 @@ impl Engine for SymbolicEngine {
             .into_iter()
             .map(|(from, into)| (from.0, into.0))
             .collect();
-        let confinement = self.confinement(bound);
-        let free = dropped.is_empty() && confinement.iter().all(Option::is_none);
         let from = self.diagram_of(target)?;
-        if let (true, Some(found)) = (free, self.reaching.recall(from)) {
-            return Ok(found.states);
-        }
-        let how = (Direction::Backward, "backward reachability");
-        if !free
-            && dropped.is_empty()
+        if dropped.is_empty()
             && let Some(states) = self.states_of_all_choices(bound)?
         {
+            let how = (Direction::Backward, "backward reachability");
             let within = self.store.or(&states, from)?;
             return Ok(StateSet(self.store.reach(how, self.clusters.list(), from, &within)?));
         }
-        let by_parts = if free { None } else { attempts::can_reach(self, from, bound, &dropped)? };
-        let found = StateSet(match by_parts {
-            Some(found) => found,
-            None => {
-                let list = self.clusters.confined(&self.store, &confinement, &dropped)?;
-                self.store.reach(how, &list, from, &self.states.0)?
-            }
-        });
-        if free {
-            let (states, by_layers) = (found.clone(), self.store.reached_by_layers());
-            self.reaching.remember(from.clone(), Reaching { states, by_layers });
-        }
-        Ok(found)
+        attempts::can_reach(self, from, bound, &dropped).map(StateSet)
     }
 
     /// The bound is one for all relations at once, so no set of choices is needed.

@@ -15,8 +15,9 @@ use super::fixpoints::clusters::Clusters;
 use super::relations::partial_relation::PartialRelation;
 use super::relations::support::Support;
 use super::store::diagram::Bdd;
+use super::store::walk::Direction;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::engine::{Algebra, Engine, position};
+use crate::engine::{Algebra, Engine};
 use crate::settings::Count;
 use meliora_model::VarId;
 use meliora_model::error::Result;
@@ -138,8 +139,6 @@ impl SymbolicEngine {
             tuple: OnceLock::new(),
             quiet: OnceLock::new(),
             few_parts: OnceLock::new(),
-            suits_layers: OnceLock::new(),
-            reaching: Arc::default(),
             workers: Default::default(),
             ..self.clone()
         })
@@ -250,22 +249,6 @@ impl SymbolicEngine {
         Ok(Changes { piece, is_rival, counts })
     }
 
-    /// Returns whether some step makes a variable smaller, and another one greater.
-    pub(super) fn moves_back_and_forth(&self, variable: VarId) -> Result<bool> {
-        let digit = Digit::natural(variable);
-        let entries = Vec::from_iter(self.groups.iter().flat_map(|list| list.entries()));
-        for trend in Trend::ALL {
-            let moves = |entry: &&PartialRelation| {
-                let has_trend = self.has_trend(std::slice::from_ref(&digit), &entry.support, trend)?;
-                Ok(!self.store.is_zero(&self.store.and(&entry.relation, &has_trend)?))
-            };
-            if position(&entries, moves)?.is_none() {
-                return Ok(false);
-            }
-        }
-        Ok(true)
-    }
-
     /// Returns the pairs of present and next values of a support in which a variable has the same
     /// value.
     pub(super) fn keeping(&self, variable: VarId, support: &Support) -> Result<Bdd> {
@@ -283,9 +266,8 @@ impl SymbolicEngine {
     /// # Errors
     /// A limit, or the set belongs to another engine.
     pub fn reached_from(&self, start: &StateSet) -> Result<StateSet> {
-        let start = self.diagram_of(start)?;
-        let found = self.clusters.forward(&self.store, start, &self.states.0, None)?;
-        found.map(StateSet).ok_or_else(|| self.store.full())
+        let (start, how) = (self.diagram_of(start)?, (Direction::Forward, "reachable states"));
+        self.store.reach(how, self.clusters.list(), start, &self.states.0).map(StateSet)
     }
 
     /// Returns the choices of `c` that have an edge; see [`SymbolicEngine::with_trend`].

@@ -104,7 +104,6 @@ impl SymbolicEngine {
             lists,
             transitions: Arc::new(transitions),
             few_parts: self.few_parts.clone(),
-            suits_layers: self.suits_layers.clone(),
             clusters: Arc::new(clusters),
             domain,
             states: StateSet(states),
@@ -115,7 +114,6 @@ impl SymbolicEngine {
             choices: ChoiceSet(Arc::new(choices)),
             has_loops: self.has_loops,
             game,
-            reaching: Arc::default(),
             workers: Workers::default(),
             store: Arc::new(store),
         })

@@ -45,8 +45,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         if let Some(found) = known.get(&key) {
             return Ok(found);
         }
-        self.tick()?;
-        known.check()?;
+        self.tick_for(parts)?;
         let found = self.remove_across(self.first_bit(new, parts), new, parts, known)?;
         known.insert(key, found.clone());
         Ok(found)

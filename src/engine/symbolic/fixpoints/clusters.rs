@@ -5,7 +5,6 @@
 
 use std::sync::Arc;
 
-use super::Method;
 use crate::symbolic::encoding::transitions::Piece;
 use crate::symbolic::relations::lists::{Lists, RelationList};
 use crate::symbolic::relations::partial_relation::PartialRelation;
@@ -99,23 +98,20 @@ impl Clusters {
         self.list.all().of(store, entries)
     }
 
-    /// Computes μX. start ∪ { s' ∈ bound : s → s' for some s ∈ X }; `None` if a recursion takes
-    /// more than `steps` steps.
+    /// Computes μX. start ∪ { s' ∈ bound : s → s' for some s ∈ X }; `None` if that takes more than `steps` steps.
+    ///
+    /// Variable orders take turns in an exploration, so methods do not: the recursion was faster wherever both
+    /// methods ended.
     pub(in crate::symbolic) fn forward(
         &self,
         store: &Store,
         start: &Bdd,
         bound: &Bdd,
-        steps: Option<u64>,
+        steps: u64,
     ) -> Result<Option<Bdd>> {
-        let (direction, phase) = (Direction::Forward, "reachable states");
-        match steps {
-            None => store.reach((direction, phase), &self.list, start, bound).map(Some),
-            Some(steps) => {
-                let how = (direction, Some(phase));
-                store.fixpoint(Method::Recursion, how, steps, &self.list, (start, bound))
-            }
-        }
+        let phase = "reachable states";
+        store.progress(phase);
+        store.fixpoint(false, (Direction::Forward, Some(phase)), steps, &self.list, (start, bound))
     }
 
     /// Returns the relations of all clusters.
@@ -146,7 +142,7 @@ fn without(store: &Store, mut relation: Bdd, support: &Support, dropped: &[(Bdd,
 fn join(store: &Store, cluster: &mut Cluster, piece: &Piece) -> Result<bool> {
     let steps = PartialRelation::union(store, &[&piece.steps, &cluster.steps])?;
     let sizes = store.size(&piece.steps.relation)? + store.size(&cluster.steps.relation)?;
-    if store.size(&steps.relation)? > store.thresholds().small_union.max(2 * sizes) {
+    if store.size(&steps.relation)? > store.thresholds().small_relation.max(2 * sizes) {
         return Ok(false);
     }
     cluster.pieces.push(piece.clone());

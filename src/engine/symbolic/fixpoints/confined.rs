@@ -37,8 +37,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         if let Some(found) = known.get(&key) {
             return Ok(found);
         }
-        self.tick()?;
-        known.check()?;
+        self.tick_for(&parts)?;
         let found = self.reach_by_across(self.first_bit(x, &parts), x, &parts, known)?;
         known.insert(key, found.clone());
         // The closure of a closed set is the set itself.

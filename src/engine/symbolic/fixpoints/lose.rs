@@ -35,6 +35,24 @@ impl Store {
         });
         Ok(found?.unwrap_or_else(|| (lost.clone(), false)))
     }
+
+    /// Returns the states of X of which every list with a step has one into L.
+    ///
+    /// Cost: one pre-image per group.
+    pub(in crate::symbolic) fn stuck(&self, l: &Bdd, x: Bdd, groups: &ListTuple) -> Result<Bdd> {
+        if groups.stays {
+            return Ok(self.zero());
+        }
+        let mut open = x;
+        for group in groups.groups() {
+            let own = self.and(&open, &group.sources)?;
+            let kept = self.walk_to_the_end((Direction::Backward, None), |walk| {
+                walk.own(|w: &Walk<'_, '_>| w.spare(w.edge(l), w.edge(&own), &group.list))
+            })?;
+            open = self.minus(&open, &kept)?;
+        }
+        Ok(open)
+    }
 }
 
 /// One value of a bit.

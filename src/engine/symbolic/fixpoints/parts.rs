@@ -32,14 +32,13 @@ type Operands = Vec<(Bdd, Bdd, u32)>;
 /// The results that a recursion over parts has found so far, by set and operands.
 pub(in crate::symbolic) struct Known<T> {
     found: AHashMap<(Bdd, Operands), T>,
-    most: usize,
     charge: Charge,
 }
 
 impl<T: Clone> Known<T> {
-    /// Creates an empty table; the recursion gives up when the table has `most` results.
-    pub(in crate::symbolic) fn new(store: &Store, most: usize) -> Self {
-        Known { found: AHashMap::new(), most, charge: store.charge() }
+    /// Creates an empty table.
+    pub(in crate::symbolic) fn new(store: &Store) -> Self {
+        Known { found: AHashMap::new(), charge: store.charge() }
     }
 
     /// Returns the result for a set and operands.
@@ -52,11 +51,6 @@ impl<T: Clone> Known<T> {
         let parts = key.1.len() * (size_of::<(Bdd, Bdd, u32)>() + size_of::<Bdd>());
         self.charge.add(BYTES_OF_TABLE * size_of::<((Bdd, Operands), T)>() + parts);
         self.found.insert(key, result);
-    }
-
-    /// Fails if the table is full.
-    pub(in crate::symbolic) fn check(&self) -> Result<(), Halt> {
-        if self.found.len() >= self.most { Err(Halt::Spent) } else { Ok(()) }
     }
 }
 
@@ -84,31 +78,6 @@ pub(in crate::symbolic) fn by_exception(
     Ok(sets)
 }
 
-/// The limits of a recursion over parts, which gives up at either.
-pub(in crate::symbolic) struct Budget {
-    /// Maximum number of intermediate results of its own.
-    pub(in crate::symbolic) cases: usize,
-    /// Maximum number of steps in all, steps across a bit included.
-    pub(in crate::symbolic) steps: u64,
-}
-
-impl Budget {
-    #[cfg(test)]
-    pub(in crate::symbolic) const ENDLESS: Budget = Budget { cases: usize::MAX, steps: u64::MAX };
-    #[cfg(test)]
-    pub(in crate::symbolic) const NONE: Budget = Budget { cases: 0, steps: u64::MAX };
-
-    /// Computes the limits from the size of the operands.
-    pub(in crate::symbolic) fn of(store: &Store, parts: &[Part]) -> Result<Self> {
-        let nodes: usize = parts.iter().map(|p| store.size(&p.allowed)).sum::<Result<_>>()?;
-        let thresholds = store.thresholds();
-        Ok(Budget {
-            cases: nodes / thresholds.nodes_per_case.max(1) + thresholds.free_cases,
-            steps: nodes as u64 * thresholds.steps_per_node + thresholds.free_steps,
-        })
-    }
-}
-
 impl Part {
     /// Returns true if a step may change the state.
     pub(in crate::symbolic) fn changes_state(&self, store: &Store) -> bool {
@@ -117,6 +86,11 @@ impl Part {
 }
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
+    /// Counts a new case: a step for each part, since all operands are split and stored.
+    pub(in crate::symbolic) fn tick_for(&self, parts: &[Part]) -> Result<(), Halt> {
+        parts.iter().try_for_each(|_| self.tick())
+    }
+
     /// Returns the first bit that a set or some parts depend on.
     pub(in crate::symbolic) fn first_bit(&self, x: &Bdd, parts: &[Part]) -> u32 {
         let tops = parts.iter().map(|p| self.bit(&p.allowed).min(self.bit(&p.except)).min(p.list.top));

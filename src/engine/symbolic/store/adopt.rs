@@ -37,7 +37,7 @@ impl Store {
         let mut cache = self.charge();
         cache.add((other.cache_entries * BYTES_PER_ENTRY) as usize);
         (other.cache, other.charges, other.memory) = (Some(cache), self.charges.clone(), self.memory);
-        for (theirs, own) in other.reach_method.iter().zip(&self.reach_method) {
+        for (theirs, own) in other.saturates.iter().zip(&self.saturates) {
             theirs.store(own.load(Relaxed), Relaxed);
         }
         Ok(other)

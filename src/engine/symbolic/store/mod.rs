@@ -17,7 +17,7 @@ pub(in crate::symbolic) mod tables;
 pub(crate) mod thresholds;
 pub(in crate::symbolic) mod walk;
 
-use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ahash::AHashSet;
@@ -69,10 +69,8 @@ pub(in crate::symbolic) struct Store {
     /// The tables that are emptied when memory is short.
     tables: Mutex<Vec<Arc<dyn Forgets>>>,
     pub(in crate::symbolic) work: Work,
-    /// For the forward and the backward direction the number of the method that a fixpoint tries first.
-    pub(in crate::symbolic) reach_method: [AtomicUsize; 2],
-    /// The most steps that a fixpoint took by the method that succeeded, for both directions.
-    pub(in crate::symbolic) reach_steps: [AtomicU64; 2],
+    /// For the forward and the backward direction, whether saturation was the last method to end.
+    pub(in crate::symbolic) saturates: [AtomicBool; 2],
     thresholds: Thresholds,
     /// The bytes of stack that a recursion needs.
     stack: usize,
@@ -110,8 +108,7 @@ impl Store {
         let collect_at = thresholds.first_collection.min(capacity as usize / 2);
         Ok(Store {
             work: Work::default(),
-            reach_method: Default::default(),
-            reach_steps: Default::default(),
+            saturates: Default::default(),
             manager,
             sink: settings.sink.clone(),
             memory,

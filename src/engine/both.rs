@@ -1,0 +1,146 @@
+//! Exploration by both engines in turns, until one of them knows all states.
+
+use std::sync::Arc;
+
+use super::explicit::Exploration;
+use super::schedule::Schedule;
+use super::settings::{Settings, Storage};
+use super::symbolic::{self, Exploring};
+use meliora_model::Program;
+use meliora_model::error::{Error, Limit, Result};
+
+/// The share of the explicit engine in the memory, while it takes turns: one in this many bytes.
+const MEMORY_SHARE: u64 = 8;
+
+/// The engine that was the first to know all states.
+pub(crate) enum First {
+    /// The explicit engine; also whether it was the only one that explored.
+    Explicit(Box<Exploration>, bool),
+    /// The symbolic engine; also the states that the explicit one has explored.
+    Symbolic(Box<symbolic::Explored>, Option<Box<Exploration>>),
+}
+
+/// Explores a program by both engines in turns of a [`Schedule`].
+///
+/// The explicit engine explores for a while alone, since it is the faster one for few states. Then the likelier engine
+/// has the first turn: the explicit one if a question lists the states anyway, else the symbolic one. Each continues
+/// where its last turn ended. Turns are counted in steps of diagrams, and in states and their successors of the explicit
+/// engine, which take about as long; so every run ends with the same engine, after at most a fixed multiple of its work
+/// alone. An engine that runs out of memory has no more turns.
+///
+/// # Errors
+/// The model has no meaning in some state; a limit that ends both explorations.
+pub(crate) fn explore(program: &Arc<Program>, settings: &Settings, lists_states: bool) -> Result<First> {
+    let mut both = Both::new(program, settings)?;
+    if both.explicitly(settings.thresholds.work_before_diagrams)? {
+        return both.by_explicit();
+    }
+    let ways = match lists_states {
+        true => [Storage::Explicit, Storage::Symbolic],
+        false => [Storage::Symbolic, Storage::Explicit],
+    };
+    let mut schedule = Schedule::new(ways.len(), settings.thresholds.first_turn);
+    while let Some(turn) = schedule.next() {
+        let way = ways[turn.way];
+        match way {
+            Storage::Explicit if both.explicitly(turn.steps)? => return both.by_explicit(),
+            Storage::Explicit => {}
+            Storage::Symbolic => {
+                if let Some(explored) = both.symbolically(turn.steps)? {
+                    return Ok(First::Symbolic(Box::new(explored), both.explicit));
+                }
+            }
+        }
+        if !both.has(way) {
+            schedule.withdraw(turn.way);
+        }
+    }
+    Err(both.full.unwrap_or(Limit::Interrupted).into())
+}
+
+/// Two explorations of the same states; `None` once they have met a limit of their own.
+struct Both {
+    explicit: Option<Box<Exploration>>,
+    symbolic: Option<Exploring>,
+    /// The steps that the symbolic engine may have taken so far.
+    allowed: u64,
+    /// The memory limit of both together.
+    memory: u64,
+    /// The limit of the symbolic engine, or else of the explicit one.
+    full: Option<Limit>,
+}
+
+impl Both {
+    fn new(program: &Arc<Program>, settings: &Settings) -> Result<Self> {
+        let share = settings.memory / MEMORY_SHARE;
+        let own = |storage: Storage, memory: u64| Settings { storage, memory, ..settings.clone() };
+        let symbolic = Exploring::new(Arc::clone(program), own(Storage::Symbolic, settings.memory - share))?;
+        let mut both = Both {
+            explicit: None,
+            symbolic: Some(symbolic),
+            allowed: 0,
+            memory: settings.memory,
+            full: None,
+        };
+        let explicit = Exploration::new(Arc::clone(program), own(Storage::Explicit, share));
+        both.explicit = both.within_limits(explicit.map(Box::new))?;
+        Ok(both)
+    }
+
+    /// Returns the result of an engine; `None` if a limit of this engine alone was met.
+    fn within_limits<T>(&mut self, result: Result<T>) -> Result<Option<T>> {
+        match result {
+            Err(Error::Limit(limit @ (Limit::Memory { .. } | Limit::Size { .. } | Limit::States(_)))) => {
+                self.full.get_or_insert(limit);
+                Ok(None)
+            }
+            result => result.map(Some),
+        }
+    }
+
+    /// Continues the explicit exploration for some work. Returns whether it knows all states.
+    fn explicitly(&mut self, work: u64) -> Result<bool> {
+        let Some(mut exploration) = self.explicit.take() else { return Ok(false) };
+        let most = exploration.work().saturating_add(work);
+        let end = exploration.run(most);
+        let end = self.within_limits(end)?;
+        if end.is_some() {
+            self.explicit = Some(exploration);
+        }
+        Ok(end == Some(true))
+    }
+
+    /// Continues the symbolic exploration for some steps. Returns the states once it knows all.
+    fn symbolically(&mut self, steps: u64) -> Result<Option<symbolic::Explored>> {
+        let Some(mut exploring) = self.symbolic.take() else { return Ok(None) };
+        self.allowed = self.allowed.saturating_add(steps);
+        let explored = exploring.run(self.allowed);
+        match self.within_limits(explored)? {
+            Some(explored) => {
+                self.symbolic = Some(exploring);
+                Ok(explored)
+            }
+            None => {
+                if let Some(exploration) = &mut self.explicit {
+                    exploration.set_memory(self.memory);
+                }
+                Ok(None)
+            }
+        }
+    }
+
+    /// Returns whether an engine has more turns.
+    fn has(&self, engine: Storage) -> bool {
+        match engine {
+            Storage::Explicit => self.explicit.is_some(),
+            Storage::Symbolic => self.symbolic.is_some(),
+        }
+    }
+
+    /// Returns the explicit exploration, which knows all states.
+    fn by_explicit(self) -> Result<First> {
+        let is_alone = self.allowed == 0;
+        let explicit = self.explicit.ok_or(Limit::Interrupted)?;
+        Ok(First::Explicit(explicit, is_alone))
+    }
+}
