@@ -383,7 +383,7 @@ impl Reachability {
         Ok(Reachability {
             target: region(found.target.clone())?,
             holds: found.holds,
-            value: found.value.map(|value| (value.lower, value.upper)),
+            value: found.value.as_ref().map(|value| (value.lower, value.upper)),
             pmax_one: region(regions.pmax_one)?,
             pmax_positive: region(regions.pmax_positive)?,
             pmin_one: region(regions.pmin_one)?,
