@@ -7,7 +7,8 @@
 //! | target | function |
 //! | --- | --- |
 //! | terminal, messages | [`line()`], [`lines`] |
-//! | `.tra`, `.lab`, `.drn`, DDDMP | [`word`], [`unword`] |
+//! | actions and rewards in `.tra` and `.drn`, DDDMP | [`word`], [`unword`] |
+//! | labels in `.lab` and `.drn` | [`quoted`], [`unquoted`] |
 //! | DOT | [`dot`] |
 //! | CSV | [`crate::csv::cell`] |
 //! | a value in a state, `x=go` | [`value()`] |
@@ -55,9 +56,22 @@ pub fn value(name: &str) -> Cow<'_, str> {
     }
 }
 
-/// Returns a name in double quotes, as [`value()`] does for names that need them.
+/// Returns a name in double quotes; each of its own is doubled. [`unquoted`] is the inverse.
 pub fn quoted(name: &str) -> String {
     format!("\"{}\"", name.replace('"', "\"\""))
+}
+
+/// Reads a name in double quotes at the beginning of a text; returns it with the rest of the text.
+pub fn unquoted(text: &str) -> Option<(String, &str)> {
+    let inside = text.strip_prefix('"')?;
+    let mut at = 0;
+    loop {
+        at += inside[at..].find('"')?;
+        match inside[at + 1..].starts_with('"') {
+            true => at += 2,
+            false => return Some((inside[..at].replace("\"\"", "\""), &inside[at + 1..])),
+        }
+    }
 }
 
 /// Returns true for a name that stands for itself up to the next comma.

@@ -1,7 +1,7 @@
 //! Names of any characters, in every format that is written: no target is broken, and names that are
 //! read back are the same.
 
-use meliora::advanced::escape::{dot, is_shown, line, lines, unword, word};
+use meliora::advanced::escape::{dot, is_shown, line, lines, quoted, unword, word};
 use meliora::advanced::{csv, json};
 use meliora::dump::{Diagram, Edge, dddmp};
 use meliora::error::SourceFile;
@@ -66,12 +66,13 @@ proptest! {
     /// Labels and reward models became letters, digits and `_`.
     #[test]
     fn labels_and_rewards_of_explicit_formats_are_read_back(name in name()) {
-        let (word, shown) = (word(&name), line(&name).into_owned());
-        let drn = format!("@type: MDP\n@reward_models\n{word}\n@model\nstate 0 [1] init {word}\n\taction a [0.5]\n\t\t0 : 1\n");
+        let shown = line(&name).into_owned();
+        let (word, label) = (word(&name), quoted(&shown));
+        let drn = format!("@type: MDP\n@reward_models\n{word}\n@model\nstate 0 [1] init {label}\n\taction a [0.5]\n\t\t0 : 1\n");
         let model = Document::of(SourceFile::new("m", drn)).load(&none(), &NoProgress).unwrap().program;
         prop_assert_eq!(model.rewards[0].name.as_ref(), Some(&shown));
         prop_assert_eq!(&model.labels[0].0, &shown);
-        let lab = SourceFile::new("m.lab", format!("0=\"init\" 1=\"{word}\"\n0: 0 1\n"));
+        let lab = SourceFile::new("m.lab", format!("0=\"init\" 1={label}\n0: 0 1\n"));
         let tra = Document::of(SourceFile::new("m", "1 1 1\n0 0 0 1 a\n")).with_beside([None, Some(lab)]);
         prop_assert_eq!(&tra.load(&none(), &NoProgress).unwrap().program.labels[0].0, &shown);
     }

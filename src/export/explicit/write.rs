@@ -12,7 +12,7 @@ use super::graph::{Graph, Row};
 use meliora_model::Program;
 use meliora_model::csv;
 use meliora_model::error::Result;
-use meliora_model::escape::word;
+use meliora_model::escape::{quoted, word};
 use meliora_model::exact::Ratio;
 use meliora_model::progress::ProgressSink;
 
@@ -81,7 +81,7 @@ fn labels_by_state(graph: &Graph) -> (Vec<&str>, Vec<Vec<usize>>) {
 
 fn lab(graph: &Graph) -> String {
     let (names, of) = labels_by_state(graph);
-    let numbered = names.iter().enumerate().map(|(i, name)| format!("{i}=\"{}\"", word(name)));
+    let numbered = names.iter().enumerate().map(|(i, name)| format!("{i}={}", quoted(name)));
     let mut text = numbered.collect::<Vec<_>>().join(" ") + "\n";
     for (state, labels) in of.iter().enumerate().filter(|(_, labels)| !labels.is_empty()) {
         let labels: Vec<String> = labels.iter().map(usize::to_string).collect();
@@ -130,7 +130,7 @@ pub fn drn(graph: &Graph, program: &Program, sink: &dyn ProgressSink) -> Result<
     for (state, rows) in graph.rows.iter().enumerate() {
         let _ = write!(text, "state {state}{}", earned(&|rewards| decimal(&rewards.states[state])));
         for &label in &of[state] {
-            let _ = write!(text, " {}", word(names[label]));
+            let _ = write!(text, " {}", label_word(names[label]));
         }
         let _ = writeln!(text, "\n//[{}]", shown(graph, &graph.states[state], |n, v| format!("{n}={v}")));
         for (choice, row) in rows.iter().enumerate() {
@@ -146,6 +146,15 @@ pub fn drn(graph: &Graph, program: &Program, sink: &dyn ProgressSink) -> Result<
         }
     }
     Ok(text)
+}
+
+/// Returns a label as a word of DRN: in double quotes where it could be read as something else.
+fn label_word(name: &str) -> Cow<'_, str> {
+    let is_plain = !name.contains(|c: char| c.is_whitespace() || matches!(c, '"' | '['));
+    match is_plain && !name.starts_with(['!', '{']) && !name.is_empty() {
+        true => Cow::Borrowed(name),
+        false => Cow::Owned(quoted(name)),
+    }
 }
 
 /// Formats a reward as the shortest decimal of the nearest double, or as a fraction where doubles

@@ -10,7 +10,7 @@ use super::{Column, Frame, Rewards, Table};
 use crate::check::{Actions, Checked};
 use meliora_model::ModelKind;
 use meliora_model::error::{Result, SourceFile};
-use meliora_model::escape::{is_shown, unword};
+use meliora_model::escape::{is_shown, unquoted, unword};
 use meliora_model::expr::ExprId;
 use meliora_model::progress::Poll;
 use meliora_model::value::Type;
@@ -175,11 +175,12 @@ impl<'s> Reader<'s> {
 
     /// Splits off the rewards in square brackets; those that are left out are 0.
     fn earned(&mut self, line: Line<'s>, rest: &str) -> Result<(String, Vec<ExprId>)> {
-        let (before, inside, after) = match rest.split_once('[').map(|(b, rest)| (b, rest.split_once(']'))) {
-            None => (rest, "", ""),
-            Some((before, Some((inside, after)))) => (before, inside, after),
-            Some((_, None)) => return Err(line.wrong("`]` is missing")),
-        };
+        let (before, inside, after) =
+            match bracket(rest).map(|at| (&rest[..at], rest[at + 1..].split_once(']'))) {
+                None => (rest, "", ""),
+                Some((before, Some((inside, after)))) => (before, inside, after),
+                Some((_, None)) => return Err(line.wrong("`]` is missing")),
+            };
         let mut earned = Vec::new();
         for text in inside.split(',').map(str::trim).filter(|text| !text.is_empty()) {
             earned.push(self.table.number(line.number(text)?));
@@ -249,7 +250,16 @@ fn named(names: &[(&str, Line<'_>)], states: usize) -> Result<Vec<Column>> {
     Ok(vec![Column { name, place: None, ty: Type::Int, low: 0, high: count - 1, names, values }])
 }
 
-/// Splits a text into words; a word in double quotes may contain blanks, others their escapes.
+/// Returns the place of the first `[` outside of words in double quotes.
+fn bracket(text: &str) -> Option<usize> {
+    let mut is_quoted = false;
+    text.char_indices().find_map(|(at, c)| {
+        is_quoted ^= c == '"';
+        (c == '[' && !is_quoted).then_some(at)
+    })
+}
+
+/// Splits a text into words; a word in double quotes may contain blanks.
 fn words(line: Line<'_>, text: &str) -> Result<Vec<String>> {
     let (mut words, mut left) = (Vec::new(), text.trim_start());
     while !left.is_empty() {
@@ -258,14 +268,14 @@ fn words(line: Line<'_>, text: &str) -> Result<Vec<String>> {
             b'{' => return Err(line.refused("observations and players")),
             _ => {}
         }
-        let end = match left.strip_prefix('"') {
-            Some(quoted) => quoted.find('"').map(|end| end + 2),
-            None => Some(left.find(char::is_whitespace).unwrap_or(left.len())),
+        let (word, rest) = if left.starts_with('"') {
+            unquoted(left).ok_or_else(|| line.wrong("`\"` is missing"))?
+        } else {
+            let (word, rest) = left.split_at(left.find(char::is_whitespace).unwrap_or(left.len()));
+            (word.to_owned(), rest)
         };
-        let Some(end) = end else { return Err(line.wrong("`\"` is missing")) };
-        let quoted = left[..end].strip_prefix('"').and_then(|word| word.strip_suffix('"'));
-        words.push(quoted.map_or_else(|| unword(&left[..end]).into_owned(), str::to_owned));
-        left = left[end..].trim_start();
+        words.push(word);
+        left = rest.trim_start();
     }
     Ok(words)
 }

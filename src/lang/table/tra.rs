@@ -11,7 +11,7 @@ use super::{Column, Frame, Table, numbered_players};
 use crate::check::{Actions, Checked};
 use meliora_model::ModelKind;
 use meliora_model::error::{Error, Result, Severity, SourceFile};
-use meliora_model::escape::unword;
+use meliora_model::escape::{quoted, unquoted, unword};
 use meliora_model::progress::Poll;
 use meliora_model::value::Type;
 
@@ -306,11 +306,11 @@ fn value(line: Line<'_>, cell: &str) -> Result<(i64, Type)> {
 }
 
 /// Returns the names of a line such as `0="init" 1="at goal"`, in which the numbers count from 0.
-fn label_names<'s>(line: Line<'s>) -> Result<Vec<&'s str>> {
+fn label_names(line: Line<'_>) -> Result<Vec<String>> {
     let (mut names, mut left) = (Vec::new(), line.text);
     while !left.is_empty() {
-        let number = left.split_once("=\"").filter(|(number, _)| number.trim().parse() == Ok(names.len()));
-        let Some((name, rest)) = number.and_then(|(_, rest)| rest.split_once('"')) else {
+        let number = left.split_once('=').filter(|(number, _)| number.trim().parse() == Ok(names.len()));
+        let Some((name, rest)) = number.and_then(|(_, rest)| unquoted(rest)) else {
             let message = "expected labels such as `0=\"init\" 1=\"deadlock\" 2=\"goal\"`";
             return Err(line.part(left).wrong(message));
         };
@@ -325,9 +325,12 @@ fn read_labels(part: &Part<'_>, table: &mut Table, poll: &mut Poll<'_>) -> Resul
     let mut all = part.lines("#");
     let Some(first) = all.next() else { return Ok(()) };
     let names = label_names(first)?;
-    let names = distinct(first, names.into_iter(), "label")?;
-    let mut labels: Vec<(String, Vec<usize>)> =
-        names.map(|name| (unword(name).into_owned(), Vec::new())).collect();
+    let mut known = AHashSet::new();
+    if let Some(name) = names.iter().find(|name| !known.insert(name.as_str())) {
+        let again = first.text.rfind(&quoted(name)).map_or(first.text, |at| &first.text[at + 1..]);
+        return Err(first.part(again).wrong(format!("the label `{name}` occurs twice")));
+    }
+    let mut labels: Vec<(String, Vec<usize>)> = names.into_iter().map(|name| (name, Vec::new())).collect();
     for line in all {
         poll.step()?;
         let Some((state, numbers)) = line.text.split_once(':') else {
