@@ -300,7 +300,6 @@ fn a_limit_that_ends_the_proof_is_in_its_phase_and_leaves_the_regions() {
     let [model, wishes, out] = ["m.prism", "m.pref", "dump"].map(|name| scratch.show(name));
     let export = |limit: &str| run(&format!("export {model} {wishes} --out {out} {limit} --json"));
     let total = export("").expect(0).json()["time"]["total"].as_f64().unwrap();
-    let mut seen = 0;
     // The machine may be busy, so the limits are many.
     for share in [0.9, 0.8, 0.7, 0.6, 1.0, 0.5, 1.2] {
         fs::remove_dir_all(scratch.path("dump")).unwrap_or_default();
@@ -317,9 +316,6 @@ fn a_limit_that_ends_the_proof_is_in_its_phase_and_leaves_the_regions() {
             );
             assert!(ended.stderr.contains("phase `certificate`"), "{ended:?}");
             assert!(report["certificate_nodes"].is_number(), "{report}");
-            seen += 1;
-        }
-        if seen > 0 {
             return;
         }
     }
