@@ -6,6 +6,7 @@ model as a JANI document.
 
 import re
 from dataclasses import dataclass, field, fields, replace
+from fractions import Fraction
 
 from reference.prism import Program
 
@@ -23,22 +24,23 @@ class Renamed(Program):
         return {**dict(others), first[0]: self.locations[first[1]]}
 
 
-def renamed(source, locations, actions):
-    """The model with other names for the values of x and for its actions."""
+def renamed(source, locations, actions, rewards):
+    """The model with other names for the values of x, for its actions and for its reward structures."""
     first, *others = source.variables
     modules = {
         name: [replace(command, label=actions.get(command.label, "")) for command in commands]
         for name, commands in source.modules.items()
     }
     own = {f.name: getattr(source, f.name) for f in fields(Program)}
-    own |= {"modules": modules, "variables": [replace(first, name="m_loc"), *others], "rewards": {}}
+    own |= {"modules": modules, "variables": [replace(first, name="m_loc"), *others]}
+    own |= {"rewards": {name: source.rewards[structure] for structure, name in rewards.items()}}
     return Renamed(**own, locations=locations)
 
 
 def written(source, names, labels, properties=()):
-    """A model as JANI, with names for the locations and the actions, and conditions on states by the names of their
-    labels; None if its initial states depend on both variables."""
-    locations, actions = names
+    """A model as JANI, with names for the locations, the actions and the reward structures, and conditions on states by
+    the names of their labels; None if its initial states depend on both variables."""
+    _, actions, rewards = names
     starts = {state[0] for state in source.initial_states()}
     values = {state[1:] for state in source.initial_states()}
     if len(starts) * len(values) != len(source.initial_states()):
@@ -48,6 +50,7 @@ def written(source, names, labels, properties=()):
         for variable in source.variables[1:]
     ]
     transient = [{"name": name, "type": "bool", "transient": True, "initial-value": False} for name in labels]
+    transient += [{"name": n, "type": "real", "transient": True, "initial-value": 0} for n in rewards.values()]
     return {
         "jani-version": 1,
         "name": "wild",
@@ -73,7 +76,7 @@ def reaching(name, flag):
 
 def automaton(source, module, names, labels, starts):
     """A module: `m` has a location for each value of x, the other one a single location."""
-    locations, actions = names
+    locations, actions, rewards = names
     if module != "m":
         edges = [edge(source, command, "l", None, actions) for command in source.modules[module]]
         return {"name": module, "locations": [{"name": "l"}], "initial-locations": ["l"], "edges": edges}
@@ -84,9 +87,20 @@ def automaton(source, module, names, labels, starts):
     rows = []
     for x, name in enumerate(locations):
         values = [{"ref": label, "value": over_flag(source, holds, x)} for label, holds in labels.items()]
+        values += [{"ref": n, "value": fraction(earned_in(source, s, x))} for s, n in rewards.items()]
         rows.append({"name": name, "transient-values": values})
     first = [locations[x] for x in sorted(starts)]
     return {"name": module, "locations": rows, "initial-locations": first, "edges": found}
+
+
+def earned_in(source, structure, x):
+    """The reward of the states with some value of x, on which alone it depends."""
+    state = (x, False)[: len(source.variables)]
+    return sum((Fraction(value(state)) for _, guard, value in source.rewards[structure] if guard(state)), Fraction(0))
+
+
+def fraction(value):
+    return {"op": "/", "left": value.numerator, "right": value.denominator}
 
 
 def over_flag(source, holds, x):
@@ -105,7 +119,7 @@ def edge(source, command, here, moves, actions):
     for p, updates in source.weighted(command, some):
         after = [{"ref": "y", "value": over_flag(source, value, x)} for index, value in updates if index == 1]
         aim = next((locations[value(some)] for index, value in updates if index == 0), here)
-        probability = {"exp": {"op": "/", "left": p.numerator, "right": p.denominator}}
+        probability = {"exp": fraction(p)}
         to.append({"location": aim, "probability": probability, "assignments": after})
     named = {"action": actions[command.label]} if command.label else {}
     return {"location": here, "guard": {"exp": over_flag(source, command.guard, x)}, **named, "destinations": to}

@@ -145,7 +145,10 @@ class Page:
             return
         theirs = whole.choices[one] if one in whole.theirs else ()
         got = [
-            (self.name(self.data["choices"][move["choice"]], state), *([self.holds(edge, state) for edge in move[what]] for what in MOVE))
+            (
+                self.name(self.data["choices"][move["choice"]], state),
+                *([self.holds(edge, state) for edge in move[what]] for what in MOVE),
+            )
             for move in game["moves"]
             if self.holds(move["enabled"], state)
         ]
@@ -297,7 +300,8 @@ class Page:
                 bounds = levels[0][{"p": "probability", "c": "cost"}[what]] if levels else None
                 text = measure["looks"][look]["text"]
                 if bounds is not None or text == "–":
-                    self.context.same(f"{measure['id']} of a page at {state}", True, stands_between(text, bounds, what == "p"))
+                    fits = stands_between(text, bounds, what == "p")
+                    self.context.same(f"{measure['id']} of a page at {state}", True, fits)
 
 
 def stands_between(text, bounds, is_probability):

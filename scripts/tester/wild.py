@@ -69,9 +69,12 @@ def wild(context):
 
 def in_jani(context, draw):
     """The context of the same case in JANI; None if its initial states cannot be written."""
-    settings = {**context.case.settings, "reward": "steps"}
-    case = replace(context.case, settings=settings, rewards=[], labels=[])
     source = context.source
+    # Those of actions may belong to edges that do not know the location.
+    of_states = [name for name, items in source.rewards.items() if all(action is None for action, _, _ in items)]
+    rewards = {name: form for name, (_, form) in names_for(of_states, draw, LABELS, UNQUOTED).items()}
+    settings = {**context.case.settings, "reward": rewards.get(context.case.settings["reward"], "steps")}
+    case = replace(context.case, settings=settings, rewards=[], labels=[])
     locations = names_for(range(case.size + 1), draw)
     actions = names_for(source.alphabet, draw)
     conditions = dict.fromkeys(jani.CONDITION.findall(case.preferences_text()))
@@ -80,13 +83,13 @@ def in_jani(context, draw):
     properties = [name for name in labels.values() if draw.random() < 0.3]
     named = {name: f"flag {at}" for at, name in enumerate(properties)}
     holds = {named.get(name, name): source.compile(condition) for condition, name in labels.items()}
-    names = [raw[x] for x in range(case.size + 1)], {label: raw[label] for label in actions}
+    names = [raw[x] for x in range(case.size + 1)], {label: raw[label] for label in actions}, rewards
     document = jani.written(source, names, holds, [jani.reaching(name, flag) for name, flag in named.items()])
     if document is None:
         return None
     program = Wild(context.program, case, document, labels)
     shown = [locations[x][1] for x in range(case.size + 1)], {label: form for label, (_, form) in actions.items()}
-    return Context(case, program, jani.renamed(source, *shown))
+    return Context(case, program, jani.renamed(source, *shown, rewards))
 
 
 ALL = {"wild": wild}

@@ -245,17 +245,16 @@ impl Program {
 
     /// Formats a state, for example as `x=1,b=false`, which is read back as this state.
     pub fn show_state(&self, state: &[i64]) -> String {
+        self.show_values(state, ",")
+    }
+
+    /// Formats the values of a state, separated by a text.
+    pub fn show_values(&self, state: &[i64], separator: &str) -> String {
         if self.variables.is_empty() {
             return valuation::NO_VARIABLES.to_owned();
         }
-        let mut text = String::new();
-        for (variable, &value) in self.variables.iter().zip(state) {
-            if !text.is_empty() {
-                text.push(',');
-            }
-            text.push_str(&variable.equation(value));
-        }
-        text
+        let values = self.variables.iter().zip(state);
+        values.map(|(variable, &value)| variable.equation(value)).collect::<Vec<_>>().join(separator)
     }
 }
 

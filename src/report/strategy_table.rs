@@ -89,7 +89,7 @@ pub fn dot(words: Words<'_>, unfolded: &InducedModel, starts: usize) -> String {
     for (index, node) in unfolded.nodes.iter().enumerate() {
         let label = format!(
             "{}\n{}\n{}",
-            words.program.show_state(&node.at.state).replace(',', ", "),
+            words.program.show_values(&node.at.state, ", "),
             words.either(&node.at.most_preferred),
             match words.pursued(&node.at) {
                 Some(name) => format!("to {name}"),

@@ -116,3 +116,12 @@ fn the_number_of_a_value_is_not_taken_for_its_name() {
     let refused = at("auto_maton_loc=1").expect(3).json();
     assert!(refused["message"].as_str().unwrap().contains("`auto_maton_loc` has no value `1`"), "{refused}");
 }
+
+/// Commas in names got a blank after them, as those between the values of a state did.
+#[test]
+fn graphs_of_strategies_keep_commas_in_names() {
+    let scratch = scratch();
+    let [model, prefs] = ["m.jani", "m.pref"].map(|name| scratch.show(name));
+    let graph = run(&["strategy", &model, &prefs, "--kind", "achieve", "--objective", "A", "--dot"]).stdout;
+    assert!(graph.contains(r#"a_b=0, auto_maton_loc=\"0,\"\"x\"\"\"\n"#), "{graph}");
+}
