@@ -23,7 +23,7 @@ from tester import (
     whole,
 )
 from tester.context import Context
-from tester.names import LABELS, UNQUOTED, names_for
+from tester.names import LABELS, UNQUOTED, WORDS, names_for
 from tester.program import Program
 
 # Not all checks can be asked: each case takes some.
@@ -31,6 +31,7 @@ GROUPS = (checks, promises, pursuits, induced, valued, questions, tables, whole,
 AGAIN = {name: check for group in GROUPS for name, check in group.ALL.items()}
 AGAIN |= {"reach": regions.reach, "jointly": regions.together, "compare": regions.compare}
 AGAIN |= {"property_files": lists.property_files}
+ACTIONS = sorted(WORDS - {"m#1"})  # so choices without an action are called
 FIRST, SOME = ("model", "check", "initial"), 3
 
 
@@ -76,7 +77,7 @@ def in_jani(context, draw):
     settings = {**context.case.settings, "reward": rewards.get(context.case.settings["reward"], "steps")}
     case = replace(context.case, settings=settings, rewards=[], labels=[])
     locations = names_for(range(case.size + 1), draw)
-    actions = names_for(source.alphabet, draw)
+    actions = names_for(source.alphabet, draw, ACTIONS)
     conditions = dict.fromkeys(jani.CONDITION.findall(case.preferences_text()))
     labels = {condition: name for condition, (name, _) in names_for(conditions, draw, LABELS, UNQUOTED).items()}
     raw = {word: name for word, (name, _) in (locations | actions).items()}
