@@ -365,7 +365,7 @@ impl Weight for f64 {
     }
 
     fn work(&self) -> usize {
-        4
+        1
     }
 }
 

@@ -24,7 +24,7 @@ use meliora_model::error::Result;
 const BETTER: f64 = 1e-12;
 
 /// The width of narrow bounds, absolute below 1; twice the width of the bounds at the exits is added.
-const WIDE: f64 = 1e-8;
+const WIDE: f64 = 1e-7;
 
 /// Results below this may have lost digits.
 pub(super) const TINY: f64 = 1e-280;

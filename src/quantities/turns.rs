@@ -16,7 +16,7 @@ use meliora_model::error::{Error, Limit, Result};
 /// much more memory than iteration.
 const SMALL: usize = 1000;
 /// The budget of the first turn, in sweeps.
-const SWEEPS: usize = 128;
+const SWEEPS: usize = 64;
 
 /// Returns bounds of the groups, which are at most `top` if it is given, and an error if a limit was reached. They are
 /// narrow, except if a limit was reached or no method finds narrow ones. `exactly` solves the component with fractions
@@ -46,7 +46,7 @@ fn in_turns(
     meter: &mut Meter<'_>,
 ) -> (Found, Result<()>) {
     let (mut iteration, mut elimination) = (Iteration::new(sparse, top), Elimination::new(sparse));
-    let (mut known, mut is_hard) = (Found::nothing(sparse.groups()), false);
+    let (mut known, mut is_hard, mut was_hard) = (Found::nothing(sparse.groups()), false, false);
     let mut left = match only {
         Some(method) => vec![method],
         None if sparse.groups() <= SMALL => vec![Method::Eliminate, Method::Iterate],
@@ -79,10 +79,11 @@ fn in_turns(
                 Ok(_) | Err(Stop::Never) => {}
             }
         }
-        // What elimination does not find, iteration may approach without an end.
-        if is_hard && left == [Method::Iterate] {
+        // What elimination does not find, iteration may approach without an end, and large fractions take long.
+        if is_hard && left == [Method::Iterate] || was_hard && sparse.groups() > SMALL {
             break;
         }
+        was_hard = is_hard;
         budget *= 2;
     }
     known.narrow(&iteration.found());
