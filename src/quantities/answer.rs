@@ -15,9 +15,7 @@ use meliora_model::predicate::Predicate;
 use meliora_model::property::{Bound as Likely, Inequality, Measure, Over, Quantity, Question, Strategies};
 use meliora_model::{Optimum, Program};
 
-/// The width of a value that is usually enough, absolute for probabilities, relative above 1 for
-/// rewards.
-pub const PRECISION: f64 = 1e-6;
+pub use super::number::PRECISION;
 
 /// Maximum number of initial states with values.
 const MOST_STATES: usize = 1 << 20;

@@ -6,11 +6,9 @@ use std::sync::OnceLock;
 use ahash::RandomState;
 use hashbrown::HashTable;
 
-use super::blocks::Blocks;
 use super::meter::Meter;
 use super::narrow::Narrow;
-use meliora_engine::explicit::weighted::{Code, Codec, Numbering};
-use meliora_model::Program;
+use meliora_engine::explicit::weighted::{Code, Codec};
 use meliora_model::error::Result;
 
 /// A list of words. Codes use their upper bits first, so the upper halves suffice for small models.
@@ -71,24 +69,14 @@ pub(super) struct Codes {
     keys: Narrow,
     /// The positions by code and key. Large models need the memory for their equations, so this can be
     /// dropped; it is built again for the next question.
-    positions: OnceLock<Positions>,
+    positions: OnceLock<HashTable<u32>>,
     hasher: RandomState,
-    /// Numbers the valuations; `None` if there are too many.
-    numbering: Option<Numbering>,
-}
-
-/// Finds the positions of codes.
-#[derive(Debug)]
-enum Positions {
-    Blocks(Blocks),
-    /// If the blocks would be almost empty.
-    Hashed(HashTable<u32>),
 }
 
 impl Codes {
-    /// Creates an empty list of codes of a program.
-    pub(super) fn new(program: &Program, codec: &Codec) -> Self {
-        Codes { words: codec.words(), numbering: codec.numbering(program), ..Codes::default() }
+    /// Creates an empty list of codes.
+    pub(super) fn new(codec: &Codec) -> Self {
+        Codes { words: codec.words(), ..Codes::default() }
     }
 
     /// Returns the number of codes.
@@ -108,16 +96,12 @@ impl Codes {
 
     /// Returns the position of a code with a key.
     pub(super) fn find(&self, key: u32, code: &[u64]) -> Option<u32> {
-        match self.positions.get_or_init(|| self.found_again()) {
-            Positions::Blocks(blocks) => blocks.get(key, code),
-            Positions::Hashed(table) => {
-                let same = |&position: &u32| {
-                    let own = self.codes.code(position, self.words);
-                    own.eq(code.iter().copied()) && self.key(position) == key
-                };
-                table.find(hash(&self.hasher, key, code.iter().copied()), same).copied()
-            }
-        }
+        let same = |&position: &u32| {
+            let own = self.codes.code(position, self.words);
+            own.eq(code.iter().copied()) && self.key(position) == key
+        };
+        let table = self.positions.get_or_init(|| self.hashed());
+        table.find(hash(&self.hasher, key, code.iter().copied()), same).copied()
     }
 
     /// Adds a code with a key, which are not in the list. Cost: constant on average.
@@ -125,26 +109,15 @@ impl Codes {
     /// # Errors
     /// The memory limit is reached.
     pub(super) fn add(&mut self, key: u32, code: &[u64], meter: &mut Meter<'_>) -> Result<()> {
-        self.positions.get_or_init(|| self.found_again());
+        self.positions.get_or_init(|| self.hashed());
         let position = self.append(key, code, meter)?;
         let Codes { words, codes, keys, positions, hasher, .. } = self;
-        match positions.get_mut() {
-            Some(Positions::Blocks(blocks)) => {
-                meter.take(blocks.set(key, code, position))?;
-                if blocks.are_sparse(position as usize + 1) {
-                    meter.release(blocks.bytes());
-                    meter.take(PLACES * self.len())?;
-                    self.positions = OnceLock::from(Positions::Hashed(self.hashed()));
-                }
-            }
-            Some(Positions::Hashed(table)) => {
-                meter.take(PLACES)?;
-                let hash =
-                    |&position: &u32| hash(hasher, keys.get(position as usize), codes.code(position, *words));
-                let own = hash(&position);
-                table.insert_unique(own, position, hash);
-            }
-            None => {}
+        if let Some(table) = positions.get_mut() {
+            meter.take(PLACES)?;
+            let hash =
+                |&position: &u32| hash(hasher, keys.get(position as usize), codes.code(position, *words));
+            let own = hash(&position);
+            table.insert_unique(own, position, hash);
         }
         Ok(())
     }
@@ -177,18 +150,6 @@ impl Codes {
         self.codes.width() * self.words + self.keys.width()
     }
 
-    fn found_again(&self) -> Positions {
-        let Some(numbering) = self.numbering.clone() else { return Positions::Hashed(self.hashed()) };
-        let mut blocks = Blocks::new(numbering);
-        for position in 0..self.len() as u32 {
-            blocks.set(self.key(position), &self.code(position), position);
-            if blocks.are_sparse(position as usize + 1) {
-                return Positions::Hashed(self.hashed());
-            }
-        }
-        Positions::Blocks(blocks)
-    }
-
     fn hashed(&self) -> HashTable<u32> {
         let hash =
             |&position: &u32| hash(&self.hasher, self.key(position), self.codes.code(position, self.words));
@@ -215,6 +176,7 @@ pub(super) fn hash(hasher: &RandomState, key: u32, code: impl Iterator<Item = u6
 mod tests {
     use super::*;
     use meliora_engine::NoProgress;
+    use meliora_model::Program;
     use meliora_model::error::SourceFile;
 
     /// Returns a program with 2^40 valuations.
@@ -226,10 +188,10 @@ mod tests {
     }
 
     /// Adds codes with three keys, and looks them up, also after what finds them was dropped.
-    fn are_found(state: fn(i64) -> Vec<i64>, in_blocks: bool) {
+    fn are_found(state: fn(i64) -> Vec<i64>) {
         let (program, mut meter) = (program(), Meter::unlimited(&NoProgress));
         let codec = Codec::new(&program).unwrap();
-        let mut codes = Codes::new(&program, &codec);
+        let mut codes = Codes::new(&codec);
         let code = |i: i64| codec.encode(&state(i)).unwrap();
         let key = |i: i64| (i % 7 % 3) as u32;
         for i in 0..20_000 {
@@ -241,7 +203,6 @@ mod tests {
                 assert_eq!(codes.find(key(i), &code(i)), Some(i as u32));
                 assert_eq!(codes.find(key(i) + 1, &code(i)), None);
             }
-            assert_eq!(matches!(codes.positions.get(), Some(Positions::Blocks(_))), in_blocks);
             codes.drop_positions();
         }
         assert_eq!((codes.code(7), codes.key(7)), (code(7), key(7)));
@@ -251,7 +212,7 @@ mod tests {
     fn codes_that_were_pushed_are_found() {
         let (program, mut meter) = (program(), Meter::unlimited(&NoProgress));
         let codec = Codec::new(&program).unwrap();
-        let mut codes = Codes::new(&program, &codec);
+        let mut codes = Codes::new(&codec);
         let code = |i: i64| codec.encode(&[i, 3]).unwrap();
         for i in 0..100 {
             let done = if i % 3 == 0 {
@@ -266,13 +227,9 @@ mod tests {
     }
 
     #[test]
-    fn codes_near_to_each_other_are_found_in_blocks() {
-        are_found(|i| vec![i / 250, 3 + i % 250], true);
-    }
-
-    #[test]
-    fn codes_far_from_each_other_are_hashed() {
-        are_found(|i| vec![i * 37, 3 + i * 41], false);
+    fn codes_that_were_added_are_found() {
+        are_found(|i| vec![i / 250, 3 + i % 250]);
+        are_found(|i| vec![i * 37, 3 + i * 41]);
     }
 
     #[test]

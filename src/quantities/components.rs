@@ -8,7 +8,6 @@ use std::ops::Range;
 use bitvec::vec::BitVec;
 
 use super::meter::Meter;
-use super::order::{self, Order};
 use meliora_model::error::Result;
 
 /// A graph by one list of successors, in which each node has a range.
@@ -19,11 +18,6 @@ pub(super) trait Successors {
     fn positions(&self, node: u32) -> Range<u32>;
     /// Returns the node at a position; `None` if there is none.
     fn at(&self, position: u32) -> Option<u32>;
-
-    /// Returns the successors of a node.
-    fn of(&self, node: u32) -> impl Iterator<Item = u32> {
-        self.positions(node).filter_map(|position| self.at(position))
-    }
 }
 
 /// The number of a node that was not visited, and of one whose component is complete.
@@ -41,11 +35,6 @@ pub(super) struct Components {
 }
 
 impl Components {
-    /// Creates components from their nodes, one after the other, and the end of each.
-    pub(super) fn new(nodes: Vec<u32>, ends: Vec<u32>) -> Self {
-        Components { nodes, ends }
-    }
-
     /// Returns the number of components.
     pub(super) fn count(&self) -> usize {
         self.ends.len()
@@ -240,11 +229,8 @@ pub(super) fn end_components(choices: &Choices, meter: &mut Meter<'_>) -> Result
         }
         let graph = Kept::new(choices, &inside);
         let is_alive = |node: u32| left[node as usize] > 0;
-        let order = if nodes > order::SMALL { Order::as_numbered(&graph) } else { None };
-        let found = match order {
-            Some(order) => order.components(&graph, is_alive, meter)?,
-            None => components(&graph, (0..nodes as u32).filter(|&node| is_alive(node))),
-        };
+        meter.step()?;
+        let found = components(&graph, (0..nodes as u32).filter(|&node| is_alive(node)));
         let mut component = vec![NONE; nodes];
         for (number, members) in (0..).zip(found.iter()) {
             members.iter().for_each(|&member| component[member as usize] = number);

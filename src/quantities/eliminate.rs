@@ -9,7 +9,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::meter::Meter;
+use super::meter::{Meter, Stop, Turn};
 use super::number::Weight;
 use meliora_model::error::Result;
 
@@ -64,40 +64,73 @@ impl<N: Weight, C> Row<N, C> {
     }
 }
 
-/// Solves the equations; `None` if some node cannot leave the chain, or if elimination would touch more than `most`
-/// entries. Memory and time depend on the entries that fill in; nodes with few neighbours are eliminated first.
+/// Solves the equations, if that takes no more work than is left; see [`Elimination`].
+///
+/// # Errors
+/// Some node cannot leave the chain: never; more work is needed than is left: later; a limit is reached.
 pub(super) fn solve<N: Weight, C: Constant<N>>(
     rows: Vec<Row<N, C>>,
-    most: usize,
+    left: &mut usize,
     meter: &mut Meter<'_>,
-) -> Result<Option<Vec<C>>> {
-    let mut work = Elimination::new(rows);
-    let taken = work.run(most, meter);
-    meter.release(work.bytes);
-    Ok(taken?.map(|order| work.substitute(&order)))
+) -> Turn<Vec<C>> {
+    let before = meter.bytes();
+    let end = Elimination::new(rows, meter).map_err(Stop::from).and_then(|mut work| work.run(left, meter));
+    meter.release_to(before);
+    end
 }
 
-struct Elimination<N, C> {
+/// The elimination of the nodes of a chain, those with few neighbours first. Memory and time depend on the entries that
+/// fill in.
+pub(super) struct Elimination<N, C> {
     rows: Vec<Row<N, C>>,
     /// The nodes that have an edge to a node, with some that had one.
     sources: Vec<Vec<u32>>,
     done: Vec<bool>,
+    /// The nodes that are left, by the entries that their elimination touches. Among nodes of equal cost the last one is
+    /// first: components are in postorder, and on a chain that is left at its first node, elimination from there lets
+    /// the widths of intervals grow with every step.
+    queue: BinaryHeap<Reverse<(usize, Reverse<u32>)>>,
+    /// The nodes that are eliminated, in their order.
+    order: Vec<u32>,
     /// The probability to leave each node when it was eliminated.
     leaving: Vec<N>,
     /// An empty list, in which the edges of a row are put together.
     spare: Vec<(u32, N)>,
+    /// The bytes that the rows take.
     bytes: usize,
 }
 
 impl<N: Weight, C: Constant<N>> Elimination<N, C> {
-    fn new(rows: Vec<Row<N, C>>) -> Self {
+    /// Starts with the rows of all nodes.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub(super) fn new(rows: Vec<Row<N, C>>, meter: &mut Meter<'_>) -> Result<Self> {
         let mut sources = vec![Vec::new(); rows.len()];
         for (node, row) in (0..).zip(&rows) {
             row.edges.iter().for_each(|&(to, _)| sources[to as usize].push(node));
         }
         let n = rows.len();
-        let (done, leaving) = (vec![false; n], vec![N::zero(); n]);
-        Elimination { rows, sources, done, leaving, spare: Vec::new(), bytes: 0 }
+        let entries: usize = rows.iter().map(|row| row.edges.len()).sum();
+        let bytes = entries * (N::BYTES + 12) + n * (size_of::<Row<N, C>>() + N::BYTES + 64);
+        meter.take(bytes)?;
+        let mut work = Elimination {
+            rows,
+            sources,
+            done: vec![false; n],
+            queue: BinaryHeap::new(),
+            order: Vec::with_capacity(n),
+            leaving: vec![N::zero(); n],
+            spare: Vec::new(),
+            bytes,
+        };
+        work.queue = (0..n as u32).map(|node| Reverse((work.cost(node), Reverse(node)))).collect();
+        Ok(work)
+    }
+
+    /// Returns the bytes that the rows take.
+    pub(super) fn bytes(&self) -> usize {
+        self.bytes
     }
 
     /// Returns the number of entries that the elimination of a node touches.
@@ -105,41 +138,42 @@ impl<N: Weight, C: Constant<N>> Elimination<N, C> {
         self.sources[node as usize].len() * self.rows[node as usize].edges.len()
     }
 
-    /// Eliminates all nodes; returns their order. Among nodes of equal cost the last one is first:
-    /// components are in postorder, and on a chain that is left at its first node, elimination from
-    /// there lets the widths of intervals grow with every step.
-    fn run(&mut self, most: usize, meter: &mut Meter<'_>) -> Result<Option<Vec<u32>>> {
-        let mut queue: BinaryHeap<_> =
-            (0..self.rows.len() as u32).map(|node| Reverse((self.cost(node), Reverse(node)))).collect();
-        let (mut order, mut left) = (Vec::with_capacity(self.rows.len()), most);
-        while let Some(Reverse((_, Reverse(node)))) = queue.pop() {
+    /// Eliminates the nodes that are left, and returns the solution. `left` is the work that may be done, and then what
+    /// is left of it.
+    ///
+    /// # Errors
+    /// Some node cannot leave the chain: never; more work is needed than is left: later, and the next call goes on from
+    /// there; a limit is reached.
+    pub(super) fn run(&mut self, left: &mut usize, meter: &mut Meter<'_>) -> Turn<Vec<C>> {
+        while let Some(Reverse((_, Reverse(node)))) = self.queue.pop() {
             let cost = self.cost(node);
             // The cost may have grown since the node was queued.
-            if queue.peek().is_some_and(|&Reverse((next, _))| cost > next) {
-                queue.push(Reverse((cost, Reverse(node))));
+            if self.queue.peek().is_some_and(|&Reverse((next, _))| cost > next) {
+                self.queue.push(Reverse((cost, Reverse(node))));
                 meter.step()?;
                 continue;
             }
-            let Some(less) = left.checked_sub(cost) else { return Ok(None) };
-            left = less;
-            if !self.eliminate(node, meter)? {
-                return Ok(None);
+            let leaving = self.rows[node as usize].leaving();
+            if leaving.is_zero() {
+                return Err(Stop::Never);
             }
-            order.push(node);
+            let Some(less) = left.checked_sub(cost.saturating_mul(leaving.work())) else {
+                self.queue.push(Reverse((cost, Reverse(node))));
+                return Err(Stop::Later);
+            };
+            *left = less;
+            self.eliminate(node, leaving, meter)?;
+            self.order.push(node);
         }
-        Ok(Some(order))
+        Ok(self.substitute())
     }
 
-    /// Replaces the edges into a node by its own edges; returns false if the node cannot be left.
-    fn eliminate(&mut self, node: u32, meter: &mut Meter<'_>) -> Result<bool> {
+    /// Replaces the edges into a node by its own edges.
+    fn eliminate(&mut self, node: u32, leaving: N, meter: &mut Meter<'_>) -> Result<()> {
         let row = std::mem::replace(
             &mut self.rows[node as usize],
             Row { edges: Vec::new(), escape: N::zero(), constant: C::zero() },
         );
-        let leaving = row.leaving();
-        if leaving.is_zero() {
-            return Ok(false);
-        }
         let mut sources = std::mem::take(&mut self.sources[node as usize]);
         sources.sort_unstable();
         sources.dedup();
@@ -152,7 +186,7 @@ impl<N: Weight, C: Constant<N>> Elimination<N, C> {
         self.done[node as usize] = true;
         self.leaving[node as usize] = leaving;
         self.rows[node as usize] = row;
-        Ok(true)
+        Ok(())
     }
 
     fn redirect(
@@ -195,9 +229,9 @@ impl<N: Weight, C: Constant<N>> Elimination<N, C> {
     }
 
     /// Computes the solution from the last eliminated node to the first.
-    fn substitute(&self, order: &[u32]) -> Vec<C> {
+    fn substitute(&self) -> Vec<C> {
         let mut x = vec![C::zero(); self.rows.len()];
-        for &node in order.iter().rev() {
+        for &node in self.order.iter().rev() {
             let row = &self.rows[node as usize];
             let sum = row
                 .edges
@@ -225,10 +259,13 @@ mod tests {
     }
 
     #[test]
-    fn elimination_is_given_up_where_it_touches_too_many_entries() {
-        let mut meter = Meter::unlimited(&NoProgress);
-        assert_eq!(solve(rows(), 3, &mut meter).unwrap(), None);
-        let x = solve(rows(), 12, &mut meter).unwrap().unwrap();
+    fn elimination_goes_on_where_its_work_was_used_up() {
+        let meter = &mut Meter::unlimited(&NoProgress);
+        let mut work = Elimination::new(rows(), meter).unwrap();
+        let few = 3 * 0.0f64.work();
+        let (mut little, mut more) = (few, 4 * few);
+        assert!(matches!(work.run(&mut little, meter), Err(Stop::Later)));
+        let x = work.run(&mut more, meter).unwrap();
         assert!(x.iter().all(|x| (x - 1.0).abs() < 1e-12), "{x:?}");
     }
 }

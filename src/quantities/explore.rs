@@ -13,11 +13,10 @@ use std::thread;
 
 use super::cost::Cost;
 use super::facts::Facts;
-use super::graph::{Edge, Graph};
+use super::graph::{Edge, Graph, NONE};
 use super::listing::{Lister, Missing, Rules, To, View};
 use super::meter::Meter;
 use super::places::{Place, Places};
-use super::solve::NONE;
 use meliora_engine::Engine;
 use meliora_engine::explicit::weighted::Walker;
 use meliora_model::State;
@@ -58,7 +57,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         meter: &'a mut Meter<'m>,
     ) -> Result<Self> {
         let rules = Rules::new(facts, costs)?;
-        *places = Places::new(facts.program, rules.codec.clone(), facts.improvement.arenas.len() as u32);
+        *places = Places::new(rules.codec.clone(), facts.improvement.arenas.len() as u32);
         Ok(Explorer { rules, graph, places, meter, most: (NODES, EDGES) })
     }
 

@@ -10,6 +10,8 @@ use meliora_engine::explicit::weighted::Fractions;
 use meliora_model::error::Result;
 use meliora_model::exact::Ratio;
 
+/// No node, choice or position.
+pub(super) const NONE: u32 = u32::MAX;
 /// The target of an edge that is lost: it weakens, so the path has failed.
 pub(super) const LOST: u32 = u32::MAX;
 /// The rank of a node that is in every level.

@@ -1,17 +1,14 @@
 //! The nodes of a strongly connected component, grouped by the end components in which nothing can
 //! be gained or paid.
 
-use num_traits::FromPrimitive;
-
-use super::component::{Action, Optimum};
+use super::component::Action;
 use super::components::{self, Choices, EndComponents};
 use super::eliminate::Row;
-use super::graph::{Edge, LOST};
+use super::graph::{Edge, LOST, NONE};
 use super::meter::Meter;
 use super::number::{Interval, Number, Weight};
 use super::solution::Solution;
-use super::solve::NONE;
-use super::system::{End, Margin, System};
+use super::system::{End, System};
 use meliora_model::error::Result;
 use meliora_model::exact::Ratio;
 
@@ -20,35 +17,8 @@ pub(super) trait Reader<N: Number> {
     type Read: Number;
     /// Returns a fraction of the graph.
     fn fraction(system: &System<'_, N>, position: u32) -> Self::Read;
-    /// Returns the lower bound of a number.
-    fn low(number: &N) -> Self::Read;
-    /// Returns the upper bound of a number, which is finite.
-    fn high(number: &N) -> Self::Read;
-    /// Returns a finite double.
-    fn double(x: f64) -> Self::Read;
-}
-
-/// Reads numbers as they are.
-pub(super) struct AsTheyAre;
-
-impl<N: Number> Reader<N> for AsTheyAre {
-    type Read = N;
-
-    fn fraction(system: &System<'_, N>, position: u32) -> N {
-        system.fractions[position as usize].clone()
-    }
-
-    fn low(number: &N) -> N {
-        number.low()
-    }
-
-    fn high(number: &N) -> N {
-        number.high()
-    }
-
-    fn double(x: f64) -> N {
-        N::of(&Ratio::from_f64(x).unwrap_or_default())
-    }
+    /// Returns the lower and the upper bound of a number; the upper one is finite for fractions.
+    fn bounds(number: &N) -> (Self::Read, Self::Read);
 }
 
 /// Reads the fractions of the graph, and bounds as the fractions that they are.
@@ -61,16 +31,8 @@ impl<N: Number> Reader<N> for AsFractions {
         system.graph.fractions()[position as usize].clone()
     }
 
-    fn low(number: &N) -> Ratio {
-        Ratio::from_f64(number.bounds().lower).unwrap_or_default()
-    }
-
-    fn high(number: &N) -> Ratio {
-        Ratio::from_f64(number.bounds().upper).unwrap_or_default()
-    }
-
-    fn double(x: f64) -> Ratio {
-        Ratio::from_f64(x).unwrap_or_default()
+    fn bounds(number: &N) -> (Ratio, Ratio) {
+        number.fractions()
     }
 }
 
@@ -84,16 +46,9 @@ impl<N: Number> Reader<N> for AsIntervals {
         system.fractions[position as usize].bounds()
     }
 
-    fn low(number: &N) -> Interval {
-        Interval::point(number.bounds().lower)
-    }
-
-    fn high(number: &N) -> Interval {
-        Interval::point(number.bounds().upper)
-    }
-
-    fn double(x: f64) -> Interval {
-        Interval::point(x)
+    fn bounds(number: &N) -> (Interval, Interval) {
+        let Interval { lower, upper } = number.bounds();
+        (Interval::point(lower), Interval::point(upper))
     }
 }
 
@@ -160,12 +115,6 @@ impl<N: Number> Equation<N> {
             }
             same
         });
-    }
-
-    /// Adds a loss per step.
-    fn lose(&mut self, size: &N) {
-        self.row.escape = self.row.escape.plus(&self.row.leaving().times(size));
-        self.whole = false;
     }
 }
 
@@ -235,23 +184,23 @@ impl<'n> Groups<'n> {
         self.free.of(index as u32).any(|c| self.numbers[c] == choice && self.found.inside[c])
     }
 
-    /// Calls `each` with the group, the node and the choice of every action: the permitted choices
+    /// Calls `each` with the group and the choice of every action: the permitted choices
     /// that may leave their group, group by group.
     ///
     /// # Errors
-    /// A limit is reached, or `each` fails.
+    /// A limit is reached.
     pub(super) fn visit<N: Number>(
         &self,
         system: &System<'_, N>,
         meter: &mut Meter<'_>,
-        mut each: impl FnMut(u32, u32, u32, &mut Meter<'_>) -> Result<()>,
+        mut each: impl FnMut(u32, u32),
     ) -> Result<()> {
         for index in self.by_group() {
             let (node, group) = (self.nodes[index as usize], self.found.group[index as usize]);
             for choice in system.graph.choices(node) {
                 meter.step()?;
                 if system.permits(choice) && !self.stays(index as usize, choice) {
-                    each(group, node, choice, meter)?;
+                    each(group, choice);
                 }
             }
         }
@@ -279,21 +228,20 @@ impl<'n> Groups<'n> {
     }
 
     /// Returns the actions of each group.
-    pub(super) fn actions<N: Number, R: Reader<N>>(
+    pub(super) fn actions<N: Number>(
         &self,
         system: &System<'_, N>,
         solution: &Solution<N>,
         meter: &mut Meter<'_>,
-    ) -> Result<Vec<Vec<Action<R::Read>>>> {
-        let mut actions: Vec<Vec<Action<R::Read>>> = (0..self.count()).map(|_| Vec::new()).collect();
-        self.visit(system, meter, |group, node, choice, _| {
-            let Equation { row, high, whole, .. } =
-                self.equation::<N, R>(system, (group, node, choice), solution);
-            let action = Action::new(choice, (row, high), whole);
+    ) -> Result<Vec<Vec<Action>>> {
+        let mut actions: Vec<Vec<Action>> = (0..self.count()).map(|_| Vec::new()).collect();
+        self.visit(system, meter, |group, choice| {
+            let mut equation = Equation::empty();
+            self.write::<N, AsFractions>(system, (group, choice), solution, &mut equation);
+            let action = Action::new(choice, equation.row, equation.high);
             if action.leaves() {
                 actions[group as usize].push(action);
             }
-            Ok(())
         })?;
         Ok(actions)
     }
@@ -304,23 +252,11 @@ impl<'n> Groups<'n> {
         (position != NONE).then(|| self.found.group[position as usize])
     }
 
-    /// Returns the equation of a choice of a node in the group `own`.
-    pub(super) fn equation<N: Number, R: Reader<N>>(
-        &self,
-        system: &System<'_, N>,
-        (own, node, choice): (u32, u32, u32),
-        solution: &Solution<N>,
-    ) -> Equation<R::Read> {
-        let mut equation = Equation::empty();
-        self.write::<N, R>(system, (own, node, choice), solution, &mut equation);
-        equation
-    }
-
-    /// Does the same as [`Groups::equation`], with the memory of another equation.
+    /// Writes the equation of a choice of a node in the group `own`, with the memory of another equation.
     pub(super) fn write<N: Number, R: Reader<N>>(
         &self,
         system: &System<'_, N>,
-        (own, node, choice): (u32, u32, u32),
+        (own, choice): (u32, u32),
         solution: &Solution<N>,
         equation: &mut Equation<R::Read>,
     ) {
@@ -333,7 +269,8 @@ impl<'n> Groups<'n> {
             let bonus = if system.bonus(edge) { R::Read::one() } else { R::Read::zero() };
             match system.end(edge, solution) {
                 End::Known(value) => {
-                    equation.exit(p, (R::low(&value).plus(&bonus), R::high(&value).plus(&bonus)));
+                    let (low, high) = R::bounds(&value);
+                    equation.exit(p, (low.plus(&bonus), high.plus(&bonus)));
                 }
                 End::Open(to) => {
                     equation.gain(&p.times(&bonus));
@@ -346,45 +283,26 @@ impl<'n> Groups<'n> {
             }
         }
         equation.unite();
-        match system.margin {
-            Some(Margin::Loss(size)) => equation.lose(&R::double(size)),
-            Some(Margin::Gain(size, bounds)) => {
-                let gain = R::double(size * bounds.stored(node).upper);
-                equation.gain(&gain.times(&equation.row.leaving()));
-            }
-            None => {}
-        }
     }
 
-    /// Stores the values of the groups for their nodes, and the choices that attain them; all
-    /// numbers from 0 on if there is no optimum.
-    ///
-    /// # Errors
-    /// Exact numbers have no bounds, and one is missing.
+    /// Stores the values of the groups for their nodes, and the choices that attain them.
     pub(super) fn store<N: Number>(
         &self,
         system: &System<'_, N>,
-        optimum: Option<&Optimum<N>>,
+        values: &[N],
+        picks: &[u32],
         solution: &mut Solution<N>,
-    ) -> Result<()> {
+    ) {
         for (index, &node) in self.nodes.iter().enumerate() {
             let group = self.found.group[index] as usize;
-            let pick = optimum.map_or(NONE, |optimum| optimum.picks[group]);
-            if system.graph.edges_of(node).contains(&pick) {
-                solution.set_pick(node, pick);
+            if system.graph.edges_of(node).contains(&picks[group]) {
+                solution.set_pick(node, picks[group]);
             }
-            let bounds = optimum.map(|optimum| (&optimum.low[group], &optimum.high[group]));
-            let value = match bounds {
-                Some((low, Some(high))) => N::between(low, high),
-                Some((low, None)) => N::between(low, &system.anything()?.high()),
-                None => system.anything()?,
-            };
-            solution.set(node, value);
+            solution.set(node, values[group].clone());
         }
         if self.count() < self.nodes.len() {
             self.approach(solution);
         }
-        Ok(())
     }
 
     /// Lets the other nodes of each group move towards the one that leaves it.

@@ -9,35 +9,28 @@
 //! are the exact value of its equation, rounded outwards. For other components these are tried, until
 //! one is confirmed by exact arithmetic and near the solver's bounds:
 //!
-//! 1. the solver's bounds;
-//! 2. up to 100 groups: the exact solution of equations with a margin of 2^-50, rounded outwards, and
-//!    the exact solution without a margin as fractions;
-//! 3. more groups: the solution of equations with margins from 1e-14 to 1e-10.
+//! 1. the solver's bounds, which are confirmed by one step where doubles suffice;
+//! 2. those that the solver finds for the confirmed bounds of what the component reaches;
+//! 3. up to 100 groups: the exact solution as fractions.
 //!
-//! The margin of a lower bound x is a probability that each departure from a group is lost; that of
-//! an upper bound is an addition to each departure, relative to the solver's bound. Where nothing is
-//! confirmed, the bound says nothing: 0, 1 or infinite.
+//! Where nothing is confirmed, the bound says nothing: 0, 1 or infinite.
 
 use std::collections::VecDeque;
 
 use num_traits::{One, Zero};
 
-use super::component::Sense;
-use super::graph::{Edge, Graph, LOST};
+use super::graph::{Edge, Graph, LOST, NONE};
 use super::groups::Groups;
-use super::meter::Meter;
+use super::meter::{Meter, Stop};
 use super::number::Interval;
 use super::solution::Solution;
-use super::solve::{FEW, NONE};
-use super::system::{Margin, Quantity, System};
+use super::system::{Quantity, Sense, System};
 use meliora_dump::bounds::{MOST_BITS, Number};
 use meliora_model::error::Result;
 use meliora_model::exact::Ratio;
 
-/// The margin that covers the rounding of an exact solution.
-const ROUNDING: f64 = 8.881_784_197_001_252e-16;
-/// The margins for solutions with intervals.
-const MARGINS: [f64; 3] = [1e-14, 1e-12, 1e-10];
+/// The number of groups up to which a component is solved with fractions.
+const FEW: usize = 100;
 
 /// The side of a bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,16 +69,15 @@ pub(super) struct Wanted<'a> {
 #[derive(Clone, Copy)]
 enum Attempt {
     Solved,
-    Rounded,
+    Again,
     Exact,
-    WithMargin(f64),
 }
 
 impl Wanted<'_> {
     /// Computes the bounds. Cost: that of the solver for components of more than one state, and one
     /// exact step per choice.
     pub(super) fn find(&self, meter: &mut Meter<'_>) -> Result<Inductive> {
-        let system = self.system(None);
+        let system = self.system();
         let rounded = system.start(meter)?;
         let n = self.graph.nodes();
         meter.take(n * (size_of::<Number>() + 8))?;
@@ -106,7 +98,7 @@ impl Wanted<'_> {
             work.rank(&ones, &position);
             ones.iter().for_each(|&node| position[node as usize] = NONE);
         }
-        for component in system.components(meter)?.iter() {
+        for component in system.components().iter() {
             if !system.is_open(component[0]) {
                 continue;
             }
@@ -122,9 +114,9 @@ impl Wanted<'_> {
         Ok(work.found)
     }
 
-    fn system<'s>(&'s self, margin: Option<Margin<'s>>) -> System<'s, Interval> {
+    fn system(&self) -> System<'_, Interval> {
         let below = self.below.map(|below| &below.rounded);
-        System { margin, ..System::new(self.graph, self.quantity, below, self.fractions) }
+        System::new(self.graph, self.quantity, below, self.fractions)
     }
 
     /// Returns the bound that says nothing.
@@ -216,7 +208,7 @@ impl Work<'_> {
 
     /// Returns whether all bounds of a component are confirmed by one step.
     fn holds(&self, nodes: &[u32]) -> bool {
-        let system = self.wanted.system(None);
+        let system = self.wanted.system();
         nodes.iter().all(|&node| {
             let mut permitted = self.wanted.graph.choices(node).filter(|&choice| system.permits(choice));
             match self.wanted.one_confirms() {
@@ -246,7 +238,7 @@ impl Work<'_> {
     /// Returns the choices of a node that may justify its rank. A junction takes the better of its
     /// two choices, and counts if they are equal.
     fn justifying(&self, node: u32) -> Vec<u32> {
-        let (graph, system) = (self.wanted.graph, self.wanted.system(None));
+        let (graph, system) = (self.wanted.graph, self.wanted.system());
         let permitted = graph.choices(node).filter(|&choice| system.permits(choice));
         if !graph.is_junction(node) {
             return permitted.filter(|&choice| self.confirms(node, choice)).collect();
@@ -303,7 +295,7 @@ impl Work<'_> {
 
     /// Finds the bound of a node that is a component of its own.
     fn single(&mut self, node: u32, position: &[u32]) -> Result<()> {
-        let (wanted, system) = (self.wanted, self.wanted.system(None));
+        let (wanted, system) = (self.wanted, self.wanted.system());
         let mut best: Option<Ratio> = None;
         let mut is_finite = true;
         for choice in wanted.graph.choices(node).filter(|&choice| system.permits(choice)) {
@@ -333,19 +325,8 @@ impl Work<'_> {
 
     /// Finds the bounds of a component by one attempt after the other.
     fn component(&mut self, nodes: &[u32], position: &[u32], meter: &mut Meter<'_>) -> Result<()> {
-        let system = self.wanted.system(None);
-        let groups = Groups::new(&system, nodes, position, meter)?;
-        let few = groups.count() <= FEW;
-        let attempts = match few {
-            true => vec![Attempt::Solved, Attempt::Rounded, Attempt::Exact],
-            false => {
-                let margins = MARGINS.map(Attempt::WithMargin);
-                [Attempt::Solved].into_iter().chain(margins).collect()
-            }
-        };
-        drop(groups);
         let mut best: Option<(f64, Vec<Number>)> = None;
-        for attempt in attempts {
+        for attempt in [Attempt::Solved, Attempt::Again, Attempt::Exact] {
             meter.step()?;
             let Some(found) = self.attempt(attempt, nodes, position, meter)? else { continue };
             nodes.iter().zip(&found).for_each(|(&node, bound)| self.set(node, bound.clone()));
@@ -397,52 +378,37 @@ impl Work<'_> {
         position: &[u32],
         meter: &mut Meter<'_>,
     ) -> Result<Option<Vec<Number>>> {
-        let wanted = self.wanted;
-        let size = match attempt {
-            Attempt::Solved => {
-                return Ok(Some(nodes.iter().map(|&node| Number::Double(self.solved(node))).collect()));
-            }
-            Attempt::Exact => None,
-            Attempt::Rounded => Some(ROUNDING),
-            Attempt::WithMargin(size) => Some(size),
-        };
-        let is_finite = |&node: &u32| wanted.solved.stored(node).upper.is_finite();
-        if !nodes.iter().all(is_finite) {
-            return Ok(None);
+        let (wanted, top) = (self.wanted, self.top());
+        let side = |x: Interval| if wanted.side == Side::Lower { x.lower } else { x.upper };
+        let system = wanted.system();
+        if let Attempt::Solved = attempt {
+            return Ok(Some(nodes.iter().map(|&node| Number::Double(self.solved(node))).collect()));
         }
-        let margin = size.map(|size| match wanted.side {
-            Side::Lower => Margin::Loss(size),
-            Side::Upper => Margin::Gain(size, wanted.solved),
-        });
-        let system = wanted.system(margin);
-        let groups = Groups::new(&system, nodes, position, meter)?;
-        if let Attempt::WithMargin(_) = attempt {
-            let solution = &mut self.found.rounded;
+        let solution = &mut self.found.rounded;
+        nodes.iter().for_each(|&node| solution.know(node, false));
+        if let Attempt::Again = attempt {
             system.component(nodes, position, solution, meter)?;
-            nodes.iter().for_each(|&node| solution.know(node, false));
-            let solution = &self.found.rounded;
-            let side = |x: Interval| if wanted.side == Side::Lower { x.lower } else { x.upper };
-            let bound = |&node: &u32| Number::Double(side(*solution.stored(node)).min(self.top()));
+            let bound = |&node: &u32| Number::Double(side(*solution.stored(node)).min(top));
             return Ok(Some(nodes.iter().map(bound).collect()));
         }
-        let Some(optimum) = system.fractions_of(&groups, &self.found.rounded, meter)? else {
+        let groups = Groups::new(&system, nodes, position, meter)?;
+        if groups.count() > FEW {
             return Ok(None);
+        }
+        let optimum = match system.fractions_of(&groups, solution, &[], usize::MAX, meter) {
+            Ok(optimum) => optimum,
+            Err(Stop::Limit(error)) => return Err(error),
+            Err(_) => return Ok(None),
         };
         let value = |&node: &u32| {
             let group = groups.group_of(node)? as usize;
-            let exact = match wanted.side {
-                Side::Lower => Some(&optimum.low[group]),
-                Side::Upper => optimum.high[group].as_ref(),
-            };
+            let values = if wanted.side == Side::Lower { &optimum.low } else { &optimum.high };
             let exact = match wanted.quantity {
-                Quantity::Probability(_) => exact?.clone().min(Ratio::one()),
-                _ => exact?.clone(),
+                Quantity::Probability(_) => values[group].clone().min(Ratio::one()),
+                _ => values[group].clone(),
             };
             let is_short = exact.numer().bits().max(exact.denom().bits()) <= MOST_BITS;
-            match attempt {
-                Attempt::Exact => is_short.then(|| Number::from(exact)),
-                _ => Some(wanted.outward(exact)),
-            }
+            is_short.then(|| Number::from(exact))
         };
         Ok(nodes.iter().map(value).collect())
     }

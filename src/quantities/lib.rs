@@ -20,15 +20,17 @@
 //! | module | contents |
 //! | --- | --- |
 //! | `facts`, `listing`, `explore` | from an [`Analysis`](meliora_planning::Analysis) to a graph: the states that kept choices reach, with exact probabilities |
-//! | `codes`, `blocks`, `places` | states in few bytes, and their nodes |
+//! | `codes`, `places` | states in few bytes, and their nodes |
 //! | `graph`, `narrow` | numbered nodes, choices, edges, in few bytes |
 //! | [`cost`] | what a step costs: steps, or a reward structure |
 //! | `system`, `solve`, `solution`, `solved` | the equations of each quantity and level, solved component by component |
 //! | `components`, `groups` | strongly connected components, and the end components in them |
-//! | `order`, `feedback` | the order of a graph whose cycles all pass through a few nodes, and policy iteration on these |
-//! | `component`, `eliminate` | the optimum of a small component: policy iteration, elimination of states |
-//! | `doubles` | the same in doubles for larger ones, with bounds that one step confirms |
-//! | `iterate`, `pace`, `sparse`, `repeated` | bounds of a large component: optimistic value iteration over compressed rows |
+//! | `turns` | the methods for a component, with budgets that double |
+//! | `sparse` | the equations of a component in doubles, rounded outwards |
+//! | `iterate` | optimistic value iteration |
+//! | `doubles` | policy iteration by elimination of states, with bounds that one step confirms |
+//! | `component` | the same with fractions |
+//! | `eliminate` | elimination of states |
 //! | `horizon` | success within n steps |
 //! | `number` | intervals with outward rounding, and fractions |
 //! | [`values`] | the results: [`Values`] |
@@ -44,31 +46,21 @@
 //! Components are solved after those that they reach. Most models are almost acyclic: most
 //! components are single states, whose best action is computed directly.
 //!
-//! *Small components*, up to 100 groups, are solved by policy iteration with elimination of states.
-//! Value iteration needs as many rounds as a component takes steps to be left: with a probability of 1e-12
-//! per round, it never ends. Elimination does not depend on this. It adds, multiplies and divides numbers
-//! that are not negative, so intervals have a relative width of some 1e-16 per operation, however
-//! rare an event is. Where bounds are wide nevertheless, because no certificate was found for the
-//! side that the policy does not give, they are computed again with fractions.
+//! *Elimination* evaluates one policy after the other. It does not depend on how many steps a component takes to be left,
+//! but rows fill in. It computes with doubles and without subtraction; then one step that is rounded outwards confirms
+//! bounds near the values.
 //!
-//! *Components up to 1000 groups* are solved in the same way with doubles, several times faster; then one step
-//! rounded outwards confirms bounds near the solution. If it does not, intervals are used, then iteration,
-//! and the narrower bounds count.
+//! *Optimistic value iteration* needs as many sweeps as values take to settle. Lower bounds are iterated from 0, and show
+//! where the values lead; a candidate beyond is an upper bound if one more step raises none of its values.
 //!
-//! *Large components*, and those in which a group has many edges, are solved by optimistic value iteration
-//! if that takes few sweeps, as the first ones predict. Random walks take hundreds or thousands. Then doubles are
-//! tried in components of any size, as long as elimination fills in little: one policy of most models has a chain that
-//! is nearly acyclic. If rows fill in, as on walks in the plane, where the time of elimination grows with n^1.5,
-//! iteration may take more sweeps, and elimination, which was faster there up to some ten thousand states, comes
-//! last.
+//! Which one is faster depends on the model, so they take turns with budgets that double, counted in the entries of rows.
+//! Up to 1000 groups elimination comes first, since its bounds are narrower; in larger components iteration does, which
+//! needs less memory. The work is at most a fixed multiple of that of the faster method.
 //!
-//! *Around a few nodes:* where all cycles of a large component pass through at most eight nodes, such as the charger of
-//! a robot, policy iteration on the values of these comes first. Each round takes a few sweeps.
+//! *Fractions* come last: where a component is left so rarely that doubles have too few digits, the policy of elimination
+//! is evaluated, and improved, with fractions. `--exact` uses them everywhere.
+//!
 //! `docs/tuning.md` has figures for each method.
-//!
-//! *The order:* where all cycles of the graph pass through at most 64 nodes, all nodes are ordered once by the length of
-//! the paths to the next one of these. Components follow from two sweeps in this order, in which nodes of one length have
-//! successors that are near to each other; a depth-first search waits for memory in each step.
 //!
 //! *Threads:* several threads list the states and their choices. Nodes get their numbers in the same order with each
 //! number of threads, and so the values are the same.
@@ -110,7 +102,6 @@
 
 pub mod all_states;
 pub mod answer;
-mod blocks;
 mod by_code;
 mod by_number;
 pub mod choose;
@@ -123,7 +114,6 @@ mod doubles;
 mod eliminate;
 mod explore;
 mod facts;
-mod feedback;
 mod graph;
 mod groups;
 mod horizon;
@@ -133,13 +123,10 @@ mod listing;
 mod meter;
 mod narrow;
 mod number;
-mod order;
 pub mod outlook;
-mod pace;
 pub mod path_values;
 mod places;
 mod reached;
-mod repeated;
 mod solution;
 mod solve;
 mod solved;
@@ -149,6 +136,7 @@ mod system;
 #[cfg(test)]
 mod tests;
 mod ties;
+mod turns;
 pub mod values;
 
 pub use choose::{Achiever, Choose, Chooser, ValuedRule};

@@ -1,7 +1,7 @@
 //! Limits of the solver: memory, time and the user.
 
 use meliora_engine::Engine;
-use meliora_model::error::{Limit, Result};
+use meliora_model::error::{Error, Limit, Result};
 use meliora_model::progress::Poll;
 
 /// The number of small pieces of work after which the progress is shown.
@@ -93,3 +93,23 @@ impl<'o> Meter<'o> {
         self.poll.sink().progress("quantities", detail);
     }
 }
+
+/// The reason why a method has no bounds.
+#[derive(Debug)]
+pub(super) enum Stop {
+    /// The budget is used up; the method may go on.
+    Later,
+    /// The method finds none.
+    Never,
+    /// A limit is reached.
+    Limit(Error),
+}
+
+impl From<Error> for Stop {
+    fn from(error: Error) -> Self {
+        Stop::Limit(error)
+    }
+}
+
+/// The result of a method after a turn.
+pub(super) type Turn<T> = std::result::Result<T, Stop>;

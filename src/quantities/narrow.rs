@@ -8,30 +8,6 @@ pub(super) enum Narrow {
     Words(Vec<u32>),
 }
 
-/// A number of a list, in one, two or four bytes.
-pub(super) trait Digits: Copy {
-    /// Returns the number as a position.
-    fn position(self) -> usize;
-}
-
-impl Digits for u8 {
-    fn position(self) -> usize {
-        usize::from(self)
-    }
-}
-
-impl Digits for u16 {
-    fn position(self) -> usize {
-        usize::from(self)
-    }
-}
-
-impl Digits for u32 {
-    fn position(self) -> usize {
-        self as usize
-    }
-}
-
 impl Default for Narrow {
     fn default() -> Self {
         Narrow::Bytes(Vec::new())

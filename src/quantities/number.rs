@@ -10,6 +10,10 @@ use num_traits::{FromPrimitive, One, ToPrimitive, Zero};
 
 use meliora_model::exact::Ratio;
 
+/// The width of a value that is usually enough, absolute for probabilities, relative above 1 for
+/// rewards.
+pub const PRECISION: f64 = 1e-6;
+
 /// Lower and upper bound of a number that is not negative; the upper one may be infinite.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
@@ -102,8 +106,10 @@ pub(super) trait Weight: Clone {
     /// Returns the quotient; the divisor is positive.
     fn over(&self, divisor: &Self) -> Self;
     fn is_zero(&self) -> bool;
-    /// Returns an estimate of the bytes of a number.
-    const BYTES: usize;
+    /// Returns the time to eliminate an entry with this number, relative to that of reading one in a sweep.
+    fn work(&self) -> usize;
+    /// An estimate of the bytes of a number.
+    const BYTES: usize = size_of::<Self>();
 }
 
 /// A number of the solver: exact, or between two bounds. All values are at least 0.
@@ -126,15 +132,11 @@ pub(super) trait Number: Weight + Send + Sync {
     fn or_smaller(self, other: Self) -> Self {
         if self.exceeds(&other) { other } else { self }
     }
-    /// Returns the number whose bounds are the narrower ones of two numbers with the same value.
-    fn within(&self, other: &Self) -> Self {
-        Self::between(&self.low().or_greater(other.low()), &self.high().or_smaller(other.high()))
-    }
     /// Returns an upper bound of `self` - `other`, at least 0: the largest possible excess.
     fn excess(&self, other: &Self) -> Self;
-    /// Returns a lower bound of `self` - `other`, at least 0.
-    fn less(&self, other: &Self) -> Self;
     fn bounds(&self) -> Interval;
+    /// Returns the bounds as fractions; 0 for an infinite one.
+    fn fractions(&self) -> (Ratio, Ratio);
     fn exact(&self) -> Option<&Ratio>;
     /// Returns the number between two bounds; `None` if numbers of this kind are exact.
     fn rounded(bounds: Interval) -> Option<Self>;
@@ -164,8 +166,6 @@ fn down(x: f64) -> f64 {
 }
 
 impl Weight for Interval {
-    const BYTES: usize = size_of::<Interval>();
-
     fn zero() -> Self {
         Interval::ZERO
     }
@@ -206,6 +206,10 @@ impl Weight for Interval {
     fn is_zero(&self) -> bool {
         self.upper == 0.0
     }
+
+    fn work(&self) -> usize {
+        1
+    }
 }
 
 impl Number for Interval {
@@ -243,11 +247,9 @@ impl Number for Interval {
         }
     }
 
-    fn less(&self, other: &Self) -> Self {
-        match other.upper == 0.0 {
-            true => self.low(),
-            false => Interval::point(down(self.lower - other.upper)),
-        }
+    fn fractions(&self) -> (Ratio, Ratio) {
+        let exact = |x: f64| Ratio::from_f64(x).unwrap_or_default();
+        (exact(self.lower), exact(self.upper))
     }
 
     fn bounds(&self) -> Interval {
@@ -286,6 +288,11 @@ impl Weight for Ratio {
     fn is_zero(&self) -> bool {
         Zero::is_zero(self)
     }
+
+    fn work(&self) -> usize {
+        // A bit takes about a nanosecond, as an entry of doubles does.
+        (self.numer().bits() + self.denom().bits()) as usize
+    }
 }
 
 impl Number for Ratio {
@@ -319,8 +326,8 @@ impl Number for Ratio {
         if self > other { self - other } else { Zero::zero() }
     }
 
-    fn less(&self, other: &Self) -> Self {
-        self.excess(other)
+    fn fractions(&self) -> (Ratio, Ratio) {
+        (self.clone(), self.clone())
     }
 
     fn bounds(&self) -> Interval {
@@ -337,8 +344,6 @@ impl Number for Ratio {
 }
 
 impl Weight for f64 {
-    const BYTES: usize = size_of::<f64>();
-
     fn zero() -> Self {
         0.0
     }
@@ -357,6 +362,10 @@ impl Weight for f64 {
 
     fn is_zero(&self) -> bool {
         *self == 0.0
+    }
+
+    fn work(&self) -> usize {
+        1
     }
 }
 

@@ -10,12 +10,11 @@
 use super::by_code::ByCode;
 use super::by_number::ByNumber;
 use super::cost::Earned;
-use super::graph::{Graph, LOST};
+use super::graph::{Graph, LOST, NONE};
 use super::meter::Meter;
 use super::number::{Bounds, Interval, Number};
 use super::reached::{Coded, END, Growing, Nodes, Reached};
 use super::solution::Solution;
-use super::solve::{self, NONE};
 use super::system::{Quantity, System};
 use super::ties::{self, Solutions, Ties};
 use meliora_engine::Engine;
@@ -226,7 +225,7 @@ impl Likely {
         let walker = search.walker()?;
         let codec = walker.codec().clone();
         let Reached { mut graph, nodes, .. } = search.explored(states, &walker, &mut meter)?;
-        let found = nodes.coded(program, &codec, &mut meter)?;
+        let found = nodes.coded(&codec, &mut meter)?;
         let costs = ties::costs(&mut graph);
         let (solution, end) = solved(&graph, Quantity::Probability(1), &mut meter)?;
         end?;
@@ -300,7 +299,7 @@ impl<'a, E: Engine> Search<'a, E> {
             let (graph, starts, nodes) = ByNumber::new(numbers, &codec, growing)?.run(states, walk)?;
             return Ok(Reached { graph, starts, nodes: Nodes::Numbered(parts, nodes) });
         }
-        let found = Coded::new(self.program, &codec);
+        let found = Coded::new(&codec);
         let by_code = ByCode { parts: &*parts, codec: &codec, growing, found };
         let (graph, starts, found) = by_code.run(states, walk)?;
         Ok(Reached { graph, starts, nodes: Nodes::Coded(Box::new(found)) })
@@ -314,8 +313,7 @@ fn solved<N: Number>(
     meter: &mut Meter<'_>,
 ) -> Result<(Solution<N>, Result<()>)> {
     let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
-    let order = solve::order(graph, meter)?;
-    let system = System { order: order.as_ref(), ..System::new(graph, quantity, None, &fractions) };
+    let system = System::new(graph, quantity, None, &fractions);
     let mut solution = system.start(meter)?;
     let end = system.solve(&mut solution, meter);
     Ok((solution, end))

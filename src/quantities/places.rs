@@ -6,8 +6,8 @@ use super::codes::Codes;
 use super::meter::Meter;
 use super::narrow::Narrow;
 use meliora_engine::explicit::weighted::{Code, Codec};
+use meliora_model::State;
 use meliora_model::error::Result;
-use meliora_model::{Program, State};
 
 /// Where a state is taken: in an arena, or in a junction of it, right after an improving step under
 /// `prefix`.
@@ -50,8 +50,8 @@ pub(super) struct Places {
 
 impl Places {
     /// Creates an empty collection.
-    pub(super) fn new(program: &Program, codec: Codec, arenas: u32) -> Self {
-        Places { codes: Codes::new(program, &codec), codec: Some(codec), arenas, ..Places::default() }
+    pub(super) fn new(codec: Codec, arenas: u32) -> Self {
+        Places { codes: Codes::new(&codec), codec: Some(codec), arenas, ..Places::default() }
     }
 
     /// Returns the node of a state at a place.

@@ -7,10 +7,10 @@ use super::meter::Meter;
 use super::number::Weight;
 use meliora_engine::explicit::weighted::Codec;
 use meliora_engine::membership::Membership;
+use meliora_model::State;
 use meliora_model::error::Result;
 use meliora_model::exact::Ratio;
 use meliora_model::step::Combination;
-use meliora_model::{Program, State};
 
 /// The node of all states where the path ends.
 pub(super) const END: u32 = 0;
@@ -68,12 +68,12 @@ impl Nodes<'_> {
     ///
     /// # Errors
     /// The memory limit is reached.
-    pub(super) fn coded(self, program: &Program, codec: &Codec, meter: &mut Meter<'_>) -> Result<Coded> {
+    pub(super) fn coded(self, codec: &Codec, meter: &mut Meter<'_>) -> Result<Coded> {
         let (parts, nodes) = match self {
             Nodes::Coded(coded) => return Ok(*coded),
             Nodes::Numbered(parts, nodes) => (parts, nodes),
         };
-        let mut coded = Coded::new(program, codec);
+        let mut coded = Coded::new(codec);
         let Some(numbers) = parts.numbers() else { return Ok(coded) };
         for (number, &node) in nodes.iter().enumerate().filter(|(_, node)| **node != UNSEEN) {
             coded.codes.push(KEY, numbers.code(number as u32), meter)?;
@@ -92,8 +92,8 @@ pub(super) struct Coded {
 }
 
 impl Coded {
-    pub(super) fn new(program: &Program, codec: &Codec) -> Self {
-        Coded { codes: Codes::new(program, codec), nodes: Vec::new() }
+    pub(super) fn new(codec: &Codec) -> Self {
+        Coded { codes: Codes::new(codec), nodes: Vec::new() }
     }
 
     /// Returns the node of a state that was found.

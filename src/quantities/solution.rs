@@ -1,8 +1,8 @@
 //! The solution of one system of equations. Only the nodes that have an equation take memory.
 
+use super::graph::NONE;
 use super::meter::Meter;
 use super::number::Number;
-use super::solve::NONE;
 use meliora_model::error::Result;
 
 /// The solution of one system of equations, as far as it is known.

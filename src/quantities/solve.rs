@@ -10,65 +10,22 @@ use std::ops::Range;
 
 use bitvec::vec::BitVec;
 
-use super::component::{Component, Optimum, Sense};
+use super::component::{Component, Optimum};
 use super::components::{self, Components, Successors};
-use super::doubles;
-use super::feedback;
-use super::graph::{Graph, LOST};
-use super::groups::{AsFractions, AsTheyAre, Groups};
-use super::iterate::{self, Found, Sparse};
-use super::meter::Meter;
+use super::doubles::Elimination;
+use super::graph::{Graph, LOST, NONE};
+use super::groups::Groups;
+use super::meter::{Meter, Stop, Turn};
 use super::number::{Interval, Number};
-use super::order::{self, Order};
-use super::pace::Patience::{self, Little, Much};
 use super::solution::Solution;
-use super::system::{End, Quantity, System};
+use super::sparse::{Found, Sparse};
+use super::system::{End, Quantity, Sense, System};
+use super::turns;
 use meliora_model::error::{Error, Limit, Result};
-use meliora_model::exact::Ratio;
-
-/// The number of groups up to which elimination is as fast as iteration; see [`crate`].
-const SMALL: usize = 1000;
-/// The number of groups up to which iteration is given up early, so that elimination with doubles is tried: in
-/// larger components both attempts cost much.
-const HASTY: usize = 2_000_000;
-/// The number of edges per group from which elimination fills in all rows, so that it is slower.
-const DENSE: usize = 8;
-/// The number of groups up to which a component is solved by intervals at once, and with fractions if its
-/// bounds are wide.
-pub(super) const FEW: usize = 100;
 
 /// The number of nodes up to which bounds are passed on after a limit is reached: this must not delay
 /// the end noticeably.
 const PASSED_ON: usize = 1 << 22;
-
-/// No choice, or no position.
-pub(super) const NONE: u32 = u32::MAX;
-
-/// A method for components; see [`crate`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum How {
-    /// Policy iteration on the few groups through which all cycles pass.
-    Feedback,
-    /// Policy iteration by elimination with intervals or fractions.
-    Eliminate,
-    /// Policy iteration by elimination with doubles.
-    Confirm(Patience),
-    /// Optimistic value iteration.
-    Iterate(Patience),
-}
-
-/// Returns an order of a large graph for [`System::order`]; `None` if none is found.
-///
-/// # Errors
-/// A limit is reached.
-pub(super) fn order(graph: &Graph, meter: &mut Meter<'_>) -> Result<Option<Order>> {
-    if graph.nodes() <= order::SMALL {
-        return Ok(None);
-    }
-    let order = Order::new(graph, meter)?;
-    meter.take(order.as_ref().map_or(0, |_| graph.nodes() * size_of::<u32>()))?;
-    Ok(order)
-}
 
 impl<N: Number> System<'_, N> {
     /// Solves the equations of all open nodes, the components that others depend on first.
@@ -84,7 +41,7 @@ impl<N: Number> System<'_, N> {
         let scratch = nodes * 3 * size_of::<u32>();
         let search = nodes * components::SEARCH + self.graph.edges_in_all() / 8;
         meter.take(search)?;
-        let found = self.components(meter)?;
+        let found = self.components();
         meter.release(search - scratch);
         let mut position = vec![NONE; nodes];
         for number in 0..found.count() {
@@ -114,29 +71,10 @@ impl<N: Number> System<'_, N> {
         if let [node] = *component {
             return self.single(node, solution);
         }
-        let place = |nodes: &[u32], position: &mut [u32]| {
-            nodes.iter().zip(0..).for_each(|(&node, at)| position[node as usize] = at);
-        };
-        let end = self.ordered(component, position, meter).and_then(|ordered| {
-            let nodes = ordered.as_deref().unwrap_or(component);
-            place(nodes, position);
-            self.component(nodes, position, solution, meter)
-        });
+        component.iter().zip(0..).for_each(|(&node, at)| position[node as usize] = at);
+        let end = self.component(component, position, solution, meter);
         component.iter().for_each(|&node| position[node as usize] = NONE);
         end.map_err(|e| self.explained(e, component.len()))
-    }
-
-    /// Returns the nodes of a large component in an order of their own, if they have one and the graph has none.
-    fn ordered(
-        &self,
-        component: &[u32],
-        position: &mut [u32],
-        meter: &mut Meter<'_>,
-    ) -> Result<Option<Vec<u32>>> {
-        match self.order.is_some() || component.len() <= order::SMALL {
-            true => Ok(None),
-            false => Order::within(self.graph, component, position, meter),
-        }
     }
 
     /// Bounds the nodes without values, from a component on, by one step per node, which holds for any bounds of their
@@ -160,16 +98,9 @@ impl<N: Number> System<'_, N> {
 
     /// Returns the strongly connected components of the open nodes and of those that they reach; each
     /// comes after those that it reaches.
-    ///
-    /// # Errors
-    /// A limit is reached.
-    pub(super) fn components(&self, meter: &mut Meter<'_>) -> Result<Components> {
-        let dependencies = Dependencies::new(self);
-        if let Some(order) = self.order {
-            return order.components(&dependencies, |node| self.is_open(node), meter);
-        }
+    pub(super) fn components(&self) -> Components {
         let open = (0..self.graph.nodes() as u32).filter(|&node| self.is_open(node));
-        Ok(components::components(&dependencies, open))
+        components::components(&Dependencies::new(self), open)
     }
 
     /// Solves the equation of a node that is a component of its own.
@@ -237,165 +168,90 @@ impl<N: Number> System<'_, N> {
     ) -> Result<()> {
         let groups = Groups::new(self, nodes, position, meter)?;
         meter.take(groups.bytes())?;
-        let end = if N::EXACT {
-            self.eliminate(&groups, solution, meter).map(drop)
-        } else {
-            self.in_turn(nodes, &groups, solution, meter)
+        let sparse = Sparse::new(self, &groups, solution, meter)?;
+        meter.take(sparse.bytes())?;
+        // A method takes the nodes of the component from those that are not known.
+        let end = match N::EXACT {
+            true => self.exact(&groups, &sparse, solution, meter),
+            false => self.bounds(&groups, &sparse, solution, meter),
         };
-        meter.release(groups.bytes());
+        meter.release(sparse.bytes() + groups.bytes());
         end
     }
 
-    /// Solves a component by one method after the other while they leave wide bounds. All results are bounds,
-    /// so the narrower ones count, also if a limit ends a method.
-    fn in_turn(
+    /// Finds bounds of the values of a component.
+    fn bounds(
         &self,
-        nodes: &[u32],
         groups: &Groups<'_>,
+        sparse: &Sparse,
         solution: &mut Solution<N>,
         meter: &mut Meter<'_>,
     ) -> Result<()> {
-        let (mut known, mut sparse): (Option<Vec<N>>, Option<Sparse>) = (None, None);
-        let mut end = Ok(());
-        for how in self.methods(nodes, groups) {
-            // A method takes the nodes of the component from those that are not known.
-            nodes.iter().for_each(|&node| solution.know(node, false));
-            let done = self.attempt(how, groups, &mut sparse, solution, meter);
-            for (&node, bounds) in nodes.iter().zip(known.iter().flatten()) {
-                solution.set(node, solution.stored(node).within(bounds));
-            }
-            if !matches!(done, Ok(false)) {
-                end = done.map(drop);
-                break;
-            }
-            known = Some(nodes.iter().map(|&node| solution.stored(node).clone()).collect());
-        }
-        meter.release(sparse.map_or(0, |sparse| sparse.bytes()));
-        end
-    }
-
-    /// Returns the methods for a component in the order in which they are tried.
-    fn methods(&self, nodes: &[u32], groups: &Groups<'_>) -> Vec<How> {
-        let edges = || nodes.iter().map(|&node| self.graph.edges_of(node).len()).sum::<usize>();
-        let fastest = match groups.count() {
-            ..=FEW => How::Eliminate,
-            ..=SMALL if edges() < DENSE * groups.count() => How::Confirm(Much),
-            _ => How::Feedback,
-        };
-        let iterate = if groups.count() <= HASTY { How::Iterate(Little) } else { How::Iterate(Much) };
-        let first = self.first.unwrap_or(fastest);
-        let second = (first == How::Feedback).then_some(iterate);
-        let others: &[How] = match second.unwrap_or(first) {
-            How::Feedback => &[],
-            How::Eliminate => &[How::Iterate(Much), How::Confirm(Much)],
-            How::Confirm(_) => &[How::Eliminate, How::Iterate(Much)],
-            How::Iterate(Little) => {
-                &[How::Confirm(Little), How::Iterate(Much), How::Confirm(Much), How::Eliminate]
-            }
-            How::Iterate(Much) => &[How::Confirm(Much), How::Eliminate],
-        };
-        [&[first], second.as_slice(), others].concat()
-    }
-
-    /// Solves a component by one method; `sparse` has its rows if a method has needed them. Returns false if the
-    /// bounds, which are stored, are wide.
-    fn attempt(
-        &self,
-        how: How,
-        groups: &Groups<'_>,
-        sparse: &mut Option<Sparse>,
-        solution: &mut Solution<N>,
-        meter: &mut Meter<'_>,
-    ) -> Result<bool> {
-        if how != How::Eliminate && sparse.is_none() {
-            let rows = sparse.insert(Sparse::new(self, groups, solution, meter)?);
-            meter.take(rows.bytes())?;
-        }
         let top = matches!(self.quantity, Quantity::Probability(_)).then_some(1.0);
-        let (found, end) = match (how, sparse) {
-            (How::Eliminate, _) | (_, None) => return self.eliminate(groups, solution, meter),
-            (How::Feedback, Some(sparse)) => match feedback::solve(sparse, top, meter) {
-                Ok(Some(found)) => (found, Ok(true)),
-                other => (Found::nothing(groups.count()), other.map(|_| false)),
-            },
-            (How::Iterate(patience), Some(sparse)) => iterate::solve(sparse, top, patience, meter),
-            (How::Confirm(patience), Some(sparse)) => match doubles::solve(sparse, patience, meter) {
-                Ok(Some(found)) => (found, Ok(true)),
-                Ok(None) => (Found::nothing(groups.count()), Ok(false)),
-                // Iteration needs no more memory.
-                Err(Error::Limit(Limit::Memory { .. })) if patience == Little => {
-                    (Found::nothing(groups.count()), Ok(false))
-                }
-                Err(e) => (Found::nothing(groups.count()), Err(e)),
-            },
+        let exactly = |seen: &[u32], budget: usize, meter: &mut Meter<'_>| {
+            let Optimum { low, high, picks } = self.fractions_of(groups, solution, seen, budget, meter)?;
+            let low = low.iter().map(|x| Interval::around(x).lower).collect();
+            Ok(Found { low, high: high.iter().map(|x| Interval::around(x).upper).collect(), picks })
         };
-        self.keep(found, groups, solution)?;
+        let (Found { low, high, picks }, end) = turns::solve(sparse, top, self.only, exactly, meter);
+        let most = self.most();
+        let bounds = |(&lower, &upper): (&f64, &f64)| N::rounded(Interval { lower, upper: upper.min(most) });
+        let values: Vec<N> = low.iter().zip(&high).filter_map(bounds).collect();
+        groups.store(self, &values, &picks, solution);
         end
     }
 
-    /// Stores bounds of the groups.
-    fn keep(&self, found: Found, groups: &Groups<'_>, solution: &mut Solution<N>) -> Result<()> {
-        let rounded = |x: &f64| N::rounded(Interval::point(*x));
-        let low = found.low.iter().filter_map(rounded).collect();
-        let high = found.high.iter().map(|x| rounded(&x.unwrap_or(self.most()))).collect();
-        groups.store(self, Some(&Optimum { low, high, picks: found.picks }), solution)
-    }
-
-    /// Solves a component by elimination, and again with fractions if the bounds are wide; returns
-    /// false if the bounds, which are stored, are still wide and may become narrow.
-    fn eliminate(
+    /// Finds the exact values of a component; doubles tell where to begin.
+    fn exact(
         &self,
         groups: &Groups<'_>,
+        sparse: &Sparse,
         solution: &mut Solution<N>,
         meter: &mut Meter<'_>,
-    ) -> Result<bool> {
-        let actions = groups.actions::<N, AsTheyAre>(self, solution, meter)?;
-        let component = Component { sense: self.sense(), actions };
-        let bytes: usize =
-            component.actions.iter().flatten().map(|a| (a.row.edges.len() + 4) * (N::BYTES + 4)).sum();
-        meter.take(bytes)?;
-        let end = component.solve(meter);
-        meter.release(bytes);
-        let mut optimum = end?;
-        // Exact numbers outside of the doubles have wide bounds only where these are shown.
-        let mut wide = !N::EXACT && optimum.as_ref().is_none_or(Optimum::is_wide) && component.is_bounded();
-        if wide
-            && groups.count() <= FEW
-            && let Some(exact) = self.exactly(groups, solution, meter)?
-        {
-            (optimum, wide) = (Some(exact), false);
+    ) -> Result<()> {
+        let (none, before) = (vec![NONE; groups.count()], meter.bytes());
+        let seen = match Elimination::new(sparse).turn(&none, usize::MAX, meter) {
+            Ok(found) => found.picks,
+            Err(Stop::Limit(error)) if !matches!(error, Error::Limit(Limit::Memory { .. })) => {
+                return Err(error);
+            }
+            Err(_) => none,
+        };
+        meter.release_to(before);
+        match self.fractions_of(groups, solution, &seen, usize::MAX, meter) {
+            Ok(Optimum { low, picks, .. }) => {
+                let values: Vec<N> = low.iter().map(N::of).collect();
+                groups.store(self, &values, &picks, solution);
+                Ok(())
+            }
+            Err(Stop::Limit(error)) => Err(error),
+            Err(_) => self.anything().map(drop),
         }
-        groups.store(self, optimum.as_ref(), solution)?;
-        Ok(!wide)
     }
 
-    /// Solves a component with the exact probabilities and the bounds of its exits as fractions.
-    fn exactly(
-        &self,
-        groups: &Groups<'_>,
-        solution: &Solution<N>,
-        meter: &mut Meter<'_>,
-    ) -> Result<Option<Optimum<N>>> {
-        let Some(found) = self.fractions_of(groups, solution, meter)? else { return Ok(None) };
-        let rounded = |x: &Ratio| N::rounded(Interval::around(x));
-        let low = found.low.iter().filter_map(|x| rounded(x).map(|x| x.low()));
-        let high = found.high.iter().map(|x| x.as_ref().and_then(rounded).map(|x| x.high()));
-        Ok(Some(Optimum { low: low.collect(), high: high.collect(), picks: found.picks }))
-    }
-
-    /// Returns the exact solution of a component, where the bounds of its exits are fractions; `None`
-    /// if one of these is infinite, or some group cannot leave the component.
+    /// Returns the exact solution of a component, where the bounds of its exits are fractions. `seen` has choices that
+    /// are probably the best, if some are known.
+    ///
+    /// # Errors
+    /// Some of these bounds is infinite, or some group cannot leave the component; it takes more work than `budget`; a
+    /// limit is reached.
     pub(super) fn fractions_of(
         &self,
         groups: &Groups<'_>,
         solution: &Solution<N>,
+        seen: &[u32],
+        mut budget: usize,
         meter: &mut Meter<'_>,
-    ) -> Result<Option<Optimum<Ratio>>> {
-        if !groups.is_bounded(self, solution) {
-            return Ok(None);
+    ) -> Turn<Optimum> {
+        if !N::EXACT && !groups.is_bounded(self, solution) {
+            return Err(Stop::Never);
         }
-        let actions = groups.actions::<N, AsFractions>(self, solution, meter)?;
-        Component::<Ratio> { sense: self.sense(), actions }.solve(meter)
+        let component = Component { sense: self.sense(), actions: groups.actions(self, solution, meter)? };
+        let bytes = component.bytes();
+        let taken = meter.take(bytes).map_err(Stop::from);
+        let end = taken.and_then(|()| component.solve(seen, &mut budget, meter));
+        meter.release(bytes);
+        end
     }
 
     /// Adds to the error of an exact computation where it ended.

@@ -3,9 +3,7 @@
 use super::graph::Graph;
 use super::meter::Meter;
 use super::number::{Bounds, Number};
-use super::order::Order;
 use super::solution::Solution;
-use super::solve;
 use super::system::{Quantity, System};
 use meliora_model::error::Result;
 
@@ -34,8 +32,6 @@ impl<N: Number> Solved<N> {
     pub(super) fn run(&mut self, graph: &Graph, levels: usize, meter: &mut Meter<'_>) -> Result<()> {
         meter.take(graph.fractions().len() * N::BYTES)?;
         self.fractions = graph.fractions().iter().map(N::of).collect();
-        let order = solve::order(graph, meter)?;
-        let graph = (graph, order.as_ref());
         for k in 1..=levels as u32 {
             next(graph, &self.fractions, Quantity::Probability(k), &mut self.probability, meter)?;
         }
@@ -87,7 +83,7 @@ impl<N: Number> Solved<N> {
 
 /// Solves the next system of a list.
 fn next<N: Number>(
-    graph: (&Graph, Option<&Order>),
+    graph: &Graph,
     fractions: &[N],
     quantity: Quantity,
     solutions: &mut Vec<Solution<N>>,
@@ -100,13 +96,13 @@ fn next<N: Number>(
 
 /// Solves a system; returns what is known of its solution, and an error if a limit was reached.
 fn solution<N: Number>(
-    (graph, order): (&Graph, Option<&Order>),
+    graph: &Graph,
     fractions: &[N],
     quantity: Quantity,
     below: Option<&Solution<N>>,
     meter: &mut Meter<'_>,
 ) -> Result<(Solution<N>, Result<()>)> {
-    let system = System { order, ..System::new(graph, quantity, below, fractions) };
+    let system = System::new(graph, quantity, below, fractions);
     let mut solution = system.start(meter)?;
     let end = system.solve(&mut solution, meter);
     Ok((solution, end))

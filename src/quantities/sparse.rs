@@ -11,40 +11,61 @@
 
 use std::ops::Range;
 
-use super::component::Sense;
+use super::graph::NONE;
 use super::groups::{AsIntervals, Equation, Groups};
 use super::meter::Meter;
-use super::narrow::{Digits, Narrow};
 use super::number::{Interval, Number, Weight};
-use super::repeated::Repeated;
 use super::solution::Solution;
-use super::solve::NONE;
-use super::system::System;
+use super::system::{Sense, System};
 use meliora_model::error::Result;
 
 /// The smallest relative improvement for which a policy is changed: more than the error of elimination
 /// in most components. If it is not, the policy changes without end and is given up.
 const BETTER: f64 = 1e-12;
 
+/// The width of narrow bounds, absolute below 1; twice the width of the bounds at the exits is added.
+const WIDE: f64 = 1e-7;
+
 /// Results below this may have lost digits.
 pub(super) const TINY: f64 = 1e-280;
 
-/// A component in compressed rows. Few probabilities and constants are different, so they are stored
-/// once.
+/// The bounds of the groups.
+#[derive(Debug)]
+pub(super) struct Found {
+    pub(super) low: Vec<f64>,
+    /// The upper bounds; infinite if none are known.
+    pub(super) high: Vec<f64>,
+    /// The choice by which each group is left, or [`NONE`].
+    pub(super) picks: Vec<u32>,
+}
+
+impl Found {
+    /// Returns the bounds of some groups of which nothing is known.
+    pub(super) fn nothing(groups: usize) -> Self {
+        Found { low: vec![0.0; groups], high: vec![f64::INFINITY; groups], picks: vec![NONE; groups] }
+    }
+
+    /// Narrows these bounds by others, and takes their choices where none are known.
+    pub(super) fn narrow(&mut self, other: &Found) {
+        self.low.iter_mut().zip(&other.low).for_each(|(low, other)| *low = low.max(*other));
+        self.high.iter_mut().zip(&other.high).for_each(|(high, other)| *high = high.min(*other));
+        let open = self.picks.iter_mut().zip(&other.picks).filter(|(pick, _)| **pick == NONE);
+        open.for_each(|(pick, other)| *pick = *other);
+    }
+}
+
+/// A component in compressed rows.
 #[derive(Debug)]
 pub(super) struct Sparse {
     pub(super) sense: Sense,
     /// The actions of group g are `first[g]..first[g+1]`.
     first: Vec<u32>,
-    /// The first edge of each group, and the number of edges of each action.
-    first_edge: Vec<u32>,
-    edges: Narrow,
+    /// The edges of action a are `start[a]..start[a+1]`.
+    start: Vec<u32>,
     /// The group that each edge enters, and its probability.
     to: Vec<u32>,
-    probabilities: Repeated<1>,
-    /// The bounds of the constant of each action, the greatest upper bound at an exit, which is infinite
-    /// if more is gained or paid, and the probability to leave the component.
-    constants: Repeated<4>,
+    probabilities: Vec<f64>,
+    constants: Vec<Constant>,
     /// The choice of each action.
     pub(super) choices: Vec<u32>,
     /// The relative error of a row.
@@ -55,17 +76,28 @@ pub(super) struct Sparse {
     pub(super) least: f64,
 }
 
+/// What an action has besides its edges.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Constant {
+    /// The bounds of what it gains or pays, values at exits included.
+    pub(super) low: f64,
+    pub(super) high: f64,
+    /// The greatest upper bound at an exit; infinite if more is gained or paid.
+    pub(super) most: f64,
+    /// The probability to leave the component.
+    pub(super) escape: f64,
+}
+
 impl Sparse {
     /// Creates a component without groups.
     pub(super) fn empty(sense: Sense) -> Self {
         Sparse {
             sense,
             first: vec![0],
-            first_edge: vec![0],
-            edges: Narrow::default(),
+            start: vec![0],
             to: Vec::new(),
-            probabilities: Repeated::default(),
-            constants: Repeated::default(),
+            probabilities: Vec::new(),
+            constants: Vec::new(),
             choices: Vec::new(),
             error: 0.0,
             inherited: 0.0,
@@ -81,11 +113,10 @@ impl Sparse {
         meter: &mut Meter<'_>,
     ) -> Result<Self> {
         let (mut sparse, mut equation) = (Sparse::empty(system.sense()), Equation::empty());
-        groups.visit(system, meter, |group, node, choice, _| {
+        groups.visit(system, meter, |group, choice| {
             sparse.begin(group);
-            groups.write::<N, AsIntervals>(system, (group, node, choice), solution, &mut equation);
+            groups.write::<N, AsIntervals>(system, (group, choice), solution, &mut equation);
             sparse.add(choice, &equation);
-            Ok(())
         })?;
         sparse.begin(groups.count() as u32);
         Ok(sparse)
@@ -94,29 +125,17 @@ impl Sparse {
     /// Ends the groups before a group.
     pub(super) fn begin(&mut self, group: u32) {
         self.first.resize(group as usize + 1, self.choices.len() as u32);
-        self.first_edge.resize(group as usize + 1, self.to.len() as u32);
     }
 
-    /// Adds an action to the last group: its choice, its edges, and the bounds of its constant with the
-    /// greatest upper bound at an exit and the probability to leave the component.
-    pub(super) fn push(
-        &mut self,
-        choice: u32,
-        edges: impl ExactSizeIterator<Item = (u32, f64)>,
-        constant: [f64; 4],
-    ) {
-        self.edges.push(edges.len() as u32);
+    /// Adds an action to the last group.
+    pub(super) fn push(&mut self, choice: u32, edges: impl Iterator<Item = (u32, f64)>, constant: Constant) {
         for (to, p) in edges {
             self.to.push(to);
-            self.probabilities.push([p]);
+            self.probabilities.push(p);
         }
+        self.start.push(self.to.len() as u32);
         self.constants.push(constant);
         self.choices.push(choice);
-    }
-
-    /// Returns whether the constants have no width.
-    pub(super) fn is_exact(&self) -> bool {
-        self.constants.distinct().iter().all(|[low, high, ..]| low == high)
     }
 
     /// Adds the equation of a choice to the last group, unless the choice never leaves its group.
@@ -140,48 +159,48 @@ impl Sparse {
         }
         self.error = self.error.max(error);
         let edges = row.edges.iter().map(|(to, p)| (*to, p.lower / divisor));
-        self.push(choice, edges, [constant.lower, constant.upper, most, row.escape.lower / divisor]);
+        let (low, high, escape) = (constant.lower, constant.upper, row.escape.lower / divisor);
+        self.push(choice, edges, Constant { low, high, most, escape });
     }
 
     /// Returns the bytes of the rows, and of the iteration over them.
     pub(super) fn bytes(&self) -> usize {
-        4 * (2 * self.first.len() + self.to.len() + self.choices.len())
-            + self.choices.len() * self.edges.width()
-            + self.probabilities.bytes()
-            + self.constants.bytes()
-            + 32 * self.first.len()
+        let action = size_of::<Constant>() + 2 * size_of::<u32>();
+        self.to.len() * (size_of::<u32>() + size_of::<f64>())
+            + self.choices.len() * action
+            + 36 * self.first.len()
+    }
+
+    /// Returns the number of entries of all rows: the work of a sweep.
+    pub(super) fn entries(&self) -> usize {
+        self.to.len() + self.choices.len()
+    }
+
+    /// Returns whether bounds of the groups are as near to each other as those at the exits allow.
+    pub(super) fn is_narrow(&self, low: &[f64], high: &[f64]) -> bool {
+        let most = |low: f64| WIDE * low.max(1.0) + 2.0 * self.inherited;
+        low.iter().zip(high).all(|(low, high)| high - low <= most(*low))
     }
 
     pub(super) fn groups(&self) -> usize {
         self.first.len() - 1
     }
 
-    /// Returns the actions of a group, each with its edges.
-    pub(super) fn actions(&self, group: usize) -> impl Iterator<Item = (usize, Range<usize>)> {
-        let actions = self.first[group] as usize..self.first[group + 1] as usize;
-        let mut next = self.first_edge[group] as usize;
-        actions.map(move |action| {
-            let start = next;
-            next += self.edges.get(action) as usize;
-            (action, start..next)
-        })
+    /// Returns the actions of a group.
+    pub(super) fn actions(&self, group: usize) -> Range<usize> {
+        self.first[group] as usize..self.first[group + 1] as usize
     }
 
-    /// Returns the edges of an action of a group.
-    pub(super) fn edges(&self, group: usize, action: usize) -> Range<usize> {
-        let mut actions = self.actions(group);
-        actions.find(|(other, _)| *other == action).map_or(0..0, |(_, edges)| edges)
+    /// Returns what an action has besides its edges.
+    pub(super) fn constant(&self, action: usize) -> &Constant {
+        &self.constants[action]
     }
 
-    /// Returns the bounds of the constant of an action, and the probability to leave the component.
-    pub(super) fn constant(&self, action: usize) -> ([f64; 2], f64) {
-        let &[low, high, _, escape] = self.constants.get(action);
-        ([low, high], escape)
-    }
-
-    /// Returns the groups that edges enter, and their probabilities.
-    pub(super) fn row(&self, edges: Range<usize>) -> impl Iterator<Item = (u32, f64)> {
-        edges.map(|edge| (self.to[edge], self.probabilities.get(edge)[0]))
+    /// Returns the groups that the edges of an action enter, and their probabilities.
+    #[inline]
+    pub(super) fn row(&self, action: usize) -> impl Iterator<Item = (u32, f64)> {
+        let edges = self.start[action] as usize..self.start[action + 1] as usize;
+        self.to[edges.clone()].iter().copied().zip(self.probabilities[edges].iter().copied())
     }
 
     /// Returns an action of each group, so that the component is left almost surely: each leads out, or to a group that
@@ -200,12 +219,12 @@ impl Sparse {
                 if end.is_ok() {
                     end = meter.step();
                 }
-                let leaves = |(_, edges): &(usize, Range<usize>)| {
-                    self.row(edges.clone()).any(|(to, _)| policy[to as usize] != NONE)
+                let leaves = |&action: &usize| {
+                    self.constant(action).escape > 0.0
+                        || self.row(action).any(|(to, _)| policy[to as usize] != NONE)
                 };
-                let leaving = |&(action, _): &(usize, Range<usize>)| self.constant(action).1 > 0.0;
-                let found = self.actions(group as usize).find(|action| leaving(action) || leaves(action));
-                policy[group as usize] = found.map_or(NONE, |(action, _)| action as u32);
+                let found = self.actions(group as usize).find(leaves);
+                policy[group as usize] = found.map_or(NONE, |action| action as u32);
                 policy[group as usize] == NONE
             });
             end?;
@@ -217,16 +236,17 @@ impl Sparse {
         Ok(Some(policy))
     }
 
-    /// Returns a lower bound of c + Σ p · x of an action, which has the given edges.
-    pub(super) fn below(&self, action: usize, edges: Range<usize>, x: &[f64]) -> f64 {
-        self.lowered(self.sum(action, edges, false, x))
+    /// Returns a lower bound of c + Σ p · x of an action.
+    pub(super) fn below(&self, action: usize, x: &[f64]) -> f64 {
+        self.lowered(self.sum(action, false, x))
     }
 
-    /// Returns c + Σ p · x of an action, which has the given edges, to the nearest double, with the lower or
-    /// upper bound of the constant.
-    pub(super) fn sum(&self, action: usize, edges: Range<usize>, upper: bool, x: &[f64]) -> f64 {
-        let constant = self.constants.get(action)[usize::from(upper)];
-        self.row(edges).fold(constant, |sum, (to, p)| sum + p * x[to as usize])
+    /// Returns c + Σ p · x of an action to the nearest double, with the lower or upper bound of the constant.
+    #[inline]
+    pub(super) fn sum(&self, action: usize, upper: bool, x: &[f64]) -> f64 {
+        let Constant { low, high, .. } = self.constants[action];
+        let constant = if upper { high } else { low };
+        self.row(action).fold(constant, |sum, (to, p)| sum + p * x[to as usize])
     }
 
     /// Returns whether a value is clearly better than another one.
@@ -237,25 +257,42 @@ impl Sparse {
         }
     }
 
-    /// Returns an upper bound of c + Σ p · x of an action, which has the given edges.
-    fn above(&self, action: usize, edges: Range<usize>, x: &[f64]) -> f64 {
-        let add = |(sum, most): (f64, f64), (to, p): (u32, f64)| {
-            let x = x[to as usize];
-            (sum + p * x, most.max(x))
-        };
-        let &[_, constant, exit, _] = self.constants.get(action);
-        let (sum, most) = self.row(edges).fold((constant, exit), add);
-        (sum * (1.0 + self.error) + TINY).min(most)
+    /// Returns an upper bound of c + Σ p · x of an action.
+    #[inline]
+    fn above(&self, action: usize, x: &[f64]) -> f64 {
+        let Constant { high, most, .. } = self.constants[action];
+        let (mut sum, mut greatest) = (high, most);
+        for (to, p) in self.row(action) {
+            let value = x[to as usize];
+            sum += p * value;
+            greatest = if value > greatest { value } else { greatest };
+        }
+        (sum * (1.0 + self.error) + TINY).min(greatest)
     }
 
     /// Returns a lower or upper bound of the optimum of a group, and the action that attains it.
+    #[inline]
     pub(super) fn best(&self, group: usize, upper: bool, x: &[f64]) -> (f64, usize) {
         let mut best = self.worst(group);
-        for (action, edges) in self.actions(group) {
-            let q = if upper { self.above(action, edges, x) } else { self.sum(action, edges, false, x) };
+        for action in self.actions(group) {
+            let q = if upper { self.above(action, x) } else { self.sum(action, false, x) };
             self.choose(&mut best, (q, action));
         }
         if upper { best } else { (self.lowered(best.0), best.1) }
+    }
+
+    /// Returns the bounds of the only group, which all of its actions leave, and the action that attains them; `None` if
+    /// there are more groups, or no actions.
+    pub(super) fn alone(&self) -> Option<([f64; 2], usize)> {
+        let actions = if self.groups() == 1 { self.actions(0) } else { 0..0 };
+        let bounds = |action: usize| (self.constants[action].low, self.constants[action].high, action);
+        actions
+            .map(bounds)
+            .reduce(|(low, high, action), (other, more, next)| match self.sense {
+                Sense::Max => (low.max(other), high.max(more), if other > low { next } else { action }),
+                Sense::Min => (low.min(other), high.min(more), if more < high { next } else { action }),
+            })
+            .map(|(low, high, action)| ([low, high], action))
     }
 
     fn worst(&self, group: usize) -> (f64, usize) {
@@ -289,46 +326,11 @@ impl Sparse {
         upper: bool,
         x: &mut [f64],
         meter: &mut Meter<'_>,
-        visit: impl FnMut(usize, &mut f64, (f64, usize)),
-    ) -> Result<()> {
-        match (self.probabilities.numbers(), upper) {
-            (Narrow::Bytes(list), true) => self.visit::<_, true>(list, x, meter, visit),
-            (Narrow::Bytes(list), false) => self.visit::<_, false>(list, x, meter, visit),
-            (Narrow::Shorts(list), true) => self.visit::<_, true>(list, x, meter, visit),
-            (Narrow::Shorts(list), false) => self.visit::<_, false>(list, x, meter, visit),
-            (Narrow::Words(list), true) => self.visit::<_, true>(list, x, meter, visit),
-            (Narrow::Words(list), false) => self.visit::<_, false>(list, x, meter, visit),
-        }
-    }
-
-    /// Does the same for lists of numbers of probabilities of one width, which are read in a loop without
-    /// branches.
-    fn visit<D: Digits, const UPPER: bool>(
-        &self,
-        numbers: &[D],
-        x: &mut [f64],
-        meter: &mut Meter<'_>,
         mut visit: impl FnMut(usize, &mut f64, (f64, usize)),
     ) -> Result<()> {
-        let distinct = self.probabilities.distinct();
-        let mut rest = self.to.iter().zip(numbers);
         for group in 0..x.len() {
             meter.step()?;
-            let mut best = self.worst(group);
-            for action in self.first[group] as usize..self.first[group + 1] as usize {
-                let &[low, high, exit, _] = self.constants.get(action);
-                let (mut sum, mut most) = if UPPER { (high, exit) } else { (low, 0.0) };
-                for (&to, number) in rest.by_ref().take(self.edges.get(action) as usize) {
-                    let value = x[to as usize];
-                    sum += distinct[number.position()][0] * value;
-                    if UPPER {
-                        most = if value > most { value } else { most };
-                    }
-                }
-                let q = if UPPER { (sum * (1.0 + self.error) + TINY).min(most) } else { sum };
-                self.choose(&mut best, (q, action));
-            }
-            let best = if UPPER { best } else { (self.lowered(best.0), best.1) };
+            let best = self.best(group, upper, x);
             visit(group, &mut x[group], best);
         }
         Ok(())

@@ -2,15 +2,31 @@
 
 use std::fmt;
 
-use super::component::Sense;
+use bitvec::vec::BitVec;
+
 use super::graph::{Edge, Graph, LOST};
 use super::meter::Meter;
 use super::number::{Interval, Number};
-use super::order::Order;
 use super::solution::Solution;
-use super::solve::How;
-use super::ties::Candidates;
 use meliora_model::error::{Limit, Result};
+
+/// The optimum that is wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sense {
+    Max,
+    Min,
+}
+
+/// A method; see [`crate`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Method {
+    /// Policy iteration by elimination with doubles.
+    Eliminate,
+    /// Optimistic value iteration.
+    Iterate,
+    /// Policy iteration by elimination with fractions.
+    Exact,
+}
 
 /// The quantity of a system of equations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,6 +55,36 @@ impl fmt::Display for Quantity {
     }
 }
 
+/// The choices among which the least expected number of steps decides.
+#[derive(Debug)]
+pub(super) struct Candidates {
+    /// The candidates, by their numbers in the graph.
+    pub(super) choices: BitVec,
+    /// The choices that take no step: those of junctions.
+    pub(super) free: BitVec,
+    /// The numbers of the costs 0 and 1 among the fractions of the graph.
+    pub(super) costs: [u32; 2],
+}
+
+impl Candidates {
+    /// Creates a set of choices that all take a step.
+    #[cfg(test)]
+    pub(super) fn of(choices: BitVec, costs: [u32; 2]) -> Self {
+        let free = BitVec::repeat(false, choices.len());
+        Candidates { choices, free, costs }
+    }
+
+    /// Returns whether a choice is a candidate.
+    pub(super) fn contains(&self, choice: u32) -> bool {
+        self.choices[choice as usize]
+    }
+
+    /// Returns the number of steps that a choice takes, by its number among the fractions.
+    pub(super) fn cost(&self, choice: u32) -> u32 {
+        self.costs[usize::from(!self.free[choice as usize])]
+    }
+}
+
 /// A system of equations over a graph, with the solution of the level below.
 pub(super) struct System<'a, N> {
     pub(super) graph: &'a Graph,
@@ -48,24 +94,10 @@ pub(super) struct System<'a, N> {
     pub(super) below: Option<&'a Solution<N>>,
     /// The fractions of the graph as numbers.
     pub(super) fractions: &'a [N],
-    /// An order of the graph, if one is known.
-    pub(super) order: Option<&'a Order>,
-    /// The method that is tried first; `None` for the one that is expected to be the fastest.
-    pub(super) first: Option<How>,
-    /// A change of the equations for bounds that one step confirms.
-    pub(super) margin: Option<Margin<'a>>,
+    /// The only method to use, for tests.
+    pub(super) only: Option<Method>,
     /// The choices that may be taken, if not all; for steps also their costs.
     pub(super) candidates: Option<&'a Candidates>,
-}
-
-/// A change of the equations, so that their solution satisfies the unchanged ones with a margin.
-#[derive(Clone, Copy)]
-pub(super) enum Margin<'a> {
-    /// Each departure from a group is lost with this probability, relative to that of departing: for
-    /// lower bounds.
-    Loss(f64),
-    /// Each departure gains this part of the upper bound of its node: for upper bounds.
-    Gain(f64, &'a Solution<Interval>),
 }
 
 /// The value at the end of an edge.
@@ -84,8 +116,7 @@ impl<'a, N: Number> System<'a, N> {
         below: Option<&'a Solution<N>>,
         fractions: &'a [N],
     ) -> Self {
-        let (order, first, margin, candidates) = (None, None, None, None);
-        System { graph, quantity, below, fractions, order, first, margin, candidates }
+        System { graph, quantity, below, fractions, only: None, candidates: None }
     }
 
     pub(super) fn sense(&self) -> Sense {

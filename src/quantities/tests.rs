@@ -8,12 +8,9 @@ use num_traits::FromPrimitive;
 use super::graph::{Edge, Graph, LOST, Rank};
 use super::meter::Meter;
 use super::number::{Interval, Number, Weight};
-use super::order::Order;
-use super::pace::Patience::{Little, Much};
 use super::solution::Solution;
-use super::solve::{self, How};
-use super::system::{Quantity, System};
-use super::ties::{self, Candidates, Solutions};
+use super::system::{Candidates, Method, Quantity, System};
+use super::ties::{self, Solutions};
 use meliora_engine::{NoProgress, ProgressSink};
 use meliora_model::error::Limit;
 use meliora_model::exact::Ratio;
@@ -109,12 +106,11 @@ fn fill(graph: &mut Graph, rows: &Rows, counts: fn(&Rows, u32, u32) -> bool, met
 fn solved<N: Number>(
     graph: &Graph,
     quantity: Quantity,
-    first: Option<How>,
+    only: Option<Method>,
     meter: &mut Meter<'_>,
 ) -> Solution<N> {
     let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
-    let order = solve::order(graph, meter).unwrap();
-    let system = System { first, order: order.as_ref(), ..System::new(graph, quantity, None, &fractions) };
+    let system = System { only, ..System::new(graph, quantity, None, &fractions) };
     let mut solution = system.start(meter).unwrap();
     system.solve(&mut solution, meter).unwrap();
     solution
@@ -149,10 +145,8 @@ fn attains(graph: &Graph, quantity: Quantity, picks: &Solution<Interval>, exact:
 fn iterated(seed: u64, graph: &Graph, quantity: Quantity, meter: &mut Meter<'_>) -> usize {
     let exact: Solution<Ratio> = solved(graph, quantity, None, meter);
     let mut iterated = 0;
-    let hasty = [How::Iterate(Little), How::Confirm(Little)];
-    let patient = [How::Feedback, How::Iterate(Much), How::Confirm(Much), How::Eliminate];
-    for how in hasty.into_iter().chain(patient) {
-        let found: Solution<Interval> = solved(graph, quantity, Some(how), meter);
+    for how in [None, Some(Method::Iterate), Some(Method::Eliminate), Some(Method::Exact)] {
+        let found: Solution<Interval> = solved(graph, quantity, how, meter);
         for node in 0..graph.nodes() as u32 {
             let (Some(x), Some(y)) = (exact.get(node), found.get(node)) else { continue };
             let [low, high] = [y.lower, y.upper].map(|x| Ratio::from_f64(x).unwrap());
@@ -161,7 +155,7 @@ fn iterated(seed: u64, graph: &Graph, quantity: Quantity, meter: &mut Meter<'_>)
                 "seed {seed}, {quantity}, {how:?}, node {node}: {x} not in {y:?}"
             );
             assert!(y.width() <= 1e-7 * y.lower.max(1.0), "seed {seed}, {quantity}: {y:?}");
-            iterated += usize::from(how == How::Iterate(Much) && y.width() > 1e-12);
+            iterated += usize::from(how == Some(Method::Iterate) && y.width() > 1e-12);
         }
         assert!(attains(graph, quantity, &found, &exact), "seed {seed}, {quantity}, {how:?}");
     }
@@ -239,7 +233,7 @@ fn ties_are_decided_by_steps_and_cost_no_more_than_the_precision() {
         let mut graph = graph(&rows(&mut draw, nodes), ends, &mut meter);
         let costs = ties::costs(&mut graph);
         let mut known = [Quantity::Probability(1), Quantity::Cost(1)]
-            .map(|quantity| solved::<Interval>(&graph, quantity, Some(How::Iterate(Much)), &mut meter));
+            .map(|quantity| solved::<Interval>(&graph, quantity, Some(Method::Iterate), &mut meter));
         if seed % 2 == 0 {
             known.iter_mut().for_each(|solution| widened(solution, &graph, &mut draw));
         }
@@ -305,9 +299,9 @@ fn bounds_hold_wherever_a_limit_ends_the_work() {
         let fractions: Vec<Interval> = graph.fractions().iter().map(Number::of).collect();
         for quantity in [Quantity::Probability(1), Quantity::Cost(1)] {
             let whole: Solution<Interval> =
-                solved(&graph, quantity, Some(How::Iterate(Much)), &mut Meter::unlimited(&NoProgress));
-            let first = Some(How::Iterate(Much));
-            let system = System { first, ..System::new(&graph, quantity, None, &fractions) };
+                solved(&graph, quantity, Some(Method::Iterate), &mut Meter::unlimited(&NoProgress));
+            let only = Some(Method::Iterate);
+            let system = System { only, ..System::new(&graph, quantity, None, &fractions) };
             for patience in 0.. {
                 let sink = Patience(AtomicUsize::new(patience));
                 let mut meter = Meter::unlimited(&sink);
@@ -351,27 +345,10 @@ fn around_hubs(nodes: u32, meter: &mut Meter<'_>) -> Graph {
 }
 
 #[test]
-fn a_component_around_hubs_is_ordered_from_there() {
-    let meter = &mut Meter::unlimited(&NoProgress);
-    let graph = around_hubs(3000, meter);
-    let fractions: Vec<Interval> = graph.fractions().iter().map(Interval::of).collect();
-    let system = System::new(&graph, Quantity::Cost(1), None, &fractions);
-    let found = system.components(meter).unwrap();
-    let mut position = vec![u32::MAX; graph.nodes()];
-    let ordered = Order::within(&graph, found.get(0), &mut position, meter).unwrap().unwrap();
-    assert_eq!(ordered.len(), 3000);
-    // Only hubs are entered from nodes before them.
-    let mut place = vec![0; 3000];
-    (0..).zip(&ordered).for_each(|(at, &node)| place[node as usize] = at);
-    let late: Vec<usize> = (0..3000).filter(|&node| place[node] < place[(node + 1) % 3000]).collect();
-    assert!(!late.is_empty() && late.iter().all(|node| [1499, 1508].contains(node)), "{late:?}");
-}
-
-#[test]
 fn values_around_hubs_are_those_of_elimination() {
     let meter = &mut Meter::unlimited(&NoProgress);
     let graph = around_hubs(1500, meter);
-    let methods = [None, Some(How::Feedback), Some(How::Iterate(Much)), Some(How::Eliminate)];
+    let methods = [None, Some(Method::Iterate), Some(Method::Eliminate)];
     let [others @ .., eliminated] =
         methods.map(|how| solved::<Interval>(&graph, Quantity::Cost(1), how, meter));
     for (node, found) in (0..1500).flat_map(|node| others.iter().map(move |found| (node, found))) {

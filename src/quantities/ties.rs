@@ -15,48 +15,15 @@
 use bitvec::vec::BitVec;
 use num_traits::{One, Zero};
 
-use super::answer::PRECISION;
-use super::graph::Graph;
+use super::graph::{Graph, NONE};
 use super::meter::Meter;
-use super::number::{Interval, Number};
-use super::order::Order;
+use super::number::{Interval, Number, PRECISION};
 use super::solution::Solution;
-use super::solve::{self, NONE};
-use super::system::{Quantity, System};
+use super::system::{Candidates, Quantity, System};
 use meliora_model::error::Result;
 
 /// Attempts with candidates that lose less.
 const ATTEMPTS: usize = 3;
-
-/// The choices among which the least expected number of steps decides.
-#[derive(Debug)]
-pub(super) struct Candidates {
-    /// The candidates, by their numbers in the graph.
-    choices: BitVec,
-    /// The choices that take no step: those of junctions.
-    free: BitVec,
-    /// The numbers of the costs 0 and 1 among the fractions of the graph.
-    costs: [u32; 2],
-}
-
-impl Candidates {
-    /// Creates a set of choices that all take a step.
-    #[cfg(test)]
-    pub(super) fn of(choices: BitVec, costs: [u32; 2]) -> Self {
-        let free = BitVec::repeat(false, choices.len());
-        Candidates { choices, free, costs }
-    }
-
-    /// Returns whether a choice is a candidate.
-    pub(super) fn contains(&self, choice: u32) -> bool {
-        self.choices[choice as usize]
-    }
-
-    /// Returns the number of steps that a choice takes, by its number among the fractions.
-    pub(super) fn cost(&self, choice: u32) -> u32 {
-        self.costs[usize::from(!self.free[choice as usize])]
-    }
-}
 
 /// The choices that attain the values in the least expected number of steps.
 #[derive(Debug)]
@@ -106,10 +73,9 @@ impl Solutions<'_> {
     /// A limit is reached.
     pub(super) fn decide(&self, meter: &mut Meter<'_>) -> Result<Option<Ties>> {
         let before = meter.bytes();
-        let order = solve::order(self.graph, meter)?;
         let mut most = f64::INFINITY;
         for _ in 0..ATTEMPTS {
-            let Some(ties) = self.attempt(most, order.as_ref(), meter)? else { break };
+            let Some(ties) = self.attempt(most, meter)? else { break };
             match self.next_loss(&ties) {
                 None => return Ok(Some(ties)),
                 Some(less) if less < most => most = less,
@@ -122,7 +88,7 @@ impl Solutions<'_> {
 
     /// Minimises the numbers of steps over the candidates that lose at most `most` per step; `None` if no node has
     /// two of them, or if the solver's choice is not known somewhere.
-    fn attempt(&self, most: f64, order: Option<&Order>, meter: &mut Meter<'_>) -> Result<Option<Ties>> {
+    fn attempt(&self, most: f64, meter: &mut Meter<'_>) -> Result<Option<Ties>> {
         let levels = 1..=self.probability.len() as u32;
         let mut found = Vec::new();
         for k in levels.clone() {
@@ -137,7 +103,7 @@ impl Solutions<'_> {
         for (k, level) in levels.zip(&found) {
             let below = ties.steps.last();
             let system = System::new(self.graph, Quantity::Steps(k), below, self.fractions);
-            let system = System { order, candidates: Some(&level.candidates), ..system };
+            let system = System { candidates: Some(&level.candidates), ..system };
             let mut steps = system.start(meter)?;
             system.solve(&mut steps, meter)?;
             // A step enters at most one junction.

@@ -3,12 +3,11 @@
 use super::cost::Cost;
 use super::explore::Explorer;
 use super::facts::Facts;
-use super::graph::{Graph, LOST};
+use super::graph::{Graph, LOST, NONE};
 use super::horizon::Horizon;
 use super::meter::Meter;
 use super::number::{Bounds, Interval};
 use super::places::{Place, Places};
-use super::solve::NONE;
 use super::solved::Solved;
 use super::ties::{self, Solutions, Ties};
 use meliora_engine::Engine;
