@@ -3,8 +3,8 @@
 //!
 //! An arc that passes a row has a bend there, which is a node without width. So every arc goes from
 //! one row to the next. As Sugiyama, Tagawa and Toda (1981) propose, each row is ordered by the mean positions of the
-//! neighbours in the row before, downwards and upwards in turns; then items move to these means as far as their
-//! distances allow.
+//! neighbours in the row before, downwards and upwards in turns, and adjacent items are exchanged where fewer arcs cross
+//! then. Last, items move to the means of their neighbours as far as their distances allow.
 
 /// The height of a node, and the distance between two rows.
 pub(super) const HEIGHT: f64 = 44.0;
@@ -94,23 +94,13 @@ impl Items {
             neighbours[pair[1]][0].push(pair[0]);
         }
         let (mut middles, mut end) = (vec![0.0; self.rows.len()], MARGIN - BETWEEN_ITEMS);
-        for mut rows in self.parts(&neighbours) {
+        for rows in self.parts(&neighbours) {
+            let rows = ordered(rows, &neighbours);
             rows.iter().for_each(|row| self.place(row, |_| None, &mut middles));
-            for turn in 0..2 * TURNS {
-                let side = turn % 2;
-                let order: Vec<usize> =
-                    if side == 0 { (0..rows.len()).collect() } else { (0..rows.len()).rev().collect() };
-                for row in order {
-                    let wish = |item: usize, middles: &[f64]| mean(&neighbours[item][side], middles);
-                    let wishes: Vec<(usize, Option<f64>)> =
-                        rows[row].iter().map(|&item| (item, wish(item, &middles))).collect();
-                    if turn < TURNS {
-                        let key = |&item: &usize| wish(item, &middles).unwrap_or(middles[item]);
-                        rows[row].sort_by(|a, b| key(a).total_cmp(&key(b)));
-                    }
-                    let wished = |item| wishes.iter().find(|(own, _)| *own == item).and_then(|(_, x)| *x);
-                    self.place(&rows[row], wished, &mut middles);
-                }
+            for (side, row) in (0..TURNS).flat_map(|_| turns(rows.len())) {
+                let wishes: Vec<Option<f64>> =
+                    rows[row].iter().map(|&item| mean(&neighbours[item][side], &middles)).collect();
+                self.place(&rows[row], |at| wishes[at], &mut middles);
             }
             let items = || rows.iter().flatten().copied();
             let left = items().map(|i| middles[i] - self.widths[i] / 2.0).fold(f64::INFINITY, f64::min);
@@ -137,7 +127,6 @@ impl Items {
             }
             rows.retain(|row| !row.is_empty());
             if !rows.is_empty() {
-                rows.iter_mut().for_each(|row| row.sort_unstable());
                 parts.push(rows);
             }
         }
@@ -146,7 +135,7 @@ impl Items {
 
     /// Places the items of a row in their order, each as near to its wish as the distances allow (least squares); an
     /// item without a wish wants to stay.
-    fn place(&self, row: &[usize], wish: impl Fn(usize) -> Option<f64>, middles: &mut [f64]) {
+    fn place(&self, row: &[usize], wish_at: impl Fn(usize) -> Option<f64>, middles: &mut [f64]) {
         // Groups of items that touch: the number of items, and the mean of the places where the first one should be.
         let mut groups: Vec<(usize, f64)> = Vec::new();
         let mut offsets = Vec::with_capacity(row.len());
@@ -156,7 +145,7 @@ impl Items {
                 offset += (self.widths[row[at - 1]] + self.widths[item]) / 2.0 + BETWEEN_ITEMS;
             }
             offsets.push(offset);
-            groups.push((1, wish(item).unwrap_or(middles[item]) - offset));
+            groups.push((1, wish_at(at).unwrap_or(middles[item]) - offset));
             while let [.., (few, first), (more, second)] = groups[..]
                 && first > second
             {
@@ -170,6 +159,64 @@ impl Items {
             middles[item] = start + offset;
         }
     }
+}
+
+/// Returns the rows downwards, each with the side of its neighbours that are placed before, and then upwards.
+fn turns(rows: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..rows).map(|row| (0, row)).chain((0..rows).rev().map(|row| (1, row)))
+}
+
+/// Orders the items of each row so that few arcs cross: the best of the orders that the turns give.
+fn ordered(mut rows: Vec<Vec<usize>>, neighbours: &[[Vec<usize>; 2]]) -> Vec<Vec<usize>> {
+    let mut at = vec![0.0; neighbours.len()];
+    let number = |row: &[usize], at: &mut [f64]| {
+        row.iter().enumerate().for_each(|(position, &item)| at[item] = position as f64);
+    };
+    rows.iter().for_each(|row| number(row, &mut at));
+    let (mut best, mut least) = (rows.clone(), crossings(&rows, neighbours, &at));
+    let count = rows.len();
+    for (side, row) in (0..TURNS).flat_map(|_| turns(count)) {
+        let mean = |item: &usize| mean(&neighbours[*item][side], &at).unwrap_or(at[*item]);
+        rows[row].sort_by(|a, b| mean(a).total_cmp(&mean(b)));
+        number(&rows[row], &mut at);
+        for left in 1..rows[row].len() {
+            let [a, b] = [rows[row][left - 1], rows[row][left]];
+            let crossed = |a: usize, b: usize| pair_crossings(&neighbours[a], &neighbours[b], &at);
+            if crossed(b, a) < crossed(a, b) {
+                rows[row].swap(left - 1, left);
+                number(&rows[row], &mut at);
+            }
+        }
+        let found = crossings(&rows, neighbours, &at);
+        if found < least {
+            (best, least) = (rows.clone(), found);
+        }
+    }
+    best
+}
+
+/// Counts the crossings between the arcs of an item and those of the next one in its row.
+fn pair_crossings(left: &[Vec<usize>; 2], right: &[Vec<usize>; 2], at: &[f64]) -> usize {
+    let of_side = |side: usize| {
+        let pairs = left[side].iter().flat_map(|a| right[side].iter().map(move |b| (a, b)));
+        pairs.filter(|&(&a, &b)| at[a] > at[b]).count()
+    };
+    of_side(0) + of_side(1)
+}
+
+/// Counts the crossings of arcs between neighbouring rows.
+fn crossings(rows: &[Vec<usize>], neighbours: &[[Vec<usize>; 2]], at: &[f64]) -> usize {
+    let mut count = 0;
+    for row in rows {
+        // The lower ends of the arcs of the items so far, sorted.
+        let mut ends: Vec<f64> = Vec::new();
+        for &item in row {
+            let own = neighbours[item][1].iter().map(|&low| at[low]);
+            count += own.clone().map(|end| ends.len() - ends.partition_point(|&e| e <= end)).sum::<usize>();
+            own.for_each(|end| ends.insert(ends.partition_point(|&e| e <= end), end));
+        }
+    }
+    count
 }
 
 /// Returns the mean of the middles of some items; `None` without items.
