@@ -244,12 +244,6 @@ fn groups<'a, E: Engine>(
     Ok(groups)
 }
 
-impl<E: Engine> Group<'_, E> {
-    fn asks_for_numbers(&self) -> bool {
-        self.members.iter().any(|(asking, _)| asking.asks_for_number())
-    }
-}
-
 struct Answering<'a, E: Engine> {
     job: &'a Job<ReachReport>,
     given: &'a Given<'a>,
@@ -272,9 +266,20 @@ impl<E: Engine> Answering<'_, E> {
                     kept.extend(group.members.iter().map(found));
                 }
             }
-            groups.retain(|group| group.asks_for_numbers() || round + 1 < group.order.len());
+            groups.retain(|group| self.is_left(group) || round + 1 < group.order.len());
         }
         groups.iter().try_for_each(|group| self.values(group))
+    }
+
+    /// Returns whether more than the regions is to be computed for some of the properties.
+    fn is_left(&self, group: &Group<'_, E>) -> bool {
+        group.members.iter().any(|(asking, _)| self.has_value(asking))
+    }
+
+    /// Returns whether a question is answered after the regions: one that asks for a number, and the property of a
+    /// run with one question.
+    fn has_value(&self, asking: &Asking) -> bool {
+        asking.asks_for_number() || self.given.is_one && asking.question.is_some()
     }
 
     /// Counts the states of the target of one question.
@@ -320,9 +325,9 @@ impl<E: Engine> Answering<'_, E> {
         Ok(Some((which, inside)))
     }
 
-    /// Answers the properties that ask for numbers.
+    /// Answers the properties for which the regions are not enough.
     fn values(&self, group: &Group<'_, E>) -> Result<(), Error> {
-        for &(asking, position) in group.members.iter().filter(|(asking, _)| asking.asks_for_number()) {
+        for &(asking, position) in group.members.iter().filter(|(asking, _)| self.has_value(asking)) {
             let program = &self.asked.program;
             let answer = || self.under.answer(asking, program, group.search.known(), self.given.precision);
             let answer = match self.job.timed("value", answer, |r, s| r.time.add("value", s)) {

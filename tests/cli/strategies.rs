@@ -93,7 +93,7 @@ fn runs_follow_the_progress_strategy_of_a_plan_unless_told_otherwise() {
 #[test]
 fn csv_has_a_line_for_each_state_and_action_of_a_rank() {
     let csv =
-        run(&format!("strategy {ROBOT} --safety transition --rank 2 --limit 98 --csv")).expect(0).stdout;
+        run(&format!("strategy {ROBOT} --safety transition --rank 2 --limit 98 --csv -")).expect(0).stdout;
     let states: std::collections::BTreeSet<&str> =
         csv.lines().skip(1).map(|l| l.split(",,").next().unwrap()).collect();
     assert!(csv.starts_with("r,c,b,d,e,f,ch,most_preferred,sasi_rank,spi_rank,action,"));
