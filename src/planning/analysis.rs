@@ -74,17 +74,6 @@ impl<E: Engine> Analysis<E> {
         }
     }
 
-    /// Runs all phases in the order of [`Phase`]. A call after a limit continues where the last one
-    /// ended. Cost: that of the phases; see `WinningRegions::advance`, `Improvement::new` and
-    /// `super::levels::next_level`.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached, or a target has no value in some state. Earlier results
-    /// stay in [`Analysis::result`].
-    pub fn run(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
-        self.run_phases(Phase::ALL, listener)
-    }
-
     /// Runs some phases one after the other; if both phases of levels are among them, their levels
     /// may be computed next to each other, in the first of these phases.
     ///

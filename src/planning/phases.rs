@@ -4,10 +4,12 @@ use std::time::Duration;
 
 use strum::{IntoStaticStr, VariantArray};
 
+use super::analysis::Analysis;
 use super::improvement::Sizes;
 use super::levels::Kind;
 use super::result::{AnalysisResult, ClassCount, LevelCounts, LevelsEnd, ModelCounts, ObjectiveCounts};
-use meliora_engine::Count;
+use meliora_engine::{Count, Engine};
+use meliora_model::error::Result;
 
 /// The phases of an analysis, in their order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]
@@ -75,6 +77,19 @@ pub enum Event<'a> {
     /// A phase is complete, with its duration by [`meliora_model::progress::ProgressSink::clock`]. A phase
     /// that a limit ends has no such event.
     Finished(Phase, Duration),
+}
+
+impl<E: Engine> Analysis<E> {
+    /// Runs all phases in the order of [`Phase`]. A call after a limit continues where the last one
+    /// ended. Cost: that of the phases; see `WinningRegions::advance`, `Improvement::new` and
+    /// `super::levels::next_level`.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached, or a target has no value in some state. Earlier results
+    /// stay in [`Analysis::result`].
+    pub fn run(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
+        self.run_phases(Phase::ALL, listener)
+    }
 }
 
 impl Event<'_> {
