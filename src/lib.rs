@@ -138,8 +138,6 @@ pub mod certify {
 
 /// The format of dumps, from [`meliora_dump`].
 pub mod dump {
-    #[doc(hidden)]
-    pub use meliora_dump::bounds as values;
     #[doc(inline)]
     pub use meliora_dump::{
         Diagram, Dump, Edge, Manifest, Members, Node, bounds, dddmp, directory, dot, manifest,
@@ -162,8 +160,6 @@ pub mod export {
     pub use meliora_export::{
         DumpContent, Inputs, bounds, certify, explicit, export, read_shield, write_shield,
     };
-    #[doc(hidden)]
-    pub use meliora_export::{DumpContent as Selection, bounds as values};
 }
 
 /// Grid worlds, from [`meliora_generate`].
@@ -224,8 +220,6 @@ pub mod quantities {
         ValueOptions, ValuedRule, Values, all_states, answer, choose, confirmed, cost, outlook, path_values,
         state_values, values,
     };
-    #[doc(hidden)]
-    pub use meliora_quantities::{ValueOptions as Setup, path_values as reach};
 }
 
 /// Questions to a dump, from [`meliora_query`].

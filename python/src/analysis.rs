@@ -6,9 +6,8 @@ use std::sync::Arc;
 use meliora::advanced::names;
 use meliora::engine::Engine;
 use meliora::model::Program;
-use meliora::output::check::Subject;
 use meliora::output::page::Picture;
-use meliora::output::{CheckReport, Report, Style};
+use meliora::output::{CheckReport, Header, Report, Style};
 use meliora::planning::{Class, Phase};
 use meliora::supervise::memory;
 use meliora::{Choose, Drawing, Kind, Safety, Scope, Storage, Wanted};
@@ -75,15 +74,9 @@ impl Analysis {
     fn report_known(&self) -> CheckReport {
         let Origin { program, storage, scope, safety, .. } = &*self.origin;
         let Preferences { source, outline } = self.origin.preferences.get();
-        let mut report = CheckReport::about(Subject {
-            program,
-            preferences: &source.name,
-            empty: outline.empty,
-            history: outline.history,
-            storage: *storage,
-            scope: *scope,
-            safety: *safety,
-        });
+        let header = Header::of_engine(program, *storage, *scope).with_preferences(&source.name, *safety);
+        let mut report = CheckReport::new(header);
+        report.read(program, outline.empty, outline.history);
         report.result = self.handle.known();
         report.complete = false;
         report

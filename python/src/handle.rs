@@ -4,8 +4,8 @@ use std::sync::{Arc, Mutex};
 
 use meliora::engine::Engine;
 use meliora::model::State;
-use meliora::supervise::{Reporter, lock, run_phases};
-use meliora::{Analysis, AnalysisResult, Event, Phase, Result};
+use meliora::supervise::{Reporter, lock};
+use meliora::{Analysis, AnalysisResult, Event, Result};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -41,15 +41,10 @@ impl Handle {
     pub(crate) fn run(&self, py: Python<'_>, call: &Call) -> std::result::Result<(), Failure> {
         let (analysis, known) = (Arc::clone(&self.analysis), Arc::clone(&self.known));
         self.space.worker.run(py, call, move |reporter| {
-            let mut analysis = lock(&analysis);
-            let report = |phase, part| reporter.report(phase, part);
-            for &phase in Phase::ALL {
-                let mut listener = |event: Event<'_>| lock(&known).add(event);
-                let ended = run_phases(&mut analysis, &[phase], &report, &mut listener);
-                *lock(&known) = analysis.result().clone();
-                ended?;
-            }
-            Ok(())
+            lock(&analysis).run(&mut |event| match event {
+                Event::Part(phase, part) => reporter.report(phase.name(), part.to_owned()),
+                event => lock(&known).add(event),
+            })
         })
     }
 

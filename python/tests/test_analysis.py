@@ -209,7 +209,7 @@ def test_objectives_over_whole_paths_have_monitors(toy: meliora.Model, engine: E
     assert len(state) > len(toy.variables) and state["s"] == 0
     assert found.counts is not None and found.counts["model_states"] == 6
     both = found.to_dict()["objectives"][0]
-    assert both["monitor"] == both["observer"] > 1
+    assert both["observer"] > 1
     assert found.to_dict()["history"] == "play"
     # Some path goes through 5 to 1, but no strategy achieves this almost surely.
     assert found.positive["Both"].count() > found.almost_sure["Both"].count()

@@ -87,7 +87,7 @@ def objective(analysis, number):
     found.update(shares(analysis, number))
     if analysis.play:
         leaves = {leaf for case in cases(conditions(analysis.formulas[number])) for _, leaf in case}
-        found["monitor"] = found["observer"] = math.prod(len(set(Monitor(leaf).residuals().values())) for leaf in leaves)
+        found["observer"] = math.prod(len(set(Monitor(leaf).residuals().values())) for leaf in leaves)
     return found
 
 

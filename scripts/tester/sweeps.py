@@ -49,7 +49,6 @@ def sweeps(context):
     alone(context, command, instances[one], runs[one])
     if table.exists():
         tabulated(context, runs, table)
-    shards(context, command, asked, draw, runs)
     asked_again(context, text, model, asked, instances)
 
 
@@ -122,16 +121,6 @@ def tabulated(context, runs, table):
                 expected |= {f"{kind}_{k}": count for k, count in enumerate(levels, 1)}
                 expected |= {f"{kind}_levels": str(len(levels)), f"{kind}_unbounded": result[kind]["unbounded"]}
         context.same(f"row of {given}", expected, {name: row.get(name) for name in expected})
-
-
-def shards(context, command, asked, draw, runs):
-    """Two shards have the instances of the sweep in turn."""
-    if len(runs) < 2:
-        return
-    number = draw.choice([1, 2])
-    report = context.program.ask(*command, "-c", asked, "--shard", f"{number}/2", allowed=(0, 1))
-    expected = [run["constants"] for run in runs[number - 1 :: 2]]
-    context.same(f"instances of shard {number}", expected, [run["constants"] for run in report["runs"]])
 
 
 def asked_again(context, text, model, asked, instances):

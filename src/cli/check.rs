@@ -25,6 +25,9 @@ use super::sweep::{self, SweepArgs};
 /// Computes the regions of the objectives, the classes, the improvement MDP and the SASI and SPI
 /// levels. Prints the ranks of the initial states and the actions that the strategies permit there.
 #[derive(Debug, Clone, Args)]
+#[command(after_help = "Examples:
+  meliora check models/robot5x5.prism models/robot5x5.pref
+  meliora check models/network.prism models/network.pref -c K=5,M=2 --safety prefix --json")]
 pub(super) struct CheckArgs {
     #[command(flatten)]
     model: ModelArgs,
@@ -90,12 +93,10 @@ fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
         cycles(job, &analysis, &question, LISTED)?;
     }
     if args.jointly {
-        job.timed("jointly", || analysis.run_jointly(), |_, _| ())?;
+        let mut hear = |event: Event<'_>| job.update(|r| r.result.add(event));
+        job.timed("jointly", || analysis.run_jointly(&mut hear), |_, _| ())?;
         let initial = analysis.initial_prospects(&question.program, LISTED)?;
-        job.update(|r| {
-            r.result.clone_from(analysis.result());
-            r.initial = initial;
-        });
+        job.update(|r| r.initial = initial);
     }
     Ok(())
 }
@@ -198,11 +199,7 @@ impl<E: Engine, R: Checked> Checking<'_, E, R> {
         };
         let result = super::phases::run(self.analysis, phases, &job.sink, &mut hear);
         let usage = self.analysis.engine().usage();
-        job.update(|r| {
-            let r = r.check();
-            r.result.clone_from(self.analysis.result());
-            r.memory.peak_nodes = usage.peak_nodes;
-        });
+        job.update(|r| r.check().memory.peak_nodes = usage.peak_nodes);
         result
     }
 

@@ -31,6 +31,9 @@ const CLEARLY: f64 = 1.25;
 /// state in each region. If the engines differ, prints the first difference and
 /// ends with exit status 1.
 #[derive(Debug, Clone, Args)]
+#[command(after_help = "Examples:
+  meliora compare models/robot5x5.prism models/robot5x5.pref --scope all
+  meliora compare models/network.prism models/network.pref -c K=20,M=5")]
 pub(super) struct CompareArgs {
     #[command(flatten)]
     model: ModelArgs,

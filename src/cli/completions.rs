@@ -9,6 +9,9 @@ use super::terminal;
 
 /// Print a completion script for a shell
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  meliora completions bash > meliora.bash
+  meliora completions zsh > _meliora")]
 pub(super) struct CompletionsArgs {
     /// Shell
     #[arg(value_enum)]

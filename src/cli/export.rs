@@ -33,6 +33,10 @@ use super::supervise::{Job, supervise};
 /// it must be empty or contain only an older dump, which is replaced. The regions are written before the
 /// certificate is computed. If a limit ends that, the dump has the parts of it that were finished.
 #[derive(Debug, Clone, Args)]
+#[command(group = clap::ArgGroup::new("induced").args(["kind", "strategy"]))]
+#[command(after_help = "Examples:
+  meliora export models/toy.prism models/toy.pref --out toy.dump
+  meliora export models/toy.prism models/toy.pref --region 'sasi:*' --format dot --out toy.dump")]
 pub(super) struct ExportArgs {
     #[command(flatten)]
     model: ModelArgs,
@@ -66,14 +70,18 @@ pub(super) struct ExportArgs {
     #[arg(long, requires = "kind", value_parser = by_name::<Scheduler>(), default_value = Scheduler::Permissive.name())]
     scheduler: Scheduler,
 
+    /// `--kind` and `--scheduler` in one word, such as sasi:progress
+    #[arg(long, value_name = "KIND[:SCHEDULER]")]
+    strategy: Option<Induced>,
+
     /// Objective that `--kind achieve` achieves (`C,D`: both in one path), and that `plan` pursues
     /// where it is a most preferred one
-    #[arg(long, value_name = "NAME", requires = "kind")]
+    #[arg(long, value_name = "NAME", requires = "induced")]
     objective: Option<String>,
 
     /// Write also `values.csv`: bounds of the probabilities and costs of improvements, each of which
     /// `verify` confirms by one step. With `--format umb`, write bounds as numbers of states
-    #[arg(long, conflicts_with_all = ["no_certificate", "region", "kind"])]
+    #[arg(long, conflicts_with_all = ["no_certificate", "region", "induced"])]
     values: bool,
 
     /// Greatest number of improvements of `--values` [default: the levels found, at most 10]
@@ -119,6 +127,12 @@ impl ExportArgs {
         self.reward.as_deref().unwrap_or(Steps::NAME)
     }
 
+    /// Returns the strategy whose induced model is written.
+    fn induced(&self) -> Option<Induced> {
+        let kind = self.kind.map(|kind| Induced { kind, scheduler: self.scheduler });
+        self.strategy.or(kind)
+    }
+
     /// Returns the format of an explicit model, or `None` for diagrams.
     ///
     /// # Errors
@@ -131,7 +145,7 @@ impl ExportArgs {
             Format::Umb => Some(Files::Umb),
         };
         let wrong = match files {
-            None if self.kind.is_some() => {
+            None if self.induced().is_some() => {
                 "`--kind` needs `--format explicit`, `drn` or `umb`; a dump contains all strategies"
             }
             Some(Files::Explicit | Files::Drn) if self.values => {
@@ -154,7 +168,7 @@ pub(super) fn run(args: ExportArgs) -> Result<Status, Error> {
     if let Some(format) = args.files()? {
         let (levels, reward, precision) = (args.levels, args.reward().to_owned(), args.precision);
         let values = args.values.then_some(export_explicit::ValuesArgs { levels, reward, precision });
-        let strategy = args.kind.map(|kind| Induced { kind, scheduler: args.scheduler });
+        let strategy = args.induced();
         let ExportArgs { model, preferences, out, limit, objective, shown, .. } = args;
         let limit = usize::try_from(limit).unwrap_or(usize::MAX);
         return export_explicit::run(

@@ -1,8 +1,8 @@
 //! `meliora export --format explicit|drn|umb`: models state by state.
 
-use std::sync::Arc;
-
 use std::path::Path;
+use std::str::FromStr;
+use std::sync::Arc;
 
 use meliora_engine::Engine;
 use meliora_export::bounds;
@@ -31,6 +31,18 @@ use super::{engines, load, plan};
 pub(super) struct Induced {
     pub(super) kind: StrategyKind,
     pub(super) scheduler: Scheduler,
+}
+
+impl FromStr for Induced {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (kind, scheduler) = text.split_once(':').unwrap_or((text, Scheduler::Permissive.name()));
+        let wrong =
+            || "expected a kind of strategy, such as `sasi`, or with a scheduler `sasi:progress`".to_owned();
+        let (kind, scheduler) = (kind.parse().map_err(|_| wrong())?, scheduler.parse().map_err(|_| wrong())?);
+        Ok(Induced { kind, scheduler })
+    }
 }
 
 impl Induced {

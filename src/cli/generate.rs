@@ -13,6 +13,9 @@ use super::{load, terminal};
 
 /// Generate a model and preferences of a parametrised family
 #[derive(Debug, Clone, Args)]
+#[command(after_help = "Examples:
+  meliora generate gridworld --rows 12 --cols 12 --items 6 --seed 7 --out garden
+  meliora generate gridworld --from-map models/robot5x5.map --out robot")]
 pub(super) struct GenerateArgs {
     #[command(subcommand)]
     family: Family,

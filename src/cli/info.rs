@@ -21,6 +21,9 @@ use super::supervise::{Job, supervise};
 
 /// Print variables, sizes, the order of the BDD variables and node counts of a model
 #[derive(Debug, Clone, Args)]
+#[command(after_help = "Examples:
+  meliora info models/robot5x5.prism
+  meliora info models/ring.prism -c N=8 --flat")]
 pub(super) struct InfoArgs {
     #[command(flatten)]
     model: ModelArgs,

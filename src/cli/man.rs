@@ -12,6 +12,9 @@ const SOURCE: &str = concat!("meliora ", env!("CARGO_PKG_VERSION"));
 
 /// Print the manual page of the program or of one command, in roff
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  meliora man > meliora.1
+  meliora man check > meliora-check.1")]
 pub(super) struct ManArgs {
     /// Command to describe
     #[arg(value_name = "COMMAND")]

@@ -9,7 +9,6 @@ mod choose;
 #[cfg(test)]
 mod commands_page;
 mod engines;
-mod examples;
 mod exit;
 mod files;
 mod folder;
@@ -35,11 +34,11 @@ mod generate;
 mod info;
 mod man;
 mod query;
+mod questions;
 mod reach;
 mod regions;
 mod report;
 mod simulate;
-mod spelling;
 mod strategy;
 mod values;
 mod verify;
@@ -52,7 +51,6 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use meliora_model::error::Error;
 
 use exit::Status;
-use spelling::Respelled;
 
 /// Exit statuses at the end of `--help`.
 const EXIT_STATUS: &str = "Exit status:
@@ -95,11 +93,11 @@ enum Command {
     Man(man::ManArgs),
 }
 
-/// Returns the command line with its examples.
+/// Returns the command line.
 fn parser() -> clap::Command {
     let constants = |command: clap::Command| command.mut_arg("constants", |arg| arg.help(sweep::CONSTANTS));
-    let all = examples::with_examples(Cli::command());
-    ["check", "reach", "compare"].into_iter().fold(all, |all, sweeps| all.mut_subcommand(sweeps, constants))
+    let sweeps = ["check", "reach", "compare"].into_iter();
+    sweeps.fold(Cli::command(), |all, sweeps| all.mut_subcommand(sweeps, constants))
 }
 
 /// Runs the command `meliora` with these arguments (the first one is the name of the program), and
@@ -148,21 +146,65 @@ fn fail(error: &Error, json: bool) -> Status {
     Status::of(error)
 }
 
-/// Parses the arguments; older spellings are accepted, with a note.
+/// Parses the arguments, in which options of PRISM may stand for ours.
 fn parsed(args: &[OsString]) -> Result<Cli, clap::Error> {
-    let args = spelling::in_our_words(args);
-    let parse = |args: &[OsString]| {
-        parser().try_get_matches_from(args).and_then(|matches| Cli::from_arg_matches(&matches))
+    let matches = parser().try_get_matches_from(with_options_of_prism(args))?;
+    Cli::from_arg_matches(&matches)
+}
+
+/// Replaces options of PRISM, such as `-const K=4`, by ours. (`-c onst` would give no constant a value.)
+fn with_options_of_prism(args: &[OsString]) -> Vec<OsString> {
+    const OPTIONS: [(&str, &str); 3] =
+        [("-const", "--const"), ("-pf", "--property"), ("-pctl", "--property")];
+    let end = args.iter().position(|arg| arg == "--").unwrap_or(args.len());
+    let own = |arg: &OsString| {
+        let found = OPTIONS.iter().find(|(theirs, _)| arg == theirs);
+        found.map_or_else(|| arg.clone(), |(_, own)| own.into())
     };
-    parse(&args).or_else(|error| {
-        let respelled = Respelled::of(&args);
-        let cli = parse(&respelled.args).map_err(|_| error)?;
-        respelled.tell();
-        Ok(cli)
-    })
+    args[..end].iter().map(own).chain(args[end..].iter().cloned()).collect()
 }
 
 /// Returns whether the arguments ask for JSON; also works for arguments that do not parse.
 fn asks_for_json(args: &[OsString]) -> bool {
     args.iter().skip(1).take_while(|a| *a != "--").any(|a| a == "--json" || a == "--instance")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_options_of_prism_are_ours() {
+        let args = |text: &str| text.split(' ').map(OsString::from).collect::<Vec<_>>();
+        for (theirs, own) in [
+            ("m info a -const K=4 -- -const", "m info a --const K=4 -- -const"),
+            ("m reach a -pf P>0[...]", "m reach a --property P>0[...]"),
+        ] {
+            assert_eq!(with_options_of_prism(&args(theirs)), args(own));
+        }
+    }
+
+    /// Splits a command line as a shell does.
+    fn words(line: &str) -> Vec<String> {
+        let parts = line.split('\'').enumerate();
+        let split = |(index, part): (usize, &str)| match index % 2 {
+            0 => part.split_whitespace().map(str::to_owned).collect::<Vec<_>>(),
+            _ => vec![part.to_owned()],
+        };
+        parts.flat_map(split).take_while(|word| word != ">").collect()
+    }
+
+    #[test]
+    fn every_command_has_two_examples_that_it_takes() {
+        let command = parser();
+        for sub in command.get_subcommands().filter(|sub| sub.get_name() != "help") {
+            let help = sub.get_after_help().map(ToString::to_string).unwrap_or_default();
+            let lines: Vec<&str> = help.lines().map(str::trim).filter(|l| l.starts_with("meliora")).collect();
+            assert_eq!(lines.len(), 2, "{}: {help}", sub.get_name());
+            for line in lines {
+                let parsed = command.clone().try_get_matches_from(words(line));
+                assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
+            }
+        }
+    }
 }

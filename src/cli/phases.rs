@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use meliora::supervise::run_phases;
 use meliora_engine::Engine;
 use meliora_model::error::Error;
 use meliora_planning::{Analysis, Event, Phase};
@@ -20,8 +19,8 @@ pub(super) fn run<E: Engine>(
     sink: &TerminalSink,
     listener: &mut dyn FnMut(Event<'_>),
 ) -> Result<(), Error> {
-    let report = |phase: &'static str, part: String| sink.report(phase, part);
-    run_phases(analysis, phases, &report, &mut |event| match event {
+    analysis.run_phases(phases, &mut |event| match event {
+        Event::Part(phase, part) => sink.report(phase.name(), part.to_owned()),
         Event::Finished(phase, _) => {
             let seconds = sink.finished(phase.name());
             listener(Event::Finished(phase, Duration::from_secs_f64(seconds)));

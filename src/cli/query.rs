@@ -21,6 +21,9 @@ use super::supervise::{Job, Limits, supervise};
 
 /// Count and list regions of a dump, or look up states, without the model
 #[derive(Debug, Clone, Args)]
+#[command(after_help = "Examples:
+  meliora query toy.dump 'sasi:1 & !sasi:2' --list 10
+  meliora query toy.dump reachable --where 's > 1' --count")]
 pub(super) struct QueryArgs {
     /// Directory of the dump
     #[arg(value_name = "DIR")]

@@ -3,20 +3,20 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use meliora::reach::{Asking, Target, Under};
-use meliora_engine::{Count, Engine, Scope};
+use meliora_engine::Scope;
 use meliora_model::error::Error;
-use meliora_quantities::answer::{Answer, PRECISION};
-use meliora_report::reach::Share;
-use meliora_report::{Number, ReachReport};
+use meliora_quantities::answer::PRECISION;
+use meliora_report::ReachReport;
+use meliora_report::properties::PropertyAnswer;
+use meliora_report::reach::OneQuestion;
 
-use super::engines;
 use super::exit::Status;
 use super::load::{self, Asked, Stated};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::progress::TerminalSink;
-use super::properties::{self, Several};
-use super::regions::{self, Regions};
+use super::properties::{self, Chosen};
+use super::questions::{self, Given};
+use super::regions::Regions;
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
 
@@ -24,6 +24,9 @@ use super::sweep::{self, SweepArgs};
 /// possibly
 #[derive(Debug, Clone, Args)]
 #[command(group = clap::ArgGroup::new("question"))]
+#[command(after_help = "Examples:
+  meliora reach models/robot5x5.prism --target 'r=4 & c=4 & e'
+  meliora reach models/robot5x5.prism --property 'P>0 [ F b=0 ]'")]
 pub(super) struct ReachArgs {
     #[command(flatten)]
     model: ModelArgs,
@@ -132,13 +135,31 @@ impl ReachArgs {
         self.out.as_deref().map(|out| Regions::new(out, &self.model, self.engine)).transpose()
     }
 
-    /// Reads the model and the question.
-    fn asked(&self, sink: &TerminalSink) -> Result<Asked, Error> {
-        let target = self.target.as_deref();
-        match self.stop_at_target {
-            true => load::stopping(&self.model, (target, self.property.first().map(String::as_str)), sink),
-            false => load::asked(&self.model, target, (&self.property, &self.require), sink),
+    /// Returns whether the report has the fields of one question: a target or a single property.
+    fn is_one(&self) -> bool {
+        self.properties.is_none() && !self.all_properties && self.property.len() <= 1
+    }
+
+    /// Reads the model and the questions. Returns them, and the properties of the report with the reasons why some
+    /// cannot be answered.
+    fn read(&self, sink: &TerminalSink) -> Result<(Asked, Vec<PropertyAnswer>), Error> {
+        if let Some(file) = &self.properties {
+            let chosen = Chosen { file, only: self.only.as_deref(), require: &self.require };
+            return properties::read(&chosen, &self.model, sink);
         }
+        if self.all_properties {
+            let (asked, all) = load::named(&self.model, &self.require, sink)?;
+            let entries = all.into_iter().map(|(name, refusal)| properties::entry(None, name, refusal));
+            return Ok((asked, entries.collect()));
+        }
+        let target = self.target.as_deref();
+        let asked = match self.stop_at_target {
+            true => load::stopping(&self.model, (target, self.property.first().map(String::as_str)), sink)?,
+            false => load::asked(&self.model, target, (&self.property, &self.require), sink)?,
+        };
+        let entry = |q: &Stated| PropertyAnswer::open(None, q.text.clone(), None);
+        let entries = asked.questions.iter().map(entry).collect();
+        Ok((asked, entries))
     }
 }
 
@@ -155,136 +176,23 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
     if let Some(status) = args.sweep.run(&args.model, &inputs, |first| args.rows(first), &args.shown)? {
         return Ok(status);
     }
-    if let Some(file) = args.properties {
-        let ReachArgs { model, engine, only, require, precision, out, shown, .. } = args;
-        let questions = properties::Questions { model, engine, file, only, require, precision, out };
-        return properties::run(questions, &shown);
-    }
-    if args.property.len() > 1 || args.all_properties {
-        let ReachArgs { model, engine, property, all_properties, require, precision, out, shown, .. } = args;
-        let asked = if all_properties { Several::Named } else { Several::Texts(property) };
-        return properties::several((model, engine, out), (asked, require, precision), &shown);
-    }
-    let asked = args.target.as_ref().or(args.property.first()).cloned().unwrap_or_default();
-    let header = args.engine.header(args.model.header());
-    let mut report = ReachReport::of_expression(header, &asked);
+    let mut report = ReachReport::new(args.engine.header(args.model.header()));
+    report.header.file = args.properties.as_ref().map(|file| file.display().to_string());
     report.stops_at_target = args.stop_at_target;
+    report.one =
+        args.is_one().then(|| OneQuestion { is_target: args.target.is_some(), ..Default::default() });
     let (limits, shown) = (args.model.limits(), args.shown.of(&args.model));
     supervise(report, limits, &shown, move |job| work(job, &args))
 }
 
 fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
-    let asked = job.timed("parse", || args.asked(&job.sink), |r, s| r.time.add("parse", s))?;
-    let Some(Stated { asking, text }) = asked.questions.first() else { return Ok(()) };
-    let program = asking.goal.program(&asked.program);
-    let out = args.regions()?;
-    let mut selected = match out {
-        Some(_) => args.engine.diagrams("`--out` writes diagrams"),
-        None => args.engine.select([&**program], &args.model),
-    };
-    job.update(|r| {
-        r.header.read(&asked.program);
-        r.header.select(&selected);
-    });
-    let Some(out) = out else {
-        let build =
-            || engines::engine_for(program, &args.model, &mut selected, asking.asks_for_number(), &job.sink);
-        let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
-        job.update(|r| r.header.select(&selected));
-        refuse_open(&*engine, &asked, asking)?;
-        return answer(job, &*engine, &asked, asking, args.precision).map(drop);
-    };
-    let build = || engines::symbolic(program, &args.model, &job.sink);
-    let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
-    refuse_open(&*engine, &asked, asking)?;
-    let (found, unsafe_states) = answer(job, &*engine, &asked, asking, args.precision)?;
-    let questions = [(asking, None, text.clone())];
-    let write = || out.write((&engine, &asked), &questions, &found, unsafe_states.as_ref(), &job.sink);
-    let written = job.timed("write", write, |_, _| ())?;
-    job.update(|r| r.written = Some(written));
-    Ok(())
-}
-
-/// Refuses a question that has no meaning for the initial states of the model.
-///
-/// # Errors
-/// The question has no meaning; a limit is hit.
-fn refuse_open<E: Engine>(engine: &E, asked: &Asked, asking: &Asking) -> Result<(), Error> {
-    match asking.refused(engine)? {
-        Some(reason) => Err(load::not_answered(&asked.questions[0].text, &reason)),
-        None => Ok(()),
+    let (asked, entries) = job.timed("parse", || args.read(&job.sink), |r, s| r.time.add("parse", s))?;
+    let open: Vec<usize> = (0..entries.len()).filter(|&at| entries[at].reason.is_none()).collect();
+    if open.is_empty() && !entries.is_empty() {
+        job.sink.warn("none of the properties can be answered: see the reasons");
     }
-}
-
-/// Computes the regions that the question needs. Each is added to the report as soon as it is known. Returns
-/// them within the states that are judged, and the unsafe states under requirements.
-fn answer<E: Engine>(
-    job: &Job<ReachReport>,
-    engine: &E,
-    asked: &Asked,
-    asking: &Asking,
-    precision: f64,
-) -> Result<regions::WithUnsafe<E::States>, Error> {
-    let played = asking.played(engine)?;
-    let engine = played.as_ref().unwrap_or(engine);
-    let under = Under::new(engine, &asked.program, &asking.goal)?;
-    // Counting is a part of building.
-    let count = || under.counts(&asking.goal);
-    let counts = job.timed("count", count, |r, s| r.time.add("build", s))?;
-    engines::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap.as_ref())?;
-    job.update(|r| (r.counts, r.escape) = (Some(counts), under.escape.clone()));
-    let engine = under.engine();
-    let (mut search, judged) = (asking.goal.search(engine)?, asking.goal.judged(engine)?);
-    if matches!(asking.goal.target, Target::States(_)) {
-        // The goal has states with monitors that are not fresh, which stand for the same model state.
-        let own = engine.intersection(&engine.all_states(), &judged)?;
-        let size = engine.count(&engine.intersection(&search.goal()?, &own)?)?;
-        if size == Count::ZERO {
-            job.sink.warn("no state satisfies the target");
-        }
-        job.update(|r| r.target = Some(size.into()));
-    }
-    if asking.question.is_some() {
-        job.update(|r| r.answer(&Answer::of(None)));
-    }
-    let mut kept = Vec::new();
-    for which in search.order(&asking.needed(&asked.program)) {
-        let start = job.begin(which.formula());
-        let states = search.region(which)?;
-        job.end(which.formula(), start, |r, s| r.time.add(which.name(), s));
-        let inside = engine.intersection(&states, &judged)?;
-        let found = Found::of(engine, &inside)?;
-        kept.push((0, which, inside));
-        let decided = under.decided(asking, &asked.program, search.known())?;
-        job.update(|r| {
-            *r.sizes.get_mut(which) = Some(found.size);
-            *r.initial.get_mut(which) = Some(found.share);
-            r.memory.peak_nodes = engine.usage().peak_nodes;
-            if asking.question.is_some() {
-                r.answer(&decided);
-            }
-        });
-    }
-    let found = (kept, under.unsafe_states().cloned());
-    if asking.question.is_none() {
-        return Ok(found);
-    }
-    let answered = || under.answer(asking, &asked.program, search.known(), precision);
-    let answer = job.timed("value", answered, |r, s| r.time.add("value", s))?;
-    job.update(|r| r.answer(&answer));
-    answer.end.map(|()| found)
-}
-
-/// The size of a region, and its share of the initial states.
-struct Found {
-    size: Number,
-    share: Share,
-}
-
-impl Found {
-    fn of<E: Engine>(engine: &E, states: &E::States) -> Result<Self, Error> {
-        let size = engine.count(states)?.into();
-        let share = Share::of_initial(engine, states)?;
-        Ok(Found { size, share })
-    }
+    job.update(|r| r.properties = entries);
+    let (model, engine, out) = (&args.model, args.engine, args.regions()?);
+    let given = Given { model, engine, out, precision: args.precision, is_one: args.is_one() };
+    questions::work(job, &given, &asked, &open)
 }

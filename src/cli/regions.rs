@@ -26,9 +26,6 @@ pub(super) struct Regions<'a> {
 /// The regions that were computed for the questions, by the positions of these.
 pub(super) type Found<S> = Vec<(usize, Which, S)>;
 
-/// These regions, and the unsafe states under requirements.
-pub(super) type WithUnsafe<S> = (Found<S>, Option<S>);
-
 impl<'a> Regions<'a> {
     /// Checks the directory, and that the engine has diagrams.
     ///

@@ -43,6 +43,9 @@ const RUNS: u64 = 100;
 /// The page is one file that loads nothing else. Its maps show SASI rank, SPI rank and class over
 /// two integer variables; sliders set the other variables. Without --out the page goes to stdout.
 #[derive(Debug, Clone, Args)]
+#[command(after_help = "Examples:
+  meliora report models/robot5x5.prism models/robot5x5.pref --out robot.html
+  meliora report models/fleet.prism models/fleet.pref -c L=3 --grid p1,p2 --out fleet.html")]
 pub(super) struct ReportArgs {
     #[command(flatten)]
     model: ModelArgs,

@@ -35,6 +35,9 @@ use super::terminal;
 /// After each improvement a run continues at the level of the new state. The default, a plan, makes
 /// all guaranteed improvements and then achieves a most preferred objective.
 #[derive(Debug, Clone, Args)]
+#[command(after_help = "Examples:
+  meliora simulate models/robot5x5.prism models/robot5x5.pref
+  meliora simulate models/robot5x5.prism models/robot5x5.pref --kind spi --scheduler permissive --seed 7")]
 pub(super) struct SimulateArgs {
     #[command(flatten)]
     model: ModelArgs,

@@ -38,6 +38,9 @@ const MOST_NODES: usize = 60;
 /// successors, and the reason why the strategy permits the action or not. In a game, a state of the
 /// opponent has all its actions, with what each of them leads to.
 #[derive(Debug, Clone, Args)]
+#[command(after_help = "Examples:
+  meliora strategy models/robot5x5.prism models/robot5x5.pref --rank 1 --limit 20 --csv states.csv
+  meliora strategy models/drone.prism models/drone.pref --choose likely")]
 pub(super) struct StrategyArgs {
     #[command(flatten)]
     model: ModelArgs,

@@ -37,6 +37,9 @@ const SHOWN: usize = 100;
 /// least expected cost where they are certain, and both for each action that the safety mode
 /// keeps, the best action first. All numbers are bounds that contain the true value.
 #[derive(Debug, Clone, Args)]
+#[command(after_help = "Examples:
+  meliora values models/drone.prism models/drone.pref
+  meliora values models/robot5x5.prism models/robot5x5.pref --all --levels 2 --csv values.csv")]
 pub(super) struct ValuesArgs {
     #[command(flatten)]
     model: ModelArgs,

@@ -25,6 +25,9 @@ use super::supervise::{Job, supervise};
 /// prints the first one and ends with exit status 1. If the certificate leaves out regions, because a limit ended
 /// `export`, names them and ends with exit status 4.
 #[derive(Debug, Clone, Args)]
+#[command(after_help = "Examples:
+  meliora verify toy.dump models/toy.prism models/toy.pref
+  meliora verify toy.dump models/toy.prism models/toy.pref --json")]
 pub(super) struct VerifyArgs {
     /// Directory of the dump
     #[arg(value_name = "DIR")]

@@ -15,8 +15,9 @@ use meliora_planning as planning;
 
 impl Analysis {
     /// Writes a dump with a certificate into a directory, as `meliora export` does; an older dump there
-    /// is replaced. `preferences` is their text. Cost: explores and analyses once more with the symbolic
-    /// engine, then one image per layer of each region.
+    /// is replaced. `preferences` is their text. Cost: the analysis once more, with the diagrams and the remembered results
+    /// of the symbolic engine, and then one image per layer of each region. The states of an explicit engine are
+    /// explored again as diagrams.
     ///
     /// # Errors
     /// The directory contains something else, or cannot be written; an objective is called `nothing`; a
@@ -24,9 +25,12 @@ impl Analysis {
     pub fn export(&self, preferences: &SourceFile, directory: &Path) -> Result<()> {
         check_directory(directory)?;
         let (program, settings) = (self.exploration().own_program(), self.whole_engine().settings().clone());
-        let sink = Arc::clone(&settings.sink);
-        let model = Arc::clone(&program.source);
-        let engine = Arc::new(SymbolicEngine::new(program, settings)?);
+        let (model, sink) = (Arc::clone(&program.source), Arc::clone(&settings.sink));
+        // Other players than those of the engine's program need a program of their own.
+        let engine = match self.whole_engine().symbolic() {
+            Some(engine) if Arc::ptr_eq(engine.program(), &program) => Arc::clone(engine),
+            _ => Arc::new(SymbolicEngine::new(program, settings)?),
+        };
         let own = Arc::new(self.preferences().clone());
         let mut analysis = planning::Analysis::new(&engine, &own, self.options());
         analysis.run(&mut |_| ())?;

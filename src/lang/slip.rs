@@ -3,22 +3,7 @@
 /// Returns true if two names differ only in case, by one wrong, missing or extra letter, or by two
 /// adjacent letters in the wrong order.
 pub(super) fn is_slip(a: &str, b: &str) -> bool {
-    if a.eq_ignore_ascii_case(b) {
-        return true;
-    }
-    let (long, short) =
-        if a.len() >= b.len() { (a.as_bytes(), b.as_bytes()) } else { (b.as_bytes(), a.as_bytes()) };
-    if short.len() < 3 || long.len() - short.len() > 1 {
-        return false;
-    }
-    let prefix = long.iter().zip(short).take_while(|(x, y)| x == y).count();
-    let rest = &short[prefix..];
-    if let ([a, b, end @ ..], [c, d, tail @ ..]) = (&long[prefix..], rest)
-        && (a, b, end) == (d, c, tail)
-    {
-        return true;
-    }
-    long[prefix + 1..] == rest[usize::from(long.len() == short.len())..]
+    a.eq_ignore_ascii_case(b) || a.len().min(b.len()) >= 3 && strsim::osa_distance(a, b) <= 1
 }
 
 #[cfg(test)]

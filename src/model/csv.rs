@@ -6,8 +6,6 @@
 
 use std::borrow::Cow;
 
-use ::csv::{Writer, WriterBuilder};
-
 use super::escape;
 
 /// Returns a text as a cell.
@@ -51,28 +49,28 @@ pub fn lines<R: IntoIterator<Item: AsRef<str>>>(rows: impl IntoIterator<Item = R
 }
 
 /// Lines that are written row by row.
-pub struct Lines(Writer<Vec<u8>>);
-
-impl Default for Lines {
-    fn default() -> Self {
-        Lines(WriterBuilder::new().flexible(true).from_writer(Vec::new()))
-    }
-}
+#[derive(Default)]
+pub struct Lines(String);
 
 impl Lines {
     /// Adds a row of texts, each of which becomes a [`cell`].
     pub fn push<R: IntoIterator<Item: AsRef<str>>>(&mut self, row: R) {
-        // Without a check of the lengths of rows, writing to memory does not fail.
-        for text in row {
-            let _ = self.0.write_field(cell(text.as_ref()).as_bytes());
+        let start = self.0.len();
+        for (at, text) in row.into_iter().enumerate() {
+            self.0 += if at == 0 { "" } else { "," };
+            let cell = cell(text.as_ref());
+            match cell.contains(['"', ',']) {
+                true => self.0 += &format!("\"{}\"", cell.replace('"', "\"\"")),
+                false => self.0 += &cell,
+            }
         }
-        let _ = self.0.write_record(None::<&[u8]>);
+        // Readers skip an empty line.
+        self.0 += if self.0.len() == start { "\"\"\n" } else { "\n" };
     }
 
     /// Returns all lines.
     pub fn text(self) -> String {
-        let bytes = self.0.into_inner().unwrap_or_default();
-        String::from_utf8(bytes).unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned())
+        self.0
     }
 }
 
@@ -84,6 +82,7 @@ mod tests {
     fn cells_are_quoted_where_needed_and_rows_may_differ_in_length() {
         let rows = [vec!["a", "b,c", "say \"d\""], vec!["two\nlines", ""]];
         assert_eq!(lines(rows), "a,\"b,c\",\"say \"\"d\"\"\"\ntwo\\nlines,\n");
+        assert_eq!(lines([[""]]), "\"\"\n", "an empty line would be no row");
     }
 
     #[test]

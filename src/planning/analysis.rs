@@ -74,17 +74,6 @@ impl<E: Engine> Analysis<E> {
         }
     }
 
-    /// Runs all phases in the order of [`Phase`]. A call after a limit continues where the last one
-    /// ended. Cost: that of the phases; see `WinningRegions::advance`, `Improvement::new` and
-    /// `super::levels::next_level`.
-    ///
-    /// # Errors
-    /// A limit of the engine is reached, or a target has no value in some state. Earlier results
-    /// stay in [`Analysis::result`].
-    pub fn run(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
-        self.run_phases(Phase::ALL, listener)
-    }
-
     /// Runs some phases one after the other; if both phases of levels are among them, their levels
     /// may be computed next to each other, in the first of these phases.
     ///
@@ -92,7 +81,15 @@ impl<E: Engine> Analysis<E> {
     /// The errors of [`Analysis::run_phase`].
     pub fn run_phases(&mut self, phases: &[Phase], listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         let both = Kind::ALL.iter().all(|&kind| phases.contains(&Phase::levels(kind)));
-        let end = phases.iter().try_for_each(|&phase| self.begin(phase, both, listener));
+        let (mut known, all) = (self.result.objectives.len(), self.preferences.objectives.len());
+        let mut tell = |event: Event<'_>| {
+            listener(event);
+            known += usize::from(matches!(event, Event::Objective(_)));
+            if let Some((phase, part)) = event.next_part(known, all) {
+                listener(Event::Part(phase, &part));
+            }
+        };
+        let end = phases.iter().try_for_each(|&phase| self.begin(phase, both, &mut tell));
         self.engine.dismiss_workers(false);
         end
     }
@@ -119,9 +116,9 @@ impl<E: Engine> Analysis<E> {
         self.check_game()?;
         self.restrict()?;
         match phase {
-            Phase::Counts => self.run_counts()?,
+            Phase::Counts => self.run_counts(listener)?,
             Phase::Outcomes => self.run_outcomes(listener)?,
-            Phase::Improvement => self.run_improvement()?,
+            Phase::Improvement => self.run_improvement(listener)?,
             Phase::Sasi => self.run_levels(Kind::Sasi, both, listener)?,
             Phase::Spi => self.run_levels(Kind::Spi, both, listener)?,
         }
@@ -162,10 +159,11 @@ impl<E: Engine> Analysis<E> {
         Ok(())
     }
 
-    fn run_counts(&mut self) -> Result<()> {
+    fn run_counts(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         let unsafe_states =
             self.requirements.as_ref().map(|r| self.engine.count(&r.unsafe_states)).transpose()?;
-        self.result.counts = Some(ModelCounts { unsafe_states, ..ModelCounts::of(&*self.whole)? });
+        let counts = ModelCounts { unsafe_states, ..ModelCounts::of(&*self.whole)? };
+        self.result.tell(Event::Counts(&counts), listener);
         Ok(())
     }
 
@@ -188,7 +186,8 @@ impl<E: Engine> Analysis<E> {
             let most_preferred = self.preferences.owned_names(&c.most_preferred);
             Ok(ClassCount { most_preferred, states, jointly: None, jointly_limit: None })
         };
-        self.result.classes = Some(classes.list.iter().map(count).collect::<Result<Vec<_>>>()?);
+        let counts = classes.list.iter().map(count).collect::<Result<Vec<_>>>()?;
+        self.result.tell(Event::Classes(&counts), listener);
         self.classes = Some(Arc::new(classes));
         Ok(())
     }
@@ -227,19 +226,20 @@ impl<E: Engine> Analysis<E> {
             };
             let Some(counts) = counts else { continue };
             let counts = ObjectiveCounts::new(&self.preferences, objective, counts);
-            listener(Event::Objective(&counts));
-            self.result.add(Event::Objective(&counts));
+            self.result.tell(Event::Objective(&counts), listener);
         }
         end.map(|next| next.is_some())
     }
 
     /// Computes the improvement MDP. Cost: see [`Improvement::new`].
-    fn run_improvement(&mut self) -> Result<()> {
+    fn run_improvement(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         let Some(classes) = &self.classes else { return Ok(()) };
         let improvement = Improvement::new(&*self.engine, classes, self.options.safety)?;
         let counts = self.result.counts.as_ref().filter(|_| self.requirements.is_none());
         let transitions = counts.map(|counts| &counts.transitions);
-        self.result.improvement = improvement.sizes(&*self.engine, transitions)?;
+        if let Some(sizes) = improvement.sizes(&*self.engine, transitions)? {
+            self.result.tell(Event::Improvement(&sizes), listener);
+        }
         self.improvement = Some(Arc::new(improvement));
         Ok(())
     }
@@ -257,24 +257,23 @@ impl<E: Engine> Analysis<E> {
             self.sasi.close();
             self.spi.close();
         }
-        let (search, counts, [counted, _]) = match kind {
-            Kind::Sasi => (&mut self.sasi, &mut self.result.sasi, self.counted.each_ref()),
-            Kind::Spi => {
-                let [sasi, spi] = self.counted.each_ref();
-                (&mut self.spi, &mut self.result.spi, [spi, sasi])
-            }
+        let [sasi, spi] = &self.counted;
+        let (search, counted) = match kind {
+            Kind::Sasi => (&mut self.sasi, sasi),
+            Kind::Spi => (&mut self.spi, spi),
         };
+        let result = &mut self.result;
         if let (Ok(()), Some(levels)) = (&end, search.open()) {
             while levels.advance(engine, classes, improvement, max)? {
-                level_search::count_levels(engine, levels, counted, counts, listener)?;
+                level_search::count_levels(engine, levels, counted, result, listener)?;
             }
             search.close();
         }
         // A limit may have left some of the levels uncounted.
         let levels = search.levels();
-        level_search::count_levels(engine, levels, counted, counts, listener)?;
+        level_search::count_levels(engine, levels, counted, result, listener)?;
         end?;
-        counts.end = match &levels.end {
+        let end = match &levels.end {
             None => LevelsEnd::Open,
             Some(End::Cut) => LevelsEnd::Cut,
             Some(End::Empty) => LevelsEnd::Empty,
@@ -282,6 +281,7 @@ impl<E: Engine> Analysis<E> {
                 LevelsEnd::Unbounded(level_search::count_of(engine, level, levels.found.len(), counted)?)
             }
         };
+        result.tell(Event::LevelsEnd(kind, &end), listener);
         Ok(())
     }
 
@@ -290,10 +290,11 @@ impl<E: Engine> Analysis<E> {
     ///
     /// # Errors
     /// The errors of `Joint::new`.
-    pub fn run_jointly(&mut self) -> Result<()> {
+    pub fn run_jointly(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         let joint = Joint::new(self)?;
         let classes = self.classes.iter().flat_map(|classes| &classes.list);
-        for (class, count) in classes.zip(self.result.classes.iter_mut().flatten()) {
+        let mut counts = self.result.classes.clone().unwrap_or_default();
+        for (class, count) in classes.zip(&mut counts) {
             let counted = |(set, states): (ObjectiveSet, E::States)| {
                 let objectives = self.preferences.owned_names(&set);
                 Ok(JointCount { objectives, states: self.engine.count(&states)? })
@@ -305,6 +306,7 @@ impl<E: Engine> Analysis<E> {
                 None => count.jointly_limit = Some(MOST),
             }
         }
+        self.result.tell(Event::Classes(&counts), listener);
         self.joint = Some(joint);
         Ok(())
     }

@@ -50,7 +50,7 @@ pub struct Sizes {
     #[serde(serialize_with = "decimal")]
     #[schemars(with = "Decimal")]
     pub transitions: Count,
-    /// The transitions of the model that are not kept, counted once.
+    /// The transitions that the requirements leave and the safety mode does not keep, counted once.
     #[serde(serialize_with = "decimal")]
     #[schemars(with = "Decimal")]
     pub dropped: Count,

@@ -6,7 +6,7 @@ use super::classes::Classes;
 use super::improvement::Improvement;
 use super::levels::{End, Kind, Level, Levels};
 use super::phases::Event;
-use super::result::LevelCounts;
+use super::result::AnalysisResult;
 use meliora_engine::parallel::{self, Port, Portable};
 use meliora_engine::{Count, Engine};
 use meliora_model::error::Result;
@@ -122,18 +122,17 @@ pub(super) fn search<E: Engine, const N: usize>(
     (counts, end)
 }
 
-/// Counts the new levels and reports them to the listener.
+/// Counts the new levels, adds them to the result and reports them to the listener.
 pub(super) fn count_levels<E: Engine>(
     engine: &E,
     levels: &Levels<E>,
     counted: &[Count],
-    counts: &mut LevelCounts,
+    result: &mut AnalysisResult,
     listener: &mut dyn FnMut(Event<'_>),
 ) -> Result<()> {
-    for level in &levels.found[counts.levels.len()..] {
-        let count = count_of(engine, level, counts.levels.len(), counted)?;
-        listener(Event::Level(levels.kind, counts.levels.len() + 1, &count));
-        counts.levels.push(count);
+    for at in result.levels(levels.kind).levels.len()..levels.found.len() {
+        let count = count_of(engine, &levels.found[at], at, counted)?;
+        result.tell(Event::Level(levels.kind, at + 1, &count), listener);
     }
     Ok(())
 }

@@ -4,9 +4,12 @@ use std::time::Duration;
 
 use strum::{IntoStaticStr, VariantArray};
 
+use super::analysis::Analysis;
+use super::improvement::Sizes;
 use super::levels::Kind;
-use super::result::{AnalysisResult, ObjectiveCounts};
-use meliora_engine::Count;
+use super::result::{AnalysisResult, ClassCount, LevelCounts, LevelsEnd, ModelCounts, ObjectiveCounts};
+use meliora_engine::{Count, Engine};
+use meliora_model::error::Result;
 
 /// The phases of an analysis, in their order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]
@@ -51,31 +54,95 @@ impl Phase {
     }
 }
 
-/// An event that the listener of an analysis receives.
+/// An event that the listener of an analysis receives. Together, the events have all results: see
+/// [`AnalysisResult::add`].
 #[derive(Debug, Clone, Copy)]
 pub enum Event<'a> {
     /// A phase begins.
     Started(Phase),
+    /// A part of a phase begins, such as `objective 2 of 5`; empty for a phase without parts.
+    Part(Phase, &'a str),
+    /// The sizes of the model are known.
+    Counts(&'a ModelCounts),
     /// The winning regions of an objective are known.
     Objective(&'a ObjectiveCounts),
+    /// The classes are known, or more is known about them.
+    Classes(&'a [ClassCount]),
+    /// The sizes of the improvement MDP are known.
+    Improvement(&'a Sizes),
     /// A level is known: its kind, its number (from 1) and its number of states.
     Level(Kind, usize, &'a Count),
+    /// There are no more levels of this kind, for this reason.
+    LevelsEnd(Kind, &'a LevelsEnd),
     /// A phase is complete, with its duration by [`meliora_model::progress::ProgressSink::clock`]. A phase
     /// that a limit ends has no such event.
     Finished(Phase, Duration),
 }
 
+impl<E: Engine> Analysis<E> {
+    /// Runs all phases in the order of [`Phase`]. A call after a limit continues where the last one
+    /// ended. Cost: that of the phases; see `WinningRegions::advance`, `Improvement::new` and
+    /// `super::levels::next_level`.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached, or a target has no value in some state. Earlier results
+    /// stay in [`Analysis::result`].
+    pub fn run(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
+        self.run_phases(Phase::ALL, listener)
+    }
+}
+
+impl Event<'_> {
+    /// Returns the part of a phase that begins after the event. `known` objectives of `all` are decided, with the one
+    /// of this event.
+    pub(super) fn next_part(self, known: usize, all: usize) -> Option<(Phase, String)> {
+        let objective = || (Phase::Outcomes, format!("objective {} of {all}", known + 1));
+        match self {
+            Event::Started(Phase::Outcomes) => Some(objective()),
+            Event::Started(phase @ (Phase::Sasi | Phase::Spi)) => Some((phase, "level 1".to_owned())),
+            Event::Started(phase) => Some((phase, String::new())),
+            Event::Objective(_) if known < all => Some(objective()),
+            Event::Level(kind, number, _) => Some((Phase::levels(kind), format!("level {}", number + 1))),
+            _ => None,
+        }
+    }
+}
+
 impl AnalysisResult {
-    /// Adds the counts of an event.
+    /// Adds the results of an event.
     pub fn add(&mut self, event: Event<'_>) {
         match event {
+            Event::Counts(counts) => self.counts = Some(counts.clone()),
             Event::Objective(counts) => {
                 self.objectives.push(counts.clone());
                 self.objectives.sort_by_key(|o| o.objective);
             }
-            Event::Level(Kind::Sasi, _, count) => self.sasi.levels.push(count.clone()),
-            Event::Level(Kind::Spi, _, count) => self.spi.levels.push(count.clone()),
-            Event::Started(_) | Event::Finished(..) => {}
+            Event::Classes(classes) => self.classes = Some(classes.to_vec()),
+            Event::Improvement(sizes) => self.improvement = Some(sizes.clone()),
+            Event::Level(kind, _, count) => self.levels_mut(kind).levels.push(count.clone()),
+            Event::LevelsEnd(kind, end) => self.levels_mut(kind).end = end.clone(),
+            Event::Started(_) | Event::Part(..) | Event::Finished(..) => {}
+        }
+    }
+
+    /// Adds the results of an event, and passes it on.
+    pub(super) fn tell(&mut self, event: Event<'_>, listener: &mut dyn FnMut(Event<'_>)) {
+        self.add(event);
+        listener(event);
+    }
+
+    /// Returns the levels of a kind.
+    pub fn levels(&self, kind: Kind) -> &LevelCounts {
+        match kind {
+            Kind::Sasi => &self.sasi,
+            Kind::Spi => &self.spi,
+        }
+    }
+
+    fn levels_mut(&mut self, kind: Kind) -> &mut LevelCounts {
+        match kind {
+            Kind::Sasi => &mut self.sasi,
+            Kind::Spi => &mut self.spi,
         }
     }
 }

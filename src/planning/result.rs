@@ -111,11 +111,8 @@ pub struct ObjectiveCounts {
     #[schemars(with = "Decimal")]
     pub target: Count,
     /// The number of states of its monitor; absent without a monitor.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "observer", skip_serializing_if = "Option::is_none")]
     pub monitor: Option<u64>,
-    /// Equal to `monitor`, under its former name.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub observer: Option<u64>,
     /// |ASWin(F)|, the number of states from which some strategy achieves it with probability 1.
     #[serde(serialize_with = "decimal")]
     #[schemars(with = "Decimal")]
@@ -125,7 +122,8 @@ pub struct ObjectiveCounts {
     #[serde(serialize_with = "decimal")]
     #[schemars(with = "Decimal")]
     pub positive: Count,
-    /// The share of the initial states from which some strategy achieves it with probability 1.
+    /// The share of the initial states from which some strategy achieves it with probability 1; in a game,
+    /// against every opponent.
     pub sure: Share,
     /// The share of the initial states from which some strategy achieves it with positive
     /// probability.
@@ -138,8 +136,7 @@ impl ObjectiveCounts {
         let RegionCounts { target, positive, almost_sure, sure, possible } = counts;
         let declared = &preferences.objectives[objective];
         let (name, monitor) = (declared.name.clone(), declared.monitor());
-        let observer = monitor;
-        ObjectiveCounts { objective, name, target, monitor, observer, almost_sure, positive, sure, possible }
+        ObjectiveCounts { objective, name, target, monitor, almost_sure, positive, sure, possible }
     }
 }
 
@@ -214,8 +211,7 @@ pub struct LevelCounts {
     #[serde(serialize_with = "decimals")]
     #[schemars(with = "Vec<Decimal>")]
     pub levels: Vec<Count>,
-    /// The reason why there are no more levels; in JSON the number of states of unbounded rank,
-    /// `null` if unknown or cut by `--max-level`.
+    /// The number of states of unbounded rank; `null` if unknown or cut by `--max-level`.
     #[serde(rename = "unbounded")]
     #[schemars(with = "Option<Decimal>")]
     pub end: LevelsEnd,
@@ -263,7 +259,8 @@ pub struct Escape {
     /// The requirement that the path violates, as written.
     #[schemars(with = "String")]
     pub violated: Option<String>,
-    /// A shortest path to the violation; empty if the state itself violates it.
+    /// A shortest path to the violation; from each of its states every action may lead to a violation.
+    /// Empty if the state itself violates it.
     pub path: Vec<EscapeStep>,
 }
 
@@ -332,7 +329,7 @@ struct Initial {
     /// declaration; `null` if unknown.
     sure: Option<Vec<String>>,
     /// The objectives that some strategy achieves from the state with positive probability, in the
-    /// order of declaration; `null` if unknown.
+    /// order of declaration; those of `sure` are among them; `null` if unknown.
     possible: Option<Vec<String>>,
     /// The most preferred outcomes, in the order of declaration.
     most_preferred: Vec<String>,

@@ -45,7 +45,7 @@ pub struct LevelValues {
     pub probability: Bound,
     /// The least expected cost until the last of them; `null` where they are not certain.
     pub cost: Option<Bound>,
-    /// The kept actions, best first.
+    /// The kept actions, best first; empty where no improvement is possible.
     pub actions: Vec<ActionValues>,
     /// The greatest probability of these improvements within 0, 1, 2, … steps; `null` if steps were
     /// not given (`--within`).

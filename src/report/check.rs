@@ -11,12 +11,12 @@ use super::number::grouped;
 use super::players::{self, PlayerSummary};
 use super::text::{self, Grid};
 use super::{Header, Style, ranks, unsafe_start};
-use meliora_engine::{Engine, Scope, Storage};
+use meliora_engine::{Engine, Storage};
 use meliora_model::Program;
 use meliora_model::error::Result;
 use meliora_model::preference::{Empty, History};
 use meliora_planning::result::{ClassCount, LevelCounts, Plan, Prospects};
-use meliora_planning::{Analysis, AnalysisResult, Rank, Safety};
+use meliora_planning::{Analysis, AnalysisResult, Rank};
 
 /// The results of `check`, in the order of the JSON fields.
 #[derive(Debug, Clone, Default, Serialize, JsonSchema)]
@@ -44,35 +44,7 @@ const WIDTH: usize = 78;
 /// The maximum number of listed initial states; `counts.initial` counts all.
 pub const LISTED: usize = 16;
 
-/// The inputs and the settings of an analysis.
-#[derive(Debug, Clone, Copy)]
-pub struct Subject<'a> {
-    /// The model.
-    pub program: &'a Program,
-    /// The name of the preference file.
-    pub preferences: &'a str,
-    /// The value of nothing.
-    pub empty: Empty,
-    /// The part of a path that counts.
-    pub history: History,
-    /// The engine.
-    pub storage: Storage,
-    /// The valuations that are states.
-    pub scope: Scope,
-    /// The safety mode.
-    pub safety: Safety,
-}
-
 impl CheckReport {
-    /// Creates the report of an analysis without results.
-    pub fn about(subject: Subject<'_>) -> Self {
-        let header = Header { scope: Some(subject.scope), ..Header::of_model(&subject.program.source.name) };
-        let header = header.with_engine(subject.storage.name());
-        let mut report = CheckReport::new(header.with_preferences(subject.preferences, subject.safety));
-        report.read(subject.program, subject.empty, subject.history);
-        report
-    }
-
     /// Creates the report of the results of an analysis so far; `preferences` is the name of the
     /// preference file. Cost: see [`Analysis::prospects`].
     ///
@@ -84,15 +56,9 @@ impl CheckReport {
         preferences: &str,
     ) -> Result<Self> {
         let (engine, read) = (analysis.engine(), analysis.preferences());
-        let mut report = CheckReport::about(Subject {
-            program,
-            preferences,
-            empty: read.empty,
-            history: read.history,
-            storage,
-            scope: engine.settings().scope,
-            safety: analysis.options().safety,
-        });
+        let header = Header::of_engine(program, storage, engine.settings().scope);
+        let mut report = CheckReport::new(header.with_preferences(preferences, analysis.options().safety));
+        report.read(program, read.empty, read.history);
         report.header.read_conditions(read.predicates());
         report.players = PlayerSummary::all(program, analysis.whole_engine())?;
         report.result = analysis.result().clone();

@@ -21,7 +21,8 @@ const SHOWN: usize = 20;
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "cycle")]
 pub struct Cycle {
-    /// The steps, with the successors that are best for the strategy.
+    /// The steps, with the successors that come closest to an improvement; at least one of the repeated ones
+    /// improves.
     pub steps: Vec<CycleStep>,
     /// The position of the step, from 0, that comes again after the last one.
     pub repeats_from: usize,

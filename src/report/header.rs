@@ -73,10 +73,10 @@ impl Header {
         self
     }
 
-    /// Adds the name of the engine.
-    pub fn with_engine(mut self, name: &'static str) -> Self {
-        self.engine = Some(name);
-        self
+    /// Creates the header for a model that an engine has explored.
+    pub fn of_engine(program: &Program, storage: Storage, scope: Scope) -> Self {
+        let header = Header::of_model(&program.source.name);
+        Header { engine: Some(storage.name()), scope: Some(scope), ..header }
     }
 
     /// Adds the engine that is taken, and why.

@@ -25,7 +25,8 @@ const MOST_NAMES: usize = 6;
 pub struct InfoFindings {
     /// The sizes of the model; `null` if unknown.
     pub counts: Option<ModelCounts>,
-    /// The variables of the diagram from the top; `null` for the explicit engine, or if unknown.
+    /// The variables of the diagrams from the root down: `x.2` is bit 2 of `x`, a Boolean has its name; `null` for the
+    /// explicit engine, or if unknown.
     pub order: Option<Vec<String>>,
     /// The sizes of diagrams; `null` for the explicit engine, or if unknown.
     pub nodes: Option<Nodes>,

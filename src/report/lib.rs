@@ -24,6 +24,7 @@ pub mod cycle;
 pub mod envelope;
 pub(crate) mod explicit;
 pub(crate) mod export;
+pub mod fields;
 pub(crate) mod header;
 pub mod info;
 pub(crate) mod number;
@@ -46,12 +47,18 @@ pub mod sweep;
 pub mod values;
 pub(crate) mod verify;
 
+#[cfg(test)]
+mod python_types;
 mod ranks;
 mod simulate_text;
 mod state_text;
+#[cfg(test)]
+mod tables;
 mod text;
 mod unsafe_start;
 mod values_text;
+#[cfg(test)]
+mod written;
 
 pub use check::CheckReport;
 pub use compare::CompareReport;
@@ -61,7 +68,6 @@ pub use header::Header;
 pub use info::InfoReport;
 pub use number::Number;
 pub use page::PageReport;
-pub use properties::PropertiesReport;
 pub use query::QueryReport;
 pub use reach::ReachReport;
 pub use report::FailureKind;
@@ -71,3 +77,24 @@ pub use strategy::{StrategyReport, Written};
 pub use style::Style;
 pub use values::ValuesReport;
 pub use verify::VerifyReport;
+
+/// The derivation of the schema of a report.
+type Raw = fn(&mut schemars::SchemaGenerator) -> serde_json::Value;
+
+/// The reports with the names of their schemas.
+const REPORTS: &[(&str, Raw)] = &[
+    ("check", schema::raw::<CheckReport>),
+    ("compare", schema::raw::<CompareReport>),
+    ("error", schema::raw::<Failure>),
+    ("export", schema::raw::<ExportReport>),
+    ("export", schema::raw::<ExplicitReport>),
+    ("info", schema::raw::<InfoReport>),
+    ("query", schema::raw::<QueryReport>),
+    ("reach", schema::raw::<ReachReport>),
+    ("report", schema::raw::<PageReport>),
+    ("simulate", schema::raw::<SimulateReport>),
+    ("strategy", schema::raw::<StrategyReport>),
+    ("sweep", schema::raw::<sweep::SweepReport>),
+    ("values", schema::raw::<ValuesReport>),
+    ("verify", schema::raw::<VerifyReport>),
+];

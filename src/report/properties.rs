@@ -1,40 +1,16 @@
-//! The report of `meliora reach` with several properties.
+//! The answers to the questions of `meliora reach`.
 
 use std::fmt::Write;
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::envelope::{Envelope, Findings, Phase};
-use super::export::WrittenRegions;
-use super::reach::ReachFindings;
 use super::text::Grid;
-use super::{Number, Style, unsafe_start};
+use super::{Number, Style};
 use meliora_engine::regions::{Regions, Which};
 use meliora_model::decimal::readable;
-use meliora_planning::result::{Escape, ModelCounts};
 use meliora_quantities::answer::Answer;
 use meliora_quantities::state_values::Bound;
-
-/// The answers to the properties of a file or of the command line.
-#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
-#[schemars(rename = "reach")]
-pub struct PropertiesFindings {
-    /// The sizes of the model; `null` if unknown.
-    pub counts: Option<ModelCounts>,
-    /// An initial state from which no strategy keeps `--require`: no property holds, and no quantity
-    /// has a value; absent without such a state.
-    #[serde(rename = "unsafe", skip_serializing_if = "Option::is_none")]
-    pub escape: Option<Escape>,
-    /// The properties in their order.
-    pub properties: Vec<PropertyAnswer>,
-    /// The dump of `--out`; absent without `--out`, and if it was not written.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub written: Option<WrittenRegions>,
-}
-
-/// The report with times and memory.
-pub type PropertiesReport = Envelope<PropertiesFindings>;
 
 /// The numbers of states of the four regions; `None` while a region is not known.
 pub type Sizes = Regions<Option<Number>>;
@@ -106,28 +82,6 @@ impl PropertyAnswer {
     }
 }
 
-impl PropertiesFindings {
-    fn table(&self, style: Style) -> String {
-        let answered = || self.properties.iter().filter(|p| p.reason.is_none());
-        let columns = [Which::PmaxOne, Which::PmaxPositive, Which::PminOne, Which::PminPositive];
-        let is_known = |which: &Which| answered().any(|p| p.sizes.get(*which).is_some());
-        let columns: Vec<Which> = columns.into_iter().filter(is_known).collect();
-        let names = columns.iter().map(|which| which.formula());
-        let headings: Vec<&str> =
-            ["property"].into_iter().chain(names).chain(["in the initial states"]).collect();
-        let mut grid = Grid::new(&headings, style);
-        for answer in answered() {
-            let count =
-                |which: &Which| answer.sizes.get(*which).as_ref().map_or_else(String::new, Number::grouped);
-            let mut row = vec![title(answer)];
-            row.extend(columns.iter().map(count));
-            row.push(answer.text());
-            grid.row(row);
-        }
-        grid.text(style)
-    }
-}
-
 /// Formats the bounds of a value: one number if they are equal, otherwise an interval.
 pub(super) fn shown(value: &Bound) -> String {
     match value.lower == value.upper {
@@ -142,36 +96,41 @@ fn title(answer: &PropertyAnswer) -> String {
     answer.name.as_ref().map_or_else(|| text.clone(), |name| format!("\"{name}\": {text}"))
 }
 
-impl Findings for PropertiesFindings {
-    const SCHEMA: &str = "meliora.reach/1";
-    const HEADER: (&[&str], &[&str]) = (&["model", "scope"], &["file", "engine", "engine_reason"]);
-    const PHASES: &[Phase] = ReachFindings::PHASES;
-
-    fn is_no(&self) -> bool {
-        self.properties.iter().any(|p| p.holds == Some(false))
+/// Lists the answers: a table, and the reasons why others have none.
+pub(super) fn list(answers: &[PropertyAnswer], style: Style) -> String {
+    let mut out = String::new();
+    if answers.iter().any(|p| p.reason.is_none()) {
+        let _ = write!(out, "\n{}\n{}", style.bold("Properties"), table(answers, style));
     }
-
-    fn is_unread(&self) -> bool {
-        let no_answer = |p: &PropertyAnswer| p.reason.is_some() && p.value.is_none() && p.holds.is_none();
-        !self.properties.is_empty() && self.properties.iter().all(no_answer)
-    }
-
-    fn body(report: &PropertiesReport, style: Style) -> String {
-        let mut out = unsafe_start::text(report.escape.as_ref(), style);
-        out += &report.header.sizes(report.counts.as_ref(), style);
-        if report.properties.iter().any(|p| p.reason.is_none()) {
-            let _ = write!(out, "\n{}\n{}", style.bold("Properties"), report.table(style));
+    let others = answers.iter().filter_map(|p| Some((p, p.reason.as_deref()?)));
+    for (index, (answer, reason)) in others.enumerate() {
+        if index == 0 {
+            let _ = write!(out, "\n{}\n", style.bold("Not answered"));
         }
-        let others = report.properties.iter().filter_map(|p| Some((p, p.reason.as_deref()?)));
-        for (index, (answer, reason)) in others.enumerate() {
-            if index == 0 {
-                let _ = write!(out, "\n{}\n", style.bold("Not answered"));
-            }
-            let place = answer.line.zip(answer.column);
-            let place =
-                place.map_or_else(String::new, |(line, column)| format!("line {line}, column {column}: "));
-            let _ = writeln!(out, "  {}\n    {place}{reason}", title(answer));
-        }
-        out + &report.written.as_ref().map(WrittenRegions::text).unwrap_or_default()
+        let place = answer.line.zip(answer.column);
+        let place =
+            place.map_or_else(String::new, |(line, column)| format!("line {line}, column {column}: "));
+        let _ = writeln!(out, "  {}\n    {place}{reason}", title(answer));
     }
+    out
+}
+
+fn table(answers: &[PropertyAnswer], style: Style) -> String {
+    let answered = || answers.iter().filter(|p| p.reason.is_none());
+    let columns = [Which::PmaxOne, Which::PmaxPositive, Which::PminOne, Which::PminPositive];
+    let is_known = |which: &Which| answered().any(|p| p.sizes.get(*which).is_some());
+    let columns: Vec<Which> = columns.into_iter().filter(is_known).collect();
+    let names = columns.iter().map(|which| which.formula());
+    let headings: Vec<&str> =
+        ["property"].into_iter().chain(names).chain(["in the initial states"]).collect();
+    let mut grid = Grid::new(&headings, style);
+    for answer in answered() {
+        let count =
+            |which: &Which| answer.sizes.get(*which).as_ref().map_or_else(String::new, Number::grouped);
+        let mut row = vec![title(answer)];
+        row.extend(columns.iter().map(count));
+        row.push(answer.text());
+        grid.row(row);
+    }
+    grid.text(style)
 }

@@ -2,20 +2,20 @@
 
 use std::fmt::Write;
 
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema};
 use serde::Serialize;
+use serde_json::Value as Json;
 
 use super::envelope::{Envelope, Findings, Phase};
 use super::export::WrittenRegions;
-use super::header::Header;
-use super::properties::{PropertyAnswer, Sizes, shown};
+use super::fields::is_nullable;
+use super::properties::{self, PropertyAnswer, Sizes, shown};
 use super::text::Grid;
 use super::{Number, Style, unsafe_start};
 use meliora_engine::regions::Regions;
 pub use meliora_planning::result::Share;
 use meliora_planning::result::{Escape, ModelCounts};
 use meliora_quantities::answer::Answer;
-use meliora_quantities::state_values::Bound;
 
 /// The results of `reach`, in the order of the JSON fields.
 #[derive(Debug, Clone, Default, Serialize, JsonSchema)]
@@ -31,9 +31,20 @@ pub struct ReachFindings {
     /// has a value; absent without such a state.
     #[serde(rename = "unsafe", skip_serializing_if = "Option::is_none")]
     pub escape: Option<Escape>,
-    /// The target or the property.
-    #[serde(skip)]
-    pub expression: String,
+    /// The fields of one question; absent with several properties.
+    #[serde(flatten)]
+    pub one: Option<OneQuestion>,
+    /// The questions in their order: the properties, or the target.
+    pub properties: Vec<PropertyAnswer>,
+    /// The dump of `--out`; absent without `--out`, and if it was not written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub written: Option<WrittenRegions>,
+}
+
+/// The fields of a run with one question, a target or a property.
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[schemars(transform = keep_null)]
+pub struct OneQuestion {
     /// The number of target states; absent with several properties, `null` if unknown or not a
     /// reachability question.
     pub target: Option<Number>,
@@ -46,18 +57,22 @@ pub struct ReachFindings {
     /// if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub holds: Option<bool>,
-    /// The value of the property over the initial states.
+    /// True for a target, which has no verdict.
     #[serde(skip)]
-    pub value: Option<Bound>,
-    /// The reason why a quantity that was asked for has no value.
-    #[serde(skip)]
-    pub no_value: Option<&'static str>,
-    /// The properties in their order; absent with `--target`.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub properties: Vec<PropertyAnswer>,
-    /// The dump of `--out`; absent without `--out`, and if it was not written.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub written: Option<WrittenRegions>,
+    pub is_target: bool,
+}
+
+/// Says of the fields that may be `null` that they are so even where they may be absent.
+fn keep_null(schema: &mut Schema) {
+    let properties = schema.get_mut("properties").and_then(Json::as_object_mut);
+    for (name, field) in properties.into_iter().flatten() {
+        if name != "holds"
+            && is_nullable(field)
+            && let Json::Object(field) = field
+        {
+            field.insert("nullable".to_owned(), true.into());
+        }
+    }
 }
 
 /// The report with times and memory.
@@ -79,16 +94,9 @@ const NAMES_IN_GAMES: [&str; 4] = [
     "the opponent can enforce it possibly  (Pmin > 0)",
 ];
 
-impl ReachReport {
-    /// Creates a report without results.
-    pub fn of_expression(header: Header, expression: &str) -> Self {
-        Envelope::of(header, ReachFindings { expression: expression.to_owned(), ..Default::default() })
-    }
-}
-
 impl Findings for ReachFindings {
     const SCHEMA: &str = "meliora.reach/1";
-    const HEADER: (&[&str], &[&str]) = (&["model", "scope"], &["engine", "engine_reason"]);
+    const HEADER: (&[&str], &[&str]) = (&["model", "scope"], &["file", "engine", "engine_reason"]);
     const PHASES: &[Phase] = &[
         Phase::new("parse", "Reading model and target"),
         Phase::BUILD,
@@ -100,7 +108,12 @@ impl Findings for ReachFindings {
     ];
 
     fn is_no(&self) -> bool {
-        self.holds == Some(false)
+        self.properties.iter().any(|p| p.holds == Some(false))
+    }
+
+    fn is_unread(&self) -> bool {
+        let no_answer = |p: &PropertyAnswer| p.reason.is_some() && p.value.is_none() && p.holds.is_none();
+        !self.properties.is_empty() && self.properties.iter().all(no_answer)
     }
 
     fn body(report: &ReachReport, style: Style) -> String {
@@ -109,41 +122,50 @@ impl Findings for ReachFindings {
         if report.stops_at_target && report.counts.is_some() {
             out += "The states behind those that decide the question are not explored, nor counted.\n";
         }
-        if let Some(target) = &report.target {
-            let _ = write!(out, "\n{}\n", style.bold(&format!("Reaching {}", report.expression)));
-            let _ = writeln!(out, "  target states  {}", target.grouped());
-            if report.sizes.any() {
-                out += &report.regions(report.header.is_game(), style);
-            }
-        } else if report.sizes.any() {
-            let _ = write!(out, "\n{}\n", style.bold(&format!("Satisfying {}", report.expression)));
-            out += &report.regions(report.header.is_game(), style);
-        }
-        if let Some(value) = &report.value {
-            let _ = write!(out, "\nThe value in the initial states: {}\n", style.bold(&shown(value)));
-        }
-        if let Some(reason) = &report.no_value {
-            let _ = write!(out, "\nThe property has no value: {}.\n", style.bad(reason));
-        }
-        if let Some(holds) = report.holds {
-            let verdict = if holds { style.good("holds") } else { style.bad("does not hold") };
-            let _ = write!(out, "\nThe property {verdict} in all initial states.\n");
-        }
-        if report.properties.iter().any(PropertyAnswer::is_open) {
-            let _ = write!(out, "\nThe property is not decided.\n");
-        }
+        out += &match (&report.one, report.properties.first()) {
+            (Some(one), Some(answer)) => one.text(answer, report.header.is_game(), style),
+            _ => properties::list(&report.properties, style),
+        };
         out + &report.written.as_ref().map(WrittenRegions::text).unwrap_or_default()
     }
 }
 
 impl ReachFindings {
-    /// Adds the answer to a property; so far, it may be incomplete.
-    pub fn answer(&mut self, answer: &Answer) {
-        (self.holds, self.value, self.no_value) = (answer.holds, answer.value.clone(), answer.no_value);
-        let mut listed = PropertyAnswer::open(None, self.expression.clone(), None);
-        listed.answer(answer);
-        listed.sizes = self.sizes.clone();
-        self.properties = vec![listed];
+    /// Adds the answer to a question; so far, it may be incomplete.
+    pub fn answer(&mut self, position: usize, answer: &Answer) {
+        self.properties[position].answer(answer);
+        if let Some(one) = &mut self.one {
+            one.holds = answer.holds;
+        }
+    }
+}
+
+impl OneQuestion {
+    fn text(&self, answer: &PropertyAnswer, is_game: bool, style: Style) -> String {
+        let mut out = String::new();
+        if let Some(target) = &self.target {
+            let _ = write!(out, "\n{}\n", style.bold(&format!("Reaching {}", answer.property)));
+            let _ = writeln!(out, "  target states  {}", target.grouped());
+        } else if self.sizes.any() {
+            let _ = write!(out, "\n{}\n", style.bold(&format!("Satisfying {}", answer.property)));
+        }
+        if self.sizes.any() {
+            out += &self.regions(is_game, style);
+        }
+        if let Some(value) = answer.value.iter().flatten().next() {
+            let _ = write!(out, "\nThe value in the initial states: {}\n", style.bold(&shown(value)));
+        }
+        if let Some(reason) = &answer.reason {
+            let _ = write!(out, "\nThe property has no value: {}.\n", style.bad(reason));
+        }
+        if let Some(holds) = answer.holds {
+            let verdict = if holds { style.good("holds") } else { style.bad("does not hold") };
+            let _ = write!(out, "\nThe property {verdict} in all initial states.\n");
+        }
+        if answer.is_open() && !self.is_target {
+            let _ = write!(out, "\nThe property is not decided.\n");
+        }
+        out
     }
 
     fn regions(&self, is_game: bool, style: Style) -> String {

@@ -6,17 +6,13 @@ use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, SchemaGenerator};
 use serde_json::{Map, Value as Json, json};
 
-use super::sweep::SweepReport;
-use super::{
-    CheckReport, CompareReport, ExplicitReport, ExportReport, Failure, InfoReport, PageReport,
-    PropertiesReport, QueryReport, ReachReport, SimulateReport, StrategyReport, ValuesReport, VerifyReport,
-};
+use super::REPORTS;
 
 /// The parts that several reports have. The schema [`COMMON`] describes them.
 const PARTS: &[&str] = &["bound", "bounds", "count", "counts", "memory", "model", "rank", "state"];
 
 /// The name of the schema of the parts.
-const COMMON: &str = "common";
+pub(super) const COMMON: &str = "common";
 
 /// The reports that are parts of others.
 const INNER: &[&str] = &["check", "compare", "error", "reach"];
@@ -25,23 +21,7 @@ const INNER: &[&str] = &["check", "compare", "error", "reach"];
 /// each other as files, such as `error.json` and `common.json#/$defs/count`.
 pub fn schemas() -> BTreeMap<&'static str, Json> {
     let mut generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
-    let reports = [
-        ("check", raw::<CheckReport>(&mut generator)),
-        ("compare", raw::<CompareReport>(&mut generator)),
-        ("error", raw::<Failure>(&mut generator)),
-        ("export", raw::<ExportReport>(&mut generator)),
-        ("export", raw::<ExplicitReport>(&mut generator)),
-        ("info", raw::<InfoReport>(&mut generator)),
-        ("query", raw::<QueryReport>(&mut generator)),
-        ("reach", raw::<ReachReport>(&mut generator)),
-        ("reach", raw::<PropertiesReport>(&mut generator)),
-        ("report", raw::<PageReport>(&mut generator)),
-        ("simulate", raw::<SimulateReport>(&mut generator)),
-        ("strategy", raw::<StrategyReport>(&mut generator)),
-        ("sweep", raw::<SweepReport>(&mut generator)),
-        ("values", raw::<ValuesReport>(&mut generator)),
-        ("verify", raw::<VerifyReport>(&mut generator)),
-    ];
+    let reports = REPORTS.iter().map(|(name, raw)| (*name, raw(&mut generator))).collect::<Vec<_>>();
     let definitions = generator.take_definitions(false);
     let outside = Finish { definitions: &definitions, common: format!("{COMMON}.json") };
     let mut all: BTreeMap<&str, Json> = BTreeMap::new();
@@ -59,7 +39,8 @@ pub fn schemas() -> BTreeMap<&'static str, Json> {
     all.into_iter().map(|(name, schema)| (name, titled(name, schema))).collect()
 }
 
-fn raw<T: JsonSchema>(generator: &mut SchemaGenerator) -> Json {
+/// Returns the schema of a type, as it is derived.
+pub(super) fn raw<T: JsonSchema>(generator: &mut SchemaGenerator) -> Json {
     T::json_schema(generator).to_value()
 }
 
@@ -231,26 +212,7 @@ fn never_null(schema: &mut Map<String, Json>) {
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
-    use std::path::Path;
-
     use super::*;
-
-    #[test]
-    fn the_files_have_the_schemas_of_the_reports() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/schema");
-        let accepts = std::env::var("INSTA_UPDATE").is_ok_and(|update| update == "always");
-        let schemas = schemas();
-        for (name, schema) in &schemas {
-            let (path, text) = (folder.join(format!("{name}.json")), format!("{schema:#}\n"));
-            if accepts {
-                fs::write(&path, &text).unwrap();
-            }
-            let same = fs::read_to_string(&path).is_ok_and(|written| written == text);
-            assert!(same, "docs/schema/{name}.json is out of date; INSTA_UPDATE=always writes it again");
-        }
-        assert_eq!(fs::read_dir(folder).unwrap().count(), schemas.len());
-    }
 
     #[test]
     fn a_field_that_may_be_absent_is_null_only_if_it_says_so() {

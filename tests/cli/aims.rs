@@ -33,7 +33,7 @@ fn objectives_that_go_together_are_achieved_in_one_path() {
                 assert_eq!((&achieved["objective"], &achieved["plays"]), (&json!(name), &json!(1000)));
             }
             for scheduler in ["progress", "permissive"] {
-                let given = format!("{hall} --kind achieve --objective D,C --strategy {scheduler} --json");
+                let given = format!("{hall} --kind achieve --objective D,C --scheduler {scheduler} --json");
                 let runs = &run(&format!("simulate {given}")).expect(0).json()["plays"][0];
                 assert_eq!(runs["achieved_runs"], 1000, "{history}");
             }

@@ -211,7 +211,7 @@ fn the_text_shows_both_numbers() {
     assert!(text.contains("survey  permitted, most likely to improve"), "{text}");
     let text = run(&format!("strategy {drone} --choose cheap")).expect(0).stdout;
     assert!(text.contains("Attains: 1 improvement with probability 1, 1 step expected"), "{text}");
-    let table = run(&format!("strategy {drone} --choose likely --csv")).expect(0).stdout;
+    let table = run(&format!("strategy {drone} --choose likely --csv -")).expect(0).stdout;
     assert!(table.lines().any(|line| line.contains("survey,true,true,true,true")), "{table}");
 }
 

@@ -1,54 +1,26 @@
-//! The types of the reports give a JSON schema of each `--json` object. `docs/schema` has these
-//! schemas, and `docs/json.md` shows the same fields with their types. Every output fits its schema, in the
-//! order of its fields too, and every field occurs in some output.
+//! The types of the reports give a JSON schema of each `--json` object. Every output fits its schema, in the order of
+//! its fields too, and every field occurs in some output.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 
 use jsonschema::{Registry, Validator};
 use serde_json::{Map, Value, json};
 
 use crate::common::{Scratch, run};
 
-/// The section of the page with the fields that most reports share.
-const SHARED: &str = "every report";
 /// The schema of the parts that several reports have.
 const COMMON: &str = "common";
 
-/// A field: its type in the words of the page, and whether it is in every object and never null.
+/// A field: its type in words, and whether it is in every object and never null.
 type Field = (String, bool);
-/// The fields of each section of the page, or of each schema, by path.
+/// The fields of each report and part, by path.
 type Fields = BTreeMap<String, BTreeMap<String, Field>>;
 
-/// Reads the tables of the page that have fields.
-fn page() -> Fields {
-    let text = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/json.md")).unwrap();
-    let (mut page, mut section, mut fields) = (Fields::new(), String::new(), false);
-    for line in text.lines() {
-        if let Some(heading) = line.strip_prefix('#') {
-            section = heading.trim_start_matches('#').trim().to_lowercase();
-        }
-        fields = line.starts_with("| field |") || (fields && line.starts_with('|'));
-        let cells: Vec<&str> = line.trim_matches('|').split(" | ").map(str::trim).collect();
-        if let (true, [path, ty, _, absent]) = (fields, cells.as_slice())
-            && let Some(path) = path.strip_prefix('`').and_then(|path| path.strip_suffix('`'))
-        {
-            let ty = ty.trim_start_matches('[').split(']').next().unwrap().to_owned();
-            let double =
-                page.entry(section.clone()).or_default().insert(path.to_owned(), (ty, *absent == "–"));
-            assert!(double.is_none(), "{section}: `{path}` twice");
-        }
-    }
-    page
-}
-
 /// Returns the schemas, by name. They are made strict: a field that they do not name is an error.
-fn schemas() -> BTreeMap<String, Value> {
-    let strict = |(name, mut schema): (&str, Value)| {
-        forbid_others(&mut schema);
-        (name.to_owned(), schema)
-    };
-    meliora_report::schema::schemas().into_iter().map(strict).collect()
+fn schemas() -> BTreeMap<&'static str, Value> {
+    let mut schemas = meliora_report::schema::schemas();
+    schemas.values_mut().for_each(forbid_others);
+    schemas
 }
 
 fn forbid_others(schema: &mut Value) {
@@ -69,50 +41,29 @@ fn address(name: &str) -> String {
 }
 
 /// Builds the validators of all reports, by name.
-fn validators(schemas: &BTreeMap<String, Value>) -> BTreeMap<String, Validator> {
+fn validators(schemas: &BTreeMap<&'static str, Value>) -> BTreeMap<&'static str, Validator> {
     let all = schemas.iter().fold(Registry::new(), |all, (name, schema)| {
         all.add(address(name), schema.clone()).expect("an address")
     });
     let registry = all.prepare().expect("references that lead to a schema");
-    let reports = schemas.iter().filter(|(name, _)| *name != COMMON);
-    let build = |(name, schema): (&String, &Value)| {
+    let reports = schemas.iter().filter(|(name, _)| **name != COMMON);
+    let build = |(&name, schema): (&&'static str, &Value)| {
         let options = jsonschema::options().with_registry(&registry).with_base_uri(address(name));
-        (name.clone(), options.build(schema).unwrap_or_else(|e| panic!("{name}: {e}")))
+        (name, options.build(schema).unwrap_or_else(|e| panic!("{name}: {e}")))
     };
     reports.map(build).collect()
 }
 
 /// Returns the fields that the schemas name: those of each report, and of each common part.
-fn described(schemas: &BTreeMap<String, Value>) -> Fields {
-    let mut fields = Fields::new();
-    for (name, schema) in schemas.iter().filter(|(name, _)| *name != COMMON) {
-        add_fields(schema, "", fields.entry(name.clone()).or_default());
-    }
-    for (name, part) in schemas[COMMON]["$defs"].as_object().unwrap() {
-        if part.get("properties").is_some() {
-            add_fields(part, "", fields.entry(name.clone()).or_default());
-        }
-    }
-    fields
-}
-
-fn add_fields(object: &Value, prefix: &str, fields: &mut BTreeMap<String, Field>) {
-    let required = |name: &str| object["required"].as_array().is_some_and(|all| all.contains(&json!(name)));
-    for (name, schema) in object["properties"].as_object().into_iter().flatten() {
-        let path = format!("{prefix}{name}");
-        let is_null = |schema: &Value| schema["type"] == "null" || schema["type"][1] == "null";
-        let null = is_null(schema) || schema["anyOf"].as_array().is_some_and(|all| all.iter().any(is_null));
-        fields.insert(path.clone(), (words(schema), required(name) && !null));
-        let (mut inner, mut path) = (schema, path);
-        while inner.get("items").is_some() {
-            (inner, path) = (&inner["items"], path + "[]");
-        }
-        add_fields(inner, &format!("{path}."), fields);
-    }
+fn described(schemas: &BTreeMap<&'static str, Value>) -> Fields {
+    let all = meliora_report::fields::fields(schemas).into_iter();
+    let known =
+        |field: meliora_report::fields::Field| (field.path, (field.kind, !field.optional && !field.nullable));
+    all.map(|(name, fields)| (name, fields.into_iter().map(known).collect())).collect()
 }
 
 /// Checks that the fields of a value and of all its parts come in the order of the schema.
-fn in_order(schemas: &BTreeMap<String, Value>, schema: &Value, value: &Value) {
+fn in_order(schemas: &BTreeMap<&'static str, Value>, schema: &Value, value: &Value) {
     if schema["anyOf"][1].get("$ref").is_some() {
         return in_order(schemas, &schemas[name_of(value)], value);
     }
@@ -130,50 +81,12 @@ fn in_order(schemas: &BTreeMap<String, Value>, schema: &Value, value: &Value) {
 }
 
 /// Returns the schema to which a reference leads.
-fn followed<'s>(schemas: &'s BTreeMap<String, Value>, schema: &'s Value) -> &'s Value {
+fn followed<'s>(schemas: &'s BTreeMap<&'static str, Value>, schema: &'s Value) -> &'s Value {
     let reference = schema["$ref"].as_str().or(schema["anyOf"][0]["$ref"].as_str());
     let Some(reference) = reference else { return schema };
     let (file, place) = reference.split_once('#').unwrap_or((reference, ""));
     let name = file.strip_suffix(".json").unwrap_or(COMMON);
     schemas[name].pointer(place).unwrap()
-}
-
-/// Returns the type of a field in the words of the page.
-fn words(schema: &Value) -> String {
-    if schema["anyOf"][1].get("$ref").is_some() {
-        return "report".to_owned();
-    }
-    let reference = schema["$ref"].as_str().or(schema["anyOf"][0]["$ref"].as_str());
-    if let Some(reference) = reference {
-        let name = reference.rsplit('/').next().unwrap();
-        return name.trim_end_matches(".json").to_owned();
-    }
-    let ty = schema["type"].as_str().or(schema["type"][0].as_str());
-    match ty {
-        Some("array") => {
-            let items = words(&schema["items"]);
-            if items.ends_with('s') { format!("list of {items}") } else { format!("list of {items}s") }
-        }
-        Some("object") if schema.get("properties").is_none() => "map".to_owned(),
-        Some(ty) => ty.to_owned(),
-        None => "string".to_owned(),
-    }
-}
-
-#[test]
-fn the_page_and_the_schemas_have_the_same_fields() {
-    let (page, described) = (page(), described(&schemas()));
-    for (section, rows) in page.iter().filter(|(section, _)| *section != SHARED) {
-        let own = &described[section];
-        for (path, row) in rows {
-            assert_eq!(own.get(path), Some(row), "{section}: `{path}` in the schema, and on the page");
-        }
-        for (path, (ty, _)) in own.iter().filter(|(path, _)| !rows.contains_key(*path)) {
-            let shared = page[SHARED].get(path).map(|(ty, _)| ty);
-            assert_eq!(shared, Some(ty), "{section}: `{path}` on the page, and in the schema");
-        }
-    }
-    assert!(described.keys().all(|name| page.contains_key(name)), "{:?}", described.keys());
 }
 
 /// The fields that occur in reports, by section and path.
@@ -265,7 +178,7 @@ const COMMANDS: &[(i32, &str)] = &[
     (0, "simulate POND --runs 1"),
     (0, "simulate models/pursuit.prism models/pursuit.pref -c N=4 --runs 2 --opponent worst"),
     (0, "simulate OUT/cross.prism OUT/cross.pref --runs 1"),
-    (0, "simulate ROBOT --kind spi --strategy permissive --runs 3"),
+    (0, "simulate ROBOT --kind spi --scheduler permissive --runs 3"),
     (4, "simulate TINY models/scramble.pref"),
     (0, "export TOY --out OUT/dump"),
     (0, "export TOY --out OUT/values --values"),

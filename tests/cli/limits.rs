@@ -234,7 +234,7 @@ fn a_full_disk_ends_with_4_and_says_so() {
     for arguments in [
         format!("check {toy}"),
         format!("check {toy} --json"),
-        format!("strategy {toy} --csv"),
+        format!("strategy {toy} --csv -"),
         "info models/toy.prism --flat".to_owned(),
         "generate gridworld --rows 4 --cols 4 --items 2".to_owned(),
         "man check".to_owned(),

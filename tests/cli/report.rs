@@ -70,7 +70,7 @@ fn the_play_shown_keeps_what_is_promised() {
     assert!(page.contains("<details open><summary class=\"hint\">All steps"), "short runs are shown in full");
     let page = run(&format!("{ROBOT} --kind sasi")).expect(0).stdout;
     assert!(page.contains("All guaranteed improvements happen: 2 improvements."), "{page}");
-    let lucky = run(&format!("{ROBOT} --kind spi --strategy permissive")).expect(0).stdout;
+    let lucky = run(&format!("{ROBOT} --kind spi --scheduler permissive")).expect(0).stdout;
     assert!(
         lucky.contains("The run is cut off after 500 steps") || lucky.contains("No simulated run made all"),
         "{lucky}"
@@ -281,7 +281,7 @@ fn values_are_left_out_of_large_pages() {
     assert!(refused.contains("at most 4096 states"), "{refused}");
     let drone = "report models/drone.prism models/drone.pref --choose cheap";
     assert!(run(&format!("{drone} --kind spi")).expect(2).stderr.contains("`--kind spi`"));
-    assert!(run(&format!("{drone} --strategy permissive")).expect(2).stderr.contains("permissive"));
+    assert!(run(&format!("{drone} --scheduler permissive")).expect(2).stderr.contains("permissive"));
 }
 
 /// A robot picks up a box: that is a flag, and a label says where it is set.

@@ -47,7 +47,7 @@ fn every_play_of_the_robot_improves_twice_before_its_longest_play_ends() {
     let at = "--at r=2,c=2,b=8 --json";
     let strategy = run(&format!("strategy {ROBOT} --safety action {at}")).expect(0).json();
     let bound = strategy["states"][0]["longest_play"].as_u64().unwrap();
-    let options = format!("--kind sasi --safety action --strategy progress --runs 500 --steps {bound}");
+    let options = format!("--kind sasi --safety action --scheduler progress --runs 500 --steps {bound}");
     let plays = &run(&format!("simulate {ROBOT} {options} {at}")).expect(0).json()["plays"][0];
     assert_eq!((&plays["given_up"], &plays["fewer_than_rank"]), (&json!(0), &json!(0)));
     assert_eq!((&plays["weakened_step"], &plays["weakened_start"]), (&json!(0), &json!(0)));
@@ -93,7 +93,7 @@ fn runs_follow_the_progress_strategy_of_a_plan_unless_told_otherwise() {
 #[test]
 fn csv_has_a_line_for_each_state_and_action_of_a_rank() {
     let csv =
-        run(&format!("strategy {ROBOT} --safety transition --rank 2 --limit 98 --csv")).expect(0).stdout;
+        run(&format!("strategy {ROBOT} --safety transition --rank 2 --limit 98 --csv -")).expect(0).stdout;
     let states: std::collections::BTreeSet<&str> =
         csv.lines().skip(1).map(|l| l.split(",,").next().unwrap()).collect();
     assert!(csv.starts_with("r,c,b,d,e,f,ch,most_preferred,sasi_rank,spi_rank,action,"));
@@ -361,31 +361,6 @@ fn the_chosen_action_is_that_of_the_progress_strategy_unless_values_choose() {
     assert_eq!(of("--at s=4"), [None, None]);
     // An objective is pursued at rank 0.
     assert_eq!(of("--at s=4 --kind plan"), named(["go", "go"]));
-}
-
-#[test]
-fn older_spellings_of_options_work_and_say_what_is_new() {
-    let scratch = Scratch::new(&[]);
-    let toy = "models/toy.prism models/toy.pref";
-    for (old, new, note) in [
-        (
-            "simulate TOY --strategy permissive",
-            "simulate TOY --scheduler permissive",
-            "--scheduler permissive",
-        ),
-        ("strategy TOY --csv", "strategy TOY --csv -", "`--csv -`"),
-        ("strategy --csv TOY", "strategy --csv - TOY", "`--csv -`"),
-        (
-            "export TOY --format drn --strategy sasi:progress --out OUT",
-            "export TOY --format drn --kind sasi --scheduler progress --out OUT",
-            "--kind sasi --scheduler progress",
-        ),
-    ] {
-        let filled = |text: &str| text.replace("TOY", toy).replace("OUT", &scratch.show("out"));
-        let [old, new] = [old, new].map(|text| run(&filled(text)).expect(0));
-        assert_eq!(old.stdout.lines().count(), new.stdout.lines().count());
-        assert!(old.stderr.contains(note) && !new.stderr.contains("note"), "{} {}", old.stderr, new.stderr);
-    }
 }
 
 #[test]

@@ -39,7 +39,7 @@ fn together(case: &RandomCase, formulas: &[usize], settings: Settings) -> Option
 fn check(case: &RandomCase, settings: &Settings) -> usize {
     let (program, preferences) = case.load();
     let mut of = Analysed::new((&program, &preferences), settings.clone(), case.safety);
-    of.analysis.run_jointly().unwrap();
+    of.analysis.run_jointly(&mut |_| ()).unwrap();
     let mut seen = 0;
     for bits in 1u32..1 << case.formulas.len() {
         let chosen: Vec<usize> = (0..case.formulas.len()).filter(|i| bits >> i & 1 == 1).collect();

@@ -174,7 +174,7 @@ fn the_library_refuses_work_for_one_player() {
     let engine = Arc::new(AnyEngine::new(program.clone(), Settings::default()).unwrap());
     let mut analysis = Analysis::new(&engine, &preferences, Options::default());
     analysis.run(&mut |_| ()).unwrap();
-    refused(analysis.run_jointly(), "`--jointly` of a game");
+    refused(analysis.run_jointly(&mut |_| ()), "`--jointly` of a game");
     let transition = Options { safety: Safety::Transition, ..Options::default() };
     refused(
         Analysis::new(&engine, &preferences, transition).run(&mut |_| ()),

@@ -126,14 +126,23 @@ fn the_listener_hears_phases_in_order_and_each_level() {
     let preferences = case.preferences(&engine, Empty::Bottom);
     let mut analysis = meliora::planning::Analysis::new(&engine, &preferences, Default::default());
     let (mut phases, mut levels, mut objectives) = (Vec::new(), Vec::new(), Vec::new());
-    analysis
-        .run(&mut |event| match event {
+    let (mut heard, mut parts) = (meliora::AnalysisResult::default(), Vec::new());
+    let mut hear = |event: Event<'_>| {
+        heard.add(event);
+        match event {
             Event::Started(phase) => phases.push((phase, true)),
+            Event::Part(_, part) => parts.push(part.to_owned()),
             Event::Finished(phase, _) => phases.push((phase, false)),
             Event::Level(kind, number, count) => levels.push((kind, number, count.clone())),
             Event::Objective(counts) => objectives.push(counts.objective),
-        })
-        .unwrap();
+            _ => {}
+        }
+    };
+    analysis.run(&mut hear).unwrap();
+    analysis.run_jointly(&mut hear).unwrap();
+    assert_eq!(&heard, analysis.result(), "the events have all results");
+    assert_eq!(parts[..4], ["", "objective 1 of 3", "objective 2 of 3", "objective 3 of 3"]);
+    assert_eq!(parts[4..], ["", "level 1", "level 2", "level 1", "level 2"]);
     let order = [Phase::Counts, Phase::Outcomes, Phase::Improvement, Phase::Sasi, Phase::Spi];
     assert_eq!(phases, order.iter().flat_map(|&p| [(p, true), (p, false)]).collect::<Vec<_>>());
     assert_eq!(levels, [(Kind::Sasi, 1, 1u32.into()), (Kind::Spi, 1, 1u32.into())]);

@@ -38,7 +38,7 @@ fn a_strategy_that_can_take_only_one_key_achieves_one_objective() {
     let model = "mdp module m s : [0..3] init 0; [left] s=0 -> (s'=1); [right] s=0 -> (s'=2); \
                  [both] s=3 -> (s'=0); endmodule";
     let mut analysis = analysed(model, "state", &["F s=1", "F s=2"], Storage::Symbolic);
-    analysis.run_jointly().unwrap();
+    analysis.run_jointly(&mut |_| ()).unwrap();
     let program = Arc::clone(analysis.engine().program());
     let [start] = &analysis.initial_prospects(&program, 9).unwrap()[..] else { panic!("one initial state") };
     assert_eq!(start.jointly, Some(vec![vec!["o0".to_owned()], vec!["o1".to_owned()]]));
@@ -57,7 +57,7 @@ fn a_class_with_too_many_objectives_leaves_the_others_their_results() {
     let texts: Vec<&str> = formulas.iter().map(String::as_str).collect();
     for storage in [Storage::Symbolic, Storage::Explicit] {
         let mut analysis = analysed_within(model, "state", &texts, storage, Scope::All);
-        analysis.run_jointly().unwrap();
+        analysis.run_jointly(&mut |_| ()).unwrap();
         let classes = analysis.result().classes.clone().unwrap();
         let large = classes.iter().find(|class| class.most_preferred.len() == 11).unwrap();
         assert_eq!((&large.jointly, large.jointly_limit), (&None, Some(10)));

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import Self, TypeAlias
 
+from .reports import CheckReport, SimulatePlaysCommits, SimulatePlaysValue, StrategyStatesAttains, ValuesStates
+
 __all__ = [
     "__version__",
     "Model",
@@ -655,7 +657,7 @@ class Analysis:
         exact: bool = False,
         timeout: _Timeout | None = None,
         progress: _Progress | None = None,
-    ) -> list[dict[str, Any]]:
+    ) -> list[ValuesStates]:
         """Computes how likely improvements are, how soon they come and at what cost; returns the list
         `states` of `meliora values --json`, with one dictionary per state. An unsafe state has `unsafe`
         and no numbers.
@@ -711,7 +713,7 @@ class Analysis:
         Raises:
             OSError: The folder contains something else, or cannot be written.
         """
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> CheckReport:
         """Returns the report of `meliora check --json` as a dictionary; its counts are decimal
         strings.
         """
@@ -904,7 +906,7 @@ class Strategy:
     @property
     def choose(self) -> _Choose:
         """`"first"`, `"likely"` or `"cheap"`: how the strategy chooses among the permitted actions."""
-    def attains(self, state: _State) -> dict[str, Any] | None:
+    def attains(self, state: _State) -> StrategyStatesAttains | None:
         """Returns the value of the strategy from a state: a dictionary with the number of
         `improvements` that it aims at, bounds of their `probability`, and bounds of the expected
         `cost` (None if they are not certain). None with `choose="first"`, and for unsafe states.
@@ -1306,7 +1308,7 @@ class Simulation:
     def moves(self) -> dict[str, int]:
         """The number of steps of all runs that each player of a game chose; {} for other models."""
     @property
-    def value(self) -> dict[str, Any] | None:
+    def value(self) -> SimulatePlaysValue | None:
         """The value that the strategy attains, computed and measured: a dictionary with the number of
         `improvements`, bounds of their `probability` and `cost`, `measured_probability`,
         `measured_cost`, their `probability_interval` and `cost_interval` with 99 % `confidence`, and
@@ -1323,7 +1325,7 @@ class Simulation:
         the run can go on to satisfy it. None for strategies that achieve none.
         """
     @property
-    def commits(self) -> list[dict[str, Any]]:
+    def commits(self) -> list[SimulatePlaysCommits]:
         """The commitments of plans: dictionaries with the `objective` that the runs then pursued, the
         objectives that they gave up (`gives_up`), and the number of these `runs`. Empty if no run commits.
         """

@@ -298,8 +298,8 @@ def _cells(found: dict[str, Any], seconds: float | None, status: str, job: _Job)
 
 def _found(analysis: Analysis | None) -> dict[str, Any]:
     """Returns the results of an analysis by their columns."""
-    report: dict[str, Any] = {} if analysis is None else analysis.to_dict()
-    first: dict[str, Any] = next(iter(report.get("initial") or []), {})
+    report: Mapping[str, Any] = {} if analysis is None else analysis.to_dict()
+    first: Mapping[str, Any] = next(iter(report.get("initial") or []), {})
     cells = {**(report.get("counts") or {}), **first}
     if analysis is not None:
         cells.update(analysis.usage)

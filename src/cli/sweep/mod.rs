@@ -62,18 +62,6 @@ pub(super) struct SweepArgs {
     /// Run this number of instances in parallel, sharing --memory
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-
-    /// Run every N-th instance only, starting with the I-th
-    #[arg(long, value_name = "I/N", value_parser = shard)]
-    shard: Option<(usize, usize)>,
-}
-
-/// Reads `I/N` with I from 1 to N.
-fn shard(text: &str) -> Result<(usize, usize), String> {
-    let numbers = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-    numbers
-        .filter(|&(i, n): &(usize, usize)| 1 <= i && i <= n)
-        .ok_or_else(|| "expected I/N with I from 1 to N, such as 1/4".to_owned())
 }
 
 impl SweepArgs {
@@ -94,7 +82,7 @@ impl SweepArgs {
             return Ok(None);
         }
         let ranges = ranges::parse(&model.constants())?;
-        let asked = self.csv.is_some() || self.plot.is_some() || self.jobs.is_some() || self.shard.is_some();
+        let asked = self.csv.is_some() || self.plot.is_some() || self.jobs.is_some();
         if !asked && !ranges.iter().any(|r| r.varies) {
             return Ok(None);
         }
@@ -115,7 +103,8 @@ impl SweepArgs {
 struct Sweep {
     ranges: Arc<[Range]>,
     kind: Job,
-    part: Part,
+    /// The number of all instances.
+    count: usize,
     /// The positions of the instances that have a row in the file already.
     skipped: HashSet<usize>,
     /// The ways in which they ended.
@@ -125,25 +114,6 @@ struct Sweep {
     jobs: usize,
     /// The notes on properties without an answer, each printed once.
     told: BTreeSet<String>,
-}
-
-/// The part of the instances that `--shard` selects.
-#[derive(Clone, Copy)]
-struct Part {
-    first: usize,
-    every: usize,
-    /// The number of all instances.
-    count: usize,
-}
-
-impl Part {
-    fn positions(self) -> impl Iterator<Item = usize> + Send {
-        (self.first..self.count).step_by(self.every)
-    }
-
-    fn has(self, position: usize) -> bool {
-        position >= self.first && (position - self.first).is_multiple_of(self.every)
-    }
 }
 
 /// The ways in which instances have ended, with the kinds of their errors as far as they are known.
@@ -158,13 +128,12 @@ struct Ends {
 
 impl Sweep {
     fn new(args: &SweepArgs, inputs: &[&Path], ranges: Vec<Range>, kind: Job) -> Result<Self, Error> {
-        let (first, every) = args.shard.unwrap_or((1, 1));
-        let part = Part { first: first - 1, every, count: ranges::count(&ranges)? };
+        let count = ranges::count(&ranges)?;
         let plot = args.plot.as_ref().map(|path| Plotted::new(path, inputs, &ranges)).transpose()?;
         let jobs = usize::from(args.jobs.unwrap_or(1));
         let (skipped, known, told) = (HashSet::new(), Kinds::new(), BTreeSet::new());
         let mut sweep =
-            Sweep { ranges: ranges.into(), kind, part, skipped, known, file: None, plot, jobs, told };
+            Sweep { ranges: ranges.into(), kind, count, skipped, known, file: None, plot, jobs, told };
         if let Some(path) = &args.csv {
             let row = sweep.kind.row(&Json::Null, Ended::Done);
             let names = sweep.ranges.iter().map(|r| r.name.as_str());
@@ -181,8 +150,8 @@ impl Sweep {
 
     /// Opens a file, and skips the instances that have a row in it.
     fn resume(&mut self, file: &mut CsvFile) -> Result<(), Error> {
-        let (positions, part, constants) = (Positions::of(&self.ranges), self.part, self.ranges.len());
-        let find = |values: &[&str]| positions.get(values).filter(|&position| part.has(position));
+        let (positions, constants) = (Positions::of(&self.ranges), self.ranges.len());
+        let find = |values: &[&str]| positions.get(values);
         file.resume((constants, &find), |position, mut cells| {
             let cells = cells.split_off(constants);
             self.skipped.insert(position);
@@ -195,7 +164,7 @@ impl Sweep {
 
     /// Returns the number of instances that are left to run.
     fn left(&self) -> usize {
-        self.part.positions().count() - self.skipped.len()
+        self.count - self.skipped.len()
     }
 
     /// Says which instances are not run because the file has their rows.
@@ -303,7 +272,7 @@ impl Sweep {
     /// decide.
     fn instances(&self) -> impl Iterator<Item = (Instance, Vec<OsString>)> + Send + use<> {
         let (ranges, skipped, jobs) = (Arc::clone(&self.ranges), self.skipped.clone(), self.jobs.to_string());
-        let left = self.part.positions().filter(move |position| !skipped.contains(position));
+        let left = (0..self.count).filter(move |position| !skipped.contains(position));
         left.enumerate().map(move |(index, position)| {
             let own = ["--instance", &constants(&ranges, position), "--sharing", &jobs].map(OsString::from);
             (Instance { index, position }, std::env::args_os().skip(1).chain(own).collect())

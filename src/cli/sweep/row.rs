@@ -6,7 +6,7 @@ use serde_json::Value as Json;
 use strum::IntoStaticStr;
 
 /// Number of levels with a column if `--max-level` does not say how many there can be. The header
-/// must not depend on the results, so that the files of several shards fit together.
+/// must not depend on the results, so that the files of several sweeps fit together.
 const LEVELS: usize = 16;
 
 /// The fields of a target or of a single property.

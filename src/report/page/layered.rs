@@ -2,11 +2,9 @@
 //! that passes a row runs straight down through its own gap there, so it crosses no other node.
 //!
 //! An arc that passes a row has a bend there, which is a node without width. So every arc goes from
-//! one row to the next, and the rows of the layout are those of the graph. The crate orders the rows
-//! so that few arcs cross, and computes positions; its results depend on its input alone.
-
-use rust_sugiyama::configure::{Config, RankingType};
-use rust_sugiyama::from_vertices_and_edges;
+//! one row to the next. As Sugiyama, Tagawa and Toda (1981) propose, each row is ordered by the mean positions of the
+//! neighbours in the row before, downwards and upwards in turns, and adjacent items are exchanged where fewer arcs cross
+//! then. Last, items move to the means of their neighbours as far as their distances allow.
 
 /// The height of a node, and the distance between two rows.
 pub(super) const HEIGHT: f64 = 44.0;
@@ -15,6 +13,8 @@ const BETWEEN_ROWS: f64 = 52.0;
 const BETWEEN_ITEMS: f64 = 18.0;
 /// The margin around the drawing.
 const MARGIN: f64 = 2.0;
+/// The number of times that the rows are ordered and moved, downwards and upwards.
+const TURNS: usize = 8;
 /// Maximum number of nodes and bends; larger drawings are unreadable and slow to compute.
 const MOST_ITEMS: usize = 10_000;
 
@@ -88,28 +88,141 @@ impl Items {
     /// Returns the middle of each item, and the width of the drawing. Parts that no arc connects
     /// stand side by side.
     fn middles(&self) -> (Vec<f64>, f64) {
-        let vertices: Vec<_> =
-            (0..).zip(&self.widths).map(|(item, &width)| (item, (width, HEIGHT))).collect();
-        let pairs = self.chains.iter().flat_map(|chain| chain.windows(2));
-        let arcs: Vec<_> = pairs.map(|pair| (pair[0] as u32, pair[1] as u32)).collect();
-        let config = Config {
-            vertex_spacing: BETWEEN_ITEMS,
-            dummy_vertices: false,
-            ranking_type: RankingType::Up,
-            ..Config::default()
-        };
-        let (mut middles, mut end) = (vec![0.0; self.widths.len()], MARGIN - BETWEEN_ITEMS);
-        for (part, ..) in from_vertices_and_edges(&vertices, &arcs, &config) {
-            let half = |item: usize| self.widths[item] / 2.0;
-            let left = part.iter().map(|&(item, (x, _))| x - half(item)).fold(f64::INFINITY, f64::min);
+        let mut neighbours = vec![[Vec::new(), Vec::new()]; self.rows.len()];
+        for pair in self.chains.iter().flat_map(|chain| chain.windows(2)) {
+            neighbours[pair[0]][1].push(pair[1]);
+            neighbours[pair[1]][0].push(pair[0]);
+        }
+        let (mut middles, mut end) = (vec![0.0; self.rows.len()], MARGIN - BETWEEN_ITEMS);
+        for rows in self.parts(&neighbours) {
+            let rows = ordered(rows, &neighbours);
+            rows.iter().for_each(|row| self.place(row, |_| None, &mut middles));
+            for (side, row) in (0..TURNS).flat_map(|_| turns(rows.len())) {
+                let wishes: Vec<Option<f64>> =
+                    rows[row].iter().map(|&item| mean(&neighbours[item][side], &middles)).collect();
+                self.place(&rows[row], |at| wishes[at], &mut middles);
+            }
+            let items = || rows.iter().flatten().copied();
+            let left = items().map(|i| middles[i] - self.widths[i] / 2.0).fold(f64::INFINITY, f64::min);
             let start = end + BETWEEN_ITEMS - left;
-            for (item, (x, _)) in part {
-                middles[item] = start + x;
-                end = end.max(start + x + half(item));
+            for item in items() {
+                middles[item] += start;
+                end = end.max(middles[item] + self.widths[item] / 2.0);
             }
         }
         (middles, end + MARGIN)
     }
+
+    /// Returns the items of each connected part, row by row.
+    fn parts(&self, neighbours: &[[Vec<usize>; 2]]) -> Vec<Vec<Vec<usize>>> {
+        let (count, mut seen, mut parts) = (self.rows.len(), vec![false; self.rows.len()], Vec::new());
+        let last = self.rows.iter().max().map_or(0, |last| last + 1);
+        for first in 0..count {
+            let (mut rows, mut open) = (vec![Vec::new(); last], vec![first]);
+            while let Some(item) = open.pop() {
+                if !std::mem::replace(&mut seen[item], true) {
+                    rows[self.rows[item]].push(item);
+                    open.extend(neighbours[item].iter().flatten());
+                }
+            }
+            rows.retain(|row| !row.is_empty());
+            if !rows.is_empty() {
+                parts.push(rows);
+            }
+        }
+        parts
+    }
+
+    /// Places the items of a row in their order, each as near to its wish as the distances allow (least squares); an
+    /// item without a wish wants to stay.
+    fn place(&self, row: &[usize], wish_at: impl Fn(usize) -> Option<f64>, middles: &mut [f64]) {
+        // Groups of items that touch: the number of items, and the mean of the places where the first one should be.
+        let mut groups: Vec<(usize, f64)> = Vec::new();
+        let mut offsets = Vec::with_capacity(row.len());
+        let mut offset = 0.0;
+        for (at, &item) in row.iter().enumerate() {
+            if at > 0 {
+                offset += (self.widths[row[at - 1]] + self.widths[item]) / 2.0 + BETWEEN_ITEMS;
+            }
+            offsets.push(offset);
+            groups.push((1, wish_at(at).unwrap_or(middles[item]) - offset));
+            while let [.., (few, first), (more, second)] = groups[..]
+                && first > second
+            {
+                groups.truncate(groups.len() - 2);
+                let sum = first * few as f64 + second * more as f64;
+                groups.push((few + more, sum / (few + more) as f64));
+            }
+        }
+        let starts = groups.iter().flat_map(|&(count, start)| std::iter::repeat_n(start, count));
+        for ((&item, offset), start) in row.iter().zip(offsets).zip(starts) {
+            middles[item] = start + offset;
+        }
+    }
+}
+
+/// Returns the rows downwards, each with the side of its neighbours that are placed before, and then upwards.
+fn turns(rows: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..rows).map(|row| (0, row)).chain((0..rows).rev().map(|row| (1, row)))
+}
+
+/// Orders the items of each row so that few arcs cross: the best of the orders that the turns give.
+fn ordered(mut rows: Vec<Vec<usize>>, neighbours: &[[Vec<usize>; 2]]) -> Vec<Vec<usize>> {
+    let mut at = vec![0.0; neighbours.len()];
+    let number = |row: &[usize], at: &mut [f64]| {
+        row.iter().enumerate().for_each(|(position, &item)| at[item] = position as f64);
+    };
+    rows.iter().for_each(|row| number(row, &mut at));
+    let (mut best, mut least) = (rows.clone(), crossings(&rows, neighbours, &at));
+    let count = rows.len();
+    for (side, row) in (0..TURNS).flat_map(|_| turns(count)) {
+        let mean = |item: &usize| mean(&neighbours[*item][side], &at).unwrap_or(at[*item]);
+        rows[row].sort_by(|a, b| mean(a).total_cmp(&mean(b)));
+        number(&rows[row], &mut at);
+        for left in 1..rows[row].len() {
+            let [a, b] = [rows[row][left - 1], rows[row][left]];
+            let crossed = |a: usize, b: usize| pair_crossings(&neighbours[a], &neighbours[b], &at);
+            if crossed(b, a) < crossed(a, b) {
+                rows[row].swap(left - 1, left);
+                number(&rows[row], &mut at);
+            }
+        }
+        let found = crossings(&rows, neighbours, &at);
+        if found < least {
+            (best, least) = (rows.clone(), found);
+        }
+    }
+    best
+}
+
+/// Counts the crossings between the arcs of an item and those of the next one in its row.
+fn pair_crossings(left: &[Vec<usize>; 2], right: &[Vec<usize>; 2], at: &[f64]) -> usize {
+    let of_side = |side: usize| {
+        let pairs = left[side].iter().flat_map(|a| right[side].iter().map(move |b| (a, b)));
+        pairs.filter(|&(&a, &b)| at[a] > at[b]).count()
+    };
+    of_side(0) + of_side(1)
+}
+
+/// Counts the crossings of arcs between neighbouring rows.
+fn crossings(rows: &[Vec<usize>], neighbours: &[[Vec<usize>; 2]], at: &[f64]) -> usize {
+    let mut count = 0;
+    for row in rows {
+        // The lower ends of the arcs of the items so far, sorted.
+        let mut ends: Vec<f64> = Vec::new();
+        for &item in row {
+            let own = neighbours[item][1].iter().map(|&low| at[low]);
+            count += own.clone().map(|end| ends.len() - ends.partition_point(|&e| e <= end)).sum::<usize>();
+            own.for_each(|end| ends.insert(ends.partition_point(|&e| e <= end), end));
+        }
+    }
+    count
+}
+
+/// Returns the mean of the middles of some items; `None` without items.
+fn mean(items: &[usize], middles: &[f64]) -> Option<f64> {
+    let sum: f64 = items.iter().map(|&item| middles[item]).sum();
+    (!items.is_empty()).then(|| sum / items.len() as f64)
 }
 
 #[cfg(test)]

@@ -1,0 +1,350 @@
+//! Answers the questions of `meliora reach`: a target, or properties.
+//!
+//! All reachability properties share one engine. A temporal formula has its own, with its monitors.
+//! The regions that the properties need are computed first, the cheapest of each target before the
+//! others, and the numbers last. Therefore a limit leaves as many answers as possible.
+
+use std::sync::Arc;
+
+use ahash::AHashMap;
+use meliora::reach::{Asking, Target, Under};
+use meliora_engine::regions::Which;
+use meliora_engine::{Count, Engine, Selection};
+use meliora_lang::refusal::Refusal;
+use meliora_model::Program;
+use meliora_model::error::Error;
+use meliora_planning::RegionSearch;
+use meliora_planning::result::ModelCounts;
+use meliora_report::ReachReport;
+use meliora_report::properties::PropertyAnswer;
+use meliora_report::reach::Share;
+
+use super::engines;
+use super::load::{self, Asked};
+use super::options::{EngineArgs, ModelArgs};
+use super::regions::{Found, Regions};
+use super::supervise::Job;
+
+/// The arguments for the engine and the answers, and where the regions are written.
+pub(super) struct Given<'a> {
+    pub(super) model: &'a ModelArgs,
+    pub(super) engine: EngineArgs,
+    pub(super) out: Option<Regions<'a>>,
+    pub(super) precision: f64,
+    /// True for one question, whose fields the report has.
+    pub(super) is_one: bool,
+}
+
+/// Answers the reachability properties with one engine, then each formula with its own.
+/// `open` are the positions of the questions in the report.
+///
+/// # Errors
+/// A limit is hit, or a question has no meaning for the initial states.
+pub(super) fn work(
+    job: &Job<ReachReport>,
+    given: &Given<'_>,
+    asked: &Asked,
+    open: &[usize],
+) -> Result<(), Error> {
+    let watched = asked.questions.iter().map(|q| q.asking.goal.program(&asked.program));
+    let own = (!given.is_one).then_some(&asked.program);
+    let selected = match given.out {
+        Some(_) => given.engine.diagrams("`--out` writes diagrams"),
+        None => given.engine.select(watched.chain(own).map(|program| &**program), given.model),
+    };
+    job.update(|r| {
+        r.header.read(&asked.program);
+        r.header.select(&selected);
+    });
+    let all = || asked.questions.iter().map(|q| &q.asking).zip(open.iter().copied());
+    if let Some(out) = &given.out {
+        return write_regions(job, (given, out), asked, &Vec::from_iter(all()));
+    }
+    let plain: Vec<_> = all().filter(|(q, _)| q.goal.watched.is_none()).collect();
+    if !plain.is_empty() || asked.questions.is_empty() {
+        run_engine(job, (given, &selected), asked, &asked.program, &plain)?;
+    }
+    for question in all() {
+        if let Some(watched) = &question.0.goal.watched {
+            run_engine(job, (given, &selected), asked, &watched.program, &[question])?;
+        }
+    }
+    Ok(())
+}
+
+/// Answers properties with one engine of diagrams, and writes their regions.
+fn write_regions(
+    job: &Job<ReachReport>,
+    (given, out): (&Given<'_>, &Regions<'_>),
+    asked: &Asked,
+    questions: &[(&Asking, usize)],
+) -> Result<(), Error> {
+    let texts = asked.questions.iter().map(|q| (&q.asking, q.text.as_str()));
+    Regions::check(&Vec::from_iter(texts))?;
+    let program = questions.first().map_or(&asked.program, |(first, _)| first.goal.program(&asked.program));
+    let engine = job.timed(
+        "build",
+        || engines::symbolic(program, given.model, &job.sink),
+        |r, s| r.time.add("build", s),
+    )?;
+    let questions = answerable(job, &*engine, asked, questions)?;
+    let mut kept = Some(Vec::new());
+    let unsafe_states = answer(job, &*engine, asked, &questions, (given, &mut kept))?;
+    let place = |(at, which, states)| {
+        let position = questions.iter().position(|(_, position)| *position == at)?;
+        Some((position, which, states))
+    };
+    let found = kept.into_iter().flatten().filter_map(place).collect();
+    let mut named = Vec::new();
+    job.update(|r| {
+        let entry = |&(asking, at): &(_, usize)| {
+            let PropertyAnswer { name, property, .. } = &r.properties[at];
+            (asking, name.clone(), property.clone())
+        };
+        named.extend(questions.iter().map(entry));
+    });
+    let write = || out.write((&engine, asked), &named, &found, unsafe_states.as_ref(), &job.sink);
+    let written = job.timed("write", write, |_, _| ())?;
+    job.update(|r| r.written = Some(written));
+    Ok(())
+}
+
+fn run_engine(
+    job: &Job<ReachReport>,
+    (given, selected): (&Given<'_>, &Selection),
+    asked: &Asked,
+    program: &Arc<Program>,
+    questions: &[(&Asking, usize)],
+) -> Result<(), Error> {
+    let mut selected = selected.clone();
+    let lists_states = questions.iter().any(|(asking, _)| asking.asks_for_number());
+    let build = || engines::engine_for(program, given.model, &mut selected, lists_states, &job.sink);
+    let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
+    job.update(|r| r.header.select(&selected));
+    let questions = answerable(job, &*engine, asked, questions)?;
+    answer(job, &*engine, asked, &questions, (given, &mut None)).map(drop)
+}
+
+/// Returns the questions that have a meaning for the initial states of the model.
+///
+/// # Errors
+/// A limit is hit; a question of the command line has no meaning.
+fn answerable<'a, E: Engine>(
+    job: &Job<ReachReport>,
+    engine: &E,
+    asked: &Asked,
+    questions: &[(&'a Asking, usize)],
+) -> Result<Vec<(&'a Asking, usize)>, Error> {
+    let mut left = Vec::new();
+    for &(asking, position) in questions {
+        match asking.refused(engine)? {
+            None => left.push((asking, position)),
+            Some(reason) if asked.is_list => job.update(|r| r.properties[position].reason = Some(reason)),
+            Some(reason) => return Err(load::not_answered(&asked.questions[position].text, &reason)),
+        }
+    }
+    Ok(left)
+}
+
+/// Answers properties of one program. Regions go to `kept`, if there is a list. Returns the unsafe states
+/// under requirements.
+fn answer<E: Engine>(
+    job: &Job<ReachReport>,
+    engine: &E,
+    asked: &Asked,
+    questions: &[(&Asking, usize)],
+    (given, kept): (&Given<'_>, &mut Option<Found<E::States>>),
+) -> Result<Option<E::States>, Error> {
+    let Some((first, _)) = questions.first() else {
+        let all = engine.all_states();
+        let counts =
+            job.timed("count", || ModelCounts::within(engine, &all), |r, s| r.time.add("build", s))?;
+        job.update(|r| r.counts = Some(counts));
+        return Ok(None);
+    };
+    let under = Under::new(engine, &asked.program, &first.goal)?;
+    let counts = job.timed("count", || under.counts(&first.goal), |r, s| r.time.add("build", s))?;
+    let mut known = false;
+    job.update(|r| known = r.counts.is_some());
+    if !known {
+        engines::warn_of_states(
+            &job.sink,
+            engine,
+            &asked.program,
+            &counts.deadlocks,
+            asked.overlap.as_ref(),
+        )?;
+        job.update(|r| (r.counts, r.escape) = (Some(counts), under.escape.clone()));
+    }
+    for questions in by_coalition(questions) {
+        let (first, _) = questions[0];
+        let played = first.played(engine)?;
+        let own = played.as_ref().map(|game| Under::new(game, &asked.program, &first.goal)).transpose()?;
+        let answering = Answering { job, given, under: own.as_ref().unwrap_or(&under), asked };
+        answering.all(&questions, kept)?;
+    }
+    Ok(under.unsafe_states().cloned())
+}
+
+/// Separates the properties of a game by the players who choose.
+fn by_coalition<'a>(questions: &[(&'a Asking, usize)]) -> Vec<Vec<(&'a Asking, usize)>> {
+    let mut all: Vec<Vec<(&Asking, usize)>> = Vec::new();
+    for &question in questions {
+        match all.iter_mut().find(|own| own[0].0.coalition == question.0.coalition) {
+            Some(own) => own.push(question),
+            None => all.push(vec![question]),
+        }
+    }
+    all
+}
+
+/// Properties with the same goal.
+struct Group<'a, E: Engine> {
+    /// The properties, with their positions in the report.
+    members: Vec<(&'a Asking, usize)>,
+    /// The regions that they need.
+    order: Vec<Which>,
+    search: RegionSearch<'a, E>,
+    /// The states whose paths are judged.
+    judged: E::States,
+}
+
+/// Groups properties by their goals, in the order of the first of each.
+fn groups<'a, E: Engine>(
+    engine: &'a E,
+    program: &Arc<Program>,
+    questions: &[(&'a Asking, usize)],
+) -> Result<Vec<Group<'a, E>>, Error> {
+    let same = |a: &Asking, b: &Asking| match (&a.goal.target, &b.goal.target) {
+        (Target::States(one), Target::States(other)) => one.is_same(other),
+        _ => false,
+    };
+    let mut groups: Vec<Group<'a, E>> = Vec::new();
+    // The groups by the fingerprints of their targets.
+    let mut known: AHashMap<u64, Vec<usize>> = AHashMap::new();
+    for &(asking, position) in questions {
+        let alike = match &asking.goal.target {
+            Target::States(target) => Some(known.entry(target.fingerprint()).or_default()),
+            _ => None,
+        };
+        let same = |&&group: &&usize| same(groups[group].members[0].0, asking);
+        match alike.as_ref().and_then(|alike| alike.iter().find(same).copied()) {
+            Some(group) => groups[group].members.push((asking, position)),
+            None => {
+                alike.into_iter().for_each(|alike| alike.push(groups.len()));
+                let (search, judged) = (asking.goal.search(engine)?, asking.goal.judged(engine)?);
+                groups.push(Group { members: vec![(asking, position)], order: Vec::new(), search, judged });
+            }
+        }
+    }
+    for group in &mut groups {
+        let needed: Vec<Which> = group.members.iter().flat_map(|(q, _)| q.needed(program)).collect();
+        group.order = group.search.order(&needed);
+    }
+    Ok(groups)
+}
+
+struct Answering<'a, E: Engine> {
+    job: &'a Job<ReachReport>,
+    given: &'a Given<'a>,
+    under: &'a Under<'a, E>,
+    asked: &'a Asked,
+}
+
+impl<E: Engine> Answering<'_, E> {
+    /// Answers properties of the same players. Regions go to `kept`, if there is a list.
+    fn all(&self, questions: &[(&Asking, usize)], kept: &mut Option<Found<E::States>>) -> Result<(), Error> {
+        let mut groups = groups(self.under.engine(), &self.asked.program, questions)?;
+        if let ([group], true) = (&mut groups[..], self.given.is_one) {
+            self.target(group)?;
+        }
+        for round in 0..Which::ALL.len() {
+            for group in &mut groups {
+                let Some((which, states)) = self.find(group, round)? else { continue };
+                if let Some(kept) = kept {
+                    let found = |(_, position): &(_, usize)| (*position, which, states.clone());
+                    kept.extend(group.members.iter().map(found));
+                }
+            }
+            groups.retain(|group| self.is_left(group) || round + 1 < group.order.len());
+        }
+        groups.iter().try_for_each(|group| self.values(group))
+    }
+
+    /// Returns whether more than the regions is to be computed for some of the properties.
+    fn is_left(&self, group: &Group<'_, E>) -> bool {
+        group.members.iter().any(|(asking, _)| self.has_value(asking))
+    }
+
+    /// Returns whether a question is answered after the regions: one that asks for a number, and the property of a
+    /// run with one question.
+    fn has_value(&self, asking: &Asking) -> bool {
+        asking.asks_for_number() || self.given.is_one && asking.question.is_some()
+    }
+
+    /// Counts the states of the target of one question.
+    fn target(&self, group: &mut Group<'_, E>) -> Result<(), Error> {
+        if !matches!(group.members[0].0.goal.target, Target::States(_)) {
+            return Ok(());
+        }
+        let engine = self.under.engine();
+        // The goal has states with monitors that are not fresh, which stand for the same model state.
+        let own = engine.intersection(&engine.all_states(), &group.judged)?;
+        let size = engine.count(&engine.intersection(&group.search.goal()?, &own)?)?;
+        if size == Count::ZERO {
+            self.job.sink.warn("no state satisfies the target");
+        }
+        self.job.update(|r| r.one.iter_mut().for_each(|one| one.target = Some(size.clone().into())));
+        Ok(())
+    }
+
+    /// Computes the region of a round, and adds it and the decided verdicts to the report. Returns it within
+    /// the states that are judged; `None` if no region is left.
+    fn find(&self, group: &mut Group<'_, E>, round: usize) -> Result<Option<(Which, E::States)>, Error> {
+        let Some(&which) = group.order.get(round) else { return Ok(None) };
+        let region = || group.search.region(which);
+        let states = self.job.timed(which.formula(), region, |r, s| r.time.add(which.name(), s))?;
+        let engine = self.under.engine();
+        let inside = engine.intersection(&states, &group.judged)?;
+        let size = engine.count(&inside)?;
+        let share = self.given.is_one.then(|| Share::of_initial(engine, &inside)).transpose()?;
+        self.job.update(|r| {
+            if let Some(one) = &mut r.one {
+                *one.sizes.get_mut(which) = Some(size.clone().into());
+                *one.initial.get_mut(which) = share;
+            }
+        });
+        for &(asking, position) in &group.members {
+            let decided = self.under.decided(asking, &self.asked.program, group.search.known())?;
+            self.job.update(|r| {
+                r.answer(position, &decided);
+                *r.properties[position].sizes.get_mut(which) = Some(size.clone().into());
+                r.memory.peak_nodes = r.memory.peak_nodes.max(engine.usage().peak_nodes);
+            });
+        }
+        Ok(Some((which, inside)))
+    }
+
+    /// Answers the properties for which the regions are not enough.
+    fn values(&self, group: &Group<'_, E>) -> Result<(), Error> {
+        for &(asking, position) in group.members.iter().filter(|(asking, _)| self.has_value(asking)) {
+            let program = &self.asked.program;
+            let answer = || self.under.answer(asking, program, group.search.known(), self.given.precision);
+            let answer = match self.job.timed("value", answer, |r, s| r.time.add("value", s)) {
+                // A wrong reward.
+                Err(error @ Error::Input(_)) if self.asked.is_list => {
+                    let reason = Refusal::of(&error).reason;
+                    self.job.update(|r| r.properties[position].reason = Some(reason));
+                    continue;
+                }
+                answer => answer?,
+            };
+            self.job.update(|r| r.answer(position, &answer));
+            // A number of a game that is not supported leaves the others.
+            if answer.no_value.is_none() || self.given.is_one {
+                answer.end?;
+            }
+        }
+        Ok(())
+    }
+}
