@@ -14,7 +14,7 @@ use meliora::advanced::lang::ltl::Monitoring;
 use meliora::advanced::lang::property::Property;
 use meliora::advanced::lang::property_file::{open_constants, parse_properties};
 use meliora::advanced::symbolic::order;
-use meliora::dump::{Diagram, Manifest, dddmp, directory, values};
+use meliora::dump::{Diagram, Manifest, bounds, dddmp, directory};
 use meliora::engine::ExplicitEngine;
 use meliora::engine::SymbolicEngine;
 use meliora::engine::{Engine, ProgressSink, Scope, Settings};
@@ -306,11 +306,11 @@ pub fn diagram(bytes: &[u8]) {
 pub fn values(bytes: &[u8]) {
     for arenas in [false, true] {
         let variables = vec!["x".to_owned(), "b".to_owned()];
-        let layout = values::Layout { arenas, variables, levels: 1 };
-        let Some(rows) = seen(values::read("fuzz", &layout, &mut &bytes[..])) else { continue };
+        let layout = bounds::Layout { arenas, variables, levels: 1 };
+        let Some(rows) = seen(bounds::read("fuzz", &layout, &mut &bytes[..])) else { continue };
         let mut written = Vec::new();
-        values::write(&layout, &rows, &mut written).unwrap();
-        assert_eq!(values::read("written", &layout, &mut written.as_slice()).ok(), Some(rows));
+        bounds::write(&layout, &rows, &mut written).unwrap();
+        assert_eq!(bounds::read("written", &layout, &mut written.as_slice()).ok(), Some(rows));
     }
 }
 

@@ -42,7 +42,8 @@ impl SymbolicEngine {
         let ways = 1 + usize::from(parts.is_some());
         let end = Schedule::new(ways, self.store.thresholds().first_turn).first_to_end(|turn| {
             if let Some(parts) = parts.as_ref().filter(|_| turn.way == 0) {
-                return parts.lose(self, &lost, &left, turn.steps);
+                let left = parts.lose(self, &lost, &left, turn.steps)?;
+                return Ok(left.map(|left| (left, None)));
             }
             if search.is_none() {
                 search = Some(Losing::new(self, &left, won, edge_labels)?);
@@ -193,20 +194,20 @@ impl Game {
         Ok(game)
     }
 
-    /// Finds the states that are lost after those of `lost`, and the choices that remain; `None` if that takes more than
-    /// `steps` steps.
+    /// Returns the states and choices that remain after those of `lost` and all that are lost with them; `None` if that
+    /// takes more than `steps` steps.
     fn lose(
         &self,
         engine: &SymbolicEngine,
         lost: &StateSet,
         left: &Region<StateSet, ChoiceSet>,
         steps: u64,
-    ) -> Result<Option<(Region<StateSet, ChoiceSet>, Option<StateSet>)>> {
+    ) -> Result<Option<Region<StateSet, ChoiceSet>>> {
         let Some(loss) = engine.store.remove_attractor(&lost.0, &self.parts, steps)? else { return Ok(None) };
         engine.store.work.lost[2].fetch_add(1, Relaxed);
         let choices = self.left(engine, lost, &left.choices, &loss)?;
         let states = engine.difference(&left.states, &StateSet(loss.lost))?;
-        Ok(Some((Region { states, choices }, None)))
+        Ok(Some(Region { states, choices }))
     }
 
     fn add(&mut self, group: usize, choices: Vec<(Bdd, Bdd)>, list: &Arc<RelationList>) {
