@@ -198,7 +198,7 @@ pub struct FiniteMemoryStrategy<E: Engine = AnyEngine> {
     pub(super) achieving: Option<Achieving<E>>,
     /// The objectives to achieve together; a plan pursues one where it is a most preferred one.
     pub(super) objectives: ObjectiveSet,
-    /// What is known of states, while it is remembered.
+    /// The class and the rank of states, while they are remembered.
     pub(super) standings: Option<Standings>,
 }
 

@@ -46,7 +46,7 @@ impl Edge {
     }
 }
 
-/// What is known of a node before any number is computed.
+/// The rank of a node, before any number is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub(super) struct Rank {
     /// The greatest k with P_k > 0, or [`EVERY`].
@@ -118,7 +118,7 @@ impl Graph {
         4 + self.kind_of.width()
     }
 
-    /// Returns what is known of a node.
+    /// Returns the rank of a node.
     pub(super) fn rank(&self, node: u32) -> Rank {
         self.kinds[self.kind_of.get(node as usize) as usize].rank
     }

@@ -23,7 +23,7 @@ use super::meter::{Meter, Stop, Turn};
 use super::sparse::{Found, Sparse, TINY};
 use super::system::Sense;
 
-/// The relative width of the bounds that are looked for, and what is added to a candidate.
+/// The relative width of the bounds that are sought, and the part that is added to a candidate.
 const WIDTH: f64 = 1e-9;
 /// The least number of sweeps that may make an upper bound of a candidate, and after which the next one is tried.
 const SOON: usize = 8;
@@ -277,7 +277,7 @@ mod tests {
         sparse
     }
 
-    /// Iterates for at most so many sweeps; returns the bounds, and whether they are narrow.
+    /// Iterates for at most this number of sweeps; returns the bounds, and whether they are narrow.
     fn solve(sparse: &Sparse, sweeps: usize) -> (Found, bool) {
         let mut iteration = Iteration::new(sparse, None);
         let end = iteration.turn(sweeps * sparse.entries(), &mut Meter::unlimited(&NoProgress));

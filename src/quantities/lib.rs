@@ -53,7 +53,7 @@
 //! *Optimistic value iteration* needs as many sweeps as values take to settle. Lower bounds are iterated from 0, and show
 //! where the values lead; a candidate beyond is an upper bound if one more step raises none of its values.
 //!
-//! Which one is faster depends on the model, so they take turns with budgets that double, counted in the entries of rows.
+//! The faster one depends on the model, so they take turns with budgets that double, counted in the entries of rows.
 //! Up to 1000 groups elimination comes first, since its bounds are narrower; in larger components iteration does, which
 //! needs less memory. The work is at most a fixed multiple of that of the faster method.
 //!

@@ -76,10 +76,10 @@ pub(super) struct Sparse {
     pub(super) least: f64,
 }
 
-/// What an action has besides its edges.
+/// The parts of an action besides its edges.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Constant {
-    /// The bounds of what it gains or pays, values at exits included.
+    /// The bounds of its gain or payment, values at exits included.
     pub(super) low: f64,
     pub(super) high: f64,
     /// The greatest upper bound at an exit; infinite if more is gained or paid.

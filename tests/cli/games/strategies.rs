@@ -129,5 +129,6 @@ fn a_reason_names_the_players_who_can_weaken_together() {
     ];
     assert_eq!(reasons, expected);
     let text = at(&scratch, &["strategy", "@g.prism", "@g.pref", "--coalition", "us,p3"]).expect(0).stdout;
+    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(text.contains("To move: us (ours)") && text.contains("whatever the opponent does"), "{text}");
 }
