@@ -61,7 +61,7 @@ impl Selection {
     }
 
     /// Builds the engine for some questions and updates the selection. As long as it is open, the
-    /// states decide: both engines explore them in turns ([`explore`]).
+    /// states decide: both engines explore them in turns (`both::explore`).
     ///
     /// - If the explicit engine is the first to know all states, it is selected. It has the first turn if a question
     ///   lists the states anyway, such as one for a number.
