@@ -196,7 +196,9 @@ pub(crate) fn constants_text(constants: Option<&Bound<'_, PyDict>>) -> PyResult<
         } else if let Ok(x) = value.extract::<f64>() {
             format!("{x:?}")
         } else {
-            return Err(usage(format!("constants are bools, ints, floats and fractions: `{name}` is {value}")));
+            return Err(usage(format!(
+                "constants are bools, ints, floats and fractions: `{name}` is {value}"
+            )));
         };
         parts.push(format!("{name}={text}"));
     }
