@@ -38,7 +38,7 @@ pub mod csv {
 
 /// Escaping of untrusted text: one function for each target.
 pub mod escape {
-    pub use meliora_model::escape::{dot, is_shown, line, lines, quoted, unword, word};
+    pub use meliora_model::escape::{dot, first_word, is_shown, line, lines, quoted, unword, word};
 }
 
 /// JSON in which every character is displayed.

@@ -101,7 +101,7 @@ def renamed_text(plain, wild, draw, labels):
     wild.write_text("\n".join([first, *(f"{row} {encoded(names[word][0])}" for row, word in rows)]) + "\n")
     wild.with_suffix(".sta").write_text(plain.with_suffix(".sta").read_text())
     first, rest = plain.with_suffix(".lab").read_text().split("\n", 1)
-    first = re.sub(r'"(\w+)"', lambda found: f'"{encoded(labels.get(found[1], found[1]))}"', first)
+    first = re.sub(r'"(\w+)"', lambda found: f'"{labels.get(found[1], found[1])}"', first)
     wild.with_suffix(".lab").write_text(f"{first}\n{rest}")
     return {word: form for word, (_, form) in names.items()}
 
@@ -116,7 +116,9 @@ def renamed_drn(plain, wild, draw, labels):
 
 def with_labels(line, labels):
     """A line of a DRN file with other labels."""
-    return " ".join(encoded(labels.get(word, word)) for word in line.split(" ")) if line[:6] == "state " else line
+    if not line.startswith("state "):
+        return line
+    return " ".join(f'"{labels[word]}"' if word in labels else word for word in line.split(" "))
 
 
 def renamed_archive(plain, wild, draw, labels):

@@ -7,7 +7,8 @@
 //! | target | function |
 //! | --- | --- |
 //! | terminal, messages | [`line()`], [`lines`] |
-//! | actions and rewards in `.tra` and `.drn`, DDDMP | [`word`], [`unword`] |
+//! | actions in `.tra` and `.drn`, DDDMP | [`word`], [`unword`] |
+//! | rewards in `.drn` | [`first_word`], [`unword`] |
 //! | labels in `.lab` and `.drn` | [`quoted`], [`unquoted`] |
 //! | DOT | [`dot`] |
 //! | CSV | [`crate::csv::cell`] |
@@ -84,14 +85,25 @@ fn is_plain(name: &str) -> bool {
 }
 
 /// Returns a text as one word: `%20` and the like replace the UTF-8 bytes of blanks, of characters
-/// that are not displayed, and of `%`, `[`, `]`, `{`, `!`, `@`, `/` and `"`. [`unword`] is the inverse.
+/// that are not displayed, and of `%`, `[` and `]`. [`unword`] is the inverse.
 pub fn word(text: &str) -> Cow<'_, str> {
-    if !text.contains(breaks_words) {
+    encoded_where(text, breaks_words)
+}
+
+/// Returns a text as one word that can stand at the beginning of a line of `.drn`: there, `{`, `!`, `@`, `/` and `"`
+/// have a meaning and are replaced, too. [`unword`] is the inverse.
+pub fn first_word(text: &str) -> Cow<'_, str> {
+    encoded_where(text, |c| breaks_words(c) || matches!(c, '{' | '!' | '@' | '/' | '"'))
+}
+
+/// Replaces some characters by their bytes, such as `%20`.
+fn encoded_where(text: &str, is_replaced: fn(char) -> bool) -> Cow<'_, str> {
+    if !text.contains(is_replaced) {
         return Cow::Borrowed(text);
     }
     let mut out = String::with_capacity(text.len() + 16);
     for c in text.chars() {
-        match breaks_words(c) {
+        match is_replaced(c) {
             true => c.encode_utf8(&mut [0; 4]).bytes().for_each(|byte| out += &format!("%{byte:02X}")),
             false => out.push(c),
         }
@@ -99,7 +111,7 @@ pub fn word(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// Returns the text of a word. Where it is not as [`word`] writes it, it stays as it is.
+/// Returns the text of a word. Where it is not as [`word`] or [`first_word`] writes it, it stays as it is.
 pub fn unword(word: &str) -> Cow<'_, str> {
     if !word.contains('%') {
         return Cow::Borrowed(word);
@@ -117,15 +129,15 @@ pub fn unword(word: &str) -> Cow<'_, str> {
 
 /// Returns true if a word does not contain the character itself.
 fn breaks_words(c: char) -> bool {
-    c.is_whitespace() || matches!(c, '%' | '[' | ']' | '{' | '!' | '@' | '/' | '"') || !is_shown(c)
+    c.is_whitespace() || matches!(c, '%' | '[' | ']') || !is_shown(c)
 }
 
-/// Reads a character in the form that [`word`] gives it; returns it with the length of the form.
+/// Reads a character in the form that [`first_word`] gives it; returns it with the length of the form.
 fn encoded(text: &str) -> Option<(char, usize)> {
     let byte = |part: &[u8]| u8::from_str_radix(std::str::from_utf8(part.get(1..)?).ok()?, 16).ok();
     let bytes: Vec<u8> = text.as_bytes().chunks_exact(3).take(4).map_while(byte).collect();
     let first = bytes.utf8_chunks().next()?.valid().chars().next()?;
-    let form = word(first.encode_utf8(&mut [0; 4])).into_owned();
+    let form = first_word(first.encode_utf8(&mut [0; 4])).into_owned();
     (form.len() > 1 && text.starts_with(&form)).then_some((first, form.len()))
 }
 

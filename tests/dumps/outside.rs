@@ -1,7 +1,7 @@
 //! Names of any characters, in every format that is written: no target is broken, and names that are
 //! read back are the same.
 
-use meliora::advanced::escape::{dot, is_shown, line, lines, quoted, unword, word};
+use meliora::advanced::escape::{dot, first_word, is_shown, line, lines, quoted, unword, word};
 use meliora::advanced::{csv, json};
 use meliora::dump::{Diagram, Edge, dddmp};
 use meliora::error::SourceFile;
@@ -67,7 +67,7 @@ proptest! {
     #[test]
     fn labels_and_rewards_of_explicit_formats_are_read_back(name in name()) {
         let shown = line(&name).into_owned();
-        let (word, label) = (word(&name), quoted(&shown));
+        let (word, label) = (first_word(&name), quoted(&shown));
         let drn = format!("@type: MDP\n@reward_models\n{word}\n@model\nstate 0 [1] init {label}\n\taction a [0.5]\n\t\t0 : 1\n");
         let model = Document::of(SourceFile::new("m", drn)).load(&none(), &NoProgress).unwrap().program;
         prop_assert_eq!(model.rewards[0].name.as_ref(), Some(&shown));

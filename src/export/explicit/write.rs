@@ -12,7 +12,7 @@ use super::graph::{Graph, Row};
 use meliora_model::Program;
 use meliora_model::csv;
 use meliora_model::error::Result;
-use meliora_model::escape::{quoted, word};
+use meliora_model::escape::{first_word, quoted, word};
 use meliora_model::exact::Ratio;
 use meliora_model::progress::ProgressSink;
 
@@ -119,7 +119,7 @@ pub fn drn(graph: &Graph, program: &Program, sink: &dyn ProgressSink) -> Result<
         true => String::new(),
         false => format!(" [{}]", rewards.iter().map(of).collect::<Vec<_>>().join(", ")),
     };
-    let models: Vec<Cow<'_, str>> = rewards.iter().map(|rewards| word(&rewards.name)).collect();
+    let models: Vec<Cow<'_, str>> = rewards.iter().map(|rewards| first_word(&rewards.name)).collect();
     let models = models.join(" ");
     let (names, of) = labels_by_state(graph);
     let kind = if graph.is_dtmc { "DTMC" } else { "MDP" };
