@@ -53,7 +53,7 @@ def test_objectives_achieved_together(found: meliora.Analysis) -> None:
         for together, states in sets.items():
             assert 2 <= len(together) <= len(members) and set(together) <= set(members)
             assert states and states <= classes[members]
-    told = {tuple(c["most_preferred"]): c.get("jointly") for c in found.to_dict()["classes"]}
+    told = {tuple(c["most_preferred"]): c.get("jointly") for c in found.to_dict()["classes"] or []}
     assert set(told) == set(joint) and not any(told.values())
 
 
@@ -223,7 +223,7 @@ def test_preferences_that_prefer_nothing_have_a_warning() -> None:
 
 def test_reports_in_many_forms(found: meliora.Analysis, engine: Engine) -> None:
     report = found.to_dict()
-    assert report["schema"] == "meliora.check/1" and report["sasi"]["levels"] == ["768", "98"]
+    assert report["schema"] == "meliora.check/1" and report["sasi"] is not None and report["sasi"]["levels"] == ["768", "98"]
     assert report["initial"][0]["sasi_actions"] == ["N"] and report["engine"] == engine
     assert "SASI" in found.to_text() and found.to_svg().startswith("<svg")
     if engine == "explicit":

@@ -69,7 +69,7 @@ def test_rewards_are_costs_of_states_or_actions() -> None:
     model = meliora.Model.from_transitions(P, costs, LABELS, 0, actions=["try", "give_up"])
     assert model.actions == ["try", "give_up"]
     cost = model.check(WISHES).values(reward="energy")[0]["levels"][0]["cost"]
-    assert cost["lower"] == pytest.approx(3) and cost["upper"] == pytest.approx(3)
+    assert cost is not None and cost["lower"] == pytest.approx(3) and cost["upper"] == pytest.approx(3)
 
 
 @pytest.mark.parametrize(
