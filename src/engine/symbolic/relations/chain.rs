@@ -5,8 +5,12 @@
 //! cost what that bit concerns: `n` independent modules have n links in all.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::hash::Hash;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use ahash::AHashMap;
+
+use crate::symbolic::store::Store;
 use meliora_model::error::Result;
 
 /// A link of a chain; its operands are of type `Operand`.
@@ -33,7 +37,41 @@ pub(super) trait Links<L: Link> {
     fn link(&self, here: Arc<[L::Operand]>, below: Option<Arc<L>>) -> Result<Arc<L>>;
 }
 
-/// Returns the chain of some operands and those of a chain; `None` if there are none.
+/// The links of a store by their names. Links with equal names exist once.
+pub(super) struct Known<N, L>(Mutex<AHashMap<N, Arc<L>>>);
+
+impl<N, L> Default for Known<N, L> {
+    fn default() -> Self {
+        Known(Mutex::default())
+    }
+}
+
+impl<N: Hash + Eq, L> Known<N, L> {
+    /// Returns the link with a name, or makes it. Forgets all names if there are too many.
+    pub(super) fn get(&self, store: &Store, name: N, make: impl FnOnce() -> Result<L>) -> Result<Arc<L>> {
+        let mut known = self.names();
+        if let Some(found) = known.get(&name) {
+            return Ok(found.clone());
+        }
+        if known.len() >= store.thresholds().most_lists {
+            known.clear();
+        }
+        let made = Arc::new(make()?);
+        known.insert(name, made.clone());
+        Ok(made)
+    }
+
+    /// Forgets all names. This frees the links that are not in use.
+    pub(super) fn forget(&self) {
+        self.names().clear();
+    }
+
+    fn names(&self) -> MutexGuard<'_, AHashMap<N, Arc<L>>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Returns the chain of some operands and those of a chain; the link without operands if there are none.
 ///
 /// # Errors
 /// The first error of a link.
@@ -41,7 +79,7 @@ pub(super) fn inserted<L: Link>(
     links: &impl Links<L>,
     operands: Vec<L::Operand>,
     chain: Option<Arc<L>>,
-) -> Result<Option<Arc<L>>> {
+) -> Result<Arc<L>> {
     let mut open: BTreeMap<u32, Vec<L::Operand>> = BTreeMap::new();
     let sort = |open: &mut BTreeMap<u32, Vec<_>>, operand| {
         open.entry(links.top_of(&operand)).or_default().push(operand);
@@ -63,5 +101,8 @@ pub(super) fn inserted<L: Link>(
         later.into_iter().for_each(|operand| sort(&mut open, operand));
         passed.extend((!here.is_empty()).then(|| here.into()));
     }
-    passed.into_iter().rev().try_fold(rest, |below, here| links.link(here, below).map(Some))
+    match passed.into_iter().rev().try_fold(rest, |below, here| links.link(here, below).map(Some))? {
+        Some(chain) => Ok(chain),
+        None => links.link([].into(), None),
+    }
 }

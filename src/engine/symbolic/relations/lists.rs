@@ -5,11 +5,11 @@
 //! once and have a number, so that the operation cache can store results per set and list.
 
 use std::iter;
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 
-use ahash::{AHashMap, AHashSet};
+use ahash::AHashSet;
 
-use super::chain::{self, Link, Links};
+use super::chain::{self, Known, Link, Links};
 use super::partial_relation::PartialRelation;
 use crate::symbolic::store::charge::Charge;
 use crate::symbolic::store::diagram::Bdd;
@@ -223,7 +223,7 @@ pub(in crate::symbolic) struct Layers {
 /// The lists of one store, by their first entries and the number of the list of the others.
 #[derive(Default)]
 pub(in crate::symbolic) struct Lists {
-    known: Mutex<AHashMap<Name, Arc<RelationList>>>,
+    known: Known<Name, RelationList>,
 }
 
 type Name = (Arc<[PartialRelation]>, Option<u32>);
@@ -247,16 +247,7 @@ impl Links<RelationList> for Linked<'_> {
     ) -> Result<Arc<RelationList>> {
         let &Linked(store, lists) = self;
         let name = (here.clone(), below.as_ref().map(|list| list.number));
-        let mut known = lists.known();
-        if let Some(list) = known.get(&name) {
-            return Ok(list.clone());
-        }
-        if known.len() >= store.thresholds().most_lists {
-            known.clear();
-        }
-        let list = Arc::new(RelationList::new(store, lists, here, below)?);
-        known.insert(name, list.clone());
-        Ok(list)
+        lists.known.get(store, name, || RelationList::new(store, lists, here, below))
     }
 }
 
@@ -287,22 +278,14 @@ impl Lists {
         entries: Vec<PartialRelation>,
         list: Option<Arc<RelationList>>,
     ) -> Result<Arc<RelationList>> {
-        let links = Linked(store, self);
-        match chain::inserted(&links, entries, list)? {
-            Some(list) => Ok(list),
-            None => links.link([].into(), None),
-        }
-    }
-
-    fn known(&self) -> MutexGuard<'_, AHashMap<Name, Arc<RelationList>>> {
-        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+        chain::inserted(&Linked(store, self), entries, list)
     }
 }
 
 impl Forgets for Lists {
     /// Forgets the names of all lists. This frees the lists that are not in use.
     fn forget(&self) {
-        self.known().clear();
+        self.known.forget();
     }
 }
 

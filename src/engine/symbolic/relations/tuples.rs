@@ -1,10 +1,8 @@
 //! The lists of several groups of choices as one operand of a recursion: a chain of links.
 
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 
-use ahash::AHashMap;
-
-use super::chain::{self, Link, Links};
+use super::chain::{self, Known, Link, Links};
 use super::lists::RelationList;
 use crate::symbolic::store::charge::Charge;
 use crate::symbolic::store::diagram::Bdd;
@@ -134,7 +132,7 @@ impl Group {
 /// The tuples of one store, by the numbers of their first lists and of the tuple of the others.
 #[derive(Default)]
 pub(in crate::symbolic) struct ListTuples {
-    known: Mutex<AHashMap<Name, Arc<ListTuple>>>,
+    known: Known<Name, ListTuple>,
 }
 
 type Name = (Vec<u32>, Option<u32>);
@@ -176,15 +174,7 @@ impl ListTuples {
         groups: Vec<Group>,
         tuple: Option<Arc<ListTuple>>,
     ) -> Result<Arc<ListTuple>> {
-        let links = Linked(store, self);
-        match chain::inserted(&links, groups, tuple)? {
-            Some(tuple) => Ok(tuple),
-            None => links.link([].into(), None),
-        }
-    }
-
-    fn known(&self) -> MutexGuard<'_, AHashMap<Name, Arc<ListTuple>>> {
-        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+        chain::inserted(&Linked(store, self), groups, tuple)
     }
 }
 
@@ -214,34 +204,27 @@ impl Links<ListTuple> for Linked<'_> {
         }
         let numbers = here.iter().map(|group| group.list.number).collect();
         let name = (numbers, below.as_ref().map(|tuple| tuple.number));
-        let mut known = tuples.known();
-        if let Some(found) = known.get(&name) {
-            return Ok(found.clone());
-        }
-        if known.len() >= store.thresholds().most_lists {
-            known.clear();
-        }
-        let mut charge = store.charge();
-        charge.add(BYTES_PER_TUPLE + BYTES_PER_LIST * here.len());
-        let made = Arc::new(ListTuple {
-            number: store.new_key()?,
-            top: here.first().map_or(u32::MAX, |group| group.list.top),
-            stays: here.iter().any(|group| group.stays(store)),
-            here,
-            below,
-            sources: OnceLock::new(),
-            halves: OnceLock::new(),
-            tuples: Arc::clone(tuples),
-            _charge: charge,
-        });
-        known.insert(name, made.clone());
-        Ok(made)
+        tuples.known.get(store, name, || {
+            let mut charge = store.charge();
+            charge.add(BYTES_PER_TUPLE + BYTES_PER_LIST * here.len());
+            Ok(ListTuple {
+                number: store.new_key()?,
+                top: here.first().map_or(u32::MAX, |group| group.list.top),
+                stays: here.iter().any(|group| group.stays(store)),
+                here,
+                below,
+                sources: OnceLock::new(),
+                halves: OnceLock::new(),
+                tuples: Arc::clone(tuples),
+                _charge: charge,
+            })
+        })
     }
 }
 
 impl Forgets for ListTuples {
     /// Forgets the names of all tuples. This frees the tuples that are not in use.
     fn forget(&self) {
-        self.known().clear();
+        self.known.forget();
     }
 }
