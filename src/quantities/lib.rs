@@ -17,27 +17,11 @@
 //!
 //! # Modules
 //!
-//! | module | contents |
+//! | folder | contents |
 //! | --- | --- |
-//! | `facts`, `listing`, `explore` | from an [`Analysis`](meliora_planning::Analysis) to a graph: the states that kept choices reach, with exact probabilities |
-//! | `codes`, `places` | states in few bytes, and their nodes |
-//! | `graph`, `narrow` | numbered nodes, choices, edges, in few bytes |
-//! | [`cost`] | what a step costs: steps, or a reward structure |
-//! | `system`, `solve`, `solution`, `solved` | the equations of each quantity and level, solved component by component |
-//! | `components`, `groups` | strongly connected components, and the end components in them |
-//! | `turns` | the methods for a component, with budgets that double |
-//! | `sparse` | the equations of a component in doubles, rounded outwards |
-//! | `iterate` | optimistic value iteration |
-//! | `doubles` | policy iteration by elimination of states, with bounds that one step confirms |
-//! | `component` | the same with fractions |
-//! | `eliminate` | elimination of states |
-//! | `horizon` | success within n steps |
-//! | `number` | intervals with outward rounding, and fractions |
-//! | [`values`] | the results: [`Values`] |
-//! | [`choose`] | strategies that attain the values |
-//! | [`confirmed`], `inductive` | bounds that one step confirms, for certificates |
-//! | [`path_values`] | probabilities of formulas and rewards until a target, without preferences |
-//! | `reached`, `by_number`, `by_code` | the graph of their states: by the numbers of an engine that stores states one by one, or by code |
+//! | [`equations`] | from states to equations: graphs with exact probabilities, costs, the equations of each quantity |
+//! | `solvers` | components, and the methods that solve their equations |
+//! | [`answers`] | what is made of the solutions: values, strategies, properties, certificates |
 //!
 //! # Methods
 //!
@@ -100,46 +84,15 @@
 //! # Ok::<(), meliora_model::error::Error>(())
 //! ```
 
-pub mod all_states;
-pub mod answer;
-mod by_code;
-mod by_number;
-pub mod choose;
-mod codes;
-mod component;
-mod components;
-pub mod confirmed;
-pub mod cost;
-mod doubles;
-mod eliminate;
-mod explore;
-mod facts;
-mod graph;
-mod groups;
-mod horizon;
-mod inductive;
-mod iterate;
-mod listing;
-mod meter;
-mod narrow;
-mod number;
-pub mod outlook;
-pub mod path_values;
-mod places;
-mod reached;
-mod solution;
-mod solve;
-mod solved;
-mod sparse;
-pub mod state_values;
-mod system;
+pub mod answers;
+pub mod equations;
+mod solvers;
 #[cfg(test)]
 mod tests;
-mod ties;
-mod turns;
-pub mod values;
 
+pub use answers::{all_states, answer, choose, confirmed, outlook, path_values, state_values, values};
 pub use choose::{Achiever, Choose, Chooser, ValuedRule};
 pub use cost::{Cost, Earned, Steps};
-pub use number::{Bounds, Interval};
+pub use equations::cost;
+pub use equations::number::{Bounds, Interval};
 pub use values::{Aim, ChoiceValues, Node, ValueOptions, Values};

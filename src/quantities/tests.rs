@@ -5,12 +5,12 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use bitvec::vec::BitVec;
 use num_traits::FromPrimitive;
 
-use super::graph::{Edge, Graph, LOST, Rank};
-use super::meter::Meter;
-use super::number::{Interval, Number, Weight};
-use super::solution::Solution;
-use super::system::{Candidates, Method, Quantity, System};
-use super::ties::{self, Solutions};
+use crate::answers::ties::{self, Solutions};
+use crate::equations::graph::{Edge, Graph, LOST, Rank};
+use crate::equations::meter::Meter;
+use crate::equations::number::{Interval, Number, Weight};
+use crate::equations::solution::Solution;
+use crate::equations::system::{Candidates, Method, Quantity, System};
 use meliora_engine::{NoProgress, ProgressSink};
 use meliora_model::error::Limit;
 use meliora_model::exact::Ratio;

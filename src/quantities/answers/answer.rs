@@ -1,0 +1,253 @@
+//! Answers to properties: whether they hold in the initial states, and the number that they ask for.
+
+use std::cmp::Ordering;
+
+use crate::answers::path_values::{self, Paths, Value, Wanted};
+use crate::answers::state_values::Bound;
+use crate::equations::cost::check_rewards;
+use crate::equations::number::{Number, Weight};
+use crate::{Bounds, Earned, Interval};
+use meliora_engine::Engine;
+use meliora_engine::regions::{Regions, Which, deciding, holds};
+use meliora_model::error::{Error, Limit, Result};
+use meliora_model::exact::{Ratio, Real};
+use meliora_model::predicate::Predicate;
+use meliora_model::property::{Bound as Likely, Inequality, Measure, Over, Quantity, Question, Strategies};
+use meliora_model::{Optimum, Program};
+
+pub use crate::equations::number::PRECISION;
+
+/// Maximum number of initial states with values.
+const MOST_STATES: usize = 1 << 20;
+
+/// The answer to a property.
+pub struct Answer {
+    /// The value over the initial states.
+    pub value: Option<Bound>,
+    /// True if the property holds in all of them; `None` if it is not decided.
+    pub holds: Option<bool>,
+    /// The reason why a quantity that was asked for has no value.
+    pub no_value: Option<&'static str>,
+    /// An error if a limit was hit, after which the bounds of the value may be wide.
+    pub end: Result<()>,
+}
+
+impl Answer {
+    /// Creates an answer without a number.
+    pub fn of(holds: Option<bool>) -> Self {
+        Answer { value: None, holds, no_value: None, end: Ok(()) }
+    }
+
+    /// Creates the answer for a quantity that has no value.
+    pub fn without_value(reason: &'static str) -> Self {
+        Answer { no_value: Some(reason), ..Answer::of(None) }
+    }
+}
+
+/// A property over a program.
+pub struct Asked<'a> {
+    /// The program, with the monitors of the property's formula.
+    pub program: &'a Program,
+    /// The question; `None` for a target without a property.
+    pub question: Option<&'a Question>,
+    /// The part of the initial states that it is about.
+    pub over: Over,
+    /// The target of the paths; `None` for a temporal formula.
+    pub target: Option<&'a Predicate>,
+    /// The states in which the rewards that the question names are wrong.
+    pub wrong: Option<&'a Predicate>,
+}
+
+/// Returns the regions that a question needs; a target without a question needs all four.
+pub fn needed(question: Option<&Question>, program: &Program) -> Vec<Which> {
+    match question {
+        None => Which::ALL.to_vec(),
+        Some(Question::Qualitative(strategies, bound)) => vec![deciding(*strategies, *bound).0],
+        Some(Question::Quantity(quantity)) => {
+            path_values::needed(&quantity.measure, optimum(quantity, program)).to_vec()
+        }
+    }
+}
+
+/// Returns the strategies that a quantity is about; without a word, all have the same value.
+fn optimum(quantity: &Quantity, program: &Program) -> Optimum {
+    quantity.strategies(program).unwrap_or(Optimum::Max)
+}
+
+/// Answers a property as far as the known regions decide it: a qualitative one, or a probability
+/// that is 0 or 1 in all initial states. Cost: no image.
+///
+/// # Errors
+/// A limit is hit.
+pub fn decided<E: Engine>(
+    engine: &E,
+    asked: &Asked<'_>,
+    known: &Regions<Option<E::States>>,
+) -> Result<Answer> {
+    let quantity = match asked.question {
+        Some(Question::Qualitative(strategies, bound)) => {
+            return Ok(Answer::of(holds(engine, (*strategies, *bound), known)?));
+        }
+        Some(Question::Quantity(quantity)) if quantity.measure == Measure::Probability => quantity,
+        _ => return Ok(Answer::of(None)),
+    };
+    let (one, zero) = match optimum(quantity, asked.program) {
+        Optimum::Max => (Strategies::Some, Strategies::All),
+        Optimum::Min => (Strategies::All, Strategies::Some),
+    };
+    let value = if holds(engine, (one, Likely::One), known)? == Some(true) {
+        Ratio::one()
+    } else if holds(engine, (zero, Likely::Zero), known)? == Some(true) {
+        Ratio::zero()
+    } else {
+        return Ok(Answer::of(None));
+    };
+    let values = [Value::Finite(Bounds::of(&value))];
+    let holds = quantity.bound.as_ref().and_then(|bound| truth(&values, bound));
+    Ok(Answer { value: over(&values, asked.over), ..Answer::of(holds) })
+}
+
+/// Answers a property from the regions of its formula that it needs, and a target without a property
+/// not at all. The regions contain all states, also those with monitors that are not fresh.
+///
+/// # Errors
+/// A limit is hit, or a reward is wrong.
+pub fn answer<E: Engine>(
+    engine: &E,
+    asked: &Asked<'_>,
+    regions: &Regions<Option<E::States>>,
+    precision: f64,
+) -> Result<Answer> {
+    let decided = decided(engine, asked, regions)?;
+    let Some(Question::Quantity(quantity)) = asked.question else { return Ok(decided) };
+    if decided.value.is_some() {
+        return Ok(decided);
+    }
+    if engine.is_game() {
+        return in_game(engine, (quantity, optimum(quantity, asked.program)), regions);
+    }
+    let program = asked.program;
+    let target = match asked.target {
+        Some(target) => engine.states_where(target)?,
+        None => engine.no_states(),
+    };
+    if let (Some(wrong), Measure::Reward(rewards)) = (asked.wrong, &quantity.measure)
+        && let Some(structure) = rewards.find(program).and_then(|at| program.rewards.get(at))
+    {
+        check_rewards(engine, program, structure, wrong)?;
+    }
+    let states = engine.list_states(&engine.initial_states(), MOST_STATES + 1)?;
+    if states.len() > MOST_STATES {
+        return Err(Limit::Listed(MOST_STATES as u64).into());
+    }
+    let optimum = optimum(quantity, program);
+    let wanted = wanted(program, quantity, &target)?;
+    let mut paths = Paths::explore(engine, program, (&wanted, optimum), regions, &states)?;
+    let mut found = paths.values(false)?;
+    // The values of several states may be far apart; each has narrow bounds of its own.
+    let is_narrow = |found: &[Value]| found.iter().all(|value| bound(value.interval()).width() <= precision);
+    let is_decided =
+        |found: &[Value]| quantity.bound.as_ref().is_none_or(|bound| truth(found, bound).is_some());
+    // Where bounds are too wide, or contain the bound of the property, exact numbers decide.
+    if found.end.is_ok() && !(is_narrow(&found.values) && is_decided(&found.values)) {
+        match paths.values(true).and_then(|exact| exact.end.map(|()| exact.values)) {
+            Ok(exact) => found.values = exact,
+            Err(e) => found.end = Err(e),
+        }
+    }
+    let holds = quantity.bound.as_ref().and_then(|bound| truth(&found.values, bound));
+    Ok(Answer { value: over(&found.values, asked.over), holds, no_value: None, end: found.end })
+}
+
+/// The reason why a quantity of a game has no value here.
+const BETWEEN: &str = "values of a game other than 0 and 1 are not supported";
+
+/// Answers a property of a game about a probability if it is 0 or 1 in all initial states.
+///
+/// # Errors
+/// A limit is reached.
+fn in_game<E: Engine>(
+    engine: &E,
+    (quantity, optimum): (&Quantity, Optimum),
+    regions: &Regions<Option<E::States>>,
+) -> Result<Answer> {
+    let (one, positive) = match optimum {
+        Optimum::Max => (Which::PmaxOne, Which::PmaxPositive),
+        Optimum::Min => (Which::PminOne, Which::PminPositive),
+    };
+    let (one, positive) = (regions.known(one)?, regions.known(positive)?);
+    let initial = engine.initial_states();
+    let is_empty = |x: E::States| engine.is_empty(&x);
+    let mut values = Vec::new();
+    if !is_empty(engine.difference(&initial, positive)?)? {
+        values.push(Value::Finite(Bounds::point(0)));
+    }
+    if !is_empty(engine.intersection(&initial, one)?)? {
+        values.push(Value::Finite(Bounds::point(1)));
+    }
+    let between = engine.difference(&engine.intersection(&initial, positive)?, one)?;
+    let truth = quantity.bound.as_ref().and_then(|bound| truth(&values, bound));
+    if is_empty(between)? {
+        return Ok(Answer { value: over(&values, Over::All), holds: truth, no_value: None, end: Ok(()) });
+    }
+    match truth {
+        Some(false) => Ok(Answer::of(Some(false))),
+        _ => {
+            let refused = Error::Usage(format!("the property cannot be answered: {BETWEEN}"));
+            Ok(Answer { end: Err(refused), ..Answer::without_value(BETWEEN) })
+        }
+    }
+}
+
+fn wanted<'p, S>(program: &'p Program, quantity: &Quantity, target: &'p S) -> Result<Wanted<'p, S>> {
+    let Measure::Reward(rewards) = &quantity.measure else { return Ok(Wanted::Probability) };
+    let structure = rewards.find(program).and_then(|at| program.rewards.get(at));
+    let structure = structure.ok_or_else(|| Error::Usage("unknown reward structure".to_owned()))?;
+    Ok(Wanted::Reward(Earned { program, structure }, target))
+}
+
+/// Returns the bounds over all states: the lower one of the least value, the upper one of the
+/// greatest; or both of the least or the greatest value alone.
+fn over(values: &[Value], part: Over) -> Option<Bound> {
+    let join = |a: Interval, b: Interval| match part {
+        Over::All | Over::Only(_) => Interval { lower: a.lower.min(b.lower), upper: a.upper.max(b.upper) },
+        Over::Least => Interval { lower: a.lower.min(b.lower), upper: a.upper.min(b.upper) },
+        Over::Greatest => Interval { lower: a.lower.max(b.lower), upper: a.upper.max(b.upper) },
+    };
+    let all = values.iter().map(Value::interval).reduce(join)?;
+    Some(bound(all))
+}
+
+fn bound(Interval { lower, upper }: Interval) -> Bound {
+    Bound { lower, upper, exact: None }
+}
+
+/// Returns whether all values satisfy a comparison; `None` if the bounds do not decide it.
+fn truth(values: &[Value], (comparison, bound): &(Inequality, Ratio)) -> Option<bool> {
+    let each: Vec<Option<bool>> = values.iter().map(|value| satisfies(value, *comparison, bound)).collect();
+    if each.contains(&Some(false)) {
+        return Some(false);
+    }
+    if each.contains(&None) { None } else { Some(true) }
+}
+
+fn satisfies(value: &Value, comparison: Inequality, bound: &Ratio) -> Option<bool> {
+    let holds = |order: Ordering| match comparison {
+        Inequality::Ge => order.is_ge(),
+        Inequality::Gt => order.is_gt(),
+        Inequality::Le => order.is_le(),
+        Inequality::Lt => order.is_lt(),
+    };
+    if let Value::Finite(bounds) = value
+        && let Some(exact) = &bounds.exact
+    {
+        return Some(holds(exact.cmp(bound)));
+    }
+    let Interval { lower, upper } = value.interval();
+    let side = |x: f64| Real::from(x).compare(&Real::Finite(bound.clone()));
+    match (side(lower), side(upper)) {
+        (Some(Ordering::Greater), _) => Some(holds(Ordering::Greater)),
+        (_, Some(Ordering::Less)) => Some(holds(Ordering::Less)),
+        _ => None,
+    }
+}

@@ -1,0 +1,19 @@
+//! What is made of solutions.
+//!
+//! | module | contents |
+//! | --- | --- |
+//! | [`values`], [`state_values`], [`all_states`] | the results of an analysis: [`Values`](crate::Values), also as plain data |
+//! | [`choose`], `ties` | strategies that attain the values |
+//! | [`outlook`] | what a strategy promises |
+//! | [`confirmed`] | bounds that one step confirms, for certificates |
+//! | [`path_values`], [`answer`] | probabilities of formulas and rewards until a target, without preferences |
+
+pub mod all_states;
+pub mod answer;
+pub mod choose;
+pub mod confirmed;
+pub mod outlook;
+pub mod path_values;
+pub mod state_values;
+pub(crate) mod ties;
+pub mod values;

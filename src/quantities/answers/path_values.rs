@@ -1,0 +1,320 @@
+//! The quantities of `reach`: the extreme probability of a formula, and the extreme expected reward
+//! until a target is reached.
+//!
+//! Regions come first. A probability is 1 or 0 in the qualitative regions of the formula, and between
+//! them it is the probability to reach the first. The least probability is 1 minus the greatest
+//! probability of the negation. An expected reward is finite where the target is reached almost
+//! surely: by some strategy for the least, by every strategy for the greatest. So only the states
+//! between the regions, as far as the given states reach them, have equations.
+
+use crate::answers::ties::{self, Solutions, Ties};
+use crate::equations::by_code::ByCode;
+use crate::equations::by_number::ByNumber;
+use crate::equations::cost::Earned;
+use crate::equations::graph::{Graph, LOST, NONE};
+use crate::equations::meter::Meter;
+use crate::equations::number::{Bounds, Interval, Number};
+use crate::equations::reached::{Coded, END, Growing, Nodes, Reached};
+use crate::equations::solution::Solution;
+use crate::equations::system::{Quantity, System};
+use meliora_engine::Engine;
+use meliora_engine::explicit::weighted::{Codec, Walker};
+use meliora_engine::regions::{Regions, Which};
+use meliora_model::error::Result;
+use meliora_model::exact::Ratio;
+use meliora_model::property::Measure;
+use meliora_model::{Optimum, Program, State};
+
+/// The quantity that is wanted.
+#[derive(Debug)]
+pub enum Wanted<'p, S> {
+    /// The probability of the formula that the regions belong to.
+    Probability,
+    /// The expected reward until a state of the target is reached.
+    Reward(Earned<'p>, &'p S),
+}
+
+/// A value of a state.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    /// A number.
+    Finite(Bounds),
+    /// Infinity: the target is not reached almost surely.
+    Infinite,
+}
+
+impl Value {
+    /// Returns the bounds, which may be infinite.
+    pub fn interval(&self) -> Interval {
+        match self {
+            Value::Finite(bounds) => bounds.interval,
+            Value::Infinite => Interval::point(f64::INFINITY),
+        }
+    }
+}
+
+/// The values of some states.
+#[derive(Debug)]
+pub struct Answer {
+    /// The values, in the order of the states.
+    pub values: Vec<Value>,
+    /// An error if a limit was reached. The bounds hold then too, but may be wide.
+    pub end: Result<()>,
+}
+
+/// Returns the regions from which [`values`] computes a quantity.
+pub fn needed(measure: &Measure, optimum: Optimum) -> &'static [Which] {
+    match (measure, optimum) {
+        (Measure::Probability, Optimum::Max) => &[Which::PmaxPositive, Which::PmaxOne],
+        (Measure::Probability, Optimum::Min) => &[Which::PminPositive, Which::PminOne],
+        (Measure::Reward(_), Optimum::Min) => &[Which::PmaxOne],
+        (Measure::Reward(_), Optimum::Max) => &[Which::PminOne],
+    }
+}
+
+/// Computes a quantity in some states of the scope, from the regions of the formula that [`needed`]
+/// names; for a reward, these are the regions of reaching the target. With `exact`, computes with fractions, which can
+/// become very long.
+///
+/// Cost: that of [`Paths::explore`] and [`Paths::values`].
+///
+/// # Errors
+/// The errors of [`Paths::explore`].
+pub fn values<E: Engine>(
+    engine: &E,
+    program: &Program,
+    wanted: (&Wanted<'_, E::States>, Optimum),
+    regions: &Regions<Option<E::States>>,
+    states: &[State],
+    exact: bool,
+) -> Result<Answer> {
+    Paths::explore(engine, program, wanted, regions, states)?.values(exact)
+}
+
+/// The states between the regions that some states reach, with the equations of a quantity.
+pub struct Paths<'e> {
+    graph: Graph,
+    /// The nodes of the states asked for.
+    starts: Vec<u32>,
+    quantity: Quantity,
+    /// True if the probability of the negation is computed.
+    is_negated: bool,
+    meter: Meter<'e>,
+}
+
+impl<'e> Paths<'e> {
+    /// Finds the states that have equations, for a quantity in some states of the scope; see [`values`].
+    ///
+    /// Cost: some membership tests per state between the regions that the given states reach, and one
+    /// evaluation of the commands, unless the engine knows that each choice of the state has one successor.
+    ///
+    /// # Errors
+    /// A limit is reached; a command or a reward has no meaning in some state; a region is missing.
+    pub fn explore<E: Engine>(
+        engine: &'e E,
+        program: &Program,
+        (wanted, optimum): (&Wanted<'_, E::States>, Optimum),
+        regions: &Regions<Option<E::States>>,
+        states: &[State],
+    ) -> Result<Self> {
+        program.of_one_player("a number")?;
+        let all = engine.all_states();
+        let region = |which: Which| regions.known(which).cloned();
+        let others = |which: Which| engine.difference(&all, regions.known(which)?);
+        let (end, inside, quantity, cost) = match (wanted, optimum) {
+            (Wanted::Probability, Optimum::Max) => {
+                let (end, inside) = (region(Which::PmaxOne)?, region(Which::PmaxPositive)?);
+                (end, inside, Quantity::Probability(1), None)
+            }
+            (Wanted::Probability, Optimum::Min) => {
+                let (end, inside) = (others(Which::PminPositive)?, others(Which::PminOne)?);
+                (end, inside, Quantity::Probability(1), None)
+            }
+            (Wanted::Reward(cost, target), Optimum::Min) => {
+                ((*target).clone(), region(Which::PmaxOne)?, Quantity::Cost(1), Some(*cost))
+            }
+            (Wanted::Reward(cost, target), Optimum::Max) => {
+                ((*target).clone(), region(Which::PminOne)?, Quantity::Reward, Some(*cost))
+            }
+        };
+        let mut meter = Meter::new(engine);
+        let search = Search { engine, program, end, inside, cost };
+        let (walker, before) = (search.walker()?, meter.bytes());
+        let Reached { graph, starts, nodes } = search.explored(states, &walker, &mut meter)?;
+        // The graph alone is needed from now on.
+        drop(nodes);
+        meter.release_to(before + graph.bytes());
+        let is_negated = cost.is_none() && optimum == Optimum::Min;
+        Ok(Paths { graph, starts, quantity, is_negated, meter })
+    }
+
+    /// Computes the values of the states asked for. With `exact`, computes with fractions.
+    ///
+    /// # Errors
+    /// A limit is reached before bounds are known.
+    pub fn values(&mut self, exact: bool) -> Result<Answer> {
+        let before = self.meter.bytes();
+        let answer = if exact { self.computed::<Ratio>() } else { self.computed::<Interval>() };
+        self.meter.release_to(before);
+        answer
+    }
+
+    fn computed<N: Number>(&mut self) -> Result<Answer> {
+        let (solution, end) = solved::<N>(&self.graph, self.quantity, &mut self.meter)?;
+        let is_cost = !matches!(self.quantity, Quantity::Probability(_));
+        let value = |node: &u32| match *node {
+            END => Value::Finite(Bounds::of(&if is_cost { N::zero() } else { N::one() })),
+            LOST if is_cost => Value::Infinite,
+            LOST => Value::Finite(Bounds::of(&N::zero())),
+            node => Value::Finite(match solution.get(node).map(Bounds::of) {
+                None => anything(is_cost),
+                Some(bounds) if is_cost => bounds,
+                Some(bounds) => bounds.at_most_one(),
+            }),
+        };
+        let values = self.starts.iter().map(value);
+        let values = match self.is_negated {
+            true => values.map(complemented).collect(),
+            false => values.collect(),
+        };
+        Ok(Answer { values, end })
+    }
+}
+
+/// Returns the bounds of a value of which nothing is known.
+fn anything(is_cost: bool) -> Bounds {
+    let upper = if is_cost { f64::INFINITY } else { 1.0 };
+    Bounds { interval: Interval { lower: 0.0, upper }, exact: None }
+}
+
+/// Returns 1 minus a probability.
+fn complemented(value: Value) -> Value {
+    let Value::Finite(Bounds { interval, exact }) = value else { return value };
+    let rest = |x: f64, round: fn(f64) -> f64| if x == 0.0 || x == 1.0 { 1.0 - x } else { round(1.0 - x) };
+    let lower = rest(interval.upper.min(1.0), f64::next_down).max(0.0);
+    let upper = rest(interval.lower, f64::next_up).min(1.0);
+    Value::Finite(Bounds { interval: Interval { lower, upper }, exact: exact.map(|x| Ratio::one() - x) })
+}
+
+/// The greatest probabilities with which some states achieve an objective, and the choices that attain
+/// them.
+#[derive(Debug)]
+pub(crate) struct Likely {
+    graph: Graph,
+    codec: Codec,
+    found: Coded,
+    solution: Solution<Interval>,
+    /// The choices that attain the values in the fewest steps, where they are known.
+    ties: Option<Ties>,
+}
+
+impl Likely {
+    /// Computes the values of some states and of those that they reach until the objective is almost
+    /// sure, or impossible: the regions `sure` and `possible`. Cost: as [`values`].
+    ///
+    /// # Errors
+    /// The errors of [`values`].
+    pub(crate) fn compute<E: Engine>(
+        engine: &E,
+        program: &Program,
+        (sure, possible): (&E::States, &E::States),
+        states: &[State],
+    ) -> Result<Self> {
+        let mut meter = Meter::new(engine);
+        let search = Search { engine, program, end: sure.clone(), inside: possible.clone(), cost: None };
+        let walker = search.walker()?;
+        let codec = walker.codec().clone();
+        let Reached { mut graph, nodes, .. } = search.explored(states, &walker, &mut meter)?;
+        let found = nodes.coded(&codec, &mut meter)?;
+        let costs = ties::costs(&mut graph);
+        let (solution, end) = solved(&graph, Quantity::Probability(1), &mut meter)?;
+        end?;
+        let fractions: Vec<Interval> = graph.fractions().iter().map(Interval::of).collect();
+        let probability = std::slice::from_ref(&solution);
+        let solutions = Solutions { graph: &graph, fractions: &fractions, costs, probability, cost: &[] };
+        let ties = solutions.decide(&mut meter)?;
+        Ok(Likely { graph, codec, found, solution, ties })
+    }
+
+    /// Returns the node of a state; `None` if it was not explored.
+    fn node(&self, state: &[i64]) -> Option<u32> {
+        self.found.node(&self.codec.known(state).ok()?)
+    }
+
+    /// Returns the probability that the choices attain, which is the greatest one up to the precision; `None`
+    /// if the state was not explored.
+    pub(crate) fn probability(&self, state: &[i64]) -> Option<Bounds> {
+        let node = match self.node(state)? {
+            END => return Some(Bounds::point(1)),
+            LOST => return Some(Bounds::point(0)),
+            node => node,
+        };
+        let known = self.solution.get(node).map(|x| Bounds::of(x).at_most_one());
+        let mut bounds = known.unwrap_or_else(|| Bounds::any(1.0));
+        let [loss, _] = self.ties.as_ref().map_or([0.0; 2], |ties| ties.loss(node, 0));
+        bounds.lose(loss);
+        Some(bounds)
+    }
+
+    /// Returns the choice that attains the probability, of several the one with the least expected number of
+    /// steps until the objective is sure or impossible, by its position in the order of the program;
+    /// `None` where the objective is almost sure or impossible.
+    pub(crate) fn pick(&self, state: &[i64]) -> Option<usize> {
+        let node = self.node(state).filter(|node| *node != END && *node != LOST)?;
+        Some(self.ties.as_ref().map_or_else(|| self.solution.pick(node), |ties| ties.pick(node, 0)))
+            .filter(|choice| *choice != NONE)
+            .map(|choice| self.graph.position(node, choice))
+    }
+}
+
+/// A search for the states that have equations.
+struct Search<'a, E: Engine> {
+    engine: &'a E,
+    program: &'a Program,
+    /// The states where the path ends: with the probability 1, or without further reward.
+    end: E::States,
+    /// The states in which the path goes on; it fails where it leaves them.
+    inside: E::States,
+    cost: Option<Earned<'a>>,
+}
+
+impl<'a, E: Engine> Search<'a, E> {
+    /// Compiles the program.
+    fn walker(&self) -> Result<Walker<'a>> {
+        Walker::new(self.program, &*self.engine.settings().sink)
+    }
+
+    /// Finds the states that some states reach.
+    fn explored(&self, states: &[State], walker: &Walker<'_>, meter: &mut Meter<'_>) -> Result<Reached<'a>> {
+        let all = self.engine.all_states();
+        let mut sets = vec![&self.end, &self.inside, &all];
+        let is_numbered = self.engine.membership(&[])?.numbers().is_some();
+        let earning = self.cost.filter(|_| is_numbered).map(|cost| self.program.earning(cost.structure));
+        let earning = earning.map(|earning| self.engine.states_where(&earning)).transpose()?;
+        sets.extend(&earning);
+        let parts = self.engine.membership(&sets)?;
+        let (codec, growing) = (walker.codec().clone(), Growing::new(self.cost, meter)?);
+        let walk = &mut *walker.walk();
+        if let Some(numbers) = parts.numbers() {
+            let (graph, starts, nodes) = ByNumber::new(numbers, &codec, growing)?.run(states, walk)?;
+            return Ok(Reached { graph, starts, nodes: Nodes::Numbered(parts, nodes) });
+        }
+        let found = Coded::new(&codec);
+        let by_code = ByCode { parts: &*parts, codec: &codec, growing, found };
+        let (graph, starts, found) = by_code.run(states, walk)?;
+        Ok(Reached { graph, starts, nodes: Nodes::Coded(Box::new(found)) })
+    }
+}
+
+/// Solves the equations of a graph. Returns the solution, and an error if a limit was reached.
+fn solved<N: Number>(
+    graph: &Graph,
+    quantity: Quantity,
+    meter: &mut Meter<'_>,
+) -> Result<(Solution<N>, Result<()>)> {
+    let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
+    let system = System::new(graph, quantity, None, &fractions);
+    let mut solution = system.start(meter)?;
+    let end = system.solve(&mut solution, meter);
+    Ok((solution, end))
+}

@@ -1,0 +1,413 @@
+//! The quantities of a finished analysis: probabilities, costs and expected numbers of improvements.
+
+use crate::answers::ties::{self, Solutions, Ties};
+use crate::equations::cost::Cost;
+use crate::equations::explore::Explorer;
+use crate::equations::facts::Facts;
+use crate::equations::graph::{Graph, LOST, NONE};
+use crate::equations::meter::Meter;
+use crate::equations::number::{Bounds, Interval};
+use crate::equations::places::{Place, Places};
+use crate::solvers::horizon::Horizon;
+use crate::solvers::solved::Solved;
+use meliora_engine::Engine;
+use meliora_model::error::{Error, Result};
+use meliora_model::exact::Ratio;
+use meliora_model::{Program, State};
+use meliora_planning::levels::End;
+use meliora_planning::{Analysis, Kind};
+
+/// The number of states asked for that are looked through.
+const FEW: usize = 16;
+
+/// The options of [`Values`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ValueOptions {
+    /// The greatest k for which P_k and C_k are computed.
+    pub levels: usize,
+    /// Computes with fractions instead of intervals. Fractions can become very long: this is for
+    /// small models.
+    pub exact: bool,
+    /// The greatest number of steps of the success curves; `None` for no curves.
+    pub within: Option<usize>,
+}
+
+/// The values of a choice at one level.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChoiceValues {
+    /// The position among the choices of the state, as in [`Program::choices`].
+    pub position: usize,
+    /// The probability to make k improvements if this choice is taken now.
+    pub probability: Bounds,
+    /// The expected cost; `None` if the choice does not keep the improvements certain.
+    pub cost: Option<Bounds>,
+}
+
+/// What a choice is to be best at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Aim {
+    /// The greatest probability of k improvements; where it is 1, also the least cost.
+    Likely,
+    /// The least expected cost until the k-th improvement, where it is certain.
+    Cheap,
+}
+
+/// A state in an arena of the improvement MDP, as a node of the solver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Node(u32);
+
+#[derive(Debug)]
+pub(crate) enum Numbers {
+    Rounded(Solved<Interval>),
+    Exact(Solved<Ratio>),
+}
+
+macro_rules! on {
+    ($numbers:expr, $solved:ident => $body:expr) => {
+        match $numbers {
+            Numbers::Rounded($solved) => $body,
+            Numbers::Exact($solved) => $body,
+        }
+    };
+}
+
+/// The quantities of the states that some states reach.
+#[derive(Debug)]
+pub struct Values {
+    options: ValueOptions,
+    pub(crate) graph: Graph,
+    pub(crate) places: Places,
+    /// The nodes of the states asked for.
+    starts: Vec<u32>,
+    pub(crate) numbers: Numbers,
+    horizon: Option<Horizon>,
+    /// The choices that attain the values in the fewest steps, where they are known.
+    ties: Option<Ties>,
+}
+
+impl Values {
+    /// Creates quantities without results.
+    pub fn new(options: ValueOptions) -> Self {
+        let numbers = match options.exact {
+            true => Numbers::Exact(Solved::new()),
+            false => Numbers::Rounded(Solved::new()),
+        };
+        let (graph, places) = (Graph::default(), Places::default());
+        Values { options, graph, places, starts: Vec::new(), numbers, horizon: None, ties: None }
+    }
+
+    /// Computes the quantities of some states of the scope. Cost: see [`Values::explore`] and
+    /// [`Values::solve`].
+    ///
+    /// # Errors
+    /// The errors of both.
+    pub fn compute<E: Engine>(
+        options: ValueOptions,
+        analysis: &Analysis<E>,
+        program: &Program,
+        states: &[State],
+        costs: &dyn Cost,
+    ) -> Result<Self> {
+        let mut values = Values::new(options);
+        values.explore(analysis, program, states, costs)?;
+        values.solve(analysis.engine())?;
+        Ok(values)
+    }
+
+    /// Returns the options.
+    pub fn options(&self) -> ValueOptions {
+        self.options
+    }
+
+    /// Returns the number of levels for which an analysis suffices: at most `limit` and at most the
+    /// SPI levels found, which are all with P_k > 0 unless some states are in the fixpoint.
+    pub fn levels_found<E: Engine>(analysis: &Analysis<E>, limit: usize) -> usize {
+        limit.min(analysis.levels(Kind::Spi).found.len())
+    }
+
+    /// Finds the states that kept choices reach from some states of the scope; unsafe states are left
+    /// out. To be called once, before [`Values::solve`]. Cost: one evaluation of the commands, and some membership tests,
+    /// per state.
+    ///
+    /// # Errors
+    /// A limit is reached, a command or a cost has no meaning in some state, or the levels of the
+    /// analysis are not known.
+    pub fn explore<E: Engine>(
+        &mut self,
+        analysis: &Analysis<E>,
+        program: &Program,
+        starts: &[State],
+        costs: &dyn Cost,
+    ) -> Result<()> {
+        program.of_one_player("a value")?;
+        self.explore_from(analysis, program, costs, |explorer| {
+            let mut nodes = Vec::with_capacity(starts.len());
+            for start in starts {
+                nodes.extend(explorer.start(start)?);
+            }
+            Ok(nodes)
+        })
+    }
+
+    /// Does the same as [`Values::explore`] for all states of the analysis, which are those of the
+    /// scope that are not unsafe. Cost: one evaluation of the commands per state; membership tests only
+    /// for states in arenas that are not their own.
+    ///
+    /// # Errors
+    /// The errors of [`Values::explore`].
+    pub fn explore_everywhere<E: Engine>(
+        &mut self,
+        analysis: &Analysis<E>,
+        program: &Program,
+        costs: &dyn Cost,
+    ) -> Result<()> {
+        program.of_one_player("a value")?;
+        self.explore_from(
+            analysis,
+            program,
+            costs,
+            |explorer| Ok((0..explorer.start_everywhere()?).collect()),
+        )
+    }
+
+    fn explore_from<E: Engine>(
+        &mut self,
+        analysis: &Analysis<E>,
+        program: &Program,
+        costs: &dyn Cost,
+        start: impl FnOnce(&mut Explorer<'_, '_, E>) -> Result<Vec<u32>>,
+    ) -> Result<()> {
+        if let Some(known) = cut(analysis).filter(|&known| known < self.options.levels) {
+            let message =
+                format!("the analysis ended at level {known}; quantities need {}", self.options.levels);
+            return Err(Error::Usage(message));
+        }
+        let facts = Facts::new(analysis, program, self.options.levels)?;
+        let mut meter = Meter::new(analysis.engine());
+        let (graph, places) = (&mut self.graph, &mut self.places);
+        let mut explorer = Explorer::new(&facts, costs, graph, places, &mut meter)?;
+        self.starts = start(&mut explorer)?;
+        explorer.run()
+    }
+
+    /// Computes all quantities. What is computed before an error is kept.
+    pub fn solve<E: Engine>(&mut self, engine: &E) -> Result<()> {
+        let mut meter = Meter::new(engine);
+        meter.take(self.graph.bytes() + self.places.bytes())?;
+        let (graph, levels) = (&self.graph, self.options.levels);
+        on!(&mut self.numbers, solved => solved.run(graph, levels, &mut meter))?;
+        if let Some(steps) = self.options.within {
+            let horizon = self.horizon.insert(Horizon::default());
+            horizon.run(graph, (levels, steps), &self.starts, &mut meter)?;
+        }
+        Ok(())
+    }
+
+    /// Decides ties between choices that attain P_k or C_k by the least expected number of steps until the
+    /// k-th improvement, or until fewer than k are possible. To be called after [`Values::solve`]; fractions
+    /// keep the choices of the solver. Cost: at most three times that of costs with [`Values::solve`].
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub fn decide_ties<E: Engine>(&mut self, engine: &E) -> Result<()> {
+        let Numbers::Rounded(solved) = &mut self.numbers else { return Ok(()) };
+        let mut meter = Meter::new(engine);
+        meter.take(self.graph.bytes() + self.places.bytes())?;
+        let costs = ties::costs(&mut self.graph);
+        let new = &self.graph.fractions()[solved.fractions.len()..];
+        solved.fractions.extend(new.iter().map(Interval::around));
+        let Solved { fractions, probability, cost, .. } = solved;
+        let solutions = Solutions { graph: &self.graph, fractions, costs, probability, cost };
+        self.ties = solutions.decide(&mut meter)?;
+        Ok(())
+    }
+
+    /// Returns the value that the choices attain at level k, as [`Values::probability`].
+    pub fn attained_probability(&self, node: Node, k: usize) -> Bounds {
+        let mut bounds = self.probability(node, k);
+        if (self.graph.rank(node.0).sure as usize) < k {
+            bounds.lose(self.loss(node, k)[0]);
+        }
+        bounds
+    }
+
+    /// Returns the value that the choices attain at level k, as [`Values::cost`].
+    pub fn attained_cost(&self, node: Node, k: usize) -> Option<Bounds> {
+        let mut bounds = self.cost(node, k)?;
+        let loss = self.loss(node, k)[1];
+        if loss > 0.0 {
+            bounds.interval.upper = (bounds.interval.upper + loss).next_up();
+        }
+        Some(bounds)
+    }
+
+    /// Returns the most that the choices lose of P_k and of C_k.
+    fn loss(&self, node: Node, k: usize) -> [f64; 2] {
+        let ties = self.ties.as_ref().zip(k.checked_sub(1));
+        ties.map_or_else(Default::default, |(ties, index)| ties.loss(node.0, index))
+    }
+
+    /// Returns the node of a state in an arena, by its position in
+    /// [`Improvement::arenas`](meliora_planning::Improvement::arenas); `None` if it was not explored.
+    pub fn node(&self, arena: Option<usize>, state: &[i64]) -> Option<Node> {
+        let arena = match arena {
+            Some(arena) => Some(u32::try_from(arena).ok()?),
+            None => None,
+        };
+        self.places.find(Place::of(arena), state).map(Node)
+    }
+
+    /// Returns the node of a state with which planning starts there; `None` if it was not explored, and
+    /// for unsafe states.
+    pub fn start(&self, state: &[i64]) -> Option<Node> {
+        // A few nodes are looked through without what finds all, which would have to be built again.
+        let is_there = |&node: &u32| self.places.is_at(node, state);
+        if let Some(node) = self.starts.iter().take(FEW).copied().find(is_there) {
+            return Some(Node(node));
+        }
+        let own = |arena: Option<u32>| {
+            self.places.find(Place::of(arena), state).filter(|&node| self.places.own[node as usize])
+        };
+        (0..self.places.arenas).map(Some).chain([None]).find_map(own).map(Node)
+    }
+
+    /// Returns the state of a node.
+    pub fn state(&self, node: Node) -> State {
+        self.places.state(node.0)
+    }
+
+    /// Returns P_k, the greatest probability of k improvements.
+    pub fn probability(&self, node: Node, k: usize) -> Bounds {
+        let Some(index) = k.checked_sub(1) else { return Bounds::point(1) };
+        let rank = self.graph.rank(node.0);
+        if (rank.positive as usize) < k {
+            return Bounds::point(0);
+        }
+        if rank.sure as usize >= k {
+            return Bounds::point(1);
+        }
+        let known = on!(&self.numbers, solved => solved.probability(node.0, index));
+        known.map_or_else(|| Bounds::any(1.0), Bounds::at_most_one)
+    }
+
+    /// Returns C_k, the least expected cost until the k-th improvement; `None` where P_k < 1.
+    pub fn cost(&self, node: Node, k: usize) -> Option<Bounds> {
+        let Some(index) = k.checked_sub(1) else { return Some(Bounds::point(0)) };
+        if (self.graph.rank(node.0).sure as usize) < k {
+            return None;
+        }
+        let known = on!(&self.numbers, solved => solved.cost(node.0, index));
+        Some(known.unwrap_or_else(|| Bounds::any(f64::INFINITY)))
+    }
+
+    /// Returns N, the largest expected number of improvements.
+    pub fn number(&self, node: Node) -> Bounds {
+        if self.graph.rank(node.0).positive <= 1 && self.options.levels > 0 {
+            return self.probability(node, 1);
+        }
+        let known = on!(&self.numbers, solved => solved.number(node.0));
+        known.unwrap_or_else(|| Bounds::any(f64::INFINITY))
+    }
+
+    /// Returns P_k^0, P_k^1, …, the greatest probabilities of k improvements within so many steps, as
+    /// far as they are known; lower bounds with an error of some 1e-16 per step.
+    pub fn within(&self, node: Node, k: usize) -> Option<&[f64]> {
+        self.horizon.as_ref()?.curve(node.0, k)
+    }
+
+    /// Returns the values of the kept choices of a state at level k, those that are best first: the
+    /// [`Values::best_choice`], then by probability or cost, then in the order of the program.
+    pub fn choices(&self, node: Node, k: usize, aim: Aim) -> Vec<ChoiceValues> {
+        let Some(index) = k.checked_sub(1) else { return Vec::new() };
+        let probability = |choice: u32| {
+            let known = on!(&self.numbers, s => s.choice_probability(&self.graph, choice, index));
+            known.map_or_else(|| Bounds::any(1.0), Bounds::at_most_one)
+        };
+        let value = |choice: u32| {
+            let cost = on!(&self.numbers, s => s.choice_cost(&self.graph, choice, index));
+            // A choice that keeps the improvements certain has the probability 1 without rounding.
+            let probability = if cost.is_some() { Bounds::point(1) } else { probability(choice) };
+            let position = self.graph.position(node.0, choice);
+            ChoiceValues { position, probability, cost }
+        };
+        let best = self.best_choice(node, k, aim);
+        let mut values: Vec<ChoiceValues> = self.graph.choices(node.0).map(value).collect();
+        let key = |v: &ChoiceValues| {
+            let cost = v.cost.as_ref().map_or(f64::INFINITY, |cost| cost.interval.lower);
+            let loss = -v.probability.interval.lower;
+            let (first, second) = if aim == Aim::Likely { (loss, cost) } else { (cost, loss) };
+            (Some(v.position) != best, first, second, v.position)
+        };
+        values.sort_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(std::cmp::Ordering::Equal));
+        values
+    }
+
+    /// Returns the choice that a strategy takes to attain P_k or C_k, by its position among the
+    /// choices of the state; `None` where P_k = 0 (for [`Aim::Cheap`]: where P_k < 1), or if it is
+    /// not known.
+    ///
+    /// The choices of all nodes together attain the values, up to the precision. Among equally good choices
+    /// this is one that comes closer to an improvement and, after [`Values::decide_ties`], one with which the
+    /// expected number of steps is least. After a step, go on with [`Values::successor`].
+    pub fn best_choice(&self, node: Node, k: usize, aim: Aim) -> Option<usize> {
+        let choice = self.pick(node.0, k, aim)?;
+        Some(self.graph.position(node.0, choice))
+    }
+
+    fn pick(&self, node: u32, k: usize, aim: Aim) -> Option<u32> {
+        let index = k.checked_sub(1)?;
+        let rank = self.graph.rank(node);
+        let choice = match (aim, &self.ties) {
+            (Aim::Likely, Some(ties)) if rank.positive as usize >= k => ties.pick(node, index),
+            (Aim::Cheap, Some(ties)) if rank.sure as usize >= k => ties.pick(node, index),
+            _ if rank.sure as usize >= k => on!(&self.numbers, s => s.cost.get(index)?.pick(node)),
+            (Aim::Likely, _) => on!(&self.numbers, s => s.probability.get(index)?.pick(node)),
+            (Aim::Cheap, _) => NONE,
+        };
+        (choice != NONE).then_some(choice)
+    }
+
+    /// Returns the number of improvements that a strategy aims at from a node: the greatest k, at most
+    /// that of [`ValueOptions::levels`], with P_k > 0 (for [`Aim::Cheap`]: with P_k = 1).
+    pub fn aimed(&self, node: Node, aim: Aim) -> usize {
+        let rank = self.graph.rank(node.0);
+        let k = match aim {
+            Aim::Likely => rank.positive,
+            Aim::Cheap => rank.sure,
+        };
+        self.options.levels.min(k as usize)
+    }
+
+    /// Returns the cost of the [`Values::best_choice`].
+    pub fn best_choice_cost(&self, node: Node, k: usize, aim: Aim) -> Option<&Ratio> {
+        let cost = self.graph.cost(self.pick(node.0, k, aim)?);
+        self.graph.fractions().get(cost as usize)
+    }
+
+    /// Returns the node and the number of improvements still wanted after a step to a state; `None` if
+    /// the step is lost, or not by a kept choice.
+    pub fn successor(&self, node: Node, k: usize, aim: Aim, to: &[i64]) -> Option<(Node, usize)> {
+        let is_there =
+            |edge: &crate::equations::graph::Edge| edge.to != LOST && self.places.is_at(edge.to, to);
+        // The choice does not matter: the states decide whether a step improves.
+        let mut edges = self.graph.choices(node.0).flat_map(|choice| self.graph.edges(choice));
+        let edge = edges.find(is_there)?;
+        let (mut node, mut left) = (edge.to, k.checked_sub(usize::from(edge.counts()))?);
+        if self.graph.is_junction(node) {
+            // If nothing can follow either way, the improvement is counted.
+            let choice = self.pick(node, left, aim).or_else(|| self.graph.choices(node).next())?;
+            let edge = self.graph.edges(choice).next()?;
+            (node, left) = (edge.to, left.checked_sub(usize::from(edge.counts()))?);
+        }
+        Some((Node(node), left))
+    }
+}
+
+/// Returns the level at which an analysis was cut, if it was: nothing is known beyond it.
+fn cut<E: Engine>(analysis: &Analysis<E>) -> Option<usize> {
+    let cut = |&kind: &Kind| {
+        let levels = analysis.levels(kind);
+        matches!(levels.end, Some(End::Cut)).then_some(levels.found.len())
+    };
+    Kind::ALL.iter().filter_map(cut).min()
+}

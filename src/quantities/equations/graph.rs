@@ -1,0 +1,231 @@
+//! The graph of the solver: numbered nodes, their kept choices, and edges with exact probabilities.
+
+use std::ops::Range;
+
+use ahash::AHashMap;
+
+use crate::equations::meter::Meter;
+use crate::equations::narrow::{Mostly, Narrow};
+use meliora_engine::explicit::weighted::Fractions;
+use meliora_model::error::Result;
+use meliora_model::exact::Ratio;
+
+/// No node, choice or position.
+pub(crate) const NONE: u32 = u32::MAX;
+/// The target of an edge that is lost: it weakens, so the path has failed.
+pub(crate) const LOST: u32 = u32::MAX;
+/// The rank of a node that is in every level.
+pub(crate) const EVERY: u32 = u32::MAX;
+
+/// An edge of a choice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Edge {
+    /// The node that is entered, or [`LOST`].
+    pub(crate) to: u32,
+    /// Twice the number of the probability, plus 1 if the step counts.
+    weight: u32,
+}
+
+impl Edge {
+    /// Creates an edge to a node, or [`LOST`], with the number of its probability in
+    /// [`Graph::fractions`]; `counts` says whether the step is an improvement.
+    pub(crate) fn new(to: u32, probability: u32, counts: bool) -> Self {
+        // 2^30 fractions need more than 32 GiB; the meter ends the work long before.
+        assert!(probability < 1 << 30);
+        Edge { to, weight: 2 * probability + u32::from(counts) }
+    }
+
+    /// Returns the number of the probability in [`Graph::fractions`].
+    pub(crate) fn probability(self) -> u32 {
+        self.weight / 2
+    }
+
+    /// Returns whether the step is an improvement: the next level counts from there.
+    pub(crate) fn counts(self) -> bool {
+        self.weight % 2 == 1
+    }
+}
+
+/// The rank of a node, before any number is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub(crate) struct Rank {
+    /// The greatest k with P_k > 0, or [`EVERY`].
+    pub(crate) positive: u32,
+    /// The greatest k with P_k = 1, or [`EVERY`].
+    pub(crate) sure: u32,
+}
+
+/// The rank of a node, and whether it is a junction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+struct Kind {
+    rank: Rank,
+    junction: bool,
+}
+
+/// A node: a state in an arena. Under `prefix`, an improving step first enters a *junction*, a node
+/// with up to two choices of cost 0 that take no step: to count the improvement, or not.
+///
+/// Large models have as many nodes as fit into memory, so numbers are stored in as few bytes as they
+/// need: about 5 bytes per node and 5 per edge. A choice is named by the position of its first edge.
+#[derive(Debug, Default)]
+pub(crate) struct Graph {
+    /// The kind of each node, and the kinds in use: few nodes differ in them.
+    kind_of: Narrow,
+    kinds: Vec<Kind>,
+    kind_numbers: AHashMap<Kind, u32>,
+    /// The first edge of each node whose choices have begun: its edges end where those of the next node begin.
+    first: Vec<u32>,
+    /// The node that each edge enters.
+    to: Vec<u32>,
+    /// Twice the weight of each edge, plus 1 for the first edge of a choice.
+    weights: Narrow,
+    /// The cost of each choice, by its number in [`Graph::fractions`].
+    costs: Mostly,
+    /// The number of choices of its state before each choice that were left out.
+    left_out: Mostly,
+    /// The number of choices of the last node so far, and whether the last one has no edge yet.
+    begun: (u32, bool),
+    /// All probabilities and costs.
+    pub(crate) known: Fractions,
+}
+
+impl Graph {
+    /// Returns the number of nodes.
+    pub(crate) fn nodes(&self) -> usize {
+        self.kind_of.len()
+    }
+
+    /// Adds a node without choices.
+    pub(crate) fn add_node(&mut self, rank: Rank, junction: bool, meter: &mut Meter) -> Result<u32> {
+        meter.take(self.bytes_of_node())?;
+        let node = meter.number(self.nodes())?;
+        let kind = self.kind(Kind { rank, junction });
+        self.kind_of.push(kind);
+        Ok(node)
+    }
+
+    /// Returns the number of a kind, a new one if the kind is new.
+    fn kind(&mut self, kind: Kind) -> u32 {
+        let Graph { kinds, kind_numbers, .. } = self;
+        *kind_numbers.entry(kind).or_insert_with(|| {
+            kinds.push(kind);
+            kinds.len() as u32 - 1
+        })
+    }
+
+    /// Returns the bytes of a node.
+    fn bytes_of_node(&self) -> usize {
+        4 + self.kind_of.width()
+    }
+
+    /// Returns the rank of a node.
+    pub(crate) fn rank(&self, node: u32) -> Rank {
+        self.kinds[self.kind_of.get(node as usize) as usize].rank
+    }
+
+    /// Returns whether a node is a junction.
+    pub(crate) fn is_junction(&self, node: u32) -> bool {
+        self.kinds[self.kind_of.get(node as usize) as usize].junction
+    }
+
+    /// Begins the choices of a node, after those of all nodes before it. They are added one after the other, each
+    /// with at least one edge, until [`Graph::end`].
+    ///
+    /// # Errors
+    /// There are too many edges.
+    pub(crate) fn begin(&mut self, node: u32, meter: &Meter) -> Result<()> {
+        self.first.resize(node as usize + 1, meter.number(self.to.len())?);
+        self.begun = (0, false);
+        Ok(())
+    }
+
+    /// Adds a choice: its position among the choices of the state and the number of its cost.
+    pub(crate) fn add_choice(&mut self, position: u32, cost: u32) {
+        self.left_out.set_next(self.to.len(), position - self.begun.0);
+        self.costs.set_next(self.to.len(), cost);
+        self.begun = (self.begun.0 + 1, true);
+    }
+
+    /// Adds an edge to the last choice.
+    pub(crate) fn add_edge(&mut self, edge: Edge) {
+        self.to.push(edge.to);
+        self.weights.push(2 * edge.weight + u32::from(std::mem::take(&mut self.begun.1)));
+    }
+
+    /// Ends the choices of a node.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub(crate) fn end(&mut self, node: u32, meter: &mut Meter) -> Result<()> {
+        let count = meter.number(self.to.len())? - self.first[node as usize];
+        meter.take(count as usize * self.bytes_of_edge())
+    }
+
+    /// Returns the bytes of an edge.
+    fn bytes_of_edge(&self) -> usize {
+        4 + self.weights.width() + self.costs.width() + self.left_out.width()
+    }
+
+    /// Returns all probabilities and costs by number.
+    pub(crate) fn fractions(&self) -> &[Ratio] {
+        self.known.list()
+    }
+
+    /// Returns the number of a fraction.
+    pub(crate) fn fraction(&mut self, fraction: Ratio) -> u32 {
+        self.known.number(fraction)
+    }
+
+    /// Returns the choices of a node.
+    pub(crate) fn choices(&self, node: u32) -> impl Iterator<Item = u32> + Clone {
+        self.edges_of(node).filter(|&position| self.begins(position))
+    }
+
+    /// Returns the number of the cost of a choice in [`Graph::fractions`].
+    pub(crate) fn cost(&self, choice: u32) -> u32 {
+        self.costs.get(choice as usize)
+    }
+
+    /// Returns the position of a choice of a node among the choices of its state.
+    pub(crate) fn position(&self, node: u32, choice: u32) -> usize {
+        let before = self.choices(node).take_while(|&other| other < choice).count();
+        before + self.left_out.get(choice as usize) as usize
+    }
+
+    /// Returns the edges of a choice, whose positions follow each other.
+    pub(crate) fn edges(&self, choice: u32) -> impl Iterator<Item = Edge> + Clone {
+        let end = self.to.len() as u32;
+        let others = (choice + 1..end).take_while(|&position| !self.begins(position));
+        std::iter::once(choice).chain(others).map(|position| self.at(position))
+    }
+
+    fn at(&self, position: u32) -> Edge {
+        Edge { to: self.to[position as usize], weight: self.weights.get(position as usize) / 2 }
+    }
+
+    /// Returns whether an edge is the first one of its choice.
+    fn begins(&self, position: u32) -> bool {
+        self.weights.get(position as usize) % 2 == 1
+    }
+
+    /// Returns the positions of the edges of a node.
+    pub(crate) fn edges_of(&self, node: u32) -> Range<u32> {
+        let first = |node: usize| self.first.get(node).map_or(self.to.len() as u32, |&first| first);
+        first(node as usize)..first(node as usize + 1)
+    }
+
+    /// Returns the number of edges of all choices.
+    pub(crate) fn edges_in_all(&self) -> usize {
+        self.to.len()
+    }
+
+    /// Returns the node that an edge enters, or [`LOST`], by its position.
+    pub(crate) fn target(&self, position: u32) -> u32 {
+        self.to[position as usize]
+    }
+
+    /// Returns the bytes of the graph.
+    pub(crate) fn bytes(&self) -> usize {
+        self.nodes() * self.bytes_of_node() + self.to.len() * self.bytes_of_edge()
+    }
+}

@@ -1,0 +1,27 @@
+//! From states to equations.
+//!
+//! | module | contents |
+//! | --- | --- |
+//! | `facts`, `listing`, `explore` | from an [`Analysis`](meliora_planning::Analysis) to a graph: the states that kept choices reach, with exact probabilities |
+//! | `codes`, `places` | states in few bytes, and their nodes |
+//! | `graph`, `narrow` | numbered nodes, choices, edges, in few bytes |
+//! | [`cost`] | what a step costs: steps, or a reward structure |
+//! | `system`, `solution` | the equations of each quantity and level, and their solutions |
+//! | `number` | intervals with outward rounding, and fractions |
+//! | `reached`, `by_number`, `by_code` | the graph of the states that some states reach: by the numbers of an engine that stores states one by one, or by code |
+
+pub(crate) mod by_code;
+pub(crate) mod by_number;
+pub(crate) mod codes;
+pub mod cost;
+pub(crate) mod explore;
+pub(crate) mod facts;
+pub(crate) mod graph;
+pub(crate) mod listing;
+pub(crate) mod meter;
+pub(crate) mod narrow;
+pub(crate) mod number;
+pub(crate) mod places;
+pub(crate) mod reached;
+pub(crate) mod solution;
+pub(crate) mod system;

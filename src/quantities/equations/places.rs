@@ -1,0 +1,122 @@
+//! The nodes of the graph as states in arenas, and the way back from a state to its node.
+
+use bitvec::vec::BitVec;
+
+use crate::equations::codes::Codes;
+use crate::equations::meter::Meter;
+use crate::equations::narrow::Narrow;
+use meliora_engine::explicit::weighted::{Code, Codec};
+use meliora_model::State;
+use meliora_model::error::Result;
+
+/// Where a state is taken: in an arena, or in a junction of it, right after an improving step under
+/// `prefix`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Place {
+    /// The arena; `None` if the state is in none.
+    pub(crate) arena: Option<u32>,
+    pub(crate) junction: bool,
+}
+
+impl Place {
+    /// Returns the place in an arena.
+    pub(crate) fn of(arena: Option<u32>) -> Self {
+        Place { arena, junction: false }
+    }
+
+    /// Returns a number of its own for each place.
+    pub(crate) fn key(self) -> u32 {
+        2 * self.arena.map_or(0, |arena| arena + 1) + u32::from(self.junction)
+    }
+}
+
+/// The nodes found so far.
+#[derive(Debug, Default)]
+pub(crate) struct Places {
+    /// The code of each node's state, with the key of the node's place. What finds nodes is dropped after
+    /// the exploration.
+    codes: Codes,
+    /// The codes of states; none before the first exploration.
+    codec: Option<Codec>,
+    /// The class of each node's state plus 1; 0 for no class.
+    classes: Narrow,
+    /// True for each node whose arena is that of its state's own class.
+    pub(crate) own: BitVec,
+    /// True for each node of which it is known that its arena keeps every choice.
+    pub(crate) unrestricted: BitVec,
+    /// The number of arenas.
+    pub(crate) arenas: u32,
+}
+
+impl Places {
+    /// Creates an empty collection.
+    pub(crate) fn new(codec: Codec, arenas: u32) -> Self {
+        Places { codes: Codes::new(&codec), codec: Some(codec), arenas, ..Places::default() }
+    }
+
+    /// Returns the node of a state at a place.
+    pub(crate) fn find(&self, place: Place, state: &[i64]) -> Option<u32> {
+        self.find_code(place, &self.codec.as_ref()?.encode(state)?)
+    }
+
+    /// Returns the node of a code at a place.
+    pub(crate) fn find_code(&self, place: Place, code: &[u64]) -> Option<u32> {
+        self.codes.find(place.key(), code)
+    }
+
+    /// Returns the state of a node.
+    pub(crate) fn state(&self, node: u32) -> State {
+        self.codec.as_ref().map_or_else(State::new, |codec| codec.decode(&self.code(node)))
+    }
+
+    /// Returns whether a node is that of a state.
+    pub(crate) fn is_at(&self, node: u32, state: &[i64]) -> bool {
+        let code = self.codec.as_ref().and_then(|codec| codec.encode(state));
+        code.is_some_and(|code| self.code(node) == code)
+    }
+
+    /// Returns the code of a node's state.
+    pub(crate) fn code(&self, node: u32) -> Code {
+        self.codes.code(node)
+    }
+
+    /// Returns the arena of a node.
+    pub(crate) fn arena(&self, node: u32) -> Option<u32> {
+        (self.codes.key(node) / 2).checked_sub(1)
+    }
+
+    /// Returns the class of a node's state.
+    pub(crate) fn class(&self, node: u32) -> Option<u32> {
+        self.classes.get(node as usize).checked_sub(1)
+    }
+
+    /// Adds the next node: its place, the code of its state, the class of the state, whether the
+    /// place is the arena of this class, and whether it is known that the arena keeps every choice.
+    ///
+    /// # Errors
+    /// The memory limit is reached.
+    pub(crate) fn add(
+        &mut self,
+        place: Place,
+        code: &[u64],
+        (class, own, unrestricted): (Option<u32>, bool, bool),
+        meter: &mut Meter<'_>,
+    ) -> Result<()> {
+        meter.take(self.classes.width() + 1)?;
+        self.codes.add(place.key(), code, meter)?;
+        self.classes.push(class.map_or(0, |class| class + 1));
+        self.own.push(own);
+        self.unrestricted.push(unrestricted);
+        Ok(())
+    }
+
+    /// Drops what the exploration needs.
+    pub(crate) fn end_exploration(&mut self) {
+        self.codes.drop_positions();
+    }
+
+    /// Returns the bytes of all nodes.
+    pub(crate) fn bytes(&self) -> usize {
+        self.own.len() * (self.codes.width() + self.classes.width() + 1)
+    }
+}

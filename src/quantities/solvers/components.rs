@@ -1,0 +1,450 @@
+//! Strongly connected components and end components, without recursion.
+//!
+//! `petgraph` needs a graph of its own and visits it by a trait; the solver asks for components of
+//! many small subgraphs of one array, so Tarjan's algorithm is written here on slices.
+
+use std::ops::Range;
+
+use bitvec::vec::BitVec;
+
+use crate::equations::meter::Meter;
+use meliora_model::error::Result;
+
+/// A graph by one list of successors, in which each node has a range.
+pub(crate) trait Successors {
+    /// Returns the number of nodes.
+    fn nodes(&self) -> usize;
+    /// Returns the positions of a node's successors.
+    fn positions(&self, node: u32) -> Range<u32>;
+    /// Returns the node at a position; `None` if there is none.
+    fn at(&self, position: u32) -> Option<u32>;
+}
+
+/// The number of a node that was not visited, and of one whose component is complete.
+const NEW: u32 = 0;
+const DONE: u32 = u32::MAX;
+/// The number of nodes without a component or group.
+const NONE: u32 = u32::MAX;
+
+/// Strongly connected components, one after the other.
+#[derive(Debug, Default)]
+pub(crate) struct Components {
+    nodes: Vec<u32>,
+    /// The end of each component in `nodes`.
+    ends: Vec<u32>,
+}
+
+impl Components {
+    /// Returns the number of components.
+    pub(crate) fn count(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Returns the nodes of a component.
+    pub(crate) fn get(&self, number: usize) -> &[u32] {
+        &self.nodes[self.start(number)..self.ends[number] as usize]
+    }
+
+    /// Returns the nodes of a component and of all after it.
+    pub(crate) fn from(&self, number: usize) -> &[u32] {
+        &self.nodes[self.start(number)..]
+    }
+
+    /// Returns the components in their order.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        (0..self.count()).map(|number| self.get(number))
+    }
+
+    fn start(&self, number: usize) -> usize {
+        number.checked_sub(1).map_or(0, |before| self.ends[before] as usize)
+    }
+}
+
+/// Computes the strongly connected components that contain the nodes in `roots` or are reachable
+/// from them; each component comes after all components that it can reach. Within a component, the
+/// nodes are in postorder: most come after those that they reach.
+///
+/// R. Tarjan, "Depth-first search and linear graph algorithms", SIAM J. Comput. 1972, with one number per
+/// node (D. Pearce, "A space-efficient algorithm for finding strongly connected components", 2016) and an
+/// explicit stack. Time: linear in nodes and edges.
+pub(crate) fn components(graph: &impl Successors, roots: impl Iterator<Item = u32>) -> Components {
+    let mut search = Search { number: vec![NEW; graph.nodes()], next: 1, ..Search::default() };
+    for root in roots {
+        if search.number[root as usize] == NEW {
+            search.run(graph, root);
+        }
+    }
+    search.found
+}
+
+/// The bytes of a search per node: its number, its places in the result, and those in the stacks, which
+/// contain a part of the nodes.
+pub(crate) const SEARCH: usize = 20;
+
+/// A node that is visited.
+struct Call {
+    node: u32,
+    /// The number that it got first.
+    own: u32,
+    /// The positions of the successors that were not looked at.
+    left: Range<u32>,
+}
+
+#[derive(Default)]
+struct Search {
+    /// The smallest number among the nodes that a node was seen to reach, except for those of complete
+    /// components: these have [`DONE`], which is greater.
+    number: Vec<u32>,
+    /// The nodes left for good whose component is not complete.
+    finished: Vec<u32>,
+    calls: Vec<Call>,
+    next: u32,
+    found: Components,
+}
+
+impl Search {
+    fn enter(&mut self, graph: &impl Successors, node: u32) {
+        self.number[node as usize] = self.next;
+        self.calls.push(Call { node, own: self.next, left: graph.positions(node) });
+        self.next += 1;
+    }
+
+    fn run(&mut self, graph: &impl Successors, root: u32) {
+        self.enter(graph, root);
+        while let Some(call) = self.calls.last_mut() {
+            let node = call.node as usize;
+            match call.left.next() {
+                Some(position) => {
+                    let Some(to) = graph.at(position) else { continue };
+                    match self.number[to as usize] {
+                        NEW => self.enter(graph, to),
+                        number => self.number[node] = self.number[node].min(number),
+                    }
+                }
+                None => self.leave(),
+            }
+        }
+    }
+
+    fn leave(&mut self) {
+        let Some(Call { node, own, .. }) = self.calls.pop() else { return };
+        let number = self.number[node as usize];
+        if let Some(caller) = self.calls.last() {
+            let caller = &mut self.number[caller.node as usize];
+            *caller = (*caller).min(number);
+        }
+        self.finished.push(node);
+        if number != own {
+            return;
+        }
+        // The members were entered after this node; what finished before it was not.
+        let before = self.finished.iter().rposition(|&other| self.number[other as usize] < own);
+        let members = self.finished.drain(before.map_or(0, |position| position + 1)..);
+        let Components { nodes, ends } = &mut self.found;
+        nodes.extend(members.inspect(|&member| self.number[member as usize] = DONE));
+        ends.push(nodes.len() as u32);
+    }
+}
+
+/// Choices of numbered nodes, in compressed rows.
+#[derive(Debug, Default)]
+pub(crate) struct Choices {
+    /// The choices of node n are `first[n]..first[n+1]`.
+    pub(crate) first: Vec<u32>,
+    /// The successors of choice c are `to[start[c]..start[c+1]]`.
+    pub(crate) start: Vec<u32>,
+    pub(crate) to: Vec<u32>,
+}
+
+impl Choices {
+    /// Returns the choices of a node.
+    pub(crate) fn of(&self, node: u32) -> Range<usize> {
+        self.first[node as usize] as usize..self.first[node as usize + 1] as usize
+    }
+
+    /// Returns the successors of a choice.
+    pub(crate) fn successors(&self, choice: usize) -> &[u32] {
+        &self.to[self.start[choice] as usize..self.start[choice + 1] as usize]
+    }
+
+    /// Returns the bytes of the rows.
+    pub(crate) fn bytes(&self) -> usize {
+        4 * (self.first.len() + self.start.len() + self.to.len())
+    }
+
+    /// Returns the choices that enter each node, as rows, and the node of each choice.
+    pub(crate) fn reversed(&self) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
+        let nodes = self.first.len() - 1;
+        let mut rows = vec![0; nodes + 1];
+        self.to.iter().for_each(|&to| rows[to as usize] += 1);
+        let mut end = 0;
+        for row in &mut rows {
+            end += *row;
+            *row = end;
+        }
+        let (mut into, mut owner) = (vec![0; self.to.len()], vec![0; self.start.len() - 1]);
+        for node in 0..nodes as u32 {
+            for choice in self.of(node) {
+                owner[choice] = node;
+                for &to in self.successors(choice) {
+                    rows[to as usize] -= 1;
+                    into[rows[to as usize] as usize] = choice as u32;
+                }
+            }
+        }
+        (rows, into, owner)
+    }
+}
+
+/// The maximal end components that some choices form.
+#[derive(Debug)]
+pub(crate) struct EndComponents {
+    /// The group of each node: nodes of one end component have the same group, every other node has
+    /// a group of its own. The last node of a group in the order of nodes numbers it.
+    pub(crate) group: Vec<u32>,
+    /// The number of groups.
+    pub(crate) count: usize,
+    /// True for each choice inside of an end component.
+    pub(crate) inside: Vec<bool>,
+}
+
+/// Computes the maximal end components of the given choices.
+///
+/// Removes the choices that leave their strongly connected component, then the nodes without a
+/// choice and all choices into them, until nothing changes. Time: linear for each round.
+///
+/// # Errors
+/// The work is cancelled.
+pub(crate) fn end_components(choices: &Choices, meter: &mut Meter<'_>) -> Result<EndComponents> {
+    let nodes = choices.first.len() - 1;
+    let mut inside = vec![true; choices.start.len() - 1];
+    let mut left: Vec<u32> = (0..nodes as u32).map(|node| choices.of(node).len() as u32).collect();
+    let mut lost: Vec<u32> = (0..nodes as u32).filter(|&node| left[node as usize] == 0).collect();
+    let mut reversed = None;
+    loop {
+        let enters_lost = |choice| choices.successors(choice).iter().any(|&to| left[to as usize] == 0);
+        if (0..inside.len()).any(|choice| inside[choice] && enters_lost(choice)) {
+            let reversed = reversed.get_or_insert_with(|| choices.reversed());
+            cascade(reversed, &mut inside, &mut left, lost);
+        }
+        let graph = Kept::new(choices, &inside);
+        let is_alive = |node: u32| left[node as usize] > 0;
+        meter.step()?;
+        let found = components(&graph, (0..nodes as u32).filter(|&node| is_alive(node)));
+        let mut component = vec![NONE; nodes];
+        for (number, members) in (0..).zip(found.iter()) {
+            members.iter().for_each(|&member| component[member as usize] = number);
+        }
+        lost = Vec::new();
+        let mut changed = false;
+        for node in (0..nodes as u32).filter(|&node| component[node as usize] != NONE) {
+            let own = component[node as usize];
+            for choice in choices.of(node) {
+                let leaves = |&to: &u32| component[to as usize] != own;
+                if inside[choice] && choices.successors(choice).iter().any(leaves) {
+                    inside[choice] = false;
+                    left[node as usize] -= 1;
+                    changed = true;
+                }
+            }
+            if left[node as usize] == 0 {
+                lost.push(node);
+            }
+        }
+        if !changed {
+            let (group, count) = numbered(&component, found.count());
+            return Ok(EndComponents { group, count, inside });
+        }
+    }
+}
+
+/// Removes the choices into lost nodes, and the nodes that have no other.
+fn cascade(
+    (rows, into, owner): &(Vec<u32>, Vec<u32>, Vec<u32>),
+    inside: &mut [bool],
+    left: &mut [u32],
+    mut lost: Vec<u32>,
+) {
+    while let Some(node) = lost.pop() {
+        for &choice in &into[rows[node as usize] as usize..rows[node as usize + 1] as usize] {
+            if std::mem::replace(&mut inside[choice as usize], false) {
+                let owner = owner[choice as usize];
+                left[owner as usize] -= 1;
+                if left[owner as usize] == 0 {
+                    lost.push(owner);
+                }
+            }
+        }
+    }
+}
+
+/// Numbers the groups by their last nodes.
+fn numbered(component: &[u32], count: usize) -> (Vec<u32>, usize) {
+    let mut last = vec![0; count];
+    for (node, &own) in component.iter().enumerate() {
+        if own != NONE {
+            last[own as usize] = node;
+        }
+    }
+    let (mut group, mut number) = (vec![0; component.len()], vec![0; count]);
+    let mut next = 0;
+    for (node, &own) in component.iter().enumerate() {
+        if own == NONE || last[own as usize] == node {
+            group[node] = next;
+            if own != NONE {
+                number[own as usize] = next;
+            }
+            next += 1;
+        }
+    }
+    for (node, &own) in component.iter().enumerate() {
+        if own != NONE {
+            group[node] = number[own as usize];
+        }
+    }
+    (group, next as usize)
+}
+
+/// The choices that may be inside of an end component.
+struct Kept<'a> {
+    choices: &'a Choices,
+    /// True for each of their successors.
+    kept: BitVec,
+}
+
+impl<'a> Kept<'a> {
+    fn new(choices: &'a Choices, inside: &[bool]) -> Self {
+        let mut kept = BitVec::repeat(false, choices.to.len());
+        for (choice, _) in inside.iter().enumerate().filter(|(_, inside)| **inside) {
+            kept[choices.start[choice] as usize..choices.start[choice + 1] as usize].fill(true);
+        }
+        Kept { choices, kept }
+    }
+}
+
+impl Successors for Kept<'_> {
+    fn nodes(&self) -> usize {
+        self.choices.first.len() - 1
+    }
+
+    fn positions(&self, node: u32) -> Range<u32> {
+        let choices = self.choices.of(node);
+        self.choices.start[choices.start]..self.choices.start[choices.end]
+    }
+
+    fn at(&self, position: u32) -> Option<u32> {
+        self.kept[position as usize].then(|| self.choices.to[position as usize])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meliora_engine::NoProgress;
+    use meliora_model::random::Draw;
+
+    /// A graph in which each node has one choice.
+    fn found(rows: &[&[u32]], roots: Range<u32>) -> Components {
+        let choices: Vec<&[&[u32]]> = rows.iter().map(std::slice::from_ref).collect();
+        let choices = choices_of(&choices);
+        components(&Kept::new(&choices, &vec![true; rows.len()]), roots)
+    }
+
+    #[test]
+    fn components_come_after_those_they_reach() {
+        let found = found(&[&[1], &[2, 3], &[1], &[4], &[3], &[0]], 0..6);
+        let sorted = |component: &[u32]| {
+            let mut nodes = component.to_vec();
+            nodes.sort_unstable();
+            nodes
+        };
+        let sorted: Vec<_> = found.iter().map(sorted).collect();
+        assert_eq!(sorted, [vec![3, 4], vec![1, 2], vec![0], vec![5]]);
+        assert_eq!((found.get(2), found.from(2).len()), (&[0][..], 2));
+    }
+
+    #[test]
+    fn a_long_chain_needs_no_stack() {
+        let n = 300_000;
+        let next: Vec<u32> = (0..n).map(|i| (i + 1) % n).collect();
+        let rows: Vec<&[u32]> = next.chunks(1).collect();
+        assert_eq!(found(&rows, 0..1).count(), 1);
+    }
+
+    fn choices_of(rows: &[&[&[u32]]]) -> Choices {
+        let mut choices = Choices { first: vec![0], start: vec![0], to: Vec::new() };
+        for row in rows {
+            for to in *row {
+                choices.to.extend_from_slice(to);
+                choices.start.push(choices.to.len() as u32);
+            }
+            choices.first.push(choices.start.len() as u32 - 1);
+        }
+        choices
+    }
+
+    #[test]
+    fn a_choice_that_may_leave_is_in_no_end_component() {
+        // 0 and 1 form one; 2 may leave to 3, which has no choice.
+        let choices = choices_of(&[&[&[1]], &[&[0, 1]], &[&[0, 2]], &[]]);
+        let found = end_components(&choices, &mut Meter::unlimited(&NoProgress)).unwrap();
+        assert_eq!(found.group, [0, 0, 1, 2]);
+        assert_eq!((found.count, found.inside), (3, vec![true, true, false]));
+    }
+
+    #[test]
+    fn end_components_do_not_depend_on_the_numbers() {
+        const NODES: usize = 2000;
+        let (mut united, mut alone) = (0, 0);
+        for seed in 0..20 {
+            let draw = &mut Draw::new(seed);
+            // Choices lead to earlier nodes or to a hub at the end; the first nodes have few that stay.
+            let hub = |draw: &mut Draw| (NODES - 1 - draw.below(1 + seed as usize % 4)) as u32;
+            let choice = |draw: &mut Draw, node: usize| {
+                let earlier = (node - 1 - draw.below(node.min(30))) as u32;
+                if draw.below(6) == 0 { vec![earlier, hub(draw)] } else { vec![earlier] }
+            };
+            let mut row = |node: usize| match node {
+                ..40 if draw.below(2) == 0 => Vec::new(),
+                ..40 => vec![vec![hub(draw)]],
+                _ => (0..=draw.below(2)).map(|_| choice(draw, node)).collect(),
+            };
+            let rows: Vec<Vec<Vec<u32>>> = (0..NODES).map(&mut row).collect();
+            let mut place: Vec<u32> = (0..NODES as u32).collect();
+            (1..NODES).for_each(|last| place.swap(last, draw.below(last + 1)));
+            let mut moved = vec![Vec::new(); NODES];
+            for (row, &at) in rows.iter().zip(&place) {
+                let to = |to: &Vec<u32>| to.iter().map(|&to| place[to as usize]).collect::<Vec<u32>>();
+                moved[at as usize] = row.iter().map(to).collect();
+            }
+            let find = |rows: &[Vec<Vec<u32>>]| {
+                let rows: Vec<Vec<&[u32]>> =
+                    rows.iter().map(|row| row.iter().map(Vec::as_slice).collect()).collect();
+                let rows: Vec<&[&[u32]]> = rows.iter().map(Vec::as_slice).collect();
+                let choices = choices_of(&rows);
+                let found = end_components(&choices, &mut Meter::unlimited(&NoProgress)).unwrap();
+                (found, choices)
+            };
+            let ((one, choices), (other, others)) = (find(&rows), find(&moved));
+            assert_eq!(one.count, other.count, "seed {seed}");
+            let mut same = vec![NONE; one.count];
+            for (node, &at) in place.iter().enumerate() {
+                let own = &mut same[one.group[node] as usize];
+                assert!(*own == NONE || *own == other.group[at as usize], "seed {seed}: {node}");
+                *own = other.group[at as usize];
+                let inside = |found: &EndComponents, range: Range<usize>| found.inside[range].to_vec();
+                let pair = [inside(&one, choices.of(node as u32)), inside(&other, others.of(at))];
+                assert_eq!(pair[0], pair[1], "seed {seed}: {node}");
+            }
+            (united, alone) = (united + usize::from(one.count < NODES), alone + one.count);
+        }
+        assert!(united > 10 && alone > 5000, "{united} {alone}");
+    }
+
+    #[test]
+    fn what_leads_to_a_dead_end_is_in_no_end_component() {
+        // 0 -> 1 -> 0 or 2; 2 -> 3, which has no choice.
+        let choices = choices_of(&[&[&[1]], &[&[0, 2]], &[&[3]], &[]]);
+        assert_eq!(end_components(&choices, &mut Meter::unlimited(&NoProgress)).unwrap().count, 4);
+    }
+}

@@ -1,0 +1,359 @@
+//! The nodes of a strongly connected component, grouped by the end components in which nothing can
+//! be gained or paid.
+
+use crate::equations::graph::{Edge, LOST, NONE};
+use crate::equations::meter::Meter;
+use crate::equations::number::{Interval, Number, Weight};
+use crate::equations::solution::Solution;
+use crate::equations::system::{End, System};
+use crate::solvers::component::Action;
+use crate::solvers::components::{self, Choices, EndComponents};
+use crate::solvers::eliminate::Row;
+use meliora_model::error::Result;
+use meliora_model::exact::Ratio;
+
+/// A reader of the numbers of a system as numbers of another kind.
+pub(crate) trait Reader<N: Number> {
+    type Read: Number;
+    /// Returns a fraction of the graph.
+    fn fraction(system: &System<'_, N>, position: u32) -> Self::Read;
+    /// Returns the lower and the upper bound of a number; the upper one is finite for fractions.
+    fn bounds(number: &N) -> (Self::Read, Self::Read);
+}
+
+/// Reads the fractions of the graph, and bounds as the fractions that they are.
+pub(crate) struct AsFractions;
+
+impl<N: Number> Reader<N> for AsFractions {
+    type Read = Ratio;
+
+    fn fraction(system: &System<'_, N>, position: u32) -> Ratio {
+        system.graph.fractions()[position as usize].clone()
+    }
+
+    fn bounds(number: &N) -> (Ratio, Ratio) {
+        number.fractions()
+    }
+}
+
+/// Reads intervals.
+pub(crate) struct AsIntervals;
+
+impl<N: Number> Reader<N> for AsIntervals {
+    type Read = Interval;
+
+    fn fraction(system: &System<'_, N>, position: u32) -> Interval {
+        system.fractions[position as usize].bounds()
+    }
+
+    fn bounds(number: &N) -> (Interval, Interval) {
+        let Interval { lower, upper } = number.bounds();
+        (Interval::point(lower), Interval::point(upper))
+    }
+}
+
+/// The equation of a choice.
+pub(crate) struct Equation<N> {
+    /// The edges to other groups, the probability to leave the component, and the lower bound of the
+    /// constant.
+    pub(crate) row: Row<N>,
+    /// The upper bound of the constant.
+    pub(crate) high: N,
+    /// True if the row has all edges of the choice: none leads back to its group.
+    pub(crate) whole: bool,
+    /// The greatest upper bound at an exit; infinite if more is gained or paid. Only for intervals.
+    pub(crate) most: f64,
+    /// The greatest width of the bounds at an exit. Only for intervals.
+    pub(crate) width: f64,
+}
+
+impl<N: Number> Equation<N> {
+    /// Creates the equation of nothing.
+    pub(crate) fn empty() -> Self {
+        let row = Row { edges: Vec::new(), escape: N::zero(), constant: N::zero() };
+        Equation { row, high: N::zero(), whole: true, most: 0.0, width: 0.0 }
+    }
+
+    /// Forgets the equation; its memory is used again.
+    fn clear(&mut self) {
+        let mut edges = std::mem::take(&mut self.row.edges);
+        edges.clear();
+        *self = Equation { row: Row { edges, ..Equation::empty().row }, ..Equation::empty() };
+    }
+
+    /// Adds a gain or cost.
+    fn gain(&mut self, gain: &N) {
+        if !gain.is_zero() {
+            self.pay(gain, gain);
+            self.most = f64::INFINITY;
+        }
+    }
+
+    /// Adds an exit with the bounds of its value.
+    fn exit(&mut self, p: N, (low, high): (N, N)) {
+        self.pay(&p.times(&low), &p.times(&high));
+        self.row.escape = self.row.escape.plus(&p);
+        if !N::EXACT {
+            let value = N::between(&low, &high).bounds();
+            self.most = self.most.max(value.upper);
+            self.width = self.width.max(value.width());
+        }
+    }
+
+    fn pay(&mut self, low: &N, high: &N) {
+        self.row.constant = self.row.constant.plus(low).low();
+        self.high = self.high.plus(high).high();
+    }
+
+    /// Unites the edges to the same group.
+    fn unite(&mut self) {
+        self.row.edges.sort_by_key(|edge| edge.0);
+        self.row.edges.dedup_by(|next, kept| {
+            let same = next.0 == kept.0;
+            if same {
+                kept.1 = kept.1.plus(&next.1);
+            }
+            same
+        });
+    }
+}
+
+/// The nodes of a component and their groups.
+pub(crate) struct Groups<'n> {
+    nodes: &'n [u32],
+    /// The position of each node of the graph in `nodes`, or [`NONE`].
+    position: &'n [u32],
+    /// The choices with which nothing is gained or paid and the component is not left.
+    free: Choices,
+    /// The number of each of these choices in the graph.
+    numbers: Vec<u32>,
+    found: EndComponents,
+}
+
+impl<'n> Groups<'n> {
+    /// Finds the groups of a component. Cost: linear for each round of the search for end components.
+    pub(crate) fn new<N: Number>(
+        system: &System<'_, N>,
+        nodes: &'n [u32],
+        position: &'n [u32],
+        meter: &mut Meter<'_>,
+    ) -> Result<Self> {
+        let mut free = Choices { first: vec![0], start: vec![0], to: Vec::new() };
+        let mut numbers = Vec::new();
+        // Most successors come first, so most choices into nodes without a free choice are left out at once.
+        let mut leaves = vec![false; nodes.len()];
+        for (index, &node) in nodes.iter().enumerate() {
+            meter.step()?;
+            let first = numbers.len();
+            for choice in system.graph.choices(node) {
+                let before = free.to.len();
+                if is_free(system, choice, position, &mut free.to)
+                    && !free.to[before..].iter().any(|&to| leaves[to as usize])
+                {
+                    free.start.push(free.to.len() as u32);
+                    numbers.push(choice);
+                } else {
+                    free.to.truncate(before);
+                }
+            }
+            leaves[index] = numbers.len() == first;
+            free.first.push(numbers.len() as u32);
+        }
+        let found = match numbers.is_empty() {
+            true => {
+                let group = (0..nodes.len() as u32).collect();
+                EndComponents { group, count: nodes.len(), inside: Vec::new() }
+            }
+            false => components::end_components(&free, meter)?,
+        };
+        Ok(Groups { nodes, position, free, numbers, found })
+    }
+
+    /// Returns the number of groups.
+    pub(crate) fn count(&self) -> usize {
+        self.found.count
+    }
+
+    /// Returns the bytes of the groups.
+    pub(crate) fn bytes(&self) -> usize {
+        self.free.bytes() + 5 * self.numbers.len() + 8 * self.nodes.len()
+    }
+
+    /// Returns whether a choice of a node stays in its group for certain.
+    fn stays(&self, index: usize, choice: u32) -> bool {
+        self.free.of(index as u32).any(|c| self.numbers[c] == choice && self.found.inside[c])
+    }
+
+    /// Calls `each` with the group and the choice of every action: the permitted choices
+    /// that may leave their group, group by group.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub(crate) fn visit<N: Number>(
+        &self,
+        system: &System<'_, N>,
+        meter: &mut Meter<'_>,
+        mut each: impl FnMut(u32, u32),
+    ) -> Result<()> {
+        for index in self.by_group() {
+            let (node, group) = (self.nodes[index as usize], self.found.group[index as usize]);
+            for choice in system.graph.choices(node) {
+                meter.step()?;
+                if system.permits(choice) && !self.stays(index as usize, choice) {
+                    each(group, choice);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the positions of the nodes, ordered by groups.
+    fn by_group(&self) -> Vec<u32> {
+        let mut order: Vec<u32> = (0..self.nodes.len() as u32).collect();
+        if self.count() < self.nodes.len() {
+            order.sort_by_key(|&index| self.found.group[index as usize]);
+        }
+        order
+    }
+
+    /// Returns whether the bounds at all exits of the component are finite.
+    pub(crate) fn is_bounded<N: Number>(&self, system: &System<'_, N>, solution: &Solution<N>) -> bool {
+        let is_finite = |edge: Edge| match system.end(edge, solution) {
+            End::Known(value) => value.bounds().upper.is_finite(),
+            End::Open(_) => true,
+        };
+        let permitted = |&choice: &u32| system.permits(choice);
+        let choices = self.nodes.iter().flat_map(|&node| system.graph.choices(node)).filter(permitted);
+        choices.flat_map(|choice| system.graph.edges(choice)).all(is_finite)
+    }
+
+    /// Returns the actions of each group.
+    pub(crate) fn actions<N: Number>(
+        &self,
+        system: &System<'_, N>,
+        solution: &Solution<N>,
+        meter: &mut Meter<'_>,
+    ) -> Result<Vec<Vec<Action>>> {
+        let mut actions: Vec<Vec<Action>> = (0..self.count()).map(|_| Vec::new()).collect();
+        self.visit(system, meter, |group, choice| {
+            let mut equation = Equation::empty();
+            self.write::<N, AsFractions>(system, (group, choice), solution, &mut equation);
+            let action = Action::new(choice, equation.row, equation.high);
+            if action.leaves() {
+                actions[group as usize].push(action);
+            }
+        })?;
+        Ok(actions)
+    }
+
+    /// Returns the group of an open node; `None` outside of the component.
+    pub(crate) fn group_of(&self, node: u32) -> Option<u32> {
+        let position = self.position[node as usize];
+        (position != NONE).then(|| self.found.group[position as usize])
+    }
+
+    /// Writes the equation of a choice of a node in the group `own`, with the memory of another equation.
+    pub(crate) fn write<N: Number, R: Reader<N>>(
+        &self,
+        system: &System<'_, N>,
+        (own, choice): (u32, u32),
+        solution: &Solution<N>,
+        equation: &mut Equation<R::Read>,
+    ) {
+        equation.clear();
+        if let Some(cost) = system.cost(choice) {
+            equation.gain(&R::fraction(system, cost));
+        }
+        for edge in system.graph.edges(choice) {
+            let p = R::fraction(system, edge.probability());
+            let bonus = if system.bonus(edge) { R::Read::one() } else { R::Read::zero() };
+            match system.end(edge, solution) {
+                End::Known(value) => {
+                    let (low, high) = R::bounds(&value);
+                    equation.exit(p, (low.plus(&bonus), high.plus(&bonus)));
+                }
+                End::Open(to) => {
+                    equation.gain(&p.times(&bonus));
+                    match self.group_of(to) {
+                        Some(to) if to == own => equation.whole = false,
+                        Some(to) => equation.row.edges.push((to, p)),
+                        None => equation.row.escape = equation.row.escape.plus(&p),
+                    }
+                }
+            }
+        }
+        equation.unite();
+    }
+
+    /// Stores the values of the groups for their nodes, and the choices that attain them.
+    pub(crate) fn store<N: Number>(
+        &self,
+        system: &System<'_, N>,
+        values: &[N],
+        picks: &[u32],
+        solution: &mut Solution<N>,
+    ) {
+        for (index, &node) in self.nodes.iter().enumerate() {
+            let group = self.found.group[index] as usize;
+            if system.graph.edges_of(node).contains(&picks[group]) {
+                solution.set_pick(node, picks[group]);
+            }
+            solution.set(node, values[group].clone());
+        }
+        if self.count() < self.nodes.len() {
+            self.approach(solution);
+        }
+    }
+
+    /// Lets the other nodes of each group move towards the one that leaves it.
+    fn approach<N: Number>(&self, solution: &mut Solution<N>) {
+        let Groups { nodes, free, found, numbers, .. } = self;
+        let open = (0..nodes.len() as u32).filter(|&index| solution.pick(nodes[index as usize]) == NONE);
+        let mut open: Vec<u32> = open.collect();
+        // Sweeps by turns in both directions are faster than a list of entries, as long as each does much.
+        let mut enough = usize::MAX;
+        while open.len() <= enough {
+            enough = open.len() - open.len().div_ceil(8);
+            open.retain(|&index| {
+                let known = |&to: &u32| solution.pick(nodes[to as usize]) != NONE;
+                let leads =
+                    |&choice: &usize| found.inside[choice] && free.successors(choice).iter().any(known);
+                let choice = free.of(index).find(leads);
+                choice.inspect(|&choice| solution.set_pick(nodes[index as usize], numbers[choice])).is_none()
+            });
+            if open.is_empty() {
+                return;
+            }
+            open.reverse();
+        }
+        let has_pick = |&i: &u32| solution.pick(self.nodes[i as usize]) != NONE;
+        let mut layer: Vec<u32> = (0..self.nodes.len() as u32).filter(has_pick).collect();
+        let (rows, into, owner) = self.free.reversed();
+        while let Some(to) = layer.pop() {
+            for &choice in &into[rows[to as usize] as usize..rows[to as usize + 1] as usize] {
+                let index = owner[choice as usize];
+                let node = self.nodes[index as usize];
+                if self.found.inside[choice as usize] && solution.pick(node) == NONE {
+                    solution.set_pick(node, self.numbers[choice as usize]);
+                    layer.push(index);
+                }
+            }
+        }
+    }
+}
+
+/// Returns whether nothing is gained or paid by a choice and it stays in the component; adds its
+/// successors to `to`.
+fn is_free<N: Number>(system: &System<'_, N>, choice: u32, position: &[u32], to: &mut Vec<u32>) -> bool {
+    let paid = system.cost(choice).is_some_and(|cost| !system.fractions[cost as usize].is_zero());
+    if paid || !system.permits(choice) {
+        return false;
+    }
+    system.graph.edges(choice).all(|edge| {
+        let stays = edge.to != LOST && !edge.counts() && position[edge.to as usize] != NONE;
+        if stays {
+            to.push(position[edge.to as usize]);
+        }
+        stays
+    })
+}

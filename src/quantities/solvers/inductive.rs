@@ -1,0 +1,415 @@
+//! Bounds that one step confirms, with ranks: what a certificate needs.
+//!
+//! Let B be the operator of the optimality equations. Upper bounds U of probabilities are confirmed
+//! by U ≥ B(U), and lower bounds L of costs by L ≤ B(L). Lower bounds of probabilities and upper
+//! bounds of costs need L ≤ B(L) or U ≥ B(U) by choices that do not stay for ever: such a choice
+//! enters a smaller rank with positive probability.
+//!
+//! The solver's bounds need not satisfy this after rounding. Bounds of a component that is one state
+//! are the exact value of its equation, rounded outwards. For other components these are tried, until
+//! one is confirmed by exact arithmetic and near the solver's bounds:
+//!
+//! 1. the solver's bounds, which are confirmed by one step where doubles suffice;
+//! 2. those that the solver finds for the confirmed bounds of what the component reaches;
+//! 3. up to 100 groups: the exact solution as fractions.
+//!
+//! Where nothing is confirmed, the bound says nothing: 0, 1 or infinite.
+
+use std::collections::VecDeque;
+
+use num_traits::{One, Zero};
+
+use crate::equations::graph::{Edge, Graph, LOST, NONE};
+use crate::equations::meter::{Meter, Stop};
+use crate::equations::number::Interval;
+use crate::equations::solution::Solution;
+use crate::equations::system::{Quantity, Sense, System};
+use crate::solvers::groups::Groups;
+use meliora_dump::bounds::{MOST_BITS, Number};
+use meliora_model::error::Result;
+use meliora_model::exact::Ratio;
+
+/// The number of groups up to which a component is solved with fractions.
+const FEW: usize = 100;
+
+/// The side of a bound.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Side {
+    Lower,
+    Upper,
+}
+
+/// Bounds that one step confirms.
+#[derive(Debug)]
+pub(crate) struct Inductive {
+    pub(crate) bounds: Vec<Number>,
+    pub(crate) ranks: Vec<u32>,
+    /// The bounds as doubles, rounded outwards.
+    rounded: Solution<Interval>,
+}
+
+/// The bounds of one quantity from one side that are wanted.
+pub(crate) struct Wanted<'a> {
+    pub(crate) graph: &'a Graph,
+    pub(crate) quantity: Quantity,
+    pub(crate) side: Side,
+    /// The bounds of the level below.
+    pub(crate) below: Option<&'a Inductive>,
+    /// The solver's bounds.
+    pub(crate) solved: &'a Solution<Interval>,
+    /// The fractions of the graph.
+    pub(crate) fractions: &'a [Interval],
+    /// True if it must be shown where the probability is 1.
+    pub(crate) shows_ones: bool,
+    /// The distance from the solver's bounds that is accepted, relative above 1.
+    pub(crate) near: f64,
+}
+
+/// The way to find bounds of a component.
+#[derive(Clone, Copy)]
+enum Attempt {
+    Solved,
+    Again,
+    Exact,
+}
+
+impl Wanted<'_> {
+    /// Computes the bounds. Cost: that of the solver for components of more than one state, and one
+    /// exact step per choice.
+    pub(crate) fn find(&self, meter: &mut Meter<'_>) -> Result<Inductive> {
+        let system = self.system();
+        let rounded = system.start(meter)?;
+        let n = self.graph.nodes();
+        meter.take(n * (size_of::<Number>() + 8))?;
+        let first = |node: u32| match rounded.get(node) {
+            Some(fact) => Number::Double(fact.lower),
+            None => self.nothing(),
+        };
+        let bounds = (0..n as u32).map(first).collect();
+        let mut work = Work { wanted: self, found: Inductive { bounds, ranks: vec![0; n], rounded } };
+        let mut position = vec![NONE; n];
+        if let Quantity::Probability(k) = self.quantity
+            && self.shows_ones
+            && self.side == Side::Lower
+        {
+            let certain = |&node: &u32| self.graph.rank(node).sure >= k;
+            let ones: Vec<u32> = (0..n as u32).filter(certain).collect();
+            ones.iter().zip(0..).for_each(|(&node, at)| position[node as usize] = at);
+            work.rank(&ones, &position);
+            ones.iter().for_each(|&node| position[node as usize] = NONE);
+        }
+        for component in system.components().iter() {
+            if !system.is_open(component[0]) {
+                continue;
+            }
+            meter.step()?;
+            component.iter().zip(0..).for_each(|(&node, at)| position[node as usize] = at);
+            let end = match *component {
+                [node] => work.single(node, &position),
+                _ => work.component(component, &position, meter),
+            };
+            component.iter().for_each(|&node| position[node as usize] = NONE);
+            end?;
+        }
+        Ok(work.found)
+    }
+
+    fn system(&self) -> System<'_, Interval> {
+        let below = self.below.map(|below| &below.rounded);
+        System::new(self.graph, self.quantity, below, self.fractions)
+    }
+
+    /// Returns the bound that says nothing.
+    fn nothing(&self) -> Number {
+        Number::Double(match (self.side, self.quantity) {
+            (Side::Lower, _) => 0.0,
+            (Side::Upper, Quantity::Probability(_)) => 1.0,
+            (Side::Upper, _) => f64::INFINITY,
+        })
+    }
+
+    /// Returns whether one choice is enough to confirm a bound; else every choice must.
+    fn one_confirms(&self) -> bool {
+        matches!(
+            (self.quantity, self.side),
+            (Quantity::Probability(_), Side::Lower) | (Quantity::Cost(_), Side::Upper)
+        )
+    }
+
+    /// Rounds a bound outwards; keeps a fraction where a double would be 0, 1 or infinite.
+    fn outward(&self, exact: Ratio) -> Number {
+        let Interval { lower, upper } = Interval::around(&exact);
+        let near = if self.side == Side::Lower { lower } else { upper };
+        let says_less = near != 0.0 && near != 1.0 && near.is_finite();
+        if says_less { Number::Double(near) } else { Number::from(exact) }
+    }
+}
+
+/// Bounds as far as they are known.
+struct Work<'w> {
+    wanted: &'w Wanted<'w>,
+    found: Inductive,
+}
+
+impl Work<'_> {
+    fn bound(&self, node: u32) -> &Number {
+        &self.found.bounds[node as usize]
+    }
+
+    fn set(&mut self, node: u32, bound: Number) {
+        let double = match &bound {
+            Number::Double(x) => *x,
+            Number::Fraction(x) if self.wanted.side == Side::Lower => Interval::around(x).lower,
+            Number::Fraction(x) => Interval::around(x).upper,
+        };
+        self.found.rounded.store(node, Interval::point(double));
+        self.found.bounds[node as usize] = bound;
+    }
+
+    /// Returns the exact bound at the end of an edge; `None` if it is infinite.
+    fn end(&self, edge: Edge) -> Option<Ratio> {
+        match (edge.to, edge.counts(), self.wanted.below, self.wanted.quantity) {
+            (LOST, ..) => Some(Ratio::zero()),
+            (to, true, Some(below), _) => below.bounds[to as usize].exact(),
+            (_, true, None, Quantity::Probability(_)) => Some(Ratio::one()),
+            (_, true, None, _) => Some(Ratio::zero()),
+            (to, false, ..) => self.bound(to).exact(),
+        }
+    }
+
+    /// Returns the part of a choice's value that does not depend on `own`, and the probability to
+    /// enter `own`; `None` if the value is infinite.
+    fn parts(&self, choice: u32, own: Option<u32>) -> Option<(Ratio, Ratio)> {
+        let graph = self.wanted.graph;
+        let cost = matches!(self.wanted.quantity, Quantity::Cost(_)).then(|| graph.cost(choice));
+        let mut sum = cost.map_or_else(Ratio::zero, |cost| graph.fractions()[cost as usize].clone());
+        let mut back = Ratio::zero();
+        for edge in graph.edges(choice) {
+            let p = &graph.fractions()[edge.probability() as usize];
+            if Some(edge.to) == own && !edge.counts() {
+                back += p;
+            } else {
+                sum += p * self.end(edge)?;
+            }
+        }
+        Some((sum, back))
+    }
+
+    /// Returns whether the choice of a node confirms its bound.
+    fn confirms(&self, node: u32, choice: u32) -> bool {
+        let (value, bound) = (self.parts(choice, None).map(|(sum, _)| sum), self.bound(node).exact());
+        match (self.wanted.side, value, bound) {
+            (Side::Lower, Some(value), Some(bound)) => bound <= value,
+            (Side::Upper, Some(value), Some(bound)) => bound >= value,
+            (Side::Lower, None, _) | (Side::Upper, _, None) => true,
+            (Side::Lower, _, None) | (Side::Upper, None, _) => false,
+        }
+    }
+
+    /// Returns whether all bounds of a component are confirmed by one step.
+    fn holds(&self, nodes: &[u32]) -> bool {
+        let system = self.wanted.system();
+        nodes.iter().all(|&node| {
+            let mut permitted = self.wanted.graph.choices(node).filter(|&choice| system.permits(choice));
+            match self.wanted.one_confirms() {
+                _ if *self.bound(node) == self.wanted.nothing() => true,
+                true => permitted.any(|choice| self.confirms(node, choice)),
+                false => permitted.all(|choice| self.confirms(node, choice)),
+            }
+        })
+    }
+
+    /// Returns the rank of an edge: 0 where the bound is given; `None` if it is not known yet.
+    fn rank_of(&self, edge: Edge) -> Option<u32> {
+        let given = edge.to == LOST || edge.counts() || {
+            let rank = self.wanted.graph.rank(edge.to);
+            let is_fact = match self.wanted.quantity {
+                Quantity::Probability(k) => rank.positive < k || rank.sure >= k && !self.wanted.shows_ones,
+                _ => false,
+            };
+            is_fact || *self.bound(edge.to) == self.wanted.nothing()
+        };
+        if given {
+            return Some(0);
+        }
+        Some(self.found.ranks[edge.to as usize]).filter(|&rank| rank > 0)
+    }
+
+    /// Returns the choices of a node that may justify its rank. A junction takes the better of its
+    /// two choices, and counts if they are equal.
+    fn justifying(&self, node: u32) -> Vec<u32> {
+        let (graph, system) = (self.wanted.graph, self.wanted.system());
+        let permitted = graph.choices(node).filter(|&choice| system.permits(choice));
+        if !graph.is_junction(node) {
+            return permitted.filter(|&choice| self.confirms(node, choice)).collect();
+        }
+        let value = |choice: u32| self.parts(choice, None).map(|(sum, _)| sum);
+        let better = |a: u32, b: u32| {
+            let is_better = match (self.wanted.side, value(a), value(b)) {
+                (Side::Lower, Some(a), Some(b)) => a >= b,
+                (Side::Upper, Some(a), Some(b)) => a <= b,
+                (_, a, _) => a.is_some(),
+            };
+            if is_better { a } else { b }
+        };
+        permitted.reduce(better).into_iter().collect()
+    }
+
+    /// Ranks the nodes of a component; returns whether each that says something has a rank.
+    fn rank(&mut self, nodes: &[u32], position: &[u32]) -> bool {
+        if !self.wanted.one_confirms() {
+            return true;
+        }
+        let nothing = self.wanted.nothing();
+        let mut into: Vec<Vec<u32>> = vec![Vec::new(); nodes.len()];
+        let mut queue = VecDeque::new();
+        nodes.iter().for_each(|&node| self.found.ranks[node as usize] = 0);
+        for (index, &node) in nodes.iter().enumerate() {
+            if *self.bound(node) == nothing {
+                continue;
+            }
+            let mut least: Option<u32> = None;
+            for edge in self.justifying(node).iter().flat_map(|&choice| self.wanted.graph.edges(choice)) {
+                match self.rank_of(edge) {
+                    Some(rank) => least = Some(least.map_or(rank, |least| least.min(rank))),
+                    None => into[position[edge.to as usize] as usize].push(index as u32),
+                }
+            }
+            if let Some(rank) = least {
+                self.found.ranks[node as usize] = rank + 1;
+                queue.push_back(index);
+            }
+        }
+        while let Some(index) = queue.pop_front() {
+            let rank = self.found.ranks[nodes[index] as usize];
+            for &before in &into[index] {
+                let node = nodes[before as usize] as usize;
+                if self.found.ranks[node] == 0 {
+                    self.found.ranks[node] = rank + 1;
+                    queue.push_back(before as usize);
+                }
+            }
+        }
+        nodes.iter().all(|&node| self.found.ranks[node as usize] > 0 || *self.bound(node) == nothing)
+    }
+
+    /// Finds the bound of a node that is a component of its own.
+    fn single(&mut self, node: u32, position: &[u32]) -> Result<()> {
+        let (wanted, system) = (self.wanted, self.wanted.system());
+        let mut best: Option<Ratio> = None;
+        let mut is_finite = true;
+        for choice in wanted.graph.choices(node).filter(|&choice| system.permits(choice)) {
+            let Some((sum, back)) = self.parts(choice, Some(node)) else {
+                // An upper bound of the greatest value is infinite, then; others have other choices.
+                is_finite &= system.sense() == Sense::Min;
+                continue;
+            };
+            if back.is_one() {
+                continue;
+            }
+            let value = sum / (Ratio::one() - back);
+            best = Some(match (best, system.sense()) {
+                (None, _) => value,
+                (Some(best), Sense::Max) => best.max(value),
+                (Some(best), Sense::Min) => best.min(value),
+            });
+        }
+        let bound = best.filter(|_| is_finite).map_or_else(|| wanted.nothing(), |x| wanted.outward(x));
+        self.set(node, bound);
+        self.found.rounded.know(node, true);
+        if !self.holds(&[node]) || !self.rank(&[node], position) {
+            self.set(node, wanted.nothing());
+        }
+        Ok(())
+    }
+
+    /// Finds the bounds of a component by one attempt after the other.
+    fn component(&mut self, nodes: &[u32], position: &[u32], meter: &mut Meter<'_>) -> Result<()> {
+        let mut best: Option<(f64, Vec<Number>)> = None;
+        for attempt in [Attempt::Solved, Attempt::Again, Attempt::Exact] {
+            meter.step()?;
+            let Some(found) = self.attempt(attempt, nodes, position, meter)? else { continue };
+            nodes.iter().zip(&found).for_each(|(&node, bound)| self.set(node, bound.clone()));
+            if !self.holds(nodes) || !self.rank(nodes, position) {
+                continue;
+            }
+            let away = self.distance(nodes);
+            if best.as_ref().is_none_or(|(least, _)| away < *least) {
+                best = Some((away, found));
+            }
+            if away <= self.wanted.near {
+                break;
+            }
+        }
+        let found = best.map_or_else(|| vec![self.wanted.nothing(); nodes.len()], |(_, found)| found);
+        for (&node, bound) in nodes.iter().zip(found) {
+            self.set(node, bound);
+            self.found.rounded.know(node, true);
+        }
+        self.rank(nodes, position);
+        Ok(())
+    }
+
+    /// Returns the greatest distance from the solver's bounds, relative above 1.
+    fn distance(&self, nodes: &[u32]) -> f64 {
+        let away = |&node: &u32| {
+            let solved = self.solved(node);
+            let found = self.found.rounded.stored(node).lower;
+            if solved == found { 0.0 } else { (solved - found).abs() / solved.max(1.0) }
+        };
+        nodes.iter().map(away).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+    }
+
+    fn solved(&self, node: u32) -> f64 {
+        let Interval { lower, upper } = *self.wanted.solved.stored(node);
+        if self.wanted.side == Side::Lower { lower } else { upper.min(self.top()) }
+    }
+
+    /// Returns the greatest value of the quantity.
+    fn top(&self) -> f64 {
+        if matches!(self.wanted.quantity, Quantity::Probability(_)) { 1.0 } else { f64::INFINITY }
+    }
+
+    /// Returns candidates for the bounds of a component.
+    fn attempt(
+        &mut self,
+        attempt: Attempt,
+        nodes: &[u32],
+        position: &[u32],
+        meter: &mut Meter<'_>,
+    ) -> Result<Option<Vec<Number>>> {
+        let (wanted, top) = (self.wanted, self.top());
+        let side = |x: Interval| if wanted.side == Side::Lower { x.lower } else { x.upper };
+        let system = wanted.system();
+        if let Attempt::Solved = attempt {
+            return Ok(Some(nodes.iter().map(|&node| Number::Double(self.solved(node))).collect()));
+        }
+        let solution = &mut self.found.rounded;
+        nodes.iter().for_each(|&node| solution.know(node, false));
+        if let Attempt::Again = attempt {
+            system.component(nodes, position, solution, meter)?;
+            let bound = |&node: &u32| Number::Double(side(*solution.stored(node)).min(top));
+            return Ok(Some(nodes.iter().map(bound).collect()));
+        }
+        let groups = Groups::new(&system, nodes, position, meter)?;
+        if groups.count() > FEW {
+            return Ok(None);
+        }
+        let optimum = match system.fractions_of(&groups, solution, &[], usize::MAX, meter) {
+            Ok(optimum) => optimum,
+            Err(Stop::Limit(error)) => return Err(error),
+            Err(_) => return Ok(None),
+        };
+        let value = |&node: &u32| {
+            let group = groups.group_of(node)? as usize;
+            let values = if wanted.side == Side::Lower { &optimum.low } else { &optimum.high };
+            let exact = match wanted.quantity {
+                Quantity::Probability(_) => values[group].clone().min(Ratio::one()),
+                _ => values[group].clone(),
+            };
+            let is_short = exact.numer().bits().max(exact.denom().bits()) <= MOST_BITS;
+            is_short.then(|| Number::from(exact))
+        };
+        Ok(nodes.iter().map(value).collect())
+    }
+}

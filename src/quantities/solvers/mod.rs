@@ -1,0 +1,27 @@
+//! The methods that solve equations.
+//!
+//! | module | contents |
+//! | --- | --- |
+//! | `solve`, `solved` | the equations of each quantity and level, solved component by component |
+//! | `components`, `groups` | strongly connected components, and the end components in them |
+//! | `turns` | the methods for a component, with budgets that double |
+//! | `sparse` | the equations of a component in doubles, rounded outwards |
+//! | `iterate` | optimistic value iteration |
+//! | `doubles` | policy iteration by elimination of states, with bounds that one step confirms |
+//! | `component` | the same with fractions |
+//! | `eliminate` | elimination of states |
+//! | `horizon` | success within n steps |
+//! | `inductive` | bounds that one step confirms |
+
+pub(crate) mod component;
+pub(crate) mod components;
+pub(crate) mod doubles;
+pub(crate) mod eliminate;
+pub(crate) mod groups;
+pub(crate) mod horizon;
+pub(crate) mod inductive;
+pub(crate) mod iterate;
+pub(crate) mod solve;
+pub(crate) mod solved;
+pub(crate) mod sparse;
+pub(crate) mod turns;

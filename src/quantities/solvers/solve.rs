@@ -1,0 +1,308 @@
+//! The equations of probabilities, costs and expected numbers, level by level, component by
+//! component.
+//!
+//! With v(s') = P_{k-1}(s') if the step to s' improves, P_k(s') if not, and 0 if it is lost:
+//! P_k(s) = max over kept choices a of Σ p(s,a,s') · v(s'), the least solution. C_k is the least
+//! cost + Σ p · w(s') over the choices that keep k improvements certain, with w from C_{k-1} and C_k
+//! in the same way. N has 1 + N(s') on improving steps.
+
+use std::ops::Range;
+
+use bitvec::vec::BitVec;
+
+use crate::equations::graph::{Graph, LOST, NONE};
+use crate::equations::meter::{Meter, Stop, Turn};
+use crate::equations::number::{Interval, Number};
+use crate::equations::solution::Solution;
+use crate::equations::system::{End, Quantity, Sense, System};
+use crate::solvers::component::{Component, Optimum};
+use crate::solvers::components::{self, Components, Successors};
+use crate::solvers::doubles::Elimination;
+use crate::solvers::groups::Groups;
+use crate::solvers::sparse::{Found, Sparse};
+use crate::solvers::turns;
+use meliora_model::error::{Error, Limit, Result};
+
+/// The number of nodes up to which bounds are passed on after a limit is reached: this must not delay
+/// the end noticeably.
+const PASSED_ON: usize = 1 << 22;
+
+impl<N: Number> System<'_, N> {
+    /// Solves the equations of all open nodes, the components that others depend on first.
+    ///
+    /// # Errors
+    /// A limit is reached; then all nodes have bounds, as far as those found before the limit show
+    /// them.
+    pub(crate) fn solve(&self, solution: &mut Solution<N>, meter: &mut Meter<'_>) -> Result<()> {
+        if !solution.has_equations() {
+            return Ok(());
+        }
+        let nodes = self.graph.nodes();
+        let scratch = nodes * 3 * size_of::<u32>();
+        let search = nodes * components::SEARCH + self.graph.edges_in_all() / 8;
+        meter.take(search)?;
+        let found = self.components();
+        meter.release(search - scratch);
+        let mut position = vec![NONE; nodes];
+        for number in 0..found.count() {
+            meter.progress_at(number, &|| format!("component {} of {}", number + 1, found.count()));
+            let end = self.next(found.get(number), &mut position, solution, meter);
+            if end.is_err() {
+                self.pass_on(&found, number, solution);
+                return end;
+            }
+        }
+        meter.release(scratch);
+        Ok(())
+    }
+
+    /// Solves the equations of a component; `position` has a place for each node.
+    fn next(
+        &self,
+        component: &[u32],
+        position: &mut [u32],
+        solution: &mut Solution<N>,
+        meter: &mut Meter<'_>,
+    ) -> Result<()> {
+        if !self.is_open(component[0]) {
+            return Ok(());
+        }
+        meter.step()?;
+        if let [node] = *component {
+            return self.single(node, solution);
+        }
+        component.iter().zip(0..).for_each(|(&node, at)| position[node as usize] = at);
+        let end = self.component(component, position, solution, meter);
+        component.iter().for_each(|&node| position[node as usize] = NONE);
+        end.map_err(|e| self.explained(e, component.len()))
+    }
+
+    /// Bounds the nodes without values, from a component on, by one step per node, which holds for any bounds of their
+    /// successors. Their best choices remain unknown.
+    fn pass_on(&self, components: &Components, first: usize, solution: &mut Solution<N>) {
+        let Ok(anything) = self.anything() else { return };
+        if components.from(first).len() > PASSED_ON {
+            return;
+        }
+        for component in components.iter().skip(first) {
+            let open = |&node: &u32| self.is_open(node) && !solution.knows(node);
+            let open: Vec<u32> = component.iter().copied().filter(open).collect();
+            open.iter().for_each(|&node| solution.set(node, anything.clone()));
+            for &node in &open {
+                // Fails only for exact numbers, which have no bounds.
+                let _ = self.single(node, solution);
+                solution.set_pick(node, NONE);
+            }
+        }
+    }
+
+    /// Returns the strongly connected components of the open nodes and of those that they reach; each
+    /// comes after those that it reaches.
+    pub(crate) fn components(&self) -> Components {
+        let open = (0..self.graph.nodes() as u32).filter(|&node| self.is_open(node));
+        components::components(&Dependencies::new(self), open)
+    }
+
+    /// Solves the equation of a node that is a component of its own.
+    fn single(&self, node: u32, solution: &mut Solution<N>) -> Result<()> {
+        let mut best: Option<(N, N, u32)> = None;
+        for choice in self.graph.choices(node) {
+            let Some(q) = self.alone(choice, solution) else { continue };
+            let (low, high) = (q.low(), q.high());
+            best = Some(match best {
+                None => (low, high, choice),
+                Some((a, b, pick)) => match self.sense() {
+                    Sense::Max => {
+                        let pick = if low.exceeds(&a) { choice } else { pick };
+                        (a.or_greater(low), b.or_greater(high), pick)
+                    }
+                    Sense::Min => {
+                        let pick = if b.exceeds(&high) { choice } else { pick };
+                        (a.or_smaller(low), b.or_smaller(high), pick)
+                    }
+                },
+            });
+        }
+        let (value, pick) = match best {
+            Some((low, high, pick)) => (N::between(&low, &high), pick),
+            None => (self.anything()?, NONE),
+        };
+        solution.set(node, value);
+        solution.set_pick(node, pick);
+        Ok(())
+    }
+
+    /// Returns the value of a choice whose successors are known, except for a self-loop; `None` if
+    /// it is not permitted or never left.
+    fn alone(&self, choice: u32, solution: &Solution<N>) -> Option<N> {
+        if !self.permits(choice) {
+            return None;
+        }
+        let (mut sum, mut leaving, mut whole) = (self.own_constant(choice), N::zero(), true);
+        for edge in self.graph.edges(choice) {
+            let p = &self.fractions[edge.probability() as usize];
+            if self.bonus(edge) {
+                sum = sum.plus(p);
+            }
+            match self.end(edge, solution) {
+                End::Known(value) => {
+                    sum = sum.plus(&p.times(&value));
+                    leaving = leaving.plus(p);
+                }
+                End::Open(_) => whole = false,
+            }
+        }
+        match whole {
+            true => Some(sum),
+            false => (!leaving.is_zero()).then(|| sum.over(&leaving)),
+        }
+    }
+
+    /// Solves the equations of a component.
+    pub(crate) fn component(
+        &self,
+        nodes: &[u32],
+        position: &[u32],
+        solution: &mut Solution<N>,
+        meter: &mut Meter<'_>,
+    ) -> Result<()> {
+        let groups = Groups::new(self, nodes, position, meter)?;
+        meter.take(groups.bytes())?;
+        let sparse = Sparse::new(self, &groups, solution, meter)?;
+        meter.take(sparse.bytes())?;
+        // A method takes the nodes of the component from those that are not known.
+        let end = match N::EXACT {
+            true => self.exact(&groups, &sparse, solution, meter),
+            false => self.bounds(&groups, &sparse, solution, meter),
+        };
+        meter.release(sparse.bytes() + groups.bytes());
+        end
+    }
+
+    /// Finds bounds of the values of a component.
+    fn bounds(
+        &self,
+        groups: &Groups<'_>,
+        sparse: &Sparse,
+        solution: &mut Solution<N>,
+        meter: &mut Meter<'_>,
+    ) -> Result<()> {
+        let top = matches!(self.quantity, Quantity::Probability(_)).then_some(1.0);
+        let exactly = |seen: &[u32], budget: usize, meter: &mut Meter<'_>| {
+            let Optimum { low, high, picks } = self.fractions_of(groups, solution, seen, budget, meter)?;
+            let low = low.iter().map(|x| Interval::around(x).lower).collect();
+            Ok(Found { low, high: high.iter().map(|x| Interval::around(x).upper).collect(), picks })
+        };
+        let (Found { low, high, picks }, end) = turns::solve(sparse, top, self.only, exactly, meter);
+        let most = self.most();
+        let bounds = |(&lower, &upper): (&f64, &f64)| N::rounded(Interval { lower, upper: upper.min(most) });
+        let values: Vec<N> = low.iter().zip(&high).filter_map(bounds).collect();
+        groups.store(self, &values, &picks, solution);
+        end
+    }
+
+    /// Finds the exact values of a component; doubles tell where to begin.
+    fn exact(
+        &self,
+        groups: &Groups<'_>,
+        sparse: &Sparse,
+        solution: &mut Solution<N>,
+        meter: &mut Meter<'_>,
+    ) -> Result<()> {
+        let (none, before) = (vec![NONE; groups.count()], meter.bytes());
+        let seen = match Elimination::new(sparse).turn(&none, usize::MAX, meter) {
+            Ok(found) => found.picks,
+            Err(Stop::Limit(error)) if !matches!(error, Error::Limit(Limit::Memory { .. })) => {
+                return Err(error);
+            }
+            Err(_) => none,
+        };
+        meter.release_to(before);
+        match self.fractions_of(groups, solution, &seen, usize::MAX, meter) {
+            Ok(Optimum { low, picks, .. }) => {
+                let values: Vec<N> = low.iter().map(N::of).collect();
+                groups.store(self, &values, &picks, solution);
+                Ok(())
+            }
+            Err(Stop::Limit(error)) => Err(error),
+            Err(_) => self.anything().map(drop),
+        }
+    }
+
+    /// Returns the exact solution of a component, where the bounds of its exits are fractions. `seen` has choices that
+    /// are probably the best, if some are known.
+    ///
+    /// # Errors
+    /// Some of these bounds is infinite, or some group cannot leave the component; it takes more work than `budget`; a
+    /// limit is reached.
+    pub(crate) fn fractions_of(
+        &self,
+        groups: &Groups<'_>,
+        solution: &Solution<N>,
+        seen: &[u32],
+        mut budget: usize,
+        meter: &mut Meter<'_>,
+    ) -> Turn<Optimum> {
+        if !N::EXACT && !groups.is_bounded(self, solution) {
+            return Err(Stop::Never);
+        }
+        let component = Component { sense: self.sense(), actions: groups.actions(self, solution, meter)? };
+        let bytes = component.bytes();
+        let taken = meter.take(bytes).map_err(Stop::from);
+        let end = taken.and_then(|()| component.solve(seen, &mut budget, meter));
+        meter.release(bytes);
+        end
+    }
+
+    /// Adds to the error of an exact computation where it ended.
+    fn explained(&self, error: Error, nodes: usize) -> Error {
+        match error {
+            Error::Limit(Limit::Memory { what }) if N::EXACT => {
+                let what = format!(
+                    "{what}: exact values of {} in {nodes} states that reach each other; without `--exact`, bounds are found",
+                    self.quantity
+                );
+                Limit::Memory { what }.into()
+            }
+            other => other,
+        }
+    }
+}
+
+/// The dependencies between open nodes.
+struct Dependencies<'g> {
+    graph: &'g Graph,
+    /// True for each edge that is followed.
+    followed: BitVec,
+}
+
+impl<'g> Dependencies<'g> {
+    fn new<N: Number>(system: &System<'g, N>) -> Self {
+        let graph = system.graph;
+        let mut followed = BitVec::repeat(false, graph.edges_in_all());
+        let counted = system.quantity == Quantity::Number;
+        for node in (0..graph.nodes() as u32).filter(|&node| system.is_open(node)) {
+            for choice in graph.choices(node).filter(|&choice| system.permits(choice)) {
+                for (position, edge) in (choice as usize..).zip(graph.edges(choice)) {
+                    let follows = edge.to != LOST && (!edge.counts() || counted) && system.is_open(edge.to);
+                    followed.set(position, follows);
+                }
+            }
+        }
+        Dependencies { graph, followed }
+    }
+}
+
+impl Successors for Dependencies<'_> {
+    fn nodes(&self) -> usize {
+        self.graph.nodes()
+    }
+
+    fn positions(&self, node: u32) -> Range<u32> {
+        self.graph.edges_of(node)
+    }
+
+    fn at(&self, position: u32) -> Option<u32> {
+        self.followed[position as usize].then(|| self.graph.target(position))
+    }
+}

@@ -1,0 +1,338 @@
+//! A component in compressed rows of doubles, and its optimality equations rounded outwards.
+//!
+//! The result of a row with m edges is computed to the nearest and then moved outwards by
+//! (m + 8) · 2^-52 of it: all terms are at least 0, so this covers the rounding of probabilities,
+//! products and sums.
+//!
+//! An upper bound has another limit. The result of a row in which nothing is gained or paid is a mean
+//! of the values that it leads to, so it is at most the greatest of them, without any rounding. This
+//! matters where many policies are equally good and some of them hardly leave the component: along
+//! their cycles the rounding of each row adds up, and exceeds what the exits take away.
+
+use std::ops::Range;
+
+use crate::equations::graph::NONE;
+use crate::equations::meter::Meter;
+use crate::equations::number::{Interval, Number, Weight};
+use crate::equations::solution::Solution;
+use crate::equations::system::{Sense, System};
+use crate::solvers::groups::{AsIntervals, Equation, Groups};
+use meliora_model::error::Result;
+
+/// The smallest relative improvement for which a policy is changed: more than the error of elimination
+/// in most components. If it is not, the policy changes without end and is given up.
+const BETTER: f64 = 1e-12;
+
+/// The width of narrow bounds, absolute below 1; twice the width of the bounds at the exits is added.
+const WIDE: f64 = 1e-7;
+
+/// Results below this may have lost digits.
+pub(crate) const TINY: f64 = 1e-280;
+
+/// The bounds of the groups.
+#[derive(Debug)]
+pub(crate) struct Found {
+    pub(crate) low: Vec<f64>,
+    /// The upper bounds; infinite if none are known.
+    pub(crate) high: Vec<f64>,
+    /// The choice by which each group is left, or [`NONE`].
+    pub(crate) picks: Vec<u32>,
+}
+
+impl Found {
+    /// Returns the bounds of some groups of which nothing is known.
+    pub(crate) fn nothing(groups: usize) -> Self {
+        Found { low: vec![0.0; groups], high: vec![f64::INFINITY; groups], picks: vec![NONE; groups] }
+    }
+
+    /// Narrows these bounds by others, and takes their choices where none are known.
+    pub(crate) fn narrow(&mut self, other: &Found) {
+        self.low.iter_mut().zip(&other.low).for_each(|(low, other)| *low = low.max(*other));
+        self.high.iter_mut().zip(&other.high).for_each(|(high, other)| *high = high.min(*other));
+        let open = self.picks.iter_mut().zip(&other.picks).filter(|(pick, _)| **pick == NONE);
+        open.for_each(|(pick, other)| *pick = *other);
+    }
+}
+
+/// A component in compressed rows.
+#[derive(Debug)]
+pub(crate) struct Sparse {
+    pub(crate) sense: Sense,
+    /// The actions of group g are `first[g]..first[g+1]`.
+    first: Vec<u32>,
+    /// The edges of action a are `start[a]..start[a+1]`.
+    start: Vec<u32>,
+    /// The group that each edge enters, and its probability.
+    to: Vec<u32>,
+    probabilities: Vec<f64>,
+    constants: Vec<Constant>,
+    /// The choice of each action.
+    pub(crate) choices: Vec<u32>,
+    /// The relative error of a row.
+    pub(crate) error: f64,
+    /// The width of the bounds at the exits.
+    pub(crate) inherited: f64,
+    /// The smallest probability.
+    pub(crate) least: f64,
+}
+
+/// The parts of an action besides its edges.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Constant {
+    /// The bounds of its gain or payment, values at exits included.
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+    /// The greatest upper bound at an exit; infinite if more is gained or paid.
+    pub(crate) most: f64,
+    /// The probability to leave the component.
+    pub(crate) escape: f64,
+}
+
+impl Sparse {
+    /// Creates a component without groups.
+    pub(crate) fn empty(sense: Sense) -> Self {
+        Sparse {
+            sense,
+            first: vec![0],
+            start: vec![0],
+            to: Vec::new(),
+            probabilities: Vec::new(),
+            constants: Vec::new(),
+            choices: Vec::new(),
+            error: 0.0,
+            inherited: 0.0,
+            least: 1.0,
+        }
+    }
+
+    /// Copies the rows of a component, divided by the probabilities to leave the groups.
+    pub(crate) fn new<N: Number>(
+        system: &System<'_, N>,
+        groups: &Groups<'_>,
+        solution: &Solution<N>,
+        meter: &mut Meter<'_>,
+    ) -> Result<Self> {
+        let (mut sparse, mut equation) = (Sparse::empty(system.sense()), Equation::empty());
+        groups.visit(system, meter, |group, choice| {
+            sparse.begin(group);
+            groups.write::<N, AsIntervals>(system, (group, choice), solution, &mut equation);
+            sparse.add(choice, &equation);
+        })?;
+        sparse.begin(groups.count() as u32);
+        Ok(sparse)
+    }
+
+    /// Ends the groups before a group.
+    pub(crate) fn begin(&mut self, group: u32) {
+        self.first.resize(group as usize + 1, self.choices.len() as u32);
+    }
+
+    /// Adds an action to the last group.
+    pub(crate) fn push(&mut self, choice: u32, edges: impl Iterator<Item = (u32, f64)>, constant: Constant) {
+        for (to, p) in edges {
+            self.to.push(to);
+            self.probabilities.push(p);
+        }
+        self.start.push(self.to.len() as u32);
+        self.constants.push(constant);
+        self.choices.push(choice);
+    }
+
+    /// Adds the equation of a choice to the last group, unless the choice never leaves its group.
+    fn add(&mut self, choice: u32, equation: &Equation<Interval>) {
+        let &Equation { ref row, high, whole, most, width } = equation;
+        let leaving = if whole { Interval::ONE } else { row.leaving() };
+        self.inherited = self.inherited.max(width);
+        if leaving.is_zero() {
+            return;
+        }
+        let parts = row.edges.iter().map(|edge| &edge.1).chain([&row.escape]);
+        self.least = parts.filter(|p| !p.is_zero()).fold(self.least, |least, p| least.min(p.lower));
+        let mut constant = Interval { lower: row.constant.lower, upper: high.upper };
+        let mut error = (row.edges.len() + 8) as f64 * f64::EPSILON;
+        let mut divisor = 1.0;
+        if !whole {
+            constant = constant.over(&leaving);
+            // The quotients are within the width of the divisor.
+            error += 4.0 * (leaving.upper / leaving.lower - 1.0);
+            divisor = leaving.lower;
+        }
+        self.error = self.error.max(error);
+        let edges = row.edges.iter().map(|(to, p)| (*to, p.lower / divisor));
+        let (low, high, escape) = (constant.lower, constant.upper, row.escape.lower / divisor);
+        self.push(choice, edges, Constant { low, high, most, escape });
+    }
+
+    /// Returns the bytes of the rows, and of the iteration over them.
+    pub(crate) fn bytes(&self) -> usize {
+        let action = size_of::<Constant>() + 2 * size_of::<u32>();
+        self.to.len() * (size_of::<u32>() + size_of::<f64>())
+            + self.choices.len() * action
+            + 36 * self.first.len()
+    }
+
+    /// Returns the number of entries of all rows: the work of a sweep.
+    pub(crate) fn entries(&self) -> usize {
+        self.to.len() + self.choices.len()
+    }
+
+    /// Returns whether bounds of the groups are as near to each other as those at the exits allow.
+    pub(crate) fn is_narrow(&self, low: &[f64], high: &[f64]) -> bool {
+        let most = |low: f64| WIDE * low.max(1.0) + 2.0 * self.inherited;
+        low.iter().zip(high).all(|(low, high)| high - low <= most(*low))
+    }
+
+    pub(crate) fn groups(&self) -> usize {
+        self.first.len() - 1
+    }
+
+    /// Returns the actions of a group.
+    pub(crate) fn actions(&self, group: usize) -> Range<usize> {
+        self.first[group] as usize..self.first[group + 1] as usize
+    }
+
+    /// Returns what an action has besides its edges.
+    pub(crate) fn constant(&self, action: usize) -> &Constant {
+        &self.constants[action]
+    }
+
+    /// Returns the groups that the edges of an action enter, and their probabilities.
+    #[inline]
+    pub(crate) fn row(&self, action: usize) -> impl Iterator<Item = (u32, f64)> {
+        let edges = self.start[action] as usize..self.start[action + 1] as usize;
+        self.to[edges.clone()].iter().copied().zip(self.probabilities[edges].iter().copied())
+    }
+
+    /// Returns an action of each group, so that the component is left almost surely: each leads out, or to a group that
+    /// got its action before. `None` if there are no such actions. Cost: some sweeps, each over the groups that are
+    /// left, by turns in both directions.
+    ///
+    /// # Errors
+    /// The work is cancelled.
+    pub(crate) fn leaving_policy(&self, meter: &mut Meter<'_>) -> Result<Option<Vec<u32>>> {
+        let mut policy = vec![NONE; self.groups()];
+        let mut open: Vec<u32> = (0..self.groups() as u32).collect();
+        while !open.is_empty() {
+            let before = open.len();
+            let mut end = Ok(());
+            open.retain(|&group| {
+                if end.is_ok() {
+                    end = meter.step();
+                }
+                let leaves = |&action: &usize| {
+                    self.constant(action).escape > 0.0
+                        || self.row(action).any(|(to, _)| policy[to as usize] != NONE)
+                };
+                let found = self.actions(group as usize).find(leaves);
+                policy[group as usize] = found.map_or(NONE, |action| action as u32);
+                policy[group as usize] == NONE
+            });
+            end?;
+            if open.len() == before {
+                return Ok(None);
+            }
+            open.reverse();
+        }
+        Ok(Some(policy))
+    }
+
+    /// Returns a lower bound of c + Σ p · x of an action.
+    pub(crate) fn below(&self, action: usize, x: &[f64]) -> f64 {
+        self.lowered(self.sum(action, false, x))
+    }
+
+    /// Returns c + Σ p · x of an action to the nearest double, with the lower or upper bound of the constant.
+    #[inline]
+    pub(crate) fn sum(&self, action: usize, upper: bool, x: &[f64]) -> f64 {
+        let Constant { low, high, .. } = self.constants[action];
+        let constant = if upper { high } else { low };
+        self.row(action).fold(constant, |sum, (to, p)| sum + p * x[to as usize])
+    }
+
+    /// Returns whether a value is clearly better than another one.
+    pub(crate) fn is_better(&self, q: f64, than: f64) -> bool {
+        match self.sense {
+            Sense::Max => q > than * (1.0 + BETTER),
+            Sense::Min => q < than * (1.0 - BETTER),
+        }
+    }
+
+    /// Returns an upper bound of c + Σ p · x of an action.
+    #[inline]
+    fn above(&self, action: usize, x: &[f64]) -> f64 {
+        let Constant { high, most, .. } = self.constants[action];
+        let (mut sum, mut greatest) = (high, most);
+        for (to, p) in self.row(action) {
+            let value = x[to as usize];
+            sum += p * value;
+            greatest = if value > greatest { value } else { greatest };
+        }
+        (sum * (1.0 + self.error) + TINY).min(greatest)
+    }
+
+    /// Returns a lower or upper bound of the optimum of a group, and the action that attains it.
+    #[inline]
+    pub(crate) fn best(&self, group: usize, upper: bool, x: &[f64]) -> (f64, usize) {
+        let mut best = self.worst(group);
+        for action in self.actions(group) {
+            let q = if upper { self.above(action, x) } else { self.sum(action, false, x) };
+            self.choose(&mut best, (q, action));
+        }
+        if upper { best } else { (self.lowered(best.0), best.1) }
+    }
+
+    /// Returns the bounds of the only group, which all of its actions leave, and the action that attains them; `None` if
+    /// there are more groups, or no actions.
+    pub(crate) fn alone(&self) -> Option<([f64; 2], usize)> {
+        let actions = if self.groups() == 1 { self.actions(0) } else { 0..0 };
+        let bounds = |action: usize| (self.constants[action].low, self.constants[action].high, action);
+        actions
+            .map(bounds)
+            .reduce(|(low, high, action), (other, more, next)| match self.sense {
+                Sense::Max => (low.max(other), high.max(more), if other > low { next } else { action }),
+                Sense::Min => (low.min(other), high.min(more), if more < high { next } else { action }),
+            })
+            .map(|(low, high, action)| ([low, high], action))
+    }
+
+    fn worst(&self, group: usize) -> (f64, usize) {
+        let value = if self.sense == Sense::Max { 0.0 } else { f64::INFINITY };
+        (value, self.first[group] as usize)
+    }
+
+    #[inline]
+    fn choose(&self, best: &mut (f64, usize), other: (f64, usize)) {
+        let better = match self.sense {
+            Sense::Max => other.0 > best.0,
+            Sense::Min => other.0 < best.0,
+        };
+        if better {
+            *best = other;
+        }
+    }
+
+    #[inline]
+    fn lowered(&self, sum: f64) -> f64 {
+        if sum < TINY { 0.0 } else { sum * (1.0 - self.error) }
+    }
+
+    /// Visits all groups in their order. `visit` gets the value of a group in `x`, and what
+    /// [`Sparse::best`] returns for it; it may change the value, which the next groups see.
+    ///
+    /// # Errors
+    /// The work is cancelled.
+    pub(crate) fn sweep(
+        &self,
+        upper: bool,
+        x: &mut [f64],
+        meter: &mut Meter<'_>,
+        mut visit: impl FnMut(usize, &mut f64, (f64, usize)),
+    ) -> Result<()> {
+        for group in 0..x.len() {
+            meter.step()?;
+            let best = self.best(group, upper, x);
+            visit(group, &mut x[group], best);
+        }
+        Ok(())
+    }
+}
