@@ -23,7 +23,7 @@ pub mod symbolic {
 
 /// Files that appear whole or not at all.
 pub mod files {
-    pub use meliora_model::files::{Installed, NewDirectory, Replacement, folder};
+    pub use meliora_base::files::{Installed, NewDirectory, Replacement, folder};
 }
 
 /// Names of regions.
@@ -33,17 +33,17 @@ pub mod names {
 
 /// Comma-separated values.
 pub mod csv {
-    pub use meliora_model::csv::{Lines, cell, lines, text};
+    pub use meliora_base::csv::{Lines, cell, lines, text};
 }
 
 /// Escaping of untrusted text: one function for each target.
 pub mod escape {
-    pub use meliora_model::escape::{dot, first_word, is_shown, line, lines, quoted, unword, word};
+    pub use meliora_base::escape::{dot, first_word, is_shown, line, lines, quoted, unword, word};
 }
 
 /// JSON in which every character is displayed.
 pub mod json {
-    pub use meliora_model::json::{compact, pretty};
+    pub use meliora_base::json::{compact, pretty};
 }
 
 /// Syntax trees, temporal formulas and properties, before they become part of a program.

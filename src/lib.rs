@@ -47,7 +47,8 @@
 //!
 //! | crate | contents | uses |
 //! | --- | --- | --- |
-//! | [`meliora_model`] | flat programs, preferences, errors with places | |
+//! | [`meliora_base`] | errors with places, text, files, exact numbers, diagrams as data | |
+//! | [`meliora_model`] | flat programs and preferences | base |
 //! | [`meliora_dump`] | the format of dumps | model |
 //! | [`meliora_lang`] | readers of models, preferences and properties | model |
 //! | [`meliora_engine`] | sets of states and of choices, symbolic and explicit | model |
@@ -111,17 +112,17 @@ pub use embed::Drawing;
 #[doc(inline)]
 pub use embed::{Analysis, Exploration, Listing, Model, Projection, Reached, Sizes, States, Wanted};
 #[doc(inline)]
+pub use meliora_base::error::{Diagnostic, Error, Limit, Relief, Result, SourceFile};
+#[doc(inline)]
+pub use meliora_base::progress::{NoProgress, ProgressSink};
+#[doc(inline)]
+pub use meliora_base::{error, progress};
+#[doc(inline)]
 pub use meliora_engine::{AnyEngine, Count, Order, Scope, Settings, Storage, Usage};
 #[doc(inline)]
 pub use meliora_export::projections;
 #[doc(inline)]
-pub use meliora_model::error::{Diagnostic, Error, Limit, Relief, Result, SourceFile};
-#[doc(inline)]
-pub use meliora_model::progress::{NoProgress, ProgressSink};
-#[doc(inline)]
 pub use meliora_model::{Program, State};
-#[doc(inline)]
-pub use meliora_model::{error, progress};
 #[doc(inline)]
 pub use meliora_planning::{
     AnalysisResult, Event, Explanation, FiniteMemoryStrategy as Strategy, Kind, Opponent, Options, Phase,
@@ -180,13 +181,14 @@ pub mod lang {
     };
 }
 
-/// Flat programs and preferences, from [`meliora_model`].
+/// Flat programs and preferences, from [`meliora_model`]; values and diagrams, from [`meliora_base`].
 pub mod model {
+    #[doc(inline)]
+    pub use meliora_base::{diagram, exact, members, real, value};
     #[doc(inline)]
     pub use meliora_model::{
         Branch, Command, CommandId, ModelKind, Optimum, Program, State, Synchronisation, VarId, Variable,
-        diagram, exact, expr, fault, hasse, members, players, predicate, preference, property, real, step,
-        temporal, trend, valuation, value,
+        expr, fault, hasse, players, predicate, preference, property, step, temporal, trend, valuation,
     };
 }
 

@@ -8,12 +8,12 @@ mod under;
 use std::sync::Arc;
 
 pub use asking::Asking;
+use meliora_base::error::{Result, SourceFile};
 use meliora_engine::Engine;
 use meliora_engine::regions::Regions;
 use meliora_lang::lower_target;
 use meliora_lang::ltl::{Formula, Monitoring};
 use meliora_model::Program;
-use meliora_model::error::{Result, SourceFile};
 use meliora_model::expr::ExprId;
 use meliora_model::predicate::Predicate;
 use meliora_model::preference::Requirement;

@@ -7,7 +7,7 @@
 //!
 //! # 1. Reading
 //!
-//! A [`SourceFile`](meliora_model::error::SourceFile) is a text with a name, so that errors can show their
+//! A [`SourceFile`](meliora_base::error::SourceFile) is a text with a name, so that errors can show their
 //! place. [`lang::load`](meliora_lang::load) reads a model with its constants.
 //! [`lang::load_preferences`](meliora_lang::load_preferences) reads preferences over it. The targets of the
 //! objectives are conditions, which leave the program as it is.

@@ -11,13 +11,13 @@ use num_traits::{One, Pow, ToPrimitive, Zero};
 use serde_json::{Map, Value as Json, json};
 
 use super::Hashes;
+use meliora_base::exact::{Exact, Real};
+use meliora_base::value::Type;
 use meliora_dump::Manifest;
 use meliora_dump::manifest::{SCHEMA, SafetyMode, TOOL};
 use meliora_engine::symbolic::{Numbered, SymbolicEngine};
 use meliora_engine::{Engine, Scope};
-use meliora_model::exact::{Exact, Real};
 use meliora_model::preference::{Empty, History, Preferences};
-use meliora_model::value::Type;
 use meliora_model::{CommandId, Program, Variable};
 
 /// Returns the manifest without its files. The version of the program and the paths of the inputs are

@@ -1,8 +1,8 @@
 //! The result of a check.
 
 use super::Violation;
+use meliora_base::error::Error;
 use meliora_model::State;
-use meliora_model::error::Error;
 
 /// The reason why a check ended early.
 pub(super) enum CheckError {

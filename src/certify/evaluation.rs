@@ -8,11 +8,11 @@ use ahash::AHashMap;
 use num_rational::BigRational;
 use num_traits::{One, Pow, Signed, ToPrimitive, Zero};
 
-use meliora_model::exact::{Exact, Real};
+use meliora_base::exact::{Exact, Real};
+use meliora_base::real::MOST_BITS;
+use meliora_base::stack;
+use meliora_base::value::Type;
 use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
-use meliora_model::real::MOST_BITS;
-use meliora_model::stack;
-use meliora_model::value::Type;
 
 /// A truth value or a number.
 #[derive(Debug, Clone, PartialEq, Eq)]

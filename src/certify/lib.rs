@@ -10,7 +10,8 @@
 //! use meliora_certify::{Hashes, verify};
 //! use meliora_dump::Dump;
 //! use meliora_engine::Settings;
-//! use meliora_model::{Program, error::Result, preference::Preferences};
+//! use meliora_base::error::Result;
+//! use meliora_model::{Program, preference::Preferences};
 //!
 //! fn is_right(dump: &Dump, program: &Arc<Program>, preferences: &Preferences) -> Result<bool> {
 //!     let hashes = Hashes { model: "0123…", preferences: "4567…" };
@@ -94,11 +95,11 @@ use serde::Serialize;
 use checker::Checker;
 use error::CheckError;
 pub use manifest_check::INFORMATIVE;
+use meliora_base::error::{Error, Result};
 use meliora_dump::directory::read_directory;
 use meliora_dump::manifest::{FILE, VALUES};
 use meliora_dump::{Dump, dot};
 use meliora_engine::{ProgressSink, Settings};
-use meliora_model::error::{Error, Result};
 use meliora_model::preference::Preferences;
 use meliora_model::{Program, State, names};
 

@@ -236,12 +236,12 @@ mod tests {
 
     use super::super::evaluation::Value;
     use super::*;
+    use meliora_base::error::SourceFile;
+    use meliora_base::exact::Exact;
+    use meliora_base::value;
     use meliora_engine::Settings;
     use meliora_lang as lang;
-    use meliora_model::error::SourceFile;
-    use meliora_model::exact::Exact;
     use meliora_model::expr::{Binary, Node};
-    use meliora_model::value;
 
     fn program(commands: &str) -> Program {
         let text = format!("mdp const double p = 1/3; module m x:[0..5] init 0; {commands} endmodule");

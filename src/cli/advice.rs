@@ -1,7 +1,7 @@
 //! Error messages with the option of the command line that helps.
 
 use meliora::supervise::memory::{AddressLimit, address_limit};
-use meliora_model::error::{Error, Limit, Relief};
+use meliora_base::error::{Error, Limit, Relief};
 use meliora_report::Failure;
 
 /// Returns the message of an error, with the option that helps.

@@ -4,8 +4,8 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use meliora_base::error::Error;
 use meliora_engine::{Engine, ProgressSink, Storage};
-use meliora_model::error::Error;
 use meliora_model::preference::{Goal, ObjectiveSet};
 use meliora_model::{Program, State};
 use meliora_planning::explain::{Action, Explanation};
@@ -251,10 +251,10 @@ fn state_by_state<E: Engine, F: Engine>(
 mod tests {
     use std::sync::Arc;
 
+    use meliora_base::error::SourceFile;
     use meliora_engine::ExplicitEngine;
     use meliora_engine::Settings;
     use meliora_lang as lang;
-    use meliora_model::error::SourceFile;
     use meliora_planning::Options;
     use serde_json::json;
 

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use ahash::AHashSet;
+use meliora_base::error::{Diagnostic, Error, SourceFile};
 use meliora_engine::{Count, Engine, Scope};
 use meliora_lang::{Place, parse_states};
-use meliora_model::error::{Diagnostic, Error, SourceFile};
 use meliora_model::{Program, State, VarId};
 use meliora_report::Number;
 

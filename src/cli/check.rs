@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use clap::Args;
+use meliora_base::error::Error;
 use meliora_engine::Engine;
 use meliora_model::State;
-use meliora_model::error::Error;
 use meliora_planning::{Analysis, Event, Kind, Phase};
 use meliora_report::CheckReport;
 use meliora_report::check::LISTED;

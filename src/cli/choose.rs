@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use clap::Args;
+use meliora_base::error::{Error, Result};
 use meliora_engine::{AnyEngine, Engine};
-use meliora_model::error::{Error, Result};
 use meliora_model::preference::{ObjectiveSet, Preferences};
 use meliora_model::{Program, State};
 use meliora_planning::{Analysis, FiniteMemoryStrategy, Scheduler, StrategyKind};

@@ -3,8 +3,8 @@
 use std::time::Instant;
 
 use clap::Args;
+use meliora_base::error::Error;
 use meliora_engine::{AnyEngine, Engine, Storage};
-use meliora_model::error::Error;
 use meliora_planning::{Analysis, Phase};
 use meliora_report::CompareReport;
 use meliora_report::check::CheckFindings;

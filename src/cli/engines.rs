@@ -4,8 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use meliora::reach::check_start;
+use meliora_base::error::Error;
 use meliora_engine::{AnyEngine, Count, Engine, Order, Selection, Settings, Storage, SymbolicEngine};
-use meliora_model::error::Error;
 use meliora_model::predicate::Predicate;
 use meliora_model::{Program, fault};
 use meliora_report::Number;

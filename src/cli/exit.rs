@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use meliora_model::error::{Error, Limit};
+use meliora_base::error::{Error, Limit};
 
 /// The exit statuses of the process: the contract that scripts rely on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

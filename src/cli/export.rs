@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use globset::{Glob, GlobSet, GlobSetBuilder};
+use meliora_base::error::{Error, Limit};
 use meliora_dump::Dump;
 use meliora_dump::directory::{check_directory, complete_directory, sha256, write_regions_first};
 use meliora_engine::SymbolicEngine;
 use meliora_export::bounds::Wanted;
 use meliora_export::{DumpContent, Inputs, certify, export};
-use meliora_model::error::{Error, Limit};
 use meliora_planning::{Analysis, Phase, Scheduler, StrategyKind};
 use meliora_quantities::choose::LEVELS;
 use meliora_quantities::{Steps, Values};

@@ -4,13 +4,13 @@ use std::path::Path;
 use std::str::FromStr;
 use std::sync::Arc;
 
+use meliora_base::error::Error;
 use meliora_engine::Engine;
 use meliora_export::bounds;
 use meliora_export::explicit::{
     Graph, Quantities, action_table, drn, explored, induced, prism, refuse_drn, umb,
 };
 use meliora_model::Program;
-use meliora_model::error::Error;
 use meliora_planning::induced_model::Scheduler;
 use meliora_planning::{Analysis, Phase, StrategyKind};
 use meliora_quantities::Values;

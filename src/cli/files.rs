@@ -5,8 +5,8 @@ use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use meliora_model::error::Error;
-use meliora_model::files::{Installed, Replacement, folder};
+use meliora_base::error::Error;
+use meliora_base::files::{Installed, Replacement, folder};
 
 use super::terminal;
 

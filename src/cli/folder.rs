@@ -4,9 +4,9 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use meliora_base::error::Error;
+use meliora_base::files::{NewDirectory, folder};
 use meliora_dump::manifest;
-use meliora_model::error::Error;
-use meliora_model::files::{NewDirectory, folder};
 
 use super::files::{self, Target};
 

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand, ValueEnum};
+use meliora_base::error::Error;
 use meliora_generate::{self as generate, Choices, Direction, Directions, Empty, Generated, Parameters};
-use meliora_model::error::Error;
 
 use super::by_name::by_name;
 use super::exit::Status;

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use meliora_base::error::Error;
 use meliora_engine::{Engine, Storage};
 use meliora_lang::flat::Flat;
 use meliora_model::Program;
-use meliora_model::error::Error;
 use meliora_model::predicate::Predicate;
 use meliora_planning::result::ModelCounts;
 use meliora_report::InfoReport;

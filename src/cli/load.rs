@@ -6,13 +6,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use meliora::reach::{Asking, Required, Stopping};
+use meliora_base::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora_dump::manifest;
 use meliora_engine::NoProgress;
 use meliora_lang::ltl;
 use meliora_lang::named::{self, Property};
 use meliora_lang::refusal::Refusal;
 use meliora_lang::{self as lang, Checked, Document, Given};
-use meliora_model::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora_model::predicate::Predicate;
 use meliora_model::preference::Preferences;
 use meliora_model::{ModelKind, Program};

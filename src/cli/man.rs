@@ -2,7 +2,7 @@
 
 use clap::Args;
 use clap_mangen::Man;
-use meliora_model::error::Error;
+use meliora_base::error::Error;
 
 use super::exit::Status;
 use super::terminal;

@@ -48,7 +48,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use meliora_model::error::Error;
+use meliora_base::error::Error;
 
 use exit::Status;
 

@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 use meliora::supervise::{memory, parse_duration};
+use meliora_base::error::Error;
 use meliora_engine::{Scope, Selection, Storage};
 use meliora_model::Program;
-use meliora_model::error::Error;
 use meliora_planning::{Options, Safety};
 use meliora_report::Header;
 

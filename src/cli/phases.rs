@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
+use meliora_base::error::Error;
 use meliora_engine::Engine;
-use meliora_model::error::Error;
 use meliora_planning::{Analysis, Event, Phase};
 use meliora_report::envelope::Times;
 

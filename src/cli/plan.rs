@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use meliora_base::error::Error;
 use meliora_engine::{AnyEngine, Engine};
 use meliora_model::Program;
-use meliora_model::error::Error;
 use meliora_model::preference::ObjectiveSet;
 use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, Phase, StrategyKind};
 use meliora_report::envelope::{Envelope, Findings};

@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use meliora::supervise::{Supervisor, lock};
+use meliora_base::error::{Diagnostic, Limit};
+use meliora_base::escape;
 use meliora_engine::ProgressSink;
-use meliora_model::error::{Diagnostic, Limit};
-use meliora_model::escape;
 
 use super::options::ShownArgs;
 use super::terminal;

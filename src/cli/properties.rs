@@ -4,12 +4,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 use meliora::reach::Asking;
+use meliora_base::error::{Error, SourceFile};
 use meliora_lang::refusal::Refusal;
 use meliora_lang::{
     Document, open_constants, outline_properties, parse_properties, refuse_values, split_constants,
 };
 use meliora_model::Program;
-use meliora_model::error::{Error, SourceFile};
 use meliora_report::properties::PropertyAnswer;
 
 use super::load::{self, Asked, Stated};

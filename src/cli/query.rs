@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use clap::Args;
 use meliora::supervise::{memory, parse_duration};
+use meliora_base::error::Error;
 use meliora_engine::{Scope, Settings};
-use meliora_model::error::Error;
 use meliora_model::valuation::Valuation;
 use meliora_query::{Archive, Selected};
 use meliora_report::QueryReport;

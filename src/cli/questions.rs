@@ -8,11 +8,11 @@ use std::sync::Arc;
 
 use ahash::AHashMap;
 use meliora::reach::{Asking, Target, Under};
+use meliora_base::error::Error;
 use meliora_engine::regions::Which;
 use meliora_engine::{Count, Engine, Selection};
 use meliora_lang::refusal::Refusal;
 use meliora_model::Program;
-use meliora_model::error::Error;
 use meliora_planning::RegionSearch;
 use meliora_planning::result::ModelCounts;
 use meliora_report::ReachReport;

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use meliora_base::error::Error;
 use meliora_engine::Scope;
-use meliora_model::error::Error;
 use meliora_quantities::answer::PRECISION;
 use meliora_report::ReachReport;
 use meliora_report::properties::PropertyAnswer;

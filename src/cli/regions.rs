@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use meliora::reach::{Asking, Goal, Target};
+use meliora_base::error::Error;
 use meliora_dump::directory::{check_directory, sha256, write_directory};
 use meliora_engine::regions::Which;
 use meliora_engine::symbolic::{StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};
 use meliora_export::questions::{Answered, Kept, export_regions};
 use meliora_model::Program;
-use meliora_model::error::Error;
 use meliora_report::WrittenRegions;
 
 use super::load::Asked;

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
 use meliora::supervise::memory;
+use meliora_base::error::Error;
 use meliora_engine::{Engine, SymbolicEngine};
 use meliora_export::projections::{self, Plane, Projections};
 use meliora_model::State;
-use meliora_model::error::Error;
 use meliora_planning::{Analysis, Kind, Opponent, Rank, Scheduler, Setup, Simulation, StrategyKind};
 use meliora_quantities::all_states::MOST_STATES;
 use meliora_quantities::outlook::Outlook;

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
+use meliora_base::error::Error;
 use meliora_engine::Engine;
-use meliora_model::error::Error;
 use meliora_model::{Program, State};
 use meliora_planning::tally::Trace;
 use meliora_planning::{

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
+use meliora_base::error::{Error, Limit};
 use meliora_engine::{Count, Engine};
-use meliora_model::error::{Error, Limit};
 use meliora_model::{Program, State};
 use meliora_planning::induced_model::{Node, Unfolding};
 use meliora_planning::{

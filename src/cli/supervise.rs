@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::time::{Duration, Instant};
 
 use meliora::supervise::{Failure, Supervisor, TimeLimit, lock, memory, spawn};
-use meliora_model::error::Error;
+use meliora_base::error::Error;
 use meliora_report::{Failure as Failed, FailureKind, Report};
 
 use super::exit::Status;

@@ -4,8 +4,8 @@ use std::borrow::Cow;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
-use meliora_model::error::{Diagnostic, Error, Limit, render};
-use meliora_model::{escape, json};
+use meliora_base::error::{Diagnostic, Error, Limit, render};
+use meliora_base::{escape, json};
 use meliora_report::{Failure, FailureKind, Report, Style};
 use serde::Serialize;
 

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
+use meliora_base::csv::Lines;
+use meliora_base::error::{Limit, Result};
 use meliora_engine::{Algebra, AnyEngine, Count, Engine};
-use meliora_model::csv::Lines;
-use meliora_model::error::{Limit, Result};
 use meliora_model::{Program, State};
 use meliora_planning::{Analysis, Phase};
 use meliora_quantities::choose::LEVELS;

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use meliora_base::error::{Error, Limit, SourceFile};
 use meliora_certify as certify;
 use meliora_dump::Manifest;
 use meliora_dump::directory::sha256;
 use meliora_dump::manifest::FILE;
 use meliora_engine::Scope;
 use meliora_lang::Given;
-use meliora_model::error::{Error, Limit, SourceFile};
 use meliora_report::VerifyReport;
 
 use super::exit::Status;

@@ -10,7 +10,7 @@ use std::thread::Builder;
 use std::time::Duration;
 
 use meliora::supervise::memory;
-use meliora_model::error::{Error, Limit};
+use meliora_base::error::{Error, Limit};
 
 use super::exit::Status;
 

@@ -12,9 +12,9 @@ use std::io::{self, BufRead, Write};
 
 use num_traits::{FromPrimitive, Signed, Zero};
 
+use meliora_base::error::{Error, Result};
+use meliora_base::exact::Ratio;
 use meliora_model::State;
-use meliora_model::error::{Error, Result};
-use meliora_model::exact::Ratio;
 
 /// The largest number of bytes of a row.
 const LONGEST: u64 = 64 << 20;

@@ -12,11 +12,11 @@ use super::manifest::{self, Manifest};
 use super::place::{Place, Sort};
 use super::streams::{Hashing, Watched};
 use super::{Diagram, dddmp, dot};
-use meliora_model::error::{Error, Result, ensure};
-use meliora_model::files::NewDirectory;
-use meliora_model::progress::{NoProgress, ProgressSink};
-pub use meliora_model::reading::sha256;
-use meliora_model::reading::{hex, regular};
+use meliora_base::error::{Error, Result, ensure};
+use meliora_base::files::NewDirectory;
+use meliora_base::progress::{NoProgress, ProgressSink};
+pub use meliora_base::reading::sha256;
+use meliora_base::reading::{hex, regular};
 
 /// A dump in memory.
 #[derive(Debug, Clone)]

@@ -7,10 +7,10 @@ use std::path::Path;
 use super::directory::is_regular;
 use super::streams::Watched;
 use super::{Diagram, Edge, manifest};
-use meliora_model::escape;
-use meliora_model::files::NewDirectory;
-use meliora_model::progress::ProgressSink;
-use meliora_model::reading::regular;
+use meliora_base::escape;
+use meliora_base::files::NewDirectory;
+use meliora_base::progress::ProgressSink;
+use meliora_base::reading::regular;
 
 /// Writes one file per root into the directory, and records the names.
 ///

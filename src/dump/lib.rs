@@ -25,7 +25,7 @@
 //! let mut text = Vec::new();
 //! dddmp::write(&diagram, &mut text).unwrap();
 //! assert_eq!(dddmp::read("both.dddmp", &text[..])?, diagram);
-//! # Ok::<(), meliora_model::error::Error>(())
+//! # Ok::<(), meliora_base::error::Error>(())
 //! ```
 
 pub mod bounds;
@@ -39,5 +39,5 @@ mod streams;
 
 pub use directory::{Dump, read_directory, write_directory};
 pub use manifest::Manifest;
-pub use meliora_model::diagram::{Diagram, Edge, Node};
-pub use meliora_model::members::Members;
+pub use meliora_base::diagram::{Diagram, Edge, Node};
+pub use meliora_base::members::Members;

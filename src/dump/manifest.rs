@@ -9,9 +9,9 @@ use serde_json::Value as Json;
 
 use super::bounds::Layout;
 use super::{Diagram, Edge};
-use meliora_model::error::{Error, Result, ensure};
-use meliora_model::json;
-use meliora_model::reading::{each_once, regular};
+use meliora_base::error::{Error, Result, ensure};
+use meliora_base::json;
+use meliora_base::reading::{each_once, regular};
 use meliora_model::trend::Trend;
 
 /// The schema that this version writes and reads.

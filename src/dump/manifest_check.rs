@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use super::Diagram;
 use super::manifest::{CERTIFICATE, File, Manifest, REGIONS, Root, VALUES, Variable};
-use meliora_model::error::ensure;
-use meliora_model::escape::is_shown;
+use meliora_base::error::ensure;
+use meliora_base::escape::is_shown;
 
 /// The maximum number of levels with values.
 const MOST_LEVELS: usize = 1 << 16;

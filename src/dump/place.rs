@@ -6,8 +6,8 @@ use std::fs::{self, Metadata};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use meliora_model::error::{Error, Result};
-use meliora_model::files::{NewDirectory, folder};
+use meliora_base::error::{Error, Result};
+use meliora_base::files::{NewDirectory, folder};
 
 /// A kind of directory that this program writes.
 #[derive(Clone, Copy)]

@@ -4,7 +4,7 @@ use std::io::{self, Read, Write};
 
 use sha2::{Digest, Sha256};
 
-use meliora_model::progress::ProgressSink;
+use meliora_base::progress::ProgressSink;
 
 /// A stream that fails as soon as the work is cancelled.
 pub(super) struct Watched<'o, T> {

@@ -4,13 +4,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::{Analysis, Model};
+use meliora_base::error::{Error, Result, SourceFile};
 use meliora_certify::{self as certify, Hashes, Verdict};
 use meliora_dump::directory::{check_directory, sha256, write_directory};
 use meliora_engine::{Engine, Scope, Settings, SymbolicEngine};
 use meliora_export::{DumpContent, Inputs, export};
 use meliora_lang as lang;
 use meliora_model::Program;
-use meliora_model::error::{Error, Result, SourceFile};
 use meliora_planning as planning;
 
 impl Analysis {

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use super::{Analysis, States};
 use crate::reach::{Asking, Target, Under};
+use meliora_base::error::{Error, Result, SourceFile};
 use meliora_engine::regions::{Regions, Which, regions};
 use meliora_engine::{Algebra, AnyEngine, Count, Engine, Usage};
 use meliora_lang as lang;
-use meliora_model::error::{Error, Result, SourceFile};
 use meliora_model::players::{Player, Players};
 use meliora_model::preference::History;
 use meliora_model::step::Step;

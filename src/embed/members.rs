@@ -3,13 +3,13 @@
 use ahash::AHashSet;
 
 use super::States;
+use meliora_base::error::{Error, Result};
+use meliora_base::random::Draw;
 use meliora_dump::Members;
 use meliora_engine::any::AnyStates;
 use meliora_engine::symbolic::Set;
 use meliora_engine::{AnyEngine, Count, explicit, symbolic};
 use meliora_model::State;
-use meliora_model::error::{Error, Result};
-use meliora_model::random::Draw;
 
 /// An iterator over the states of a set, in the order of their values, first variable first. States
 /// are found on demand.

@@ -6,12 +6,12 @@ use std::sync::Arc;
 
 use super::{Exploration, Reached};
 use crate::reach::{Stopping, check_start};
+use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_base::progress::{NoProgress, ProgressSink};
+use meliora_base::value::{Type, Value};
 use meliora_engine::{AnyEngine, Scope, Settings};
 use meliora_lang::{self as lang, Document, Given};
-use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
 use meliora_model::players::Player;
-use meliora_model::progress::{NoProgress, ProgressSink};
-use meliora_model::value::{Type, Value};
 use meliora_model::{ModelKind, Program, State};
 use meliora_quantities::answer::PRECISION;
 

@@ -1,11 +1,11 @@
 //! Projections of a set of states onto one or two variables.
 
 use super::{Exploration, States};
+use meliora_base::error::{Error, Limit, Result};
 use meliora_engine::any::AnyStates;
 use meliora_engine::symbolic::{Set, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};
 use meliora_export::projections::Plane;
-use meliora_model::error::{Error, Limit, Result};
 use meliora_model::{Program, VarId};
 
 /// The maximum number of cells of a projection.

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::Analysis;
+use meliora_base::error::{Error, Result};
 use meliora_model::State;
-use meliora_model::error::{Error, Result};
 use meliora_planning::{FiniteMemoryStrategy, StrategyKind};
 use meliora_quantities::choose::LEVELS;
 use meliora_quantities::cost::Costs;

@@ -1,10 +1,10 @@
 //! Reports, pages and pictures of an analysis.
 
 use super::Analysis;
+use meliora_base::error::{Error, Result};
 use meliora_engine::Engine;
 use meliora_export::projections::{self, Plane};
 use meliora_model::State;
-use meliora_model::error::{Error, Result};
 use meliora_planning::Phase;
 use meliora_quantities::outlook::Outlook;
 use meliora_report::CheckReport;

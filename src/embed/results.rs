@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::{Analysis, Exploration, States};
+use meliora_base::error::{Error, Result};
 use meliora_engine::{AnyEngine, Engine};
 use meliora_model::Program;
-use meliora_model::error::{Error, Result};
 use meliora_model::preference::ObjectiveSet;
 use meliora_planning::joint::{Joint, MOST, is_too_large};
 use meliora_planning::regions::regions;

@@ -2,10 +2,10 @@
 
 use std::fmt;
 
+use meliora_base::error::Result;
 use meliora_engine::any::AnyStates;
 use meliora_engine::{Algebra, AnyEngine, Count, Engine};
 use meliora_model::State;
-use meliora_model::error::Result;
 
 /// The size of small diagrams, in nodes: operations on two of them take milliseconds.
 const SMALL_DIAGRAM: usize = 500;
@@ -71,7 +71,7 @@ impl States {
     /// Returns X ∪ Y.
     ///
     /// # Errors
-    /// [`ForeignSet`](meliora_model::error::Error::ForeignSet) if the other set belongs to another exploration; a limit is reached.
+    /// [`ForeignSet`](meliora_base::error::Error::ForeignSet) if the other set belongs to another exploration; a limit is reached.
     pub fn union(&self, other: &States) -> Result<States> {
         Ok(States::of(&self.engine, self.engine.union(&self.set, &other.set)?))
     }

@@ -9,7 +9,7 @@ use super::membership::Membership;
 use super::parallel::Sets;
 use super::settings::{Count, Settings, Storage, Usage};
 use super::symbolic::{self, SymbolicEngine};
-use meliora_model::error::{Error, Result};
+use meliora_base::error::{Error, Result};
 use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
 use meliora_model::{Program, State, VarId};

@@ -6,8 +6,8 @@ use super::explicit::Exploration;
 use super::schedule::Schedule;
 use super::settings::{Settings, Storage};
 use super::symbolic::{self, Exploring};
+use meliora_base::error::{Error, Limit, Result};
 use meliora_model::Program;
-use meliora_model::error::{Error, Limit, Result};
 
 /// The share of the explicit engine in the memory, while it takes turns: one in this many bytes.
 const MEMORY_SHARE: u64 = 8;

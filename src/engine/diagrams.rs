@@ -4,7 +4,7 @@ use super::any::{AnyChoices, AnyEngine, AnyStates};
 use super::engine::Engine;
 use super::settings::Storage;
 use super::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
-use meliora_model::error::{Error, Result};
+use meliora_base::error::{Error, Result};
 
 /// An engine whose sets may be decision diagrams. Code that draws or writes diagrams accepts any
 /// such engine.

@@ -1,7 +1,7 @@
 //! Games on edges: goal edges win, dropped edges are not part of the game, all others are plain.
 
 use super::engine::{Engine, Region, position};
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// The labels of the edges from a set of states: goal, dropped or plain. A game has one such *part*
 /// per group of states.
@@ -266,8 +266,8 @@ mod tests {
     use crate::engine::Engine;
     use crate::explicit::ExplicitEngine;
     use crate::settings::Settings;
+    use meliora_base::error::SourceFile;
     use meliora_lang as lang;
-    use meliora_model::error::SourceFile;
 
     #[test]
     fn groups_have_no_empty_side_and_each_target_once() {

@@ -4,7 +4,7 @@ use super::edge_labels::{self, EdgeLabels};
 use super::membership::{self, Membership};
 use super::parallel::Sets;
 use super::settings::{Count, Settings, Usage};
-use meliora_model::error::{Error, Result};
+use meliora_base::error::{Error, Result};
 use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
 use meliora_model::{State, VarId};
@@ -64,9 +64,9 @@ pub fn position<T>(items: &[T], mut holds: impl FnMut(&T) -> Result<bool>) -> Re
 /// Fixpoints are composed of these: `can_choose(pre(C, X))` are the states from which we may enter
 /// X in one step.
 ///
-/// An operation that returns a `Result` fails with [`meliora_model::error::Error::Limit`] if a limit of the
+/// An operation that returns a `Result` fails with [`meliora_base::error::Error::Limit`] if a limit of the
 /// engine is reached: memory, time, a fixed size or a cancellation by [`Settings::sink`]. It fails
-/// with [`meliora_model::error::Error::ForeignSet`] if a set belongs to another engine, even to one of the
+/// with [`meliora_base::error::Error::ForeignSet`] if a set belongs to another engine, even to one of the
 /// same model. Engines and sets can be sent between threads.
 pub trait Engine:
     Algebra<<Self as Engine>::States> + Algebra<<Self as Engine>::Choices> + Send + Sync

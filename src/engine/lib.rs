@@ -11,7 +11,7 @@
 //!
 //! ```
 //! use meliora_engine::{Algebra, Engine, Settings, SymbolicEngine, regions::regions};
-//! use meliora_model::error::SourceFile;
+//! use meliora_base::error::SourceFile;
 //!
 //! let model = "mdp module m x : [0..3] init 0; [] x<2 -> (x'=x+1); endmodule";
 //! let none = SourceFile::new("--const", "");
@@ -19,7 +19,7 @@
 //! let engine = SymbolicEngine::new(program.into(), Settings::default())?;
 //! let sure = regions(&engine, &engine.singleton(&[2])?)?.pmin_one;
 //! assert!(engine.is_empty(&engine.difference(&engine.initial_states(), &sure)?)?);
-//! # Ok::<(), meliora_model::error::Error>(())
+//! # Ok::<(), meliora_base::error::Error>(())
 //! ```
 
 pub mod any;
@@ -41,7 +41,7 @@ pub use diagrams::Dumpable;
 pub use edge_labels::EdgeLabels;
 pub use engine::{Algebra, Engine, Region, position};
 pub use explicit::ExplicitEngine;
-pub use meliora_model::progress::{NoProgress, ProgressSink};
+pub use meliora_base::progress::{NoProgress, ProgressSink};
 pub use parallel::Sets;
 pub use selection::Selection;
 pub use settings::{Count, Scope, Settings, Storage, Usage};

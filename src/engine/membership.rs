@@ -1,7 +1,7 @@
 //! Tests of many states for membership in several sets.
 
 use super::engine::Engine;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// The greatest number of sets of a [`Membership`].
 pub const MOST: usize = u64::BITS as usize;

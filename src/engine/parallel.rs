@@ -10,7 +10,7 @@ use std::thread;
 
 use super::edge_labels::EdgeLabels;
 use super::engine::{Engine, Region};
-use meliora_model::error::{Error, Limit, Result};
+use meliora_base::error::{Error, Limit, Result};
 
 /// State sets and choice sets of one engine.
 pub struct Sets<S, C> {
@@ -227,8 +227,8 @@ mod tests {
     use crate::settings::Settings;
     use crate::symbolic::SymbolicEngine;
     use crate::symbolic::{StateSet, Thresholds};
+    use meliora_base::error::{Error, Limit, Result, SourceFile};
     use meliora_lang as lang;
-    use meliora_model::error::{Error, Limit, Result, SourceFile};
 
     struct One(StateSet);
 

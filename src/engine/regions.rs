@@ -4,7 +4,7 @@ use serde::Serialize;
 use strum::IntoStaticStr;
 
 use super::engine::Engine;
-use meliora_model::error::{Error, Result};
+use meliora_base::error::{Error, Result};
 use meliora_model::property::{Bound, Strategies};
 
 /// The regions of a target T as sets of states, or something for each of them: a size, for example.

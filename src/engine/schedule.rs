@@ -3,7 +3,7 @@
 //! Nobody can predict which variable order, method or engine is best for a model that he has not seen. So the
 //! ways take turns, counted in steps, until one of them ends.
 
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// The turns of several ways. The first one is the likeliest to be the best.
 ///

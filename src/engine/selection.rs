@@ -8,8 +8,8 @@ use super::engine::{Algebra, Engine};
 use super::explicit::{ExplicitEngine, Exploration};
 use super::settings::{Count, Settings, Storage};
 use super::symbolic;
+use meliora_base::error::{Error, Limit, Result};
 use meliora_model::Program;
-use meliora_model::error::{Error, Limit, Result};
 
 /// The most valuations of a model for which the explicit engine is selected.
 ///

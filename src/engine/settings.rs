@@ -8,7 +8,7 @@ use strum::{EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 use super::symbolic::order::Order;
 use super::symbolic::store::thresholds::Thresholds;
-use meliora_model::progress::{NoProgress, ProgressSink};
+use meliora_base::progress::{NoProgress, ProgressSink};
 
 /// An exact number of states, choices or transitions.
 pub type Count = BigUint;

@@ -1,11 +1,11 @@
 //! Bounds of quantities for dumps, and for models state by state.
 
+use meliora_base::error::{Error, Limit, Result};
 use meliora_dump::Dump;
 use meliora_dump::manifest::{VALUES, ValuesFile};
 use meliora_engine::symbolic::SymbolicEngine;
 use meliora_engine::{Count, Engine};
 use meliora_model::Program;
-use meliora_model::error::{Error, Limit, Result};
 use meliora_planning::Analysis;
 use meliora_quantities::confirmed::widest;
 use meliora_quantities::{Cost, ValueOptions, Values};

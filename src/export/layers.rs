@@ -6,10 +6,10 @@
 //! are all steps, so there are at most twice as many layers as distances.
 
 use super::Named;
+use meliora_base::error::Result;
 use meliora_engine::edge_labels::{dropped, kept_into};
 use meliora_engine::symbolic::{ChoiceSet, Side, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, EdgeLabels, Engine};
-use meliora_model::error::Result;
 use meliora_model::names;
 use meliora_model::trend::{Digit, Trend};
 

@@ -21,7 +21,7 @@
 //!
 //! use meliora_engine::{Settings, SymbolicEngine};
 //! use meliora_export::{Inputs, DumpContent, export};
-//! use meliora_model::error::SourceFile;
+//! use meliora_base::error::SourceFile;
 //! use meliora_planning::{Analysis, Options};
 //!
 //! let model = "mdp module m x : [0..2] init 0; [] x<2 -> (x'=x+1); [] x=2 -> true; endmodule";
@@ -36,7 +36,7 @@
 //! let all = DumpContent { wanted: &|_| true, certificate: true };
 //! let dump = export(&analysis, &inputs, &all)?;
 //! assert_eq!(dump.manifest.regions.root("reachable").unwrap().count, "3");
-//! # Ok::<(), meliora_model::error::Error>(())
+//! # Ok::<(), meliora_base::error::Error>(())
 //! ```
 
 pub mod bounds;
@@ -51,11 +51,11 @@ mod shield;
 mod whole_paths;
 
 use certificate::Certificate;
+use meliora_base::error::{Error, Limit, Result};
 use meliora_dump::manifest::{self, File, Root, RootKind, SafetyMode};
 use meliora_dump::{Diagram, Dump};
 use meliora_engine::symbolic::{Set, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};
-use meliora_model::error::{Error, Limit, Result};
 use meliora_model::names;
 use meliora_model::preference::{Goal, Objective};
 use meliora_model::trend::{Digit, Trend};

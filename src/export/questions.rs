@@ -1,12 +1,12 @@
 //! Dumps of the regions of questions about paths, without preferences and without a certificate.
 
 use super::{Named, file, regions};
+use meliora_base::error::Result;
 use meliora_dump::Dump;
 use meliora_dump::manifest::{self, Question, SafetyMode};
 use meliora_engine::Engine;
 use meliora_engine::regions::Which;
 use meliora_engine::symbolic::{StateSet, SymbolicEngine};
-use meliora_model::error::Result;
 use meliora_model::names;
 use meliora_model::preference::{Empty, History, Preferences, Preorder, Requirement};
 use meliora_query::describe::{self, Inputs};

@@ -1,9 +1,9 @@
 //! The regions of a finished analysis, with the names that `meliora query` knows.
 
 use super::{Named, whole_paths};
+use meliora_base::error::Result;
 use meliora_engine::symbolic::SymbolicEngine;
 use meliora_engine::{Algebra, Engine};
-use meliora_model::error::Result;
 use meliora_model::names;
 use meliora_model::preference::{ObjectiveSet, Preferences};
 use meliora_planning::levels::{End, Level};

@@ -1,10 +1,10 @@
 //! Rounds: the states outside of a region in an order that shows that they are lost.
 
 use super::layers::{Proof, Trends};
+use meliora_base::error::Result;
 use meliora_engine::edge_labels::plain_edges_into;
 use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, EdgeLabels, Engine, Region};
-use meliora_model::error::Result;
 
 /// States that are removed in rounds.
 pub(super) struct Removal<'a> {

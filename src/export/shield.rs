@@ -5,12 +5,12 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use meliora_base::error::{Error, Result, ensure};
+use meliora_base::files::folder;
+use meliora_base::json;
+use meliora_base::reading::{self, regular};
 use meliora_dump::directory::sha256;
 use meliora_dump::place::{Place, Sort};
-use meliora_model::error::{Error, Result, ensure};
-use meliora_model::files::folder;
-use meliora_model::json;
-use meliora_model::reading::{self, regular};
 use meliora_planning::Shield;
 
 const MANIFEST: &str = "shield.json";

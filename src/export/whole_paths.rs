@@ -6,9 +6,9 @@
 use super::Named;
 use super::layers::{Proof, Trends, layers, rounds};
 use super::removal::Removal;
+use meliora_base::error::Result;
 use meliora_engine::symbolic::SymbolicEngine;
 use meliora_engine::{Algebra, Engine};
-use meliora_model::error::Result;
 use meliora_model::names;
 use meliora_model::temporal::Disjunct;
 use meliora_planning::Analysis;

@@ -12,7 +12,7 @@
 //! ```
 
 use super::world::{Cell, Direction, Place, World};
-use meliora_model::random::Draw;
+use meliora_base::random::Draw;
 
 /// The maximum number of forks in a sequence.
 pub(super) const DEEPEST: usize = 3;

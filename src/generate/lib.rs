@@ -11,7 +11,7 @@
 //! let world = gridworld(&Parameters::new(3, 3, 2), &choices)?;
 //! assert!(world.model.contains("endmodule"));
 //! assert!(world.preferences.contains("prefer"));
-//! # Ok::<(), meliora_model::error::Error>(())
+//! # Ok::<(), meliora_base::error::Error>(())
 //! ```
 //!
 //! # The grid world
@@ -77,9 +77,9 @@ use std::sync::Arc;
 pub use meliora_model::preference::Empty;
 pub use world::{Direction, Directions};
 
-use meliora_model::error::{Error, Result, SourceFile, ensure};
+use meliora_base::error::{Error, Result, SourceFile, ensure};
+use meliora_base::random::Draw;
 use meliora_model::preference::Statement;
-use meliora_model::random::Draw;
 use world::World;
 
 /// The maximum number of rows, and of columns.

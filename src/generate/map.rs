@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::preference;
 use super::world::{Cell, Direction, Directions, Lock, Patrol, Place, World};
-use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
 use meliora_model::preference::{Empty, Statement};
 
 /// The content of a map file.

@@ -1,8 +1,8 @@
 //! The preference order over the items: parsed, drawn, checked and written.
 
 use super::world::{Lock, World};
+use meliora_base::random::Draw;
 use meliora_model::preference::{Empty, Preorder, Relation, Statement};
-use meliora_model::random::Draw;
 
 /// Parses `D>A, E>=A, A~B, X>Y>Z`: chains of statements, separated by commas.
 ///

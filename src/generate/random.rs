@@ -3,8 +3,8 @@
 use super::Parameters;
 use super::fork;
 use super::world::{Cell, Direction, Directions, Lock, Patrol, Place, World};
-use meliora_model::error::{Error, Result};
-use meliora_model::random::Draw;
+use meliora_base::error::{Error, Result};
+use meliora_base::random::Draw;
 
 /// Draws the world of the parameters. The order of the draws must not change: the same parameters
 /// and seed give the same world in every version.

@@ -3,9 +3,9 @@
 //! A model file is an outline, in which expressions and commands are places. Expressions and
 //! commands themselves are read one by one ([`Expr`], `Command`).
 
+pub use meliora_base::span::Span;
+use meliora_base::value::{Type, Value};
 use meliora_model::ModelKind;
-pub use meliora_model::span::Span;
-use meliora_model::value::{Type, Value};
 
 /// A name with its place.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -13,9 +13,9 @@ use super::parse::parse_model;
 use super::table::{self, Frame};
 use super::valuation::Given;
 use crate::umb::archive::{self, Files};
-use meliora_model::error::{Error, Result, SourceFile};
-use meliora_model::progress::ProgressSink;
-use meliora_model::reading;
+use meliora_base::error::{Error, Result, SourceFile};
+use meliora_base::progress::ProgressSink;
+use meliora_base::reading;
 
 /// A model file as it was read. Its format is told by its content.
 #[derive(Debug, Clone)]

@@ -11,9 +11,9 @@ use std::sync::Arc;
 use super::names::Names;
 use composition::Composition;
 use expr::Expressions;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
+use meliora_base::value::Type;
 use meliora_model::rewards::{Earner, RewardItem, RewardStructure};
-use meliora_model::value::Type;
 use meliora_model::{Command, Program, Variable};
 
 /// A program as a model file; the text is written piece by piece when it is displayed.

@@ -7,13 +7,13 @@
 //! - [`parse_property`], [`parse_expression`], [`parse_state`]: smaller texts.
 //!
 //! ```
-//! use meliora_model::error::SourceFile;
+//! use meliora_base::error::SourceFile;
 //!
 //! let model = "mdp module m x : [0..N] init 0; [] x<N -> 1/2: (x'=x+1) + 1/2: true; endmodule const int N;";
 //! let constants = SourceFile::new("--const", "N=4");
 //! let program = meliora_lang::load(&SourceFile::new("m.prism", model), &constants)?.program;
 //! assert_eq!((program.variables[0].low, program.variables[0].high), (0, 4));
-//! # Ok::<(), meliora_model::error::Error>(())
+//! # Ok::<(), meliora_base::error::Error>(())
 //! ```
 
 pub mod ast;

@@ -8,8 +8,8 @@ use super::names::displayed;
 use super::parse::outline;
 use super::table::{self, Frame};
 use super::valuation::{Given, parse_constants};
-use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
-use meliora_model::progress::{NoProgress, ProgressSink};
+use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_base::progress::{NoProgress, ProgressSink};
 
 /// Parses a model in PRISM's language or in JANI, and flattens it. `constants` has the form
 /// `K=4,N=3` and may be empty.

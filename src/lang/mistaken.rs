@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::token::{Token, tokens};
-use meliora_model::error::{Diagnostic, Error, Result, Severity, SourceFile};
+use meliora_base::error::{Diagnostic, Error, Result, Severity, SourceFile};
 
 /// Length of the prefix that is inspected, in bytes.
 const BEGINNING: usize = 1 << 12;

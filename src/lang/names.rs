@@ -9,9 +9,9 @@ use ahash::{AHashMap, AHashSet};
 use super::check::Checked;
 use super::jani;
 use super::token::{is_identifier, is_keyword, is_property_operator};
-use meliora_model::error::{Diagnostic, Severity, SourceFile};
-use meliora_model::escape;
-use meliora_model::span::Span;
+use meliora_base::error::{Diagnostic, Severity, SourceFile};
+use meliora_base::escape;
+use meliora_base::span::Span;
 
 /// Names in use.
 #[derive(Default)]

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::ast::{Ident, Span};
+use meliora_base::error::{Diagnostic, Result, SourceFile};
 use meliora_model::Program;
-use meliora_model::error::{Diagnostic, Result, SourceFile};
 
 /// Returns a coalition as an entry per player of a game.
 ///

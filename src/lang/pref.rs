@@ -8,7 +8,7 @@ use super::ast::{Ident, Span};
 use super::ltl::Formula;
 use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
-use meliora_model::error::{Result, SourceFile};
+use meliora_base::error::{Result, SourceFile};
 use meliora_model::preference::{Empty, History, Relation};
 
 /// A preference file.

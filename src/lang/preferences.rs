@@ -10,8 +10,8 @@ use crate::ast::{Ident, Span};
 use crate::ltl::{Formula, Monitoring};
 use crate::players;
 use crate::pref::{self, Chain};
+use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
 use meliora_model::Program;
-use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
 use meliora_model::expr::{ExprId, ExprPool};
 use meliora_model::preference::{
     Contradiction, Empty, Goal, History, Objective, Outline, Preferences, Preorder, Relation, Requirement,

@@ -11,11 +11,11 @@ use super::parse::{Failed, Parsed, Parser};
 use super::players;
 use super::refused::{FILTERS, GAME_REWARDS};
 use super::token::Token;
+use meliora_base::error::{Diagnostic, Result, Severity, SourceFile};
+use meliora_base::exact::{Exact, Ratio, Real};
+use meliora_base::progress::NoProgress;
 pub use meliora_model::Optimum;
 use meliora_model::Program;
-use meliora_model::error::{Diagnostic, Result, Severity, SourceFile};
-use meliora_model::exact::{Exact, Ratio, Real};
-use meliora_model::progress::NoProgress;
 pub use meliora_model::property::{
     Bound, Inequality, Measure, Over, Quantity, Question, Rewards, Strategies,
 };

@@ -22,12 +22,12 @@ use crate::ltl::Monitoring;
 use crate::property::Property;
 pub use crate::refusal::Refusal;
 use defined::Kind;
+use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_base::exact::{Exact, Real};
+use meliora_base::progress::NoProgress;
+use meliora_base::value::Type;
 use meliora_model::Program;
-use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
-use meliora_model::exact::{Exact, Real};
 use meliora_model::expr::{ExprId, ExprPool};
-use meliora_model::progress::NoProgress;
-use meliora_model::value::Type;
 use statements::{is_definition, named, statements, word};
 
 /// A property of a file.

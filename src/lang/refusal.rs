@@ -1,6 +1,6 @@
 //! The reason why a property is not answered.
 
-use meliora_model::error::{Diagnostic, Error};
+use meliora_base::error::{Diagnostic, Error};
 
 /// The reason why a property cannot be answered.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use logos::Logos;
 
 use super::ast::Span;
-use meliora_model::progress::{NoProgress, Poll};
+use meliora_base::progress::{NoProgress, Poll};
 
 /// Defines the kinds of tokens; each sign is given with its text.
 macro_rules! tokens {

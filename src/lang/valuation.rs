@@ -7,10 +7,10 @@ use num_traits::Zero;
 use super::ast::{Ident, Span};
 use super::parse::{Failed, Parsed, Parser};
 use super::token::Token;
-use meliora_model::error::{Result, SourceFile};
-use meliora_model::escape;
-use meliora_model::exact::{Exact, Ratio, Real};
-use meliora_model::value::Type;
+use meliora_base::error::{Result, SourceFile};
+use meliora_base::escape;
+use meliora_base::exact::{Exact, Ratio, Real};
+use meliora_base::value::Type;
 use meliora_model::{Program, State, Variable};
 
 /// Values that the user gives in addition to a model.

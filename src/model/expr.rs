@@ -13,10 +13,10 @@ use ahash::{AHashMap, RandomState};
 use hashbrown::HashTable;
 
 use super::VarId;
-use super::exact::{self, Exact, Ratio, Real};
-use super::value::{self, EvalError, Type, Value};
-pub use super::value::{Binary, Unary};
-use crate::error::Diagnostic;
+use meliora_base::error::Diagnostic;
+use meliora_base::exact::{self, Exact, Ratio, Real};
+use meliora_base::value::{self, EvalError, Type, Value};
+pub use meliora_base::value::{Binary, Unary};
 
 /// The identifier of a node of an [`ExprPool`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
-use super::decimal::readable;
-use super::exact::Real;
 use super::predicate::Predicate;
 use super::step::{MOST_WAYS, StepError};
 use super::{CommandId, Program};
-use crate::error::{Diagnostic, Error, Limit, Result, Severity};
 use crate::step::Choice;
+use meliora_base::decimal::readable;
+use meliora_base::error::{Diagnostic, Error, Limit, Result, Severity};
+use meliora_base::exact::Real;
 
 /// Returns the error for a state in which [`Program::steps`] fails.
 pub fn in_state(program: &Program, state: &[i64]) -> Error {

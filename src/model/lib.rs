@@ -1,69 +1,52 @@
-//! The base of all crates of Meliora: the flat program that both engines read, the preorder of
-//! preferences, decision diagrams as plain data, errors with places, and progress. It uses no other
-//! crate of Meliora.
+//! The flat program that both engines read, and the preorder of preferences.
 //!
 //! - [`Program`]: variables, commands, synchronisations, labels and formulas, independent of
 //!   diagrams and state arrays.
 //! - [`preference::Preferences`]: objectives and the preorder on them.
-//! - [`diagram::Diagram`]: shared, reduced decision diagrams.
-//! - [`error::Error`] and [`error::SourceFile`]: errors with places.
+//! - [`property::Question`]: questions about the paths of a model.
 //!
 //! ```
-//! use meliora_model::error::{Diagnostic, SourceFile};
+//! use meliora_model::expr::ExprPool;
+//! use meliora_base::value::{Binary, Value};
 //!
-//! let source = SourceFile::new("grid.prism", "x = 3 &\ntrue + 1");
-//! let wrong = Diagnostic::new(&source, 8..12, "`+` adds numbers").label("a Boolean");
-//! assert_eq!(wrong.position(), (2, 1));
+//! let mut pool = ExprPool::default();
+//! let [tenth, fifth] = [0.1, 0.2].map(|x| pool.value(Value::Real(x)));
+//! let sum = pool.binary(Binary::Add, tenth, fifth);
+//! assert_eq!(pool.literal(sum), Some(Value::Real(0.3)));
 //! ```
 
-pub mod csv;
-pub mod decimal;
-mod diagnostic;
-pub mod diagram;
-pub mod error;
-pub mod escape;
-pub mod exact;
+mod evaluation;
 pub mod expr;
 pub mod fault;
-pub mod files;
 pub mod hasse;
-pub mod json;
-pub mod members;
 pub mod names;
 mod overlap;
 pub mod players;
 pub mod predicate;
 pub mod preference;
-pub mod progress;
 pub mod property;
-pub mod random;
-pub mod reading;
-pub mod real;
 pub mod rewards;
-pub mod rounding;
-pub mod short;
-pub mod span;
-pub mod stack;
 pub mod step;
 mod stop;
 pub mod temporal;
 pub mod trend;
 pub mod valuation;
-pub mod value;
 mod weight;
 
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::error::{Diagnostic, SourceFile};
-use crate::span::Span;
-use exact::Exact;
-use expr::{ExprId, ExprPool};
-use players::Players;
-use rewards::RewardStructure;
 use smallvec::SmallVec;
 use strum::IntoStaticStr;
-use value::Type;
+
+use expr::{ExprId, ExprPool};
+use meliora_base::error::{Diagnostic, SourceFile};
+use meliora_base::escape;
+use meliora_base::exact::Exact;
+use meliora_base::span::Span;
+use meliora_base::value::Type;
+use players::Players;
+use rewards::RewardStructure;
 
 /// A variable of a [`Program`]: its position in [`Program::variables`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

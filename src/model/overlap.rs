@@ -3,8 +3,8 @@
 
 use super::expr::{Binary, ExprId, ExprPool};
 use super::predicate::{Predicate, Predicates};
-use super::value::Value;
 use super::{CommandId, Program};
+use meliora_base::value::Value;
 
 impl Program {
     /// Returns the states in which two choices are enabled.

@@ -4,8 +4,8 @@ use std::borrow::Borrow;
 use std::ops::Range;
 
 use super::{Command, Program, Synchronisation};
-use crate::error::{Diagnostic, Result, Severity};
 use crate::step::Choice;
+use meliora_base::error::{Diagnostic, Result, Severity};
 
 /// The players of a turn-based game. Each choice belongs to one player: that of its action, or for an
 /// unlabelled command that of its module.

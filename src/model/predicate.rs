@@ -9,8 +9,8 @@ use ahash::{AHashMap, AHashSet, RandomState};
 
 use super::Program;
 use super::expr::{ExprId, ExprPool, Node};
-use super::value::{EvalError, Value};
-use crate::error::{Diagnostic, Error, Result};
+use meliora_base::error::{Diagnostic, Error, Result};
+use meliora_base::value::{EvalError, Value};
 
 /// A condition on the states of a program: an expression together with its pool, so that its number
 /// cannot be read in another pool.
@@ -201,7 +201,7 @@ impl Program {
 mod tests {
     use super::*;
     use crate::VarId;
-    use crate::value::{Binary, Type};
+    use meliora_base::value::{Binary, Type};
 
     #[test]
     fn conditions_that_are_the_same_have_one_fingerprint_whatever_their_pools() {

@@ -1,8 +1,8 @@
 //! Questions about the paths of a model, as plain data: whether a probability is 0 or 1, and
 //! probabilities and expected rewards.
 
-use super::exact::Ratio;
 use super::{ModelKind, Optimum, Program};
+use meliora_base::exact::Ratio;
 
 /// The comparison of a number with a bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,10 +6,10 @@ use num_traits::{Signed, Zero};
 use super::expr::{ExprId, ExprPool};
 use super::predicate::{Predicate, Predicates};
 use super::step::{Choice, Combination};
-use super::value::{Binary, EvalError, Unary, Value};
 use super::{CommandId, Program};
-use crate::error::{Diagnostic, Error, Result};
-use crate::span::Span;
+use meliora_base::error::{Diagnostic, Error, Result};
+use meliora_base::span::Span;
+use meliora_base::value::{Binary, EvalError, Unary, Value};
 
 /// A reward structure.
 #[derive(Debug, Clone)]

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
-use super::exact::{Ratio, Real};
 use super::expr::ExprId;
-use super::rounding::Sum;
-use super::value::{EvalError, Value};
 use super::weight::Weight;
 use super::{CommandId, ModelKind, Program, State, VarId};
+use meliora_base::exact::{Ratio, Real};
+use meliora_base::rounding::Sum;
+use meliora_base::value::{EvalError, Value};
 
 /// A choice of a state, as in the choice sets of the engines.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -96,7 +96,7 @@ impl Program {
     /// Returns the same choices and successors as [`Program::steps`], with exact probabilities.
     ///
     /// Probabilities are those of the text: 0.1 is one tenth, and divisions are exact; see
-    /// [`super::exact`]. If those of a command do not sum to 1 (three times 0.333333), each is
+    /// [`meliora_base::exact`]. If those of a command do not sum to 1 (three times 0.333333), each is
     /// divided by the sum.
     ///
     /// # Errors

@@ -4,9 +4,9 @@ use ahash::AHashMap;
 
 use super::expr::{Binary, ExprId, Unary};
 use super::predicate::Predicates;
-use super::span::Span;
-use super::value::Value;
 use super::{Branch, Command, CommandId, Program, Synchronisation};
+use meliora_base::span::Span;
+use meliora_base::value::Value;
 
 /// The name of the module, and of the action, of the states that are not left.
 const STOP: &str = "stop";

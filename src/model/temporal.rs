@@ -11,7 +11,7 @@ use strum::IntoStaticStr;
 use super::expr::ExprId;
 use super::predicate::Predicate;
 use super::{Program, VarId};
-use crate::error::{Limit, Result};
+use meliora_base::error::{Limit, Result};
 
 /// Maximum number of disjuncts: each needs a search.
 pub const MOST_DISJUNCTS: usize = 64;
@@ -289,9 +289,9 @@ pub enum Begin {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::Error;
     use crate::expr::ExprPool;
-    use crate::value::Type;
+    use meliora_base::error::Error;
+    use meliora_base::value::Type;
 
     #[test]
     fn a_condition_with_too_many_cases_is_a_limit_and_not_false() {

@@ -7,11 +7,11 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value as Json};
 
-use super::decimal;
-use super::escape;
-use super::exact::{Exact, Ratio, Real, shortest};
-use super::value::{Type, Value};
 use super::{Program, Variable};
+use meliora_base::decimal;
+use meliora_base::escape;
+use meliora_base::exact::{Exact, Ratio, Real, shortest};
+use meliora_base::value::{Type, Value};
 
 /// The text of the only state of a model without variables.
 pub(super) const NO_VARIABLES: &str = "(no variables)";

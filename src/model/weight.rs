@@ -5,9 +5,11 @@
 
 use num_traits::{One, Zero};
 
-use super::exact::{Ratio, Real};
 use super::step::StepError;
-use super::{Branch, CommandId, Program};
+use super::{Branch, Command, CommandId, Program};
+use meliora_base::exact::{Exact, Ratio, Real};
+use meliora_base::rounding::{Sum, judged};
+use meliora_base::value::EvalError;
 
 /// The smallest positive double.
 const LEAST: f64 = f64::from_bits(1);
@@ -102,4 +104,24 @@ fn positive<'p>(
         }
     }
     Ok(branches)
+}
+
+impl Program {
+    /// Judges the probabilities of a command in a state; see [`judged`].
+    pub(super) fn judged(&self, command: &Command, state: &[i64]) -> Result<(Sum, Real), EvalError> {
+        judged(command.branches.iter().map(|b| Ok(self.pool.exact(b.probability, state)?.into_real())))
+    }
+
+    /// Returns the first enabled command whose probabilities in this state sum to 1 only after
+    /// rounding, with the double nearest to their sum.
+    pub fn rounded_in(&self, state: &[i64]) -> Option<(CommandId, f64)> {
+        let sum = |command: &Command| {
+            let enabled = self.pool.exact(command.guard, state) == Ok(Exact::Bool(true));
+            match self.judged(command, state).ok().filter(|_| enabled)? {
+                (Sum::Rounded, sum) => Some(sum.to_f64()),
+                _ => None,
+            }
+        };
+        (0..).zip(&self.commands).find_map(|(index, command)| Some((CommandId(index), sum(command)?)))
+    }
 }

@@ -20,9 +20,9 @@ use super::finite_memory::FiniteMemoryStrategy;
 use super::improvement::Improvement;
 use super::strategy::{ArenaStrategy, approach};
 use super::temporal::{self, AcceptingRegion};
+use meliora_base::error::Result;
 use meliora_engine::edge_labels::{dropped, pairs_into};
 use meliora_engine::{Engine, Region, position};
-use meliora_model::error::Result;
 use meliora_model::preference::{Goal, ObjectiveSet, Preferences};
 
 /// The choices with which an objective is pursued.
@@ -126,7 +126,7 @@ impl<E: Engine> Achieving<E> {
     /// Prepares to achieve several objectives together. Cost: one almost-sure fixpoint per subset.
     ///
     /// # Errors
-    /// [`Error::Usage`](meliora_model::error::Error) for too many objectives; a limit of the engine is
+    /// [`Error::Usage`](meliora_base::error::Error) for too many objectives; a limit of the engine is
     /// reached.
     pub(super) fn join(&mut self, analysis: &Analysis<E>, objectives: ObjectiveSet) -> Result<()> {
         self.free.push(Stages::together(analysis, &objectives)?);

@@ -17,9 +17,9 @@ use super::safety::Safety;
 use super::temporal::{self, AcceptingRegion};
 use super::temporal_game;
 use super::winning_regions::{Sought, WinningRegions};
+use meliora_base::error::{Error, Result};
 use meliora_engine::{AnyEngine, Count, Engine};
 use meliora_model::Program;
-use meliora_model::error::{Error, Result};
 use meliora_model::preference::{Goal, ObjectiveSet, Preferences};
 
 /// The options of an analysis.

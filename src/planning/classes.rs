@@ -1,8 +1,8 @@
 //! Classes: the states grouped by their most preferred objectives.
 
+use meliora_base::error::Result;
 use meliora_engine::parallel::{Port, Portable};
 use meliora_engine::{Engine, position};
-use meliora_model::error::Result;
 use meliora_model::preference::{Change, ObjectiveSet, Preferences, Rated};
 
 /// The states with one value of MP, and the states of better and worse classes.

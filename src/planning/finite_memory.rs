@@ -47,9 +47,9 @@ use super::improvement::{Arena, Improvement};
 use super::levels::{Game, Kind, Level, Levels, Rank};
 use super::standing::Standings;
 use super::strategy::{self, ArenaStrategy};
+use meliora_base::error::{Error, Result};
 use meliora_engine::{AnyEngine, Engine};
 use meliora_model::Program;
-use meliora_model::error::{Error, Result};
 use meliora_model::preference::{Change, ObjectiveSet, Preferences};
 
 /// The memory of a strategy: the information that a run carries in addition to its state.

@@ -8,10 +8,10 @@ use serde::Serialize;
 
 use super::classes::Classes;
 use super::safety::Safety;
+use meliora_base::error::Result;
 use meliora_engine::edge_labels::{dropped, grouped, pairs_into};
 use meliora_engine::parallel::{self, Port, Portable};
 use meliora_engine::{Count, EdgeLabels, Engine, Region, position};
-use meliora_model::error::Result;
 use meliora_model::valuation::{Decimal, decimal};
 
 /// An arena: the kept choices and the edges of one class (under `prefix`) or of all states.

@@ -8,9 +8,9 @@ use strum::{EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 use super::explain::{Action, Explanation};
 use super::finite_memory::{FiniteMemoryStrategy, Memory};
+use meliora_base::error::Result;
 use meliora_engine::Engine;
 use meliora_model::State;
-use meliora_model::error::Result;
 
 /// The strategy that runs follow.
 #[derive(

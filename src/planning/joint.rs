@@ -10,9 +10,9 @@ use std::collections::BTreeMap;
 use super::temporal;
 use super::winning_regions::almost_sure_within;
 use super::{Analysis, Class};
+use meliora_base::error::{Error, Result};
 use meliora_engine::Engine;
 use meliora_engine::regions::pmax_positive;
-use meliora_model::error::{Error, Result};
 use meliora_model::preference::{Goal, ObjectiveSet};
 use meliora_model::temporal::Condition;
 

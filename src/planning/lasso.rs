@@ -13,8 +13,8 @@ use super::analysis::Analysis;
 use super::explain::{Explanation, Successor};
 use super::finite_memory::{FiniteMemoryStrategy, Memory};
 use super::levels::{Kind, Rank};
+use meliora_base::error::Result;
 use meliora_engine::{Engine, position};
-use meliora_model::error::Result;
 use meliora_model::preference::ObjectiveSet;
 use meliora_model::{Program, State};
 

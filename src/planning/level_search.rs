@@ -7,9 +7,9 @@ use super::improvement::Improvement;
 use super::levels::{End, Kind, Level, Levels};
 use super::phases::Event;
 use super::result::AnalysisResult;
+use meliora_base::error::Result;
 use meliora_engine::parallel::{self, Port, Portable};
 use meliora_engine::{Count, Engine};
-use meliora_model::error::Result;
 
 /// The search for the levels of one kind.
 pub(super) enum LevelSearch<E: Engine> {

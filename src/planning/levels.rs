@@ -15,10 +15,10 @@ use strum::{EnumString, IntoStaticStr, VariantArray};
 use super::analysis::Analysis;
 use super::classes::Classes;
 use super::improvement::{Arena, Improvement};
+use meliora_base::error::Result;
 use meliora_engine::edge_labels::{pairs_into, winning};
 use meliora_engine::parallel::{self, Port, Portable};
 use meliora_engine::{EdgeLabels, Engine, Region, position};
-use meliora_model::error::Result;
 
 /// The paper's two solution concepts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, EnumString, IntoStaticStr, VariantArray)]

@@ -24,7 +24,7 @@
 //! use std::sync::Arc;
 //!
 //! use meliora_engine::{Settings, SymbolicEngine};
-//! use meliora_model::error::SourceFile;
+//! use meliora_base::error::SourceFile;
 //! use meliora_planning::{Analysis, Kind, Options, Rank};
 //!
 //! let model = "mdp module m x : [0..2] init 0; [] x<2 -> (x'=x+1); [] x=2 -> true; endmodule";
@@ -37,7 +37,7 @@
 //! analysis.run(&mut |_| ())?;
 //! assert_eq!(analysis.most_preferred(&[0])?, ["Far"]);
 //! assert_eq!(analysis.rank(Kind::Sasi, &[0])?, Rank::Finite(0));
-//! # Ok::<(), meliora_model::error::Error>(())
+//! # Ok::<(), meliora_base::error::Error>(())
 //! ```
 
 pub(crate) mod achieve;

@@ -5,11 +5,11 @@ use strum::{EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 use super::explain::{Action, Explanation};
 use super::finite_memory::FiniteMemoryStrategy;
+use meliora_base::error::Result;
+use meliora_base::random::Draw;
 use meliora_engine::Engine;
-use meliora_model::error::Result;
 use meliora_model::fault;
 use meliora_model::players::Owner;
-use meliora_model::random::Draw;
 use meliora_model::step::Choice;
 
 /// The choices that the opponent takes in simulated runs.

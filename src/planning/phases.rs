@@ -8,8 +8,8 @@ use super::analysis::Analysis;
 use super::improvement::Sizes;
 use super::levels::Kind;
 use super::result::{AnalysisResult, ClassCount, LevelCounts, LevelsEnd, ModelCounts, ObjectiveCounts};
+use meliora_base::error::Result;
 use meliora_engine::{Count, Engine};
-use meliora_model::error::Result;
 
 /// The phases of an analysis, in their order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]
@@ -74,7 +74,7 @@ pub enum Event<'a> {
     Level(Kind, usize, &'a Count),
     /// There are no more levels of this kind, for this reason.
     LevelsEnd(Kind, &'a LevelsEnd),
-    /// A phase is complete, with its duration by [`meliora_model::progress::ProgressSink::clock`]. A phase
+    /// A phase is complete, with its duration by [`meliora_base::progress::ProgressSink::clock`]. A phase
     /// that a limit ends has no such event.
     Finished(Phase, Duration),
 }

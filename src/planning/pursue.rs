@@ -4,8 +4,8 @@
 use super::achieve::{Achieving, Manner, Pursuit};
 use super::finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
 use super::levels::Rank;
+use meliora_base::error::Result;
 use meliora_engine::Engine;
-use meliora_model::error::Result;
 use meliora_model::preference::ObjectiveSet;
 
 impl<E: Engine> FiniteMemoryStrategy<E> {

@@ -3,9 +3,9 @@
 use super::temporal::{accepting_regions, secured};
 use super::temporal_game;
 use super::winning_regions::almost_sure_within;
+use meliora_base::error::Result;
 use meliora_engine::Engine;
 use meliora_engine::regions::{self, Regions, Which};
-use meliora_model::error::Result;
 use meliora_model::temporal::Condition;
 
 /// A search for regions of a goal: to reach a target, or to satisfy a condition on the product with

@@ -6,8 +6,8 @@
 //! nothing keeps the requirements: its self-loop stays there.
 
 use super::result::{Escape, EscapeStep};
+use meliora_base::error::Result;
 use meliora_engine::{Engine, Region};
-use meliora_model::error::Result;
 use meliora_model::preference::Requirement;
 use meliora_model::valuation::Valuation;
 use meliora_model::{Program, State, fault};

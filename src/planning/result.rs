@@ -8,9 +8,9 @@ use serde::{Serialize, Serializer};
 use super::improvement::Sizes;
 use super::levels::Rank;
 use super::winning_regions::RegionCounts;
+use meliora_base::error::Result;
 use meliora_engine::{Count, Engine};
 use meliora_model::State;
-use meliora_model::error::Result;
 use meliora_model::preference::Preferences;
 use meliora_model::valuation::{Decimal, Valuation, decimal};
 

@@ -5,8 +5,8 @@ use strum::{Display, EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 use super::classes::Classes;
 use super::improvement::{self, Arena};
+use meliora_base::error::Result;
 use meliora_engine::Engine;
-use meliora_model::error::Result;
 
 /// The safety mode, which selects the kept choices: `--safety`.
 #[derive(

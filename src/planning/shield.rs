@@ -36,10 +36,10 @@ use super::explain::{Action, Explanation};
 use super::finite_memory::{FiniteMemoryStrategy, Memory};
 use super::levels::Rank;
 use super::safety::Safety;
+use meliora_base::error::{Error, Limit, Result};
+use meliora_base::value::Type;
 use meliora_engine::Engine;
-use meliora_model::error::{Error, Limit, Result};
 use meliora_model::preference::{Change, ObjectiveSet};
-use meliora_model::value::Type;
 use meliora_model::{Program, State};
 
 /// A table of permitted actions.

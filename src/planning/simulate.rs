@@ -12,11 +12,11 @@ use super::induced_model::Scheduler;
 use super::levels::Rank;
 use super::opponent::Opponent;
 use super::tally::{Achievements, Ending, RunEnd, Tally, Trace, Turn};
+use meliora_base::error::Result;
+use meliora_base::random::Draw;
 use meliora_engine::Engine;
 use meliora_model::State;
-use meliora_model::error::Result;
 use meliora_model::preference::{Change, ObjectiveSet};
-use meliora_model::random::Draw;
 
 /// Maximum number of explained states that are kept for later visits.
 const REMEMBERED: usize = 1 << 16;

@@ -6,9 +6,9 @@ use ahash::AHashMap;
 
 use super::finite_memory::FiniteMemoryStrategy;
 use super::levels::Rank;
+use meliora_base::error::Result;
 use meliora_engine::Engine;
 use meliora_model::State;
-use meliora_model::error::Result;
 use meliora_model::preference::ObjectiveSet;
 
 /// The class and the rank of a state.

@@ -11,9 +11,9 @@
 use super::classes::Classes;
 use super::improvement::{Arena, Improvement};
 use super::levels::{Game, Kind, Level};
+use meliora_base::error::Result;
 use meliora_engine::edge_labels::{keeping, winning};
 use meliora_engine::{EdgeLabels, Engine, Region, position};
-use meliora_model::error::Result;
 
 /// The two strategies of one level in one arena.
 pub struct ArenaStrategy<E: Engine> {

@@ -4,9 +4,9 @@
 //! from which the disjunct d can be kept forever. A path that satisfies the condition almost surely
 //! reaches one of these sets (L. de Alfaro, *Formal verification of probabilistic systems*, 1997).
 
+use meliora_base::error::Result;
 use meliora_engine::regions::Regions;
 use meliora_engine::{Engine, Region};
-use meliora_model::error::Result;
 use meliora_model::predicate::Predicate;
 use meliora_model::temporal::{Condition, Disjunct};
 

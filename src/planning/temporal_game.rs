@@ -14,9 +14,9 @@
 //!
 //! Recurrence alone has P = ∅, a Büchi game; persistence alone has A = ∅, a co-Büchi game.
 
+use meliora_base::error::{Error, Result};
 use meliora_engine::regions::Which;
 use meliora_engine::{Engine, Region};
-use meliora_model::error::{Error, Result};
 use meliora_model::preference::{Goal, Objective};
 use meliora_model::temporal::{Asks, Condition};
 

@@ -15,8 +15,8 @@
 use super::achieve::{Stage, Stages};
 use super::joint::{Joint, MOST, is_too_large};
 use super::{Analysis, temporal};
+use meliora_base::error::{Error, Result};
 use meliora_engine::{Engine, Region};
-use meliora_model::error::{Error, Result};
 use meliora_model::preference::{Goal, ObjectiveSet};
 use meliora_model::temporal::Condition;
 

@@ -2,10 +2,10 @@
 
 use super::result::Share;
 use super::temporal_game;
+use meliora_base::error::Result;
 use meliora_engine::parallel::{self, Port, Portable};
 use meliora_engine::regions::{Which, pmax_positive};
 use meliora_engine::{Count, Engine, position};
-use meliora_model::error::Result;
 use meliora_model::temporal::Condition;
 
 /// The winning regions of one objective.

@@ -64,7 +64,7 @@
 //! use std::sync::Arc;
 //!
 //! use meliora_engine::{ExplicitEngine, Settings};
-//! use meliora_model::error::SourceFile;
+//! use meliora_base::error::SourceFile;
 //! use meliora_planning::{Analysis, Options};
 //! use meliora_quantities::{ValueOptions, Steps, Values};
 //!
@@ -81,7 +81,7 @@
 //! let values = Values::compute(options, &analysis, &program, &[vec![0]], &Steps)?;
 //! let start = values.start(&[0]).unwrap();
 //! assert_eq!(values.probability(start, 1).interval.lower, 0.25);
-//! # Ok::<(), meliora_model::error::Error>(())
+//! # Ok::<(), meliora_base::error::Error>(())
 //! ```
 
 pub mod answers;

@@ -11,10 +11,10 @@ use crate::equations::meter::Meter;
 use crate::equations::number::{Interval, Number, Weight};
 use crate::equations::solution::Solution;
 use crate::equations::system::{Candidates, Method, Quantity, System};
+use meliora_base::error::Limit;
+use meliora_base::exact::Ratio;
+use meliora_base::random::Draw;
 use meliora_engine::{NoProgress, ProgressSink};
-use meliora_model::error::Limit;
-use meliora_model::exact::Ratio;
-use meliora_model::random::Draw;
 
 /// The choices of each node: their costs, and their edges with weights. The last node is the end.
 type Rows = Vec<Vec<(i64, Vec<(u32, i64)>)>>;

@@ -3,6 +3,7 @@
 
 use ahash::AHashMap;
 
+use meliora_base::value::Type;
 use meliora_dump::Manifest;
 use meliora_dump::manifest::{
     self, ChoiceNumber, Choices, Encoding, File, SafetyMode, Source, Tool, Variable,
@@ -11,7 +12,6 @@ use meliora_engine::Engine;
 use meliora_engine::symbolic::{Numbered, SymbolicEngine};
 use meliora_model::preference::Preferences;
 use meliora_model::valuation::{json, long};
-use meliora_model::value::Type;
 use meliora_model::{CommandId, Program};
 
 /// The texts that an analysis was made from.

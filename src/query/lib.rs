@@ -50,7 +50,7 @@
 //! assert_eq!(archive.list(&others, 10)?[0].state, [2]);
 //! assert!(archive.member(&others, &archive.state("x=1")?)?.is_none());
 //! # std::fs::remove_dir_all(&directory).unwrap();
-//! # Ok::<(), meliora_model::error::Error>(())
+//! # Ok::<(), meliora_base::error::Error>(())
 //! ```
 
 pub mod describe;
@@ -60,14 +60,14 @@ mod region;
 use std::path::Path;
 use std::sync::Arc;
 
+use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_base::progress::Poll;
 use meliora_dump::manifest::{FILE, Root, RootKind};
 use meliora_dump::{Dump, Manifest, read_directory};
 use meliora_engine::symbolic::{ChoiceSet, Encoding, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Count, Engine, Settings};
 use meliora_lang as lang;
-use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
 use meliora_model::predicate::Predicate;
-use meliora_model::progress::Poll;
 use meliora_model::{Program, State};
 use region::Region;
 

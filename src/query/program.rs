@@ -2,12 +2,12 @@
 
 use serde_json::Value as Json;
 
+use meliora_base::decimal;
+use meliora_base::error::{Error, Result, SourceFile};
+use meliora_base::exact::{Exact, Real};
+use meliora_base::value::{Type, Value};
 use meliora_dump::Manifest;
-use meliora_model::decimal;
-use meliora_model::error::{Error, Result, SourceFile};
-use meliora_model::exact::{Exact, Real};
 use meliora_model::expr::ExprPool;
-use meliora_model::value::{Type, Value};
 use meliora_model::{ModelKind, Program, Variable};
 
 /// Rebuilds the program; messages call the manifest `name`.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use meliora_model::error::{Diagnostic, Result, SourceFile};
+use meliora_base::error::{Diagnostic, Result, SourceFile};
 use meliora_model::names;
 
 /// The maximum nesting depth; the recursive parser uses stack for each level.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::{Goal, Required, Target};
+use meliora_base::error::{Result, SourceFile};
 use meliora_engine::regions::Which;
 use meliora_engine::{Count, Engine};
 use meliora_lang::ltl::{self, Formula};
@@ -10,7 +11,6 @@ use meliora_lang::named;
 use meliora_lang::property::{Measure, Over, Property, Question};
 use meliora_lang::{lower_target, parse_expression, parse_property_of};
 use meliora_model::Program;
-use meliora_model::error::{Result, SourceFile};
 use meliora_model::predicate::Predicate;
 use meliora_quantities::answer;
 

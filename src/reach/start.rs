@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
+use meliora_base::error::{Diagnostic, Result};
 use meliora_engine::Engine;
 use meliora_lang::ast::Item;
 use meliora_lang::parse_model;
 use meliora_model::Program;
-use meliora_model::error::{Diagnostic, Result};
 
 /// Checks that a model has an initial state. Without one, every property would hold, and every value
 /// would be that of no state. Cost: no image.

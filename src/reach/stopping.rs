@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use super::asking::Form;
 use super::{Asking, Goal};
+use meliora_base::error::{Result, SourceFile};
 use meliora_lang::ltl::{self, Formula, Stopped};
 use meliora_lang::named;
 use meliora_lang::property::{Over, Property};
 use meliora_lang::{parse_expression, parse_property_of};
 use meliora_model::Program;
-use meliora_model::error::{Result, SourceFile};
 
 /// A question, and the program in which the states that decide it are not left: the states behind these
 /// are neither explored nor counted. In the initial states, the answer is that for the whole program.

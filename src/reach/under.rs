@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
+use meliora_base::error::Result;
 use meliora_engine::Engine;
 use meliora_engine::regions::Regions;
 use meliora_lang::property::Question;
 use meliora_model::Program;
-use meliora_model::error::Result;
 use meliora_planning::Requirements;
 use meliora_planning::result::{Escape, ModelCounts};
 use meliora_quantities::answer::{self, Answer};

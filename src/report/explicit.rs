@@ -8,8 +8,8 @@ use super::export::ExportedValues;
 use super::header::Header;
 use super::text::Grid;
 use super::{Number, Style};
+use meliora_base::escape;
 use meliora_export::explicit::{Graph, Quantities};
-use meliora_model::escape;
 
 /// The explicit model that `export` wrote.
 #[derive(Debug, Clone, Default, Serialize, JsonSchema)]

@@ -7,8 +7,8 @@ use super::envelope::{Envelope, Findings};
 use super::header::Header;
 use super::text::{self, Grid};
 use super::{Number, Style};
+use meliora_base::escape;
 use meliora_dump::Manifest;
-use meliora_model::escape;
 
 /// The dump that `export` wrote.
 #[derive(Debug, Clone, Default, Serialize, JsonSchema)]

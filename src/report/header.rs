@@ -8,13 +8,13 @@ use serde_json::{Map, Value as Json};
 
 use super::Style;
 use super::text::{aligned, plural, wrapped};
+use meliora_base::error::Diagnostic;
+use meliora_base::escape;
+use meliora_base::value::Type;
 use meliora_engine::{Scope, Selection, Storage};
-use meliora_model::error::Diagnostic;
-use meliora_model::escape;
 use meliora_model::predicate::Predicate;
 use meliora_model::preference::{Empty, Preferences};
 use meliora_model::valuation::{json, long_plain};
-use meliora_model::value::Type;
 use meliora_model::{ModelKind, Program};
 use meliora_planning::Safety;
 use meliora_planning::result::ModelCounts;

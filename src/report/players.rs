@@ -5,9 +5,9 @@ use serde::Serialize;
 
 use super::text::Grid;
 use super::{Number, Style};
+use meliora_base::error::Result;
 use meliora_engine::Engine;
 use meliora_model::Program;
-use meliora_model::error::Result;
 
 /// A player of a game.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]

@@ -1,7 +1,7 @@
 //! Plots of the results of a sweep: one panel per result, with curves over a constant.
 
 use maud::{Markup, html};
-use meliora_model::escape;
+use meliora_base::escape;
 
 use super::page::drawing::{self, color, paper};
 
@@ -246,12 +246,12 @@ impl Axis {
 
 /// Formats a number with six significant digits.
 fn number(x: f64) -> String {
-    meliora_model::decimal::rounded(x)
+    meliora_base::decimal::rounded(x)
 }
 
 /// Formats a place in pixels.
 fn place(x: f64) -> String {
-    meliora_model::decimal::readable((x * 100.0).round() / 100.0)
+    meliora_base::decimal::readable((x * 100.0).round() / 100.0)
 }
 
 fn shortened(title: &str) -> String {

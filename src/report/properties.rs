@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use super::text::Grid;
 use super::{Number, Style};
+use meliora_base::decimal::readable;
 use meliora_engine::regions::{Regions, Which};
-use meliora_model::decimal::readable;
 use meliora_quantities::answer::Answer;
 use meliora_quantities::state_values::Bound;
 

@@ -9,9 +9,9 @@ use serde::{Serialize, Serializer};
 use super::envelope::{Envelope, Findings};
 use super::header::Header;
 use super::{Number, Style};
+use meliora_base::escape;
 use meliora_dump::manifest::RootKind;
 use meliora_model::Program;
-use meliora_model::escape;
 use meliora_model::valuation::Valuation;
 use meliora_query::Member;
 
@@ -71,7 +71,7 @@ impl Rows {
             let actions = listed.choices.map(|names| names.join(BETWEEN));
             listed.state.cells().chain(actions).collect::<Vec<_>>()
         });
-        meliora_model::csv::lines([heading].into_iter().chain(rows))
+        meliora_base::csv::lines([heading].into_iter().chain(rows))
     }
 
     fn listed(&self) -> impl Iterator<Item = Listed> {

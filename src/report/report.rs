@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::style::Style;
-use meliora_model::error::{Error, Limit};
+use meliora_base::error::{Error, Limit};
 
 /// The result of a command as plain data.
 pub trait Report: Serialize {

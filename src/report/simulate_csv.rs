@@ -2,8 +2,8 @@
 
 use super::ranks;
 use super::simulate::SimulateFindings;
+use meliora_base::csv::{self, Lines};
 use meliora_model::Program;
-use meliora_model::csv::{self, Lines};
 use meliora_model::preference::{ObjectiveSet, Preferences};
 use meliora_model::valuation::Valuation;
 use meliora_planning::Rank;

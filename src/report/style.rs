@@ -1,6 +1,6 @@
 //! Colours and width of text for people.
 
-use meliora_model::escape;
+use meliora_base::escape;
 
 /// The marks of colours while a text is put together, with their sequences. Texts from files contain
 /// no such characters that have an effect: [`Style::finished`] writes only these sequences.

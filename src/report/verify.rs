@@ -8,9 +8,10 @@ use serde::Serialize;
 use super::Style;
 use super::envelope::{Envelope, Findings};
 use super::header::Header;
+use meliora_base::escape;
 use meliora_certify::{Checked, INFORMATIVE, Verdict};
+use meliora_model::Program;
 use meliora_model::valuation::Valuation;
-use meliora_model::{Program, escape};
 
 /// The results of `verify`.
 #[derive(Debug, Clone, Default, Serialize, JsonSchema)]

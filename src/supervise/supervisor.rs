@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::memory;
-use meliora_model::error::Limit;
-use meliora_model::progress::ProgressSink;
+use meliora_base::error::Limit;
+use meliora_base::progress::ProgressSink;
 
 const RUNNING: u8 = 0;
 const OUT_OF_TIME: u8 = 1;

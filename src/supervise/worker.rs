@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
 use super::supervisor::{CHECKS, Position, Supervisor};
-use meliora_model::error::{Error, Limit, Result};
+use meliora_base::error::{Error, Limit, Result};
 
 /// The time that a worker thread has to stop after it was cancelled.
 const GRACE: Duration = Duration::from_millis(250);
@@ -163,7 +163,7 @@ mod tests {
 
     use super::super::supervisor::TimeLimit;
     use super::*;
-    use meliora_model::progress::ProgressSink;
+    use meliora_base::progress::ProgressSink;
 
     /// Taken by the tests that measure the memory of the process, so that none frees memory that another has counted.
     static MEASURES_MEMORY: Mutex<()> = Mutex::new(());

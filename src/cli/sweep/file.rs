@@ -11,8 +11,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use csv::{ReaderBuilder, StringRecord};
-use meliora_model::csv as cells;
-use meliora_model::error::{Diagnostic, Error, SourceFile};
+use meliora_base::csv as cells;
+use meliora_base::error::{Diagnostic, Error, SourceFile};
 
 use super::super::files::Target;
 use super::super::load;

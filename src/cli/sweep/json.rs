@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use meliora_model::error::{Error, Limit};
-use meliora_model::json::pretty;
+use meliora_base::error::{Error, Limit};
+use meliora_base::json::pretty;
 use meliora_report::sweep::{Instance, SweepReport};
 use serde_json::{Map, Value as Json};
 

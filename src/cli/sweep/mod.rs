@@ -19,7 +19,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
 use clap::Args;
-use meliora_model::error::{Error, Limit};
+use meliora_base::error::{Error, Limit};
 use meliora_report::sweep::Instance as Finished;
 use serde_json::{Map, Value as Json};
 

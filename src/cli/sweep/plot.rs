@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use meliora_model::error::Error;
+use meliora_base::error::Error;
 use meliora_report::plot::{Curve, Panel, Plot, Point};
 
 use super::super::files::Target;

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use meliora_model::error::{Error, ensure};
+use meliora_base::error::{Error, ensure};
 
 /// Maximum number of instances, and of values of a range; more are taken for a mistake.
 const MOST_INSTANCES: usize = 1_000_000;

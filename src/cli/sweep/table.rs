@@ -1,6 +1,6 @@
 //! The table of a sweep: the columns that fit the terminal, with headings of two lines.
 
-use meliora_model::decimal::rounded;
+use meliora_base::decimal::rounded;
 
 use super::row::{REGIONS, Row};
 

@@ -2,7 +2,7 @@
 
 use std::io::BufRead;
 
-use meliora_model::error::{Error, Result, ensure};
+use meliora_base::error::{Error, Result, ensure};
 
 /// The maximum length of a line, in bytes; lists of variables and roots are the longest.
 const LONGEST: usize = 64 << 20;

@@ -4,8 +4,8 @@ use std::io::BufRead;
 
 use super::lines::{Lines, number, shown};
 use crate::{Diagram, Edge, Node};
-use meliora_model::error::Result;
-use meliora_model::escape::unword;
+use meliora_base::error::Result;
+use meliora_base::escape::unword;
 
 /// The maximum number of variables; models of this program have fewer.
 const MOST_VARIABLES: usize = 1 << 24;
@@ -16,8 +16,8 @@ const MOST_VARIABLES: usize = 1 << 24;
 /// reduced. Memory is allocated as lines are read, not by the numbers in the header.
 ///
 /// # Errors
-/// [`meliora_model::error::Error::Dump`] with the line, if the file is malformed or truncated.
-/// [`meliora_model::error::Error::Io`] if reading fails.
+/// [`meliora_base::error::Error::Dump`] with the line, if the file is malformed or truncated.
+/// [`meliora_base::error::Error::Io`] if reading fails.
 pub fn read<R: BufRead>(file: &str, input: R) -> Result<Diagram> {
     let mut lines = Lines::new(file, input);
     let header = Header::read(&mut lines)?;

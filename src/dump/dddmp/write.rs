@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use crate::Diagram;
-use meliora_model::escape;
+use meliora_base::escape;
 
 /// Writes a diagram node by node, without a buffer of its own.
 ///

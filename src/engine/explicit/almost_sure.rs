@@ -14,7 +14,7 @@ use super::set::{BitSet, clear, test};
 use super::{ExplicitEngine, StateSet};
 use crate::edge_labels::EdgeLabels;
 use crate::engine::Region;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// The edge labels of a game, by source and target state.
 pub(super) trait Rules {

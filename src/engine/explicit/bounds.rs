@@ -1,8 +1,8 @@
 //! A sufficient test for expressions that have a value in every state.
 
+use meliora_base::value::{self, Type, Value};
 use meliora_model::Program;
 use meliora_model::expr::{Binary, ExprId, Node, Unary};
-use meliora_model::value::{self, Type, Value};
 
 /// The smallest and the largest value of an integer expression; without meaning for other types.
 type Interval = (i128, i128);

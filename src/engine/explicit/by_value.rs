@@ -5,8 +5,8 @@
 
 use ahash::AHashMap;
 
+use meliora_base::value::{Type, Value};
 use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
-use meliora_model::value::{Type, Value};
 
 /// The values of a variable outside of which something cannot be enabled.
 pub(super) type Need = (u32, Vec<i64>);

@@ -8,13 +8,13 @@ use ahash::AHashMap;
 
 use super::machine::{Code, Entry, Op, Reg, Routine};
 use super::share::{self, Keep};
+use meliora_base::error::Result;
+use meliora_base::exact::Exact;
+use meliora_base::progress::Poll;
+use meliora_base::stack;
+use meliora_base::value::Type;
 use meliora_model::Program;
-use meliora_model::error::Result;
-use meliora_model::exact::Exact;
 use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
-use meliora_model::progress::Poll;
-use meliora_model::stack;
-use meliora_model::value::Type;
 
 /// The compiler for the expressions of a program.
 pub(super) struct Compiler<'a> {

@@ -14,7 +14,7 @@ use super::program::Prepared;
 use super::set::{self, BitSet};
 use super::stepper::{Broken, Stepper, sum};
 use crate::settings::{Scope, Settings};
-use meliora_model::error::{Error, Limit, Result};
+use meliora_base::error::{Error, Limit, Result};
 use meliora_model::temporal::Begin;
 use meliora_model::{Program, State, fault};
 

@@ -8,7 +8,7 @@ use super::graph::Predecessors;
 use super::meter::Array;
 use super::set::{BitSet, clear, set, test};
 use crate::engine::Region;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// Number of states taken from a work list between two checks of the progress sink.
 const PATIENCE: usize = 1 << 14;

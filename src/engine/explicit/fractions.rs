@@ -2,7 +2,7 @@
 
 use ahash::AHashMap;
 
-use meliora_model::exact::{Ratio, Real};
+use meliora_base::exact::{Ratio, Real};
 
 /// Fractions, each stored once.
 #[derive(Debug, Default)]

@@ -12,7 +12,7 @@ use super::meter::Array;
 use super::set::{BitSet, clear, set, test};
 use super::{ExplicitEngine, StateSet};
 use crate::engine::Region;
-use meliora_model::error::{Error, Result};
+use meliora_base::error::{Error, Result};
 
 /// The players of a game, and the coalition that we are.
 #[derive(Clone)]

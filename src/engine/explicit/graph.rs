@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::OnceLock;
 
 use super::meter::{Array, Meter};
-use meliora_model::error::{Limit, Result};
+use meliora_base::error::{Limit, Result};
 
 /// The choices of each state and the successors of each choice.
 #[derive(Debug)]

@@ -14,10 +14,10 @@ use super::by_value::{ByValue, Need, only_value};
 use super::compile::Compiler;
 use super::machine::{Code, Entry, Machine};
 use super::share::{self, Key};
-use meliora_model::error::Result;
+use meliora_base::error::Result;
+use meliora_base::progress::Poll;
+use meliora_base::value::{EvalError, Type, Value};
 use meliora_model::expr::{Binary, ExprId, Node};
-use meliora_model::progress::Poll;
-use meliora_model::value::{EvalError, Type, Value};
 use meliora_model::{CommandId, Program};
 
 /// Maximum number of cells of a table.

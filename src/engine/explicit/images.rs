@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::ExplicitEngine;
 use super::set::{BitSet, set, test};
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 impl ExplicitEngine {
     /// Returns { (s,a) ∈ C : s ∈ X }.

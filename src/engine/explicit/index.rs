@@ -6,7 +6,7 @@ use ahash::RandomState;
 use hashbrown::HashTable;
 
 use super::meter::{Array, Charge, Meter};
-use meliora_model::error::{Limit, Result};
+use meliora_base::error::{Limit, Result};
 
 /// A number that no state has.
 pub(super) const NOBODY: u32 = u32::MAX;

@@ -8,7 +8,7 @@
 
 use smallvec::SmallVec;
 
-use meliora_model::error::{Limit, Result};
+use meliora_base::error::{Limit, Result};
 use meliora_model::{Program, Variable};
 
 /// Maximum number of words in a code.

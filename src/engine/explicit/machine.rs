@@ -6,9 +6,9 @@
 
 use super::numbers::Numbers;
 use super::share::Keep;
-use meliora_model::exact::{self, Exact};
+use meliora_base::exact::{self, Exact};
+use meliora_base::value::{EvalError, Type};
 use meliora_model::expr::{Binary, Unary};
-use meliora_model::value::{EvalError, Type};
 
 /// A register.
 pub(super) type Reg = u32;

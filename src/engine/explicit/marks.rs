@@ -3,7 +3,7 @@
 use super::set::BitSet;
 use super::{ExplicitEngine, Space};
 use crate::membership::{Membership, Numbers};
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// The bits of several sets.
 pub(super) struct Marks<'e> {

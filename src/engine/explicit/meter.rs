@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use meliora_model::error::{Limit, Result};
+use meliora_base::error::{Limit, Result};
 
 /// A counter of the bytes of live arrays; clones share the counter.
 #[derive(Debug, Clone)]

@@ -45,7 +45,7 @@ use explore::{Explored, Space, Task};
 use games::Game;
 use graph::Graph;
 use layout::Layout;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 use meliora_model::{Program, State};
 use meter::Meter;
 use program::Prepared;

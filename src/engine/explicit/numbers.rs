@@ -7,11 +7,11 @@
 
 use ahash::AHashMap;
 
-use meliora_model::exact::{self, Exact, Real};
+use meliora_base::exact::{self, Exact, Real};
+use meliora_base::rounding::{Sum, is_weight};
+use meliora_base::short::Short;
+use meliora_base::value::EvalError;
 use meliora_model::expr::{Binary, Unary};
-use meliora_model::rounding::{Sum, is_weight};
-use meliora_model::short::Short;
-use meliora_model::value::EvalError;
 
 /// Maximum number of results that are kept from one state to the next.
 const MOST_RESULTS: usize = 1 << 16;

@@ -12,9 +12,9 @@ use crate::engine::{Algebra, Engine, Region};
 use crate::membership::Membership;
 use crate::parallel::Sets;
 use crate::settings::{Count, Settings, Usage};
-use meliora_model::error::{Error, Result};
+use meliora_base::error::{Error, Result};
+use meliora_base::progress::Poll;
 use meliora_model::predicate::Predicate;
-use meliora_model::progress::Poll;
 use meliora_model::step::Choice;
 use meliora_model::{ModelKind, State, VarId, fault};
 

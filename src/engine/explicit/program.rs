@@ -9,11 +9,11 @@ use super::guard_index::{Division, GuardIndex};
 use super::layout::{Field, Layout};
 use super::machine::{Code, Entry};
 use super::numbers::Numbers;
-use meliora_model::error::Result;
-use meliora_model::exact::Exact;
+use meliora_base::error::Result;
+use meliora_base::exact::Exact;
+use meliora_base::progress::{Poll, ProgressSink};
+use meliora_base::rounding::Sum;
 use meliora_model::expr::{ExprId, Node};
-use meliora_model::progress::{Poll, ProgressSink};
-use meliora_model::rounding::Sum;
 use meliora_model::{Branch, Command, CommandId, ModelKind, Program, VarId};
 
 /// A program compiled for the codes of one layout.

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use bitvec::prelude::{BitVec, Lsb0};
 
 use super::meter::{Charge, Meter};
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// A set of numbers below a fixed size. Bits past the size are always 0.
 ///

@@ -6,11 +6,11 @@
 
 use ahash::{AHashMap, AHashSet};
 
+use meliora_base::error::Result;
+use meliora_base::progress::Poll;
+use meliora_base::value::Type;
 use meliora_model::Program;
-use meliora_model::error::Result;
 use meliora_model::expr::{ExprId, ExprPool, Node};
-use meliora_model::progress::Poll;
-use meliora_model::value::Type;
 
 /// Minimum number of operators below a node that is shared.
 const WORTH_SHARING: u32 = 3;

@@ -6,9 +6,9 @@ use super::guard_index::Rows;
 use super::layout::Layout;
 use super::machine::Machine;
 use super::program::{Chances, Prepared, Ready, Update};
-use meliora_model::error::{Error, Limit};
-use meliora_model::rounding::Sum;
-use meliora_model::value::EvalError;
+use meliora_base::error::{Error, Limit};
+use meliora_base::rounding::Sum;
+use meliora_base::value::EvalError;
 use meliora_model::{Program, fault};
 
 /// Maximum number of successors of a state, counted with every combination.

@@ -7,8 +7,8 @@ use super::ExplicitEngine;
 use super::weighted::{Fractions, Steps, Walker};
 use crate::engine::{Algebra, Engine};
 use crate::settings::Settings;
-use meliora_model::error::SourceFile;
-use meliora_model::progress::NoProgress;
+use meliora_base::error::SourceFile;
+use meliora_base::progress::NoProgress;
 use meliora_model::{Program, State, step};
 
 /// Conditions: most compare a counter with a literal, some compare counters with each other or with sums.

@@ -4,8 +4,8 @@ use super::explore::Space;
 use super::meter::Charge;
 use super::set::{BitSet, set};
 use super::{ExplicitEngine, StateSet};
+use meliora_base::error::Result;
 use meliora_model::State;
-use meliora_model::error::Result;
 
 /// An iteration over the states of a set in the order of their values, first variable first.
 pub struct Listing {

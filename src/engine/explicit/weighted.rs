@@ -16,9 +16,9 @@ pub use super::numbering::Numbering;
 use super::program::{Chances, Prepared};
 use super::stepper::{Stepper, sum};
 pub use super::steps::{Steps, Taken};
-use meliora_model::error::{Error, Result};
-use meliora_model::exact::Ratio;
-use meliora_model::progress::ProgressSink;
+use meliora_base::error::{Error, Result};
+use meliora_base::exact::Ratio;
+use meliora_base::progress::ProgressSink;
 use meliora_model::step::{Choice, Combination};
 use meliora_model::{CommandId, ModelKind, Program, State, fault};
 
@@ -296,9 +296,9 @@ impl<'w, const W: usize> PackedWalk<'w, W> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meliora_base::error::SourceFile;
+    use meliora_base::progress::NoProgress;
     use meliora_lang as lang;
-    use meliora_model::error::SourceFile;
-    use meliora_model::progress::NoProgress;
 
     fn same(model: &str) {
         let read = |name, text: &str| SourceFile::new(name, text);

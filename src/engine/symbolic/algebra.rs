@@ -9,7 +9,7 @@ use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::edge_labels::EdgeLabels;
 use crate::engine::Algebra;
 use crate::settings::Count;
-use meliora_model::error::{Error, Result, ensure};
+use meliora_base::error::{Error, Result, ensure};
 
 impl SymbolicEngine {
     /// Returns the diagram of a set of this engine.

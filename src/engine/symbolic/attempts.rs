@@ -13,7 +13,7 @@ use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::edge_labels::{EdgeLabels, remove_layer};
 use crate::engine::{Algebra, Region};
 use crate::schedule::Schedule;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 impl SymbolicEngine {
     /// Computes [`Engine::remove_attractor`]. With a set of states, the choices that may step into it

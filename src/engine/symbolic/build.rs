@@ -17,7 +17,7 @@ use super::store::walk::Direction;
 use super::turns::Turns;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::settings::{Count, Settings};
-use meliora_model::error::{Limit, Result};
+use meliora_base::error::{Limit, Result};
 use meliora_model::{ModelKind, Program, State};
 
 /// Maximum number of bits of a state, which is the depth of recursions over diagrams.

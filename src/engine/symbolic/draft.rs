@@ -14,7 +14,7 @@ use super::store::Store;
 use super::store::diagram::Bdd;
 use super::store::tables::cache_for_nodes;
 use crate::settings::{Scope, Settings};
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 use meliora_model::temporal::Begin;
 use meliora_model::{Program, State, fault};
 

@@ -10,9 +10,9 @@ use super::store::Store;
 use super::store::diagram::{self, Bdd, ManagerOf};
 use super::{Bit, ChoiceSet, Explored, StateSet, SymbolicEngine, draft};
 use crate::settings::Settings;
-use meliora_model::diagram::{Diagram, Edge};
-use meliora_model::error::{Error, Result};
-use meliora_model::progress::ProgressSink;
+use meliora_base::diagram::{Diagram, Edge};
+use meliora_base::error::{Error, Result};
+use meliora_base::progress::ProgressSink;
 use meliora_model::{ModelKind, Program, VarId};
 
 /// A set to be dumped.

@@ -3,8 +3,8 @@
 use super::SymbolicEngine;
 use super::relations::partial_relation::PartialRelation;
 use super::store::diagram::Bdd;
+use meliora_base::error::Result;
 use meliora_model::VarId;
-use meliora_model::error::Result;
 use meliora_model::trend::{Digit, Trend};
 
 /// Maximum number of values of a variable whose values get an order of their own, as a manifest lists them.

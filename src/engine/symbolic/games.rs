@@ -20,7 +20,7 @@ use super::{ChoiceSet, StateSet, SymbolicEngine, pick};
 use crate::edge_labels::{self, EdgeLabels};
 use crate::engine::{Algebra, Engine};
 use crate::schedule::Schedule;
-use meliora_model::error::{Error, Result};
+use meliora_base::error::{Error, Result};
 use meliora_model::{Program, fault};
 
 /// The players of a game, and the coalition that we are.

@@ -16,7 +16,7 @@ use super::store::walk::Direction;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::edge_labels::EdgeLabels;
 use crate::engine::Region;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// A search for lost states.
 pub(super) struct Losing<'e> {

@@ -9,8 +9,8 @@ use super::store::Store;
 use super::store::diagram::{Bdd, Diagram, Edge, ManagerOf};
 use crate::membership::Membership;
 use crate::settings::Settings;
-use meliora_model::error::Result;
-use meliora_model::progress::Poll;
+use meliora_base::error::Result;
+use meliora_base::progress::Poll;
 
 /// The greatest number of nodes: 48 MiB.
 const MOST_NODES: usize = 1 << 22;

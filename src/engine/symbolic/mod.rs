@@ -60,7 +60,7 @@ use encoding::transitions::Transitions;
 use encoding::translate::Translator;
 use fixpoints::clusters::Clusters;
 use games::Game;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
 use meliora_model::{ModelKind, Program, State, VarId, fault};

@@ -5,7 +5,7 @@ use super::store::Store;
 use super::store::diagram::Bdd;
 use super::{StateSet, SymbolicEngine};
 use crate::settings::Count;
-use meliora_model::error::{Error, Result};
+use meliora_base::error::{Error, Result};
 use meliora_model::{State, VarId};
 
 /// An enumeration of the states of a set by their values, the first variable first.

@@ -12,8 +12,8 @@ use super::relations::partial_relation::PartialRelation;
 use super::relations::support::Support;
 use super::relations::tuples::{ListTuple, ListTuples};
 use super::store::diagram::Bdd;
+use meliora_base::error::Result;
 use meliora_model::VarId;
-use meliora_model::error::Result;
 
 /// The states in which no step changes a monitor.
 pub(super) struct Quiet {

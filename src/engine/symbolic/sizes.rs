@@ -5,7 +5,7 @@ use super::relations::partial_relation::PartialRelation;
 use super::store::diagram::Bdd;
 use super::{StateSet, SymbolicEngine};
 use crate::settings::Count;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// The sizes of the diagrams of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

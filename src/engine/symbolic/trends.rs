@@ -19,8 +19,8 @@ use super::store::walk::Direction;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::engine::{Algebra, Engine};
 use crate::settings::Count;
+use meliora_base::error::Result;
 use meliora_model::VarId;
-use meliora_model::error::Result;
 use meliora_model::trend::{Digit, Trend};
 
 /// A side of a game. A proof that it reaches a set needs one step at each of its states, and all steps

@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use crate::schedule::{Schedule, Turn};
 use crate::settings::Settings;
-use meliora_model::error::{Error, Limit, Result};
-use meliora_model::progress::ProgressSink;
+use meliora_base::error::{Error, Limit, Result};
+use meliora_base::progress::ProgressSink;
 
 /// Ways to the same result, each with its turns of a [`Schedule`]. A way begins anew in each turn. A way that runs out
 /// of memory has no more turns.
@@ -123,8 +123,8 @@ mod tests {
     use super::{Result, Settings, Turns};
     use crate::settings::Count;
     use crate::symbolic::Thresholds;
-    use meliora_model::error::{Error, Limit};
-    use meliora_model::progress::ProgressSink;
+    use meliora_base::error::{Error, Limit};
+    use meliora_base::progress::ProgressSink;
 
     fn turns<W>(ways: impl Into<Vec<W>>) -> Turns<W> {
         let thresholds = Thresholds { first_turn: 8, ..Thresholds::default() };

@@ -8,7 +8,7 @@ use super::store::diagram::Bdd;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::parallel::Sets;
 use crate::settings::Settings;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// The workers of an engine; clones of the engine share them.
 #[derive(Clone, Default)]

@@ -5,9 +5,9 @@ use num_traits::{One, Zero};
 
 use super::graph::Graph;
 use super::label::unique;
-use meliora_model::error::Result;
-use meliora_model::exact::Ratio;
-use meliora_model::progress::ProgressSink;
+use meliora_base::error::Result;
+use meliora_base::exact::Ratio;
+use meliora_base::progress::ProgressSink;
 use meliora_model::step::{Choice, Step};
 use meliora_model::{Program, fault};
 

@@ -4,11 +4,11 @@ use ahash::AHashMap;
 
 use super::graph::{Column, Graph, Players, Row, fits};
 use super::label::{Regions, members, unique};
+use meliora_base::error::Result;
+use meliora_base::value::{Type, Value};
 use meliora_engine::Engine;
-use meliora_model::error::Result;
 use meliora_model::expr::ExprId;
 use meliora_model::step::Step;
-use meliora_model::value::{Type, Value};
 use meliora_model::{ModelKind, Program, State, Variable, fault};
 use meliora_planning::Analysis;
 

@@ -1,6 +1,6 @@
 //! A model as a list of states with their choices.
 
-use meliora_model::error::{Limit, Result};
+use meliora_base::error::{Limit, Result};
 
 /// A model with an explicit list of states.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use meliora_base::error::Result;
 use meliora_engine::Engine;
 use meliora_model::State;
-use meliora_model::error::Result;
 use meliora_planning::levels::Rank;
 use meliora_planning::regions::regions;
 use meliora_planning::{Analysis, Kind};

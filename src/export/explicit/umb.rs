@@ -11,6 +11,8 @@ use num_traits::Zero;
 use super::exact::{Exact, Rewards, exact};
 use super::graph::{Column, Graph};
 use super::quantities::{Quantities, Quantity};
+use meliora_base::error::{Error, Result};
+use meliora_base::exact::Ratio;
 use meliora_engine::Engine;
 use meliora_lang::umb::archive::pack;
 use meliora_lang::umb::binary::{bits, rational_bits, rationals, strings, words};
@@ -22,8 +24,6 @@ use meliora_lang::umb::{
     self, ACTION_NAMES, ACTION_OF_CHOICE, BRANCH_TO_PROBABILITY, BRANCH_TO_TARGET, CHOICE_TO_BRANCHES, INDEX,
     STATE_IS_INITIAL, STATE_TO_CHOICES, STATE_TO_PLAYER, STATE_VALUATIONS,
 };
-use meliora_model::error::{Error, Result};
-use meliora_model::exact::Ratio;
 use meliora_model::{Program, fault};
 use meliora_planning::levels::{Level, Rank};
 use meliora_planning::strategy::permitted_at_start;

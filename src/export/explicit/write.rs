@@ -9,12 +9,12 @@ use num_traits::{ToPrimitive, Zero};
 
 use super::exact::{Rewards, exact};
 use super::graph::{Graph, Row};
+use meliora_base::csv;
+use meliora_base::error::Result;
+use meliora_base::escape::{first_word, quoted, word};
+use meliora_base::exact::Ratio;
+use meliora_base::progress::ProgressSink;
 use meliora_model::Program;
-use meliora_model::csv;
-use meliora_model::error::Result;
-use meliora_model::escape::{first_word, quoted, word};
-use meliora_model::exact::Ratio;
-use meliora_model::progress::ProgressSink;
 
 /// The three files of PRISM.
 #[derive(Debug, Clone, PartialEq, Eq)]

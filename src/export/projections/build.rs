@@ -5,10 +5,10 @@ use std::sync::Arc;
 use super::directions::Namesakes;
 use super::game::{GameSets, Neighbours};
 use super::{Direction, Ladder, Plane, Projections, directions, levels};
+use meliora_base::diagram::{Diagram, Edge};
+use meliora_base::error::{Error, Result};
 use meliora_engine::symbolic::{ChoiceSet, Set, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Dumpable, Engine};
-use meliora_model::diagram::{Diagram, Edge};
-use meliora_model::error::{Error, Result};
 use meliora_model::preference::ObjectiveSet;
 use meliora_model::{Program, VarId};
 use meliora_planning::levels::{End, Level};
@@ -49,7 +49,7 @@ struct Rungs {
 /// samples for the directions of choices.
 ///
 /// # Errors
-/// [`meliora_model::error::Error::Usage`] if the sets are not diagrams; a limit is reached.
+/// [`meliora_base::error::Error::Usage`] if the sets are not diagrams; a limit is reached.
 pub fn build<E: Dumpable>(
     analysis: &Analysis<E>,
     plane: Plane,

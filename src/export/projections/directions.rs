@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::{Direction, Plane};
+use meliora_base::error::Result;
 use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Engine, position};
-use meliora_model::error::Result;
 use meliora_model::{Program, State, VarId, fault};
 use meliora_query::describe::ChoiceNames;
 

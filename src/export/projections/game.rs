@@ -2,11 +2,11 @@
 //! to.
 
 use super::Plane;
+use meliora_base::diagram::Edge;
+use meliora_base::error::Result;
 use meliora_engine::edge_labels::pairs_into;
 use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};
-use meliora_model::diagram::Edge;
-use meliora_model::error::Result;
 use meliora_model::{Program, VarId};
 
 /// A game over a plane.

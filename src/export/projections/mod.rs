@@ -18,8 +18,8 @@ pub use plane::Plane;
 
 use ahash::AHashSet;
 
+use meliora_base::diagram::{Diagram, Edge};
 use meliora_engine::symbolic::Encoding;
-use meliora_model::diagram::{Diagram, Edge};
 use meliora_model::preference::ObjectiveSet;
 use meliora_model::{State, VarId, Variable};
 use meliora_planning::Rank;

@@ -1,7 +1,7 @@
 //! The selection of the variables that span a plane.
 
-use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
-use meliora_model::value::Type;
+use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_base::value::Type;
 use meliora_model::{Program, VarId};
 
 /// Pairs of names that usually mean a row and a column.

@@ -6,9 +6,9 @@ use std::rc::Rc;
 
 use ahash::AHashMap;
 
+use meliora_base::span::Span;
+use meliora_base::stack;
 use meliora_model::expr::ExprId;
-use meliora_model::span::Span;
-use meliora_model::stack;
 
 /// A formula, by its position in [`Formulas`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

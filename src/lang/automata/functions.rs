@@ -6,8 +6,8 @@
 
 use ahash::AHashMap;
 
-use meliora_model::error::{Limit, Result};
-use meliora_model::stack;
+use meliora_base::error::{Limit, Result};
+use meliora_base::stack;
 
 /// A function, given by the position of its root in `Functions::nodes`.
 pub(crate) type Function = u32;
@@ -96,7 +96,7 @@ impl Functions {
         let top = self.top(f).min(self.top(g)).min(self.top(h));
         let ((f0, f1), (g0, g1), (h0, h1)) = (self.halves(f, top), self.halves(g, top), self.halves(h, top));
         let (low, high) = stack::level(|| {
-            Ok::<_, meliora_model::error::Error>((self.ite(f0, g0, h0)?, self.ite(f1, g1, h1)?))
+            Ok::<_, meliora_base::error::Error>((self.ite(f0, g0, h0)?, self.ite(f1, g1, h1)?))
         })?;
         let found = self.node(top, low, high)?;
         self.combined.insert((f, g, h), found);

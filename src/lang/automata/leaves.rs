@@ -11,9 +11,9 @@ use std::collections::BTreeSet;
 
 use super::formulas::{Form, FormulaId, Formulas, Window};
 use super::normalisation::normalised;
-use meliora_model::error::Error;
-use meliora_model::span::Span;
-use meliora_model::stack;
+use meliora_base::error::Error;
+use meliora_base::span::Span;
+use meliora_base::stack;
 use meliora_model::temporal::Asks;
 
 /// Leaves under `&` and `|`.

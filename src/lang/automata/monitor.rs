@@ -10,7 +10,7 @@ use super::formulas::{FormulaId, Formulas};
 use super::functions::{FALSE, Function, TRUE};
 use super::minimal;
 use super::progression::{OBLIGATIONS, Progress};
-use meliora_model::error::{Limit, Result};
+use meliora_base::error::{Limit, Result};
 use meliora_model::expr::ExprId;
 
 /// Maximum number of states of a monitor.

@@ -17,8 +17,8 @@
 use ahash::AHashMap;
 
 use super::formulas::{Form, FormulaId, Formulas, Limit as AtLimit, Window};
-use meliora_model::error::{Limit, Result};
-use meliora_model::stack;
+use meliora_base::error::{Limit, Result};
+use meliora_base::stack;
 
 /// Maximum number of formulas that one normalisation makes.
 const MOST_FORMULAS: usize = 1 << 16;

@@ -8,9 +8,9 @@ use ahash::AHashMap;
 
 use super::formulas::{Form, FormulaId, Formulas, Window};
 use super::functions::{FALSE, Function, Functions, TRUE};
-use meliora_model::error::{Limit, Result};
+use meliora_base::error::{Limit, Result};
+use meliora_base::stack;
 use meliora_model::expr::ExprId;
-use meliora_model::stack;
 
 /// First variable of an obligation; smaller variables are atoms of the present state.
 pub(crate) const OBLIGATIONS: u32 = 1 << 16;

@@ -4,7 +4,7 @@
 //! by the shape of both.
 
 use super::formulas::{Form, FormulaId, Formulas, Limit, Window};
-use meliora_model::stack;
+use meliora_base::stack;
 
 impl Formulas {
     /// Returns the simplified conjunction (or disjunction): without parts that others imply (or

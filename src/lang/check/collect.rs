@@ -10,7 +10,7 @@ use super::scope::{Definition, Env, NO_RENAMING, Renaming, Symbol};
 use crate::ast::{
     ConstDef, Ident, Item, Model, Module, NamedExpr, Player, RenamedModule, Rewards, Span, System, VarDecl,
 };
-use meliora_model::value::Type;
+use meliora_base::value::Type;
 use meliora_model::{ModelKind, VarId};
 
 /// A module, or a renamed copy of one.

@@ -7,9 +7,9 @@ use super::lowerer::Lowerer;
 use super::scope::{NO_RENAMING, Symbol};
 use crate::ast::{ConstDef, Span};
 use crate::valuation::Binding;
-use meliora_model::error::{Diagnostic, SourceFile};
-use meliora_model::exact::{Exact, Real};
-use meliora_model::value::Type;
+use meliora_base::error::{Diagnostic, SourceFile};
+use meliora_base::exact::{Exact, Real};
+use meliora_base::value::Type;
 
 /// The properties of a constant that matter for its value.
 pub(crate) struct Wanted<'c> {

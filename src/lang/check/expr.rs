@@ -7,9 +7,9 @@ use super::lowerer::{Lowered, Lowerer, Operand};
 use super::scope::{DefId, Env, Symbol};
 use crate::ast::{Command, Expr, Ident, Node, NodeKind, Span};
 use crate::parse::{command_at, expression_at};
-use meliora_model::error::Error;
+use meliora_base::error::Error;
+use meliora_base::value::Type;
 use meliora_model::expr::ExprId;
-use meliora_model::value::Type;
 
 /// The meaning of the names in an expression.
 pub(crate) trait Names<'a> {

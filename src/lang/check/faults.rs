@@ -6,8 +6,8 @@
 
 use super::lowerer::{Lowered, Lowerer};
 use crate::ast::Span;
+use meliora_base::value::Type;
 use meliora_model::expr::ExprId;
-use meliora_model::value::Type;
 
 impl Lowerer<'_> {
     /// Checks the type of a whole expression, converts an integer if a real is wanted, and reports

@@ -6,11 +6,11 @@ use ahash::{AHashMap, AHashSet};
 
 use super::scope::{DefId, Env, Scope};
 use crate::ast::Span;
-use meliora_model::error::{Diagnostic, Severity, SourceFile};
-use meliora_model::exact::{self, Exact, Real};
+use meliora_base::error::{Diagnostic, Severity, SourceFile};
+use meliora_base::exact::{self, Exact, Real};
+use meliora_base::progress::{Poll, ProgressSink};
+use meliora_base::value::Value;
 use meliora_model::expr::{ExprId, ExprPool};
-use meliora_model::progress::{Poll, ProgressSink};
-use meliora_model::value::Value;
 
 /// Maximum number of errors reported.
 pub(crate) const MAX_ERRORS: usize = 20;

@@ -21,9 +21,9 @@ use std::sync::Arc;
 
 use super::ast::{Model, NamedExpr};
 use collect::Parts;
-use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_base::progress::ProgressSink;
 use meliora_model::expr::ExprPool;
-use meliora_model::progress::ProgressSink;
 use meliora_model::{ModelKind, Program};
 use scope::NO_RENAMING;
 

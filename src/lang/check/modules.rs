@@ -8,8 +8,8 @@ use super::expr::Body;
 use super::lowerer::Lowerer;
 use super::scope::Symbol;
 use crate::ast::{self, Assignment, Span};
+use meliora_base::value::{Type, Value};
 use meliora_model::expr::ExprId;
-use meliora_model::value::{Type, Value};
 use meliora_model::{Branch, Command, Updates, VarId};
 
 /// The module of a command.

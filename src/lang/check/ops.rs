@@ -2,9 +2,9 @@
 
 use super::lowerer::{Lowerer, Operand};
 use crate::ast::{BinaryOp, Function, NodeKind, Span};
-use meliora_model::exact::{Exact, Real};
+use meliora_base::exact::{Exact, Real};
+use meliora_base::value::{Type, Value};
 use meliora_model::expr::{Binary, ExprId, Node, Unary};
-use meliora_model::value::{Type, Value};
 
 /// Maximum height of an expression after substitution of formulas.
 pub(super) const MAX_HEIGHT: u16 = 10_000;
@@ -263,7 +263,7 @@ impl Lowerer<'_> {
         let diagnostic = match name {
             "multi" => self
                 .wrong(at, "the function `multi` is not supported")
-                .severity(meliora_model::error::Severity::Unsupported)
+                .severity(meliora_base::error::Severity::Unsupported)
                 .label("not supported")
                 .note("`multi` combines properties and cannot occur in a model"),
             _ => self

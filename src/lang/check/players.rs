@@ -5,7 +5,7 @@ use ahash::{AHashMap, AHashSet};
 use super::collect::Parts;
 use super::lowerer::Lowerer;
 use crate::ast::{Ident, Player, PlayerItem, Span, System, SystemKind};
-use meliora_model::error::Severity;
+use meliora_base::error::Severity;
 use meliora_model::players::{self, Players};
 use meliora_model::{Command, ModelKind};
 

@@ -9,9 +9,9 @@ use super::lowerer::Lowerer;
 use super::scope::NO_RENAMING;
 use crate::ast::{Ident, RewardItem, Rewards, Span};
 use crate::slip::is_slip;
-use meliora_model::error::{Diagnostic, Severity};
+use meliora_base::error::{Diagnostic, Severity};
+use meliora_base::value::Type;
 use meliora_model::rewards::{self, Earner, RewardStructure};
-use meliora_model::value::Type;
 
 impl<'a> Lowerer<'a> {
     /// Lowers all reward structures; `actions` are those of the composed model.

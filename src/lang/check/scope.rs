@@ -6,9 +6,9 @@ use ahash::AHashMap;
 
 use crate::ast::Span;
 use crate::slip::is_slip;
+use meliora_base::value::Type;
 use meliora_model::VarId;
 use meliora_model::expr::ExprId;
-use meliora_model::value::Type;
 
 /// The meaning of a name.
 #[derive(Debug, Clone, Copy)]

@@ -8,11 +8,11 @@ use ahash::AHashMap;
 use super::lowerer::Lowerer;
 use super::scope::{NO_RENAMING, Scope, Symbol};
 use crate::ast::{BinaryOp, Expr, Node, NodeKind, Span};
-use meliora_model::error::{Error, Result, SourceFile};
+use meliora_base::error::{Error, Result, SourceFile};
+use meliora_base::progress::NoProgress;
+use meliora_base::value::Value;
 use meliora_model::expr::{Binary, ExprId, ExprPool, Unary};
 use meliora_model::predicate::{Predicate, Predicates};
-use meliora_model::progress::NoProgress;
-use meliora_model::value::Value;
 use meliora_model::{Program, VarId};
 
 /// The label of the states in which no command is enabled.

@@ -4,8 +4,8 @@ use super::collect::{Declared, Parts};
 use super::lowerer::{Lowerer, Operand};
 use super::scope::NO_RENAMING;
 use crate::ast::{BinaryOp, Span};
+use meliora_base::value::{Type, Value};
 use meliora_model::expr::{Binary, ExprId};
-use meliora_model::value::{Type, Value};
 use meliora_model::{VarId, Variable};
 
 /// Maximum absolute value of a bound of a range, such that every value is exact as a double.

@@ -6,9 +6,9 @@ use num_bigint::BigUint;
 use num_traits::Signed;
 
 use crate::ast::{ATOM_LEVEL, BinaryOp, NEG_LEVEL, NOT_LEVEL};
+use meliora_base::decimal::scaled;
+use meliora_base::exact::{Exact, Ratio, Real};
 use meliora_model::Program;
-use meliora_model::decimal::scaled;
-use meliora_model::exact::{Exact, Ratio, Real};
 use meliora_model::expr::{Binary, ExprId, Node, Unary};
 use meliora_model::valuation::long;
 

@@ -10,7 +10,7 @@ use ahash::AHashMap;
 
 use crate::combinations::{combinations, product};
 use crate::names::Names;
-use meliora_model::error::{Limit, Result};
+use meliora_base::error::{Limit, Result};
 use meliora_model::expr::{Binary, ExprPool};
 use meliora_model::{Branch, Branches, Command, CommandId, Program, Synchronisation, VarId};
 
@@ -198,7 +198,7 @@ fn both(pool: &mut ExprPool, left: &[Branch], right: &[Branch]) -> Branches {
     all
 }
 
-fn too_many() -> meliora_model::error::Error {
+fn too_many() -> meliora_base::error::Error {
     let what = format!(
         "the modules that write the same variables merge into one with more than {MOST_COMMANDS} commands"
     );

@@ -13,8 +13,8 @@ use std::sync::Arc;
 
 use super::check::Checked;
 use super::valuation::{Given, parse_constants};
-use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
-use meliora_model::progress::ProgressSink;
+use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_base::progress::ProgressSink;
 
 /// Returns true if a text is meant as a JANI model: it starts like a JSON object, or its name ends
 /// with `.jani` and it does not start like a PRISM model. Comments before it are an error of JSON.

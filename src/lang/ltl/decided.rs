@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 
 use super::install::{Installed, Monitoring, Values};
 use crate::automata::{Joint, Monitor};
+use meliora_base::value::Value;
 use meliora_model::expr::{Binary, ExprId};
 use meliora_model::temporal::{Asks, Condition};
-use meliora_model::value::Value;
 
 impl Monitoring<'_> {
     /// Returns the condition that the path so far, with the present state, satisfies a condition

@@ -13,11 +13,11 @@ use crate::ast::{Expr, NodeKind, Span};
 use crate::automata::{Decision, Form, FormulaId, Formulas, Monitor, TooLarge, Tree, leaves};
 use crate::check::{lower_condition, lower_value};
 use crate::names::Names;
-use meliora_model::error::{Diagnostic, Error, Limit, Result, Severity, SourceFile};
+use meliora_base::error::{Diagnostic, Error, Limit, Result, Severity, SourceFile};
+use meliora_base::value::{Type, Value};
 use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use meliora_model::predicate::Predicates;
 use meliora_model::temporal::{Asks, Begin, Condition, MOST_DISJUNCTS, Monitors};
-use meliora_model::value::{Type, Value};
 use meliora_model::{Branch, Command, CommandId, Program, Synchronisation, VarId, Variable};
 
 /// Maximum number of state formulas that one monitor reads.

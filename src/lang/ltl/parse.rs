@@ -11,7 +11,7 @@ use super::formula::{Formula, FormulaKind, Steps};
 use crate::ast::{BinaryOp, NOT_LEVEL};
 use crate::parse::{Failed, MAX_TREE_NESTING, Parsed, Parser, operator};
 use crate::token::Token;
-use meliora_model::error::{Result, SourceFile};
+use meliora_base::error::{Result, SourceFile};
 
 /// Maximum number of operators of a formula outside of its state formulas.
 pub(crate) const MOST_OPERATORS: usize = 1_000;
@@ -361,7 +361,7 @@ fn joined(left: Formula, op: BinaryOp, right: Formula, goes_on: bool) -> Formula
 #[cfg(test)]
 mod tests {
     use super::*;
-    use meliora_model::error::Error;
+    use meliora_base::error::Error;
 
     fn read(text: &str) -> std::result::Result<Formula, String> {
         parse_formula(&SourceFile::new("formula", text)).map_err(|e| match e {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::formula::{Formula, FormulaKind, Steps};
 use crate::check::lower_condition;
+use meliora_base::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use meliora_model::Program;
-use meliora_model::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use meliora_model::expr::{Binary, ExprId, ExprPool, Unary};
 use meliora_model::predicate::Predicates;
 

@@ -5,9 +5,9 @@ use num_traits::ToPrimitive;
 use super::parser::{Failed, Parsed, Parser};
 use crate::ast::{BinaryOp, Ident, NEG_LEVEL, NOT_LEVEL, NodeKind, Span};
 use crate::token::Token;
-use meliora_model::escape::shortened;
-use meliora_model::exact::{Ratio, Real, decimal};
-use meliora_model::value::Value;
+use meliora_base::escape::shortened;
+use meliora_base::exact::{Ratio, Real, decimal};
+use meliora_base::value::Value;
 
 /// Returns the operator of a token.
 pub(crate) fn operator(token: Token) -> Option<BinaryOp> {

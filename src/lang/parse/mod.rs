@@ -15,8 +15,8 @@ pub(crate) use parser::{Failed, MAX_TREE_NESTING, Parsed, Parser};
 
 use super::ast::{Command, Expr, Item, Model, Span};
 use super::token::Token;
-use meliora_model::error::{Result, SourceFile};
-use meliora_model::progress::{NoProgress, ProgressSink};
+use meliora_base::error::{Result, SourceFile};
+use meliora_base::progress::{NoProgress, ProgressSink};
 
 /// Parses a model file.
 ///

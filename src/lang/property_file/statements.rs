@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use meliora_model::error::{Limit, Result, SourceFile};
+use meliora_base::error::{Limit, Result, SourceFile};
 
 /// Maximum number of statements in a property file.
 const MOST_STATEMENTS: usize = 10_000;

@@ -8,12 +8,12 @@ use super::lines::{Line, lines};
 use super::lower::NUMBER;
 use super::{Column, Frame, Rewards, Table};
 use crate::check::{Actions, Checked};
+use meliora_base::error::{Result, SourceFile};
+use meliora_base::escape::{is_shown, unquoted, unword};
+use meliora_base::progress::Poll;
+use meliora_base::value::Type;
 use meliora_model::ModelKind;
-use meliora_model::error::{Result, SourceFile};
-use meliora_model::escape::{is_shown, unquoted, unword};
 use meliora_model::expr::ExprId;
-use meliora_model::progress::Poll;
-use meliora_model::value::Type;
 
 /// The name of a choice without an action.
 const NO_ACTION: &str = "__NOLABEL__";

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use num_traits::Zero;
 
-use meliora_model::error::{Diagnostic, Error, Severity, SourceFile};
-use meliora_model::escape::shortened;
-use meliora_model::exact::{NoDecimal, Ratio, decimal};
-use meliora_model::span::Span;
+use meliora_base::error::{Diagnostic, Error, Severity, SourceFile};
+use meliora_base::escape::shortened;
+use meliora_base::exact::{NoDecimal, Ratio, decimal};
+use meliora_base::span::Span;
 
 /// A line that is not empty and not a comment.
 #[derive(Clone, Copy)]

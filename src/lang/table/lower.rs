@@ -11,13 +11,13 @@ use crate::check::Checked;
 use crate::names::{Names, renamed};
 use crate::token::BUILT_IN_LABELS;
 use crate::valuation::Given;
-use meliora_model::error::{Diagnostic, Error, Result, Severity, SourceFile};
+use meliora_base::error::{Diagnostic, Error, Result, Severity, SourceFile};
+use meliora_base::progress::{Poll, ProgressSink};
+use meliora_base::span::Span;
+use meliora_base::value::{Type, Value};
 use meliora_model::expr::{ExprId, ExprPool};
 use meliora_model::players::{Player, Players};
-use meliora_model::progress::{Poll, ProgressSink};
 use meliora_model::rewards::{Earner, RewardItem, RewardStructure};
-use meliora_model::span::Span;
-use meliora_model::value::{Type, Value};
 use meliora_model::{Branch, Command, CommandId, ModelKind, Program, Synchronisation, VarId, Variable};
 
 /// The variable of the number of a state, if states have no other values.

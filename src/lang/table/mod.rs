@@ -15,14 +15,14 @@ mod valuations;
 
 use std::sync::Arc;
 
+use meliora_base::error::{Result, SourceFile};
+use meliora_base::exact::{Exact, Ratio, Real};
+use meliora_base::progress::Poll;
+use meliora_base::rounding::{Sum, is_weight, judged};
+use meliora_base::span::Span;
+use meliora_base::value::Type;
 use meliora_model::ModelKind;
-use meliora_model::error::{Result, SourceFile};
-use meliora_model::exact::{Exact, Ratio, Real};
 use meliora_model::expr::{ExprId, ExprPool};
-use meliora_model::progress::Poll;
-use meliora_model::rounding::{Sum, is_weight, judged};
-use meliora_model::span::Span;
-use meliora_model::value::Type;
 
 pub(super) use drn::{is_drn, load as load_drn};
 pub(super) use lower::Frame;

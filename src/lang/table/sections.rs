@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use super::lines::{Line, Part};
+use meliora_base::error::{Result, SourceFile};
 use meliora_model::ModelKind;
-use meliora_model::error::{Result, SourceFile};
 
 /// The parts of a file.
 pub(super) struct Sections<'s> {

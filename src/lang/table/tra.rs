@@ -9,11 +9,11 @@ use super::lines::{Line, Part, lines};
 use super::sections::Sections;
 use super::{Column, Frame, Table, numbered_players};
 use crate::check::{Actions, Checked};
+use meliora_base::error::{Error, Result, Severity, SourceFile};
+use meliora_base::escape::{quoted, unquoted, unword};
+use meliora_base::progress::Poll;
+use meliora_base::value::Type;
 use meliora_model::ModelKind;
-use meliora_model::error::{Error, Result, Severity, SourceFile};
-use meliora_model::escape::{quoted, unquoted, unword};
-use meliora_model::progress::Poll;
-use meliora_model::value::Type;
 
 /// Returns true if a text is meant as transitions: its first line has two to four numbers, of which
 /// the first may be followed by the number of players, as in `5:2 7 9`. Four are those of a POMDP.

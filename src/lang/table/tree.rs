@@ -6,11 +6,11 @@
 //! the pool of expressions.
 
 use super::Column;
+use meliora_base::error::{Limit, Result};
+use meliora_base::progress::Poll;
+use meliora_base::value::{Type, Value};
 use meliora_model::VarId;
-use meliora_model::error::{Limit, Result};
 use meliora_model::expr::{Binary, ExprId, ExprPool};
-use meliora_model::progress::Poll;
-use meliora_model::value::{Type, Value};
 
 /// Maximum height of a tree.
 const MOST_HEIGHT: usize = 1_000;

@@ -13,11 +13,11 @@ use crate::umb::{
     self, ACTION_NAMES, ACTION_OF_CHOICE, BRANCH_TO_PROBABILITY, BRANCH_TO_TARGET, CHOICE_TO_BRANCHES, INDEX,
     STATE_IS_INITIAL, STATE_TO_CHOICES, STATE_TO_PLAYER,
 };
+use meliora_base::error::{Limit, Result};
+use meliora_base::exact::Ratio;
+use meliora_base::progress::Poll;
 use meliora_model::ModelKind;
-use meliora_model::error::{Limit, Result};
-use meliora_model::exact::Ratio;
 use meliora_model::expr::ExprId;
-use meliora_model::progress::Poll;
 
 /// A number of states, choices and branches that needs no data.
 const FEW: u64 = 1 << 12;

@@ -10,9 +10,9 @@ use crate::umb::archive::Files;
 use crate::umb::binary::{Number, number};
 use crate::umb::index::{Base, Class, Field, Valuations, Variable};
 use crate::umb::{INDEX, STATE_VALUATIONS};
-use meliora_model::error::Result;
-use meliora_model::progress::Poll;
-use meliora_model::value::Type;
+use meliora_base::error::Result;
+use meliora_base::progress::Poll;
+use meliora_base::value::Type;
 
 /// Maximum absolute value of a variable, such that every value is exact as a double.
 const MOST: i128 = 1 << 53;

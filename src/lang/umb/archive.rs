@@ -11,8 +11,8 @@ use flate2::{Compression, GzBuilder};
 use tar::{Archive, Builder, Entry, EntryType, Header};
 
 use super::unpacked::Unpacked;
-use meliora_model::error::{Error, Limit, Result};
-use meliora_model::progress::ProgressSink;
+use meliora_base::error::{Error, Limit, Result};
+use meliora_base::progress::ProgressSink;
 
 /// Maximum size of the unpacked archive, in bytes.
 const MOST_BYTES: u64 = 1 << 30;

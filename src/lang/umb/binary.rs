@@ -5,9 +5,9 @@ use num_traits::Zero;
 
 use super::archive::Files;
 use super::index::{Base, Type};
-use meliora_model::error::{Error, Result};
-use meliora_model::exact::Ratio;
-use meliora_model::real::MOST_BITS;
+use meliora_base::error::{Error, Result};
+use meliora_base::exact::Ratio;
+use meliora_base::real::MOST_BITS;
 
 /// A number as it is stored.
 pub(crate) enum Number {

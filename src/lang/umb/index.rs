@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use meliora_model::reading::each_once;
+use meliora_base::reading::each_once;
 
 /// The index of an archive.
 #[derive(Debug, Clone, Serialize, Deserialize)]

@@ -5,8 +5,8 @@ use std::io::{self, Read};
 use flate2::read::MultiGzDecoder;
 use lzma_rust2::XzReader;
 
-use meliora_model::error::{Error, Limit};
-use meliora_model::progress::ProgressSink;
+use meliora_base::error::{Error, Limit};
+use meliora_base::progress::ProgressSink;
 
 /// Maximum size of the dictionary of xz, in KiB; the strongest usual setting takes 64 MiB.
 const MOST_DICTIONARY: u32 = (80 << 20) >> 10;

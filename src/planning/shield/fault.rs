@@ -12,7 +12,7 @@ use ahash::{AHashMap, AHashSet};
 
 use super::{Shield, ShieldAction, ShieldNode, ShieldVariable, safe_modes};
 use crate::{Safety, StrategyKind};
-use meliora_model::error::ensure;
+use meliora_base::error::ensure;
 
 /// The end of a step in the search for nodes that lead to an end.
 enum Leads {

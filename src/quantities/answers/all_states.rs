@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use crate::answers::choose::LEVELS;
 use crate::{Steps, ValueOptions, Values};
+use meliora_base::error::Result;
 use meliora_engine::Engine;
-use meliora_model::error::Result;
 use meliora_model::{Program, State};
 use meliora_planning::Analysis;
 

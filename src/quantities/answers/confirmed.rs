@@ -7,9 +7,9 @@ use crate::equations::solution::Solution;
 use crate::equations::system::Quantity;
 use crate::solvers::inductive::{Inductive, Side, Wanted};
 use crate::solvers::solved::Solved;
+use meliora_base::error::{Error, Limit, Result};
 use meliora_dump::bounds::{Bounds, Number, Row};
 use meliora_engine::Engine;
-use meliora_model::error::{Error, Limit, Result};
 
 /// Bounds of P_k and C_k that one step confirms; see `docs/dumps.md`.
 #[derive(Debug)]

@@ -7,8 +7,8 @@ use ahash::AHashSet;
 
 use crate::answers::all_states::AllStates;
 use crate::{Aim, Choose, Chooser, Steps};
+use meliora_base::error::Result;
 use meliora_engine::Engine;
-use meliora_model::error::Result;
 use meliora_model::preference::ObjectiveSet;
 use meliora_model::{Program, State};
 use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, Memory, Rank};

@@ -17,11 +17,11 @@ use crate::equations::number::{Bounds, Interval, Number};
 use crate::equations::reached::{Coded, END, Growing, Nodes, Reached};
 use crate::equations::solution::Solution;
 use crate::equations::system::{Quantity, System};
+use meliora_base::error::Result;
+use meliora_base::exact::Ratio;
 use meliora_engine::Engine;
 use meliora_engine::explicit::weighted::{Codec, Walker};
 use meliora_engine::regions::{Regions, Which};
-use meliora_model::error::Result;
-use meliora_model::exact::Ratio;
 use meliora_model::property::Measure;
 use meliora_model::{Optimum, Program, State};
 

@@ -6,9 +6,9 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 
 use crate::{Aim, Bounds, ChoiceValues, Node, Values};
+use meliora_base::error::Result;
 use meliora_engine::explicit::weighted::Walker;
 use meliora_engine::{Engine, NoProgress};
-use meliora_model::error::Result;
 use meliora_model::valuation::Valuation;
 use meliora_model::{Program, State};
 use meliora_planning::{Analysis, Kind, Rank};

@@ -20,7 +20,7 @@ use crate::equations::meter::Meter;
 use crate::equations::number::{Interval, Number, PRECISION};
 use crate::equations::solution::Solution;
 use crate::equations::system::{Candidates, Quantity, System};
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// Attempts with candidates that lose less.
 const ATTEMPTS: usize = 3;

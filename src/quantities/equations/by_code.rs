@@ -2,10 +2,10 @@
 
 use crate::equations::graph::{Edge, Graph, LOST};
 use crate::equations::reached::{Coded, END, Growing, Part};
+use meliora_base::error::Result;
 use meliora_engine::explicit::weighted::{Code, Codec, Steps, Walk};
 use meliora_engine::membership::Membership;
 use meliora_model::State;
-use meliora_model::error::Result;
 
 /// The end of a step.
 #[derive(Debug, Clone, Copy)]

@@ -4,11 +4,11 @@
 use crate::equations::graph::{Edge, Graph};
 use crate::equations::number::Number;
 use crate::equations::reached::{END, Growing, Part, UNSEEN};
+use meliora_base::error::Result;
+use meliora_base::exact::Ratio;
 use meliora_engine::explicit::weighted::{Codec, Steps, Walk};
 use meliora_engine::membership::Numbers;
 use meliora_model::State;
-use meliora_model::error::Result;
-use meliora_model::exact::Ratio;
 use meliora_model::rewards::Earner;
 
 /// The position of the states in which some choice earns, among the sets of the engine.

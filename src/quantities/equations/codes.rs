@@ -8,8 +8,8 @@ use hashbrown::HashTable;
 
 use crate::equations::meter::Meter;
 use crate::equations::narrow::Narrow;
+use meliora_base::error::Result;
 use meliora_engine::explicit::weighted::{Code, Codec};
-use meliora_model::error::Result;
 
 /// A list of words. Codes use their upper bits first, so the upper halves suffice for small models.
 #[derive(Debug)]
@@ -175,9 +175,9 @@ pub(crate) fn hash(hasher: &RandomState, key: u32, code: impl Iterator<Item = u6
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meliora_base::error::SourceFile;
     use meliora_engine::NoProgress;
     use meliora_model::Program;
-    use meliora_model::error::SourceFile;
 
     /// Returns a program with 2^40 valuations.
     fn program() -> Program {

@@ -2,9 +2,9 @@
 
 use num_traits::One;
 
+use meliora_base::error::Result;
+use meliora_base::exact::Ratio;
 use meliora_engine::Engine;
-use meliora_model::error::Result;
-use meliora_model::exact::Ratio;
 use meliora_model::predicate::Predicate;
 use meliora_model::rewards::RewardStructure;
 use meliora_model::step::Combination;

@@ -17,10 +17,10 @@ use crate::equations::graph::{Edge, Graph, NONE};
 use crate::equations::listing::{Lister, Missing, Rules, To, View};
 use crate::equations::meter::Meter;
 use crate::equations::places::{Place, Places};
+use meliora_base::error::Result;
 use meliora_engine::Engine;
 use meliora_engine::explicit::weighted::Walker;
 use meliora_model::State;
-use meliora_model::error::Result;
 
 /// The greatest number of nodes of a list, and the number of edges after which it ends.
 const NODES: usize = 1 << 12;
@@ -259,10 +259,10 @@ mod tests {
 
     use super::*;
     use crate::equations::cost::{Earned, Steps};
+    use meliora_base::error::SourceFile;
     use meliora_engine::symbolic::Thresholds;
     use meliora_engine::{AnyEngine, Settings, Storage};
     use meliora_lang as lang;
-    use meliora_model::error::SourceFile;
     use meliora_planning::{Analysis, Options, Safety};
 
     /// Two gambles, each of which makes a better objective possible, and a battery.

@@ -1,9 +1,9 @@
 //! The facts about states that an analysis knows: their classes and the levels that contain them.
 
 use crate::equations::graph::{EVERY, Rank};
+use meliora_base::error::{Error, Result};
 use meliora_engine::Engine;
 use meliora_model::Program;
-use meliora_model::error::{Error, Result};
 use meliora_model::preference::{Change, Preferences, Rated};
 use meliora_planning::improvement::Arena;
 use meliora_planning::levels::Level;

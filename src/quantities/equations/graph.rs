@@ -6,9 +6,9 @@ use ahash::AHashMap;
 
 use crate::equations::meter::Meter;
 use crate::equations::narrow::{Mostly, Narrow};
+use meliora_base::error::Result;
+use meliora_base::exact::Ratio;
 use meliora_engine::explicit::weighted::Fractions;
-use meliora_model::error::Result;
-use meliora_model::exact::Ratio;
 
 /// No node, choice or position.
 pub(crate) const NONE: u32 = u32::MAX;

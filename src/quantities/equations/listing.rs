@@ -12,14 +12,14 @@ use crate::equations::cost::Cost;
 use crate::equations::facts::{Facts, Numbers, Seen};
 use crate::equations::graph::{Graph, LOST, Rank};
 use crate::equations::places::{Place, Places};
+use meliora_base::error::Result;
+use meliora_base::exact::Ratio;
+use meliora_base::progress::{Poll, ProgressSink};
 use meliora_engine::Engine;
 use meliora_engine::explicit::weighted::{Code, Codec, Fractions, Steps, Walk};
 use meliora_engine::membership::{self, Membership};
 use meliora_model::State;
-use meliora_model::error::Result;
-use meliora_model::exact::Ratio;
 use meliora_model::preference::Change;
-use meliora_model::progress::{Poll, ProgressSink};
 
 /// The rules by which states get nodes, and nodes get choices.
 pub(crate) struct Rules<'a, E: Engine> {

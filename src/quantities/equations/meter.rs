@@ -1,8 +1,8 @@
 //! Limits of the solver: memory, time and the user.
 
+use meliora_base::error::{Error, Limit, Result};
+use meliora_base::progress::Poll;
 use meliora_engine::Engine;
-use meliora_model::error::{Error, Limit, Result};
-use meliora_model::progress::Poll;
 
 /// The number of small pieces of work after which the progress is shown.
 const SHOWN: usize = 1 << 8;
@@ -24,7 +24,7 @@ impl<'o> Meter<'o> {
 
     /// Creates a meter without a limit.
     #[cfg(test)]
-    pub(crate) fn unlimited(sink: &'o dyn meliora_model::progress::ProgressSink) -> Self {
+    pub(crate) fn unlimited(sink: &'o dyn meliora_base::progress::ProgressSink) -> Self {
         Meter { poll: Poll::new(sink), bytes: 0, limit: u64::MAX }
     }
 

@@ -8,7 +8,7 @@ use std::cmp::Ordering;
 use num_rational::BigRational;
 use num_traits::{FromPrimitive, One, ToPrimitive, Zero};
 
-use meliora_model::exact::Ratio;
+use meliora_base::exact::Ratio;
 
 /// The width of a value that is usually enough, absolute for probabilities, relative above 1 for
 /// rewards.

@@ -5,9 +5,9 @@ use bitvec::vec::BitVec;
 use crate::equations::codes::Codes;
 use crate::equations::meter::Meter;
 use crate::equations::narrow::Narrow;
+use meliora_base::error::Result;
 use meliora_engine::explicit::weighted::{Code, Codec};
 use meliora_model::State;
-use meliora_model::error::Result;
 
 /// Where a state is taken: in an arena, or in a junction of it, right after an improving step under
 /// `prefix`.

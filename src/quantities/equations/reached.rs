@@ -5,11 +5,11 @@ use crate::equations::cost::{Cost, Earned};
 use crate::equations::graph::{EVERY, Graph, LOST, Rank};
 use crate::equations::meter::Meter;
 use crate::equations::number::Weight;
+use meliora_base::error::Result;
+use meliora_base::exact::Ratio;
 use meliora_engine::explicit::weighted::Codec;
 use meliora_engine::membership::Membership;
 use meliora_model::State;
-use meliora_model::error::Result;
-use meliora_model::exact::Ratio;
 use meliora_model::step::Combination;
 
 /// The node of all states where the path ends.

@@ -3,7 +3,7 @@
 use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
 use crate::equations::number::Number;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// The solution of one system of equations, as far as it is known.
 #[derive(Debug)]

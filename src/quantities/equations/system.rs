@@ -8,7 +8,7 @@ use crate::equations::graph::{Edge, Graph, LOST};
 use crate::equations::meter::Meter;
 use crate::equations::number::{Interval, Number};
 use crate::equations::solution::Solution;
-use meliora_model::error::{Limit, Result};
+use meliora_base::error::{Limit, Result};
 
 /// The optimum that is wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

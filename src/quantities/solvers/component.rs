@@ -10,8 +10,8 @@ use crate::equations::meter::{Meter, Stop, Turn};
 use crate::equations::number::Weight;
 use crate::equations::system::Sense;
 use crate::solvers::eliminate::{self, Row};
-use meliora_model::error::Result;
-use meliora_model::exact::Ratio;
+use meliora_base::error::Result;
+use meliora_base::exact::Ratio;
 
 /// An action of a group: a choice of one of its nodes that may leave the group.
 #[derive(Debug, Clone)]

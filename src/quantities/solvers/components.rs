@@ -8,7 +8,7 @@ use std::ops::Range;
 use bitvec::vec::BitVec;
 
 use crate::equations::meter::Meter;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// A graph by one list of successors, in which each node has a range.
 pub(crate) trait Successors {
@@ -340,8 +340,8 @@ impl Successors for Kept<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meliora_base::random::Draw;
     use meliora_engine::NoProgress;
-    use meliora_model::random::Draw;
 
     /// A graph in which each node has one choice.
     fn found(rows: &[&[u32]], roots: Range<u32>) -> Components {

@@ -24,7 +24,7 @@ use crate::equations::meter::{Meter, Stop, Turn};
 use crate::equations::system::Sense;
 use crate::solvers::eliminate::{self, Row};
 use crate::solvers::sparse::{Constant, Found, Sparse, TINY};
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// Sweeps of value iteration between two evaluations of policies, and over the equations of the last policy.
 const SWEEPS: usize = 8;

@@ -11,7 +11,7 @@ use std::collections::BinaryHeap;
 
 use crate::equations::meter::{Meter, Stop, Turn};
 use crate::equations::number::Weight;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// The constant b_i of a row, or several of them: then the equations are solved for each.
 pub(crate) trait Constant<N>: Clone {

@@ -9,8 +9,8 @@ use crate::equations::system::{End, System};
 use crate::solvers::component::Action;
 use crate::solvers::components::{self, Choices, EndComponents};
 use crate::solvers::eliminate::Row;
-use meliora_model::error::Result;
-use meliora_model::exact::Ratio;
+use meliora_base::error::Result;
+use meliora_base::exact::Ratio;
 
 /// A reader of the numbers of a system as numbers of another kind.
 pub(crate) trait Reader<N: Number> {

@@ -5,7 +5,7 @@ use ahash::AHashMap;
 use crate::equations::graph::{Edge, Graph, LOST};
 use crate::equations::meter::Meter;
 use crate::equations::number::Interval;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// The curves of some nodes.
 #[derive(Debug, Default)]

@@ -25,9 +25,9 @@ use crate::equations::number::Interval;
 use crate::equations::solution::Solution;
 use crate::equations::system::{Quantity, Sense, System};
 use crate::solvers::groups::Groups;
+use meliora_base::error::Result;
+use meliora_base::exact::Ratio;
 use meliora_dump::bounds::{MOST_BITS, Number};
-use meliora_model::error::Result;
-use meliora_model::exact::Ratio;
 
 /// The number of groups up to which a component is solved with fractions.
 const FEW: usize = 100;

@@ -232,8 +232,8 @@ mod tests {
     use super::*;
     use crate::solvers::eliminate::{self, Row};
     use crate::solvers::sparse::Constant;
+    use meliora_base::random::Draw;
     use meliora_engine::NoProgress;
-    use meliora_model::random::Draw;
 
     const RARE: f64 = 1.0 / (1 << 30) as f64;
 

@@ -21,7 +21,7 @@ use crate::solvers::doubles::Elimination;
 use crate::solvers::groups::Groups;
 use crate::solvers::sparse::{Found, Sparse};
 use crate::solvers::turns;
-use meliora_model::error::{Error, Limit, Result};
+use meliora_base::error::{Error, Limit, Result};
 
 /// The number of nodes up to which bounds are passed on after a limit is reached: this must not delay
 /// the end noticeably.

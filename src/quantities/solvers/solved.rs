@@ -5,7 +5,7 @@ use crate::equations::meter::Meter;
 use crate::equations::number::{Bounds, Number};
 use crate::equations::solution::Solution;
 use crate::equations::system::{Quantity, System};
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// The solutions so far.
 #[derive(Debug)]

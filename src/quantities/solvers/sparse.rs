@@ -17,7 +17,7 @@ use crate::equations::number::{Interval, Number, Weight};
 use crate::equations::solution::Solution;
 use crate::equations::system::{Sense, System};
 use crate::solvers::groups::{AsIntervals, Equation, Groups};
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// The smallest relative improvement for which a policy is changed: more than the error of elimination
 /// in most components. If it is not, the policy changes without end and is given up.

@@ -10,7 +10,7 @@ use crate::equations::system::Method;
 use crate::solvers::doubles::Elimination;
 use crate::solvers::iterate::Iteration;
 use crate::solvers::sparse::{Found, Sparse};
-use meliora_model::error::{Error, Limit, Result};
+use meliora_base::error::{Error, Limit, Result};
 
 /// The number of groups up to which elimination has the first turn: it has narrower bounds. Of more groups, it needs
 /// much more memory than iteration.

@@ -6,9 +6,9 @@ use super::heat::Heat;
 use super::marks::Mark;
 use super::paint::{MOST_SQUARES, Paint, UNSAFE, arrow};
 use super::{Content, Picture, axes, game, map, palette};
+use meliora_base::diagram::Edge;
+use meliora_base::value::Type;
 use meliora_export::projections::{Direction, Ladder, Projections};
-use meliora_model::diagram::Edge;
-use meliora_model::value::Type;
 use meliora_planning::Rank;
 
 /// Returns the data as JSON for an HTML script element.
@@ -53,7 +53,7 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
         "game": game::data(projections),
         "heat": content.heat().as_ref().map(Heat::data),
     });
-    meliora_model::json::script(&data).unwrap_or_default()
+    meliora_base::json::script(&data).unwrap_or_default()
 }
 
 fn variables(projections: &Projections) -> Vec<Json> {

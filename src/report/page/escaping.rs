@@ -2,7 +2,7 @@
 //! see them as they are.
 
 use maud::html;
-use meliora_model::json;
+use meliora_base::json;
 use proptest::prelude::*;
 
 /// Texts made of what means something in HTML, and of any other characters.

@@ -7,8 +7,8 @@ use serde_json::{Value as Json, json};
 use super::paint::{Paint, SIDE};
 use super::words::all_of;
 use crate::players::PlayerSummary;
+use meliora_base::diagram::Edge;
 use meliora_export::projections::{GameView, MoveView, Plane, Projections, View};
-use meliora_model::diagram::Edge;
 
 /// The radius of the corners of a cell of the opponent.
 const ROUND: usize = 17;

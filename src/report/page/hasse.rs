@@ -7,7 +7,7 @@ use maud::{Markup, html};
 use super::drawing;
 use super::layered::{HEIGHT, Layered};
 use super::letters::{self, LONGEST};
-use meliora_model::escape;
+use meliora_base::escape;
 use meliora_model::hasse::Hasse;
 use meliora_model::preference::{Empty, Preorder};
 

@@ -228,7 +228,7 @@ fn mean(items: &[usize], middles: &[f64]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use meliora_model::random::Draw;
+    use meliora_base::random::Draw;
 
     /// Returns whether a straight line passes through the inside of a rectangle (Liang and Barsky).
     fn passes(line: [(f64, f64); 2], corner: (f64, f64), width: f64) -> bool {

@@ -2,8 +2,8 @@
 
 use super::Content;
 use super::paint::Found;
+use meliora_base::diagram::Edge;
 use meliora_export::projections::{Projections, View};
-use meliora_model::diagram::Edge;
 
 /// The signs of labels, in the order of declaration.
 const GLYPHS: [&str; 6] = ["▲", "●", "★", "▼", "✚", "◗"];

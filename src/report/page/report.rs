@@ -9,7 +9,7 @@ use super::super::envelope::{incomplete, is_true};
 use super::super::report::{Failure, MemoryUse, Report};
 use super::super::{CheckReport, Header, Style, text, unsafe_start};
 use super::words;
-use meliora_model::escape;
+use meliora_base::escape;
 
 /// The results of `report`.
 #[derive(Debug, Clone, Serialize, JsonSchema)]

@@ -12,10 +12,10 @@ mod values;
 
 use std::sync::Arc;
 
+use meliora_base::error::Result;
+use meliora_base::progress::ProgressSink;
 use meliora_model::Program;
-use meliora_model::error::Result;
 use meliora_model::expr::ExprId;
-use meliora_model::progress::ProgressSink;
 use narrow::narrow;
 use net::{Net, Op};
 use values::Values;

@@ -2,9 +2,9 @@
 
 use super::net::{Net, Op, Place};
 use super::values::{Bounds, Values, scaled};
-use meliora_model::exact::{self, Exact, Real};
+use meliora_base::exact::{self, Exact, Real};
+use meliora_base::value::Type;
 use meliora_model::expr::{Binary, Unary};
-use meliora_model::value::Type;
 
 /// The sign that a condition is true in no state of a box.
 #[derive(Debug)]

@@ -8,12 +8,12 @@ use std::collections::hash_map::Entry;
 use ahash::{AHashMap, AHashSet};
 
 use super::values::{self, Values};
+use meliora_base::error::Result;
+use meliora_base::exact::Exact;
+use meliora_base::progress::{Poll, ProgressSink};
+use meliora_base::value::{EvalError, Type};
 use meliora_model::Program;
-use meliora_model::error::Result;
-use meliora_model::exact::Exact;
 use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
-use meliora_model::progress::{Poll, ProgressSink};
-use meliora_model::value::{EvalError, Type};
 
 /// The first and the last value of each variable.
 pub(super) type Ranges = [(i64, i64)];

@@ -1,7 +1,7 @@
+use meliora_base::error::SourceFile;
+use meliora_base::progress::NoProgress;
+use meliora_base::value::Value;
 use meliora_lang as lang;
-use meliora_model::error::SourceFile;
-use meliora_model::progress::NoProgress;
-use meliora_model::value::Value;
 use meliora_model::{Program, State};
 use proptest::prelude::*;
 

@@ -1,8 +1,8 @@
 //! The values that an expression may have in the states of a box, as bounds.
 
-use meliora_model::exact::{self, Exact, Real};
+use meliora_base::exact::{self, Exact, Real};
+use meliora_base::value::{EvalError, Type};
 use meliora_model::expr::{Binary, Unary};
-use meliora_model::value::{EvalError, Type};
 
 /// A set of values that contains all that an expression has in the states of a box.
 #[derive(Debug, Clone, PartialEq)]

@@ -9,10 +9,10 @@ use super::translate::Translator;
 use crate::symbolic::relations::partial_relation::PartialRelation;
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::Bdd;
-use meliora_model::error::Result;
-use meliora_model::exact::{self, Exact, Real};
-use meliora_model::rounding::{Sum, is_weight};
-use meliora_model::value::Binary;
+use meliora_base::error::Result;
+use meliora_base::exact::{self, Exact, Real};
+use meliora_base::rounding::{Sum, is_weight};
+use meliora_base::value::Binary;
 use meliora_model::{Branch, Command, VarId};
 
 /// A command over the bits.

@@ -15,8 +15,8 @@ use crate::symbolic::order::Bit;
 use crate::symbolic::relations::support::Support;
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::Bdd;
-use meliora_model::error::Result;
-use meliora_model::value::Type;
+use meliora_base::error::Result;
+use meliora_base::value::Type;
 use meliora_model::{Program, State, VarId, Variable};
 
 /// The position of every bit in the order of the diagram.

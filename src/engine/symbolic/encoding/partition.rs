@@ -9,9 +9,9 @@ use ahash::AHashMap;
 use super::symbolic_integer::SymbolicInteger;
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::Bdd;
-use meliora_model::error::{Limit, Result};
-use meliora_model::exact::Exact;
-use meliora_model::value::EvalError;
+use meliora_base::error::{Limit, Result};
+use meliora_base::exact::Exact;
+use meliora_base::value::EvalError;
 
 /// Maximum number of values. More are refused.
 const MOST_VALUES: usize = 1 << 16;

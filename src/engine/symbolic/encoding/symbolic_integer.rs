@@ -5,7 +5,7 @@
 
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::Bdd;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// Largest absolute value of a bound. Beyond it, [`super::partition`] computes value by value and
 /// detects overflow.

@@ -15,7 +15,7 @@ use crate::symbolic::relations::partial_relation::PartialRelation;
 use crate::symbolic::relations::support::Support;
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::Bdd;
-use meliora_model::error::{Error, Limit, Result};
+use meliora_base::error::{Error, Limit, Result};
 use meliora_model::step::Choice;
 use meliora_model::{CommandId, ModelKind, Program};
 

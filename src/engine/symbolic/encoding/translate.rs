@@ -10,11 +10,11 @@ use super::symbolic_integer::SymbolicInteger;
 use crate::symbolic::store::Store;
 use crate::symbolic::store::charge::{BYTES_OF_TABLE, Charge};
 use crate::symbolic::store::diagram::Bdd;
+use meliora_base::error::Result;
+use meliora_base::exact::{self, Exact};
+use meliora_base::value::{self, Type};
 use meliora_model::Program;
-use meliora_model::error::Result;
-use meliora_model::exact::{self, Exact};
 use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
-use meliora_model::value::{self, Type};
 
 /// The value of an expression in every state.
 #[derive(Clone)]

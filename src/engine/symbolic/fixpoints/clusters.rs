@@ -12,7 +12,7 @@ use crate::symbolic::relations::support::Support;
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::Bdd;
 use crate::symbolic::store::walk::Direction;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// Some pieces as one relation.
 #[derive(Clone)]

@@ -16,7 +16,7 @@ use crate::symbolic::relations::tuples::{Crossing, Half, ListTuple};
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::{Bdd, Diagram, Edge, Held, Memo};
 use crate::symbolic::store::walk::{Direction, Halt, Walk};
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 impl Store {
     /// Computes [`Walk::lose`]. Returns also whether it is finished; if it takes more than `steps`

@@ -22,7 +22,7 @@ use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::Bdd;
 use crate::symbolic::store::walk::{Direction, Walk};
 use attractor::Removed;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 use parts::{Known, Part};
 
 impl Store {

@@ -12,7 +12,7 @@ use crate::symbolic::store::charge::{BYTES_OF_TABLE, Charge};
 use crate::symbolic::store::diagram::{Bdd, Diagram};
 use crate::symbolic::store::walk::{Halt, Walk};
 use ahash::AHashMap;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// Some choices of one group.
 #[derive(Clone)]

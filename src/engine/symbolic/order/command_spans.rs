@@ -16,8 +16,8 @@
 use ahash::AHashSet;
 
 use super::counters::operands;
+use meliora_base::random::Draw;
 use meliora_model::expr::Node;
-use meliora_model::random::Draw;
 use meliora_model::{Command, Program, VarId};
 
 /// Maximum number of orders from which the search starts.
@@ -260,8 +260,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use meliora_base::error::SourceFile;
     use meliora_lang as lang;
-    use meliora_model::error::SourceFile;
 
     fn hypergraph(size: usize, edges: Vec<Vec<usize>>) -> Hypergraph {
         let mut at = vec![Vec::new(); size];

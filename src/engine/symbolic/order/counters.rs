@@ -2,8 +2,8 @@
 
 use ahash::{AHashMap, AHashSet};
 
+use meliora_base::value::Type;
 use meliora_model::expr::{Binary, ExprId, Node};
-use meliora_model::value::Type;
 use meliora_model::{Command, Program, VarId};
 
 /// Returns the integer variables that some update changes by a sum or difference.

@@ -17,7 +17,7 @@ use std::cmp::Reverse;
 use std::sync::Arc;
 
 use ahash::AHashSet;
-use meliora_model::error::{Error, Result, SourceFile};
+use meliora_base::error::{Error, Result, SourceFile};
 use meliora_model::{Program, VarId};
 pub use text::parse;
 

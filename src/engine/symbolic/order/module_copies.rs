@@ -3,7 +3,7 @@
 use ahash::AHashMap;
 
 use super::counters::counts;
-use meliora_model::value::Type;
+use meliora_base::value::Type;
 use meliora_model::{CommandId, Program, Synchronisation, VarId};
 
 /// Minimum number of copies. With fewer, the order of declaration is as good.

@@ -7,8 +7,8 @@ use ahash::AHashSet;
 
 use super::Bit;
 use super::{beside_monitors, by_variables, declared};
+use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
 use meliora_model::Program;
-use meliora_model::error::{Diagnostic, Error, Result, SourceFile};
 
 /// Maximum number of errors that are reported.
 const MOST_ERRORS: usize = 20;

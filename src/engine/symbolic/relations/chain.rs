@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ahash::AHashMap;
 
 use crate::symbolic::store::Store;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// A link of a chain; its operands are of type `Operand`.
 pub(super) trait Link: Sized {

@@ -14,7 +14,7 @@ use super::partial_relation::PartialRelation;
 use crate::symbolic::store::charge::Charge;
 use crate::symbolic::store::diagram::Bdd;
 use crate::symbolic::store::{Forgets, Store};
-use meliora_model::error::{Error, Result};
+use meliora_base::error::{Error, Result};
 
 /// Bytes of a list without its entries: the list, its reference counts, its name and the overhead
 /// of the allocations.

@@ -3,7 +3,7 @@
 use super::support::Support;
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::{Bdd, Diagram, ManagerOf};
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// A partial relation: the bits outside its support keep their value and have no next copy in it.
 #[derive(Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]

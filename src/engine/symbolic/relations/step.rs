@@ -5,7 +5,7 @@ use super::support::Support;
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::{Bdd, Diagram, Edge, Held, Memo};
 use crate::symbolic::store::walk::{ByNode, Direction, Halt, Walk};
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 impl Store {
     /// Computes { s ∈ B : one step of the list, in a direction, joins s and X }.

@@ -7,7 +7,7 @@ use super::lists::RelationList;
 use crate::symbolic::store::charge::Charge;
 use crate::symbolic::store::diagram::Bdd;
 use crate::symbolic::store::{Forgets, Store};
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// The lists of several groups. Equal tuples exist once and have a number.
 pub(in crate::symbolic) struct ListTuple {
@@ -81,7 +81,7 @@ impl ListTuple {
                 }
             }
             let below = self.tuples.inserted(store, below, self.below.clone())?;
-            Ok::<_, meliora_model::error::Error>(Half { below, crossing })
+            Ok::<_, meliora_base::error::Error>(Half { below, crossing })
         };
         let halves = [half(false)?, half(true)?];
         Ok(self.halves.get_or_init(|| halves))

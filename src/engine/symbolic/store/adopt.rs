@@ -9,7 +9,7 @@ use super::diagram::{Bdd, Diagram, Edge, Held, ManagerOf};
 use super::tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits};
 use super::walk::{ByNode, PATIENCE};
 use crate::settings::Settings;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 impl Store {
     /// Creates a store with an operation cache of `entries` entries, or fewer if fewer suffice for

@@ -8,7 +8,7 @@ use oxidd::Manager;
 use super::Store;
 use super::diagram::ManagerOf;
 use super::tables::{BYTES_PER_NODE, SPARE_NODES};
-use meliora_model::error::{Error, Limit, Result};
+use meliora_base::error::{Error, Limit, Result};
 
 /// A collection is futile if more than half of the nodes that the memory allows are in use after
 /// it, and it freed less than one in this many of them, …

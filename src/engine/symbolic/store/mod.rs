@@ -27,9 +27,9 @@ use oxidd::{BooleanFunction, Function, HasLevel, InnerNode, LevelNo, Manager, Ma
 use crate::settings::{Settings, Usage};
 use charge::{Charge, Charges};
 use diagram::{Bdd, Diagram, ManagerOf};
-use meliora_model::error::{Limit, Result};
-use meliora_model::progress::Poll;
-use meliora_model::progress::ProgressSink;
+use meliora_base::error::{Limit, Result};
+use meliora_base::progress::Poll;
+use meliora_base::progress::ProgressSink;
 use tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits, manager};
 use thresholds::{Thresholds, Work};
 

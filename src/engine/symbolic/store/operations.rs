@@ -9,7 +9,7 @@ use super::Store;
 use super::diagram::{Bdd, Diagram, Held};
 use super::walk::{Direction, Halt, PATIENCE, Walk};
 use crate::settings::Count;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 impl Store {
     /// Returns the literal of the variable on `level`, positive or negative.

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use oxidd::bdd::BDDManagerRef;
 
-use meliora_model::error::{Limit, Result};
+use meliora_base::error::{Limit, Result};
 
 /// Bytes per node, in the table and in its index.
 pub(in crate::symbolic) const BYTES_PER_NODE: u64 = 32;

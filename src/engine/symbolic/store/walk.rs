@@ -8,7 +8,7 @@ use oxidd::NodeID;
 use super::Store;
 use super::charge::{BYTES_OF_TABLE, Charge};
 use super::diagram::{Bdd, Diagram, Edge, Held, ManagerOf};
-use meliora_model::error::{Error, Result};
+use meliora_base::error::{Error, Result};
 
 /// The direction in which a relation is applied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

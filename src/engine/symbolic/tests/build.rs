@@ -5,8 +5,8 @@ use std::sync::Arc;
 use crate::engine::{Algebra, Engine};
 use crate::settings::Settings;
 use crate::symbolic::{Explored, SymbolicEngine, Thresholds};
+use meliora_base::error::SourceFile;
 use meliora_lang as lang;
-use meliora_model::error::SourceFile;
 
 /// Modules side by side, as many as are given, that draw a new value in every step.
 fn drawing(modules: usize) -> (Explored, SymbolicEngine) {

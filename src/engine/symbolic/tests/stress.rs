@@ -17,9 +17,9 @@ use crate::symbolic::store::diagram::Bdd;
 use crate::symbolic::store::thresholds::Thresholds;
 use crate::symbolic::store::walk::PATIENCE;
 use crate::symbolic::{Encoding, Order};
+use meliora_base::error::{Error, Limit, Result, SourceFile};
+use meliora_base::progress::ProgressSink;
 use meliora_lang as lang;
-use meliora_model::error::{Error, Limit, Result, SourceFile};
-use meliora_model::progress::ProgressSink;
 
 /// Stops the work once it has been asked as often as allowed.
 struct Patience {

@@ -12,10 +12,10 @@ use super::state::{Inputs, Lowering};
 use crate::ast::{BinaryOp, Expr, Ident, Span};
 use crate::check::{Wanted, given_values};
 use crate::valuation::Binding;
-use meliora_model::error::{Diagnostic, Severity};
-use meliora_model::exact::Exact;
+use meliora_base::error::{Diagnostic, Severity};
+use meliora_base::exact::Exact;
+use meliora_base::value::{Type, Value};
 use meliora_model::expr::{Binary, ExprId};
-use meliora_model::value::{Type, Value};
 use meliora_model::{VarId, Variable};
 
 impl<'a> Lowering<'a> {

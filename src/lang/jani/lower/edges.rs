@@ -7,8 +7,8 @@ use super::rewards::ways;
 use super::scope::{EdgeOf, Meaning, Place, Slot};
 use super::state::Lowering;
 use crate::ast::{BinaryOp, Span};
+use meliora_base::value::{Type, Value};
 use meliora_model::expr::{ExprId, Node};
-use meliora_model::value::{Type, Value};
 use meliora_model::{Branch, Branches, Command, VarId};
 
 /// An assignment with its element, target and type.

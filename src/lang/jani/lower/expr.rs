@@ -7,9 +7,9 @@ use super::state::Lowering;
 use crate::ast::{Expr, Ident, Span};
 use crate::check::{Lowered, Lowerer, Names, lowered};
 use crate::slip::is_slip;
-use meliora_model::exact::Exact;
+use meliora_base::exact::Exact;
+use meliora_base::value::{Type, Value};
 use meliora_model::expr::ExprId;
-use meliora_model::value::{Type, Value};
 
 /// Maximum nesting of calls of functions and of values of transient variables.
 const MOST_CALLS: usize = 100;

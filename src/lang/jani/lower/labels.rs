@@ -3,9 +3,9 @@
 use super::state::Lowering;
 use crate::ast::{Ident, Span};
 use crate::token::BUILT_IN_LABELS;
-use meliora_model::error::Severity;
+use meliora_base::error::Severity;
+use meliora_base::value::Type;
 use meliora_model::expr::ExprId;
-use meliora_model::value::Type;
 
 impl Lowering<'_> {
     /// Returns the named state sets: the given targets of properties, and transient Booleans. A name of

@@ -9,10 +9,10 @@ use crate::ast::{BinaryOp, Expr, Node, NodeKind, Span};
 use crate::combinations::combinations;
 use crate::property::{self, Measure, Question, Rewards};
 use crate::refusal::Refusal;
-use meliora_model::exact::{Ratio, Real};
+use meliora_base::exact::{Ratio, Real};
+use meliora_base::value::{Type, Value};
 use meliora_model::expr::ExprId;
 use meliora_model::rewards::{Earner, RewardItem, RewardStructure};
-use meliora_model::value::{Type, Value};
 use meliora_model::{Command, CommandId};
 
 /// The moments at which values are earned.
@@ -155,7 +155,7 @@ impl<'a> Lowering<'a> {
             let message = format!("the reward `{name}` has an initial value other than 0");
             let help = "the supported rewards of steps are 0 unless an edge assigns a value";
             let diagnostic =
-                self.lowerer.wrong(span, message).severity(meliora_model::error::Severity::Unsupported);
+                self.lowerer.wrong(span, message).severity(meliora_base::error::Severity::Unsupported);
             self.lowerer.report(diagnostic.help(help));
         }
     }

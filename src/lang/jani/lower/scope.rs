@@ -4,11 +4,11 @@ use ahash::AHashMap;
 
 use super::super::read::model::{Automaton, Edge, Function, Location, Variable};
 use crate::ast::{Expr, Ident};
+use meliora_base::error::Diagnostic;
+use meliora_base::value::Type;
 use meliora_model::VarId;
-use meliora_model::error::Diagnostic;
 use meliora_model::expr::ExprId;
 use meliora_model::rewards::RewardItem;
-use meliora_model::value::Type;
 
 /// The meaning of a name.
 #[derive(Debug, Clone, Copy)]

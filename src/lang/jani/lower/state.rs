@@ -8,11 +8,11 @@ use super::super::read::model::Model;
 use super::scope::{Declared, Earned, Instance, Level, Transient};
 use crate::check::{Actions, Lowerer, Scope};
 use crate::names::Names;
+use meliora_base::error::{Diagnostic, SourceFile};
+use meliora_base::exact::Exact;
+use meliora_base::progress::ProgressSink;
 use meliora_model::Variable;
-use meliora_model::error::{Diagnostic, SourceFile};
-use meliora_model::exact::Exact;
 use meliora_model::expr::{ExprId, ExprPool};
-use meliora_model::progress::ProgressSink;
 
 /// The texts that define a model.
 pub(crate) struct Inputs<'i> {

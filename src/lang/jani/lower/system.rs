@@ -303,7 +303,7 @@ impl<'a> Lowering<'a> {
                     let diagnostic = self.lowerer.wrong(action.span, message);
                     let label = format!("edges of `{}` with it never happen", instance.name);
                     self.warnings
-                        .push(diagnostic.severity(meliora_model::error::Severity::Warning).label(label));
+                        .push(diagnostic.severity(meliora_base::error::Severity::Warning).label(label));
                 }
             }
         }

@@ -6,7 +6,7 @@ use super::reader::Reader;
 use super::record::Read;
 use crate::ast::Expr;
 use crate::property::Inequality;
-use meliora_model::stack;
+use meliora_base::stack;
 
 /// Keys of the operands of operators.
 const OPERANDS: &[&str] = &["left", "right", "exp", "if", "then", "else", "values"];

@@ -5,9 +5,9 @@ use super::path::is_of_properties;
 use super::reader::Reader;
 use super::record::Read;
 use crate::ast::{BinaryOp, Expr, Function, Ident, Node, NodeKind};
-use meliora_model::exact::{Real, decimal};
-use meliora_model::stack;
-use meliora_model::value;
+use meliora_base::exact::{Real, decimal};
+use meliora_base::stack;
+use meliora_base::value;
 
 const TWO: &[&str] = &["left", "right"];
 const ONE: &[&str] = &["exp"];

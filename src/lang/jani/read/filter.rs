@@ -5,7 +5,7 @@ use super::property::{Asks, Question, no};
 use super::reader::Reader;
 use crate::ast::Ident;
 use crate::property::Over;
-use meliora_model::stack;
+use meliora_base::stack;
 
 /// The functions of the format.
 const FUNCTIONS: &[&str] = &["min", "max", "sum", "avg", "count", "∀", "∃", "argmin", "argmax", "values"];

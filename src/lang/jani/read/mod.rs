@@ -12,8 +12,8 @@ pub(super) mod types;
 
 use std::sync::Arc;
 
-use meliora_model::error::{Result, SourceFile};
-use meliora_model::progress::ProgressSink;
+use meliora_base::error::{Result, SourceFile};
+use meliora_base::progress::ProgressSink;
 use model::Model;
 use reader::Reader;
 use record::Read;

@@ -7,7 +7,7 @@ use super::reader::Reader;
 use super::record::Read;
 use crate::ast::Expr;
 use crate::ltl::{Formula, FormulaKind, MOST_OPERATORS, Steps};
-use meliora_model::stack;
+use meliora_base::stack;
 
 /// Operators on paths.
 const TEMPORAL: &[&str] = &["F", "G", "X", "U", "W", "R"];

@@ -6,8 +6,8 @@ use ahash::AHashSet;
 
 use super::super::json::{Document, Malformed, Node, Object, Shape};
 use crate::ast::{Ident, Span};
-use meliora_model::error::{Diagnostic, Error, Result, Severity, SourceFile};
-use meliora_model::progress::{Poll, ProgressSink};
+use meliora_base::error::{Diagnostic, Error, Result, Severity, SourceFile};
+use meliora_base::progress::{Poll, ProgressSink};
 
 /// Maximum number of errors reported.
 const MAX_ERRORS: usize = 20;

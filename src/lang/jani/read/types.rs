@@ -4,8 +4,8 @@ use super::super::json::{Node, Shape};
 use super::reader::Reader;
 use super::record::{Read, records};
 use crate::ast::{Expr, Ident, Span};
+use meliora_base::value::Type;
 use meliora_model::ModelKind;
-use meliora_model::value::Type;
 
 /// Features that are supported, or have no effect here. Features that only add operators are
 /// refused at the operators.

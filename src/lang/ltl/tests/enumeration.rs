@@ -17,9 +17,9 @@ use super::words::{Atoms, made, state};
 use crate::automata::{FormulaId, Formulas, Leaf, Monitor, Tree, leaves};
 use crate::ltl::normaliser::Normaliser;
 use crate::ltl::{Formula, FormulaKind, Steps};
+use meliora_base::value::Value;
 use meliora_model::expr::ExprId;
 use meliora_model::temporal::Asks;
-use meliora_model::value::Value;
 
 /// Maximum length of a word.
 const MOST_LETTERS: usize = 4;

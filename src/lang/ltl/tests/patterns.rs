@@ -10,7 +10,7 @@ use std::fmt::Write;
 
 use super::words::Judge;
 use crate::ltl::parse_formula;
-use meliora_model::error::SourceFile;
+use meliora_base::error::SourceFile;
 
 /// A formula, and the number of states of Spot's deterministic automaton: a single complete one, with
 /// state-based acceptance, as Storm uses it (stormpy 2.0).

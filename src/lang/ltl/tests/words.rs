@@ -8,11 +8,11 @@ use crate::ast::{BinaryOp, Expr, Node as Part, NodeKind, Span};
 use crate::automata::{Form, Formulas, Leaf, Monitor, Tree, leaves};
 use crate::ltl::normaliser::{Meaning, Normaliser};
 use crate::ltl::{Formula, FormulaKind, Steps, parse_formula};
+use meliora_base::error::{Error, Limit, Result, SourceFile};
+use meliora_base::value::{Type, Value};
 use meliora_model::VarId;
-use meliora_model::error::{Error, Limit, Result, SourceFile};
 use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use meliora_model::temporal::Asks;
-use meliora_model::value::{Type, Value};
 
 /// A lasso: the letters up to the end of the loop, and the start of the loop. Bit k of a letter is
 /// the value of atom k.

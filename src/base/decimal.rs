@@ -86,7 +86,7 @@ pub fn scaled(x: &Ratio) -> Option<(BigInt, u64)> {
 }
 
 /// Formats a fraction: as a decimal number such as `25e-2`, else such as `1/3`.
-pub(crate) fn text(x: &Ratio) -> String {
+pub fn text(x: &Ratio) -> String {
     match scaled(x) {
         Some((digits, 0)) => format!("{digits}e0"),
         Some((digits, exponent)) => format!("{digits}e-{exponent}"),
@@ -96,7 +96,7 @@ pub(crate) fn text(x: &Ratio) -> String {
 
 /// Formats a fraction for users: as a decimal number such as `0.25` if it is one with few zeros, else such
 /// as `1/3`.
-pub(crate) fn plain(x: &Ratio) -> String {
+pub fn plain(x: &Ratio) -> String {
     let Some((digits, exponent)) = scaled(x).filter(|(_, exponent)| *exponent <= MOST_PLACES) else {
         return x.to_string();
     };

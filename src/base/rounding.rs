@@ -4,9 +4,8 @@ use std::cmp::Ordering;
 
 use num_traits::{One, Signed};
 
-use super::exact::{Exact, Ratio, Real};
+use super::exact::{Ratio, Real};
 use super::value::{Binary, EvalError};
-use super::{Command, CommandId, Program};
 
 /// Largest deviation from 1 that is accepted silently, in billionths: probabilities are written with
 /// ten digits or more, or come from doubles.
@@ -68,26 +67,6 @@ pub fn judged(
         sum = Real::combine(Binary::Add, &sum, &p)?;
     }
     Ok((Sum::of(&sum), sum))
-}
-
-impl Program {
-    /// Judges the probabilities of a command in a state; see [`judged`].
-    pub(super) fn judged(&self, command: &Command, state: &[i64]) -> Result<(Sum, Real), EvalError> {
-        judged(command.branches.iter().map(|b| Ok(self.pool.exact(b.probability, state)?.into_real())))
-    }
-
-    /// Returns the first enabled command whose probabilities in this state sum to 1 only after
-    /// rounding, with the double nearest to their sum.
-    pub fn rounded_in(&self, state: &[i64]) -> Option<(CommandId, f64)> {
-        let sum = |command: &Command| {
-            let enabled = self.pool.exact(command.guard, state) == Ok(Exact::Bool(true));
-            match self.judged(command, state).ok().filter(|_| enabled)? {
-                (Sum::Rounded, sum) => Some(sum.to_f64()),
-                _ => None,
-            }
-        };
-        (0..).zip(&self.commands).find_map(|(index, command)| Some((CommandId(index), sum(command)?)))
-    }
 }
 
 #[cfg(test)]

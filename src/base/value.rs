@@ -162,7 +162,7 @@ pub enum EvalError {
 }
 
 /// Returns the type of `op(a)` for an operand of type `ty`.
-pub(crate) fn unary_type(op: Unary, ty: Type) -> Type {
+pub fn unary_type(op: Unary, ty: Type) -> Type {
     match op {
         Unary::Not => Type::Bool,
         Unary::Neg => ty,
@@ -182,7 +182,7 @@ pub fn binary_type(op: Binary, ty: Type) -> Type {
 }
 
 /// Computes `a op b` on Booleans.
-pub(super) fn logical(op: Binary, a: bool, b: bool) -> Exact {
+pub fn logical(op: Binary, a: bool, b: bool) -> Exact {
     Exact::Bool(match op {
         Binary::And => a && b,
         Binary::Or => a || b,
@@ -196,7 +196,7 @@ pub(super) fn logical(op: Binary, a: bool, b: bool) -> Exact {
 ///
 /// # Errors
 /// The operation has no value; see [`EvalError`].
-pub(super) fn whole(op: Binary, a: i64, b: i64) -> Result<Option<Exact>, EvalError> {
+pub fn whole(op: Binary, a: i64, b: i64) -> Result<Option<Exact>, EvalError> {
     let int = |r: Option<i64>| r.map(|i| Some(Exact::Int(i))).ok_or(EvalError::Overflow);
     let truth = |b: bool| Ok(Some(Exact::Bool(b)));
     match op {
