@@ -50,13 +50,15 @@
 //! | [`meliora_base`] | errors with places, text, files, exact numbers, diagrams as data | |
 //! | [`meliora_model`] | flat programs and preferences | base |
 //! | [`meliora_dump`] | the format of dumps | model |
-//! | [`meliora_lang`] | readers of models, preferences and properties | model |
+//! | `meliora_ltl` | deterministic monitors for temporal formulas | model |
+//! | [`meliora_lang`] | languages of models, preferences and properties | model, ltl |
+//! | [`meliora_formats`] | model files by their content, models state by state | lang |
 //! | [`meliora_engine`] | sets of states and of choices, symbolic and explicit | model |
 //! | [`meliora_query`] | questions to a dump | lang, engine, dump |
 //! | [`meliora_planning`] | the algorithms of the paper | engine |
 //! | [`meliora_quantities`] | probabilities, costs and numbers of improvements | planning, dump |
 //! | [`meliora_certify`] | the check of a dump | engine, dump |
-//! | [`meliora_export`] | from an analysis to files, and projections | planning, quantities, query |
+//! | [`meliora_export`] | from an analysis to files, and projections | planning, quantities, formats |
 //! | [`meliora_generate`] | grid worlds | model |
 //! | `meliora_report` | results as text, JSON and pages (feature `output`) | all but generate |
 //!
@@ -171,13 +173,15 @@ pub mod generate {
     };
 }
 
-/// The readers of models and preferences, from [`meliora_lang`].
+/// The readers of models and preferences, from [`meliora_lang`] and [`meliora_formats`].
 pub mod lang {
     #[doc(inline)]
+    pub use meliora_formats::{Document, load as load_given};
+    #[doc(inline)]
     pub use meliora_lang::{
-        Checked, Document, Given, flat, load, load_given, load_preferences, load_with_progress, lower_target,
-        outline_preferences, parse_coalition, parse_constants, parse_expression, parse_model,
-        parse_preferences, parse_property, parse_property_of, parse_state,
+        Checked, Given, flat, load, load_preferences, load_with_progress, lower_target, outline_preferences,
+        parse_coalition, parse_constants, parse_expression, parse_model, parse_preferences, parse_property,
+        parse_property_of, parse_state,
     };
 }
 

@@ -5,10 +5,9 @@ use std::sync::Arc;
 
 use meliora::reach::Asking;
 use meliora_base::error::{Error, SourceFile};
+use meliora_formats::Document;
 use meliora_lang::refusal::Refusal;
-use meliora_lang::{
-    Document, open_constants, outline_properties, parse_properties, refuse_values, split_constants,
-};
+use meliora_lang::{open_constants, outline_properties, parse_properties, refuse_values, split_constants};
 use meliora_model::Program;
 use meliora_report::properties::PropertyAnswer;
 

@@ -41,6 +41,7 @@
 
 pub mod bounds;
 mod certificate;
+mod describe;
 pub mod explicit;
 mod layers;
 pub mod projections;
@@ -51,6 +52,7 @@ mod shield;
 mod whole_paths;
 
 use certificate::Certificate;
+pub use describe::Inputs;
 use meliora_base::error::{Error, Limit, Result};
 use meliora_dump::manifest::{self, File, Root, RootKind, SafetyMode};
 use meliora_dump::{Diagram, Dump};
@@ -61,8 +63,6 @@ use meliora_model::preference::{Goal, Objective};
 use meliora_model::trend::{Digit, Trend};
 use meliora_planning::levels::End;
 use meliora_planning::{Analysis, Kind, Safety};
-use meliora_query::describe;
-pub use meliora_query::describe::Inputs;
 pub use shield::{read_shield, write_shield};
 
 /// The content of a dump.

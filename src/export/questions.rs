@@ -1,6 +1,7 @@
 //! Dumps of the regions of questions about paths, without preferences and without a certificate.
 
 use super::{Named, file, regions};
+use crate::describe::{self, Inputs};
 use meliora_base::error::Result;
 use meliora_dump::Dump;
 use meliora_dump::manifest::{self, Question, SafetyMode};
@@ -9,7 +10,6 @@ use meliora_engine::regions::Which;
 use meliora_engine::symbolic::{StateSet, SymbolicEngine};
 use meliora_model::names;
 use meliora_model::preference::{Empty, History, Preferences, Preorder, Requirement};
-use meliora_query::describe::{self, Inputs};
 
 /// A question with the regions that were computed for it.
 pub struct Answered {

@@ -1,8 +1,7 @@
-//! The languages: PRISM, JANI, archives of the format UMB, tables of states, preferences,
-//! properties and temporal formulas. A text becomes tokens, a syntax tree, and a checked, flat
-//! program.
+//! The languages: PRISM, JANI, preferences, properties and temporal formulas. A text becomes tokens,
+//! a syntax tree, and a checked, flat program.
 //!
-//! - [`load`] and [`Document`]: a model from a text or a file, as [`Checked`].
+//! - [`load`]: a model from a text, as [`Checked`].
 //! - [`load_preferences`]: a preference file for a program.
 //! - [`parse_property`], [`parse_expression`], [`parse_state`]: smaller texts.
 //!
@@ -17,17 +16,15 @@
 //! ```
 
 pub mod ast;
-mod automata;
 pub(crate) mod check;
 mod combinations;
-mod document;
 pub mod flat;
 pub(crate) mod jani;
 mod load;
 pub mod ltl;
 mod mistaken;
 pub mod named;
-mod names;
+pub mod names;
 pub(crate) mod parse;
 mod players;
 pub mod pref;
@@ -37,13 +34,10 @@ pub mod property_file;
 pub mod refusal;
 mod refused;
 mod slip;
-mod table;
 pub(crate) mod token;
-pub mod umb;
 pub(crate) mod valuation;
 
-pub use check::{Checked, lower_target};
-pub use document::Document;
+pub use check::{Actions, Checked, lower_target};
 pub use flat::flat;
 pub use load::{load, load_given, load_with_progress};
 pub use parse::{parse_expression, parse_model};
@@ -52,5 +46,6 @@ pub use pref::parse_preferences;
 pub use preferences::{load_preferences, outline_preferences};
 pub use property::{parse_property, parse_property_of};
 pub use property_file::{open_constants, outline_properties, parse_properties, refuse_values};
+pub use token::BUILT_IN_LABELS;
 pub use valuation::split_constants;
 pub use valuation::{Given, Place, parse_constants, parse_state, parse_states};

@@ -6,7 +6,6 @@ use super::check::{Checked, check};
 use super::jani;
 use super::names::displayed;
 use super::parse::outline;
-use super::table::{self, Frame};
 use super::valuation::{Given, parse_constants};
 use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
 use meliora_base::progress::{NoProgress, ProgressSink};
@@ -33,8 +32,7 @@ pub fn load_with_progress(
     load_given(source, &Given { constants: Arc::clone(constants), bounds }, sink)
 }
 
-/// Same as [`load_with_progress`], with bounds for unbounded integers. The text may also be a model
-/// state by state: Storm's DRN, or PRISM's transitions.
+/// Same as [`load_with_progress`], with bounds for unbounded integers.
 ///
 /// # Errors
 /// See [`load_with_progress`].
@@ -43,13 +41,6 @@ pub fn load_given(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSi
 }
 
 fn read(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
-    let frame = Frame { source, given, sink };
-    if table::is_drn(source) {
-        return table::load_drn(&frame);
-    }
-    if table::is_tra(source) {
-        return table::load_tra(&frame, None, None);
-    }
     if jani::is_jani(source) {
         return jani::load(source, given, sink);
     }

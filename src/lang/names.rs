@@ -15,21 +15,21 @@ use meliora_base::span::Span;
 
 /// Names in use.
 #[derive(Default)]
-pub(crate) struct Names {
+pub struct Names {
     taken: AHashSet<String>,
     /// Names that are given to those who want exactly them.
     kept: AHashSet<String>,
     /// For each name, the number at which the search for a free name continues.
     next: AHashMap<String, usize>,
     /// Names that had to be changed, with their replacements and places.
-    pub(crate) changed: Vec<(String, String, Span)>,
+    pub changed: Vec<(String, String, Span)>,
 }
 
 impl Names {
     /// Returns a new name as close as possible to the wanted one. Characters that the modelling
     /// language does not allow become `_`, a keyword gets `_` at its end, and a name in use gets a
     /// number.
-    pub(crate) fn add(&mut self, wanted: &str) -> String {
+    pub fn add(&mut self, wanted: &str) -> String {
         let wanted_identifier = identifier(wanted);
         let is_own = wanted_identifier == wanted && self.kept.remove(wanted);
         let name = if is_own { wanted_identifier } else { self.free(&wanted_identifier) };
@@ -38,7 +38,7 @@ impl Names {
     }
 
     /// Same as [`Names::add`]; also records a name that differs from the model's, with its place.
-    pub(crate) fn add_of_model(&mut self, wanted: &str, at: Span) -> String {
+    pub fn add_of_model(&mut self, wanted: &str, at: Span) -> String {
         let name = self.add(wanted);
         if name != wanted {
             self.changed.push((wanted.to_owned(), name.clone(), at));
@@ -88,7 +88,7 @@ impl Names {
 }
 
 /// Returns the replacement of a name as a warning.
-pub(crate) fn renamed(source: &Arc<SourceFile>, (name, new, at): &(String, String, Span)) -> Diagnostic {
+pub fn renamed(source: &Arc<SourceFile>, (name, new, at): &(String, String, Span)) -> Diagnostic {
     let message = format!("`{name}` is renamed to `{new}`: it is not a name in PRISM's language");
     Diagnostic::new(source, at.range(), message).severity(Severity::Warning)
 }
@@ -107,7 +107,7 @@ fn identifier(name: &str) -> String {
 
 /// Replaces the characters of all names that terminals do not display by escapes such as `\u{1b}`,
 /// with a warning. Names stay distinct.
-pub(crate) fn displayed(mut checked: Checked) -> Checked {
+pub fn displayed(mut checked: Checked) -> Checked {
     let program = &mut checked.program;
     let mut changed = Vec::new();
     display(program.actions.iter_mut(), &mut changed);

@@ -255,7 +255,7 @@ pub(crate) fn is_keyword(word: &str) -> bool {
 }
 
 /// Labels that all models have: the initial states, and those in which no command is enabled.
-pub(crate) const BUILT_IN_LABELS: [&str; 2] = ["init", "deadlock"];
+pub const BUILT_IN_LABELS: [&str; 2] = ["init", "deadlock"];
 
 /// Returns true if `word` is a keyword only because of its meaning in properties.
 pub(crate) fn is_property_operator(word: &str) -> bool {

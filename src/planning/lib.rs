@@ -40,43 +40,20 @@
 //! # Ok::<(), meliora_base::error::Error>(())
 //! ```
 
-pub(crate) mod achieve;
-pub(crate) mod analysis;
-pub mod classes;
-pub(crate) mod decision_rule;
-pub mod estimate;
-pub mod explain;
-pub mod finite_memory;
-pub mod improvement;
-pub mod induced_model;
-pub mod joint;
-pub mod lasso;
-mod level_search;
-pub mod levels;
-mod opponent;
-mod phases;
-mod prospects;
-mod pursue;
-pub mod region_search;
-pub mod regions;
-pub mod requirements;
-pub mod result;
-mod safety;
+mod analysis;
 pub mod shield;
-pub mod simulate;
-mod standing;
-pub mod strategy;
-pub mod tally;
-pub mod temporal;
-mod temporal_game;
-mod threat;
-mod together;
-mod verdict;
-pub mod winning_regions;
+mod simulation;
+mod strategies;
 
-pub use analysis::{Analysis, Event, Options, Phase};
+pub use analysis::{
+    classes, improvement, joint, levels, region_search, regions, requirements, result, temporal,
+    winning_regions,
+};
+pub use simulation::{estimate, induced_model, simulate, tally};
+pub use strategies::{explain, finite_memory, lasso, strategy};
+
+pub use analysis::{Analysis, Event, Options, Phase, Safety};
 pub use classes::{Class, Classes};
-pub use decision_rule::DecisionRule;
 pub use estimate::Sample;
 pub use explain::Explanation;
 pub use finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
@@ -84,11 +61,10 @@ pub use improvement::Improvement;
 pub use induced_model::{InducedModel, Scheduler};
 pub use lasso::Lasso;
 pub use levels::{Kind, Levels, Rank, improvable};
-pub use opponent::Opponent;
 pub use region_search::RegionSearch;
 pub use requirements::Requirements;
 pub use result::AnalysisResult;
-pub use safety::Safety;
 pub use shield::{Shield, ShieldNode, ShieldVariable};
 pub use simulate::{Setup, Simulation};
-pub use threat::Threat;
+pub use simulation::Opponent;
+pub use strategies::{DecisionRule, Threat};

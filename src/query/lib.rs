@@ -1,4 +1,4 @@
-//! Questions to a dump without the model and the preferences, and what a dump says of its model.
+//! Questions to a dump without the model and the preferences.
 //!
 //! - [`Archive`]: an open dump.
 //! - [`Selected`]: the value of a region expression, and [`Member`]: one of its states.
@@ -53,7 +53,6 @@
 //! # Ok::<(), meliora_base::error::Error>(())
 //! ```
 
-pub mod describe;
 mod program;
 mod region;
 

@@ -14,13 +14,13 @@ use super::quantities::{Quantities, Quantity};
 use meliora_base::error::{Error, Result};
 use meliora_base::exact::Ratio;
 use meliora_engine::Engine;
-use meliora_lang::umb::archive::pack;
-use meliora_lang::umb::binary::{bits, rational_bits, rationals, strings, words};
-use meliora_lang::umb::index::{
+use meliora_formats::umb::archive::pack;
+use meliora_formats::umb::binary::{bits, rational_bits, rationals, strings, words};
+use meliora_formats::umb::index::{
     Annotation, Annotations, Base, Class, Field, FileData, Index, TransitionSystem, Type, Valuations,
     Variable,
 };
-use meliora_lang::umb::{
+use meliora_formats::umb::{
     self, ACTION_NAMES, ACTION_OF_CHOICE, BRANCH_TO_PROBABILITY, BRANCH_TO_TARGET, CHOICE_TO_BRANCHES, INDEX,
     STATE_IS_INITIAL, STATE_TO_CHOICES, STATE_TO_PLAYER, STATE_VALUATIONS,
 };

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::directions::Namesakes;
 use super::game::{GameSets, Neighbours};
 use super::{Direction, Ladder, Plane, Projections, directions, levels};
+use crate::describe;
 use meliora_base::diagram::{Diagram, Edge};
 use meliora_base::error::{Error, Result};
 use meliora_engine::symbolic::{ChoiceSet, Set, StateSet, SymbolicEngine};
@@ -13,7 +14,6 @@ use meliora_model::preference::ObjectiveSet;
 use meliora_model::{Program, VarId};
 use meliora_planning::levels::{End, Level};
 use meliora_planning::{Analysis, Class, FiniteMemoryStrategy, Kind, strategy};
-use meliora_query::describe;
 
 /// The maximum number of choices for which a page shows the states that permit them.
 const MOST_CHOICES: usize = 256;

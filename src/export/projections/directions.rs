@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use super::{Direction, Plane};
+use crate::describe::ChoiceNames;
 use meliora_base::error::Result;
 use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Engine, position};
 use meliora_model::{Program, State, VarId, fault};
-use meliora_query::describe::ChoiceNames;
 
 /// The approximate number of sampled states, for all choices together.
 const SAMPLES: usize = 4096;

@@ -4,16 +4,16 @@ use ahash::AHashMap;
 
 /// Actions in the order of their first occurrence.
 #[derive(Default)]
-pub(crate) struct Actions {
+pub struct Actions {
     /// Names for users.
-    pub(crate) names: Vec<String>,
+    pub names: Vec<String>,
     index: AHashMap<String, usize>,
     numbers: AHashMap<(usize, Option<usize>), usize>,
 }
 
 impl Actions {
     /// Returns the position of an action, which is added if it is new.
-    pub(crate) fn add(&mut self, name: &str) -> usize {
+    pub fn add(&mut self, name: &str) -> usize {
         if let Some(&index) = self.index.get(name) {
             return index;
         }
@@ -22,12 +22,12 @@ impl Actions {
         self.names.len() - 1
     }
 
-    pub(super) fn get(&self, name: &str) -> Option<usize> {
+    pub(crate) fn get(&self, name: &str) -> Option<usize> {
         self.index.get(name).copied()
     }
 
     /// Returns the number of the next command of a module with an action, from 1 on.
-    pub(crate) fn next_number(&mut self, module: usize, action: Option<usize>) -> usize {
+    pub fn next_number(&mut self, module: usize, action: Option<usize>) -> usize {
         let number = self.numbers.entry((module, action)).or_default();
         *number += 1;
         *number

@@ -27,7 +27,7 @@ use meliora_model::expr::ExprPool;
 use meliora_model::{ModelKind, Program};
 use scope::NO_RENAMING;
 
-pub(crate) use actions::Actions;
+pub use actions::Actions;
 pub(crate) use constants::{Wanted, given_values};
 pub(crate) use expr::{Names, lowered};
 pub(crate) use lowerer::{Lowered, Lowerer, MAX_ERRORS};

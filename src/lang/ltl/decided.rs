@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::install::{Installed, Monitoring, Values};
-use crate::automata::{Joint, Monitor};
 use meliora_base::value::Value;
+use meliora_ltl::{Joint, Monitor};
 use meliora_model::expr::{Binary, ExprId};
 use meliora_model::temporal::{Asks, Condition};
 

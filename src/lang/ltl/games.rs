@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::formula::Formula;
-use crate::automata::{FormulaId, Formulas, Leaf, Tree};
 use meliora_base::error::{Diagnostic, Error, Result, Severity, SourceFile};
+use meliora_ltl::{FormulaId, Formulas, Leaf, Tree};
 use meliora_model::temporal::Asks;
 
 /// Returns leaves of the same formula for a game: next to co-safe and safe leaves, those of one monitor.

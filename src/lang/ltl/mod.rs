@@ -1,7 +1,7 @@
 //! Temporal formulas: linear temporal logic in PRISM's syntax, and the monitors that evaluate it.
 //!
 //! A formula is read ([`parse_formula`]), brought into negation normal form (`normaliser`) and divided
-//! into leaves, each with a deterministic monitor (`crate::automata`). The monitor becomes a variable
+//! into leaves, each with a deterministic monitor (`meliora_ltl`). The monitor becomes a variable
 //! of the flat program (`install`), and the formula becomes a [`meliora_model::temporal::Condition`]
 //! on states.
 

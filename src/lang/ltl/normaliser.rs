@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use super::formula::{Formula, FormulaKind, Steps};
 use crate::ast::Expr;
-use crate::automata::{Form, FormulaId, Formulas, Window};
 use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
 use meliora_base::span::Span;
+use meliora_ltl::{Form, FormulaId, Formulas, Window};
 use meliora_model::expr::ExprId;
 
 /// Maximum number of parts of a normal form: each `<=>` between temporal formulas doubles them.

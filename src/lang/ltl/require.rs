@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use super::formula::Formula;
 use super::install::Monitoring;
-use crate::automata::{Form, FormulaId, Formulas};
 use meliora_base::error::{Diagnostic, Error, Limit, Result, Severity, SourceFile};
 use meliora_base::value::Value;
+use meliora_ltl::{Form, FormulaId, Formulas};
 use meliora_model::expr::{Binary, ExprId, ExprPool, Unary};
 use meliora_model::preference::Requirement;
 use meliora_model::temporal::{Asks, Condition};

@@ -2,7 +2,7 @@
 
 use ahash::AHashMap;
 
-use crate::automata::{Decision, DecisionId, Monitor, Settled, steps};
+use meliora_ltl::{Decision, DecisionId, Monitor, Settled};
 use meliora_model::expr::ExprId;
 use meliora_model::temporal::Asks;
 
@@ -19,7 +19,7 @@ pub(super) fn wording(
     (asks, owes): (Asks, bool),
     texts: &AHashMap<(ExprId, bool), String>,
 ) -> Vec<String> {
-    let settled = Settled::of(&steps(monitor));
+    let settled = Settled::of(monitor);
     let mut names: Vec<String> = Vec::with_capacity(monitor.states.len());
     for (state, &decision) in monitor.states.iter().enumerate() {
         let wanted = match asks {

@@ -14,10 +14,10 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use ahash::AHashMap;
 
 use super::words::{Atoms, made, state};
-use crate::automata::{FormulaId, Formulas, Leaf, Monitor, Tree, leaves};
 use crate::ltl::normaliser::Normaliser;
 use crate::ltl::{Formula, FormulaKind, Steps};
 use meliora_base::value::Value;
+use meliora_ltl::{FormulaId, Formulas, Leaf, Monitor, Tree, leaves};
 use meliora_model::expr::ExprId;
 use meliora_model::temporal::Asks;
 

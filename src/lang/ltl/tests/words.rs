@@ -5,11 +5,11 @@ use std::sync::Arc;
 use proptest::prelude::*;
 
 use crate::ast::{BinaryOp, Expr, Node as Part, NodeKind, Span};
-use crate::automata::{Form, Formulas, Leaf, Monitor, Tree, leaves};
 use crate::ltl::normaliser::{Meaning, Normaliser};
 use crate::ltl::{Formula, FormulaKind, Steps, parse_formula};
 use meliora_base::error::{Error, Limit, Result, SourceFile};
 use meliora_base::value::{Type, Value};
+use meliora_ltl::{Form, Formulas, Leaf, Monitor, Tree, leaves};
 use meliora_model::VarId;
 use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use meliora_model::temporal::Asks;

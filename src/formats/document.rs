@@ -1,0 +1,111 @@
+//! Model files: a text, perhaps with files next to it, or an archive.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::table::{self, Frame};
+use crate::umb::archive::{self, Files};
+use meliora_base::error::{Error, Result, SourceFile};
+use meliora_base::progress::ProgressSink;
+use meliora_base::reading;
+use meliora_lang::ast::Item;
+use meliora_lang::names::displayed;
+use meliora_lang::{Checked, Given, parse_model};
+
+/// A model file as it was read. Its format is told by its content.
+#[derive(Debug, Clone)]
+pub struct Document {
+    /// The text; for an archive, a text with its hash.
+    source: Arc<SourceFile>,
+    /// The bytes of an archive.
+    archive: Option<Arc<Vec<u8>>>,
+    /// For transitions of PRISM: the values and the labels of states.
+    beside: [Option<Arc<SourceFile>>; 2],
+}
+
+impl Document {
+    /// Reads a file. For transitions in PRISM's explicit format (`model.tra`), reads `model.sta` and
+    /// `model.lab` as well if they exist, unless the file has states or labels itself (`model.pexp`).
+    ///
+    /// # Errors
+    /// A file cannot be read, has more than 256 MiB, or is neither an archive nor UTF-8; a file next to
+    /// the transitions is not a regular one.
+    pub fn open(path: &Path) -> Result<Self> {
+        let file = File::open(path).map_err(|e| Error::reading(path, &e))?;
+        let mut document = Self::read(path.display().to_string(), file)?;
+        let source = &document.source;
+        if document.archive.is_none() && table::is_tra(source) && !table::has_states(source) {
+            for (slot, extension) in document.beside.iter_mut().zip(["sta", "lab"]) {
+                let path = path.with_extension(extension);
+                if path.exists() {
+                    let file = reading::regular(&path).map_err(|e| Error::reading(&path, &e))?;
+                    *slot = Some(SourceFile::read(path.display().to_string(), file)?);
+                }
+            }
+        }
+        Ok(document)
+    }
+
+    /// Reads a model to its end; `name` is its name in messages.
+    ///
+    /// # Errors
+    /// See [`Document::open`].
+    pub fn read(name: impl Into<String>, from: impl Read) -> Result<Self> {
+        let name = name.into();
+        let bytes = reading::bytes(&name, from)?;
+        if !archive::is_archive(&bytes) {
+            return Ok(Self::of(reading::text(name, bytes)?));
+        }
+        let text = format!("archive of {} bytes, SHA-256 {}\n", bytes.len(), reading::sha256(&bytes));
+        Ok(Document { archive: Some(Arc::new(bytes)), ..Self::of(SourceFile::new(name, text)) })
+    }
+
+    /// Returns the document of a text.
+    pub fn of(source: Arc<SourceFile>) -> Self {
+        Document { source, archive: None, beside: [None, None] }
+    }
+
+    /// Adds the files next to the transitions of PRISM: the values and the labels of states.
+    #[must_use]
+    pub fn with_beside(self, beside: [Option<Arc<SourceFile>>; 2]) -> Self {
+        Document { beside, ..self }
+    }
+
+    /// Returns the files next to the transitions of PRISM: the values and the labels of states.
+    pub fn beside(&self) -> &[Option<Arc<SourceFile>>; 2] {
+        &self.beside
+    }
+
+    /// Returns the bytes of an archive; `None` for a text.
+    pub fn archive(&self) -> Option<&[u8]> {
+        self.archive.as_ref().map(|bytes| bytes.as_slice())
+    }
+
+    /// Returns the names of the constants that a model in PRISM's language declares; none for other
+    /// models, and where the text is wrong.
+    pub fn constants(&self) -> Vec<String> {
+        let items = parse_model(&self.source).map(|model| model.items).unwrap_or_default();
+        let constant = |item| match item {
+            Item::Const(constant) => Some(constant.name.name),
+            _ => None,
+        };
+        items.into_iter().filter_map(constant).collect()
+    }
+
+    /// Reads the model and flattens it.
+    ///
+    /// # Errors
+    /// The file is not a model; a limit.
+    pub fn load(&self, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
+        let frame = Frame { source: &self.source, given, sink };
+        let [values, labels] = self.beside.each_ref().map(Option::as_ref);
+        let checked = match &self.archive {
+            Some(bytes) => table::load_umb(&Files::unpack(&self.source.name, bytes, sink)?, &frame),
+            None if values.or(labels).is_some() => table::load_tra(&frame, values, labels),
+            None => return crate::load(&self.source, given, sink),
+        };
+        checked.map(displayed)
+    }
+}

@@ -1,0 +1,50 @@
+//! Model files of any format, recognised by their content, and the formats that list states one by one.
+//!
+//! - [`Document`]: a model as it was read, perhaps with files next to it, or an archive.
+//! - [`load`]: a model from a text.
+//! - [`umb`]: the files of the unified Markov binary format, also for writers.
+//!
+//! ```
+//! use meliora_base::error::SourceFile;
+//! use meliora_base::progress::NoProgress;
+//! use meliora_formats::Document;
+//! use meliora_lang::Given;
+//!
+//! let none = SourceFile::new("nothing", "");
+//! let given = Given { constants: none.clone(), bounds: none };
+//! // Transitions in PRISM's explicit format: three states, two.
+//! let text = "2 2 2\n0 0 1 1 go\n1 0 1 1 stay\n";
+//! let program = Document::of(SourceFile::new("m.tra", text)).load(&given, &NoProgress)?.program;
+//! assert_eq!(program.actions, ["go", "stay"]);
+//! # Ok::<(), meliora_base::error::Error>(())
+//! ```
+
+mod document;
+mod table;
+pub mod umb;
+
+use std::sync::Arc;
+
+use meliora_base::error::{Result, SourceFile};
+use meliora_base::progress::ProgressSink;
+use meliora_lang::names::displayed;
+use meliora_lang::{Checked, Given};
+use table::Frame;
+
+pub use document::Document;
+
+/// Reads a model from a text and flattens it: in PRISM's language, in JANI, or state by state (Storm's
+/// DRN, or PRISM's transitions).
+///
+/// # Errors
+/// The text is not a model; a limit.
+pub fn load(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
+    let frame = Frame { source, given, sink };
+    if table::is_drn(source) {
+        return table::load_drn(&frame).map(displayed);
+    }
+    if table::is_tra(source) {
+        return table::load_tra(&frame, None, None).map(displayed);
+    }
+    meliora_lang::load_given(source, given, sink)
+}

@@ -1,0 +1,16 @@
+//! Strategies: what they permit and take in each state, and the reasons.
+
+pub(crate) mod achieve;
+mod decision_rule;
+pub mod explain;
+pub mod finite_memory;
+pub mod lasso;
+mod pursue;
+mod standing;
+pub mod strategy;
+mod threat;
+mod together;
+mod verdict;
+
+pub use decision_rule::DecisionRule;
+pub use threat::Threat;

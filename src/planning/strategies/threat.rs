@@ -1,0 +1,100 @@
+//! Threats: how the opponent of a game can weaken after an action that is therefore not kept.
+
+use std::collections::VecDeque;
+
+use ahash::AHashSet;
+
+use super::explain::lost;
+use super::finite_memory::FiniteMemoryStrategy;
+use crate::analysis::improvement::Arena;
+use meliora_base::error::Result;
+use meliora_engine::{Engine, position};
+use meliora_model::preference::{Change, ObjectiveSet};
+use meliora_model::step::Step;
+use meliora_model::{State, fault};
+
+/// Maximum number of states in which a shortest threat is searched for.
+const MOST_STATES: usize = 1000;
+
+/// The opponent's shortest way to weaken from one of its states.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Threat {
+    /// The players, by their positions, with their actions, of which the last one may weaken.
+    pub actions: Vec<(usize, String)>,
+    /// The state that the last step enters.
+    pub state: State,
+    /// The most preferred objectives that it loses, compared with the state before it.
+    pub lost: ObjectiveSet,
+}
+
+impl<E: Engine> FiniteMemoryStrategy<E> {
+    /// Returns whether the opponent chooses in a state and can weaken from it, under `action`: one of its
+    /// choices is not kept.
+    fn is_bad(&self, arena: &Arena<E>, state: &[i64]) -> Result<bool> {
+        let choices = self.program.choices(state).map_err(|f| fault::error(&self.program, &f, state))?;
+        let owner = choices.first().and_then(|(choice, _)| self.owner_of(choice));
+        if owner.is_none_or(|owner| owner.ours) {
+            return Ok(false);
+        }
+        let kept = |(choice, _): &_| self.engine.contains_choice(&arena.choices, state, choice);
+        Ok(position(&choices, |choice| Ok(!kept(choice)?))?.is_some())
+    }
+
+    /// Returns the arena of all states, unsafe ones among them, which have none of their own; `None` under
+    /// `prefix`, where steps are compared with a reference.
+    fn arena_of_all(&self) -> Option<&Arena<E>> {
+        self.improvement.arenas.first().filter(|arena| arena.reference.is_none())
+    }
+
+    /// Returns the first successor from which the opponent can weaken, for an action that is not kept;
+    /// `None` under `prefix`.
+    pub(crate) fn exposed<'s>(
+        &self,
+        successors: impl IntoIterator<Item = &'s State>,
+    ) -> Result<Option<usize>> {
+        let Some(arena) = self.arena_of_all() else { return Ok(None) };
+        let successors: Vec<&State> = successors.into_iter().collect();
+        position(&successors, |state| self.is_bad(arena, state))
+    }
+
+    /// Returns the shortest way in which the opponent can weaken from one of its states; `None` if it is
+    /// not found among a number of states.
+    pub(crate) fn threat(&self, state: &State) -> Result<Option<Threat>> {
+        let Some(arena) = self.arena_of_all() else { return Ok(None) };
+        let (mut seen, mut queue) = (AHashSet::from([state.clone()]), VecDeque::new());
+        queue.push_back((state.clone(), Vec::new()));
+        while let Some((from, actions)) = queue.pop_front() {
+            let steps = self.program.steps(&from).map_err(|f| fault::error(&self.program, &f, &from))?;
+            let player = |step: &Step| self.program.player_of_choice(&step.choice).unwrap_or_default();
+            let with = |step: &Step| [&actions[..], &[(player(step), step.name.clone())]].concat();
+            if let Some((step, to)) = self.weakening(&from, &steps)? {
+                let (before, after) = (self.most_preferred(&from)?, self.most_preferred(to)?);
+                let lost = lost(&self.preferences, &before, &after);
+                return Ok(Some(Threat { actions: with(step), state: to.clone(), lost }));
+            }
+            for step in &steps {
+                for (to, _) in &step.successors {
+                    if seen.len() < MOST_STATES && !seen.contains(to) && self.is_bad(arena, to)? {
+                        seen.insert(to.clone());
+                        queue.push_back((to.clone(), with(step)));
+                    }
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// Returns the first step that may weaken a state, with the successor.
+    fn weakening<'s>(&self, from: &[i64], steps: &'s [Step]) -> Result<Option<(&'s Step, &'s State)>> {
+        let class = |state: &[i64]| self.class_of(state);
+        let own = class(from)?;
+        for step in steps {
+            for (to, _) in &step.successors {
+                if self.classes.change(&self.preferences, own, class(to)?) == Change::Weakening {
+                    return Ok(Some((step, to)));
+                }
+            }
+        }
+        Ok(None)
+    }
+}
