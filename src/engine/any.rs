@@ -428,6 +428,10 @@ impl Engine for AnyEngine {
         on!(self, e => Ok(e.singleton(state)?.into()))
     }
 
+    fn set_of(&self, states: &mut dyn Iterator<Item = State>) -> Result<AnyStates> {
+        on!(self, e => Ok(e.set_of(states)?.into()))
+    }
+
     fn slice(&self, fixed: &[(VarId, i64)]) -> Result<AnyStates> {
         on!(self, e => Ok(e.slice(fixed)?.into()))
     }

@@ -374,6 +374,19 @@ pub trait Engine:
     fn list_states(&self, x: &Self::States, limit: usize) -> Result<Vec<State>>;
     /// Returns the set that contains only `state`, or the empty set if `state` is not in the scope.
     fn singleton(&self, state: &[i64]) -> Result<Self::States>;
+    /// Returns the given states that are in the scope. Cost: no image.
+    fn set_of(&self, states: &mut dyn Iterator<Item = State>) -> Result<Self::States> {
+        // As in a binary counter, sets of 2^n states are united with each other.
+        let mut parts: Vec<(u32, Self::States)> = Vec::new();
+        for state in states {
+            let mut part = (0, self.singleton(&state)?);
+            while let Some((level, other)) = parts.pop_if(|(level, _)| *level == part.0) {
+                part = (level + 1, self.union(&other, &part.1)?);
+            }
+            parts.push(part);
+        }
+        parts.into_iter().rev().try_fold(self.no_states(), |all, (_, part)| self.union(&all, &part))
+    }
     /// Returns the states of the scope in which some variables have the given values. Cost: no image.
     fn slice(&self, fixed: &[(VarId, i64)]) -> Result<Self::States>;
     /// Returns whether s ∈ X.

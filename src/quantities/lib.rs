@@ -85,12 +85,14 @@
 //! ```
 
 pub mod answers;
+#[cfg(test)]
+mod checks;
 pub mod equations;
 mod solvers;
-#[cfg(test)]
-mod tests;
 
-pub use answers::{all_states, answer, choose, confirmed, outlook, path_values, state_values, values};
+pub use answers::{
+    all_states, answer, choose, confirmed, outlook, path_values, state_values, values, vector,
+};
 pub use choose::{Achiever, Choose, Chooser, ValuedRule};
 pub use cost::{Cost, Earned, Steps};
 pub use equations::cost;

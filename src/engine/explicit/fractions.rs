@@ -5,7 +5,7 @@ use ahash::AHashMap;
 use meliora_base::exact::{Ratio, Real};
 
 /// Fractions, each stored once.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Fractions {
     list: Vec<Ratio>,
     /// The numbers by fraction; see the hash of [`Real`].

@@ -346,6 +346,13 @@ impl Engine for ExplicitEngine {
         Ok(StateSet(only))
     }
 
+    fn set_of(&self, states: &mut dyn Iterator<Item = State>) -> Result<StateSet> {
+        let mut set_of = BitSet::empty(&self.meter, self.graph.states());
+        let numbers = states.filter_map(|state| self.number(&state));
+        numbers.filter(|&s| self.every_state.has(s)).for_each(|s| set(set_of.words_mut(), s));
+        Ok(StateSet(set_of))
+    }
+
     fn slice(&self, fixed: &[(VarId, i64)]) -> Result<StateSet> {
         let fits = |state: &[i64]| fixed.iter().all(|&(variable, value)| state[variable.index()] == value);
         self.filter(&self.all_states(), &mut |state| fits(state))

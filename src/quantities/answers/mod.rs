@@ -7,6 +7,7 @@
 //! | [`outlook`] | what a strategy promises |
 //! | [`confirmed`] | bounds that one step confirms, for certificates |
 //! | [`path_values`], [`answer`] | probabilities of formulas and rewards until a target, without preferences |
+//! | [`vector`] | numbers of all states of an [`Arena`](crate::equations::arena::Arena) |
 
 pub mod all_states;
 pub mod answer;
@@ -17,3 +18,4 @@ pub mod path_values;
 pub mod state_values;
 pub(crate) mod ties;
 pub mod values;
+pub mod vector;

@@ -160,7 +160,7 @@ impl<'e> Paths<'e> {
     }
 
     fn computed<N: Number>(&mut self) -> Result<Answer> {
-        let (solution, end) = solved::<N>(&self.graph, self.quantity, &mut self.meter)?;
+        let (solution, end) = solved::<N>(&self.graph, self.quantity, None, &mut self.meter)?;
         let is_cost = !matches!(self.quantity, Quantity::Probability(_));
         let value = |node: &u32| match *node {
             END => Value::Finite(Bounds::of(&if is_cost { N::zero() } else { N::one() })),
@@ -190,10 +190,7 @@ fn anything(is_cost: bool) -> Bounds {
 /// Returns 1 minus a probability.
 fn complemented(value: Value) -> Value {
     let Value::Finite(Bounds { interval, exact }) = value else { return value };
-    let rest = |x: f64, round: fn(f64) -> f64| if x == 0.0 || x == 1.0 { 1.0 - x } else { round(1.0 - x) };
-    let lower = rest(interval.upper.min(1.0), f64::next_down).max(0.0);
-    let upper = rest(interval.lower, f64::next_up).min(1.0);
-    Value::Finite(Bounds { interval: Interval { lower, upper }, exact: exact.map(|x| Ratio::one() - x) })
+    Value::Finite(Bounds { interval: interval.complement(), exact: exact.map(|x| x.complement()) })
 }
 
 /// The greatest probabilities with which some states achieve an objective, and the choices that attain
@@ -227,7 +224,7 @@ impl Likely {
         let Reached { mut graph, nodes, .. } = search.explored(states, &walker, &mut meter)?;
         let found = nodes.coded(&codec, &mut meter)?;
         let costs = ties::costs(&mut graph);
-        let (solution, end) = solved(&graph, Quantity::Probability(1), &mut meter)?;
+        let (solution, end) = solved(&graph, Quantity::Probability(1), None, &mut meter)?;
         end?;
         let fractions: Vec<Interval> = graph.fractions().iter().map(Interval::of).collect();
         let probability = std::slice::from_ref(&solution);
@@ -268,24 +265,29 @@ impl Likely {
 }
 
 /// A search for the states that have equations.
-struct Search<'a, E: Engine> {
-    engine: &'a E,
-    program: &'a Program,
+pub(crate) struct Search<'a, E: Engine> {
+    pub(crate) engine: &'a E,
+    pub(crate) program: &'a Program,
     /// The states where the path ends: with the probability 1, or without further reward.
-    end: E::States,
+    pub(crate) end: E::States,
     /// The states in which the path goes on; it fails where it leaves them.
-    inside: E::States,
-    cost: Option<Earned<'a>>,
+    pub(crate) inside: E::States,
+    pub(crate) cost: Option<Earned<'a>>,
 }
 
 impl<'a, E: Engine> Search<'a, E> {
     /// Compiles the program.
-    fn walker(&self) -> Result<Walker<'a>> {
+    pub(crate) fn walker(&self) -> Result<Walker<'a>> {
         Walker::new(self.program, &*self.engine.settings().sink)
     }
 
     /// Finds the states that some states reach.
-    fn explored(&self, states: &[State], walker: &Walker<'_>, meter: &mut Meter<'_>) -> Result<Reached<'a>> {
+    pub(crate) fn explored(
+        &self,
+        states: &[State],
+        walker: &Walker<'_>,
+        meter: &mut Meter<'_>,
+    ) -> Result<Reached<'a>> {
         let all = self.engine.all_states();
         let mut sets = vec![&self.end, &self.inside, &all];
         let is_numbered = self.engine.membership(&[])?.numbers().is_some();
@@ -307,13 +309,14 @@ impl<'a, E: Engine> Search<'a, E> {
 }
 
 /// Solves the equations of a graph. Returns the solution, and an error if a limit was reached.
-fn solved<N: Number>(
+pub(crate) fn solved<N: Number>(
     graph: &Graph,
     quantity: Quantity,
+    below: Option<&Solution<N>>,
     meter: &mut Meter<'_>,
 ) -> Result<(Solution<N>, Result<()>)> {
     let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
-    let system = System::new(graph, quantity, None, &fractions);
+    let system = System::new(graph, quantity, below, &fractions);
     let mut solution = system.start(meter)?;
     let end = system.solve(&mut solution, meter);
     Ok((solution, end))

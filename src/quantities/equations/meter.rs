@@ -1,7 +1,7 @@
 //! Limits of the solver: memory, time and the user.
 
 use meliora_base::error::{Error, Limit, Result};
-use meliora_base::progress::Poll;
+use meliora_base::progress::{Poll, ProgressSink};
 use meliora_engine::Engine;
 
 /// The number of small pieces of work after which the progress is shown.
@@ -22,9 +22,14 @@ impl<'o> Meter<'o> {
         Meter { poll: Poll::new(&*settings.sink), bytes: 0, limit }
     }
 
+    /// Creates a meter for some bytes.
+    pub(crate) fn with(limit: u64, sink: &'o dyn ProgressSink) -> Self {
+        Meter { poll: Poll::new(sink), bytes: 0, limit }
+    }
+
     /// Creates a meter without a limit.
     #[cfg(test)]
-    pub(crate) fn unlimited(sink: &'o dyn meliora_base::progress::ProgressSink) -> Self {
+    pub(crate) fn unlimited(sink: &'o dyn ProgressSink) -> Self {
         Meter { poll: Poll::new(sink), bytes: 0, limit: u64::MAX }
     }
 
@@ -49,6 +54,11 @@ impl<'o> Meter<'o> {
     /// Returns the bytes that are kept.
     pub(crate) fn bytes(&self) -> usize {
         self.bytes as usize
+    }
+
+    /// Returns the bytes that are left.
+    pub(crate) fn left(&self) -> u64 {
+        self.limit.saturating_sub(self.bytes)
     }
 
     /// Gives all but these bytes back.

@@ -3,13 +3,16 @@
 //! | module | contents |
 //! | --- | --- |
 //! | `facts`, `listing`, `explore` | from an [`Analysis`](meliora_planning::Analysis) to a graph: the states that kept choices reach, with exact probabilities |
+//! | [`arena`] | all states of a scope, with their choices and owners |
 //! | `codes`, `places` | states in few bytes, and their nodes |
 //! | `graph`, `narrow` | numbered nodes, choices, edges, in few bytes |
 //! | [`cost`] | what a step costs: steps, or a reward structure |
 //! | `system`, `solution` | the equations of each quantity and level, and their solutions |
+//! | `part` | the graph of the states of an arena that have equations |
 //! | `number` | intervals with outward rounding, and fractions |
 //! | `reached`, `by_number`, `by_code` | the graph of the states that some states reach: by the numbers of an engine that stores states one by one, or by code |
 
+pub mod arena;
 pub(crate) mod by_code;
 pub(crate) mod by_number;
 pub(crate) mod codes;
@@ -21,6 +24,7 @@ pub(crate) mod listing;
 pub(crate) mod meter;
 pub(crate) mod narrow;
 pub(crate) mod number;
+pub(crate) mod part;
 pub(crate) mod places;
 pub(crate) mod reached;
 pub(crate) mod solution;

@@ -113,7 +113,7 @@ pub(crate) trait Weight: Clone {
 }
 
 /// A number of the solver: exact, or between two bounds. All values are at least 0.
-pub(crate) trait Number: Weight + Send + Sync {
+pub(crate) trait Number: Weight + PartialEq + Send + Sync {
     fn one() -> Self;
     fn of(exact: &Ratio) -> Self;
     /// Returns whether this number is certainly greater.
@@ -134,6 +134,8 @@ pub(crate) trait Number: Weight + Send + Sync {
     }
     /// Returns an upper bound of `self` - `other`, at least 0: the largest possible excess.
     fn excess(&self, other: &Self) -> Self;
+    /// Returns 1 minus a probability.
+    fn complement(&self) -> Self;
     fn bounds(&self) -> Interval;
     /// Returns the bounds as fractions; 0 for an infinite one.
     fn fractions(&self) -> (Ratio, Ratio);
@@ -247,6 +249,13 @@ impl Number for Interval {
         }
     }
 
+    fn complement(&self) -> Self {
+        let rest =
+            |x: f64, round: fn(f64) -> f64| if x == 0.0 || x == 1.0 { 1.0 - x } else { round(1.0 - x) };
+        let lower = rest(self.upper.min(1.0), f64::next_down).max(0.0);
+        Interval { lower, upper: rest(self.lower.min(1.0), f64::next_up).min(1.0) }
+    }
+
     fn fractions(&self) -> (Ratio, Ratio) {
         let exact = |x: f64| Ratio::from_f64(x).unwrap_or_default();
         (exact(self.lower), exact(self.upper))
@@ -324,6 +333,10 @@ impl Number for Ratio {
 
     fn excess(&self, other: &Self) -> Self {
         if self > other { self - other } else { Zero::zero() }
+    }
+
+    fn complement(&self) -> Self {
+        <Ratio as One>::one() - self
     }
 
     fn fractions(&self) -> (Ratio, Ratio) {

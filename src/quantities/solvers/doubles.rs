@@ -29,7 +29,7 @@ use meliora_base::error::Result;
 /// Sweeps of value iteration between two evaluations of policies, and over the equations of the last policy.
 const SWEEPS: usize = 8;
 /// Changes of the policy after which it is not expected to settle.
-const ROUNDS: usize = 64;
+pub(crate) const ROUNDS: usize = 64;
 /// The margin of a step, in rounding errors, that is tried first, and the factor for the next attempts.
 const MARGIN: f64 = 4.0;
 

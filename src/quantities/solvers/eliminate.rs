@@ -35,17 +35,17 @@ impl<N: Weight> Constant<N> for N {
     }
 }
 
-impl<const K: usize> Constant<f64> for [f64; K] {
+impl<N: Weight, const K: usize> Constant<N> for [N; K] {
     fn zero() -> Self {
-        [0.0; K]
+        std::array::from_fn(|_| N::zero())
     }
 
-    fn plus_times(&self, factor: &f64, other: &Self) -> Self {
-        std::array::from_fn(|at| self[at] + factor * other[at])
+    fn plus_times(&self, factor: &N, other: &Self) -> Self {
+        std::array::from_fn(|at| self[at].plus(&factor.times(&other[at])))
     }
 
-    fn over(&self, divisor: &f64) -> Self {
-        self.map(|x| x / divisor)
+    fn over(&self, divisor: &N) -> Self {
+        std::array::from_fn(|at| Weight::over(&self[at], divisor))
     }
 }
 

@@ -11,8 +11,13 @@
 //! | `component` | the same with fractions |
 //! | `eliminate` | elimination of states |
 //! | `horizon` | success within n steps |
+//! | `sides` | the states from which a set is reached possibly, and almost surely, in a game |
+//! | `reaching` | the values of all states of an arena, also of games |
+//! | `back` | steps backward over all states of an arena |
+//! | `total`, `long_run` | rewards of all steps, and their averages |
 //! | `inductive` | bounds that one step confirms |
 
+pub(crate) mod back;
 pub(crate) mod component;
 pub(crate) mod components;
 pub(crate) mod doubles;
@@ -21,7 +26,11 @@ pub(crate) mod groups;
 pub(crate) mod horizon;
 pub(crate) mod inductive;
 pub(crate) mod iterate;
+pub(crate) mod long_run;
+pub(crate) mod reaching;
+pub(crate) mod sides;
 pub(crate) mod solve;
 pub(crate) mod solved;
 pub(crate) mod sparse;
+pub(crate) mod total;
 pub(crate) mod turns;

@@ -21,7 +21,7 @@ use meliora_base::error::Result;
 
 /// The smallest relative improvement for which a policy is changed: more than the error of elimination
 /// in most components. If it is not, the policy changes without end and is given up.
-const BETTER: f64 = 1e-12;
+pub(crate) const BETTER: f64 = 1e-12;
 
 /// The width of narrow bounds, absolute below 1; twice the width of the bounds at the exits is added.
 const WIDE: f64 = 1e-7;

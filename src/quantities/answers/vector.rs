@@ -1,0 +1,234 @@
+//! Numbers of all states of an arena: what `P`, `R` and `S` mean as operators of expressions over states.
+//!
+//! Every function returns one sound interval, or infinity, for each state. A `precision` of 0 asks for fractions.
+//! Otherwise, fractions are computed where the bounds are wider.
+
+use bitvec::vec::BitVec;
+
+use crate::equations::arena::{Arena, Goal, Rewards};
+use crate::equations::meter::Meter;
+use crate::equations::number::{Bounds, Interval, Number};
+use crate::path_values::{Answer, Value};
+use crate::solvers::back::Back;
+use crate::solvers::long_run;
+use crate::solvers::reaching::{Reaching, Vector};
+use crate::solvers::total;
+use meliora_base::error::{Error, Result};
+use meliora_base::exact::Ratio;
+
+/// The paths that reach a state of `right` through states of `left`, after at least `least` and at most `most` steps.
+#[derive(Debug, Clone)]
+pub struct Until {
+    /// The states before.
+    pub left: BitVec,
+    /// The states to be reached.
+    pub right: BitVec,
+    /// The least number of steps; usually 0.
+    pub least: u64,
+    /// The greatest number of steps, if there is one.
+    pub most: Option<u64>,
+}
+
+/// The way in which rewards are accumulated.
+#[derive(Debug, Clone)]
+pub enum Accumulation {
+    /// Until a state of the set is reached: `F t`. Infinite where that is not sure.
+    Until(BitVec),
+    /// In the first steps: `C<=k`.
+    Within(u64),
+    /// In all steps: `C`. Infinite if a positive reward recurs with positive probability.
+    Total,
+    /// The reward of the state after some steps: `I=k`.
+    At(u64),
+    /// The average per step over the long run: `S`.
+    LongRun,
+}
+
+/// Computes the probability of an until formula in all states. Cost: one pass over the arena per step of bounded
+/// formulas; the equations of the states between 0 and 1 else.
+///
+/// # Errors
+/// A limit is reached before anything is known.
+pub fn probability(arena: &Arena<'_>, until: &Until, goal: Goal, precision: f64) -> Result<Answer> {
+    answer(
+        precision,
+        1.0,
+        |exact| if exact { Ok(None) } else { until_of::<Interval>(arena, until, goal).map(Some) },
+        || until_of::<Ratio>(arena, until, goal),
+    )
+}
+
+/// Computes the probability that the next state is in a set. Cost: one pass over the arena.
+///
+/// # Errors
+/// A limit is reached.
+pub fn next(arena: &Arena<'_>, set: &BitVec, goal: Goal, precision: f64) -> Result<Answer> {
+    fn found<N: Number>(arena: &Arena<'_>, set: &BitVec, goal: Goal) -> Result<Vector<N>> {
+        let mut meter = arena.meter();
+        let x = indicator(set);
+        let back = Back::new(arena, goal, None, &mut meter)?;
+        back.steps(x, 1, &mut meter, |_, best| best()).map(Vector::of)
+    }
+    answer(
+        precision,
+        1.0,
+        |exact| if exact { Ok(None) } else { found::<Interval>(arena, set, goal).map(Some) },
+        || found::<Ratio>(arena, set, goal),
+    )
+}
+
+/// Computes expected rewards in all states. Cost: as [`probability`].
+///
+/// # Errors
+/// The accumulation is not supported for the model; a limit is reached before anything is known.
+pub fn reward(
+    arena: &Arena<'_>,
+    rewards: &Rewards,
+    accumulation: &Accumulation,
+    goal: Goal,
+    precision: f64,
+) -> Result<Answer> {
+    let asked = (rewards, accumulation, goal);
+    answer(
+        precision,
+        f64::INFINITY,
+        |exact| if exact { Ok(None) } else { reward_of::<Interval>(arena, asked).map(Some) },
+        || reward_of::<Ratio>(arena, asked),
+    )
+}
+
+/// Computes the long-run fraction of time in a set, for models in which each state has one choice.
+///
+/// # Errors
+/// Some state has several choices; a limit is reached before anything is known.
+pub fn long_run(arena: &Arena<'_>, set: &BitVec, precision: f64) -> Result<Answer> {
+    let rewards = Rewards::of_set(arena, set);
+    let mut found =
+        reward(arena, &rewards, &Accumulation::LongRun, Goal::all(meliora_model::Optimum::Max), precision)?;
+    for value in &mut found.values {
+        if let Value::Finite(bounds) = value {
+            bounds.interval.upper = bounds.interval.upper.min(1.0);
+        }
+    }
+    Ok(found)
+}
+
+/// Numbers that can be computed both as intervals and as fractions.
+trait Solve: Number {
+    fn reached(reaching: &Reaching<'_>, meter: &mut Meter<'_>) -> Result<Vector<Self>>;
+}
+
+impl Solve for Interval {
+    fn reached(reaching: &Reaching<'_>, meter: &mut Meter<'_>) -> Result<Vector<Self>> {
+        reaching.bounds(meter)
+    }
+}
+
+impl Solve for Ratio {
+    fn reached(reaching: &Reaching<'_>, meter: &mut Meter<'_>) -> Result<Vector<Self>> {
+        reaching.exact(meter)
+    }
+}
+
+/// Computes bounds, and fractions where these are too wide or asked for.
+fn answer(
+    precision: f64,
+    most: f64,
+    bounds: impl FnOnce(bool) -> Result<Option<Vector<Interval>>>,
+    exact: impl FnOnce() -> Result<Vector<Ratio>>,
+) -> Result<Answer> {
+    let Some(found) = bounds(precision <= 0.0)? else {
+        return exact().map(|found| found.answer(most));
+    };
+    let width = |x: &Interval| x.width() / x.lower.max(1.0);
+    let is_narrow = found.values.iter().flatten().all(|x| width(x) <= precision);
+    if is_narrow || found.end.is_err() {
+        return Ok(found.answer(most));
+    }
+    match exact() {
+        Ok(exact) => Ok(exact.answer(most)),
+        Err(e) => Ok(Answer { end: Err(e), ..found.answer(most) }),
+    }
+}
+
+impl<N: Number> Vector<N> {
+    /// Creates a vector of finite values.
+    fn of(values: Vec<N>) -> Self {
+        Vector { values: values.into_iter().map(Some).collect(), end: Ok(()) }
+    }
+
+    fn answer(self, most: f64) -> Answer {
+        let value = |x: Option<N>| match x {
+            None => Value::Infinite,
+            Some(x) => {
+                let mut bounds = Bounds::of(&x);
+                bounds.interval.upper = bounds.interval.upper.min(most);
+                Value::Finite(bounds)
+            }
+        };
+        Answer { values: self.values.into_iter().map(value).collect(), end: self.end }
+    }
+}
+
+/// Returns 1 in the states of a set, and 0 in all others.
+fn indicator<N: Number>(set: &BitVec) -> Vec<N> {
+    set.iter().map(|inside| if *inside { N::one() } else { N::zero() }).collect()
+}
+
+fn until_of<N: Solve>(arena: &Arena<'_>, until: &Until, goal: Goal) -> Result<Vector<N>> {
+    let mut meter = arena.meter();
+    let Until { left, right, least, most } = until;
+    meter.take(2 * N::BYTES * arena.states())?;
+    let back = Back::new(arena, goal, None, &mut meter)?;
+    let (x, end) = match most {
+        Some(most) if most < least => (vec![N::zero(); arena.states()], Ok(())),
+        Some(most) => {
+            let step = |state: usize, best: &dyn Fn() -> N| match (right[state], left[state]) {
+                (true, _) => N::one(),
+                (false, true) => best(),
+                (false, false) => N::zero(),
+            };
+            (back.steps(indicator(right), most - least, &mut meter, step)?, Ok(()))
+        }
+        None => {
+            let reaching = Reaching { arena, target: right, left, rewards: None, goal };
+            let found = N::reached(&reaching, &mut meter)?;
+            (found.values.into_iter().map(|x| x.unwrap_or_else(N::zero)).collect(), found.end)
+        }
+    };
+    let step = |state: usize, best: &dyn Fn() -> N| if left[state] { best() } else { N::zero() };
+    let values = back.steps(x, *least, &mut meter, step)?;
+    Ok(Vector { end, ..Vector::of(values) })
+}
+
+fn reward_of<N: Solve>(
+    arena: &Arena<'_>,
+    (rewards, accumulation, goal): (&Rewards, &Accumulation, Goal),
+) -> Result<Vector<N>> {
+    let mut meter = arena.meter();
+    meter.take(2 * N::BYTES * arena.states())?;
+    match accumulation {
+        Accumulation::Until(target) => {
+            let left = BitVec::repeat(true, arena.states());
+            N::reached(&Reaching { arena, target, left: &left, rewards: Some(rewards), goal }, &mut meter)
+        }
+        Accumulation::Within(steps) => {
+            let back = Back::new(arena, goal, Some(rewards), &mut meter)?;
+            let x = vec![N::zero(); arena.states()];
+            back.steps(x, *steps, &mut meter, |_, best| best()).map(Vector::of)
+        }
+        Accumulation::At(steps) => {
+            let back = Back::new(arena, goal, None, &mut meter)?;
+            let x = (0..arena.states()).map(|state| N::of(rewards.state(state))).collect();
+            back.steps(x, *steps, &mut meter, |_, best| best()).map(Vector::of)
+        }
+        Accumulation::Total if arena.is_uniform(goal) => {
+            total::values_of(arena, rewards, goal.ours, &mut meter)
+        }
+        Accumulation::Total => Err(Error::Usage(
+            "the reward of all steps is not supported for games: ask for it until a target, or within a number of steps"
+                .to_owned(),
+        )),
+        Accumulation::LongRun => long_run::values(arena, rewards, &mut meter),
+    }
+}

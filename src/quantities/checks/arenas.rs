@@ -1,0 +1,396 @@
+//! Values of random arenas against all pure strategies, with fractions.
+
+use std::sync::Arc;
+
+use bitvec::vec::BitVec;
+use meliora_base::error::SourceFile;
+use meliora_base::exact::Ratio;
+use meliora_base::random::Draw;
+use meliora_engine::{AnyEngine, Settings, Storage};
+use meliora_model::{Optimum, Program};
+use num_traits::{One, ToPrimitive, Zero};
+
+use crate::equations::arena::{Arena, Goal};
+use crate::path_values::{Answer, Value};
+use crate::vector::{Accumulation, Until, long_run, next, probability, reward};
+
+/// A choice: what it earns besides the reward of its state, and its successors with weights.
+type Choice = (i64, Vec<(usize, i64)>);
+
+/// A random game.
+#[derive(Debug)]
+struct Made {
+    choices: Vec<Vec<Choice>>,
+    theirs: Vec<bool>,
+    of_state: Vec<i64>,
+}
+
+/// A strategy: the choice of each state.
+type Pure = Vec<usize>;
+
+impl Made {
+    fn draw(draw: &mut Draw, kind: &str) -> Self {
+        let n = 2 + draw.below(4);
+        let choices = |draw: &mut Draw| {
+            let count = if kind == "dtmc" { 1 } else { 1 + draw.below(3) };
+            let choice = |draw: &mut Draw| {
+                let mut edges: Vec<(usize, i64)> = Vec::new();
+                for _ in 0..1 + draw.below(3) {
+                    let to = draw.below(n);
+                    if edges.iter().all(|edge| edge.0 != to) {
+                        edges.push((to, 1 + draw.below(3) as i64));
+                    }
+                }
+                ([0, 0, 1, 3][draw.below(4)], edges)
+            };
+            (0..count).map(|_| choice(draw)).collect()
+        };
+        Made {
+            choices: (0..n).map(|_| choices(draw)).collect(),
+            theirs: (0..n).map(|_| kind == "smg" && draw.below(2) == 0).collect(),
+            of_state: (0..n).map(|_| [0, 0, 1][draw.below(3)]).collect(),
+        }
+    }
+
+    fn states(&self) -> usize {
+        self.choices.len()
+    }
+
+    /// Returns the model as text; the number of a choice of a state is that of its label.
+    fn text(&self, kind: &str) -> String {
+        let (mut text, mut rewards) = (format!("{kind}\n"), "rewards \"r\"\n".to_owned());
+        if kind == "smg" {
+            text += "player p m, [a0], [a1], [a2] endplayer player q [b0], [b1], [b2] endplayer\n";
+        }
+        text += &format!("module m s:[0..{}];\n", self.states() - 1);
+        for (s, choices) in self.choices.iter().enumerate() {
+            rewards += &format!("s={s}: {};\n", self.of_state[s]);
+            for (at, (gain, edges)) in choices.iter().enumerate() {
+                let label = format!("{}{at}", if self.theirs[s] { "b" } else { "a" });
+                let sum: i64 = edges.iter().map(|edge| edge.1).sum();
+                let edges: Vec<String> =
+                    edges.iter().map(|(to, weight)| format!("{weight}/{sum}:(s'={to})")).collect();
+                text += &format!("[{label}] s={s} -> {};\n", edges.join(" + "));
+                rewards += &format!("[{label}] s={s}: {gain};\n");
+            }
+        }
+        if kind == "smg" {
+            (0..3).for_each(|at| text += &format!("[a{at}] false -> true; [b{at}] false -> true;\n"));
+        }
+        text += "endmodule\n";
+        text + &rewards + "endrewards\ninit true endinit\n"
+    }
+
+    /// Returns all pure strategies of a side; states of the other side take their first choice.
+    fn strategies(&self, of: impl Fn(usize) -> bool) -> Vec<Pure> {
+        let mut all = vec![vec![]];
+        for s in 0..self.states() {
+            let count = if of(s) { self.choices[s].len() } else { 1 };
+            all = all
+                .into_iter()
+                .flat_map(|pure: Pure| (0..count).map(move |at| [&pure[..], &[at]].concat()))
+                .collect();
+        }
+        all
+    }
+
+    /// Returns the value over all pairs of strategies; `of_chain` returns that of a chain, `None` if it is infinite.
+    fn value(&self, goal: Goal, of_chain: &dyn Fn(&Pure) -> Vec<Option<Ratio>>) -> Vec<Option<Ratio>> {
+        let greatest = |s: usize| if self.theirs[s] { goal.theirs } else { goal.ours } == Optimum::Max;
+        let better = |a: &Option<Ratio>, b: &Option<Ratio>| match (a, b) {
+            (Some(a), Some(b)) => a < b,
+            (Some(_), None) => true,
+            (None, _) => false,
+        };
+        let join = |a: Vec<Option<Ratio>>, b: Vec<Option<Ratio>>, max: bool| {
+            a.into_iter().zip(b).map(|(a, b)| if better(&a, &b) == max { b } else { a }).collect()
+        };
+        let (max, min) = (self.strategies(greatest), self.strategies(|s| !greatest(s)));
+        let both = |a: &Pure, b: &Pure| {
+            (0..self.states()).map(|s| if greatest(s) { a[s] } else { b[s] }).collect::<Pure>()
+        };
+        let least = |a: &Pure| {
+            let chains = min.iter().map(|b| of_chain(&both(a, b)));
+            chains.reduce(|x, y| join(x, y, false)).unwrap()
+        };
+        max.iter().map(least).reduce(|x, y| join(x, y, true)).unwrap()
+    }
+
+    fn row(&self, s: usize, pure: &Pure) -> Vec<Ratio> {
+        let mut row = vec![Ratio::zero(); self.states()];
+        let edges = &self.choices[s][pure[s]].1;
+        let sum: i64 = edges.iter().map(|edge| edge.1).sum();
+        edges.iter().for_each(|&(to, weight)| row[to] += Ratio::new(weight.into(), sum.into()));
+        row
+    }
+
+    fn gain(&self, s: usize, pure: &Pure) -> Ratio {
+        Ratio::from_integer((self.of_state[s] + self.choices[s][pure[s]].0).into())
+    }
+
+    /// Returns the states from which some path of a chain reaches a set through others.
+    fn reaching(&self, pure: &Pure, target: &[bool], left: &[bool]) -> Vec<bool> {
+        let mut found = target.to_vec();
+        for _ in 0..self.states() {
+            for s in (0..self.states()).filter(|&s| left[s]) {
+                found[s] |= self.choices[s][pure[s]].1.iter().any(|edge| found[edge.0]);
+            }
+        }
+        found
+    }
+
+    /// Returns the solution x = gain + P x on the states inside, where x is given elsewhere.
+    fn solve(&self, pure: &Pure, inside: &[bool], given: &[Ratio], gain: bool) -> Vec<Ratio> {
+        let n = self.states();
+        let mut rows: Vec<Vec<Ratio>> = Vec::new();
+        for s in 0..n {
+            let mut row = vec![Ratio::zero(); n + 1];
+            row[s] = Ratio::one();
+            if inside[s] {
+                self.row(s, pure).into_iter().enumerate().for_each(|(to, p)| row[to] -= p);
+                row[n] = if gain { self.gain(s, pure) } else { Ratio::zero() };
+            } else {
+                row[n] = given[s].clone();
+            }
+            rows.push(row);
+        }
+        eliminated(rows)
+    }
+
+    fn until(&self, pure: &Pure, target: &[bool], left: &[bool]) -> Vec<Option<Ratio>> {
+        let positive = self.reaching(pure, target, left);
+        let inside: Vec<bool> = (0..self.states()).map(|s| positive[s] && !target[s]).collect();
+        let given: Vec<Ratio> =
+            target.iter().map(|&inside| if inside { Ratio::one() } else { Ratio::zero() }).collect();
+        self.solve(pure, &inside, &given, false).into_iter().map(Some).collect()
+    }
+
+    fn reward_until(&self, pure: &Pure, target: &[bool]) -> Vec<Option<Ratio>> {
+        let every = vec![true; self.states()];
+        let reach = self.until(pure, target, &every);
+        let sure: Vec<bool> = reach.iter().map(|p| *p == Some(Ratio::one())).collect();
+        let inside: Vec<bool> = (0..self.states()).map(|s| sure[s] && !target[s]).collect();
+        let found = self.solve(pure, &inside, &vec![Ratio::zero(); self.states()], true);
+        found.into_iter().zip(sure).map(|(x, sure)| sure.then_some(x)).collect()
+    }
+
+    /// Returns whether each state is in a component that a chain never leaves.
+    fn recurrent(&self, pure: &Pure) -> Vec<bool> {
+        let (n, every) = (self.states(), vec![true; self.states()]);
+        let to = |t: usize| {
+            let only: Vec<bool> = (0..n).map(|s| s == t).collect();
+            self.reaching(pure, &only, &every)
+        };
+        let reach: Vec<Vec<bool>> = (0..n).map(to).collect();
+        (0..n).map(|s| (0..n).all(|t| !reach[t][s] || reach[s][t])).collect()
+    }
+
+    fn total(&self, pure: &Pure) -> Vec<Option<Ratio>> {
+        let (n, every) = (self.states(), vec![true; self.states()]);
+        let recurrent = self.recurrent(pure);
+        let recurring: Vec<bool> = (0..n).map(|s| recurrent[s] && !self.gain(s, pure).is_zero()).collect();
+        let infinite = self.reaching(pure, &recurring, &every);
+        let inside: Vec<bool> = (0..n).map(|s| !infinite[s] && !recurrent[s]).collect();
+        let found = self.solve(pure, &inside, &vec![Ratio::zero(); n], true);
+        found.into_iter().zip(infinite).map(|(x, infinite)| (!infinite).then_some(x)).collect()
+    }
+
+    /// Returns the averages over the long run: g with g = P g, and g + h = gain + P h for some h.
+    fn average(&self, pure: &Pure) -> Vec<Ratio> {
+        let (n, recurrent) = (self.states(), self.recurrent(pure));
+        let every = vec![true; n];
+        let mut found = vec![Ratio::zero(); n];
+        for s in (0..n).filter(|&s| recurrent[s]) {
+            // The stationary probabilities of the component of s.
+            let only: Vec<bool> = (0..n).map(|t| t == s).collect();
+            let back = self.reaching(pure, &only, &every);
+            let own = |t: usize| recurrent[t] && back[t];
+            let mut rows: Vec<Vec<Ratio>> = Vec::new();
+            for t in 0..n {
+                let mut row = vec![Ratio::zero(); n + 1];
+                row[t] = Ratio::one();
+                if t == s {
+                    (0..n).filter(|&t| own(t)).for_each(|t| row[t] = Ratio::one());
+                    row[n] = Ratio::one();
+                } else if own(t) {
+                    (0..n).filter(|&from| own(from)).for_each(|from| row[from] -= &self.row(from, pure)[t]);
+                }
+                rows.push(row);
+            }
+            let stationary = eliminated(rows);
+            found[s] = (0..n).map(|t| &stationary[t] * self.gain(t, pure)).sum();
+        }
+        let inside: Vec<bool> = recurrent.iter().map(|recurrent| !recurrent).collect();
+        self.solve(pure, &inside, &found, false)
+    }
+
+    /// Returns the optimum after some steps, state by state and step by step.
+    fn after(
+        &self,
+        goal: Goal,
+        state: usize,
+        steps: u64,
+        value: &dyn Fn(usize, u64) -> Option<Ratio>,
+        gains: bool,
+    ) -> Ratio {
+        if let Some(value) = value(state, steps) {
+            return value;
+        }
+        let of = |(gain, edges): &Choice| {
+            let sum: i64 = edges.iter().map(|edge| edge.1).sum();
+            let first = if gains { self.of_state[state] + gain } else { 0 };
+            edges.iter().fold(Ratio::from_integer(first.into()), |x, &(to, weight)| {
+                x + Ratio::new(weight.into(), sum.into()) * self.after(goal, to, steps - 1, value, gains)
+            })
+        };
+        let greatest = if self.theirs[state] { goal.theirs } else { goal.ours } == Optimum::Max;
+        let all = self.choices[state].iter().map(of);
+        if greatest { all.max() } else { all.min() }.unwrap()
+    }
+}
+
+/// Solves linear equations.
+fn eliminated(mut rows: Vec<Vec<Ratio>>) -> Vec<Ratio> {
+    let n = rows.len();
+    for at in 0..n {
+        let pivot = (at..n).find(|&row| !rows[row][at].is_zero()).expect("one solution");
+        rows.swap(at, pivot);
+        let divisor = rows[at][at].clone();
+        rows[at].iter_mut().for_each(|x| *x /= &divisor);
+        let row = rows[at].clone();
+        for other in (0..n).filter(|&other| other != at) {
+            let factor = rows[other][at].clone();
+            rows[other].iter_mut().zip(&row).for_each(|(x, y)| *x -= &factor * y);
+        }
+    }
+    rows.into_iter().map(|row| row[n].clone()).collect()
+}
+
+fn load(text: &str) -> Program {
+    let read = |name, text: &str| SourceFile::new(name, text);
+    meliora_lang::load(&read("model", text), &read("constants", ""))
+        .unwrap_or_else(|e| panic!("{e:?} {text}"))
+        .program
+}
+
+fn check(what: &str, found: &Answer, expected: &[Option<Ratio>], is_exact: bool) {
+    assert!(found.end.is_ok(), "{what}: {:?}", found.end);
+    assert_eq!(found.values.len(), expected.len());
+    for (state, (value, expected)) in found.values.iter().zip(expected).enumerate() {
+        match (value, expected) {
+            (Value::Infinite, None) => {}
+            (Value::Finite(bounds), Some(expected)) if is_exact => {
+                assert_eq!(bounds.exact.as_ref(), Some(expected), "{what}, state {state}");
+            }
+            (Value::Finite(bounds), Some(expected)) => {
+                let near = expected.to_f64().unwrap();
+                let (lower, upper) = (bounds.interval.lower, bounds.interval.upper);
+                let contains = Ratio::from_float(lower).unwrap() <= *expected
+                    && Ratio::from_float(upper).unwrap() >= *expected;
+                assert!(
+                    contains && upper - lower <= 1e-6 * near.max(1.0),
+                    "{what}, state {state}: {near} {bounds:?}"
+                );
+            }
+            other => panic!("{what}, state {state}: {other:?}"),
+        }
+    }
+}
+
+fn asked(
+    made: &Made,
+    arena: &Arena<'_>,
+    engine: &AnyEngine,
+    draw: &mut Draw,
+    (precision, what): (f64, &str),
+) {
+    let n = made.states();
+    let target: Vec<bool> = (0..n).map(|_| draw.below(3) == 0).collect();
+    let left: Vec<bool> = (0..n).map(|_| draw.below(5) > 0).collect();
+    let bits = |set: &[bool]| set.iter().copied().collect::<BitVec>();
+    let rewards = arena.rewards(engine, 0).unwrap();
+    let is_exact = precision == 0.0;
+    let optimum = [Optimum::Max, Optimum::Min];
+    let goals = optimum.into_iter().flat_map(|ours| [Goal::against(ours), Goal::all(ours)]);
+    for goal in goals {
+        let what = format!("{what} {goal:?} {target:?} {left:?}");
+        let until = |least, most| Until { left: bits(&left), right: bits(&target), least, most };
+        let found = probability(arena, &until(0, None), goal, precision).unwrap();
+        let expected = made.value(goal, &|pure| made.until(pure, &target, &left));
+        check(&format!("{what} until"), &found, &expected, is_exact);
+        let bounded = |least: u64, most: u64| {
+            let value = move |target: &[bool], left: &[bool], s: usize, to_go: u64| {
+                let done = most - to_go;
+                match (done >= least && target[s], left[s] && to_go > 0) {
+                    (true, _) => Some(Ratio::one()),
+                    (_, false) => Some(Ratio::zero()),
+                    _ => None,
+                }
+            };
+            let of = |s| made.after(goal, s, most, &|s, to_go| value(&target, &left, s, to_go), false);
+            (0..n).map(|s| Some(of(s))).collect::<Vec<_>>()
+        };
+        for (least, most) in [(0, 3), (2, 3), (0, 0), (1, 1)] {
+            let found = probability(arena, &until(least, Some(most)), goal, precision).unwrap();
+            check(&format!("{what} [{least},{most}]"), &found, &bounded(least, most), is_exact);
+        }
+        let found = next(arena, &bits(&target), goal, precision).unwrap();
+        let in_target =
+            |s: usize, to_go: u64| (to_go == 0).then(|| if target[s] { Ratio::one() } else { Ratio::zero() });
+        let expected: Vec<_> = (0..n).map(|s| Some(made.after(goal, s, 1, &in_target, false))).collect();
+        check(&format!("{what} next"), &found, &expected, is_exact);
+        let ask = |accumulation| reward(arena, &rewards, &accumulation, goal, precision);
+        let expected = made.value(goal, &|pure| made.reward_until(pure, &target));
+        check(&format!("{what} F"), &ask(Accumulation::Until(bits(&target))).unwrap(), &expected, is_exact);
+        let nothing = |_: usize, to_go: u64| (to_go == 0).then(Ratio::zero);
+        let expected: Vec<_> = (0..n).map(|s| Some(made.after(goal, s, 3, &nothing, true))).collect();
+        check(&format!("{what} C<=3"), &ask(Accumulation::Within(3)).unwrap(), &expected, is_exact);
+        let last = |s: usize, to_go: u64| (to_go == 0).then(|| Ratio::from_integer(made.of_state[s].into()));
+        let expected: Vec<_> = (0..n).map(|s| Some(made.after(goal, s, 2, &last, false))).collect();
+        check(&format!("{what} I=2"), &ask(Accumulation::At(2)).unwrap(), &expected, is_exact);
+        if arena.is_uniform(goal) {
+            let expected = made.value(goal, &|pure| made.total(pure));
+            check(&format!("{what} C"), &ask(Accumulation::Total).unwrap(), &expected, is_exact);
+        }
+        if made.choices.iter().all(|choices| choices.len() == 1) {
+            let average = made.average(&vec![0; n]).into_iter().map(Some).collect::<Vec<_>>();
+            check(&format!("{what} S"), &ask(Accumulation::LongRun).unwrap(), &average, is_exact);
+            let found = long_run(arena, &bits(&target), precision).unwrap();
+            assert_eq!(found.values.len(), n);
+        }
+    }
+}
+
+fn agree(kind: &str, seeds: std::ops::Range<u64>) {
+    for seed in seeds {
+        let draw = &mut Draw::new(seed);
+        let made = Made::draw(draw, kind);
+        let program = load(&made.text(kind));
+        for (storage, precision) in [(Storage::Explicit, 1e-6), (Storage::Symbolic, 0.0)] {
+            let settings = Settings { storage, ..Settings::default() };
+            let engine = AnyEngine::new(Arc::new(program.clone()), settings).unwrap();
+            let arena = Arena::new(&engine, &program).unwrap();
+            assert_eq!(arena.states(), made.states());
+            let half: BitVec = (0..made.states()).map(|s| s % 2 == 0).collect();
+            let set = arena.set(&engine, &half).unwrap();
+            assert_eq!(arena.members(&engine, &set).unwrap(), half);
+            let what = format!("seed {seed}, {kind}, {storage:?}\n{}", made.text(kind));
+            asked(&made, &arena, &engine, draw, (precision, &what));
+        }
+    }
+}
+
+#[test]
+fn values_of_games_are_those_over_all_pure_strategies() {
+    agree("smg", 0..50);
+}
+
+#[test]
+fn values_of_mdps_are_those_over_all_pure_strategies() {
+    agree("mdp", 0..50);
+}
+
+#[test]
+fn values_of_chains_are_those_of_linear_equations() {
+    agree("dtmc", 0..50);
+}

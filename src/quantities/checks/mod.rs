@@ -1,0 +1,4 @@
+//! Differential tests of the solvers.
+
+mod arenas;
+mod systems;

@@ -1,0 +1,306 @@
+//! All states of the scope of an engine, with their choices, owners and exact probabilities.
+
+use std::sync::Arc;
+
+use bitvec::vec::BitVec;
+use meliora_base::error::{Limit, Result};
+use meliora_base::exact::Ratio;
+use meliora_base::progress::ProgressSink;
+use meliora_engine::Engine;
+use meliora_engine::explicit::weighted::{Codec, Fractions, Walker};
+use meliora_engine::membership::Membership;
+use meliora_model::rewards::Earner;
+use meliora_model::{Optimum, Program, State};
+use num_traits::{One, Zero};
+
+use super::cost::check_rewards;
+use super::meter::Meter;
+use super::narrow::Narrow;
+use super::reached::{Nodes, Reached, UNSEEN};
+use crate::path_values::Search;
+use crate::solvers::components::Choices;
+
+/// An estimate of the bytes that a state takes while it is listed, without its variables.
+const PER_STATE: u64 = 64;
+
+/// The extremes that the players of a game look for; without a game, ours counts alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Goal {
+    /// What is chosen in our states.
+    pub ours: Optimum,
+    /// What is chosen in those of the opponent.
+    pub theirs: Optimum,
+}
+
+impl Goal {
+    /// All choices look for the same extreme.
+    pub fn all(optimum: Optimum) -> Self {
+        Goal { ours: optimum, theirs: optimum }
+    }
+
+    /// We look for an extreme against an opponent who looks for the other one.
+    pub fn against(ours: Optimum) -> Self {
+        Goal { ours, theirs: opposite(ours) }
+    }
+
+    /// Returns the goal with both extremes exchanged: that of 1 minus a probability.
+    pub fn opposite(self) -> Self {
+        Goal { ours: opposite(self.ours), theirs: opposite(self.theirs) }
+    }
+}
+
+fn opposite(optimum: Optimum) -> Optimum {
+    if optimum == Optimum::Max { Optimum::Min } else { Optimum::Max }
+}
+
+/// The states of the scope of an engine, numbered from 0, with their choices. Sets of them are bit vectors, and
+/// values are vectors, both by these numbers.
+pub struct Arena<'e> {
+    pub(crate) program: &'e Program,
+    /// The choices of the states, and their successors.
+    pub(crate) choices: Choices,
+    /// The number of the probability of each successor.
+    pub(crate) weights: Narrow,
+    pub(crate) fractions: Fractions,
+    /// The position of each choice among those of its state in the program.
+    positions: Narrow,
+    /// The states in which the opponent chooses; `None` if every state is ours.
+    pub(crate) theirs: Option<BitVec>,
+    listing: Listing<'e>,
+    codec: Codec,
+    sink: Arc<dyn ProgressSink>,
+    /// The bytes that the arena leaves of the memory limit.
+    memory: u64,
+}
+
+/// The codes of the states.
+enum Listing<'e> {
+    /// One after the other.
+    Coded(super::codes::Codes),
+    /// The number in the engine of each state.
+    Numbered(Box<dyn Membership + 'e>, Vec<u32>),
+}
+
+impl<'e> Arena<'e> {
+    /// Lists the states of the scope of an engine, in the order of their values. Cost: one evaluation of the commands
+    /// per state.
+    ///
+    /// # Errors
+    /// The states do not fit into the memory limit; another limit is reached; a command has no meaning in some state.
+    pub fn new<E: Engine>(engine: &'e E, program: &'e Program) -> Result<Self> {
+        let all = engine.all_states();
+        let count = engine.count(&all)?;
+        let settings = engine.settings();
+        let each = PER_STATE + 8 * program.variables.len() as u64;
+        let most = settings.memory / each;
+        if count > most.into() {
+            let what = format!(
+                "numbers of all states need a list of the {count} states of the scope, more than the {most} that fit"
+            );
+            return Err(Limit::Memory { what }.into());
+        }
+        let mut meter = Meter::new(engine);
+        let states = engine.list_states(&all, usize::MAX)?;
+        let listed = states.len() * each as usize;
+        meter.take(listed)?;
+        let search = Search { engine, program, end: engine.no_states(), inside: all, cost: None };
+        let walker = search.walker()?;
+        let Reached { graph, nodes, .. } = search.explored(&states, &walker, &mut meter)?;
+        drop(states);
+        meter.release(listed);
+        // The first node of the graph is the end of paths, which none of them enters.
+        let (mut choices, mut weights) =
+            (Choices { first: vec![0], start: vec![0], to: Vec::new() }, Narrow::default());
+        let mut positions = Narrow::default();
+        meter.take(graph.edges_in_all() * 9 + graph.nodes() * 4)?;
+        for node in 1..graph.nodes() as u32 {
+            for choice in graph.choices(node) {
+                for edge in graph.edges(choice) {
+                    choices.to.push(edge.to - 1);
+                    weights.push(edge.probability());
+                }
+                positions.push(graph.position(node, choice) as u32);
+                choices.start.push(choices.to.len() as u32);
+            }
+            choices.first.push(choices.start.len() as u32 - 1);
+        }
+        meter.release(graph.bytes());
+        let (codec, sink) = (walker.codec().clone(), Arc::clone(&settings.sink));
+        let listing = Listing::of(nodes, graph.nodes() - 1);
+        let memory = meter.left();
+        let fractions = graph.known;
+        let mut arena = Arena {
+            program,
+            choices,
+            weights,
+            fractions,
+            positions,
+            theirs: None,
+            listing,
+            codec,
+            sink,
+            memory,
+        };
+        arena.theirs = engine.theirs().map(|theirs| arena.members(engine, &theirs)).transpose()?;
+        Ok(arena)
+    }
+
+    /// Returns the number of states.
+    pub fn states(&self) -> usize {
+        self.choices.first.len() - 1
+    }
+
+    /// Returns the values of the variables of a state.
+    pub fn state(&self, number: usize) -> State {
+        match &self.listing {
+            Listing::Coded(codes) => self.codec.decode(&codes.code(number as u32)),
+            Listing::Numbered(numbered, numbers) => {
+                let code = numbered.numbers().map(|known| known.code(numbers[number]));
+                code.map_or_else(State::new, |code| self.codec.decode(code))
+            }
+        }
+    }
+
+    /// Returns the states of the arena that are in a set of an engine with the same states. Cost: one membership test
+    /// per state.
+    ///
+    /// # Errors
+    /// The set belongs to another engine; a limit is reached.
+    pub fn members<E: Engine>(&self, engine: &E, set: &E::States) -> Result<BitVec> {
+        let membership = engine.membership(&[set])?;
+        let mut members = BitVec::repeat(false, self.states());
+        for number in 0..self.states() {
+            let inside = match (&self.listing, membership.numbers()) {
+                (Listing::Numbered(_, numbers), Some(known)) => known.marks(numbers[number]),
+                _ => membership.of(&self.state(number))?,
+            };
+            members.set(number, inside & 1 == 1);
+        }
+        Ok(members)
+    }
+
+    /// Returns a set of states of the arena as one of an engine with the same states.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub fn set<E: Engine>(&self, engine: &E, members: &BitVec) -> Result<E::States> {
+        engine.set_of(&mut members.iter_ones().map(|number| self.state(number)))
+    }
+
+    /// Returns the rewards of a structure of the program, after checking them.
+    ///
+    /// # Errors
+    /// A reward is negative or has no value in some state; a limit is reached.
+    pub fn rewards<E: Engine>(&self, engine: &E, structure: usize) -> Result<Rewards> {
+        let program = self.program;
+        let items = &program.rewards[structure];
+        check_rewards(engine, program, items, &program.wrong_rewards(structure))?;
+        let mut meter = self.meter();
+        meter.take((self.states() + self.choices.start.len()) * 4)?;
+        let by_state = items.items.iter().all(|item| matches!(item.earner, Earner::State));
+        let walker = Walker::new(program, &*self.sink)?;
+        let (mut walk, mut known, mut steps) = (walker.walk(), Fractions::default(), Default::default());
+        let mut rewards = Rewards::default();
+        for number in 0..self.states() {
+            meter.step()?;
+            let state = self.state(number);
+            let own = program.reward_of(items, &state, &[])?;
+            let own = rewards.fractions.number(own);
+            rewards.of_state.push(own);
+            if !by_state {
+                walk.steps(&self.codec.known(&state)?, &mut known, &mut steps)?;
+            }
+            for choice in self.choices.of(number as u32) {
+                rewards.of_choice.push(match by_state {
+                    true => own,
+                    false => {
+                        let taken = walk.taken(self.positions.get(choice) as usize);
+                        let reward = program.reward_of(items, &state, &taken.combinations)?;
+                        rewards.fractions.number(reward)
+                    }
+                });
+            }
+        }
+        Ok(rewards)
+    }
+
+    /// Returns the states in which the greatest value is looked for.
+    pub(crate) fn maximisers(&self, goal: Goal) -> BitVec {
+        let ours = goal.ours == Optimum::Max;
+        match &self.theirs {
+            Some(theirs) if goal.ours != goal.theirs => theirs.iter().map(|theirs| *theirs != ours).collect(),
+            _ => BitVec::repeat(ours, self.states()),
+        }
+    }
+
+    /// Returns true if all states look for the same extreme under a goal.
+    pub(crate) fn is_uniform(&self, goal: Goal) -> bool {
+        goal.ours == goal.theirs || self.theirs.as_ref().is_none_or(|theirs| theirs.not_any())
+    }
+
+    /// Returns a meter for the memory that the arena leaves.
+    pub(crate) fn meter(&self) -> Meter<'_> {
+        Meter::with(self.memory, &*self.sink)
+    }
+
+    /// Returns the successors of a choice with the numbers of their probabilities.
+    pub(crate) fn edges(&self, choice: usize) -> impl Iterator<Item = (u32, u32)> + Clone {
+        let edges = self.choices.start[choice] as usize..self.choices.start[choice + 1] as usize;
+        edges.map(|at| (self.choices.to[at], self.weights.get(at)))
+    }
+}
+
+impl<'e> Listing<'e> {
+    /// Returns the codes of the states of a graph whose nodes follow each other in their order.
+    fn of(nodes: Nodes<'e>, states: usize) -> Self {
+        match nodes {
+            Nodes::Coded(coded) => Listing::Coded(coded.codes),
+            Nodes::Numbered(membership, nodes) => {
+                let mut numbers = vec![0; states];
+                for (number, &node) in (0..).zip(&nodes).filter(|(_, node)| **node != UNSEEN) {
+                    numbers[node as usize - 1] = number;
+                }
+                Listing::Numbered(membership, numbers)
+            }
+        }
+    }
+}
+
+/// The rewards of a structure in an arena.
+#[derive(Debug, Default)]
+pub struct Rewards {
+    pub(crate) fractions: Fractions,
+    /// The number of what each state earns, whatever is chosen there.
+    pub(crate) of_state: Narrow,
+    /// The number of what each choice earns, with the reward of its state.
+    pub(crate) of_choice: Narrow,
+}
+
+impl Rewards {
+    /// Returns rewards that depend on states alone: 1 in some states, 0 in the others.
+    pub(crate) fn of_set(arena: &Arena<'_>, set: &BitVec) -> Self {
+        let mut rewards = Rewards::default();
+        let numbers = [Ratio::zero(), Ratio::one()].map(|value| rewards.fractions.number(value));
+        for state in 0..arena.states() {
+            let number = numbers[usize::from(set[state])];
+            rewards.of_state.push(number);
+            arena.choices.of(state as u32).for_each(|_| rewards.of_choice.push(number));
+        }
+        rewards
+    }
+
+    /// Returns whether a choice earns nothing.
+    pub(crate) fn is_free(&self, choice: usize) -> bool {
+        Zero::is_zero(self.choice(choice))
+    }
+
+    /// Returns what a choice earns, with the reward of its state.
+    pub(crate) fn choice(&self, choice: usize) -> &Ratio {
+        &self.fractions.list()[self.of_choice.get(choice) as usize]
+    }
+
+    /// Returns what a state earns, whatever is chosen there.
+    pub(crate) fn state(&self, state: usize) -> &Ratio {
+        &self.fractions.list()[self.of_state.get(state) as usize]
+    }
+}

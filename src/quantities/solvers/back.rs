@@ -1,0 +1,93 @@
+//! Steps backward: the values before a step from those after it, in all states of an arena.
+
+use bitvec::vec::BitVec;
+
+use crate::equations::arena::{Arena, Goal, Rewards};
+use crate::equations::meter::Meter;
+use crate::equations::number::Number;
+use meliora_base::error::Result;
+
+/// The equations of one step as numbers.
+pub(crate) struct Back<'a, N> {
+    arena: &'a Arena<'a>,
+    maximisers: BitVec,
+    probabilities: Vec<N>,
+    /// The rewards, and their values as numbers.
+    gains: Option<(&'a Rewards, Vec<N>)>,
+}
+
+impl<'a, N: Number> Back<'a, N> {
+    /// Reads the probabilities of an arena, and rewards that choices earn.
+    ///
+    /// # Errors
+    /// The memory limit is reached.
+    pub(crate) fn new(
+        arena: &'a Arena<'a>,
+        goal: Goal,
+        rewards: Option<&'a Rewards>,
+        meter: &mut Meter<'_>,
+    ) -> Result<Self> {
+        let fractions = arena.fractions.list();
+        meter.take(fractions.len() * N::BYTES + arena.states() / 8)?;
+        let gains = rewards.map(|own| (own, own.fractions.list().iter().map(N::of).collect()));
+        let probabilities = fractions.iter().map(N::of).collect();
+        Ok(Back { arena, maximisers: arena.maximisers(goal), probabilities, gains })
+    }
+
+    /// Returns the optimum over the choices of a state of what they earn and the mean of `x` after them.
+    pub(crate) fn best(&self, state: usize, x: &[N]) -> N {
+        let greatest = self.maximisers[state];
+        let mut best: Option<(N, N)> = None;
+        for choice in self.arena.choices.of(state as u32) {
+            let q = self.mean(choice, x);
+            let (low, high) = (q.low(), q.high());
+            best = Some(match best {
+                None => (low, high),
+                Some((a, b)) if greatest => (a.or_greater(low), b.or_greater(high)),
+                Some((a, b)) => (a.or_smaller(low), b.or_smaller(high)),
+            });
+        }
+        best.map_or_else(N::zero, |(low, high)| N::between(&low, &high))
+    }
+
+    fn mean(&self, choice: usize, x: &[N]) -> N {
+        let terms = self.arena.edges(choice);
+        let gain = self.gains.as_ref().map(|(own, gains)| &gains[own.of_choice.get(choice) as usize]);
+        let first = terms.clone().next().map(|(to, _)| &x[to as usize]);
+        let sum = match first {
+            // A mean of equal values is this value, without any rounding.
+            Some(first) if terms.clone().all(|(to, _)| x[to as usize] == *first) => first.clone(),
+            _ => terms.fold(N::zero(), |sum, (to, weight)| {
+                sum.plus(&self.probabilities[weight as usize].times(&x[to as usize]))
+            }),
+        };
+        gain.map_or(sum.clone(), |gain| sum.plus(gain))
+    }
+
+    /// Takes some steps backward from the values `x`; `each` gets a state and its optimum before a step.
+    ///
+    /// # Errors
+    /// The work is cancelled.
+    pub(crate) fn steps(
+        &self,
+        mut x: Vec<N>,
+        steps: u64,
+        meter: &mut Meter<'_>,
+        each: impl Fn(usize, &dyn Fn() -> N) -> N,
+    ) -> Result<Vec<N>> {
+        for step in 0..steps {
+            meter.progress_at(step as usize, &|| format!("step {} of {steps}", step + 1));
+            let mut next = Vec::with_capacity(x.len());
+            for state in 0..x.len() {
+                meter.step()?;
+                next.push(each(state, &|| self.best(state, &x)));
+            }
+            let unchanged = next.iter().zip(&x).all(|(next, x)| next == x);
+            x = next;
+            if unchanged {
+                break;
+            }
+        }
+        Ok(x)
+    }
+}

@@ -1,0 +1,137 @@
+//! The long-run average reward of a Markov chain, by its bottom components.
+//!
+//! In a bottom component, the average is the reward until a state is entered again, divided by the number of steps until
+//! then. Both come from one elimination of all other states, without subtraction.
+
+use std::ops::Range;
+
+use super::components::{self, Successors};
+use super::eliminate::{self, Row};
+use super::reaching::Vector;
+use crate::equations::arena::{Arena, Rewards};
+use crate::equations::graph::NONE;
+use crate::equations::meter::{Meter, Stop};
+use crate::equations::number::{Interval, Number};
+use crate::equations::part::Part;
+use crate::equations::solution::Solution;
+use crate::equations::system::Quantity;
+use crate::path_values::solved;
+use bitvec::vec::BitVec;
+use meliora_base::error::{Error, Limit, Result};
+
+/// Computes the averages of all states.
+///
+/// # Errors
+/// Some state has several choices; a limit is reached before anything is known.
+pub(crate) fn values<N: Number>(
+    arena: &Arena<'_>,
+    rewards: &Rewards,
+    meter: &mut Meter<'_>,
+) -> Result<Vector<N>> {
+    if arena.choices.start.len() != arena.choices.first.len() {
+        let what = "averages over the long run are supported for models of type dtmc: some states here have several choices";
+        return Err(Error::Usage(what.to_owned()));
+    }
+    meter.take(arena.states() * (components::SEARCH + 12))?;
+    let found = components::components(&Chain(arena), 0..arena.states() as u32);
+    let mut nodes = vec![NONE; arena.states()];
+    let (mut averages, mut place): (Vec<N>, _) = (Vec::new(), vec![NONE; arena.states()]);
+    for component in found.iter() {
+        if !is_bottom(arena, component, &mut nodes, averages.len() as u32) {
+            continue;
+        }
+        averages.push(average(arena, rewards, (component, &mut place), meter)?);
+    }
+    let exits = averages.len() as u32;
+    let mut next = exits;
+    for node in nodes.iter_mut().filter(|node| **node == NONE) {
+        *node = next;
+        next += 1;
+    }
+    let all = BitVec::repeat(true, arena.states());
+    let nothing = Rewards::of_set(arena, &BitVec::repeat(false, arena.states()));
+    let part = Part { arena, nodes, exits, allowed: &all, rewards: Some(&nothing) };
+    let graph = part.graph(meter)?;
+    let mut below = Solution::new(graph.nodes(), |node| node < exits, None, meter)?;
+    (0..).zip(&averages).for_each(|(node, average)| below.set(node, average.clone()));
+    let (solution, end) = solved::<N>(&graph, Quantity::Reward, Some(&below), meter)?;
+    let end = if N::EXACT { Ok(end?) } else { end };
+    let value = |&node: &u32| match averages.get(node as usize) {
+        Some(average) => Some(average.clone()),
+        None => {
+            let anything = N::rounded(Interval { lower: 0.0, upper: f64::INFINITY });
+            solution.get(node).cloned().or(anything)
+        }
+    };
+    Ok(Vector { values: part.nodes.iter().map(value).collect(), end })
+}
+
+/// Returns whether a component is never left; then its states get the number `exit`.
+fn is_bottom(arena: &Arena<'_>, component: &[u32], nodes: &mut [u32], exit: u32) -> bool {
+    component.iter().for_each(|&state| nodes[state as usize] = exit);
+    let stays =
+        |&state: &u32| arena.choices.successors(state as usize).iter().all(|&to| nodes[to as usize] == exit);
+    let is_bottom = component.iter().all(stays);
+    if !is_bottom {
+        component.iter().for_each(|&state| nodes[state as usize] = NONE);
+    }
+    is_bottom
+}
+
+/// Returns the average reward of a bottom component.
+fn average<N: Number>(
+    arena: &Arena<'_>,
+    rewards: &Rewards,
+    (component, place): (&[u32], &mut [u32]),
+    meter: &mut Meter<'_>,
+) -> Result<N> {
+    let Some((&last, others)) = component.split_last() else { return Ok(N::zero()) };
+    others.iter().zip(0..).for_each(|(&state, at)| place[state as usize] = at);
+    let fraction = |weight: u32| N::of(&arena.fractions.list()[weight as usize]);
+    let gain = |state: u32| N::of(rewards.choice(state as usize));
+    let row = |&state: &u32| {
+        let mut row = Row { edges: Vec::new(), escape: N::zero(), constant: [gain(state), N::one()] };
+        for (to, weight) in arena.edges(state as usize) {
+            match place[to as usize] {
+                _ if to == state => {}
+                NONE => row.escape = row.escape.plus(&fraction(weight)),
+                at => row.edges.push((at, fraction(weight))),
+            }
+        }
+        row.edges.sort_unstable_by_key(|edge| edge.0);
+        row
+    };
+    let mut left = usize::MAX;
+    let values = eliminate::solve(others.iter().map(row).collect(), &mut left, meter);
+    let values = values.map_err(|stop| match stop {
+        Stop::Limit(error) => error,
+        _ => Limit::Size { what: "the average of a component has no value".to_owned() }.into(),
+    })?;
+    let [mut sum, mut steps] = [gain(last), N::one()];
+    for (to, weight) in arena.edges(last as usize) {
+        if let Some([more, longer]) = values.get(place[to as usize] as usize) {
+            let p = fraction(weight);
+            sum = sum.plus(&p.times(more));
+            steps = steps.plus(&p.times(longer));
+        }
+    }
+    others.iter().for_each(|&state| place[state as usize] = NONE);
+    Ok(sum.over(&steps))
+}
+
+/// The successors of a chain.
+struct Chain<'a>(&'a Arena<'a>);
+
+impl Successors for Chain<'_> {
+    fn nodes(&self) -> usize {
+        self.0.states()
+    }
+
+    fn positions(&self, node: u32) -> Range<u32> {
+        self.0.choices.start[node as usize]..self.0.choices.start[node as usize + 1]
+    }
+
+    fn at(&self, position: u32) -> Option<u32> {
+        Some(self.0.choices.to[position as usize])
+    }
+}
