@@ -7,8 +7,6 @@
 use std::iter;
 use std::sync::{Arc, OnceLock};
 
-use ahash::AHashSet;
-
 use super::chain::{self, Known, Link, Links};
 use super::partial_relation::PartialRelation;
 use crate::symbolic::store::charge::Charge;
@@ -287,27 +285,6 @@ impl Forgets for Lists {
     fn forget(&self) {
         self.known.forget();
     }
-}
-
-/// Returns true if at most `most` different combinations of the lists remain when they are
-/// split by bits that keep their values.
-pub(in crate::symbolic) fn stay_few(store: &Store, lists: &[Arc<RelationList>], most: usize) -> Result<bool> {
-    let mut seen = AHashSet::new();
-    let mut stack = vec![lists.to_vec()];
-    while let Some(lists) = stack.pop() {
-        let numbers: Vec<u32> = lists.iter().map(|l| l.number).collect();
-        let Some(bit) = lists.iter().filter(|l| l.changes_state()).map(|l| l.top).min() else { continue };
-        if !seen.insert(numbers) {
-            continue;
-        }
-        if seen.len() > most {
-            return Ok(false);
-        }
-        for value in [false, true] {
-            stack.push(lists.iter().map(|l| l.cofactor(store, bit, value, value)).collect::<Result<_>>()?);
-        }
-    }
-    Ok(true)
 }
 
 /// Returns the non-empty ones of the relations of a link, sorted; small relations with the same support are

@@ -1,6 +1,7 @@
 //! Partial relations and lists of them, which recursions split together with the sets.
 
 mod chain;
+pub(super) mod combinations;
 pub(in crate::symbolic) mod lists;
 pub(in crate::symbolic) mod partial_relation;
 mod step;
