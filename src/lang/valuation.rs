@@ -33,16 +33,13 @@ pub struct Binding {
     pub span: Span,
 }
 
-/// Returns the variable with a name.
-type Variables<'n> = dyn Fn(&str) -> Option<&'n Variable> + 'n;
-
 /// Parses values for constants, such as `K=4,p=0.5,fast=true`; an empty text gives no values.
 ///
 /// # Errors
 /// A syntax error, or a name that occurs twice.
 pub fn parse_constants(source: &Arc<SourceFile>) -> Result<Vec<Binding>> {
     let mut parser = Parser::new(source);
-    let parsed = parser.bindings(&|_| None, false).map(|(bindings, _)| bindings);
+    let parsed = parser.bindings(None, false).map(|(bindings, _)| bindings);
     parser.finish_parsed(parsed)
 }
 
@@ -107,8 +104,7 @@ pub fn parse_states(source: &Arc<SourceFile>, program: &Program) -> Result<Vec<P
 
 fn places(source: &Arc<SourceFile>, program: &Program, any: bool) -> Result<Vec<Place>> {
     let mut parser = Parser::new(source);
-    let variables = |name: &str| program.variables.iter().find(|v| v.name == name);
-    let (bindings, free) = match parser.bindings(&variables, any) {
+    let (bindings, free) = match parser.bindings(Some(program), any) {
         Ok(bindings) => bindings,
         parsed @ Err(_) => return parser.finish_parsed(parsed).map(|_| Vec::new()),
     };
@@ -134,8 +130,8 @@ fn places(source: &Arc<SourceFile>, program: &Program, any: bool) -> Result<Vec<
 
 impl Parser<'_> {
     /// Parses `name=value,…`, and returns the names with `*` for a value apart, if they are allowed;
-    /// the variables give the names that values have.
-    fn bindings(&mut self, variables: &Variables<'_>, any: bool) -> Parsed<(Vec<Binding>, Vec<Ident>)> {
+    /// the variables of a program give the names that values have.
+    fn bindings(&mut self, program: Option<&Program>, any: bool) -> Parsed<(Vec<Binding>, Vec<Ident>)> {
         let (mut bindings, mut free): (Vec<Binding>, Vec<Ident>) = (Vec::new(), Vec::new());
         while self.peek() != Token::End {
             if !bindings.is_empty() || !free.is_empty() {
@@ -153,15 +149,16 @@ impl Parser<'_> {
             if any && self.eat(Token::Star) {
                 free.push(name);
             } else {
-                bindings.push(self.binding(name, variables)?);
+                bindings.push(self.binding(name, program)?);
             }
         }
         Ok((bindings, free))
     }
 
-    fn binding(&mut self, name: Ident, variables: &Variables<'_>) -> Parsed<Binding> {
+    fn binding(&mut self, name: Ident, program: Option<&Program>) -> Parsed<Binding> {
         let start = self.here();
-        let names = variables(&name.name).filter(|variable| !variable.values.is_empty());
+        let variable = program.and_then(|program| program.variables.iter().find(|v| v.name == name.name));
+        let names = variable.filter(|variable| !variable.values.is_empty());
         if let Some(value) = names.and_then(|variable| self.named_value(variable)) {
             return Ok(Binding { name, value, span: start.to(self.before()) });
         }
@@ -172,9 +169,10 @@ impl Parser<'_> {
             false => self.literal()?,
         };
         let Some(value) = literal else {
-            return Err(match names {
-                Some(variable) => self.no_such_value(variable),
-                None => self.expected("a number, `true` or `false`"),
+            return Err(match (names, program) {
+                (Some(variable), _) => self.no_such_value(variable),
+                (None, Some(program)) if self.variable(&name, program).is_none() => Failed,
+                (None, _) => self.expected("a number, `true` or `false`"),
             });
         };
         Ok(Binding { name, value, span: start.to(self.before()) })

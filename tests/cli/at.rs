@@ -64,6 +64,7 @@ fn a_state_that_no_path_reaches_is_shown_with_the_values_that_were_not_given() {
 fn mistakes_around_a_star_have_their_places() {
     for (at, message) in [
         ("x=*", "the model has no variable `x`"),
+        ("x=left", "the model has no variable `x`"),
         ("r=*,r=1", "`r` is given twice"),
         ("r=1,r=*", "`r` is given twice"),
         ("r=*c=1", "expected"),

@@ -107,6 +107,9 @@ pub(super) fn outcome(run: &ShownRun) -> String {
         (RunEnd::Kept, StrategyKind::Spi) => {
             format!("A lucky run: every possible improvement happens ({often}).")
         }
+        (RunEnd::Kept, _) if improved == 0 => {
+            format!("No improvement is guaranteed; the run keeps the prospects for {steps}.")
+        }
         (RunEnd::Kept, _) => format!("All guaranteed improvements happen: {often}."),
         (RunEnd::Failed, _) => {
             format!("No simulated run made all possible improvements; this one has {often}.")

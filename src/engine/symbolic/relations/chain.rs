@@ -1,7 +1,7 @@
 //! Chains: operands of a recursion over bits, linked in the order of the first bit that each depends on.
 //!
 //! A link holds the operands that depend on one bit and on no earlier one; all later operands are the
-//! rest of the chain. Chains with equal ends share them. So the cofactors of a chain by its first bit
+//! rest of the chain. Operands that depend on no bit come first, so that nothing is passed to insert one. Chains with equal ends share them. So the cofactors of a chain by its first bit
 //! cost what that bit concerns: `n` independent modules have n links in all.
 
 use std::collections::BTreeMap;
@@ -18,7 +18,7 @@ pub(super) trait Link: Sized {
     /// An operand.
     type Operand: Clone;
 
-    /// Returns the first bit that the operands of this link depend on.
+    /// Returns the first bit that the operands of this link depend on; `u32::MAX` if they depend on none.
     fn top(&self) -> u32;
     /// Returns the operands of this link.
     fn here(&self) -> &Arc<[Self::Operand]>;
@@ -28,7 +28,7 @@ pub(super) trait Link: Sized {
 
 /// The links of a store.
 pub(super) trait Links<L: Link> {
-    /// Returns the first bit that an operand depends on.
+    /// Returns the first bit that an operand depends on; `u32::MAX` if it depends on none.
     fn top_of(&self, operand: &L::Operand) -> u32;
     /// Returns the operands of a link in their order, without superfluous ones. An operand may be replaced by
     /// one that depends on later bits only.
@@ -86,7 +86,11 @@ pub(super) fn inserted<L: Link>(
     };
     operands.into_iter().for_each(|operand| sort(&mut open, operand));
     let (mut rest, mut passed) = (chain, Vec::new());
-    while let Some((&top, _)) = open.first_key_value() {
+    if let Some(link) = rest.take_if(|link| link.top() == u32::MAX) {
+        link.here().iter().for_each(|operand| sort(&mut open, operand.clone()));
+        rest = link.below().cloned();
+    }
+    while let Some((&top, _)) = open.first_key_value().filter(|&(&top, _)| top < u32::MAX) {
         while let Some(link) = rest.take_if(|link| link.top() < top) {
             passed.push(link.here().clone());
             rest = link.below().cloned();
@@ -101,8 +105,10 @@ pub(super) fn inserted<L: Link>(
         later.into_iter().for_each(|operand| sort(&mut open, operand));
         passed.extend((!here.is_empty()).then(|| here.into()));
     }
-    match passed.into_iter().rev().try_fold(rest, |below, here| links.link(here, below).map(Some))? {
-        Some(chain) => Ok(chain),
-        None => links.link([].into(), None),
+    let constant = links.simplified(open.into_values().flatten().collect())?;
+    let chain = passed.into_iter().rev().try_fold(rest, |below, here| links.link(here, below).map(Some))?;
+    match chain {
+        Some(chain) if constant.is_empty() => Ok(chain),
+        chain => links.link(constant.into(), chain),
     }
 }

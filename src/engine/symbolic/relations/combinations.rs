@@ -8,7 +8,7 @@ use ahash::AHashSet;
 use super::chain::{self, Known, Link, Links};
 use super::lists::RelationList;
 use crate::symbolic::store::Store;
-use meliora_model::error::Result;
+use meliora_base::error::Result;
 
 /// Lists that may change the state. Equal combinations exist once and have a number.
 struct Combination {

@@ -25,11 +25,13 @@ pub(in crate::symbolic) struct RelationList {
     pub(in crate::symbolic) number: u32,
     /// The first bit that an entry reads or writes; `u32::MAX` if there is none.
     pub(in crate::symbolic) top: u32,
+    /// True if the entries of the first link depend on no bit.
+    is_constant: bool,
     pub(in crate::symbolic) kind: ListKind,
     cofactors: OnceLock<Cofactors>,
     // Boxed, because few lists need it, and smaller lists lie closer together in memory.
     layers: OnceLock<Box<Layers>>,
-    /// The entries that depend on the first bit.
+    /// The entries that depend on no bit; if there are none, those that depend on the first bit.
     here: Arc<[PartialRelation]>,
     /// The others.
     below: Option<Arc<RelationList>>,
@@ -77,9 +79,13 @@ impl RelationList {
     ) -> Result<Self> {
         let mut charge = store.charge();
         charge.add(BYTES_PER_LIST + size_of_val(&*here));
+        let top = here.first().map_or(u32::MAX, |first| store.shared(|m| first.top(m)));
+        let is_constant = top == u32::MAX;
+        let top = below.as_ref().filter(|_| is_constant).map_or(top, |below| below.top);
         Ok(RelationList {
+            is_constant,
             number: store.new_key()?,
-            top: here.first().map_or(u32::MAX, |first| store.shared(|m| first.top(m))),
+            top,
             kind: ListKind::of(&here, below.as_ref()),
             cofactors: OnceLock::new(),
             layers: OnceLock::new(),
@@ -105,10 +111,16 @@ impl RelationList {
         if let Some(found) = self.cofactors.get() {
             return Ok(found);
         }
-        let cofactor = |from, to| {
-            let below = |e: &PartialRelation| store.shared(|m| e.below(m, self.top, from, to));
-            let rest = self.below.clone().filter(|_| from == to);
-            self.lists.inserted(store, self.here.iter().filter_map(below).collect(), rest)
+        let cofactor = |from, to| match &self.below {
+            Some(below) if self.is_constant => {
+                let here = self.here.iter().filter(|_| from == to).cloned().collect();
+                self.lists.inserted(store, here, Some(below.cofactors(store)?.step(from, to).clone()))
+            }
+            below => {
+                let cofactor = |e: &PartialRelation| store.shared(|m| e.below(m, self.top, from, to));
+                let rest = below.clone().filter(|_| from == to);
+                self.lists.inserted(store, self.here.iter().filter_map(cofactor).collect(), rest)
+            }
         };
         let clear = [cofactor(false, false)?, cofactor(false, true)?];
         let set = [cofactor(true, false)?, cofactor(true, true)?];
@@ -136,8 +148,12 @@ impl RelationList {
         if let Some(found) = self.layers.get() {
             return Ok(found);
         }
-        let below = self.lists.inserted(store, Vec::new(), self.below.clone())?;
-        let here = self.here.iter().map(|e| self.lists.of(store, vec![e.clone()])).collect::<Result<_>>()?;
+        let (constant, first) = match &self.below {
+            Some(below) if self.is_constant => (self.here.to_vec(), &**below),
+            _ => (Vec::new(), self),
+        };
+        let below = self.lists.inserted(store, constant, first.below.clone())?;
+        let here = first.here.iter().map(|e| self.lists.of(store, vec![e.clone()])).collect::<Result<_>>()?;
         Ok(self.layers.get_or_init(|| Box::new(Layers { below, here })))
     }
 
@@ -146,7 +162,8 @@ impl RelationList {
         store.any(self.entries().map(|e| e.sources(store)).collect::<Result<Vec<_>>>()?)
     }
 
-    /// Returns the relations, in the order of the first bits that they depend on.
+    /// Returns the relations: those that depend on no bit, then the others in the order of the first bits that they
+    /// depend on.
     pub(in crate::symbolic) fn entries(&self) -> impl Iterator<Item = &PartialRelation> {
         let links = iter::successors(Some(self), |list| list.below.as_deref());
         links.flat_map(|list| list.here.iter())
@@ -191,7 +208,7 @@ impl Link for RelationList {
     type Operand = PartialRelation;
 
     fn top(&self) -> u32 {
-        self.top
+        if self.is_constant { u32::MAX } else { self.top }
     }
 
     fn here(&self) -> &Arc<[PartialRelation]> {

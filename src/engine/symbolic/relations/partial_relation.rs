@@ -4,6 +4,7 @@ use super::support::Support;
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::{Bdd, Diagram, ManagerOf};
 use meliora_base::error::Result;
+use oxidd::LevelNo;
 
 /// A partial relation: the bits outside its support keep their value and have no next copy in it.
 #[derive(Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -44,7 +45,11 @@ impl PartialRelation {
 
     /// Returns the first bit that the relation reads or writes; `u32::MAX` if there is none.
     pub(in crate::symbolic) fn top(&self, m: &ManagerOf<'_>) -> u32 {
-        (m.level_of(m.edge(&self.relation)) / 2).min(self.support.top())
+        let first = match m.level_of(m.edge(&self.relation)) {
+            LevelNo::MAX => u32::MAX,
+            level => level / 2,
+        };
+        first.min(self.support.top())
     }
 
     /// Returns the states with a step.

@@ -196,12 +196,14 @@ impl Links<ListTuple> for Linked<'_> {
         Ok(groups)
     }
 
-    /// Returns the link; if a group below stays, the link of that group alone.
+    /// Returns the link; if a group stays, the link of that group alone.
     fn link(&self, here: Arc<[Group]>, below: Option<Arc<ListTuple>>) -> Result<Arc<ListTuple>> {
         let &Linked(store, tuples) = self;
         if let Some(stays) = below.as_ref().filter(|below| below.stays) {
             return Ok(stays.clone());
         }
+        let stays = here.iter().any(|group| group.stays(store));
+        let below = below.filter(|_| !stays);
         let numbers = here.iter().map(|group| group.list.number).collect();
         let name = (numbers, below.as_ref().map(|tuple| tuple.number));
         tuples.known.get(store, name, || {
@@ -210,7 +212,7 @@ impl Links<ListTuple> for Linked<'_> {
             Ok(ListTuple {
                 number: store.new_key()?,
                 top: here.first().map_or(u32::MAX, |group| group.list.top),
-                stays: here.iter().any(|group| group.stays(store)),
+                stays,
                 here,
                 below,
                 sources: OnceLock::new(),
