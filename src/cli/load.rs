@@ -9,7 +9,7 @@ use meliora::reach::{Asking, Required, Stopping};
 use meliora_base::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora_dump::manifest;
 use meliora_engine::NoProgress;
-use meliora_formats::Document;
+use meliora_formats::{Document, two_paths};
 use meliora_lang::ltl;
 use meliora_lang::named::{self, Property};
 use meliora_lang::refusal::Refusal;
@@ -96,6 +96,10 @@ pub(super) fn read(path: &Path) -> Result<Arc<SourceFile>, Error> {
 /// # Errors
 /// See [`Document::open`].
 fn document(path: &Path) -> Result<Document, Error> {
+    let is_file = |path: &Path| path == Path::new("-") || path.is_file();
+    if let Some([domain, problem]) = two_paths(path, is_file) {
+        return Ok(Document::of_parts([read(&domain)?, read(&problem)?]));
+    }
     if path != Path::new("-") {
         return Document::open(path);
     }
@@ -181,6 +185,7 @@ impl Loaded {
         let program = &self.program;
         let required = required(texts)?;
         let mut questions = Vec::new();
+        let target = target.or_else(|| goal(program).filter(|_| properties.is_empty()));
         if let Some(text) = target {
             let asking = Asking::target(program, &SourceFile::new("--target", text), &required)?;
             questions.push(Stated { text: text.to_owned(), asking });
@@ -200,6 +205,11 @@ impl Loaded {
         }
         Ok(questions)
     }
+}
+
+/// Returns the target of a planning problem: its goal.
+fn goal(program: &Program) -> Option<&'static str> {
+    program.planning.is_some().then_some("\"goal\"")
 }
 
 /// Returns [`Loaded::overlap`] for a program.
@@ -309,6 +319,7 @@ pub(super) fn stopping(
     sink: &TerminalSink,
 ) -> Result<Asked, Error> {
     let Loaded { program, named, .. } = parsed(args, sink)?;
+    let target = target.or_else(|| goal(&program).filter(|_| property.is_none()));
     let Some(text) = target.or(property) else { return Err(without_question(&named)) };
     let known = named.iter().find(|p| target.is_none() && p.name == text);
     let Stopping { program, asking } = match known {

@@ -16,6 +16,7 @@ mod load;
 mod options;
 mod phases;
 mod plan;
+mod planning;
 mod progress;
 mod properties;
 mod signals;
@@ -148,7 +149,8 @@ fn fail(error: &Error, json: bool) -> Status {
 
 /// Parses the arguments, in which options of PRISM may stand for ours.
 fn parsed(args: &[OsString]) -> Result<Cli, clap::Error> {
-    let matches = parser().try_get_matches_from(with_options_of_prism(args))?;
+    let args = planning::with_problems(with_options_of_prism(args));
+    let matches = parser().try_get_matches_from(args)?;
     Cli::from_arg_matches(&matches)
 }
 

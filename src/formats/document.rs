@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::table::{self, Frame};
@@ -23,6 +23,15 @@ pub struct Document {
     archive: Option<Arc<Vec<u8>>>,
     /// For transitions of PRISM: the values and the labels of states.
     beside: [Option<Arc<SourceFile>>; 2],
+    /// For a planning problem in two files: the domain and the problem.
+    parts: Vec<Arc<SourceFile>>,
+}
+
+/// Splits `domain.pddl problem.pddl` into its two paths; `is_file` tells paths of files.
+pub fn two_paths(path: &Path, is_file: impl Fn(&Path) -> bool) -> Option<[PathBuf; 2]> {
+    let text = path.to_str().filter(|_| !is_file(path))?;
+    let halves = text.match_indices(' ').map(|(at, _)| [&text[..at], &text[at + 1..]].map(PathBuf::from));
+    halves.into_iter().find(|halves| halves.iter().all(|half| is_file(half)))
 }
 
 impl Document {
@@ -32,7 +41,12 @@ impl Document {
     /// # Errors
     /// A file cannot be read, has more than 256 MiB, or is neither an archive nor UTF-8; a file next to
     /// the transitions is not a regular one.
+    ///
+    /// The two files of a planning problem are given with a space between: `domain.pddl problem.pddl`.
     pub fn open(path: &Path) -> Result<Self> {
+        if let Some([domain, problem]) = two_paths(path, Path::is_file) {
+            return Ok(Self::of_parts([SourceFile::open(&domain)?, SourceFile::open(&problem)?]));
+        }
         let file = File::open(path).map_err(|e| Error::reading(path, &e))?;
         let mut document = Self::read(path.display().to_string(), file)?;
         let source = &document.source;
@@ -64,7 +78,12 @@ impl Document {
 
     /// Returns the document of a text.
     pub fn of(source: Arc<SourceFile>) -> Self {
-        Document { source, archive: None, beside: [None, None] }
+        Document { source, archive: None, beside: [None, None], parts: Vec::new() }
+    }
+
+    /// Returns the document of a planning problem in two texts.
+    pub fn of_parts(parts: [Arc<SourceFile>; 2]) -> Self {
+        Document { parts: parts.to_vec(), ..Self::of(meliora_pddl::joined(&parts)) }
     }
 
     /// Adds the files next to the transitions of PRISM: the values and the labels of states.
@@ -86,6 +105,9 @@ impl Document {
     /// Returns the names of the constants that a model in PRISM's language declares; none for other
     /// models, and where the text is wrong.
     pub fn constants(&self) -> Vec<String> {
+        if meliora_pddl::is_pddl(&self.source.text) {
+            return Vec::new();
+        }
         let items = parse_model(&self.source).map(|model| model.items).unwrap_or_default();
         let constant = |item| match item {
             Item::Const(constant) => Some(constant.name.name),
@@ -99,6 +121,9 @@ impl Document {
     /// # Errors
     /// The file is not a model; a limit.
     pub fn load(&self, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
+        if !self.parts.is_empty() {
+            return crate::problem(&self.parts, given, sink);
+        }
         let frame = Frame { source: &self.source, given, sink };
         let [values, labels] = self.beside.each_ref().map(Option::as_ref);
         let checked = match &self.archive {

@@ -25,20 +25,23 @@ pub mod umb;
 
 use std::sync::Arc;
 
-use meliora_base::error::{Result, SourceFile};
+use meliora_base::error::{Diagnostic, Result, SourceFile};
 use meliora_base::progress::ProgressSink;
 use meliora_lang::names::displayed;
 use meliora_lang::{Checked, Given};
 use table::Frame;
 
-pub use document::Document;
+pub use document::{Document, two_paths};
 
-/// Reads a model from a text and flattens it: in PRISM's language, in JANI, or state by state (Storm's
-/// DRN, or PRISM's transitions).
+/// Reads a model from a text and flattens it: in PRISM's language, in JANI, state by state (Storm's
+/// DRN, or PRISM's transitions), or as a planning problem in PDDL.
 ///
 /// # Errors
 /// The text is not a model; a limit.
 pub fn load(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
+    if meliora_pddl::is_pddl(&source.text) {
+        return problem(std::slice::from_ref(source), given, sink);
+    }
     let frame = Frame { source, given, sink };
     if table::is_drn(source) {
         return table::load_drn(&frame).map(displayed);
@@ -47,4 +50,20 @@ pub fn load(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) ->
         return table::load_tra(&frame, None, None).map(displayed);
     }
     meliora_lang::load_given(source, given, sink)
+}
+
+/// Reads a planning problem from the texts of its domain and its problem, or from one text with both.
+///
+/// # Errors
+/// The texts are wrong; constants or bounds are given; a limit.
+fn problem(sources: &[Arc<SourceFile>], given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
+    for (values, what) in [(&given.constants, "constants"), (&given.bounds, "unbounded integers")] {
+        if !values.text.trim().is_empty() {
+            let message = format!("a planning problem has no {what}");
+            return Err(Diagnostic::new(values, 0..values.text.len(), message).into());
+        }
+    }
+    let planned = meliora_pddl::load(sources, sink)?;
+    Ok(Checked { program: planned.program, warnings: planned.warnings, properties: Vec::new() })
+        .map(displayed)
 }

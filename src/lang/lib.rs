@@ -16,6 +16,7 @@
 //! ```
 
 pub mod ast;
+mod atoms;
 pub(crate) mod check;
 mod combinations;
 pub mod flat;

@@ -7,7 +7,7 @@ use ahash::AHashMap;
 
 use super::check::{MAX_ERRORS, lower_condition};
 use crate::ast::{Ident, Span};
-use crate::ltl::{Formula, Monitoring};
+use crate::ltl::{self, Formula, Monitoring};
 use crate::players;
 use crate::pref::{self, Chain};
 use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
@@ -53,10 +53,19 @@ fn lower_preferences(source: &Arc<SourceFile>, program: &Program) -> Result<(Pre
     let history = checker.history(tree);
     let coalition = checker.coalition(program, tree)?;
     let mut watching = Monitoring::new(program);
-    let goals = checker.goals(tree, |objective| match history {
+    let mut goals = checker.goals(tree, |objective| match history {
         History::State => target(program, watching.predicates.pool(), source, objective),
         History::Play => watched(&mut watching, source, objective),
     })?;
+    let implied = implied(program, tree)?;
+    for (objective, source) in &implied {
+        checker.known.insert(&objective.name.name, (goals.len(), Span::default()));
+        goals.push(match history {
+            History::State => target(program, watching.predicates.pool(), source, objective)?,
+            History::Play => watched(&mut watching, source, objective)?,
+        });
+    }
+    checker.expect_some(goals.len());
     let requirements = checker.requirements(tree, |formulas| {
         let all = formulas.iter().map(|formula| (source, formula));
         let required = watching.require(all, REQUIREMENT)?;
@@ -80,14 +89,30 @@ fn lower_preferences(source: &Arc<SourceFile>, program: &Program) -> Result<(Pre
         None => product,
     };
     let of = |id| predicates.get(id);
-    let objective = |(declared, goal): (&pref::Objective, Goal<ExprId>)| Objective {
+    let declared = tree.objectives.iter().map(|declared| (declared, Some(declared.span.range())));
+    let all = declared.chain(implied.iter().map(|(implied, _)| (implied, None))).zip(goals);
+    let objective = |((declared, span), goal): ((&pref::Objective, _), Goal<ExprId>)| Objective {
         name: declared.name.name.clone(),
         goal: goal.map(&of),
-        span: Some(declared.span.range()),
+        span,
     };
-    let objectives = tree.objectives.iter().zip(goals).map(objective).collect();
+    let objectives = all.map(objective).collect();
     let requirements = requirements.into_iter().map(|requirement| requirement.map(&of)).collect();
     Ok((Preferences { objectives, order, empty, history, requirements }, replaced))
+}
+
+/// Returns the objectives of a planning problem that a preference file does not declare itself, each
+/// with the text of its formula: to reach the label with its name.
+fn implied(program: &Program, tree: &pref::Preferences) -> Result<Vec<(pref::Objective, Arc<SourceFile>)>> {
+    let all = program.planning.iter().flat_map(|planning| &planning.objectives);
+    let is_new = |(name, _): &&(String, ExprId)| tree.objectives.iter().all(|o| o.name.name != *name);
+    let objective = |(name, _): &(String, ExprId)| {
+        let source = SourceFile::new("the problem", format!("F \"{name}\""));
+        let formula = ltl::parse_formula(&source)?;
+        let (name, span) = (Ident { name: name.clone(), span: Span::default() }, Span::default());
+        Ok((pref::Objective { name, formula, span }, source))
+    };
+    all.filter(is_new).map(objective).collect()
 }
 
 /// Parses a preference file without a model; the names in its formulas are not checked.
@@ -100,7 +125,7 @@ pub fn outline_preferences(source: &Arc<SourceFile>) -> Result<Outline> {
     for (index, objective) in tree.objectives.iter().enumerate().take(MOST_OBJECTIVES + 1) {
         checker.declare(index, objective);
     }
-    checker.expect_some(&tree);
+    checker.expect_some(tree.objectives.len());
     let formula = |f: &Formula| source.text[f.span.range()].to_owned();
     Ok(Outline {
         history: checker.history(&tree),
@@ -212,7 +237,6 @@ impl<'a> Checker<'a> {
                 Err(other) => return Err(other),
             }
         }
-        self.expect_some(tree);
         Ok(goals)
     }
 
@@ -249,8 +273,8 @@ impl<'a> Checker<'a> {
         true
     }
 
-    fn expect_some(&mut self, tree: &pref::Preferences) {
-        if tree.objectives.is_empty() {
+    fn expect_some(&mut self, objectives: usize) {
+        if objectives == 0 && self.diagnostics.is_empty() {
             let diagnostic = Diagnostic::new(self.source, 0..0, "the file declares no objective");
             self.report(diagnostic.help("write `objective NAME = F (condition);`"));
         }
@@ -262,8 +286,8 @@ impl<'a> Checker<'a> {
         if !self.diagnostics.is_empty() {
             return Err(Error::Input(self.diagnostics));
         }
-        Preorder::new(tree.objectives.len(), &statements)
-            .map_err(|found| contradiction(self.source, &tree.objectives, &found, &statements, &spans))
+        Preorder::new(self.known.len().max(tree.objectives.len()), &statements)
+            .map_err(|found| contradiction(self.source, &self.named(), &found, &statements, &spans))
     }
 
     fn report(&mut self, diagnostic: Diagnostic) {
@@ -327,10 +351,15 @@ impl<'a> Checker<'a> {
         side
     }
 
-    fn names(&self) -> String {
+    /// Returns the names of the objectives in their order.
+    fn named(&self) -> Vec<&'a str> {
         let mut known: Vec<(usize, &str)> = self.known.iter().map(|(name, (i, _))| (*i, *name)).collect();
         known.sort_unstable();
-        known.iter().map(|(_, name)| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+        known.into_iter().map(|(_, name)| name).collect()
+    }
+
+    fn names(&self) -> String {
+        self.named().iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -338,12 +367,12 @@ impl<'a> Checker<'a> {
 /// that cannot hold.
 fn contradiction(
     source: &Arc<SourceFile>,
-    objectives: &[pref::Objective],
+    objectives: &[&str],
     found: &Contradiction,
     statements: &[Statement],
     spans: &[Span],
 ) -> Error {
-    let name = |i: usize| objectives.get(i).map_or("?", |o| o.name.name.as_str());
+    let name = |i: usize| objectives.get(i).copied().unwrap_or("?");
     let mut cycle = String::new();
     for (&objective, &statement) in found.cycle.iter().zip(&found.statements) {
         let relation = statements.get(statement).map_or(Relation::Weak, |s| s.relation);

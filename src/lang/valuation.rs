@@ -137,7 +137,10 @@ impl Parser<'_> {
             if !bindings.is_empty() || !free.is_empty() {
                 self.expect(Token::Comma)?;
             }
-            let name = self.ident("a name")?;
+            let name = match self.atom_variable(program) {
+                Some(name) => name,
+                None => self.ident("a name")?,
+            };
             self.expect(Token::Eq)?;
             if let Some(first) =
                 bindings.iter().map(|b| &b.name).chain(&free).find(|other| other.name == name.name)
@@ -153,6 +156,19 @@ impl Parser<'_> {
             }
         }
         Ok((bindings, free))
+    }
+
+    /// Takes the name of a variable that is not an identifier, such as `at(robot)`: all up to `=`.
+    fn atom_variable(&mut self, program: Option<&Program>) -> Option<Ident> {
+        let text = self.rest_of_text();
+        let name = text[..text.find('=')?].trim_end();
+        program?.variables.iter().find(|variable| variable.name == name)?;
+        let start = self.here().start();
+        let span = Span::new(start, start + name.len());
+        while self.peek() != Token::End && self.here().start() < span.end() {
+            self.advance();
+        }
+        Some(self.named(span))
     }
 
     fn binding(&mut self, name: Ident, program: Option<&Program>) -> Parsed<Binding> {

@@ -21,6 +21,7 @@ pub mod fault;
 pub mod hasse;
 pub mod names;
 mod overlap;
+pub mod planning;
 pub mod players;
 pub mod predicate;
 pub mod preference;
@@ -135,6 +136,8 @@ pub struct Program {
     pub players: Option<Players>,
     /// The command of the states that are not left; see [`Program::stopping_at`].
     pub stop: Option<CommandId>,
+    /// The names of the planning problem that it was made from; `None` for all other models.
+    pub planning: Option<Arc<planning::Planning>>,
 }
 
 /// A variable with its range.

@@ -60,6 +60,7 @@ pub(super) fn rebuild(name: &str, manifest: &Manifest) -> Result<Program> {
         rewards: Vec::new(),
         inexact: None,
         monitors: None,
+        planning: None,
         stop: None,
         players: None,
     })

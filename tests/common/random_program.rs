@@ -67,6 +67,7 @@ pub fn random_program(numbers: &[u16], faulty: bool) -> Program {
         inexact: None,
         monitors: None,
         stop: None,
+        planning: None,
         players: None,
         modules: (0..modules).map(|m| format!("m{m}")).collect(),
         actions: (0..actions).map(|a| format!("a{a}")).collect(),

@@ -218,6 +218,7 @@ fn program(pool: ExprPool, initial: ExprId) -> Program {
         inexact: None,
         monitors: None,
         stop: None,
+        planning: None,
         players: None,
     }
 }

@@ -140,6 +140,7 @@ impl Graph {
             inexact: None,
             monitors: None,
             stop: None,
+            planning: None,
             players: None,
             modules: vec!["m".into()],
             actions: vec![],

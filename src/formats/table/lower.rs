@@ -135,6 +135,7 @@ impl Frame<'_> {
             rewards: Vec::new(),
             inexact: None,
             monitors: None,
+            planning: None,
             stop: None,
         }
     }

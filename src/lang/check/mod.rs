@@ -123,6 +123,7 @@ impl<'a> Lowerer<'a> {
             rewards,
             inexact: self.inexact.take(),
             monitors: None,
+            planning: None,
             stop: None,
             players,
         })

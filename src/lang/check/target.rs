@@ -8,10 +8,12 @@ use ahash::AHashMap;
 use super::lowerer::Lowerer;
 use super::scope::{NO_RENAMING, Scope, Symbol};
 use crate::ast::{BinaryOp, Expr, Node, NodeKind, Span};
+use crate::atoms;
 use meliora_base::error::{Error, Result, SourceFile};
 use meliora_base::progress::NoProgress;
 use meliora_base::value::Value;
 use meliora_model::expr::{Binary, ExprId, ExprPool, Unary};
+use meliora_model::planning::Named;
 use meliora_model::predicate::{Predicate, Predicates};
 use meliora_model::{Program, VarId};
 
@@ -40,9 +42,10 @@ pub(crate) fn lower_condition(
     source: &Arc<SourceFile>,
     target: &Expr,
 ) -> Result<ExprId> {
+    let target = &*with_labels(program, source, target);
     let is_deadlock = |node: &Node| matches!(&node.kind, NodeKind::Label(name) if **name == *DEADLOCK);
     let with_deadlock = target.nodes.iter().any(is_deadlock);
-    lowered(program, (pool, with_deadlock), source, |lowerer| {
+    lowered(program, (pool, with_deadlock, target), source, |lowerer| {
         lowerer.condition(target, NO_RENAMING, "a target")
     })
 }
@@ -57,7 +60,8 @@ pub(crate) fn lower_value(
     source: &Arc<SourceFile>,
     value: &Expr,
 ) -> Result<ExprId> {
-    lowered(program, (pool, true), source, |lowerer| {
+    let value = &*with_labels(program, source, value);
+    lowered(program, (pool, true, value), source, |lowerer| {
         let id = lowerer.expr(value, NO_RENAMING)?;
         lowerer.whole(id, value.span())
     })
@@ -67,7 +71,7 @@ pub(crate) fn lower_value(
 /// label "deadlock" is as large as the program, and made only where it is needed.
 fn lowered(
     program: &Program,
-    (pool, with_deadlock): (&mut ExprPool, bool),
+    (pool, with_deadlock, expression): (&mut ExprPool, bool, &Expr),
     source: &Arc<SourceFile>,
     lower: impl FnOnce(&mut Lowerer<'_>) -> Option<ExprId>,
 ) -> Result<ExprId> {
@@ -79,6 +83,7 @@ fn lowered(
     let deadlock = if with_deadlock { deadlock(program, &mut lowerer) } else { Some(program.initial) };
     labels.extend(deadlock.map(|deadlock| (DEADLOCK.to_owned(), deadlock)));
     labels.extend(named_values(program, &mut lowerer.pool));
+    labels.extend(named_atoms(program, expression, &mut lowerer.pool));
     lowerer.labels = Some(labels);
     let lowered = lower(&mut lowerer);
     *pool = lowerer.pool;
@@ -112,6 +117,29 @@ fn named_values(program: &Program, pool: &mut ExprPool) -> Vec<(String, ExprId)>
         for (value, name) in (variable.low..).zip(&variable.values) {
             let (of, value) = (pool.var(id, variable.ty), pool.value(Value::Int(value)));
             all.push((format!("{}={name}", variable.name), pool.binary(Binary::Eq, of, value)));
+        }
+    }
+    all
+}
+
+/// Returns an expression with labels in place of the atoms of a planning problem.
+fn with_labels<'e>(program: &Program, source: &Arc<SourceFile>, expression: &'e Expr) -> Cow<'e, Expr> {
+    match &program.planning {
+        Some(planning) => Cow::Owned(atoms::as_labels(expression, source, planning)),
+        None => Cow::Borrowed(expression),
+    }
+}
+
+/// Returns a label for each atom of a planning problem in an expression.
+fn named_atoms(program: &Program, expression: &Expr, pool: &mut ExprPool) -> Vec<(String, ExprId)> {
+    let Some(planning) = &program.planning else { return Vec::new() };
+    let mut all = Vec::new();
+    for node in &expression.nodes {
+        let NodeKind::Label(name) = &node.kind else { continue };
+        match planning.named(name) {
+            Some(Named::Atom(id)) => all.push((name.to_string(), id)),
+            Some(Named::Never) => all.push((name.to_string(), pool.value(Value::Bool(false)))),
+            None => {}
         }
     }
     all

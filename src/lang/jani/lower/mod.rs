@@ -103,6 +103,7 @@ impl Lowering<'_> {
             rewards,
             inexact: self.lowerer.inexact,
             monitors: None,
+            planning: None,
             stop: None,
             players: None,
         };

@@ -1,0 +1,206 @@
+//! From lists to a checked task: sections, types, names and arities.
+
+mod condition;
+mod effect;
+mod problem;
+mod requirements;
+mod rules;
+mod types;
+
+use std::sync::Arc;
+
+use ahash::AHashMap;
+
+use crate::syntax::{Faults, Node};
+use crate::task::{Action, Axiom, Domain, Predicate, Task};
+use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
+use requirements::Requirements;
+use types::Types;
+
+/// The parts of a task that are under construction, and the names that are known.
+#[derive(Default)]
+pub(crate) struct Checker {
+    faults: Faults,
+    types: Types,
+    /// The objects as they are declared, and their numbers by small letters.
+    objects: Vec<String>,
+    object_of: AHashMap<String, u32>,
+    predicates: Vec<Predicate>,
+    predicate_of: AHashMap<String, usize>,
+    actions: Vec<Action>,
+    axioms: Vec<Axiom>,
+    has_cost: bool,
+    used: Requirements,
+    /// True once an argument of another type has been noted.
+    is_noted: bool,
+    /// The variables in scope, outermost first.
+    scope: Vec<(String, Arc<Domain>)>,
+    /// The texts, each with its start in the joined text.
+    starts: Vec<(Arc<SourceFile>, usize)>,
+}
+
+/// The sections of both parts.
+struct Sections<'n> {
+    domain: &'n [Node],
+    problem: &'n [Node],
+}
+
+/// Checks the lists of all texts, which together are one domain and one problem.
+///
+/// # Errors
+/// As many errors as can be distinguished.
+pub(crate) fn check(
+    sources: &[Arc<SourceFile>],
+    joined: &Arc<SourceFile>,
+    nodes: &[Node],
+) -> Result<(Task, Vec<Diagnostic>)> {
+    let sections = sections(sources, nodes)?;
+    let mut checker = Checker::default();
+    let mut start = 0;
+    for source in sources {
+        checker.starts.push((Arc::clone(source), start));
+        start += source.text.len() + 1;
+    }
+    let goals = checker.all(&sections);
+    if !checker.faults.errors.is_empty() {
+        return Err(Error::Input(checker.faults.errors));
+    }
+    let mut notes = checker.faults.notes;
+    notes.extend(checker.used.notes(sections.domain));
+    let task = Task {
+        source: Arc::clone(joined),
+        objects: checker.objects,
+        predicates: checker.predicates,
+        actions: checker.actions,
+        axioms: checker.axioms,
+        initial: goals.initial,
+        goal: goals.goal,
+        preferences: goals.preferences,
+        has_cost: checker.has_cost,
+        has_oneof: checker.used.has_oneof(),
+    };
+    Ok((task, notes))
+}
+
+/// Finds the domain and the problem.
+fn sections<'n>(sources: &[Arc<SourceFile>], nodes: &'n [Node]) -> Result<Sections<'n>> {
+    let (mut domain, mut problem) = (None, None);
+    for node in nodes {
+        let parts = match node.form() {
+            Some(("define", parts)) => parts,
+            _ => return Err(node.expected("`(define …)`").into()),
+        };
+        let Some((name, parts)) = parts.split_first() else {
+            return Err(node.wrong("expected `(domain NAME)` or `(problem NAME)` after `define`").into());
+        };
+        let slot = match name.form() {
+            Some(("domain", _)) => &mut domain,
+            Some(("problem", _)) => &mut problem,
+            _ => return Err(name.expected("`(domain NAME)` or `(problem NAME)`").into()),
+        };
+        if slot.is_some() {
+            let help = "a planning problem is one domain and one problem: two files, or one file with both";
+            return Err(name.wrong("this part stands twice").help(help).into());
+        }
+        *slot = Some(parts);
+    }
+    let missing = |what: &str, other: &str| {
+        let last = sources.last().map_or_else(|| SourceFile::new("", ""), Arc::clone);
+        let help =
+            format!("give two files, `domain.pddl problem.pddl`, or one file with both; this is the {other}");
+        Diagnostic::new(&last, 0..0, format!("the {what} is missing")).help(help)
+    };
+    match (domain, problem) {
+        (Some(domain), Some(problem)) => Ok(Sections { domain, problem }),
+        (None, _) => Err(missing("domain", "problem").into()),
+        (_, None) => Err(missing("problem", "domain").into()),
+    }
+}
+
+impl Checker {
+    /// Checks all sections in an order in which names are declared before they are used.
+    fn all(&mut self, sections: &Sections<'_>) -> problem::Goals {
+        let both = || sections.domain.iter().chain(sections.problem);
+        for node in both() {
+            self.refuse_section(node);
+        }
+        self.named(sections.domain, ":types", |c, parts, _| c.declare_types(parts));
+        self.named(sections.domain, ":constants", |c, parts, _| c.declare_objects(parts));
+        self.named(sections.problem, ":objects", |c, parts, _| c.declare_objects(parts));
+        self.named(sections.domain, ":predicates", |c, parts, _| c.declare_predicates(parts));
+        self.named(sections.domain, ":functions", |c, parts, _| c.declare_functions(parts));
+        self.named(sections.domain, ":derived", |c, parts, _| c.declare_derived(parts));
+        self.named(sections.domain, ":action", |c, parts, node| c.action(parts, node));
+        self.named(sections.domain, ":derived", |c, parts, node| c.derived(parts, node));
+        self.goals(sections.problem)
+    }
+
+    /// Calls a function for each section with a name.
+    fn named(&mut self, nodes: &[Node], name: &str, mut then: impl FnMut(&mut Self, &[Node], &Node)) {
+        for node in nodes {
+            if let Some((found, parts)) = node.form()
+                && found == name
+            {
+                then(self, parts, node);
+            }
+        }
+    }
+
+    /// Reports a section that is not supported, or that is none.
+    fn refuse_section(&mut self, node: &Node) {
+        const KNOWN: [&str; 14] = [
+            ":requirements",
+            ":types",
+            ":constants",
+            ":predicates",
+            ":functions",
+            ":action",
+            ":derived",
+            ":domain",
+            ":objects",
+            ":init",
+            ":goal",
+            ":metric",
+            ":length",
+            ":allocation",
+        ];
+        let Some((name, _)) = node.form() else {
+            self.faults.report::<()>(node.expected("a section such as `(:action …)`"));
+            return;
+        };
+        let (message, help) = match name {
+            known if KNOWN.contains(&known) => return,
+            ":constraints" => (
+                "`:constraints` on whole paths are not supported".to_owned(),
+                "a requirement `G condition` in a preference file, or `--require`, says what must always hold",
+            ),
+            ":durative-action" => ("actions with a duration are not supported".to_owned(), "write `:action`"),
+            ":goal-reward" => (
+                "`:goal-reward` is not supported: there are no rewards except `total-cost`".to_owned(),
+                "remove it; preferences between goals stand in a preference file",
+            ),
+            ":process" | ":event" => {
+                (format!("`{name}` is not supported: there is no time"), "write `:action`")
+            }
+            ":observe" | ":sensing" => {
+                (format!("`{name}` is not supported: all facts are observed"), "write `:action`")
+            }
+            _ => (
+                format!("unknown section `{name}`"),
+                "sections are `:action`, `:predicates`, `:init`, `:goal`, …",
+            ),
+        };
+        self.faults.report::<()>(node.wrong(message).help(help));
+    }
+
+    /// Returns the place of a node in the joined text.
+    fn joined(&self, node: &Node) -> std::ops::Range<usize> {
+        let start = self.starts.iter().find(|(source, _)| Arc::ptr_eq(source, &node.source));
+        let start = start.map_or(0, |(_, start)| *start);
+        node.span.start + start..node.span.end + start
+    }
+
+    fn report<T>(&mut self, wrong: Diagnostic) -> Option<T> {
+        self.faults.report(wrong)
+    }
+}

@@ -1,0 +1,144 @@
+//! The problem: initial facts, the goal, preferences and the metric.
+
+use super::Checker;
+use super::requirements::Requirement;
+use crate::syntax::Node;
+use crate::task::{Condition, Object, Term};
+use meliora_base::error::Severity;
+
+/// The name of the objective of the goal.
+pub(crate) const GOAL: &str = "goal";
+
+/// The initial facts and the goals.
+#[derive(Default)]
+pub(super) struct Goals {
+    pub(super) initial: Vec<(usize, Vec<Object>)>,
+    pub(super) goal: Option<Condition>,
+    pub(super) preferences: Vec<(String, Condition)>,
+}
+
+impl Checker {
+    /// Reads `:init`, `:goal` and `:metric` of a problem.
+    pub(super) fn goals(&mut self, problem: &[Node]) -> Goals {
+        let mut goals = Goals::default();
+        self.named(problem, ":init", |checker, parts, _| {
+            parts.iter().for_each(|part| checker.initial_fact(part, &mut goals));
+        });
+        let mut is_given = false;
+        self.named(problem, ":goal", |checker, parts, node| {
+            if is_given {
+                checker.report::<()>(node.wrong("the problem has two goals").help("join them by `and`"));
+            }
+            is_given = true;
+            checker.goal(parts, node, &mut goals);
+        });
+        if !is_given && let Some(last) = problem.last() {
+            let wrong = last.wrong("the problem has no goal").help("add `(:goal condition)`");
+            self.report::<()>(wrong);
+        }
+        self.named(problem, ":metric", |checker, parts, node| checker.metric(parts, node));
+        goals
+    }
+
+    fn initial_fact(&mut self, node: &Node, goals: &mut Goals) {
+        match node.form() {
+            Some(("=", parts)) => {
+                let known = parts.first().and_then(Node::form).is_some_and(|(name, _)| name == "total-cost");
+                if !known || !self.has_cost {
+                    self.report::<()>(node.wrong("initial values of numbers are not supported"));
+                }
+            }
+            Some(("not", _)) => {}
+            Some((name @ ("oneof" | "or" | "unknown" | "probabilistic"), _)) => {
+                let wrong =
+                    node.wrong(format!("`{name}` in `:init` is not supported: there is one initial state"));
+                self.report::<()>(wrong.help("an action with this effect can begin every path"));
+            }
+            Some(("and", parts)) => parts.iter().for_each(|part| self.initial_fact(part, goals)),
+            _ => self.plain_fact(node, goals),
+        }
+    }
+
+    fn plain_fact(&mut self, node: &Node, goals: &mut Goals) {
+        let Some(atom) = self.atom(node) else { return };
+        if self.predicates[atom.predicate].is_derived {
+            self.report::<()>(node.wrong("a derived fact cannot stand in `:init`"));
+            return;
+        }
+        let object = |term: &Term| match term {
+            Term::Object(object) => Some(*object),
+            Term::Variable(_) => None,
+        };
+        let arguments: Option<Vec<Object>> = atom.arguments.iter().map(object).collect();
+        goals.initial.extend(arguments.map(|arguments| (atom.predicate, arguments)));
+    }
+
+    fn goal(&mut self, parts: &[Node], node: &Node, goals: &mut Goals) {
+        let Some([whole]) = self.exactly(node, parts, ":goal") else { return };
+        let split: Vec<&Node> = match whole.form() {
+            Some(("and", parts)) => parts.iter().collect(),
+            _ => vec![whole],
+        };
+        let mut hard = Vec::new();
+        let mut is_hard = split.is_empty();
+        for part in split {
+            if let Some(("preference", parts)) = part.form() {
+                self.preference(part, parts, goals);
+            } else {
+                is_hard = true;
+                hard.extend(self.condition(part, true));
+            }
+        }
+        goals.goal = is_hard.then_some(Condition::And(hard));
+    }
+
+    fn preference(&mut self, node: &Node, parts: &[Node], goals: &mut Goals) {
+        self.used.add(Requirement::Preferences);
+        let [name, body] = match parts {
+            [name, body] if name.word().is_some() => [name, body],
+            _ => {
+                let wrong = node.expected("`(preference NAME condition)`");
+                self.report::<()>(wrong.help("the name is that of an objective, which `prefer` can name"));
+                return;
+            }
+        };
+        let shown = name.text().to_owned();
+        let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        if !shown.chars().all(is_name) || shown.starts_with(|c: char| c.is_ascii_digit()) {
+            let wrong = name.wrong(format!("the name `{shown}` cannot be that of an objective"));
+            self.report::<()>(wrong.help("use letters, digits and `_`"));
+        }
+        if shown == GOAL || goals.preferences.iter().any(|(known, _)| *known == shown) {
+            let message = format!("the objective `{shown}` is declared twice");
+            self.report::<()>(
+                name.wrong(message).help("each preference needs a name of its own, other than `goal`"),
+            );
+        }
+        let condition = self.condition(body, true);
+        goals.preferences.extend(condition.map(|condition| (shown, condition)));
+    }
+
+    /// Reads the metric, which is not used: weights are no order.
+    fn metric(&mut self, parts: &[Node], node: &Node) {
+        let mut open: Vec<&Node> = parts.iter().collect();
+        let mut has_weights = false;
+        while let Some(part) = open.pop() {
+            open.extend(part.list().into_iter().flatten());
+            match part.word() {
+                Some("is-violated") => has_weights = true,
+                Some(word @ ("reward" | "total-time")) => {
+                    let wrong =
+                        part.wrong(format!("`{word}` is not supported: only `total-cost` is counted"));
+                    self.report::<()>(wrong.help("remove the metric"));
+                }
+                _ => {}
+            }
+        }
+        if has_weights {
+            let message = "the weights of preferences are not used: they are not an order of the objectives";
+            let note = node.wrong(message).severity(Severity::Warning);
+            let help = "write the order in a preference file: `prefer fed > clean;`";
+            self.faults.notes.push(note.help(help));
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! `:requirements`: what a problem uses, and what it declares.
+
+use std::collections::BTreeSet;
+
+use crate::syntax::Node;
+use meliora_base::error::{Diagnostic, Severity};
+
+/// A feature with a name in `:requirements`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Requirement {
+    Typing,
+    Equality,
+    Negative,
+    Disjunctive,
+    Existential,
+    Universal,
+    Conditional,
+    Derived,
+    Costs,
+    Preferences,
+    OneOf,
+    Probabilistic,
+}
+
+impl Requirement {
+    /// Returns the names that declare the feature, the usual one first.
+    fn names(self) -> &'static [&'static str] {
+        match self {
+            Requirement::Typing => &[":typing", ":adl"],
+            Requirement::Equality => &[":equality", ":adl"],
+            Requirement::Negative => &[":negative-preconditions", ":adl"],
+            Requirement::Disjunctive => &[":disjunctive-preconditions", ":adl"],
+            Requirement::Existential => &[":existential-preconditions", ":quantified-preconditions", ":adl"],
+            Requirement::Universal => &[":universal-preconditions", ":quantified-preconditions", ":adl"],
+            Requirement::Conditional => &[":conditional-effects", ":adl"],
+            Requirement::Derived => &[":derived-predicates", ":domain-axioms"],
+            Requirement::Costs => &[":action-costs", ":fluents", ":numeric-fluents"],
+            Requirement::Preferences => &[":preferences"],
+            Requirement::OneOf => &[":non-deterministic", ":nondeterministic", ":oneof"],
+            Requirement::Probabilistic => &[":probabilistic-effects", ":mdp"],
+        }
+    }
+}
+
+/// The features that a problem uses.
+#[derive(Default)]
+pub(super) struct Requirements(BTreeSet<Requirement>);
+
+impl Requirements {
+    pub(super) fn add(&mut self, requirement: Requirement) {
+        self.0.insert(requirement);
+    }
+
+    pub(super) fn has_oneof(&self) -> bool {
+        self.0.contains(&Requirement::OneOf)
+    }
+
+    /// Returns a note about the features that are used and not declared, if the domain declares any.
+    pub(super) fn notes(&self, domain: &[Node]) -> Option<Diagnostic> {
+        let node = domain.iter().find(|node| node.form().is_some_and(|(name, _)| name == ":requirements"))?;
+        let declared: Vec<&str> = node.list()?.iter().filter_map(Node::word).collect();
+        let is_missing = |used: &&Requirement| !used.names().iter().any(|name| declared.contains(name));
+        let missing: Vec<&str> = self.0.iter().filter(is_missing).map(|used| used.names()[0]).collect();
+        if missing.is_empty() {
+            return None;
+        }
+        let message =
+            format!("`:requirements` does not declare {}, which the problem uses", missing.join(", "));
+        Some(node.wrong(message).severity(Severity::Warning).label("read as if it were declared"))
+    }
+}

@@ -1,0 +1,79 @@
+//! From a task to ground actions: the facts and actions that are reachable if nothing is ever
+//! deleted, and what is left of conditions and effects.
+
+pub(crate) mod action;
+mod condition;
+mod database;
+mod derived;
+mod join;
+mod outcomes;
+mod reach;
+
+pub(crate) use action::{GroundAction, GroundEffect, Outcome};
+pub(crate) use condition::Ground;
+
+use ahash::AHashMap;
+
+use crate::task::{Object, Task};
+use meliora_base::error::Result;
+use meliora_base::progress::ProgressSink;
+use reach::Reached;
+
+/// A fact that can be true and can be false: its position in [`GroundTask::facts`].
+pub(crate) type Fact = u32;
+
+/// A predicate with its objects.
+pub(crate) type GroundAtom = (usize, Vec<Object>);
+
+/// A grounded task.
+pub(crate) struct GroundTask {
+    /// The facts that change.
+    pub(crate) facts: Vec<GroundAtom>,
+    /// For each fact, whether it holds initially.
+    pub(crate) initial: Vec<bool>,
+    /// The derived facts, each with its condition over facts alone.
+    pub(crate) derived: Vec<(GroundAtom, Ground)>,
+    /// The facts that always hold, of predicates that actions change.
+    pub(crate) constant: Vec<GroundAtom>,
+    pub(crate) actions: Vec<GroundAction>,
+    pub(crate) goal: Option<Ground>,
+    pub(crate) preferences: Vec<(String, Ground)>,
+}
+
+/// The meaning of a ground atom.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Meaning {
+    True,
+    Fact(Fact),
+    Derived(u32),
+}
+
+/// The atoms that hold in some state; all others never do.
+pub(crate) struct Atoms {
+    known: AHashMap<GroundAtom, Meaning>,
+}
+
+/// Grounds a task.
+///
+/// # Errors
+/// A limit; an action with more than [`outcomes::MOST_OUTCOMES`] outcomes.
+pub(crate) fn ground(task: &Task, sink: &dyn ProgressSink) -> Result<GroundTask> {
+    sink.progress("grounding", &|| format!("{} actions", task.actions.len()));
+    let reached = Reached::of(task, sink)?;
+    let deleted = reached.deleted(task, sink)?;
+    let (mut atoms, facts, constant) = reached.facts(task, &deleted);
+    let holds: ahash::AHashSet<&GroundAtom> = task.initial.iter().collect();
+    let initial = facts.iter().map(|fact| holds.contains(fact)).collect();
+    let derived = derived::ground(task, &reached, &mut atoms, sink)?;
+    let actions = action::ground(task, &reached, &atoms, sink)?;
+    let condition = |condition: &crate::task::Condition| atoms.ground(condition, &mut Vec::new());
+    Ok(GroundTask {
+        goal: task.goal.as_ref().map(condition),
+        preferences: task.preferences.iter().map(|(name, c)| (name.clone(), condition(c))).collect(),
+        facts,
+        initial,
+        derived,
+        constant,
+        actions,
+    })
+}

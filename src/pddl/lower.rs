@@ -1,0 +1,411 @@
+//! From a ground task to a flat program: one variable for each group of facts, one command for each
+//! ground action, one branch for each outcome.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use ahash::{AHashMap, AHashSet};
+use num_traits::Zero;
+use smallvec::SmallVec;
+
+use crate::ground::{Fact, Ground, GroundAction, GroundEffect, GroundTask};
+use crate::invariants::Group;
+use crate::recursion::components;
+use crate::task::Task;
+use meliora_base::error::{Diagnostic, Result};
+use meliora_base::exact::{Exact, Ratio, Real};
+use meliora_base::span::Span;
+use meliora_base::value::{Type, Value};
+use meliora_model::expr::{Binary, ExprId, ExprPool, Unary};
+use meliora_model::planning::{PlannedFact, Planning};
+use meliora_model::rewards::{Earner, RewardItem, RewardStructure};
+use meliora_model::{Branch, Command, CommandId, ModelKind, Program, Synchronisation, VarId, Variable};
+
+/// The name of the goal, as a label and as an objective.
+pub(crate) const GOAL: &str = "goal";
+/// The name of the value for none of the facts of a variable.
+const NONE: &str = "none";
+/// The only module, and the only reward structure.
+const MODULE: &str = "problem";
+const COST: &str = "total-cost";
+
+struct Lowering<'t> {
+    task: &'t Task,
+    ground: &'t GroundTask,
+    groups: &'t [Group],
+    pool: ExprPool,
+    /// The variable and the value of each fact.
+    place: Vec<(VarId, i64)>,
+    /// The expressions of the facts, and of the derived facts.
+    facts: Vec<ExprId>,
+    derived: Vec<ExprId>,
+}
+
+/// Lowers a ground task.
+///
+/// # Errors
+/// A derived predicate depends on its own negation.
+pub(crate) fn lower(task: &Task, ground: &GroundTask, groups: &[Group]) -> Result<Program> {
+    let mut pool = ExprPool::default();
+    let never = pool.value(Value::Bool(false));
+    let (place, facts) = (vec![(VarId(0), 0); ground.facts.len()], vec![never; ground.facts.len()]);
+    let derived = vec![never; ground.derived.len()];
+    let mut lowering = Lowering { task, ground, groups, pool, place, facts, derived };
+    let variables = lowering.variables();
+    lowering.define_derived()?;
+    let mut initial = lowering.pool.value(Value::Bool(true));
+    for (id, variable) in (0..).map(VarId).zip(&variables) {
+        let holds = lowering.equals(id, variable.ty, variable.initial.unwrap_or_default());
+        initial = lowering.pool.binary(Binary::And, initial, holds);
+    }
+    let (actions, commands, costs) = lowering.commands(&variables);
+    let planning = lowering.planning(&variables);
+    let labels = lowering.labels();
+    Ok(Program {
+        source: Arc::clone(&task.source),
+        kind: ModelKind::Mdp,
+        constants: Vec::new(),
+        given_constants: Vec::new(),
+        pool: lowering.pool.into(),
+        variables,
+        modules: vec![MODULE.to_owned()],
+        initial,
+        synchronisations: synchronisations(&commands),
+        actions,
+        commands,
+        labels,
+        formulas: Vec::new(),
+        rewards: rewards(task, costs),
+        inexact: None,
+        monitors: None,
+        players: None,
+        stop: None,
+        planning: Some(Arc::new(planning)),
+    })
+}
+
+fn synchronisations(commands: &[Command]) -> Vec<Synchronisation> {
+    let one = |(command, id): (&Command, u32)| Synchronisation {
+        action: command.action,
+        factors: vec![vec![CommandId(id)]],
+    };
+    commands.iter().zip(0..).map(one).collect()
+}
+
+fn rewards(task: &Task, items: Vec<RewardItem>) -> Vec<RewardStructure> {
+    let costs =
+        RewardStructure { name: Some(COST.to_owned()), items, errors: Vec::new(), span: Span::default() };
+    if task.has_cost { vec![costs] } else { Vec::new() }
+}
+
+impl Lowering<'_> {
+    fn equals(&mut self, variable: VarId, ty: Type, value: i64) -> ExprId {
+        let of = self.pool.var(variable, ty);
+        match ty {
+            Type::Bool if value != 0 => of,
+            Type::Bool => self.pool.unary(Unary::Not, of),
+            _ => {
+                let value = self.pool.value(Value::Int(value));
+                self.pool.binary(Binary::Eq, of, value)
+            }
+        }
+    }
+
+    /// Makes the variables, and the expressions of all facts.
+    fn variables(&mut self) -> Vec<Variable> {
+        let mut taken = AHashSet::new();
+        let mut variables = Vec::with_capacity(self.groups.len());
+        for (id, group) in (0..).map(VarId).zip(self.groups) {
+            let is_single = group.facts.len() == 1;
+            let ty = if is_single { Type::Bool } else { Type::Int };
+            for (&fact, value) in group.facts.iter().zip(i64::from(is_single)..) {
+                self.place[fact as usize] = (id, value);
+                self.facts[fact as usize] = self.equals(id, ty, value);
+            }
+            let holds = group.facts.iter().position(|&fact| self.ground.initial[fact as usize]);
+            let initial = match holds {
+                Some(at) => at + usize::from(is_single),
+                None if is_single => 0,
+                None => group.facts.len(),
+            };
+            let values = if is_single { Vec::new() } else { self.values(group) };
+            variables.push(Variable {
+                name: unique(self.name(group), &mut taken),
+                ty,
+                low: 0,
+                high: if is_single { 1 } else { values.len() as i64 - 1 },
+                module: Some(0),
+                initial: Some(initial as i64),
+                values,
+                span: 0..0,
+            });
+        }
+        variables
+    }
+
+    /// Returns `at(robot)` for the places of a robot, `held|on(a)` for several predicates, or the atom.
+    fn name(&self, group: &Group) -> String {
+        let names: Vec<&str> =
+            group.predicates.iter().map(|&p| self.task.predicates[p].name.as_str()).collect();
+        if let [fact] = group.facts.as_slice() {
+            let (predicate, arguments) = &self.ground.facts[*fact as usize];
+            return self.task.atom(*predicate, arguments);
+        }
+        self.task.called(&names.join("|"), &group.parameters)
+    }
+
+    /// Returns the names of the values: objects where one predicate has one counted argument.
+    fn values(&self, group: &Group) -> Vec<String> {
+        let mut taken = AHashSet::new();
+        let named = |&fact: &Fact| {
+            let (predicate, arguments) = &self.ground.facts[fact as usize];
+            match group.counted {
+                Some(counted) => self.task.objects[arguments[counted] as usize].clone(),
+                None => self.task.atom(*predicate, arguments),
+            }
+        };
+        let mut values: Vec<String> =
+            group.facts.iter().map(named).map(|name| unique(name, &mut taken)).collect();
+        if group.has_none {
+            values.push(unique(NONE.to_owned(), &mut taken));
+        }
+        values
+    }
+
+    /// Returns the expression of a condition.
+    fn condition(&mut self, condition: &Ground) -> ExprId {
+        match condition {
+            Ground::True => self.pool.value(Value::Bool(true)),
+            Ground::False => self.pool.value(Value::Bool(false)),
+            Ground::Fact(fact, holds) => self.literal(self.facts[*fact as usize], *holds),
+            Ground::Derived(derived, holds) => self.literal(self.derived[*derived as usize], *holds),
+            Ground::And(parts) => self.joined(Binary::And, parts),
+            Ground::Or(parts) => self.joined(Binary::Or, parts),
+        }
+    }
+
+    /// Joins conditions, halves first: the depth is the logarithm of their number.
+    fn joined(&mut self, op: Binary, parts: &[Ground]) -> ExprId {
+        match parts {
+            [] => self.pool.value(Value::Bool(op == Binary::And)),
+            [only] => self.condition(only),
+            _ => {
+                let (left, right) = parts.split_at(parts.len() / 2);
+                let (left, right) = (self.joined(op, left), self.joined(op, right));
+                self.pool.binary(op, left, right)
+            }
+        }
+    }
+
+    fn literal(&mut self, id: ExprId, holds: bool) -> ExprId {
+        if holds { id } else { self.pool.unary(Unary::Not, id) }
+    }
+
+    /// Defines the derived facts, those that they depend on first. Facts that depend on each other get
+    /// their least solution: as many rounds as there are such facts reach it.
+    fn define_derived(&mut self) -> Result<()> {
+        let ground = self.ground;
+        for component in components(&ground.derived) {
+            if component.is_negated {
+                return Err(self.not_stratified(component.members[0]));
+            }
+            let rounds = if component.is_cycle { component.members.len() } else { 1 };
+            for _ in 0..rounds {
+                let next: Vec<ExprId> = component
+                    .members
+                    .iter()
+                    .map(|&d| self.condition(&ground.derived[d as usize].1))
+                    .collect();
+                for (&member, id) in component.members.iter().zip(next) {
+                    self.derived[member as usize] = id;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn not_stratified(&self, derived: u32) -> meliora_base::error::Error {
+        let (predicate, arguments) = &self.ground.derived[derived as usize].0;
+        let name = self.task.atom(*predicate, arguments);
+        let message = format!("`{name}` depends on its own negation");
+        let wrong = Diagnostic::new(&self.task.source, 0..0, message);
+        wrong.help("a derived fact may depend on itself only without `not`").into()
+    }
+
+    /// Returns the names of the actions, the commands, and their costs. Actions whose condition cannot
+    /// hold are left out.
+    fn commands(&mut self, variables: &[Variable]) -> (Vec<String>, Vec<Command>, Vec<RewardItem>) {
+        let (ground, task) = (self.ground, self.task);
+        let (mut actions, mut commands, mut costs) = (Vec::new(), Vec::new(), Vec::new());
+        let always = self.pool.value(Value::Bool(true));
+        let mut taken = AHashSet::new();
+        for action in &ground.actions {
+            let Some(fixed) = self.fixed(&action.precondition) else { continue };
+            let schema = &task.actions[action.schema];
+            let number = CommandId(u32::try_from(commands.len()).unwrap_or(u32::MAX));
+            if !schema.cost.is_zero() {
+                let value = self.pool.exact_value(Exact::Real(Real::Finite(schema.cost.clone())));
+                let earner = Earner::Command(number);
+                costs.push(RewardItem { earner, guard: always, value, span: Span::default() });
+            }
+            let Range { start, end } = schema.span.clone();
+            commands.push(Command {
+                module: 0,
+                action: Some(actions.len()),
+                number: 1,
+                guard: self.condition(&action.precondition),
+                branches: self.branches(action, &fixed, variables),
+                span: Span::new(start, end),
+            });
+            actions.push(unique(task.called(&schema.name, &action.arguments), &mut taken));
+        }
+        (actions, commands, costs)
+    }
+
+    /// Returns the values that a condition fixes; `None` if it requires two values of one variable.
+    fn fixed(&self, condition: &Ground) -> Option<AHashMap<VarId, i64>> {
+        let mut fixed = AHashMap::new();
+        for fact in condition.required() {
+            let (variable, value) = self.place[fact as usize];
+            if *fixed.entry(variable).or_insert(value) != value {
+                return None;
+            }
+        }
+        Some(fixed)
+    }
+
+    fn branches(
+        &mut self,
+        action: &GroundAction,
+        fixed: &AHashMap<VarId, i64>,
+        variables: &[Variable],
+    ) -> SmallVec<[Branch; 1]> {
+        let mut branches = SmallVec::new();
+        for outcome in &action.outcomes {
+            let mut changed: Vec<VarId> =
+                outcome.effects.iter().map(|effect| self.place[effect.fact as usize].0).collect();
+            changed.sort_unstable();
+            changed.dedup();
+            let mut updates = SmallVec::new();
+            for id in changed {
+                let of = |effect: &&GroundEffect| self.place[effect.fact as usize].0 == id;
+                let effects: Vec<&GroundEffect> = outcome.effects.iter().filter(of).collect();
+                let variable = &variables[id.index()];
+                updates.extend(
+                    self.update(id, variable, &effects, fixed.get(&id).copied()).map(|new| (id, new)),
+                );
+            }
+            branches.push(Branch { probability: self.probability(&outcome.probability), updates });
+        }
+        branches
+    }
+
+    fn probability(&mut self, probability: &Ratio) -> ExprId {
+        self.pool.exact_value(Exact::Real(Real::Finite(probability.clone())))
+    }
+
+    /// Returns the new value of a variable; `None` if it stays as it is.
+    fn update(
+        &mut self,
+        id: VarId,
+        variable: &Variable,
+        effects: &[&GroundEffect],
+        fixed: Option<i64>,
+    ) -> Option<ExprId> {
+        let literal = |pool: &mut ExprPool, value: i64| match variable.ty {
+            Type::Bool => pool.value(Value::Bool(value != 0)),
+            _ => pool.value(Value::Int(value)),
+        };
+        let old = match fixed {
+            Some(value) => literal(&mut self.pool, value),
+            None => self.pool.var(id, variable.ty),
+        };
+        let mut new = old;
+        let (adds, deletes): (Vec<&GroundEffect>, Vec<&GroundEffect>) =
+            effects.iter().partition(|effect| effect.is_added);
+        for delete in deletes {
+            let value = self.place[delete.fact as usize].1;
+            // Boolean variables are false without their fact; others have a value for none, the last one.
+            let without = if variable.ty == Type::Bool { 0 } else { variable.high };
+            let condition = self.condition(&delete.condition);
+            let holds = match fixed {
+                Some(known) => self.pool.value(Value::Bool(known == value)),
+                None => self.facts[delete.fact as usize],
+            };
+            let applies = self.pool.binary(Binary::And, condition, holds);
+            let without = literal(&mut self.pool, without);
+            new = self.pool.ite(applies, without, new);
+        }
+        for add in adds {
+            let condition = self.condition(&add.condition);
+            let value = literal(&mut self.pool, self.place[add.fact as usize].1);
+            new = self.pool.ite(condition, value, new);
+        }
+        (new != old).then_some(new)
+    }
+
+    fn objectives(&mut self) -> Vec<(String, ExprId)> {
+        let ground = self.ground;
+        let mut objectives = Vec::new();
+        if let Some(goal) = &ground.goal {
+            objectives.push((GOAL.to_owned(), self.condition(goal)));
+        }
+        for (name, condition) in &ground.preferences {
+            objectives.push((name.clone(), self.condition(condition)));
+        }
+        objectives
+    }
+
+    /// Returns the labels: the goal and the preferences. A goal of preferences alone holds everywhere.
+    fn labels(&mut self) -> Vec<(String, ExprId)> {
+        let mut labels = self.objectives();
+        if self.ground.goal.is_none() {
+            labels.insert(0, (GOAL.to_owned(), self.pool.value(Value::Bool(true))));
+        }
+        labels
+    }
+
+    fn planning(&mut self, variables: &[Variable]) -> Planning {
+        let (task, ground) = (self.task, self.ground);
+        let mut planning = Planning { assumes_uniform: task.has_oneof, ..Planning::default() };
+        planning.objectives = self.objectives();
+        let always = self.pool.value(Value::Bool(true));
+        let mut name = |predicate: usize, row: &[u32], id: ExprId| {
+            let name = task.atom(predicate, row);
+            planning.atoms.insert(name.to_lowercase(), id);
+            name
+        };
+        let is_static = |predicate: usize| !task.predicates[predicate].is_changed;
+        for (predicate, row) in task.initial.iter().filter(|(p, _)| is_static(*p)).chain(&ground.constant) {
+            name(*predicate, row, always);
+        }
+        for (((predicate, row), _), &id) in ground.derived.iter().zip(&self.derived) {
+            name(*predicate, row, id);
+        }
+        let mut facts = Vec::with_capacity(ground.facts.len());
+        for ((predicate, row), (&id, &(variable, value))) in
+            ground.facts.iter().zip(self.facts.iter().zip(&self.place))
+        {
+            facts.push(PlannedFact { name: name(*predicate, row, id), variable, value });
+        }
+        debug_assert!(facts.iter().all(|fact| fact.variable.index() < variables.len()));
+        planning.facts = facts;
+        for predicate in &task.predicates {
+            let names = |objects: &[u32]| objects.iter().map(|&o| task.objects[o as usize].clone()).collect();
+            let parameters = predicate.parameters.iter().map(|domain| names(&domain.objects)).collect();
+            planning.predicates.insert(predicate.name.to_lowercase(), parameters);
+        }
+        planning
+    }
+}
+
+/// Returns a name that is not taken, and takes it.
+fn unique(name: String, taken: &mut AHashSet<String>) -> String {
+    let mut unique = name.clone();
+    let mut number = 2;
+    while !taken.insert(unique.clone()) {
+        unique = format!("{name}_{number}");
+        number += 1;
+    }
+    unique
+}

@@ -1,0 +1,168 @@
+//! A checked planning problem before it is grounded: names are numbers, conditions are in negation
+//! normal form.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use meliora_base::error::SourceFile;
+use meliora_base::exact::Ratio;
+
+/// The number of an object.
+pub(crate) type Object = u32;
+
+/// The objects that a variable stands for, in the order of their declaration.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Domain {
+    pub(crate) objects: Vec<Object>,
+    /// For each object of the problem, whether it belongs to the domain.
+    pub(crate) member: Vec<bool>,
+}
+
+/// A variable or an object in an atom. Variables are numbered by the depth of their scope: the
+/// parameters of an action first, then those of the quantifiers around an atom.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) enum Term {
+    Object(Object),
+    Variable(usize),
+}
+
+impl Term {
+    /// Returns the object under values of the variables.
+    pub(crate) fn object(self, values: &[Object]) -> Object {
+        match self {
+            Term::Object(object) => object,
+            Term::Variable(at) => values[at],
+        }
+    }
+}
+
+/// A predicate with its arguments.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Atom {
+    pub(crate) predicate: usize,
+    pub(crate) arguments: Vec<Term>,
+}
+
+/// A condition in negation normal form.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Condition {
+    /// An atom holds, or does not.
+    Literal(Atom, bool),
+    /// Two terms are the same object, or are not.
+    Equal(Term, Term, bool),
+    And(Vec<Condition>),
+    Or(Vec<Condition>),
+    /// The condition holds for all values of further variables.
+    All(Vec<Arc<Domain>>, Box<Condition>),
+    /// The condition holds for some values of further variables.
+    Some(Vec<Arc<Domain>>, Box<Condition>),
+}
+
+impl Condition {
+    /// Returns the condition with objects in place of the first variables.
+    pub(crate) fn with(&self, values: &[Object]) -> Condition {
+        let term = |term: &Term| match *term {
+            Term::Variable(at) if at < values.len() => Term::Object(values[at]),
+            other => other,
+        };
+        let all = |all: &[Condition]| all.iter().map(|inner| inner.with(values)).collect();
+        match self {
+            Condition::Literal(atom, is_positive) => {
+                let arguments = atom.arguments.iter().map(term).collect();
+                Condition::Literal(Atom { predicate: atom.predicate, arguments }, *is_positive)
+            }
+            Condition::Equal(left, right, is_positive) => {
+                Condition::Equal(term(left), term(right), *is_positive)
+            }
+            Condition::And(inner) => Condition::And(all(inner)),
+            Condition::Or(inner) => Condition::Or(all(inner)),
+            Condition::All(domains, inner) => Condition::All(domains.clone(), Box::new(inner.with(values))),
+            Condition::Some(domains, inner) => Condition::Some(domains.clone(), Box::new(inner.with(values))),
+        }
+    }
+}
+
+/// An effect.
+#[derive(Debug, Clone)]
+pub(crate) enum Effect {
+    /// All effects at the same time.
+    And(Vec<Effect>),
+    /// Adds a fact, or deletes it.
+    Literal(Atom, bool),
+    /// The effect under a condition on the state before.
+    When(Condition, Box<Effect>),
+    /// The effect for all values of further variables.
+    All(Vec<Arc<Domain>>, Box<Effect>),
+    /// One of the effects.
+    OneOf(Vec<Effect>),
+    /// One of the effects with its probability; with the remaining probability none.
+    Probably(Vec<(Ratio, Effect)>),
+}
+
+/// A predicate.
+#[derive(Debug)]
+pub(crate) struct Predicate {
+    /// The name as it is declared.
+    pub(crate) name: String,
+    pub(crate) parameters: Vec<Arc<Domain>>,
+    /// True if rules define it.
+    pub(crate) is_derived: bool,
+    /// True if an effect changes it.
+    pub(crate) is_changed: bool,
+}
+
+/// An action schema.
+#[derive(Debug)]
+pub(crate) struct Action {
+    pub(crate) name: String,
+    pub(crate) parameters: Vec<Arc<Domain>>,
+    pub(crate) precondition: Condition,
+    pub(crate) effect: Effect,
+    /// The increase of `total-cost`.
+    pub(crate) cost: Ratio,
+    /// Its place in [`Task::source`].
+    pub(crate) span: Range<usize>,
+}
+
+/// A rule for a derived predicate: the atom over the variables holds if the condition does.
+#[derive(Debug)]
+pub(crate) struct Axiom {
+    pub(crate) predicate: usize,
+    pub(crate) parameters: Vec<Arc<Domain>>,
+    pub(crate) condition: Condition,
+}
+
+/// A planning problem.
+#[derive(Debug)]
+pub(crate) struct Task {
+    /// Both texts, one after the other.
+    pub(crate) source: Arc<SourceFile>,
+    pub(crate) objects: Vec<String>,
+    pub(crate) predicates: Vec<Predicate>,
+    pub(crate) actions: Vec<Action>,
+    pub(crate) axioms: Vec<Axiom>,
+    pub(crate) initial: Vec<(usize, Vec<Object>)>,
+    /// The goal without preferences; `None` if there are only preferences.
+    pub(crate) goal: Option<Condition>,
+    pub(crate) preferences: Vec<(String, Condition)>,
+    /// True if `total-cost` is declared.
+    pub(crate) has_cost: bool,
+    /// True if some effect has several outcomes without stated probabilities.
+    pub(crate) has_oneof: bool,
+}
+
+impl Task {
+    /// Formats an atom: `at(robot,kitchen)`, or `raining` without arguments.
+    pub(crate) fn atom(&self, predicate: usize, arguments: &[Object]) -> String {
+        self.called(&self.predicates[predicate].name, arguments)
+    }
+
+    /// Formats a name with arguments.
+    pub(crate) fn called(&self, name: &str, arguments: &[Object]) -> String {
+        if arguments.is_empty() {
+            return name.to_owned();
+        }
+        let names: Vec<&str> = arguments.iter().map(|&o| self.objects[o as usize].as_str()).collect();
+        format!("{name}({})", names.join(","))
+    }
+}

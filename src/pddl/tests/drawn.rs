@@ -1,0 +1,423 @@
+//! Small tasks that are drawn from bytes, as text and as definitions that are followed literally.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use meliora_base::exact::Ratio;
+
+/// An atom: the name of its predicate and its objects.
+pub(super) type Atom = (&'static str, Vec<usize>);
+/// A state: the atoms that hold.
+pub(super) type State = BTreeSet<Atom>;
+/// An outcome: conditions as ground text, and the literals that they guard.
+type Outcome = BTreeSet<(BTreeSet<String>, bool, Atom)>;
+
+const OBJECTS: [&str; 3] = ["a", "b", "c"];
+/// The types, each with its objects; the last two are written `object` and `(either s t)`.
+const TYPES: [(&str, &[usize]); 4] =
+    [("s", &[0, 1]), ("t", &[2]), ("object", &[0, 1, 2]), ("(either s t)", &[0, 1, 2])];
+/// Predicates that change, with their arities; `fixed` does not change, `linked` is derived.
+const CHANGED: [(&str, usize); 4] = [("p", 0), ("q", 1), ("at", 2), ("r", 1)];
+const FIXED: (&str, usize) = ("fixed", 1);
+const DERIVED: (&str, usize) = ("linked", 1);
+
+/// Bytes that decide all choices; zeros after the last one.
+pub(super) struct Tape<'b>(pub(super) std::slice::Iter<'b, u8>);
+
+impl Tape<'_> {
+    fn below(&mut self, n: usize) -> usize {
+        self.0.next().map_or(0, |&byte| byte as usize) % n
+    }
+
+    fn many<T>(&mut self, most: usize, mut one: impl FnMut(&mut Self) -> T) -> Vec<T> {
+        let count = self.below(most + 1);
+        (0..count).map(|_| one(self)).collect()
+    }
+}
+
+#[derive(Debug, Clone)]
+enum Cond {
+    Atom(&'static str, Vec<usize>),
+    Equal(usize, usize),
+    Not(Box<Cond>),
+    And(Vec<Cond>),
+    Or(Vec<Cond>),
+    Imply(Box<Cond>, Box<Cond>),
+    All(usize, Box<Cond>),
+    Some(usize, Box<Cond>),
+}
+
+#[derive(Debug, Clone)]
+enum Eff {
+    And(Vec<Eff>),
+    Atom(&'static str, Vec<usize>, bool),
+    When(Vec<Cond>, Box<Eff>),
+    All(usize, Box<Eff>),
+    OneOf(Vec<Eff>),
+    Probably(Vec<(u32, Eff)>),
+}
+
+#[derive(Debug, Clone)]
+struct Action {
+    parameters: Vec<usize>,
+    condition: Cond,
+    effect: Eff,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Drawn {
+    actions: Vec<Action>,
+    rule: Cond,
+    initial: State,
+    goal: Cond,
+    /// A condition of a preference.
+    wish: Cond,
+}
+
+/// Returns the object of an argument: the variables in scope come first, then the objects.
+fn object(argument: usize, scope: &[usize]) -> usize {
+    let at = argument % (scope.len() + OBJECTS.len());
+    scope.get(at).copied().unwrap_or_else(|| at - scope.len())
+}
+
+fn name(argument: usize, scope: usize) -> String {
+    let at = argument % (scope + OBJECTS.len());
+    if at < scope { format!("?v{at}") } else { OBJECTS[at - scope].to_owned() }
+}
+
+fn names(arguments: &[usize], scope: usize) -> String {
+    arguments.iter().map(|&argument| format!(" {}", name(argument, scope))).collect()
+}
+
+fn condition(tape: &mut Tape<'_>, depth: usize, with_derived: bool) -> Cond {
+    let kinds = if depth == 0 { 3 } else { 9 };
+    let inner = |tape: &mut Tape<'_>| Box::new(condition(tape, depth - 1, with_derived));
+    match tape.below(kinds) {
+        0 | 1 => {
+            let all = [CHANGED[0], CHANGED[1], CHANGED[2], CHANGED[3], FIXED, DERIVED];
+            let (name, arity) = all[tape.below(all.len() - usize::from(!with_derived))];
+            Cond::Atom(name, (0..arity).map(|_| tape.below(12)).collect())
+        }
+        2 => Cond::Equal(tape.below(12), tape.below(12)),
+        3 => Cond::Not(inner(tape)),
+        4 => Cond::And(tape.many(3, |tape| *inner(tape))),
+        5 => Cond::Or(tape.many(2, |tape| *inner(tape))),
+        6 => Cond::Imply(inner(tape), inner(tape)),
+        7 => Cond::All(tape.below(TYPES.len()), inner(tape)),
+        _ => Cond::Some(tape.below(TYPES.len()), inner(tape)),
+    }
+}
+
+fn literal(tape: &mut Tape<'_>) -> Eff {
+    let (name, arity) = CHANGED[tape.below(CHANGED.len())];
+    let arguments = (0..arity).map(|_| tape.below(12)).collect();
+    Eff::Atom(name, arguments, tape.below(2) == 0)
+}
+
+fn effect(tape: &mut Tape<'_>, depth: usize, has_numbers: bool) -> Eff {
+    let inner = |tape: &mut Tape<'_>| effect(tape, depth - 1, has_numbers);
+    match tape.below(if depth == 0 { 1 } else { 6 }) {
+        0 | 1 => literal(tape),
+        2 => Eff::And(tape.many(3, inner)),
+        3 => Eff::When(tape.many(2, |tape| condition(tape, 0, true)), Box::new(inner(tape))),
+        4 => Eff::All(tape.below(TYPES.len()), Box::new(inner(tape))),
+        _ if has_numbers => Eff::Probably(tape.many(2, |tape| (1 + tape.below(5) as u32, inner(tape)))),
+        _ => {
+            let mut parts = tape.many(2, inner);
+            parts.push(Eff::And(Vec::new()));
+            Eff::OneOf(parts)
+        }
+    }
+}
+
+impl Drawn {
+    pub(super) fn new(tape: &mut Tape<'_>) -> Self {
+        let action = |tape: &mut Tape<'_>| Action {
+            parameters: tape.many(2, |tape| tape.below(TYPES.len())),
+            condition: Cond::And(tape.many(3, |tape| condition(tape, 1, true))),
+            effect: {
+                let has_numbers = tape.below(3) == 0;
+                Eff::And(vec![effect(tape, 3, has_numbers), effect(tape, 2, has_numbers)])
+            },
+        };
+        let actions = (0..1 + tape.below(3)).map(|_| action(tape)).collect();
+        let fact = |tape: &mut Tape<'_>| {
+            let all = [CHANGED[0], CHANGED[1], CHANGED[2], CHANGED[3], FIXED];
+            let (name, arity) = all[tape.below(all.len())];
+            (name, (0..arity).map(|_| tape.below(OBJECTS.len())).collect())
+        };
+        Drawn {
+            actions,
+            rule: condition(tape, 1, false),
+            initial: tape.many(5, fact).into_iter().collect(),
+            goal: condition(tape, 2, true),
+            wish: condition(tape, 1, true),
+        }
+    }
+
+    pub(super) fn texts(&self) -> [String; 2] {
+        let mut domain = "(define (domain drawn) (:types s t) (:predicates (p) (q ?x) (at ?x ?y) (r ?x)
+            (fixed ?x) (linked ?x))
+            (:derived (linked ?v0) (or "
+            .to_owned();
+        domain += &self.rule.text(1);
+        domain += " (exists (?v1) (and (at ?v0 ?v1) (linked ?v1)))))";
+        for (number, action) in self.actions.iter().enumerate() {
+            let parameters: String = action
+                .parameters
+                .iter()
+                .enumerate()
+                .map(|(at, of)| format!("?v{at} - {} ", TYPES[*of].0))
+                .collect();
+            let scope = action.parameters.len();
+            domain += &format!(
+                "\n(:action do{number} :parameters ({parameters}) :precondition {} :effect {})",
+                action.condition.text(scope),
+                action.effect.text(scope)
+            );
+        }
+        let facts: String =
+            self.initial.iter().map(|(name, objects)| format!("({name}{})", names(objects, 0))).collect();
+        let problem = format!(
+            "(define (problem drawn) (:domain drawn) (:objects a b - s c - t) (:init {facts})
+            (:goal (and {} (preference wish {}))))",
+            self.goal.text(0),
+            self.wish.text(0)
+        );
+        [domain + ")", problem]
+    }
+
+    pub(super) fn initial(&self) -> &State {
+        &self.initial
+    }
+
+    /// Returns the atoms of the derived predicate, as a least fixpoint.
+    pub(super) fn derived(&self, state: &State) -> State {
+        let mut linked = State::new();
+        loop {
+            let mut all = state.clone();
+            all.extend(linked.iter().cloned());
+            let holds = |x: usize| {
+                self.rule.holds(&all, &mut vec![x])
+                    || (0..3).any(|y| all.contains(&("at", vec![x, y])) && all.contains(&("linked", vec![y])))
+            };
+            let next: State = (0..3).filter(|&x| holds(x)).map(|x| ("linked", vec![x])).collect();
+            if next == linked {
+                return linked;
+            }
+            linked = next;
+        }
+    }
+
+    fn with_derived(&self, state: &State) -> State {
+        let mut all = state.clone();
+        all.extend(self.derived(state));
+        all
+    }
+
+    /// Returns whether the goal and the preference hold.
+    pub(super) fn goals(&self, state: &State) -> [bool; 2] {
+        let all = self.with_derived(state);
+        [self.goal.holds(&all, &mut Vec::new()), self.wish.holds(&all, &mut Vec::new())]
+    }
+
+    /// Returns the applicable actions by name, each with its successors.
+    pub(super) fn steps(&self, state: &State) -> BTreeMap<String, BTreeMap<State, Ratio>> {
+        let all = self.with_derived(state);
+        let mut steps = BTreeMap::new();
+        for (number, action) in self.actions.iter().enumerate() {
+            for values in tuples(&action.parameters) {
+                if action.condition.holds(&all, &mut values.clone()) {
+                    let shown: Vec<&str> = values.iter().map(|&v| OBJECTS[v]).collect();
+                    let name = match shown.is_empty() {
+                        true => format!("do{number}"),
+                        false => format!("do{number}({})", shown.join(",")),
+                    };
+                    steps.insert(name, successors(&action.effect, &values, state, &all));
+                }
+            }
+        }
+        steps
+    }
+}
+
+fn tuples(types: &[usize]) -> Vec<Vec<usize>> {
+    let mut all = vec![Vec::new()];
+    for &of in types {
+        let longer = |values: &Vec<usize>| {
+            let values = values.clone();
+            TYPES[of].1.iter().map(move |&object| values.iter().copied().chain([object]).collect())
+        };
+        all = all.iter().flat_map(longer).collect();
+    }
+    all
+}
+
+fn successors(effect: &Eff, values: &[usize], state: &State, all: &State) -> BTreeMap<State, Ratio> {
+    let mut successors = BTreeMap::new();
+    for (probability, outcome) in effect.outcomes(values) {
+        let applies = |(conditions, added, atom): &(BTreeSet<String>, bool, Atom)| {
+            conditions.iter().all(|text| ground_holds(text, all)).then(|| (*added, atom.clone()))
+        };
+        let applied: Vec<(bool, Atom)> = outcome.iter().filter_map(applies).collect();
+        let mut next = state.clone();
+        applied.iter().filter(|(added, _)| !added).for_each(|(_, atom)| {
+            next.remove(atom);
+        });
+        next.extend(applied.into_iter().filter(|(added, _)| *added).map(|(_, atom)| atom));
+        *successors.entry(next).or_insert_with(|| Ratio::new(0.into(), 1.into())) += probability;
+    }
+    successors
+}
+
+/// Evaluates a ground atom or equation as text, such as `(at a b)`.
+fn ground_holds(text: &str, state: &State) -> bool {
+    let words: Vec<&str> = text.trim_matches(['(', ')']).split(' ').collect();
+    if words[0] == "=" {
+        return words[1] == words[2];
+    }
+    let objects: Vec<usize> =
+        words[1..].iter().map(|word| OBJECTS.iter().position(|o| o == word).unwrap()).collect();
+    state.iter().any(|(name, of)| *name == words[0] && *of == objects)
+}
+
+impl Cond {
+    fn text(&self, scope: usize) -> String {
+        let list = |all: &[Cond]| all.iter().map(|c| format!(" {}", c.text(scope))).collect::<String>();
+        match self {
+            Cond::Atom(name, arguments) => format!("({name}{})", names(arguments, scope)),
+            Cond::Equal(x, y) => format!("(= {} {})", name(*x, scope), name(*y, scope)),
+            Cond::Not(inner) => format!("(not {})", inner.text(scope)),
+            Cond::And(all) => format!("(and{})", list(all)),
+            Cond::Or(all) => format!("(or{})", list(all)),
+            Cond::Imply(x, y) => format!("(imply {} {})", x.text(scope), y.text(scope)),
+            Cond::All(of, inner) => {
+                format!("(forall (?v{scope} - {}) {})", TYPES[*of].0, inner.text(scope + 1))
+            }
+            Cond::Some(of, inner) => {
+                format!("(exists (?v{scope} - {}) {})", TYPES[*of].0, inner.text(scope + 1))
+            }
+        }
+    }
+
+    fn holds(&self, state: &State, scope: &mut Vec<usize>) -> bool {
+        match self {
+            Cond::Atom(name, arguments) => {
+                state.contains(&(name, arguments.iter().map(|&x| object(x, scope)).collect()))
+            }
+            Cond::Equal(x, y) => object(*x, scope) == object(*y, scope),
+            Cond::Not(inner) => !inner.holds(state, scope),
+            Cond::And(all) => all.iter().all(|c| c.holds(state, scope)),
+            Cond::Or(all) => all.iter().any(|c| c.holds(state, scope)),
+            Cond::Imply(x, y) => !x.holds(state, scope) || y.holds(state, scope),
+            Cond::All(of, inner) => TYPES[*of].1.iter().all(|&o| inner.under(o, state, scope)),
+            Cond::Some(of, inner) => TYPES[*of].1.iter().any(|&o| inner.under(o, state, scope)),
+        }
+    }
+
+    fn under(&self, object: usize, state: &State, scope: &[usize]) -> bool {
+        self.holds(state, &mut scope.iter().copied().chain([object]).collect())
+    }
+
+    /// Returns an atom or an equation with objects for all variables.
+    fn ground(&self, values: &[usize]) -> String {
+        let shown = |x: &usize| format!(" {}", OBJECTS[object(*x, values)]);
+        match self {
+            Cond::Atom(name, arguments) => {
+                format!("({name}{})", arguments.iter().map(shown).collect::<String>())
+            }
+            Cond::Equal(x, y) => format!("(={}{})", shown(x), shown(y)),
+            _ => unreachable!("conditions of effects are atoms and equations"),
+        }
+    }
+}
+
+/// Outcomes with their probabilities.
+type Distribution = Vec<(Ratio, Outcome)>;
+
+impl Eff {
+    fn text(&self, scope: usize) -> String {
+        let list = |all: &[Eff]| all.iter().map(|e| format!(" {}", e.text(scope))).collect::<String>();
+        match self {
+            Eff::And(all) => format!("(and{})", list(all)),
+            Eff::OneOf(all) => format!("(oneof{})", list(all)),
+            Eff::Atom(name, arguments, true) => format!("({name}{})", names(arguments, scope)),
+            Eff::Atom(name, arguments, false) => format!("(not ({name}{}))", names(arguments, scope)),
+            Eff::When(all, inner) => {
+                let all: String = all.iter().map(|c| format!(" {}", c.text(scope))).collect();
+                format!("(when (and{all}) {})", inner.text(scope))
+            }
+            Eff::All(of, inner) => {
+                format!("(forall (?v{scope} - {}) {})", TYPES[*of].0, inner.text(scope + 1))
+            }
+            Eff::Probably(all) => {
+                let pair = |(tenths, e): &(u32, Eff)| format!(" {tenths}/10 {}", e.text(scope));
+                format!("(probabilistic{})", all.iter().map(pair).collect::<String>())
+            }
+        }
+    }
+
+    /// Returns the distribution: where alternatives have no probabilities, all distinct outcomes have
+    /// the same one.
+    fn outcomes(&self, values: &[usize]) -> Distribution {
+        let raw = self.raw(values, &BTreeSet::new());
+        if self.has_numbers() {
+            return raw;
+        }
+        let distinct: BTreeSet<Outcome> = raw.into_iter().map(|(_, outcome)| outcome).collect();
+        let share = Ratio::new(1.into(), distinct.len().into());
+        distinct.into_iter().map(|outcome| (share.clone(), outcome)).collect()
+    }
+
+    fn has_numbers(&self) -> bool {
+        match self {
+            Eff::Probably(_) => true,
+            Eff::Atom(..) => false,
+            Eff::And(all) | Eff::OneOf(all) => all.iter().any(Eff::has_numbers),
+            Eff::When(_, inner) | Eff::All(_, inner) => inner.has_numbers(),
+        }
+    }
+
+    fn raw(&self, values: &[usize], conditions: &BTreeSet<String>) -> Distribution {
+        let one = || Ratio::new(1.into(), 1.into());
+        let product = |parts: Vec<Distribution>| {
+            parts.into_iter().fold(vec![(one(), Outcome::new())], |all, part| {
+                let joined = |(p, x): &(Ratio, Outcome)| {
+                    let (p, x) = (p.clone(), x.clone());
+                    part.iter().map(move |(q, y)| (&p * q, x.union(y).cloned().collect())).collect::<Vec<_>>()
+                };
+                all.iter().flat_map(joined).collect()
+            })
+        };
+        match self {
+            Eff::Atom(name, arguments, added) => {
+                let atom = (*name, arguments.iter().map(|&x| object(x, values)).collect());
+                vec![(one(), [(conditions.clone(), *added, atom)].into())]
+            }
+            Eff::And(all) => product(all.iter().map(|e| e.raw(values, conditions)).collect()),
+            Eff::When(all, inner) => {
+                let more = all.iter().map(|c| c.ground(values));
+                inner.raw(values, &conditions.iter().cloned().chain(more).collect())
+            }
+            Eff::All(of, inner) => {
+                let each = |&o: &usize| {
+                    inner.raw(&values.iter().copied().chain([o]).collect::<Vec<_>>(), conditions)
+                };
+                product(TYPES[*of].1.iter().map(each).collect())
+            }
+            Eff::OneOf(all) => all.iter().flat_map(|e| e.raw(values, conditions)).collect(),
+            Eff::Probably(all) => {
+                let tenth = |n: u32| Ratio::new(n.into(), 10.into());
+                let mut mixed: Distribution = Vec::new();
+                let mut rest = one();
+                for (tenths, e) in all {
+                    rest -= tenth(*tenths);
+                    mixed.extend(e.raw(values, conditions).into_iter().map(|(p, x)| (p * tenth(*tenths), x)));
+                }
+                if rest != tenth(0) {
+                    mixed.push((rest, Outcome::new()));
+                }
+                mixed
+            }
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Wrong and unsupported texts: each with its place and its message.
+
+use super::loaded;
+use meliora_base::error::{Error, SourceFile};
+use meliora_base::progress::NoProgress;
+
+/// Returns the file, line and column of the first error, and its message.
+fn first_error(domain: &str, problem: &str) -> String {
+    match loaded(domain, problem) {
+        Err(Error::Input(all)) => {
+            let (line, column) = all[0].position();
+            format!("{}:{line}:{column}: {}", all[0].source.name, all[0].message)
+        }
+        Err(other) => panic!("{other}"),
+        Ok(_) => "no error".to_owned(),
+    }
+}
+
+const PROBLEM: &str = "(define (problem p) (:objects a - t) (:init (p a)) (:goal (p a)))";
+
+fn domain(action: &str) -> String {
+    format!("(define (domain d) (:types t) (:predicates (p ?x - t) (q))\n{action})")
+}
+
+#[test]
+fn mistakes_in_domains_are_shown_at_their_places() {
+    for (action, expected) in [
+        ("(:action a :effect (p b))", "2:23: unknown object `b`"),
+        ("(:action a :effect (r))", "2:20: unknown predicate `r`"),
+        ("(:action a :effect (q a))", "2:20: `q` has 0 arguments, here are 1"),
+        ("(:action a :parameters (?x) :effect (p ?y))", "2:40: unknown variable `?y`"),
+        ("(:action a :parameters (?x - u) :effect (p ?x))", "2:30: unknown type `u`"),
+        ("(:action a :parameters (x) :effect (q))", "2:25: expected a variable such as `?x`, found `x`"),
+        ("(:action a :effect (oneof))", "2:20: `oneof` has no outcome"),
+        (
+            "(:action a :effect (probabilistic 0.6 (q) 0.5 (and)))",
+            "2:20: the probabilities sum to 11/10, which is more than 1",
+        ),
+        ("(:action a :effect (when (q)))", "2:20: `when` has 2 parts, here are 1"),
+        (
+            "(:action a :effect (increase (fuel) 1))",
+            "2:20: numbers that change, such as `(fuel)`, are not supported",
+        ),
+        ("(:action a :precondition (> (fuel) 1))", "2:26: numbers in conditions are not supported"),
+        (
+            "(:action a :precondition (preference x (q)))",
+            "2:26: a preference can stand only in the goal, alone or in its outer `and`",
+        ),
+        ("(:durative-action a)", "2:1: actions with a duration are not supported"),
+        ("(:action a :duration (= ?duration 1))", "2:12: actions with a duration are not supported"),
+        ("(:constraints (always (q)))", "2:1: `:constraints` on whole paths are not supported"),
+        ("(:functions (fuel))", "2:13: the function `fuel` is not supported"),
+        ("(:actions)", "2:1: unknown section `:actions`"),
+        (
+            "(:action a :effects (q))",
+            "2:12: expected `:parameters`, `:precondition` or `:effect`, found `:effects`",
+        ),
+        ("(:derived (q) (p a)) (:action a :effect (q))", "2:41: `q` is derived and cannot be changed"),
+        ("(:action a :effect (q)", "1:1: this bracket is not closed"),
+        ("(:action a :effect (q))) )", "2:26: this bracket closes nothing"),
+    ] {
+        assert_eq!(first_error(&domain(action), PROBLEM), format!("domain.pddl:{expected}"), "{action}");
+    }
+}
+
+#[test]
+fn mistakes_in_problems_are_shown_at_their_places() {
+    for (parts, expected) in [
+        ("(:init (p b)) (:goal (q))", "2:11: unknown object `b`"),
+        ("(:init (= (fuel) 3)) (:goal (q))", "2:8: initial values of numbers are not supported"),
+        (
+            "(:init (oneof (q) (p a))) (:goal (q))",
+            "2:8: `oneof` in `:init` is not supported: there is one initial state",
+        ),
+        ("(:init)", "2:1: the problem has no goal"),
+        ("(:goal (q)) (:goal (q))", "2:13: the problem has two goals"),
+        ("(:goal (preference (q)))", "2:8: expected `(preference NAME condition)`, found `(preference …)`"),
+        ("(:goal (preference goal (q)))", "2:20: the objective `goal` is declared twice"),
+        ("(:goal (sometime (q)))", "2:8: conditions on whole paths, such as `sometime`, are not supported"),
+        (
+            "(:goal (q)) (:metric maximize (reward))",
+            "2:32: `reward` is not supported: only `total-cost` is counted",
+        ),
+        (
+            "(:goal (q)) (:goal-reward 100)",
+            "2:13: `:goal-reward` is not supported: there are no rewards except `total-cost`",
+        ),
+    ] {
+        let problem = format!("(define (problem p) (:objects a - t)\n{parts})");
+        assert_eq!(first_error(&domain(""), &problem), format!("problem.pddl:{expected}"), "{parts}");
+    }
+}
+
+#[test]
+fn a_missing_or_repeated_part_is_named() {
+    let missing = first_error("(define (domain d))", "(define (domain d))");
+    assert_eq!(missing, "problem.pddl:1:9: this part stands twice");
+    let one = SourceFile::new("p.pddl", PROBLEM);
+    match crate::load(&[one], &NoProgress) {
+        Err(Error::Input(all)) => assert_eq!(all[0].message, "the domain is missing"),
+        _ => panic!("a problem alone was read"),
+    }
+}
+
+#[test]
+fn a_derived_fact_that_depends_on_its_negation_is_refused() {
+    let wrong = "(define (domain d) (:predicates (p) (q)) (:derived (p) (not (q))) (:derived (q) (p)))";
+    let message = first_error(wrong, "(define (problem x) (:goal (p)))");
+    assert!(message.ends_with("depends on its own negation"), "{message}");
+}
+
+#[test]
+fn features_that_are_not_declared_and_weights_are_notes() {
+    let domain =
+        "(define (domain d) (:requirements :strips) (:predicates (q)) (:action a :effect (oneof (q) (and))))";
+    let problem = "(define (problem p) (:goal (preference x (q))) (:metric minimize (* 3 (is-violated x))))";
+    let sources = [SourceFile::new("d", domain), SourceFile::new("p", problem)];
+    let planned = crate::load(&sources, &NoProgress).unwrap();
+    let notes: Vec<&str> = planned.warnings.iter().map(|note| note.message.as_str()).collect();
+    assert_eq!(
+        notes,
+        [
+            "the weights of preferences are not used: they are not an order of the objectives",
+            "`:requirements` does not declare :preferences, :non-deterministic, which the problem uses",
+        ]
+    );
+}
+
+#[test]
+fn an_action_with_too_many_outcomes_is_refused_at_its_place() {
+    let domain = "(define (domain d) (:types t) (:predicates (p ?x - t) (q))
+        (:action a :effect (forall (?x - t) (oneof (p ?x) (not (p ?x)) (q)))))";
+    let objects: String = (0..40).map(|n| format!("o{n} ")).collect();
+    let problem = format!("(define (problem p) (:objects {objects} - t) (:goal (q)))");
+    match loaded(domain, &problem) {
+        Err(Error::Input(all)) => assert_eq!(
+            (all[0].message.as_str(), all[0].position()),
+            ("`a` has more than 65536 outcomes", (2, 9))
+        ),
+        _ => panic!("2^40 outcomes were listed"),
+    }
+}
