@@ -9,9 +9,9 @@ use super::ast::{Ident, Span};
 use super::ltl::Formula;
 use super::parse::{Failed, Parsed, Parser};
 use super::players;
-use super::refused::{FILTERS, GAME_REWARDS};
+use super::refused::FILTERS;
 use super::token::Token;
-use meliora_base::error::{Diagnostic, Result, Severity, SourceFile};
+use meliora_base::error::{Diagnostic, Result, SourceFile};
 use meliora_base::exact::{Exact, Ratio, Real};
 use meliora_base::progress::NoProgress;
 pub use meliora_model::Optimum;
@@ -50,8 +50,7 @@ impl Property {
     ///
     /// # Errors
     /// A reward structure does not exist, or the property of an `mdp` does not say which strategies
-    /// it asks about. A property of a game does not name its players or asks for a reward, or another
-    /// one names players.
+    /// it asks about. A property of a game does not name its players, or another one names players.
     pub fn check(&self, program: &Program, source: &Arc<SourceFile>) -> Result<()> {
         self.coalition_in(program, source)?;
         let Question::Quantity(quantity) = &self.question else { return Ok(()) };
@@ -93,7 +92,7 @@ impl Property {
     /// for other models.
     ///
     /// # Errors
-    /// A property of a game does not name its players or asks for a reward, or another one names players.
+    /// A property of a game does not name its players, or another one names players.
     pub fn coalition_in(&self, program: &Program, source: &Arc<SourceFile>) -> Result<Option<Vec<bool>>> {
         let wrong = |message: &str| Diagnostic::new(source, self.operator.range(), message);
         let (game, named) = match (&program.players, &self.coalition) {
@@ -102,16 +101,8 @@ impl Property {
                 let diagnostic = wrong("a property of a game names the players who choose to make it true");
                 return Err(diagnostic.help("write `<<p1>> P>=1 [ … ]` or `<<p1,p2>> Pmax=? [ … ]`").into());
             }
-            (None, Some(named)) => (None, named),
-            (Some(game), Some(named)) => (Some(game), named),
+            (game, Some(named)) => (game, named),
         };
-        if let (Some(_), Question::Quantity(Quantity { measure: Measure::Reward(_), .. })) =
-            (game, &self.question)
-        {
-            let diagnostic = wrong(GAME_REWARDS);
-            let help = "PRISM-games computes them";
-            return Err(diagnostic.severity(Severity::Unsupported).label("not supported").help(help).into());
-        }
         match (game, &named.players) {
             (Some(game), None) => Ok(Some(vec![true; game.list.len()])),
             (_, players) => {

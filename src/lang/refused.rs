@@ -7,8 +7,8 @@ use super::token::Token;
 pub(super) const FILTERS: &str = "write `filter(forall, P>=1 [ … ], \"init\")` or `filter(range, Pmax=? [ … ], \"init\")`; \
                        the regions of `reach` are what `filter(count, …)` counts";
 
-/// The refusal of the rewards of PRISM-games.
-pub(super) const GAME_REWARDS: &str = "rewards of a game are not supported";
+/// The refusal of other rewards of PRISM-games.
+const GAME_REWARDS: &str = "of the rewards of PRISM-games, those until a target are supported that are infinite where it is not reached";
 
 /// Returns what to write in place of an operator that is not supported.
 fn instead(operator: &str) -> &'static str {
@@ -89,8 +89,10 @@ impl Parser<'_> {
     pub(super) fn other_rewards(&mut self) -> Parsed<()> {
         let span = self.here();
         let (message, help) = match self.text(span) {
-            "Fc" | "F0" => (GAME_REWARDS, "PRISM-games computes them"),
-            "F" if self.peek_at(1) == Token::Star => (GAME_REWARDS, "PRISM-games computes them"),
+            "Fc" | "F0" => (GAME_REWARDS, "PRISM-games computes them, or write `F condition`"),
+            "F" if self.peek_at(1) == Token::Star => {
+                (GAME_REWARDS, "PRISM-games computes them, or write `F condition`")
+            }
             "C" => (
                 "rewards that are accumulated over all steps, or over a number of steps, are not supported",
                 "for `C<=k`, count the steps in the model: declare `t : [0..k]`, add `(t'=min(t+1,k))` to each \

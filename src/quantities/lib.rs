@@ -91,7 +91,7 @@ pub mod equations;
 mod solvers;
 
 pub use answers::{
-    all_states, answer, choose, confirmed, outlook, path_values, state_values, values, vector,
+    all_states, answer, choose, confirmed, outlook, path_values, several, state_values, values, vector,
 };
 pub use choose::{Achiever, Choose, Chooser, ValuedRule};
 pub use cost::{Cost, Earned, Steps};

@@ -4,8 +4,10 @@ use std::cmp::Ordering;
 
 use crate::answers::path_values::{self, Paths, Value, Wanted};
 use crate::answers::state_values::Bound;
+use crate::equations::arena::{Arena, Goal};
 use crate::equations::cost::check_rewards;
 use crate::equations::number::{Number, Weight};
+use crate::vector::{self, Accumulation, Until};
 use crate::{Bounds, Earned, Interval};
 use meliora_base::error::{Error, Limit, Result};
 use meliora_base::exact::{Ratio, Real};
@@ -124,7 +126,7 @@ pub fn answer<E: Engine>(
         return Ok(decided);
     }
     if engine.is_game() {
-        return in_game(engine, (quantity, optimum(quantity, asked.program)), regions);
+        return in_game(engine, asked, quantity, regions, precision);
     }
     let program = asked.program;
     let target = match asked.target {
@@ -159,50 +161,64 @@ pub fn answer<E: Engine>(
     Ok(Answer { value: over(&found.values, asked.over), holds, no_value: None, end: found.end })
 }
 
-/// The reason why a quantity of a game has no value here.
-const BETWEEN: &str = "values of a game other than 0 and 1 are not supported";
-
-/// Answers a property of a game about a probability if it is 0 or 1 in all initial states.
+/// Answers a property of a game: the optimum is ours, and the opponent looks for the other one.
 ///
 /// # Errors
-/// A limit is reached.
+/// A limit is reached, or a reward is wrong.
 fn in_game<E: Engine>(
     engine: &E,
-    (quantity, optimum): (&Quantity, Optimum),
+    asked: &Asked<'_>,
+    quantity: &Quantity,
     regions: &Regions<Option<E::States>>,
+    precision: f64,
 ) -> Result<Answer> {
-    let (one, positive) = match optimum {
-        Optimum::Max => (Which::PmaxOne, Which::PmaxPositive),
-        Optimum::Min => (Which::PminOne, Which::PminPositive),
+    let optimum = optimum(quantity, asked.program);
+    let (arena, goal) = (&Arena::new(engine, asked.program)?, Goal::against(optimum));
+    let members = |set: &E::States| arena.members(engine, set);
+    let initial = members(&engine.initial_states())?;
+    let values = |found: path_values::Answer| {
+        let values = initial.iter_ones().map(|state| found.values[state].clone()).collect::<Vec<_>>();
+        (values, found.end)
     };
-    let (one, positive) = (regions.known(one)?, regions.known(positive)?);
-    let initial = engine.initial_states();
-    let is_empty = |x: E::States| engine.is_empty(&x);
-    let mut values = Vec::new();
-    if !is_empty(engine.difference(&initial, positive)?)? {
-        values.push(Value::Finite(Bounds::point(0)));
-    }
-    if !is_empty(engine.intersection(&initial, one)?)? {
-        values.push(Value::Finite(Bounds::point(1)));
-    }
-    let between = engine.difference(&engine.intersection(&initial, positive)?, one)?;
-    let truth = quantity.bound.as_ref().and_then(|bound| truth(&values, bound));
-    if is_empty(between)? {
-        return Ok(Answer { value: over(&values, Over::All), holds: truth, no_value: None, end: Ok(()) });
-    }
-    match truth {
-        Some(false) => Ok(Answer::of(Some(false))),
-        _ => {
-            let refused = Error::Usage(format!("the property cannot be answered: {BETWEEN}"));
-            Ok(Answer { end: Err(refused), ..Answer::without_value(BETWEEN) })
+    let compute: Box<dyn Fn(f64) -> Result<path_values::Answer> + '_> = match &quantity.measure {
+        Measure::Probability => {
+            let (one, positive) = match optimum {
+                Optimum::Max => (Which::PmaxOne, Which::PmaxPositive),
+                Optimum::Min => (Which::PminOne, Which::PminPositive),
+            };
+            // The value is the probability to reach the states in which it is 1.
+            let (right, left) = (members(regions.known(one)?)?, members(regions.known(positive)?)?);
+            let until = Until { left, right, least: 0, most: None };
+            Box::new(move |precision| vector::probability(arena, &until, goal, precision))
+        }
+        Measure::Reward(rewards) => {
+            let structure = rewards.find(asked.program).ok_or_else(unknown_rewards)?;
+            let target = asked.target.map_or_else(|| Ok(engine.no_states()), |t| engine.states_where(t))?;
+            let until = Accumulation::Until(members(&target)?);
+            let rewards = arena.rewards(engine, structure)?;
+            Box::new(move |precision| vector::reward(arena, &rewards, &until, goal, precision))
+        }
+    };
+    let (mut found, mut end) = values(compute(precision)?);
+    let decided = |found: &[Value]| quantity.bound.as_ref().map(|bound| truth(found, bound));
+    if end.is_ok() && decided(&found) == Some(None) {
+        match compute(0.0).map(values) {
+            Ok(exact) => (found, end) = exact,
+            Err(e) => end = Err(e),
         }
     }
+    let holds = decided(&found).flatten();
+    Ok(Answer { value: over(&found, asked.over), holds, no_value: None, end })
+}
+
+fn unknown_rewards() -> Error {
+    Error::Usage("unknown reward structure".to_owned())
 }
 
 fn wanted<'p, S>(program: &'p Program, quantity: &Quantity, target: &'p S) -> Result<Wanted<'p, S>> {
     let Measure::Reward(rewards) = &quantity.measure else { return Ok(Wanted::Probability) };
     let structure = rewards.find(program).and_then(|at| program.rewards.get(at));
-    let structure = structure.ok_or_else(|| Error::Usage("unknown reward structure".to_owned()))?;
+    let structure = structure.ok_or_else(unknown_rewards)?;
     Ok(Wanted::Reward(Earned { program, structure }, target))
 }
 

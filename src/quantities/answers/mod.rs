@@ -7,6 +7,7 @@
 //! | [`outlook`] | what a strategy promises |
 //! | [`confirmed`] | bounds that one step confirms, for certificates |
 //! | [`path_values`], [`answer`] | probabilities of formulas and rewards until a target, without preferences |
+//! | [`several`] | several objectives at once |
 //! | [`vector`] | numbers of all states of an [`Arena`](crate::equations::arena::Arena) |
 
 pub mod all_states;
@@ -15,6 +16,7 @@ pub mod choose;
 pub mod confirmed;
 pub mod outlook;
 pub mod path_values;
+pub mod several;
 pub mod state_values;
 pub(crate) mod ties;
 pub mod values;

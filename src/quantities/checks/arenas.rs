@@ -15,21 +15,21 @@ use crate::path_values::{Answer, Value};
 use crate::vector::{Accumulation, Until, long_run, next, probability, reward};
 
 /// A choice: what it earns besides the reward of its state, and its successors with weights.
-type Choice = (i64, Vec<(usize, i64)>);
+pub(super) type Choice = (i64, Vec<(usize, i64)>);
 
 /// A random game.
 #[derive(Debug)]
-struct Made {
-    choices: Vec<Vec<Choice>>,
-    theirs: Vec<bool>,
-    of_state: Vec<i64>,
+pub(super) struct Made {
+    pub(super) choices: Vec<Vec<Choice>>,
+    pub(super) theirs: Vec<bool>,
+    pub(super) of_state: Vec<i64>,
 }
 
 /// A strategy: the choice of each state.
-type Pure = Vec<usize>;
+pub(super) type Pure = Vec<usize>;
 
 impl Made {
-    fn draw(draw: &mut Draw, kind: &str) -> Self {
+    pub(super) fn draw(draw: &mut Draw, kind: &str) -> Self {
         let n = 2 + draw.below(4);
         let choices = |draw: &mut Draw| {
             let count = if kind == "dtmc" { 1 } else { 1 + draw.below(3) };
@@ -52,12 +52,12 @@ impl Made {
         }
     }
 
-    fn states(&self) -> usize {
+    pub(super) fn states(&self) -> usize {
         self.choices.len()
     }
 
     /// Returns the model as text; the number of a choice of a state is that of its label.
-    fn text(&self, kind: &str) -> String {
+    pub(super) fn text(&self, kind: &str) -> String {
         let (mut text, mut rewards) = (format!("{kind}\n"), "rewards \"r\"\n".to_owned());
         if kind == "smg" {
             text += "player p m, [a0], [a1], [a2] endplayer player q [b0], [b1], [b2] endplayer\n";
@@ -82,7 +82,7 @@ impl Made {
     }
 
     /// Returns all pure strategies of a side; states of the other side take their first choice.
-    fn strategies(&self, of: impl Fn(usize) -> bool) -> Vec<Pure> {
+    pub(super) fn strategies(&self, of: impl Fn(usize) -> bool) -> Vec<Pure> {
         let mut all = vec![vec![]];
         for s in 0..self.states() {
             let count = if of(s) { self.choices[s].len() } else { 1 };
@@ -157,7 +157,7 @@ impl Made {
         eliminated(rows)
     }
 
-    fn until(&self, pure: &Pure, target: &[bool], left: &[bool]) -> Vec<Option<Ratio>> {
+    pub(super) fn until(&self, pure: &Pure, target: &[bool], left: &[bool]) -> Vec<Option<Ratio>> {
         let positive = self.reaching(pure, target, left);
         let inside: Vec<bool> = (0..self.states()).map(|s| positive[s] && !target[s]).collect();
         let given: Vec<Ratio> =
@@ -185,7 +185,7 @@ impl Made {
         (0..n).map(|s| (0..n).all(|t| !reach[t][s] || reach[s][t])).collect()
     }
 
-    fn total(&self, pure: &Pure) -> Vec<Option<Ratio>> {
+    pub(super) fn total(&self, pure: &Pure) -> Vec<Option<Ratio>> {
         let (n, every) = (self.states(), vec![true; self.states()]);
         let recurrent = self.recurrent(pure);
         let recurring: Vec<bool> = (0..n).map(|s| recurrent[s] && !self.gain(s, pure).is_zero()).collect();
@@ -266,7 +266,7 @@ fn eliminated(mut rows: Vec<Vec<Ratio>>) -> Vec<Ratio> {
     rows.into_iter().map(|row| row[n].clone()).collect()
 }
 
-fn load(text: &str) -> Program {
+pub(super) fn load(text: &str) -> Program {
     let read = |name, text: &str| SourceFile::new(name, text);
     meliora_lang::load(&read("model", text), &read("constants", ""))
         .unwrap_or_else(|e| panic!("{e:?} {text}"))

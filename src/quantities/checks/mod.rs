@@ -1,4 +1,5 @@
 //! Differential tests of the solvers.
 
 mod arenas;
+mod objectives;
 mod systems;

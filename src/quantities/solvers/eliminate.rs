@@ -49,6 +49,23 @@ impl<N: Weight, const K: usize> Constant<N> for [N; K] {
     }
 }
 
+/// A constant per equation; an empty list stands for zeros.
+impl<N: Weight> Constant<N> for Vec<N> {
+    fn zero() -> Self {
+        Vec::new()
+    }
+
+    fn plus_times(&self, factor: &N, other: &Self) -> Self {
+        let at = |list: &Self, at: usize| list.get(at).cloned().unwrap_or_else(N::zero);
+        let sum = |place: usize| at(self, place).plus(&factor.times(&at(other, place)));
+        (0..self.len().max(other.len())).map(sum).collect()
+    }
+
+    fn over(&self, divisor: &N) -> Self {
+        self.iter().map(|x| Weight::over(x, divisor)).collect()
+    }
+}
+
 /// The row of a node: its edges to other nodes, sorted, and the probability to leave the chain.
 #[derive(Debug, Clone)]
 pub(crate) struct Row<N, C = N> {

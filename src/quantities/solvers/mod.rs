@@ -15,6 +15,7 @@
 //! | `reaching` | the values of all states of an arena, also of games |
 //! | `back` | steps backward over all states of an arena |
 //! | `total`, `long_run` | rewards of all steps, and their averages |
+//! | `weighted`, `hull` | weighted sums of several objectives, and the points that they show |
 //! | `inductive` | bounds that one step confirms |
 
 pub(crate) mod back;
@@ -24,6 +25,7 @@ pub(crate) mod doubles;
 pub(crate) mod eliminate;
 pub(crate) mod groups;
 pub(crate) mod horizon;
+pub(crate) mod hull;
 pub(crate) mod inductive;
 pub(crate) mod iterate;
 pub(crate) mod long_run;
@@ -34,3 +36,4 @@ pub(crate) mod solved;
 pub(crate) mod sparse;
 pub(crate) mod total;
 pub(crate) mod turns;
+pub(crate) mod weighted;

@@ -116,17 +116,12 @@ fn formulas_and_properties_that_games_do_not_have_are_refused_by_name() {
             (
                 &["reach", "@g.prism", "--property", "<<us>> R{\"r\"}min=? [ F x=2 ]"],
                 3,
-                "rewards of a game are not",
+                "the model has no reward structure",
             ),
             (
-                &["reach", "@g.prism", "--property", "<<us>> Pmax=? [ F x=2 ]"],
-                2,
-                "other than 0 and 1 are not supported",
-            ),
-            (
-                &["reach", "@g.prism", "--property", "<<us>> P>=0.3 [ F x=2 ]"],
-                2,
-                "other than 0 and 1 are not supported",
+                &["reach", "@g.prism", "--property", "<<us>> R{\"r\"}min=? [ Fc x=2 ]"],
+                3,
+                "infinite where it is not reached",
             ),
         ],
     );

@@ -1,0 +1,157 @@
+//! Several objectives against all pure strategies that remember the visited sets.
+
+use std::sync::Arc;
+
+use bitvec::vec::BitVec;
+use meliora_base::exact::Ratio;
+use meliora_base::random::Draw;
+use meliora_engine::{AnyEngine, Settings, Storage};
+use meliora_model::Optimum;
+use num_traits::{Signed, ToPrimitive};
+
+use super::arenas::{Choice, Made, load};
+use crate::equations::arena::Arena;
+use crate::several::{Counted, Objective, Several, several};
+use crate::solvers::hull::separated;
+
+/// Returns the game whose states remember which of two sets were visited: state s with the sets m is 4 s + m.
+fn remembering(made: &Made, sets: &[Vec<bool>; 2]) -> Made {
+    let own = |s: usize| usize::from(sets[0][s]) + 2 * usize::from(sets[1][s]);
+    let choices = |pair: usize| {
+        let moved = |(gain, edges): &Choice| {
+            (*gain, edges.iter().map(|&(to, p)| (4 * to + (pair % 4 | own(to)), p)).collect())
+        };
+        made.choices[pair / 4].iter().map(moved).collect()
+    };
+    let pairs = 0..4 * made.states();
+    Made {
+        choices: pairs.clone().map(choices).collect(),
+        theirs: pairs.clone().map(|_| false).collect(),
+        of_state: pairs.map(|pair| made.of_state[pair / 4]).collect(),
+    }
+}
+
+/// Returns the points of all pure strategies; `None` if some reward is infinite, or if there are more than 100.
+fn points(made: &Made, sets: &[Vec<bool>; 2], wanted: [Optimum; 3]) -> Option<Vec<Vec<Ratio>>> {
+    let memory = remembering(made, sets);
+    let start = usize::from(sets[0][0]) + 2 * usize::from(sets[1][0]);
+    let every = vec![true; memory.states()];
+    let visited = |bit: usize| (0..memory.states()).map(|pair| pair % 4 >> bit & 1 == 1).collect::<Vec<_>>();
+    let mut reached = vec![false; memory.states()];
+    let mut layer = vec![start];
+    while let Some(pair) = layer.pop() {
+        if !std::mem::replace(&mut reached[pair], true) {
+            layer.extend(memory.choices[pair].iter().flat_map(|choice| choice.1.iter().map(|edge| edge.0)));
+        }
+    }
+    let all = memory.strategies(|pair| reached[pair]);
+    if all.len() > 100 {
+        return None;
+    }
+    let mut found = Vec::new();
+    for pure in all {
+        let mut point: Vec<Ratio> = Vec::new();
+        for bit in 0..2 {
+            point.push(memory.until(&pure, &visited(bit), &every)[start].clone()?);
+        }
+        point.push(memory.total(&pure)[start].clone()?);
+        let signed = point.into_iter().zip(wanted);
+        found.push(signed.map(|(x, own)| if own == Optimum::Max { x } else { -x }).collect());
+    }
+    Some(found)
+}
+
+#[test]
+fn several_objectives_are_those_of_means_of_pure_strategies() {
+    let (mut counts, mut front) = ([0; 4], 0);
+    for seed in 0..600 {
+        let draw = &mut Draw::new(seed);
+        let made = Made::draw(draw, "mdp");
+        if made.strategies(|_| true).len() > 9 || made.states() > 4 {
+            continue;
+        }
+        let sets = [(); 2].map(|()| (0..made.states()).map(|_| draw.below(3) == 0).collect::<Vec<bool>>());
+        let wanted = [(); 3].map(|()| if draw.below(3) == 0 { Optimum::Min } else { Optimum::Max });
+        let program = load(&made.text("mdp"));
+        let settings = Settings { storage: Storage::Explicit, ..Settings::default() };
+        let engine = AnyEngine::new(Arc::new(program.clone()), settings).unwrap();
+        let arena = Arena::new(&engine, &program).unwrap();
+        let rewards = arena.rewards(&engine, 0).unwrap();
+        let bits = sets.each_ref().map(|set| set.iter().copied().collect::<BitVec>());
+        let counted = [Counted::Visit(&bits[0]), Counted::Visit(&bits[1]), Counted::Total(&rewards)];
+        let few = if draw.below(2) == 0 { 2 } else { 3 };
+        let (counted, wanted_few) = (&counted[..few], &wanted[..few]);
+        let Some(all) = points(&made, &sets, wanted) else { continue };
+        let all: Vec<Vec<Ratio>> = all.into_iter().map(|point| point[..few].to_vec()).collect();
+        let bound = |draw: &mut Draw| Ratio::new((draw.below(9) as i64 - 4).into(), 4.into());
+        let near = (0..few)
+            .map(|at| &all[draw.below(all.len())][at] + &bound(draw) * Ratio::new(1.into(), 3.into()));
+        let bounds: Vec<Ratio> = near.collect();
+        let sign = |at: usize, x: &Ratio| if wanted_few[at] == Optimum::Max { x.clone() } else { -x };
+        let objectives = |open: &[usize]| -> Vec<Objective<'_>> {
+            (0..few)
+                .map(|at| Objective {
+                    counted: counted[at],
+                    optimum: wanted_few[at],
+                    bound: (!open.contains(&at)).then(|| sign(at, &bounds[at])),
+                })
+                .collect()
+        };
+        for precision in [1e-6, 0.0] {
+            let what = format!("seed {seed}, {wanted_few:?}, {bounds:?}, {precision}\n{}", made.text("mdp"));
+            let is_inside = !separated(&bounds, &all).0.is_positive();
+            let found = several(&arena, 0, &objectives(&[]), precision).unwrap();
+            assert!(
+                matches!(found, Several::Achievable(Some(found)) if found == is_inside),
+                "{found:?} {is_inside} {what}"
+            );
+            counts[usize::from(is_inside)] += 1;
+            // The best value of the first objective: no better one is inside.
+            match several(&arena, 0, &objectives(&[0]), precision).unwrap() {
+                Several::Best(Some(value)) => {
+                    counts[2] += 1;
+                    assert!(value.width() <= 3e-6, "{value:?} {what}");
+                    let inside = |x: f64| {
+                        let mut b = bounds.clone();
+                        b[0] = sign(0, &Ratio::from_float(x).unwrap());
+                        !separated(&b, &all).0.is_positive()
+                    };
+                    let away = if wanted_few[0] == Optimum::Max { 4e-6 } else { -4e-6 };
+                    let middle = f64::midpoint(value.lower, value.upper);
+                    assert!(inside(middle - away) && !inside(middle + away), "{value:?} {what}");
+                }
+                Several::Best(None) => {
+                    counts[3] += 1;
+                    let mut b = bounds.clone();
+                    b[0] = all.iter().map(|x| x[0].clone()).min().unwrap();
+                    assert!(separated(&b, &all).0.is_positive(), "no value: {what}");
+                }
+                other => panic!("{other:?}"),
+            }
+            if few == 2 && precision > 0.0 {
+                let Several::Front(points) = several(&arena, 0, &objectives(&[0, 1]), precision).unwrap()
+                else {
+                    panic!()
+                };
+                let exact = |x: &[f64; 2]| -> Vec<Ratio> {
+                    x.iter().enumerate().map(|(at, &x)| sign(at, &Ratio::from_float(x).unwrap())).collect()
+                };
+                let points: Vec<Vec<Ratio>> = points.iter().map(exact).collect();
+                let small = Ratio::from_float(3e-6).unwrap();
+                for point in &points {
+                    let less: Vec<Ratio> = point.iter().map(|x| x - &small).collect();
+                    assert!(!separated(&less, &all).0.is_positive(), "{what}");
+                }
+                for point in &all {
+                    assert!(
+                        separated(point, &points).0 <= small,
+                        "{} {what}",
+                        separated(point, &points).0.to_f64().unwrap()
+                    );
+                }
+                front += usize::from(points.len() > 1);
+            }
+        }
+    }
+    assert!(counts.iter().all(|&count| count > 10) && front > 3, "{counts:?} {front}");
+}
