@@ -382,15 +382,15 @@ fn agree(kind: &str, seeds: std::ops::Range<u64>) {
 
 #[test]
 fn values_of_games_are_those_over_all_pure_strategies() {
-    agree("smg", 0..50);
+    agree("smg", 0..30);
 }
 
 #[test]
 fn values_of_mdps_are_those_over_all_pure_strategies() {
-    agree("mdp", 0..50);
+    agree("mdp", 0..30);
 }
 
 #[test]
 fn values_of_chains_are_those_of_linear_equations() {
-    agree("dtmc", 0..50);
+    agree("dtmc", 0..30);
 }

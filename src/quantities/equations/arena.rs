@@ -20,9 +20,6 @@ use super::reached::{Nodes, Reached, UNSEEN};
 use crate::path_values::Search;
 use crate::solvers::components::Choices;
 
-/// An estimate of the bytes that a state takes while it is listed, without its variables.
-const PER_STATE: u64 = 64;
-
 /// The extremes that the players of a game look for; without a game, ours counts alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Goal {
@@ -91,7 +88,8 @@ impl<'e> Arena<'e> {
         let all = engine.all_states();
         let count = engine.count(&all)?;
         let settings = engine.settings();
-        let each = PER_STATE + 8 * program.variables.len() as u64;
+        // A state and its code; its choices come later.
+        let each = (size_of::<State>() + 2 * 8 * program.variables.len()) as u64;
         let most = settings.memory / each;
         if count > most.into() {
             let what = format!(

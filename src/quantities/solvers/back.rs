@@ -4,20 +4,56 @@ use bitvec::vec::BitVec;
 
 use crate::equations::arena::{Arena, Goal, Rewards};
 use crate::equations::meter::Meter;
-use crate::equations::number::Number;
+use crate::equations::number::{Number, Weight};
 use meliora_base::error::Result;
+use meliora_base::exact::Ratio;
 
 /// The equations of one step as numbers.
 pub(crate) struct Back<'a, N> {
     arena: &'a Arena<'a>,
-    maximisers: BitVec,
+    pub(crate) maximisers: BitVec,
     probabilities: Vec<N>,
     /// The rewards, and their values as numbers.
     gains: Option<(&'a Rewards, Vec<N>)>,
 }
 
+impl<'a, N: Weight + PartialEq> Back<'a, N> {
+    /// Reads the probabilities of an arena, and rewards that choices earn, as numbers `of` them.
+    ///
+    /// # Errors
+    /// The memory limit is reached.
+    pub(crate) fn with(
+        arena: &'a Arena<'a>,
+        goal: Goal,
+        rewards: Option<&'a Rewards>,
+        of: impl Fn(&Ratio) -> N,
+        meter: &mut Meter<'_>,
+    ) -> Result<Self> {
+        let fractions = arena.fractions.list();
+        meter.take(fractions.len() * N::BYTES + arena.states() / 8)?;
+        let gains = rewards.map(|own| (own, own.fractions.list().iter().map(&of).collect()));
+        let probabilities = fractions.iter().map(&of).collect();
+        Ok(Back { arena, maximisers: arena.maximisers(goal), probabilities, gains })
+    }
+
+    /// Returns what a choice earns, and the mean of `x` after it.
+    pub(crate) fn mean(&self, choice: usize, x: &[N]) -> N {
+        let terms = self.arena.edges(choice);
+        let gain = self.gains.as_ref().map(|(own, gains)| &gains[own.of_choice.get(choice) as usize]);
+        let first = terms.clone().next().map(|(to, _)| &x[to as usize]);
+        let sum = match first {
+            // A mean of equal values is this value, without any rounding.
+            Some(first) if terms.clone().all(|(to, _)| x[to as usize] == *first) => first.clone(),
+            _ => terms.fold(N::zero(), |sum, (to, weight)| {
+                sum.plus(&self.probabilities[weight as usize].times(&x[to as usize]))
+            }),
+        };
+        gain.map_or(sum.clone(), |gain| sum.plus(gain))
+    }
+}
+
 impl<'a, N: Number> Back<'a, N> {
-    /// Reads the probabilities of an arena, and rewards that choices earn.
+    /// Does the same as [`Back::with`] for numbers of the solver.
     ///
     /// # Errors
     /// The memory limit is reached.
@@ -27,14 +63,10 @@ impl<'a, N: Number> Back<'a, N> {
         rewards: Option<&'a Rewards>,
         meter: &mut Meter<'_>,
     ) -> Result<Self> {
-        let fractions = arena.fractions.list();
-        meter.take(fractions.len() * N::BYTES + arena.states() / 8)?;
-        let gains = rewards.map(|own| (own, own.fractions.list().iter().map(N::of).collect()));
-        let probabilities = fractions.iter().map(N::of).collect();
-        Ok(Back { arena, maximisers: arena.maximisers(goal), probabilities, gains })
+        Back::with(arena, goal, rewards, N::of, meter)
     }
 
-    /// Returns the optimum over the choices of a state of what they earn and the mean of `x` after them.
+    /// Returns the optimum of the choices of a state for the values `x` after them.
     pub(crate) fn best(&self, state: usize, x: &[N]) -> N {
         let greatest = self.maximisers[state];
         let mut best: Option<(N, N)> = None;
@@ -48,20 +80,6 @@ impl<'a, N: Number> Back<'a, N> {
             });
         }
         best.map_or_else(N::zero, |(low, high)| N::between(&low, &high))
-    }
-
-    fn mean(&self, choice: usize, x: &[N]) -> N {
-        let terms = self.arena.edges(choice);
-        let gain = self.gains.as_ref().map(|(own, gains)| &gains[own.of_choice.get(choice) as usize]);
-        let first = terms.clone().next().map(|(to, _)| &x[to as usize]);
-        let sum = match first {
-            // A mean of equal values is this value, without any rounding.
-            Some(first) if terms.clone().all(|(to, _)| x[to as usize] == *first) => first.clone(),
-            _ => terms.fold(N::zero(), |sum, (to, weight)| {
-                sum.plus(&self.probabilities[weight as usize].times(&x[to as usize]))
-            }),
-        };
-        gain.map_or(sum.clone(), |gain| sum.plus(gain))
     }
 
     /// Takes some steps backward from the values `x`; `each` gets a state and its optimum before a step.

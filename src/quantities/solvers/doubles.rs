@@ -28,7 +28,7 @@ use meliora_base::error::Result;
 
 /// Sweeps of value iteration between two evaluations of policies, and over the equations of the last policy.
 const SWEEPS: usize = 8;
-/// Changes of the policy after which it is not expected to settle.
+/// Changes of a policy after which it is not expected to settle, and sweeps that are worth one change.
 pub(crate) const ROUNDS: usize = 64;
 /// The margin of a step, in rounding errors, that is tried first, and the factor for the next attempts.
 const MARGIN: f64 = 4.0;

@@ -11,17 +11,18 @@
 
 use bitvec::vec::BitVec;
 
+use super::back::Back;
 use super::doubles::ROUNDS;
 use super::sides::Sides;
 use super::sparse::BETTER;
 use crate::equations::arena::{Arena, Goal, Rewards};
 use crate::equations::graph::LOST;
 use crate::equations::meter::Meter;
-use crate::equations::number::{Interval, Number};
+use crate::equations::number::{Interval, Number, Weight};
 use crate::equations::part::Part;
 use crate::equations::system::Quantity;
 use crate::path_values::solved;
-use meliora_base::error::{Error, Result};
+use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_model::Optimum;
 
@@ -57,17 +58,19 @@ impl Reaching<'_> {
     /// # Errors
     /// A limit is reached before anything is known.
     pub(crate) fn exact(&self, meter: &mut Meter<'_>) -> Result<Vector<Ratio>> {
-        let all = self.all_choices();
         if self.arena.is_uniform(self.goal) {
-            return self.alone(self.goal.ours, &all, meter);
+            return self.alone(self.goal.ours, &self.all_choices(), meter);
         }
-        let (mut strategy, _) = self.first(meter)?;
+        let (mut strategy, leaders) = self.first(meter)?;
+        let step = Step { of: self, back: Back::new(self.arena, self.goal, self.rewards, meter)? };
         loop {
-            let found = self.alone(self.follower(), &strategy, meter)?;
+            let found: Vector<Ratio> = self.alone(self.follower(), &strategy, meter)?;
             found.end?;
-            let x: Vec<Option<Ratio>> = found.values;
-            if !self.improve_exactly(&mut strategy, &x) {
-                return Ok(Vector { values: x, end: Ok(()) });
+            let finite: BitVec = found.values.iter().map(Option::is_some).collect();
+            let mut x = found.values.iter().map(|x| x.clone().unwrap_or_default()).collect::<Vec<_>>();
+            let better = |q: &Ratio, than: &Ratio, greatest: bool| if greatest { q > than } else { q < than };
+            if !step.improve((&mut strategy, &leaders), (&mut x, &finite), 1, better, meter)? {
+                return Ok(Vector { values: found.values, end: Ok(()) });
             }
         }
     }
@@ -77,20 +80,29 @@ impl Reaching<'_> {
     /// # Errors
     /// A limit is reached before anything is known.
     pub(crate) fn bounds(&self, meter: &mut Meter<'_>) -> Result<Vector<Interval>> {
-        let all = self.all_choices();
         if self.arena.is_uniform(self.goal) {
-            return self.alone(self.goal.ours, &all, meter);
+            return self.alone(self.goal.ours, &self.all_choices(), meter);
         }
         let (mut lead, leaders) = self.first(meter)?;
+        let near = |x: &Ratio| Interval::around(x).lower;
+        let back = Back::with(self.arena, self.goal, self.rewards, near, meter)?;
+        let step = Step { of: self, back };
         if self.rewards.is_none() {
-            let x = self.target.iter().map(|inside| f64::from(u8::from(*inside))).collect();
-            self.improve(&mut lead, &leaders, x, meter)?;
+            let mut x: Vec<f64> = self.target.iter().map(|inside| f64::from(u8::from(*inside))).collect();
+            let finite = BitVec::repeat(true, x.len());
+            step.improve((&mut lead, &leaders), (&mut x, &finite), ROUNDS, clearly, meter)?;
         }
-        let mut known = self.improved(&mut lead, &leaders, self.follower(), meter)?;
-        let mut follow = all;
-        let followers = !leaders;
-        self.best_against(&mut follow, &followers, &known);
-        let other = self.improved(&mut follow, &followers, self.leader(), meter)?;
+        let mut known = step.improved((&mut lead, &leaders), self.follower(), meter)?;
+        let (mut follow, followers) = (self.all_choices(), !leaders);
+        let finite: BitVec = known.values.iter().map(Option::is_some).collect();
+        let middle = |x: &Option<Interval>| x.map_or(0.0, |x| f64::midpoint(x.lower, x.upper));
+        let x: Vec<f64> = known.values.iter().map(middle).collect();
+        for state in followers.iter_ones().filter(|&state| finite[state]) {
+            if let Some((_, pick)) = step.best(state, (&x, &finite)) {
+                step.take(&mut follow, state, pick);
+            }
+        }
+        let other = step.improved((&mut follow, &followers), self.leader(), meter)?;
         for (own, other) in known.values.iter_mut().zip(other.values) {
             if let (Some(own), Some(other)) = (own.as_mut(), other) {
                 // Each side guarantees one of the bounds.
@@ -132,156 +144,6 @@ impl Reaching<'_> {
         Ok((strategy, leaders))
     }
 
-    /// Improves a strategy of a side until no other choice is clearly better, and returns the bounds of its values
-    /// against the best answers.
-    fn improved(
-        &self,
-        strategy: &mut BitVec,
-        side: &BitVec,
-        answer: Optimum,
-        meter: &mut Meter<'_>,
-    ) -> Result<Vector<Interval>> {
-        let mut best: Option<Vector<Interval>> = None;
-        for _ in 0..ROUNDS {
-            let found: Vector<Interval> = self.alone(answer, strategy, meter)?;
-            let x: Vec<f64> = found.values.iter().map(|x| near(x.as_ref(), answer)).collect();
-            let goes_on = found.end.is_ok()
-                && match &mut best {
-                    None => {
-                        best = Some(found);
-                        true
-                    }
-                    Some(best) => best.narrow(found, answer),
-                };
-            if !goes_on || !self.improve(strategy, side, x, meter)? {
-                break;
-            }
-        }
-        best.ok_or_else(|| Error::Usage("a strategy has no values".to_owned()))
-    }
-
-    /// Replaces the choices of a side that are clearly worse than others after some sweeps of value iteration from
-    /// its values `x`; returns whether there are any.
-    fn improve(
-        &self,
-        strategy: &mut BitVec,
-        side: &BitVec,
-        mut x: Vec<f64>,
-        meter: &mut Meter<'_>,
-    ) -> Result<bool> {
-        let fractions: Vec<f64> =
-            self.arena.fractions.list().iter().map(|p| Interval::around(p).lower).collect();
-        let gains: Vec<f64> = self.rewards.map_or_else(Vec::new, |rewards| {
-            rewards.fractions.list().iter().map(|gain| Interval::around(gain).lower).collect()
-        });
-        let greatest = self.arena.maximisers(self.goal);
-        let mut changed = false;
-        for _ in 0..ROUNDS {
-            let mut settled = true;
-            for state in (0..x.len()).rev() {
-                meter.step()?;
-                if self.target[state] || !self.left[state] || !x[state].is_finite() {
-                    continue;
-                }
-                let value = |choice: usize| {
-                    let gain = self.rewards.map_or(0.0, |own| gains[own.of_choice.get(choice) as usize]);
-                    self.arena
-                        .edges(choice)
-                        .fold(gain, |sum, (to, weight)| sum + fractions[weight as usize] * x[to as usize])
-                };
-                let better = |q: f64, than: f64| match greatest[state] {
-                    true => q > than * (1.0 + BETTER),
-                    false => q < than * (1.0 - BETTER),
-                };
-                let choices = self.arena.choices.of(state as u32);
-                if side[state] {
-                    let (mut best, mut pick) = (x[state], None);
-                    for choice in choices.clone() {
-                        let q = value(choice);
-                        if better(q, best) {
-                            (best, pick) = (q, Some(choice));
-                        }
-                    }
-                    if let Some(pick) = pick {
-                        choices.for_each(|choice| strategy.set(choice, choice == pick));
-                        (x[state], changed, settled) = (best, true, false);
-                    }
-                } else {
-                    let worst = choices.map(value).reduce(if greatest[state] { f64::max } else { f64::min });
-                    let worst = worst.unwrap_or(x[state]);
-                    // Values move towards what the side gains.
-                    let gains = if greatest[state] { worst < x[state] } else { worst > x[state] };
-                    if gains {
-                        x[state] = worst;
-                    }
-                }
-            }
-            if settled {
-                break;
-            }
-        }
-        Ok(changed)
-    }
-
-    /// Restricts a side to the choices that are best for known values.
-    fn best_against(&self, strategy: &mut BitVec, side: &BitVec, known: &Vector<Interval>) {
-        let greatest = self.arena.maximisers(self.goal);
-        let middle = |x: &Option<Interval>| x.map_or(f64::INFINITY, |x| f64::midpoint(x.lower, x.upper));
-        let x: Vec<f64> = known.values.iter().map(middle).collect();
-        let fractions: Vec<f64> =
-            self.arena.fractions.list().iter().map(|p| Interval::around(p).lower).collect();
-        for state in side.iter_ones() {
-            let value = |choice: usize| {
-                let gain = self.rewards.map_or(0.0, |own| Interval::around(own.choice(choice)).lower);
-                self.arena
-                    .edges(choice)
-                    .fold(gain, |sum, (to, weight)| sum + fractions[weight as usize] * x[to as usize])
-            };
-            let choices = self.arena.choices.of(state as u32);
-            let order = |a: &(f64, usize), b: &(f64, usize)| match greatest[state] {
-                true => b.0.total_cmp(&a.0),
-                false => a.0.total_cmp(&b.0),
-            };
-            let best = choices.clone().map(|choice| (value(choice), choice)).min_by(order);
-            choices.for_each(|choice| strategy.set(choice, best.is_some_and(|(_, own)| own == choice)));
-        }
-    }
-
-    /// Replaces the choices of the leaders by better ones for their exact values; returns whether there are any.
-    fn improve_exactly(&self, strategy: &mut BitVec, x: &[Option<Ratio>]) -> bool {
-        let greatest = self.arena.maximisers(self.goal);
-        let mut changed = false;
-        for state in 0..x.len() {
-            let Some(own) = &x[state] else { continue };
-            let leads = greatest[state] == (self.leader() == Optimum::Max);
-            if !leads || self.target[state] || !self.left[state] {
-                continue;
-            }
-            let choices = self.arena.choices.of(state as u32);
-            let (mut best, mut pick) = (own.clone(), None);
-            for choice in choices.clone() {
-                let Some(q) = self.value(choice, x) else { continue };
-                if if greatest[state] { q > best } else { q < best } {
-                    (best, pick) = (q, Some(choice));
-                }
-            }
-            if let Some(pick) = pick {
-                choices.for_each(|choice| strategy.set(choice, choice == pick));
-                changed = true;
-            }
-        }
-        changed
-    }
-
-    /// Returns the value of a choice; `None` if it is infinite.
-    fn value(&self, choice: usize, x: &[Option<Ratio>]) -> Option<Ratio> {
-        let mut sum = self.rewards.map_or_else(Ratio::default, |own| own.choice(choice).clone());
-        for (to, weight) in self.arena.edges(choice) {
-            sum += &self.arena.fractions.list()[weight as usize] * x[to as usize].as_ref()?;
-        }
-        Some(sum)
-    }
-
     /// Computes the values if every state looks for the same extreme among some choices.
     pub(crate) fn alone<N: Number>(
         &self,
@@ -317,6 +179,100 @@ impl Reaching<'_> {
         let one = sides.almost_sure(self.target, self.left, meter)?;
         Ok(Known { one, positive: sides.positive(self.target, self.left) })
     }
+}
+
+/// Steps backward by which strategies are improved.
+struct Step<'a, N> {
+    of: &'a Reaching<'a>,
+    back: Back<'a, N>,
+}
+
+/// A strategy of a side, as choices that may be taken, and the states of the side.
+type Played<'p> = (&'p mut BitVec, &'p BitVec);
+
+impl<N: Weight + PartialEq + PartialOrd> Step<'_, N> {
+    /// Returns the best value of the choices of a state, for finite values `x` of some states, and a choice with it.
+    fn best(&self, state: usize, (x, finite): (&[N], &BitVec)) -> Option<(N, usize)> {
+        let arena = self.of.arena;
+        let is_finite =
+            |choice: &usize| arena.choices.successors(*choice).iter().all(|&to| finite[to as usize]);
+        let values = arena.choices.of(state as u32).filter(is_finite);
+        let better = |q: &N, than: &N| if self.back.maximisers[state] { q > than } else { q < than };
+        values
+            .map(|choice| (self.back.mean(choice, x), choice))
+            .reduce(|best, other| if better(&other.0, &best.0) { other } else { best })
+    }
+
+    /// Lets a state take one choice.
+    fn take(&self, strategy: &mut BitVec, state: usize, pick: usize) {
+        self.of.arena.choices.of(state as u32).for_each(|choice| strategy.set(choice, choice == pick));
+    }
+
+    /// Replaces the choices of a side that are worse than others, in some sweeps of value iteration from the values `x`
+    /// of its strategy; returns whether there are any.
+    fn improve(
+        &self,
+        (strategy, side): Played<'_>,
+        (x, finite): (&mut [N], &BitVec),
+        sweeps: usize,
+        better: impl Fn(&N, &N, bool) -> bool,
+        meter: &mut Meter<'_>,
+    ) -> Result<bool> {
+        let is_open = |state: &usize| !self.of.target[*state] && self.of.left[*state] && finite[*state];
+        let mut changed = false;
+        for _ in 0..sweeps {
+            let mut settled = true;
+            for state in (0..x.len()).rev().filter(is_open) {
+                meter.step()?;
+                let Some((q, pick)) = self.best(state, (x, finite)) else { continue };
+                let greatest = self.back.maximisers[state];
+                if side[state] && better(&q, &x[state], greatest) {
+                    self.take(strategy, state, pick);
+                    (x[state], changed, settled) = (q, true, false);
+                } else if !side[state] && if greatest { q < x[state] } else { q > x[state] } {
+                    // The values move towards what the side gains.
+                    x[state] = q;
+                }
+            }
+            if settled {
+                break;
+            }
+        }
+        Ok(changed)
+    }
+}
+
+impl Step<'_, f64> {
+    /// Improves a strategy of a side until no other choice is clearly better, and returns the bounds of its values
+    /// against the best answers.
+    fn improved(
+        &self,
+        (strategy, side): Played<'_>,
+        answer: Optimum,
+        meter: &mut Meter<'_>,
+    ) -> Result<Vector<Interval>> {
+        let mut best: Vector<Interval> = self.of.alone(answer, strategy, meter)?;
+        let mut x: Vec<f64> = best.values.iter().map(|x| near(x.as_ref(), answer)).collect();
+        for _ in 0..ROUNDS {
+            let finite: BitVec = x.iter().map(|x| x.is_finite()).collect();
+            let goes_on = best.end.is_ok()
+                && self.improve((strategy, side), (&mut x, &finite), ROUNDS, clearly, meter)?;
+            if !goes_on {
+                break;
+            }
+            let found: Vector<Interval> = self.of.alone(answer, strategy, meter)?;
+            x = found.values.iter().map(|x| near(x.as_ref(), answer)).collect();
+            if !best.narrow(found, answer) {
+                break;
+            }
+        }
+        Ok(best)
+    }
+}
+
+/// Returns whether a value is clearly better than another one.
+fn clearly(q: &f64, than: &f64, greatest: bool) -> bool {
+    if greatest { *q > than * (1.0 + BETTER) } else { *q < than * (1.0 - BETTER) }
 }
 
 /// Returns the bound of a value that a strategy guarantees against the best answers.

@@ -7,7 +7,7 @@
 
 use crate::equations::meter::{Meter, Stop, Turn};
 use crate::equations::system::Method;
-use crate::solvers::doubles::Elimination;
+use crate::solvers::doubles::{Elimination, ROUNDS};
 use crate::solvers::iterate::Iteration;
 use crate::solvers::sparse::{Found, Sparse};
 use meliora_base::error::{Error, Limit, Result};
@@ -15,8 +15,6 @@ use meliora_base::error::{Error, Limit, Result};
 /// The number of groups up to which elimination has the first turn: it has narrower bounds. Of more groups, it needs
 /// much more memory than iteration.
 const SMALL: usize = 1000;
-/// The budget of the first turn, in sweeps.
-const SWEEPS: usize = 64;
 
 /// Returns bounds of the groups, which are at most `top` if it is given, and an error if a limit was reached. They are
 /// narrow, except if a limit was reached or no method finds narrow ones. `exactly` solves the component with fractions
@@ -52,7 +50,7 @@ fn in_turns(
         None if sparse.groups() <= SMALL => vec![Method::Eliminate, Method::Iterate],
         None => vec![Method::Iterate, Method::Eliminate],
     };
-    let mut budget = SWEEPS * sparse.entries();
+    let mut budget = ROUNDS * sparse.entries();
     while !left.is_empty() {
         for method in std::mem::take(&mut left) {
             let end = match method {

@@ -33,9 +33,6 @@ pub enum Counted<'a> {
     Total(&'a Rewards),
 }
 
-/// The greatest number of sets to be visited.
-const MOST_SETS: usize = 20;
-
 /// A choice of a group.
 struct Action {
     /// The groups that are entered, with the numbers of the probabilities; also the own group.
@@ -154,8 +151,8 @@ impl Weighted {
         objectives: &[(Counted<'_>, Optimum)],
         meter: &mut Meter<'_>,
     ) -> Result<Self> {
-        if objectives.len() > MOST_SETS {
-            let what = format!("{} objectives; at most {MOST_SETS} are supported", objectives.len());
+        if objectives.len() > u32::BITS as usize {
+            let what = format!("{} objectives; at most {} are supported", objectives.len(), u32::BITS);
             return Err(Limit::Size { what }.into());
         }
         let mut fractions = arena.fractions.clone();
@@ -228,27 +225,8 @@ impl Weighted {
     pub(crate) fn near(&self, weights: &[Ratio], meter: &mut Meter<'_>) -> Result<Point> {
         let numbers: Vec<f64> = self.fractions.list().iter().map(nearest).collect();
         let weights: Vec<f64> = weights.iter().map(nearest).collect();
-        let rate = |gains: &[f64]| gains.iter().zip(&weights).map(|(x, w)| x * w).sum::<f64>();
-        let mut policy = vec![0; self.groups.len()];
-        let mut x = self.evaluated(&policy, &numbers, meter)?;
-        for _ in 0..ROUNDS {
-            let v: Vec<f64> = x.iter().map(|x| rate(x)).collect();
-            let mut changed = false;
-            for (group, actions) in self.groups.iter().enumerate() {
-                let mut best = v[group] + BETTER * v[group].abs().max(1.0);
-                for (number, action) in actions.iter().enumerate() {
-                    meter.step()?;
-                    let q = action.value(&numbers, &v) + rate(&action.gained(&numbers));
-                    if q > best {
-                        (best, policy[group], changed) = (q, number, true);
-                    }
-                }
-            }
-            if !changed {
-                break;
-            }
-            x = self.evaluated(&policy, &numbers, meter)?;
-        }
+        let better = |q: &f64, than: &f64| *q > than + BETTER * than.abs().max(1.0);
+        let (policy, x) = self.improved(&numbers, &weights, better, ROUNDS, meter)?;
         Ok(self.bounded(&policy, &x, &weights, &numbers))
     }
 
@@ -258,32 +236,46 @@ impl Weighted {
     /// A limit is reached.
     pub(crate) fn exact(&self, weights: &[Ratio], meter: &mut Meter<'_>) -> Result<Point> {
         let numbers = self.fractions.list();
-        let rate = |gains: &[Ratio]| gains.iter().zip(weights).map(|(x, w)| x * w).sum::<Ratio>();
+        let (_, x) = self.improved(numbers, weights, |q, than| q > than, usize::MAX, meter)?;
+        let gains: Vec<Ratio> = x[self.start].iter().zip(&self.first).map(|(x, y)| x + y).collect();
+        let most = rate(&gains, weights);
+        Ok(Point { gains, most })
+    }
+
+    /// Improves a policy until no other action is better, at most some times; returns it with its values.
+    fn improved<N: Weight>(
+        &self,
+        numbers: &[N],
+        weights: &[N],
+        better: impl Fn(&N, &N) -> bool,
+        rounds: usize,
+        meter: &mut Meter<'_>,
+    ) -> Result<(Vec<usize>, Vec<Vec<N>>)> {
         let mut policy = vec![0; self.groups.len()];
-        loop {
-            let x = self.evaluated(&policy, numbers, meter)?;
-            let v: Vec<Ratio> = x.iter().map(|x| rate(x)).collect();
+        let mut x = self.evaluated(&policy, numbers, meter)?;
+        for _ in 0..rounds {
+            let v: Vec<N> = x.iter().map(|x| rate(x, weights)).collect();
             let mut changed = false;
             for (group, actions) in self.groups.iter().enumerate() {
                 let mut best = v[group].clone();
                 for (number, action) in actions.iter().enumerate() {
                     meter.step()?;
-                    let q = action.value(numbers, &v) + rate(&action.gained(numbers));
-                    if q > best {
+                    let q = action.value(numbers, &v).plus(&rate(&action.gained(numbers), weights));
+                    if better(&q, &best) {
                         (best, policy[group], changed) = (q, number, true);
                     }
                 }
             }
             if !changed {
-                let gains: Vec<Ratio> = x[self.start].iter().zip(&self.first).map(|(x, y)| x + y).collect();
-                let most = rate(&gains);
-                return Ok(Point { gains, most });
+                break;
             }
+            x = self.evaluated(&policy, numbers, meter)?;
         }
+        Ok((policy, x))
     }
 
     /// Returns the expected gains of each group under a policy, by elimination.
-    fn evaluated<N: Weight + std::ops::Neg<Output = N>>(
+    fn evaluated<N: Weight>(
         &self,
         policy: &[usize],
         numbers: &[N],
@@ -375,6 +367,11 @@ impl Action {
     fn gained<N: Clone>(&self, numbers: &[N]) -> Vec<N> {
         self.gains.iter().map(|&gain| numbers[gain as usize].clone()).collect()
     }
+}
+
+/// Returns a weighted sum.
+fn rate<N: Weight>(gains: &[N], weights: &[N]) -> N {
+    gains.iter().zip(weights).fold(N::zero(), |sum, (x, w)| sum.plus(&x.times(w)))
 }
 
 /// Returns the nearest double.
