@@ -3,8 +3,6 @@
 use std::sync::Arc;
 
 use num_bigint::BigUint;
-use serde::Serialize;
-use strum::{EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 use super::symbolic::order::Order;
 use super::symbolic::store::thresholds::Thresholds;
@@ -13,72 +11,27 @@ use meliora_base::progress::{NoProgress, ProgressSink};
 /// An exact number of states, choices or transitions.
 pub type Count = BigUint;
 
-/// The valuations that count as states.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Default,
-    Serialize,
-    EnumMessage,
-    EnumString,
-    IntoStaticStr,
-    VariantArray,
-    schemars::JsonSchema,
-)]
-#[strum(serialize_all = "lowercase")]
-#[serde(rename_all = "lowercase")]
-pub enum Scope {
-    /// The valuations that are reachable from the initial states.
-    #[default]
-    Reachable,
-    /// Every valuation of the declared variables.
-    All,
-}
-
-impl Scope {
-    /// Both values.
-    pub const ALL: &[Scope] = Scope::VARIANTS;
-
-    /// Returns the name in reports and options.
-    pub fn name(self) -> &'static str {
-        self.into()
+meliora_base::named! {
+    /// The valuations that count as states.
+    #[derive(Default)]
+    pub enum Scope {
+        /// The valuations that are reachable from the initial states.
+        #[default]
+        Reachable,
+        /// Every valuation of the declared variables.
+        All,
     }
 }
 
-/// The way an engine stores states.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Hash,
-    Default,
-    EnumString,
-    IntoStaticStr,
-    VariantArray,
-    schemars::JsonSchema,
-)]
-#[strum(serialize_all = "lowercase")]
-#[schemars(rename_all = "lowercase")]
-pub enum Storage {
-    /// Sets of states are binary decision diagrams.
-    #[default]
-    Symbolic,
-    /// States are stored one by one; for small models and cross-checks.
-    Explicit,
-}
-
-impl Storage {
-    /// Both values.
-    pub const ALL: &[Storage] = Storage::VARIANTS;
-
-    /// Returns the name in reports and options.
-    pub fn name(self) -> &'static str {
-        self.into()
+meliora_base::named! {
+    /// The way an engine stores states.
+    #[derive(Default)]
+    pub enum Storage {
+        /// Sets of states are binary decision diagrams.
+        #[default]
+        Symbolic,
+        /// States are stored one by one; for small models and cross-checks.
+        Explicit,
     }
 }
 

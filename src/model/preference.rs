@@ -7,7 +7,7 @@ mod preorder;
 
 use std::ops::Range;
 
-use strum::{Display, EnumMessage, EnumString, IntoStaticStr, VariantArray};
+use strum::{EnumString, IntoStaticStr};
 
 pub use preorder::Contradiction;
 pub use preorder::{Comparison, Preorder, Relation, Statement};
@@ -197,42 +197,18 @@ impl Preferences {
     }
 }
 
-/// The value of nothing: the comparison with an empty set of most preferred objectives, `empty = …`
-/// of a preference file.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Hash,
-    Default,
-    Display,
-    EnumMessage,
-    EnumString,
-    IntoStaticStr,
-    VariantArray,
-    schemars::JsonSchema,
-)]
-#[strum(serialize_all = "lowercase")]
-#[schemars(rename_all = "lowercase")]
-pub enum Empty {
-    /// Achieving nothing is worse than every objective.
-    #[default]
-    Bottom,
-    /// Gaining a first objective improves; losing the last one does not weaken.
-    Gain,
-    /// Achieving nothing is incomparable to every objective.
-    Incomparable,
-}
-
-impl Empty {
-    /// All values, the default first.
-    pub const ALL: &[Empty] = Empty::VARIANTS;
-
-    /// Returns the name in preference files and reports.
-    pub fn name(self) -> &'static str {
-        self.into()
+meliora_base::named! {
+    /// The value of nothing: the comparison with an empty set of most preferred objectives, `empty = …`
+    /// of a preference file.
+    #[derive(Default, strum::Display)]
+    pub enum Empty {
+        /// Achieving nothing is worse than every objective.
+        #[default]
+        Bottom,
+        /// Gaining a first objective improves; losing the last one does not weaken.
+        Gain,
+        /// Achieving nothing is incomparable to every objective.
+        Incomparable,
     }
 }
 

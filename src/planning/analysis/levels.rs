@@ -10,7 +10,6 @@ use std::fmt;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
-use strum::{EnumString, IntoStaticStr, VariantArray};
 
 use super::classes::Classes;
 use super::improvement::{Arena, Improvement};
@@ -20,24 +19,13 @@ use meliora_engine::edge_labels::{pairs_into, winning};
 use meliora_engine::parallel::{self, Port, Portable};
 use meliora_engine::{EdgeLabels, Engine, Region, position};
 
-/// The paper's two solution concepts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, EnumString, IntoStaticStr, VariantArray)]
-#[strum(serialize_all = "lowercase")]
-#[serde(rename_all = "lowercase")]
-pub enum Kind {
-    /// Safe and almost-surely improving.
-    Sasi,
-    /// Safe and positively improving.
-    Spi,
-}
-
-impl Kind {
-    /// Both kinds.
-    pub const ALL: &[Kind] = Kind::VARIANTS;
-
-    /// Returns the name in regions, reports and options.
-    pub fn name(self) -> &'static str {
-        self.into()
+meliora_base::named! {
+    /// The paper's two solution concepts.
+    pub enum Kind {
+        /// Safe and almost-surely improving.
+        Sasi,
+        /// Safe and positively improving.
+        Spi,
     }
 }
 

@@ -1,52 +1,27 @@
 //! The safety mode. Each question about a mode is answered here, once.
 
-use serde::Serialize;
-use strum::{Display, EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 use super::classes::Classes;
 use super::improvement::{self, Arena};
 use meliora_base::error::Result;
 use meliora_engine::Engine;
 
-/// The safety mode, which selects the kept choices: `--safety`.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Hash,
-    Default,
-    Serialize,
-    Display,
-    EnumMessage,
-    EnumString,
-    IntoStaticStr,
-    VariantArray,
-    schemars::JsonSchema,
-)]
-#[serde(rename_all = "lowercase")]
-#[strum(serialize_all = "lowercase")]
-pub enum Safety {
-    /// Drop every action with a successor that weakens the state: no step of a path weakens.
-    #[default]
-    Action,
-    /// Drop weakening successors and keep the others, as in the paper: such an action may still
-    /// weaken.
-    Transition,
-    /// Never weaken the state where planning started; after an improvement, the improved state.
-    Prefix,
+meliora_base::named! {
+    /// The safety mode, which selects the kept choices: `--safety`.
+    #[derive(Default, strum::Display)]
+    pub enum Safety {
+        /// Drop every action with a successor that weakens the state: no step of a path weakens.
+        #[default]
+        Action,
+        /// Drop weakening successors and keep the others, as in the paper: such an action may still
+        /// weaken.
+        Transition,
+        /// Never weaken the state where planning started; after an improvement, the improved state.
+        Prefix,
+    }
 }
 
 impl Safety {
-    /// All values, the default first.
-    pub const ALL: &[Safety] = Safety::VARIANTS;
-
-    /// Returns the name in reports and options.
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-
     /// Returns whether weakening successors are dropped while the other successors of their choice
     /// stay. Levels then count improvements that the model may miss.
     pub fn drops_successors(self) -> bool {

@@ -3,8 +3,6 @@
 use std::collections::VecDeque;
 
 use ahash::AHashMap;
-use serde::Serialize;
-use strum::{EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 use crate::strategies::explain::{Action, Explanation};
 use crate::strategies::finite_memory::{FiniteMemoryStrategy, Memory};
@@ -12,39 +10,17 @@ use meliora_base::error::Result;
 use meliora_engine::Engine;
 use meliora_model::State;
 
-/// The strategy that runs follow.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Hash,
-    Serialize,
-    EnumMessage,
-    EnumString,
-    IntoStaticStr,
-    VariantArray,
-    schemars::JsonSchema,
-)]
-#[strum(serialize_all = "lowercase")]
-#[serde(rename_all = "lowercase")]
-pub enum Scheduler {
-    /// The first permitted action that comes closer to an improvement.
-    Progress,
-    /// All permitted actions, each with the same probability.
-    Permissive,
+meliora_base::named! {
+    /// The strategy that runs follow.
+    pub enum Scheduler {
+        /// The first permitted action that comes closer to an improvement.
+        Progress,
+        /// All permitted actions, each with the same probability.
+        Permissive,
+    }
 }
 
 impl Scheduler {
-    /// Both values.
-    pub const ALL: &[Scheduler] = Scheduler::VARIANTS;
-
-    /// Returns the name in reports and options.
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-
     /// Returns whether runs may take the action at this position: one that this scheduler may take, or any
     /// action of the opponent until the strategy ends.
     pub(crate) fn takes(self, at: &Explanation, action: usize) -> bool {

@@ -1,7 +1,5 @@
 //! The opponent of a game: who chooses in a state, and which choices it takes in simulated runs.
 
-use serde::Serialize;
-use strum::{EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 use crate::strategies::explain::{Action, Explanation};
 use crate::strategies::finite_memory::FiniteMemoryStrategy;
@@ -12,41 +10,19 @@ use meliora_model::fault;
 use meliora_model::players::Owner;
 use meliora_model::step::Choice;
 
-/// The choices that the opponent takes in simulated runs.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Hash,
-    Default,
-    Serialize,
-    EnumMessage,
-    EnumString,
-    IntoStaticStr,
-    VariantArray,
-    schemars::JsonSchema,
-)]
-#[strum(serialize_all = "lowercase")]
-#[serde(rename_all = "lowercase")]
-pub enum Opponent {
-    /// All enabled choices, each with the same probability.
-    #[default]
-    Random,
-    /// The choice that keeps the next improvement, or the pursued objective, away longest.
-    Worst,
+meliora_base::named! {
+    /// The choices that the opponent takes in simulated runs.
+    #[derive(Default)]
+    pub enum Opponent {
+        /// All enabled choices, each with the same probability.
+        #[default]
+        Random,
+        /// The choice that keeps the next improvement, or the pursued objective, away longest.
+        Worst,
+    }
 }
 
 impl Opponent {
-    /// Both values, the default first.
-    pub const ALL: &[Opponent] = Opponent::VARIANTS;
-
-    /// Returns the name in reports and options.
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-
     /// Returns the position of the action that the opponent takes in one of its states; `None` if the
     /// run ends there.
     pub(crate) fn pick(self, at: &Explanation, draw: &mut Draw) -> Option<usize> {

@@ -36,8 +36,6 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
-use serde::Serialize;
-use strum::{EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 use super::achieve::Achieving;
 pub use super::achieve::{Manner, Pursuit};
@@ -64,44 +62,22 @@ pub struct Memory {
     pub pursuit: Option<Pursuit>,
 }
 
-/// The kind of a strategy.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Hash,
-    Serialize,
-    EnumMessage,
-    EnumString,
-    IntoStaticStr,
-    VariantArray,
-    schemars::JsonSchema,
-)]
-#[strum(serialize_all = "lowercase")]
-#[serde(rename_all = "lowercase")]
-pub enum StrategyKind {
-    /// Make improvements that are almost sure.
-    Sasi,
-    /// Make improvements that are possible.
-    Spi,
-    /// Make the improvements that are almost sure (with `--choose likely`: possible), then achieve a
-    /// most preferred objective.
-    Plan,
-    /// Achieve one objective almost surely, or several together.
-    Achieve,
+meliora_base::named! {
+    /// The kind of a strategy.
+    pub enum StrategyKind {
+        /// Make improvements that are almost sure.
+        Sasi,
+        /// Make improvements that are possible.
+        Spi,
+        /// Make the improvements that are almost sure (with `--choose likely`: possible), then achieve a
+        /// most preferred objective.
+        Plan,
+        /// Achieve one objective almost surely, or several together.
+        Achieve,
+    }
 }
 
 impl StrategyKind {
-    /// All kinds.
-    pub const ALL: &[StrategyKind] = StrategyKind::VARIANTS;
-
-    /// Returns the name in reports and options.
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-
     /// Returns the kind of the improvements that ranks count, unless a plan chooses by value.
     pub fn levels(self) -> Kind {
         match self {

@@ -3,8 +3,6 @@
 use std::sync::Arc;
 
 use num_traits::ToPrimitive;
-use serde::Serialize;
-use strum::{EnumMessage, EnumString, IntoStaticStr, VariantArray};
 
 use crate::answers::path_values::Likely;
 use crate::answers::values::{Aim, Node, ValueOptions, Values};
@@ -19,44 +17,22 @@ use meliora_planning::{Analysis, DecisionRule, Kind, Memory, Rank, StrategyKind}
 /// The default of the greatest number of improvements with values.
 pub const LEVELS: usize = 10;
 
-/// The permitted action that a strategy takes.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Hash,
-    Default,
-    Serialize,
-    EnumMessage,
-    EnumString,
-    IntoStaticStr,
-    VariantArray,
-    schemars::JsonSchema,
-)]
-#[strum(serialize_all = "lowercase")]
-#[serde(rename_all = "lowercase")]
-pub enum Choose {
-    /// The first one that comes closer to an improvement.
-    #[default]
-    First,
-    /// The one with the greatest probability of all possible improvements (SPI), or of the objective to
-    /// achieve.
-    Likely,
-    /// The one with the least expected cost until the last certain improvement (SASI).
-    Cheap,
+meliora_base::named! {
+    /// The permitted action that a strategy takes.
+    #[derive(Default)]
+    pub enum Choose {
+        /// The first one that comes closer to an improvement.
+        #[default]
+        First,
+        /// The one with the greatest probability of all possible improvements (SPI), or of the objective to
+        /// achieve.
+        Likely,
+        /// The one with the least expected cost until the last certain improvement (SASI).
+        Cheap,
+    }
 }
 
 impl Choose {
-    /// All values.
-    pub const ALL: &[Choose] = Choose::VARIANTS;
-
-    /// Returns the name in reports and options.
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-
     /// Returns what the actions are best at; `None` if they do not depend on values.
     pub fn aim(self) -> Option<Aim> {
         match self {
