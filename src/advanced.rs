@@ -28,7 +28,7 @@ pub mod files {
 
 /// Names of regions.
 pub mod names {
-    pub use meliora_model::names::{class, members};
+    pub use meliora_model::region::{RegionName, members};
 }
 
 /// Comma-separated values.

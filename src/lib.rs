@@ -176,12 +176,12 @@ pub mod generate {
 /// The readers of models and preferences, from [`meliora_lang`] and [`meliora_formats`].
 pub mod lang {
     #[doc(inline)]
-    pub use meliora_formats::{Document, load as load_given};
+    pub use meliora_formats::{Document, load, load_given, load_with_progress};
     #[doc(inline)]
     pub use meliora_lang::{
-        Checked, Given, flat, load, load_preferences, load_with_progress, lower_target, outline_preferences,
-        parse_coalition, parse_constants, parse_expression, parse_model, parse_preferences, parse_property,
-        parse_property_of, parse_state,
+        Checked, Given, flat, load_preferences, lower_target, outline_preferences, parse_coalition,
+        parse_constants, parse_expression, parse_model, parse_preferences, parse_property, parse_property_of,
+        parse_state,
     };
 }
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use meliora::advanced::names;
+use meliora::advanced::names::{RegionName, members};
 use meliora::engine::Engine;
 use meliora::model::Program;
 use meliora::output::page::Picture;
@@ -219,8 +219,8 @@ impl Analysis {
         let found = self.handle.quick(py, |analysis| {
             let class = |class: &Class<_>| {
                 let objectives = analysis.preferences().names(&class.most_preferred);
-                let name = names::class(&names::members(&objectives));
-                let states = analysis.region(&name).unwrap_or_else(|| analysis.exploration().deadlocks());
+                let name = RegionName::Class(members(&objectives));
+                let states = analysis.region(name).unwrap_or_else(|| analysis.exploration().deadlocks());
                 (objectives.into_iter().map(str::to_owned).collect::<Vec<_>>(), states)
             };
             Ok(analysis.classes().into_iter().flat_map(|c| &c.list).map(class).collect::<Vec<_>>())

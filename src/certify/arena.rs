@@ -8,8 +8,8 @@ use super::safety;
 use super::sets::Sets;
 use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, EdgeLabels, Engine};
-use meliora_model::names;
 use meliora_model::preference::Change;
+use meliora_model::region::{Kind, LevelNumber, RegionName};
 
 /// The choices that the safety mode keeps, with the edges that improve.
 pub(super) struct Arena {
@@ -95,7 +95,7 @@ fn single(checker: &mut Checker<'_>, sides: Vec<Side>, drops: bool) -> CheckResu
 /// there. Not too large: from each layer some choice of the opponent may step into an earlier one, or by
 /// a step of the layer's trend into the layer itself, and in the first layer some choice weakens.
 fn without_bad_states(checker: &mut Checker<'_>, c: ChoiceSet) -> CheckResult<ChoiceSet> {
-    let (engine, name) = (&checker.engine, names::BAD);
+    let (engine, name) = (&checker.engine, &RegionName::Bad);
     let bad = checker.regions.states(name)?;
     let theirs = engine.theirs().unwrap_or_else(|| engine.no_states());
     let own = engine.choices_in(&engine.all_choices(), &theirs)?;
@@ -120,7 +120,7 @@ fn without_bad_states(checker: &mut Checker<'_>, c: ChoiceSet) -> CheckResult<Ch
 fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> CheckResult<Vec<Arena>> {
     let mut arenas = Vec::new();
     for class in sides {
-        let name = names::safe(&class.name);
+        let name = RegionName::Safe(class.name.clone());
         let safe = checker.proof.states(&name)?;
         let condition = || format!("no state of `{name}` weakens the class");
         let quoted = format!("`{name}`");
@@ -146,8 +146,11 @@ fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> CheckResult<Vec<Arena>
 
 impl Arena {
     /// Returns the name of a level in this arena.
-    pub(super) fn name(&self, level: &str) -> String {
-        self.reference.as_ref().map_or_else(|| level.to_owned(), |class| names::against(level, class))
+    pub(super) fn name(&self, kind: Kind, number: LevelNumber) -> RegionName {
+        match &self.reference {
+            Some(class) => RegionName::Against(kind, number, class.clone()),
+            None => RegionName::Level(kind, number),
+        }
     }
 
     /// Returns the file that contains the levels of this arena. Levels against a reference class

@@ -18,6 +18,7 @@ use super::safety;
 use meliora_dump::bounds::{Bounds, Number, Row};
 use meliora_engine::symbolic::StateSet;
 use meliora_engine::{Algebra, Engine};
+use meliora_model::region::RegionName;
 
 /// The name of the cost that is 1 per step.
 const STEPS: &str = "steps";
@@ -74,8 +75,8 @@ pub(super) fn check(checker: &mut Checker<'_>, arenas: &[Arena], known: &[Levels
     }
     bellman::check(checker, &table, &program, &costs)?;
     for k in 1..=file.levels {
-        checker.passed(&format!("P_{k}"));
-        checker.passed(&format!("C_{k}"));
+        checker.passed(&RegionName::Other(format!("P_{k}")));
+        checker.passed(&RegionName::Other(format!("C_{k}")));
     }
     Ok(())
 }

@@ -12,8 +12,8 @@ use meliora_dump::{Dump, Manifest};
 use meliora_engine::symbolic::{ChoiceSet, Encoding, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Engine, Settings};
 use meliora_model::Program;
-use meliora_model::names;
 use meliora_model::preference::Preferences;
+use meliora_model::region::RegionName;
 
 /// The sets of a dump, over an engine that has built only the transition relations.
 pub(super) struct Checker<'a> {
@@ -69,7 +69,7 @@ impl<'a> Checker<'a> {
         let Some(order) = Encoding::order_of(program, &manifest.encoding.order) else {
             return Err(CheckError::violated("the order contains exactly the bits of the model", None));
         };
-        let root = manifest.regions.root(names::REACHABLE).filter(|r| r.kind == RootKind::States);
+        let root = manifest.regions.root("reachable").filter(|r| r.kind == RootKind::States);
         let Some(all) = root.map(|r| r.node) else {
             return Err(CheckError::violated("the dump has the region `reachable`", None));
         };
@@ -85,13 +85,13 @@ impl<'a> Checker<'a> {
     }
 
     /// Returns whether the certificate does not prove some region of a sort.
-    pub(super) fn lacks(&self, is_meant: impl Fn(&str) -> bool) -> bool {
-        self.uncertified.iter().any(|name| is_meant(name))
+    pub(super) fn lacks(&self, is_meant: impl Fn(&RegionName) -> bool) -> bool {
+        self.uncertified.iter().any(|name| is_meant(&RegionName::from(name.as_str())))
     }
 
     /// Records that a region has passed its checks.
-    pub(super) fn passed(&mut self, region: &str) {
-        self.checked.push(Checked { region: region.to_owned(), inside: true, outside: true });
+    pub(super) fn passed(&mut self, region: &RegionName) {
+        self.checked.push(Checked { region: region.to_string(), inside: true, outside: true });
     }
 
     /// Checks X ⊆ Y; a violation shows a state of X \ Y.
@@ -135,14 +135,14 @@ impl<'a> Checker<'a> {
     /// Paths of such steps end, so they leave the layer.
     pub(super) fn layers(
         &self,
-        name: &str,
+        name: &RegionName,
         region: &StateSet,
         start: &StateSet,
         leading: impl Fn(&Layer<'_>) -> CheckResult<StateSet>,
     ) -> CheckResult {
         let engine = &self.engine;
         let (mut open, mut earlier) = (region.clone(), engine.no_states());
-        for (j, (layer, trend)) in self.proof.sequence(|j| names::layer(name, j))?.iter().enumerate() {
+        for (j, (layer, trend)) in self.proof.sequence(|j| name.layer(j))?.iter().enumerate() {
             self.some(layer, || format!("layer {j} of `{name}` has a state"))?;
             let condition = || format!("layer {j} of `{name}` has further states of this region");
             self.subset(layer, &open, condition)?;
@@ -193,12 +193,12 @@ impl<'a> Checker<'a> {
     /// earlier rounds. Calls `check` with each round. Returns the rest of X after the last round.
     pub(super) fn rounds(
         &self,
-        name: &str,
+        name: &RegionName,
         x: &StateSet,
         check: impl Fn(&Round<'_>) -> CheckResult,
     ) -> CheckResult<StateSet> {
         let mut left = x.clone();
-        for (number, (lost, trend)) in self.proof.sequence(|j| names::refuted(name, j))?.iter().enumerate() {
+        for (number, (lost, trend)) in self.proof.sequence(|j| name.round(j))?.iter().enumerate() {
             let within = trend.map(|trend| self.trends.of_round(trend)).transpose()?;
             self.some(lost, || format!("round {number} of `{name}` has a state"))?;
             let condition = || format!("no state lost in round {number} of `{name}` was lost before");
@@ -219,7 +219,7 @@ impl<'a> Checker<'a> {
     /// valuations, or the states reachable from the start states and closed under all choices.
     pub(super) fn scope(&mut self) -> CheckResult {
         let engine = &self.engine;
-        let all = self.regions.states(names::REACHABLE)?;
+        let all = self.regions.states(&RegionName::Reachable)?;
         self.subset(&all, &engine.valuations(), || {
             "each state of `reachable` has values in range".to_owned()
         })?;
@@ -227,13 +227,13 @@ impl<'a> Checker<'a> {
             self.subset(x, &all, || format!("each state of `{name}` is one of `reachable`"))?;
         }
         let initial = engine.initial_states();
-        let is_proved = !self.lacks(|name| name == names::REACHABLE);
+        let is_proved = !self.lacks(|name| *name == RegionName::Reachable);
         if let Some(start) = engine.beginnings()? {
             self.subset(&start, &all, || "each state in which paths start is in `reachable`".to_owned())?;
             let next = engine.post(&engine.all_choices())?;
             self.subset(&next, &all, || "each successor of a state of `reachable` is in it".to_owned())?;
             if is_proved {
-                self.layers(names::REACHABLE, &all, &start, |layer| {
+                self.layers(&RegionName::Reachable, &all, &start, |layer| {
                     let (by, from) = layer.within.map_or((engine, layer.earlier), |by| (by, layer.until));
                     Ok(by.post(&engine.choices_in(&engine.all_choices(), from)?)?)
                 })?;
@@ -243,14 +243,18 @@ impl<'a> Checker<'a> {
             self.equal(&all, &engine.valuations(), condition)?;
         }
         let condition = || "`initial` are the initial states".to_owned();
-        self.equal(&self.regions.states(names::INITIAL)?, &initial, condition)?;
+        self.equal(&self.regions.states(&RegionName::Initial)?, &initial, condition)?;
         let condition = || "`choices` are the enabled ones".to_owned();
-        self.equal_choices(&self.regions.choices(names::CHOICES)?, &engine.all_choices(), condition)?;
+        self.equal_choices(&self.regions.choices(&RegionName::Choices)?, &engine.all_choices(), condition)?;
         let condition = || "`deadlock` are the states where nothing is enabled".to_owned();
-        self.equal(&self.regions.states(names::DEADLOCK)?, &engine.deadlock_states(), condition)?;
-        self.checked.push(Checked { region: names::REACHABLE.to_owned(), inside: is_proved, outside: true });
-        for name in [names::INITIAL, names::DEADLOCK, names::CHOICES] {
-            self.passed(name);
+        self.equal(&self.regions.states(&RegionName::Deadlock)?, &engine.deadlock_states(), condition)?;
+        self.checked.push(Checked {
+            region: RegionName::Reachable.to_string(),
+            inside: is_proved,
+            outside: true,
+        });
+        for name in [RegionName::Initial, RegionName::Deadlock, RegionName::Choices] {
+            self.passed(&name);
         }
         self.players()
     }
@@ -260,7 +264,7 @@ impl<'a> Checker<'a> {
         let program = Arc::clone(self.engine.program());
         let players = program.players.iter().flat_map(|players| &players.list);
         for (player, states) in players.zip(self.engine.player_states()) {
-            let name = names::player(&player.name);
+            let name = RegionName::Player(player.name.clone());
             let condition = || format!("`{name}` are the states in which this player chooses");
             self.equal(&self.regions.states(&name)?, &states, condition)?;
             self.passed(&name);

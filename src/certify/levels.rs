@@ -7,7 +7,7 @@ use super::error::{CheckError, CheckResult};
 use super::outcomes::Class;
 use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};
-use meliora_model::names;
+use meliora_model::region::{Kind, LevelNumber, RegionName};
 
 /// The levels of one kind in all arenas, proved.
 pub(super) struct Levels {
@@ -58,7 +58,8 @@ pub(super) type Proved = (Vec<Arena>, [Levels; 2]);
 /// Checks the levels of both kinds; returns the arenas, and the levels of SASI and of SPI. Returns `None` if the
 /// certificate leaves out some.
 pub(super) fn check(checker: &mut Checker<'_>, classes: Vec<Class>) -> CheckResult<Option<Proved>> {
-    let kinds = ["sasi", "spi"].map(|kind| (kind, checker.lacks(|name| names::is_level(name, kind))));
+    let kinds =
+        [Kind::Sasi, Kind::Spi].map(|kind| (kind, checker.lacks(|name| name.level_kind() == Some(kind))));
     if kinds.iter().all(|(_, is_open)| *is_open) {
         return Ok(None);
     }
@@ -78,10 +79,9 @@ pub(super) fn check(checker: &mut Checker<'_>, classes: Vec<Class>) -> CheckResu
 }
 
 /// One level of one kind.
-struct Level<'n> {
-    kind: &'n str,
-    /// `sasi:1`, `sasi:2`, … or `sasi:unbounded`.
-    name: String,
+struct Level {
+    kind: Kind,
+    number: LevelNumber,
     /// The level below, which a goal edge must enter.
     entered: StateSet,
     /// For each arena the states of the level below.
@@ -89,21 +89,22 @@ struct Level<'n> {
 }
 
 /// Checks the levels of one kind; returns their number, and the proved levels.
-fn levels(checker: &mut Checker<'_>, arenas: &[Arena], kind: &str) -> CheckResult<(usize, Levels)> {
-    let number = (1..).take_while(|k| checker.regions.has(&names::level(kind, k))).count();
+fn levels(checker: &mut Checker<'_>, arenas: &[Arena], kind: Kind) -> CheckResult<(usize, Levels)> {
+    let is_found = |k: &u64| checker.regions.has(&RegionName::Level(kind, LevelNumber::Finite(*k)));
+    let number = (1..).take_while(is_found).count();
     let mut entered = checker.engine.all_states();
     let mut below: Vec<StateSet> = arenas.iter().map(|arena| arena.states.clone()).collect();
     let mut found = vec![Vec::new(); arenas.len()];
     for k in 1..=number {
-        let level = Level { kind, name: names::level(kind, k), entered, below };
-        let states = checker.regions.states(&level.name)?;
-        let condition = || format!("`{}` has a state, and fewer than the level below", level.name);
+        let level = Level { kind, number: LevelNumber::Finite(k as u64), entered, below };
+        let name = level.name();
+        let states = checker.regions.states(&name)?;
+        let condition = || format!("`{name}` has a state, and fewer than the level below");
         if checker.engine.is_empty(&states)? || checker.engine.same(&states, &level.entered)? && k > 1 {
             return Err(CheckError::violated(condition(), None));
         }
-        checker.subset(&states, &level.entered, || {
-            format!("each state of `{}` is in the level below", level.name)
-        })?;
+        checker
+            .subset(&states, &level.entered, || format!("each state of `{name}` is in the level below"))?;
         below = whole(checker, arenas, &level, &states)?;
         found.iter_mut().zip(&below).for_each(|(own, states)| own.push(states.clone()));
         entered = states;
@@ -111,42 +112,37 @@ fn levels(checker: &mut Checker<'_>, arenas: &[Arena], kind: &str) -> CheckResul
     let rest = if checker.manifest.max_level == Some(number) {
         Rest::Cut
     } else {
-        let name = names::level(kind, names::UNBOUNDED);
-        ending(checker, arenas, number, Level { kind, name, entered, below })?
+        let unbounded = Level { kind, number: LevelNumber::Unbounded, entered, below };
+        ending(checker, arenas, number, unbounded)?
     };
     Ok((number, Levels { found, rest }))
 }
 
 /// Checks the end of the sequence: the last level is the fixpoint of unbounded ranks, or the next
 /// one is empty.
-fn ending(
-    checker: &mut Checker<'_>,
-    arenas: &[Arena],
-    found: usize,
-    unbounded: Level<'_>,
-) -> CheckResult<Rest> {
-    let name = &unbounded.name;
+fn ending(checker: &mut Checker<'_>, arenas: &[Arena], found: usize, unbounded: Level) -> CheckResult<Rest> {
+    let name = &unbounded.name();
     let states = checker.regions.states(name)?;
     if !checker.engine.is_empty(&states)? {
         checker.equal(&states, &unbounded.entered, || format!("`{name}` is the last level"))?;
         return Ok(Rest::Same(whole(checker, arenas, &unbounded, &states)?));
     }
     let nobody = checker.engine.no_states();
-    let strategy = names::strategy(name);
+    let strategy = name.strategy();
     let condition = || format!("`{strategy}` has no choice, as `{name}` has no state");
     checker.equal_choices(&checker.regions.choices(&strategy)?, &checker.engine.no_choices(), condition)?;
     checker.passed(name);
     checker.passed(&strategy);
-    let next = Level { name: names::level(unbounded.kind, found + 1), ..unbounded };
+    let next = Level { number: LevelNumber::Finite(found as u64 + 1), ..unbounded };
     let mut most = Vec::new();
     for (arena, below) in arenas.iter().zip(&next.below) {
         let upper = match &arena.reference {
-            Some(_) => checker.proof.states(&arena.name(&next.name))?,
+            Some(_) => checker.proof.states(&arena.name(next.kind, next.number))?,
             None => nobody.clone(),
         };
         outside(checker, arena, &next, below, &upper)?;
         let winning = checker.engine.intersection(&upper, &arena.start)?;
-        checker.subset(&winning, &nobody, || format!("no state wins `{}`", next.name))?;
+        checker.subset(&winning, &nobody, || format!("no state wins `{}`", next.name()))?;
         most.push(upper);
     }
     Ok(Rest::AtMost(most))
@@ -156,17 +152,17 @@ fn ending(
 fn whole(
     checker: &mut Checker<'_>,
     arenas: &[Arena],
-    level: &Level<'_>,
+    level: &Level,
     states: &StateSet,
 ) -> CheckResult<Vec<StateSet>> {
-    let name = &level.name;
+    let name = &level.name();
     let mut won = checker.engine.no_states();
     let mut permitted = checker.engine.no_choices();
     let mut regions = Vec::new();
     for (arena, below) in arenas.iter().zip(&level.below) {
-        let own = arena.name(name);
+        let own = arena.name(level.kind, level.number);
         let region = arena.sets(checker).states(&own)?;
-        let strategy = arena.sets(checker).choices(&names::strategy(&own))?;
+        let strategy = arena.sets(checker).choices(&own.strategy())?;
         inside(checker, arena, level, &own, &region, &strategy)?;
         outside(checker, arena, level, below, &region)?;
         let engine = &checker.engine;
@@ -175,7 +171,7 @@ fn whole(
         regions.push(region);
     }
     checker.equal(states, &won, || format!("`{name}` is what its reference classes win"))?;
-    let strategy = names::strategy(name);
+    let strategy = name.strategy();
     let condition = || format!("`{strategy}` is what its reference classes permit");
     checker.equal_choices(&checker.regions.choices(&strategy)?, &permitted, condition)?;
     checker.passed(name);
@@ -186,7 +182,12 @@ fn whole(
 /// Edges of an engine, from a set of choices.
 type Edges<'a> = (&'a SymbolicEngine, &'a ChoiceSet);
 
-impl Level<'_> {
+impl Level {
+    /// Returns its name as a region: `sasi:1`, `sasi:2`, … or `sasi:unbounded`.
+    fn name(&self) -> RegionName {
+        RegionName::Level(self.kind, self.number)
+    }
+
     /// Returns the choices of C with a goal edge: an edge that improves and enters the level below.
     fn goals(&self, checker: &Checker<'_>, arena: &Arena, c: &ChoiceSet) -> CheckResult<ChoiceSet> {
         let engine = &checker.engine;
@@ -225,14 +226,14 @@ fn ahead(
 fn inside(
     checker: &Checker<'_>,
     arena: &Arena,
-    level: &Level<'_>,
-    name: &str,
+    level: &Level,
+    name: &RegionName,
     region: &StateSet,
     strategy: &ChoiceSet,
 ) -> CheckResult {
     let engine = &checker.engine;
     let kept = engine.choices_in(&arena.kept, region)?;
-    let expected = if level.kind == "sasi" {
+    let expected = if level.kind == Kind::Sasi {
         let out = engine.difference(&engine.all_states(), region)?;
         engine.difference(&kept, &level.straying(checker, arena, (engine, &kept), &out)?)?
     } else {
@@ -254,17 +255,17 @@ fn inside(
 fn outside(
     checker: &Checker<'_>,
     arena: &Arena,
-    level: &Level<'_>,
+    level: &Level,
     below: &StateSet,
     region: &StateSet,
 ) -> CheckResult {
     let engine = &checker.engine;
-    let name = arena.name(&level.name);
+    let name = arena.name(level.kind, level.number);
     let ahead = |c: &ChoiceSet, x: &StateSet| {
         let goals = level.goals(checker, arena, c)?;
         ahead(checker, arena, &goals, (engine, c), x)
     };
-    if level.kind == "spi" {
+    if level.kind == Kind::Spi {
         let entering = engine.can_choose(&ahead(&arena.kept, region)?)?;
         return checker
             .subset(&entering, region, || format!("each state with a step towards `{name}` is in it"));

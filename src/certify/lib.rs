@@ -101,7 +101,8 @@ use meliora_dump::manifest::{FILE, VALUES};
 use meliora_dump::{Dump, dot};
 use meliora_engine::{ProgressSink, Settings};
 use meliora_model::preference::Preferences;
-use meliora_model::{Program, State, names};
+use meliora_model::region::RegionName;
+use meliora_model::{Program, State};
 
 /// The result of [`verify`].
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -244,7 +245,7 @@ fn regions(checker: &mut Checker<'_>) -> Result<bool, CheckError> {
 
 /// Checks the regions that the certificate proves. Returns the arenas and levels if these are all.
 fn proved(checker: &mut Checker<'_>) -> Result<Option<levels::Proved>, CheckError> {
-    if checker.lacks(|name| name == names::UNSAFE) {
+    if checker.lacks(|name| *name == RegionName::Unsafe) {
         return Ok(None);
     }
     safe::requirements(checker)?;

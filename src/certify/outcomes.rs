@@ -5,8 +5,8 @@ use super::error::CheckResult;
 use super::temporal;
 use meliora_engine::symbolic::{ChoiceSet, StateSet};
 use meliora_engine::{Algebra, Engine};
-use meliora_model::names;
 use meliora_model::preference::{Goal, ObjectiveSet};
+use meliora_model::region::{NOTHING, RegionName, members as members_of};
 
 /// The states with the same most preferred objectives.
 pub(super) struct Class {
@@ -23,7 +23,7 @@ pub(super) struct Class {
 pub(super) fn check(checker: &mut Checker<'_>) -> CheckResult<Option<Vec<Class>>> {
     let mut sure = Vec::new();
     for objective in &checker.preferences.objectives {
-        if checker.lacks(|name| names::is_of_objective(name, &objective.name)) {
+        if checker.lacks(|name| name.is_of_objective(&objective.name)) {
             continue;
         }
         let (target, what) = match &objective.goal {
@@ -32,12 +32,13 @@ pub(super) fn check(checker: &mut Checker<'_>) -> CheckResult<Option<Vec<Class>>
                 (temporal::secured(checker, &objective.name, condition)?, "in which the objective is secured")
             }
         };
-        let name = names::target(&objective.name);
+        let own = || objective.name.clone();
+        let name = RegionName::Target(own());
         let condition = || format!("`{name}` are the states {what}");
         checker.equal(&checker.regions.states(&name)?, &target, condition)?;
         checker.passed(&name);
-        positive(checker, &names::positive(&objective.name), &target)?;
-        sure.push(almost_sure(checker, &names::almost_sure(&objective.name), &target)?);
+        positive(checker, &RegionName::Positive(own()), &target)?;
+        sure.push(almost_sure(checker, &RegionName::AlmostSure(own()), &target)?);
     }
     if sure.len() < checker.preferences.objectives.len() {
         return Ok(None);
@@ -46,7 +47,7 @@ pub(super) fn check(checker: &mut Checker<'_>) -> CheckResult<Option<Vec<Class>>
 }
 
 /// Checks P = μX. F ∪ pre(X): no choice enters P from outside, and inside layers lead to F.
-fn positive(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> CheckResult {
+fn positive(checker: &mut Checker<'_>, region: &RegionName, target: &StateSet) -> CheckResult {
     let engine = &checker.engine;
     let x = checker.regions.states(region)?;
     checker.subset(target, &x, || format!("each state of the target is in `{region}`"))?;
@@ -60,7 +61,7 @@ fn positive(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> Check
 /// Checks that layers of a region lead to a target by given choices.
 pub(super) fn leading_to(
     checker: &Checker<'_>,
-    name: &str,
+    name: &RegionName,
     (region, target): (&StateSet, &StateSet),
     choices: &ChoiceSet,
 ) -> CheckResult {
@@ -74,13 +75,13 @@ pub(super) fn leading_to(
 /// each layer leads to an earlier one. Outside: each choice of a state removed in a round may lead
 /// to a state removed earlier, or does not enter the rest; in a round with a trend, it may lead to
 /// a state removed earlier, or by a step of the trend to one of the round.
-fn almost_sure(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> CheckResult<StateSet> {
+fn almost_sure(checker: &mut Checker<'_>, region: &RegionName, target: &StateSet) -> CheckResult<StateSet> {
     let engine = &checker.engine;
     let x = checker.regions.states(region)?;
     checker.subset(target, &x, || format!("each state of the target is in `{region}`"))?;
     let staying =
         engine.choices_in(&engine.pre_within(&engine.all_choices(), &x)?, &engine.difference(&x, target)?)?;
-    let strategy = names::strategy(region);
+    let strategy = region.strategy();
     let condition = || format!("`{strategy}` are the choices that stay in `{region}`");
     checker.equal_choices(&checker.regions.choices(&strategy)?, &checker.ours(&staying)?, condition)?;
     leading_to(checker, region, (&x, target), &staying)?;
@@ -107,12 +108,12 @@ fn almost_sure(checker: &mut Checker<'_>, region: &str, target: &StateSet) -> Ch
 fn classes(checker: &mut Checker<'_>, sure: &[StateSet]) -> CheckResult<Vec<Class>> {
     let classes = most_preferred(checker, sure)?;
     for class in &classes {
-        let name = names::class(&class.name);
+        let name = RegionName::Class(class.name.clone());
         let condition = || format!("`{name}` are the states with these most preferred outcomes");
         checker.equal(&checker.regions.states(&name)?, &class.states, condition)?;
         checker.passed(&name);
     }
-    let nothing = names::class(names::NOTHING);
+    let nothing = RegionName::Class(NOTHING.to_owned());
     if !classes.iter().any(|c| c.members.is_empty()) {
         let condition = || format!("`{nothing}` has no state");
         checker.subset(&checker.regions.states(&nothing)?, &checker.engine.no_states(), condition)?;
@@ -148,7 +149,6 @@ fn most_preferred(checker: &Checker<'_>, sure: &[StateSet]) -> CheckResult<Vec<C
         }
         parts = split;
     }
-    let named =
-        |(members, states)| Class { name: names::members(&preferences.names(&members)), members, states };
+    let named = |(members, states)| Class { name: members_of(&preferences.names(&members)), members, states };
     Ok(parts.into_iter().map(named).collect())
 }

@@ -4,12 +4,12 @@ use super::checker::Checker;
 use super::error::CheckResult;
 use meliora_engine::symbolic::{ChoiceSet, StateSet};
 use meliora_engine::{Algebra, Engine, Region};
-use meliora_model::names;
+use meliora_model::region::RegionName;
 
 /// Bad states, and the words for them and for the states from which they are avoided.
 pub(super) struct Avoided<'a> {
     /// The region whose rounds are in the certificate.
-    pub(super) name: &'a str,
+    pub(super) name: &'a RegionName,
     /// The states from which a strategy avoids the bad states, in words.
     pub(super) safe: &'a str,
     /// The bad states.
@@ -69,12 +69,12 @@ pub(super) fn requirements(checker: &mut Checker<'_>) -> CheckResult {
         let violated = engine.difference(&all, &engine.states_where(&requirement.kept)?)?;
         bad = engine.union(&bad, &violated)?;
     }
-    let states = engine.difference(&all, &checker.regions.states(names::UNSAFE)?)?;
-    let condition = || format!("each state that violates a requirement is in `{}`", names::UNSAFE);
+    let states = engine.difference(&all, &checker.regions.states(&RegionName::Unsafe)?)?;
+    let condition = || format!("each state that violates a requirement is in `unsafe`");
     let (safe, does) = ("the complement of `unsafe`", "violates a requirement");
-    let avoided = Avoided { name: names::UNSAFE, safe, bad: &bad, does };
+    let avoided = Avoided { name: &RegionName::Unsafe, safe, bad: &bad, does };
     let choices = avoided.check(checker, &states, condition)?;
     checker.engine = checker.engine.restricted_to(&Region { states, choices })?;
-    checker.passed(names::UNSAFE);
+    checker.passed(&RegionName::Unsafe);
     Ok(())
 }

@@ -9,6 +9,7 @@ use meliora_dump::manifest::{File, Root, RootKind};
 use meliora_dump::{Diagram, Edge};
 use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Count};
+use meliora_model::region::RegionName;
 use meliora_model::trend::Trend;
 
 /// A layer or round, with the trend of the steps inside it that count.
@@ -56,15 +57,22 @@ impl Sets {
     }
 
     /// Returns a set of states; a violation if the file does not have it.
-    pub(super) fn states(&self, name: &str) -> CheckResult<StateSet> {
-        self.asked.borrow_mut().insert(name.to_owned());
-        self.states.get(name).cloned().ok_or_else(|| missing(name, "states"))
+    pub(super) fn states(&self, name: &RegionName) -> CheckResult<StateSet> {
+        let name = self.asked(name);
+        self.states.get(&name).cloned().ok_or_else(|| missing(&name, "states"))
     }
 
     /// Returns a set of choices; a violation if the file does not have it.
-    pub(super) fn choices(&self, name: &str) -> CheckResult<ChoiceSet> {
-        self.asked.borrow_mut().insert(name.to_owned());
-        self.choices.get(name).cloned().ok_or_else(|| missing(name, "choices"))
+    pub(super) fn choices(&self, name: &RegionName) -> CheckResult<ChoiceSet> {
+        let name = self.asked(name);
+        self.choices.get(&name).cloned().ok_or_else(|| missing(&name, "choices"))
+    }
+
+    /// Remembers that a check asks for a set; returns its name in the file.
+    fn asked(&self, name: &RegionName) -> String {
+        let name = name.to_string();
+        self.asked.borrow_mut().insert(name.clone());
+        name
     }
 
     /// Returns the number of members of the set of a root.
@@ -79,15 +87,15 @@ impl Sets {
     }
 
     /// Returns true if the file has a set of states with this name.
-    pub(super) fn has(&self, name: &str) -> bool {
-        self.states.contains_key(name)
+    pub(super) fn has(&self, name: &RegionName) -> bool {
+        self.states.contains_key(&name.to_string())
     }
 
     /// Returns the sets of states named `name(0)`, `name(1)`, … up to the first that is missing,
     /// each with its trend.
-    pub(super) fn sequence(&self, name: impl Fn(usize) -> String) -> CheckResult<Vec<Proven>> {
+    pub(super) fn sequence(&self, name: impl Fn(usize) -> RegionName) -> CheckResult<Vec<Proven>> {
         let names = (0..).map(name).take_while(|name| self.has(name));
-        names.map(|name| Ok((self.states(&name)?, self.trends.get(&name).copied()))).collect()
+        names.map(|name| Ok((self.states(&name)?, self.trends.get(&name.to_string()).copied()))).collect()
     }
 
     /// Returns all sets of states with their names.

@@ -21,7 +21,7 @@ use super::error::CheckResult;
 use super::outcomes::leading_to;
 use meliora_engine::symbolic::{ChoiceSet, StateSet};
 use meliora_engine::{Algebra, Engine};
-use meliora_model::names;
+use meliora_model::region::RegionName;
 use meliora_model::temporal::{Condition, Disjunct};
 
 /// Checks the region of each disjunct of a condition; returns ⋃_d U_d.
@@ -32,19 +32,20 @@ pub(super) fn secured(
 ) -> CheckResult<StateSet> {
     let mut all = checker.engine.no_states();
     for (case, disjunct) in condition.disjuncts()?.iter().enumerate() {
-        let secured = SecuredRegion::of(checker, names::secured(objective, case + 1), disjunct)?;
+        let secured =
+            SecuredRegion::of(checker, RegionName::Secured(objective.to_owned(), case + 1), disjunct)?;
         secured.inside(checker)?;
         secured.outside(checker)?;
         all = checker.engine.union(&all, &secured.region)?;
         checker.passed(&secured.name);
-        checker.passed(&names::strategy(&secured.name));
+        checker.passed(&secured.name.strategy());
     }
     Ok(all)
 }
 
 /// U_d, with the conditions that it must satisfy.
 struct SecuredRegion {
-    name: String,
+    name: RegionName,
     region: StateSet,
     /// The choices that stay in it.
     strategy: ChoiceSet,
@@ -55,7 +56,7 @@ struct SecuredRegion {
 }
 
 impl SecuredRegion {
-    fn of(checker: &Checker<'_>, name: String, disjunct: &Disjunct) -> CheckResult<Self> {
+    fn of(checker: &Checker<'_>, name: RegionName, disjunct: &Disjunct) -> CheckResult<Self> {
         let engine = &checker.engine;
         let mut allowed = engine.all_states();
         for (mark, sign) in &disjunct.always {
@@ -66,7 +67,7 @@ impl SecuredRegion {
         let again = disjunct.again.iter().map(|mark| engine.states_where(mark));
         let again = again.collect::<Result<_, _>>()?;
         let region = checker.regions.states(&name)?;
-        let strategy = checker.regions.choices(&names::strategy(&name))?;
+        let strategy = checker.regions.choices(&name.strategy())?;
         Ok(SecuredRegion { name, region, strategy, allowed, again })
     }
 
@@ -77,13 +78,13 @@ impl SecuredRegion {
         checker.subset(&self.region, &self.allowed, condition)?;
         let staying =
             engine.choices_in(&engine.pre_within(&engine.all_choices(), &self.region)?, &self.region)?;
-        let condition = || format!("`{}` are the choices that stay in `{name}`", names::strategy(name));
+        let condition = || format!("`{}` are the choices that stay in `{name}`", name.strategy());
         checker.equal_choices(&self.strategy, &staying, condition)?;
         let condition = || format!("each state of `{name}` has a choice that stays in it");
         checker.subset(&self.region, &engine.can_choose(&staying)?, condition)?;
         for (index, mark) in self.again.iter().enumerate() {
             let start = engine.intersection(mark, &self.region)?;
-            leading_to(checker, &names::recurring(name, index + 1), (&self.region, &start), &staying)?;
+            leading_to(checker, &name.recurring(index + 1), (&self.region, &start), &staying)?;
         }
         Ok(())
     }

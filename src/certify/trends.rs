@@ -6,8 +6,9 @@ use super::error::{CheckError, CheckResult};
 use meliora_dump::Manifest;
 use meliora_dump::manifest::{self, File, Root};
 use meliora_engine::symbolic::SymbolicEngine;
+use meliora_model::Variable;
+use meliora_model::region::RegionName;
 use meliora_model::trend::{Digit, Trend};
-use meliora_model::{Variable, names};
 
 /// The engines of the trends that occur in a certificate.
 pub(super) struct Trends {
@@ -25,21 +26,22 @@ impl Trends {
     pub(super) fn new(engine: &SymbolicEngine, dump: &Manifest) -> CheckResult<Self> {
         let none = File::default();
         let file = dump.certificate.as_ref().unwrap_or(&none);
-        let is_proof = |root: &Root| names::is_layer(&root.name) || names::is_round(&root.name);
+        let name = |root: &Root| RegionName::from(root.name.as_str());
+        let is_round = |root: &Root| name(root).is_round();
+        let is_proof = |root: &Root| is_round(root) || matches!(name(root), RegionName::Layer(..));
         let mut others = dump.regions.roots.iter().chain(file.roots.iter().filter(|root| !is_proof(root)));
         if let Some(root) = others.find(|root| root.trend.is_some()) {
             let condition = format!("`{}` has no trend: it is neither a layer nor a round", root.name);
             return Err(CheckError::violated(condition, None));
         }
-        let used = |is_meant: &dyn Fn(&str) -> bool| {
-            let has = |trend: &Trend| {
-                file.roots.iter().any(|root| root.trend == Some(*trend) && is_meant(&root.name))
-            };
+        let used = |is_meant: &dyn Fn(&Root) -> bool| {
+            let has =
+                |trend: &Trend| file.roots.iter().any(|root| root.trend == Some(*trend) && is_meant(root));
             Vec::from_iter(Trend::ALL.into_iter().filter(has))
         };
         let has_own = !file.order_of_rounds.is_empty();
-        let in_rounds = used(&names::is_round);
-        let shared = used(&|name| !(has_own && names::is_round(name)));
+        let in_rounds = used(&is_round);
+        let shared = used(&|root| !(has_own && is_round(root)));
         let condition = "the certificate orders each variable of the model once if a layer or round has a trend, else none";
         let is_used = !shared.is_empty() || !in_rounds.is_empty();
         let order = checked(engine, &file.order, is_used, condition)?;

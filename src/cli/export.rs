@@ -10,6 +10,7 @@ use meliora_dump::directory::{check_directory, complete_directory, sha256, write
 use meliora_engine::SymbolicEngine;
 use meliora_export::bounds::Wanted;
 use meliora_export::{DumpContent, Inputs, certify, export};
+use meliora_model::region::RegionName;
 use meliora_planning::{Analysis, Phase, Scheduler, StrategyKind};
 use meliora_quantities::choose::LEVELS;
 use meliora_quantities::{Steps, Values};
@@ -219,7 +220,7 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
         preferences: (args.preferences.path(), sha256(question.source.original().as_bytes())),
     };
     let all = args.region.is_empty();
-    let wanted = |name: &str| all || globs.is_match(name);
+    let wanted = |name: &RegionName| all || globs.is_match(name.to_string());
     let content = DumpContent { wanted: &wanted, certificate: false };
     let dump = || export(&analysis, &inputs, &content);
     let mut dump = job.timed("dump", dump, |_, _| ())?;

@@ -7,6 +7,7 @@ use meliora_base::error::{Error, Result};
 use meliora_engine::{AnyEngine, Engine};
 use meliora_model::Program;
 use meliora_model::preference::ObjectiveSet;
+use meliora_model::region::RegionName;
 use meliora_planning::joint::{Joint, MOST, is_too_large};
 use meliora_planning::regions::regions;
 use meliora_planning::{Class, FiniteMemoryStrategy, Kind, StrategyKind};
@@ -35,12 +36,13 @@ impl Analysis {
     /// Returns the names of the regions known so far: `unsafe` (under requirements), `target:A`, `almost-sure:A`, `positive:A`,
     /// `class:A+B`, `bad` (of a game), `sasi:1`, …
     pub fn region_names(&self) -> Vec<String> {
-        regions(self).into_iter().map(|(name, _)| name).collect()
+        regions(self).into_iter().map(|(name, _)| name.to_string()).collect()
     }
 
     /// Returns the region with a name, if it is known.
-    pub fn region(&self, name: &str) -> Option<States> {
-        let (_, set) = regions(self).into_iter().find(|(own, _)| own == name)?;
+    pub fn region(&self, name: impl Into<RegionName>) -> Option<States> {
+        let name = name.into();
+        let (_, set) = regions(self).into_iter().find(|(own, _)| *own == name)?;
         Some(States::of(self.whole_engine(), set.clone()))
     }
 

@@ -13,7 +13,7 @@ use meliora_base::error::{Error, Limit, Result};
 use meliora_engine::edge_labels::{pairs_into, winning};
 use meliora_engine::symbolic::{StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, EdgeLabels, Engine};
-use meliora_model::names;
+use meliora_model::region::{LevelNumber, RegionName};
 use meliora_planning::improvement::Arena;
 use meliora_planning::levels::{End, entering};
 use meliora_planning::winning_regions::ObjectiveRegions;
@@ -58,7 +58,10 @@ impl Certificate {
                 end => end.map(|()| own.named.append(&mut named))?,
             }
         }
-        let is_needed = |name: &&String| failed.iter().any(|part| part.is_needed_for(analysis, name));
+        let is_needed = |name: &&String| {
+            let name = RegionName::from(name.as_str());
+            failed.iter().any(|part| part.is_needed_for(analysis, &name))
+        };
         own.uncertified = regions.iter().filter(is_needed).cloned().collect();
         Ok(own)
     }
@@ -108,13 +111,13 @@ impl Part {
         match self {
             Part::Reachable => {
                 if let Some(start) = whole.beginnings()? {
-                    layers(named, names::REACHABLE, trends.forward(whole, start)?);
+                    layers(named, &RegionName::Reachable, trends.forward(whole, start)?);
                 }
             }
             Part::Unsafe => {
                 if let Some(requirements) = analysis.requirements() {
                     let violating = whole.difference(&whole.all_states(), &requirements.kept)?;
-                    rounds(named, names::UNSAFE, risk_rounds(whole, trends, violating)?.1);
+                    rounds(named, &RegionName::Unsafe, risk_rounds(whole, trends, violating)?.1);
                 }
             }
             Part::Objective(index) => {
@@ -136,18 +139,17 @@ impl Part {
     }
 
     /// Returns whether the proof of a region needs this part.
-    fn is_needed_for(self, analysis: &Of<'_>, name: &str) -> bool {
-        let is_level = |kind: Kind| names::is_level(name, kind.name());
+    fn is_needed_for(self, analysis: &Of<'_>, name: &RegionName) -> bool {
         match self {
-            Part::Reachable => name == names::REACHABLE,
-            Part::Unsafe => !names::is_of_model(name) || name == names::UNSAFE,
+            Part::Reachable => *name == RegionName::Reachable,
+            Part::Unsafe => !name.is_of_model() || *name == RegionName::Unsafe,
             Part::Objective(own) => {
                 let mut all = analysis.preferences().objectives.iter().enumerate();
-                let is_other = all.any(|(index, o)| index != own && names::is_of_objective(name, &o.name));
-                !is_other && !names::is_of_model(name)
+                let is_other = all.any(|(index, o)| index != own && name.is_of_objective(&o.name));
+                !is_other && !name.is_of_model()
             }
-            Part::Arenas => name == names::BAD || Kind::ALL.iter().any(|kind| is_level(*kind)),
-            Part::Levels(kind) => is_level(kind),
+            Part::Arenas => *name == RegionName::Bad || name.level_kind().is_some(),
+            Part::Levels(kind) => name.level_kind() == Some(kind),
         }
     }
 }
@@ -160,11 +162,11 @@ fn outcome_layers(
     named: &mut Vec<Named>,
 ) -> Result<()> {
     let positive = trends.backward(engine, &outcome.target, &engine.all_choices())?;
-    layers(named, &names::positive(name), positive);
+    layers(named, &RegionName::Positive(name.to_owned()), positive);
     let staying = engine.pre_within(&engine.all_choices(), &outcome.almost_sure)?;
     let staying = engine.choices_in(&staying, &outcome.almost_sure)?;
     let almost_sure = trends.backward(engine, &outcome.target, &staying)?;
-    let region = names::almost_sure(name);
+    let region = RegionName::AlmostSure(name.to_owned());
     layers(named, &region, almost_sure);
     rounds(named, &region, lost_rounds(engine, trends, outcome)?);
     Ok(())
@@ -202,7 +204,7 @@ fn bad_layers(
     let worse = classes.list.iter().map(|class| (class.states.clone(), class.worse.clone()));
     let weakening = engine.sources(&pairs_into(engine, &own, worse.collect())?)?;
     let towards = trends.of_all_players()?.backward(&of_all_players(engine)?, &weakening, &own)?;
-    layers(named, names::BAD, towards);
+    layers(named, &RegionName::Bad, towards);
     Ok(())
 }
 
@@ -215,9 +217,9 @@ fn safe_regions(
     named: &mut Vec<Named>,
 ) -> Result<()> {
     for class in analysis.classes().iter().flat_map(|c| &c.list) {
-        let name = names::safe(&class_name(analysis.preferences(), &class.most_preferred));
+        let name = RegionName::Safe(class_name(analysis.preferences(), &class.most_preferred));
         let (safe, lost) = risk_rounds(engine, trends, class.worse.clone())?;
-        named.push(Named::states(&name, &safe));
+        named.push(Named::states(name.clone(), &safe));
         rounds(named, &name, lost);
     }
     Ok(())
@@ -244,11 +246,11 @@ fn levels(
         let mut before = arena.states.clone();
         for (label, level) in &all {
             let Some(game) = level.games.get(index) else { continue };
-            let name = name_in(analysis, arena, kind, label);
+            let name = name_in(analysis, arena, kind, *label);
             let choices = strategy::winning_choices(engine, kind, game)?;
             if arena.reference.is_some() {
-                named.push(Named::states(&name, &game.states));
-                named.push(Named::choices(names::strategy(&name), &strategy::ours(engine, &choices)?));
+                named.push(Named::states(name.clone(), &game.states));
+                named.push(Named::choices(name.strategy(), &strategy::ours(engine, &choices)?));
             }
             let winning = winning(engine, &choices, &game.edge_labels)?;
             let goal = engine.can_choose(&winning)?;
@@ -278,7 +280,8 @@ fn last_level(
     named: &mut Vec<Named>,
 ) -> Result<()> {
     let found = &analysis.levels(kind).found;
-    let name = name_in(analysis, arena, kind, found.len() + 1);
+    let number = LevelNumber::Finite(found.len() as u64 + 1);
+    let name = name_in(analysis, arena, kind, number);
     let entered = found.last().map_or_else(|| engine.all_states(), |level| level.states.clone());
     let edge_labels = entering(engine, arena, &entered)?;
     let left = match kind {
@@ -299,16 +302,12 @@ fn last_level(
 }
 
 /// Returns the name of a level in an arena, with the reference class if there is one.
-fn name_in(
-    analysis: &Of<'_>,
-    arena: &Arena<SymbolicEngine>,
-    kind: Kind,
-    label: impl std::fmt::Display,
-) -> String {
-    let level = names::level(kind.name(), label);
+fn name_in(analysis: &Of<'_>, arena: &Arena<SymbolicEngine>, kind: Kind, number: LevelNumber) -> RegionName {
     match arena.reference.and_then(|c| analysis.classes()?.list.get(c)) {
-        Some(class) => names::against(&level, &class_name(analysis.preferences(), &class.most_preferred)),
-        None => level,
+        Some(class) => {
+            RegionName::Against(kind, number, class_name(analysis.preferences(), &class.most_preferred))
+        }
+        None => RegionName::Level(kind, number),
     }
 }
 

@@ -10,7 +10,7 @@ use meliora_base::error::Result;
 use meliora_engine::edge_labels::{dropped, kept_into};
 use meliora_engine::symbolic::{ChoiceSet, Side, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, EdgeLabels, Engine};
-use meliora_model::names;
+use meliora_model::region::RegionName;
 use meliora_model::trend::{Digit, Trend};
 
 /// An engine, with the engines that have only its falling or rising edges.
@@ -173,11 +173,11 @@ pub(super) fn of_all_players(engine: &SymbolicEngine) -> Result<SymbolicEngine> 
 }
 
 /// Names the layers of a region.
-pub(super) fn layers(named: &mut Vec<Named>, region: &str, sets: Proof) {
-    named.extend(sets.into_iter().enumerate().map(|(j, set)| Named::proof(names::layer(region, j), set)));
+pub(super) fn layers(named: &mut Vec<Named>, region: &RegionName, sets: Proof) {
+    named.extend(sets.into_iter().enumerate().map(|(j, set)| Named::proof(region.layer(j), set)));
 }
 
 /// Names the rounds of a region.
-pub(super) fn rounds(named: &mut Vec<Named>, region: &str, sets: Proof) {
-    named.extend(sets.into_iter().enumerate().map(|(j, set)| Named::proof(names::refuted(region, j), set)));
+pub(super) fn rounds(named: &mut Vec<Named>, region: &RegionName, sets: Proof) {
+    named.extend(sets.into_iter().enumerate().map(|(j, set)| Named::proof(region.round(j), set)));
 }

@@ -58,8 +58,8 @@ use meliora_dump::manifest::{self, File, Root, RootKind, SafetyMode};
 use meliora_dump::{Diagram, Dump};
 use meliora_engine::symbolic::{Set, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};
-use meliora_model::names;
 use meliora_model::preference::{Goal, Objective};
+use meliora_model::region::{NOTHING, RegionName};
 use meliora_model::trend::{Digit, Trend};
 use meliora_planning::levels::End;
 use meliora_planning::{Analysis, Kind, Safety};
@@ -68,29 +68,29 @@ pub use shield::{read_shield, write_shield};
 /// The content of a dump.
 pub struct DumpContent<'a> {
     /// Selects regions by name; `reachable` and `initial` are always in the dump.
-    pub wanted: &'a dyn Fn(&str) -> bool,
+    pub wanted: &'a dyn Fn(&RegionName) -> bool,
     /// True if the dump gets a certificate; this needs all regions.
     pub certificate: bool,
 }
 
 /// A set with its name.
 pub(crate) struct Named {
-    pub(crate) name: String,
+    pub(crate) name: RegionName,
     pub(crate) set: Set,
     pub(crate) trend: Option<Trend>,
 }
 
 impl Named {
-    fn states(name: impl Into<String>, x: &meliora_engine::symbolic::StateSet) -> Self {
-        Named { name: name.into(), set: Set::States(x.clone()), trend: None }
+    fn states(name: RegionName, x: &meliora_engine::symbolic::StateSet) -> Self {
+        Named { name, set: Set::States(x.clone()), trend: None }
     }
 
-    fn choices(name: impl Into<String>, c: &meliora_engine::symbolic::ChoiceSet) -> Self {
-        Named { name: name.into(), set: Set::Choices(c.clone()), trend: None }
+    fn choices(name: RegionName, c: &meliora_engine::symbolic::ChoiceSet) -> Self {
+        Named { name, set: Set::Choices(c.clone()), trend: None }
     }
 
     /// A layer or round.
-    fn proof(name: String, (x, trend): (meliora_engine::symbolic::StateSet, Option<Trend>)) -> Self {
+    fn proof(name: RegionName, (x, trend): (meliora_engine::symbolic::StateSet, Option<Trend>)) -> Self {
         Named { name, set: Set::States(x), trend }
     }
 }
@@ -111,22 +111,22 @@ pub fn export(
             `--format umb` writes its model";
         return Err(Error::Usage(message.to_owned()));
     }
-    if analysis.preferences().objectives.iter().any(|o| o.name == names::NOTHING) {
+    if analysis.preferences().objectives.iter().any(|o| o.name == NOTHING) {
         let message =
             "in a dump, the objective `nothing` cannot be distinguished from the class `nothing`; rename it";
         return Err(Error::Usage(message.to_owned()));
     }
     let engine = analysis.whole_engine();
     let mut named = regions::all(analysis)?;
-    let always = |name: &str| matches!(name, names::REACHABLE | names::INITIAL);
+    let always = |name: &RegionName| matches!(name, RegionName::Reachable | RegionName::Initial);
     named.retain(|n| always(&n.name) || (content.wanted)(&n.name));
     if !named.iter().any(|n| (content.wanted)(&n.name)) {
         return Err(Error::Usage("no region is selected: `--region` matches no name".to_owned()));
     }
-    if named.iter().any(|n| names::is_strategy(&n.name)) {
+    if named.iter().any(|n| n.name.is_strategy()) {
         // A reader can tell what a strategy leaves out only if all enabled choices are in the dump.
-        if !named.iter().any(|n| n.name == names::CHOICES) {
-            named.push(Named::choices(names::CHOICES, &engine.all_choices()));
+        if !named.iter().any(|n| n.name == RegionName::Choices) {
+            named.push(Named::choices(RegionName::Choices, &engine.all_choices()));
         }
     }
     let paired = named.iter().any(|n| matches!(n.set, Set::Choices(_)));
@@ -199,8 +199,7 @@ fn proof(
     certificate.uncertified.clone_from(uncertified);
     let written = |trends: &layers::Trends| trends.order.iter().map(digit).collect::<Vec<_>>();
     let mut with_trend = named.iter().filter(|set| set.trend.is_some());
-    if let Some(rounds) = trends.apart().filter(|_| with_trend.clone().any(|set| names::is_round(&set.name)))
-    {
+    if let Some(rounds) = trends.apart().filter(|_| with_trend.clone().any(|set| set.name.is_round())) {
         certificate.order_of_rounds = written(rounds);
     }
     if with_trend.next().is_some() {
@@ -221,7 +220,7 @@ fn file(engine: &SymbolicEngine, path: &str, named: &[Named], bits: &[String]) -
             Set::Choices(c) => (RootKind::Choices, engine.count(c)?),
         };
         roots.push(Root {
-            name: named.name.clone(),
+            name: named.name.to_string(),
             kind,
             root: position,
             node: *edge,

@@ -8,8 +8,8 @@ use meliora_dump::manifest::{self, Question, SafetyMode};
 use meliora_engine::Engine;
 use meliora_engine::regions::Which;
 use meliora_engine::symbolic::{StateSet, SymbolicEngine};
-use meliora_model::names;
 use meliora_model::preference::{Empty, History, Preferences, Preorder, Requirement};
+use meliora_model::region::RegionName;
 
 /// A question with the regions that were computed for it.
 pub struct Answered {
@@ -46,21 +46,22 @@ pub fn export_regions(
     questions: Vec<Answered>,
 ) -> Result<Dump> {
     let mut named = vec![
-        Named::states(names::REACHABLE, &engine.all_states()),
-        Named::states(names::INITIAL, &engine.initial_states()),
-        Named::states(names::DEADLOCK, &engine.deadlock_states()),
+        Named::states(RegionName::Reachable, &engine.all_states()),
+        Named::states(RegionName::Initial, &engine.initial_states()),
+        Named::states(RegionName::Deadlock, &engine.deadlock_states()),
     ];
     named.extend(regions::players(engine));
-    named.extend(kept.unsafe_states.map(|states| Named::states(names::UNSAFE, states)));
+    named.extend(kept.unsafe_states.map(|states| Named::states(RegionName::Unsafe, states)));
     let several = questions.len() > 1;
     let (players, ours) = describe::players(engine);
     let mut described = Vec::new();
     for (number, question) in (1..).zip(questions) {
-        let name = |region: &str| if several { format!("{region}:{number}") } else { region.to_owned() };
+        let written = |region: &str| if several { format!("{region}:{number}") } else { region.to_owned() };
+        let name = |region: &str| RegionName::from(written(region).as_str());
         let target = question.target.iter().map(|states| Named::states(name("target"), states));
         let found = question.regions.iter().map(|(which, states)| Named::states(name(which.name()), states));
         let own: Vec<Named> = target.chain(found).collect();
-        let regions = own.iter().map(|named| named.name.clone()).collect();
+        let regions = own.iter().map(|named| named.name.to_string()).collect();
         let named_ones = |coalition: Vec<bool>| describe::members(&players, &coalition);
         let coalition = question.coalition.map_or_else(|| ours.clone(), named_ones);
         described.push(Question { name: question.name, text: question.text, regions, coalition });

@@ -9,7 +9,7 @@ use super::removal::Removal;
 use meliora_base::error::Result;
 use meliora_engine::symbolic::SymbolicEngine;
 use meliora_engine::{Algebra, Engine};
-use meliora_model::names;
+use meliora_model::region::RegionName;
 use meliora_model::temporal::Disjunct;
 use meliora_planning::Analysis;
 use meliora_planning::temporal::{self, AcceptingRegion};
@@ -17,17 +17,17 @@ use meliora_planning::temporal::{self, AcceptingRegion};
 type Sets = AcceptingRegion<SymbolicEngine>;
 
 /// Returns the regions of an objective with their names: U_d for each disjunct d, from 1.
-fn named(analysis: &Analysis<SymbolicEngine>, objective: usize) -> impl Iterator<Item = (String, &Sets)> {
+fn named(analysis: &Analysis<SymbolicEngine>, objective: usize) -> impl Iterator<Item = (RegionName, &Sets)> {
     let name = &analysis.preferences().objectives[objective].name;
     (1..)
         .zip(analysis.accepting_regions(objective))
-        .map(|(case, region)| (names::secured(name, case), region))
+        .map(|(case, region)| (RegionName::Secured(name.clone(), case), region))
 }
 
 /// Returns the regions of an objective, each with its strategy: the choices that stay in it.
 pub(super) fn regions(analysis: &Analysis<SymbolicEngine>, objective: usize) -> Vec<Named> {
-    let both = |(name, region): (String, &Sets)| {
-        [Named::states(&name, &region.states), Named::choices(names::strategy(&name), &region.choices)]
+    let both = |(name, region): (RegionName, &Sets)| {
+        [Named::states(name.clone(), &region.states), Named::choices(name.strategy(), &region.choices)]
     };
     named(analysis, objective).flat_map(both).collect()
 }
@@ -44,7 +44,7 @@ pub(super) fn witnesses(
     for (name, region) in named(analysis, objective) {
         for (index, here) in region.again.iter().enumerate() {
             let towards = trends.backward(engine, here, &region.choices)?;
-            layers(all, &names::recurring(&name, index + 1), towards);
+            layers(all, &name.recurring(index + 1), towards);
         }
         rounds(all, &name, lost_rounds(engine, trends, &region.disjunct)?);
     }

@@ -129,7 +129,7 @@ impl Document {
         let checked = match &self.archive {
             Some(bytes) => table::load_umb(&Files::unpack(&self.source.name, bytes, sink)?, &frame),
             None if values.or(labels).is_some() => table::load_tra(&frame, values, labels),
-            None => return crate::load(&self.source, given, sink),
+            None => return crate::load_given(&self.source, given, sink),
         };
         checked.map(displayed)
     }

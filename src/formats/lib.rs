@@ -12,7 +12,7 @@
 //!
 //! let none = SourceFile::new("nothing", "");
 //! let given = Given { constants: none.clone(), bounds: none };
-//! // Transitions in PRISM's explicit format: three states, two.
+//! // Transitions in PRISM's explicit format: two states with a choice each.
 //! let text = "2 2 2\n0 0 1 1 go\n1 0 1 1 stay\n";
 //! let program = Document::of(SourceFile::new("m.tra", text)).load(&given, &NoProgress)?.program;
 //! assert_eq!(program.actions, ["go", "stay"]);
@@ -26,7 +26,7 @@ pub mod umb;
 use std::sync::Arc;
 
 use meliora_base::error::{Diagnostic, Result, SourceFile};
-use meliora_base::progress::ProgressSink;
+use meliora_base::progress::{NoProgress, ProgressSink};
 use meliora_lang::names::displayed;
 use meliora_lang::{Checked, Given};
 use table::Frame;
@@ -34,11 +34,32 @@ use table::Frame;
 pub use document::{Document, two_paths};
 
 /// Reads a model from a text and flattens it: in PRISM's language, in JANI, state by state (Storm's
-/// DRN, or PRISM's transitions), or as a planning problem in PDDL.
+/// DRN, or PRISM's transitions), or as a planning problem in PDDL. `constants` has the form `K=4,N=3` and may be empty.
+///
+/// # Errors
+/// The text is not a model.
+pub fn load(source: &Arc<SourceFile>, constants: &Arc<SourceFile>) -> Result<Checked> {
+    load_with_progress(source, constants, &NoProgress)
+}
+
+/// Same as [`load`], with a progress sink that can cancel the work.
 ///
 /// # Errors
 /// The text is not a model; a limit.
-pub fn load(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
+pub fn load_with_progress(
+    source: &Arc<SourceFile>,
+    constants: &Arc<SourceFile>,
+    sink: &dyn ProgressSink,
+) -> Result<Checked> {
+    let bounds = SourceFile::new("bounds", "");
+    load_given(source, &Given { constants: Arc::clone(constants), bounds }, sink)
+}
+
+/// Same as [`load_with_progress`], with bounds for unbounded integers.
+///
+/// # Errors
+/// See [`load_with_progress`].
+pub fn load_given(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
     if meliora_pddl::is_pddl(&source.text) {
         return problem(std::slice::from_ref(source), given, sink);
     }

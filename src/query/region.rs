@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use meliora_base::error::{Diagnostic, Result, SourceFile};
-use meliora_model::names;
+use meliora_model::region::RegionName;
 
 /// The maximum nesting depth; the recursive parser uses stack for each level.
 const DEEPEST: usize = 500;
@@ -109,7 +109,7 @@ impl Parser<'_> {
     /// Returns the name that stands for a level past the last one: the fixpoint, which is often
     /// empty. Only if the dump has all levels.
     fn beyond(&self, name: &str) -> Option<String> {
-        names::unbounded_of(name).filter(|_| self.levels_end)
+        RegionName::from(name).unbounded().map(|name| name.to_string()).filter(|_| self.levels_end)
     }
 
     fn unknown(&self, name: &str, span: Range<usize>) -> Diagnostic {

@@ -48,7 +48,7 @@ fn each_region_has_its_name_and_its_states() {
     ] {
         expected.push((name.to_owned(), states));
     }
-    let found = regions(&analysis).into_iter().map(|(name, x)| (name, x.clone()));
+    let found = regions(&analysis).into_iter().map(|(name, x)| (name.to_string(), x.clone()));
     let expected = expected.into_iter().map(|(name, x)| (name, states(x, 4)));
     assert_eq!(found.collect::<Vec<_>>(), expected.collect::<Vec<_>>());
 }

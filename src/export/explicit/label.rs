@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use meliora_base::error::Result;
 use meliora_engine::Engine;
 use meliora_model::State;
+use meliora_model::region::RegionName;
 use meliora_planning::levels::Rank;
 use meliora_planning::regions::regions;
 use meliora_planning::{Analysis, Kind};
@@ -12,7 +13,7 @@ use meliora_planning::{Analysis, Kind};
 /// The regions of an analysis, as labels of states.
 pub(super) struct Regions<'a, E: Engine> {
     analysis: &'a Analysis<E>,
-    named: Vec<(String, &'a E::States)>,
+    named: Vec<(RegionName, &'a E::States)>,
 }
 
 impl<'a, E: Engine> Regions<'a, E> {
@@ -28,7 +29,7 @@ impl<'a, E: Engine> Regions<'a, E> {
         let engine = self.analysis.engine();
         let mut labels = Vec::new();
         for (name, region) in &self.named {
-            labels.push((identifier(name), members(engine, region, states)?));
+            labels.push((identifier(&name.to_string()), members(engine, region, states)?));
         }
         for &kind in Kind::ALL {
             labels.extend(self.ranks(kind, states)?);

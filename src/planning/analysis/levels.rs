@@ -6,7 +6,6 @@
 //! W_k. This is the paper's Algorithm "Level set" on the symmetric halves of V.
 
 use std::borrow::Cow;
-use std::fmt;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
@@ -18,25 +17,7 @@ use meliora_base::error::Result;
 use meliora_engine::edge_labels::{pairs_into, winning};
 use meliora_engine::parallel::{self, Port, Portable};
 use meliora_engine::{EdgeLabels, Engine, Region, position};
-
-meliora_base::named! {
-    /// The paper's two solution concepts.
-    pub enum Kind {
-        /// Safe and almost-surely improving.
-        Sasi,
-        /// Safe and positively improving.
-        Spi,
-    }
-}
-
-impl fmt::Display for Kind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Kind::Sasi => "SASI",
-            Kind::Spi => "SPI",
-        })
-    }
-}
+pub use meliora_model::region::Kind;
 
 /// The number of improvements that can be made from a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

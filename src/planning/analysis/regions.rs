@@ -3,38 +3,38 @@
 use super::levels::Kind;
 use super::run::Analysis;
 use meliora_engine::Engine;
-use meliora_model::names;
+use meliora_model::region::{LevelNumber, RegionName, members};
 
 /// Returns the regions that are known so far: `unsafe` (under requirements), `target:A`, `almost-sure:A`, `positive:A`,
 /// `class:A+B`, `bad` (of a game under `action`), `sasi:1`, `spi:unbounded`, …
-pub fn regions<E: Engine>(analysis: &Analysis<E>) -> Vec<(String, &E::States)> {
+pub fn regions<E: Engine>(analysis: &Analysis<E>) -> Vec<(RegionName, &E::States)> {
     let mut regions = Vec::new();
     let preferences = analysis.preferences();
     if let Some(requirements) = analysis.requirements() {
-        regions.push((names::UNSAFE.to_owned(), &requirements.unsafe_states));
+        regions.push((RegionName::Unsafe, &requirements.unsafe_states));
     }
     for (index, objective) in preferences.objectives.iter().enumerate() {
-        let name = &objective.name;
+        let name = || objective.name.clone();
         if let Some(outcome) = analysis.outcomes().and_then(|o| o.get(index)) {
-            regions.push((names::target(name), &outcome.target));
-            regions.push((names::almost_sure(name), &outcome.almost_sure));
-            regions.push((names::positive(name), &outcome.positive));
+            regions.push((RegionName::Target(name()), &outcome.target));
+            regions.push((RegionName::AlmostSure(name()), &outcome.almost_sure));
+            regions.push((RegionName::Positive(name()), &outcome.positive));
         }
     }
     for class in analysis.classes().iter().flat_map(|c| &c.list) {
-        let name = names::members(&preferences.names(&class.most_preferred));
-        regions.push((names::class(&name), &class.states));
+        let name = members(&preferences.names(&class.most_preferred));
+        regions.push((RegionName::Class(name), &class.states));
     }
     if let Some(bad) = analysis.bad() {
-        regions.push((names::BAD.to_owned(), bad));
+        regions.push((RegionName::Bad, bad));
     }
     for &kind in Kind::ALL {
         let levels = analysis.levels(kind);
-        for (index, level) in levels.found.iter().enumerate() {
-            regions.push((names::level(kind.name(), index + 1), &level.states));
+        for (number, level) in (1..).zip(&levels.found) {
+            regions.push((RegionName::Level(kind, LevelNumber::Finite(number)), &level.states));
         }
         if let Some(level) = levels.unbounded() {
-            regions.push((names::level(kind.name(), names::UNBOUNDED), &level.states));
+            regions.push((RegionName::Level(kind, LevelNumber::Unbounded), &level.states));
         }
     }
     regions

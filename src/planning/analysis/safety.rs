@@ -1,6 +1,5 @@
 //! The safety mode. Each question about a mode is answered here, once.
 
-
 use super::classes::Classes;
 use super::improvement::{self, Arena};
 use meliora_base::error::Result;

@@ -1,6 +1,5 @@
 //! The opponent of a game: who chooses in a state, and which choices it takes in simulated runs.
 
-
 use crate::strategies::explain::{Action, Explanation};
 use crate::strategies::finite_memory::FiniteMemoryStrategy;
 use meliora_base::error::Result;

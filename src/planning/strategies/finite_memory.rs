@@ -36,7 +36,6 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
-
 use super::achieve::Achieving;
 pub use super::achieve::{Manner, Pursuit};
 use super::decision_rule::DecisionRule;
