@@ -48,6 +48,22 @@ pub fn lines<R: IntoIterator<Item: AsRef<str>>>(rows: impl IntoIterator<Item = R
     lines.text()
 }
 
+/// Returns the cells of a line, without the quotes of [`lines`].
+pub fn cells(line: &str) -> Vec<String> {
+    let (mut cells, mut cell, mut is_quoted) = (Vec::new(), String::new(), false);
+    let mut characters = line.chars().peekable();
+    while let Some(c) = characters.next() {
+        match c {
+            '"' if is_quoted && characters.next_if_eq(&'"').is_some() => cell.push('"'),
+            '"' if is_quoted || cell.is_empty() => is_quoted = !is_quoted,
+            ',' if !is_quoted => cells.push(std::mem::take(&mut cell)),
+            other => cell.push(other),
+        }
+    }
+    cells.push(cell);
+    cells
+}
+
 /// Lines that are written row by row.
 #[derive(Default)]
 pub struct Lines(String);
@@ -76,13 +92,17 @@ impl Lines {
 
 #[cfg(test)]
 mod tests {
-    use super::{cell, lines, text};
+    use super::{cell, cells, lines, text};
 
     #[test]
     fn cells_are_quoted_where_needed_and_rows_may_differ_in_length() {
         let rows = [vec!["a", "b,c", "say \"d\""], vec!["two\nlines", ""]];
-        assert_eq!(lines(rows), "a,\"b,c\",\"say \"\"d\"\"\"\ntwo\\nlines,\n");
+        assert_eq!(lines(rows.clone()), "a,\"b,c\",\"say \"\"d\"\"\"\ntwo\\nlines,\n");
         assert_eq!(lines([[""]]), "\"\"\n", "an empty line would be no row");
+        let read: Vec<_> = lines(rows).lines().map(cells).collect();
+        assert_eq!(read, [vec!["a", "b,c", "say \"d\""], vec!["two\\nlines", ""]]);
+        assert_eq!(cells("\"\""), [""]);
+        assert_eq!(cells("a \"b\",,"), ["a \"b\"", "", ""], "a quote inside of a cell is a character");
     }
 
     #[test]

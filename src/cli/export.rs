@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use globset::{Glob, GlobSet, GlobSetBuilder};
 use meliora_base::error::{Error, Limit};
 use meliora_dump::Dump;
 use meliora_dump::directory::{check_directory, complete_directory, sha256, write_regions_first};
@@ -177,22 +176,42 @@ pub(super) fn run(args: ExportArgs) -> Result<Status, Error> {
             &shown,
         );
     }
-    let globs = globs(&args.region)?;
+    check_patterns(&args.region)?;
     let header = Header { safety: Some(args.preferences.safety), ..args.model.header() };
     let report = ExportReport::to_directory(header, &args.out.display().to_string());
     let (limits, shown) = (args.model.limits(), args.shown.clone());
-    supervise(report, limits, &shown, move |job| work(job, &args, &globs))
+    supervise(report, limits, &shown, move |job| work(job, &args))
 }
 
-fn globs(patterns: &[String]) -> Result<GlobSet, Error> {
-    let mut set = GlobSetBuilder::new();
-    for pattern in patterns {
-        set.add(Glob::new(pattern).map_err(|e| Error::Usage(format!("`--region {pattern}`: {e}")))?);
+/// Refuses patterns with signs that other programs give a meaning.
+fn check_patterns(patterns: &[String]) -> Result<(), Error> {
+    match patterns.iter().find(|pattern| pattern.contains(['[', ']', '{', '}', '\\'])) {
+        None => Ok(()),
+        Some(wrong) => {
+            let message =
+                "`*` stands for any text and `?` for one character; repeat `--region` for more names";
+            Err(Error::Usage(format!("`--region {wrong}`: {message}")))
+        }
     }
-    set.build().map_err(|e| Error::Usage(format!("`--region`: {e}")))
 }
 
-fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(), Error> {
+/// Returns whether a name matches a pattern, in which `*` stands for any text and `?` for one character.
+fn matches(pattern: &str, name: &str) -> bool {
+    let mut rest = pattern.chars();
+    match rest.next() {
+        None => name.is_empty(),
+        Some('*') => {
+            let ends = name.char_indices().map(|(at, _)| at).chain([name.len()]);
+            ends.into_iter().any(|at| matches(rest.as_str(), &name[at..]))
+        }
+        Some(sign) => {
+            let mut left = name.chars();
+            left.next().is_some_and(|c| sign == '?' || sign == c) && matches(rest.as_str(), left.as_str())
+        }
+    }
+}
+
+fn work(job: &Job<ExportReport>, args: &ExportArgs) -> Result<(), Error> {
     if args.out.as_os_str() == "-" {
         let message = "a dump is a directory; it cannot be written to standard output";
         return Err(Error::Usage(message.to_owned()));
@@ -220,7 +239,8 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs, globs: &GlobSet) -> Result<(
         preferences: (args.preferences.path(), sha256(question.source.original().as_bytes())),
     };
     let all = args.region.is_empty();
-    let wanted = |name: &RegionName| all || globs.is_match(name.to_string());
+    let named = |name: &String| args.region.iter().any(|pattern| matches(pattern, name));
+    let wanted = |name: &RegionName| all || named(&name.to_string());
     let content = DumpContent { wanted: &wanted, certificate: false };
     let dump = || export(&analysis, &inputs, &content);
     let mut dump = job.timed("dump", dump, |_, _| ())?;
@@ -270,4 +290,23 @@ fn certified(
     job.update(|r| r.set_uncertified(&dump.manifest));
     let add = || certify(dump, analysis, &mut |left| job.sink.share(left));
     job.timed("certificate", add, |_, _| ()).map(drop)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::matches;
+
+    #[test]
+    fn patterns_match_whole_names() {
+        for (pattern, name) in
+            [("sasi:*", "sasi:12"), ("*", ""), ("*:A*", "strategy:almost-sure:A"), ("spi:?", "spi:3")]
+        {
+            assert!(matches(pattern, name), "{pattern} {name}");
+        }
+        for (pattern, name) in
+            [("sasi:*", "strategy:sasi:1"), ("spi:?", "spi:12"), ("spi:?", "spi:"), ("", "x")]
+        {
+            assert!(!matches(pattern, name), "{pattern} {name}");
+        }
+    }
 }

@@ -112,7 +112,7 @@ fn objectives(report: &CheckReport, style: Style) -> String {
     // Of a single initial state, the lists below say it.
     let several = report.result.counts.as_ref().is_some_and(|counts| counts.initial > 1u32.into());
     let now: &[&str] = if several { &["initially sure", "possible"] } else { &[] };
-    let mut grid = Grid::new(&[&["", target, "almost surely", "possibly"], now].concat(), style);
+    let mut grid = Grid::new(&[&["", target, "almost surely", "possibly"], now].concat());
     for objective in &report.result.objectives {
         let mut row = vec![objective.name.clone()];
         row.extend([&objective.target, &objective.almost_sure, &objective.positive].map(grouped));
@@ -126,7 +126,7 @@ fn objectives(report: &CheckReport, style: Style) -> String {
 
 fn classes(result: &AnalysisResult, style: Style) -> String {
     let Some(classes) = &result.classes else { return String::new() };
-    let mut grid = Grid::new(&["", "states"], style);
+    let mut grid = Grid::new(&["", "states"]);
     for class in classes {
         grid.row(vec![text::either(&class.most_preferred), grouped(&class.states)]);
     }
@@ -139,7 +139,7 @@ fn jointly(classes: &[ClassCount], style: Style) -> String {
     if classes.iter().all(|class| class.jointly.is_none() && class.jointly_limit.is_none()) {
         return String::new();
     }
-    let mut grid = Grid::new(&["class", "together", "states"], style);
+    let mut grid = Grid::new(&["class", "together", "states"]);
     let mut some = false;
     for class in classes {
         for joint in class.jointly.iter().flatten() {
@@ -173,7 +173,7 @@ fn levels(result: &AnalysisResult, style: Style) -> String {
     if !both.iter().any(|levels| levels.is_begun()) {
         return String::new();
     }
-    let mut grid = Grid::new(&["improvements", "SASI, almost surely", "SPI, possibly"], style);
+    let mut grid = Grid::new(&["improvements", "SASI, almost surely", "SPI, possibly"]);
     for k in 1..=result.sasi.levels.len().max(result.spi.levels.len()) {
         let mut row = vec![format!("{k} or more")];
         row.extend(both.map(|levels| levels.size(k).map_or_else(String::new, grouped)));

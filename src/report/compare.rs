@@ -89,7 +89,7 @@ impl CompareReport {
             return String::new();
         }
         let headings = ["", "build", "outcomes", "improvement", "SASI", "SPI", "total", "tables", "nodes"];
-        let mut grid = Grid::new(&headings, style);
+        let mut grid = Grid::new(&headings);
         let time = |t: Option<f64>| t.map_or_else(|| "–".to_owned(), text::seconds);
         for e in &self.engines {
             let mut row = vec![e.engine.to_owned()];

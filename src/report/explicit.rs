@@ -92,14 +92,14 @@ impl Findings for ExplicitFindings {
         }
         let mut out =
             format!("\nwritten to {}: {}\n", escape::line(&report.directory), report.files.join(", "));
-        let mut grid = Grid::new(&["", "number"], style);
+        let mut grid = Grid::new(&["", "number"]);
         let sizes =
             [("states", &report.states), ("choices", &report.choices), ("transitions", &report.transitions)];
         for (name, size) in sizes {
             grid.row(vec![name.to_owned(), size.as_ref().map_or_else(String::new, Number::grouped)]);
         }
         out += &grid.text(style);
-        let mut grid = Grid::new(&["label", "states"], style);
+        let mut grid = Grid::new(&["label", "states"]);
         for label in &report.labels {
             grid.row(vec![label.name.clone(), label.states.grouped()]);
         }

@@ -137,7 +137,7 @@ impl Findings for ExportFindings {
 
     fn body(report: &ExportReport, style: Style) -> String {
         let mut out = String::new();
-        let mut grid = Grid::new(&["region", "members", "nodes"], style);
+        let mut grid = Grid::new(&["region", "members", "nodes"]);
         for region in &report.regions {
             grid.row(vec![region.name.clone(), region.count.grouped(), region.nodes.to_string()]);
         }

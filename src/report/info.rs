@@ -87,7 +87,7 @@ impl InfoReport {
         if self.header.model.as_ref().is_some_and(|model| model.variables.is_empty()) {
             return format!("\n{}\n  none\n", style.bold("Variables"));
         }
-        let mut grid = Grid::new(&["variable", "range", "bits"], style);
+        let mut grid = Grid::new(&["variable", "range", "bits"]);
         for v in self.header.model.iter().flat_map(|model| &model.variables) {
             let range = match v.ty {
                 "bool" => "bool".to_owned(),
@@ -103,7 +103,7 @@ impl InfoReport {
         if self.rewards.is_empty() {
             return String::new();
         }
-        let mut grid = Grid::new(&["rewards", "of states", "of choices", ""], style);
+        let mut grid = Grid::new(&["rewards", "of states", "of choices", ""]);
         for structure in &self.rewards {
             let name = structure.name.clone().unwrap_or_else(|| "(no name)".to_owned());
             let note = if structure.error.is_some() { "cannot be used" } else { "" };

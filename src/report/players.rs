@@ -41,7 +41,7 @@ pub(super) fn text(players: &[PlayerSummary], style: Style) -> String {
     if players.is_empty() {
         return String::new();
     }
-    let mut grid = Grid::new(&["", "side", "states"], style);
+    let mut grid = Grid::new(&["", "side", "states"]);
     for PlayerSummary { name, ours, states } in players {
         let side = if *ours { "ours" } else { "opponent" };
         grid.row(vec![name.clone(), side.to_owned(), states.grouped()]);

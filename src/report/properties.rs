@@ -123,7 +123,7 @@ fn table(answers: &[PropertyAnswer], style: Style) -> String {
     let names = columns.iter().map(|which| which.formula());
     let headings: Vec<&str> =
         ["property"].into_iter().chain(names).chain(["in the initial states"]).collect();
-    let mut grid = Grid::new(&headings, style);
+    let mut grid = Grid::new(&headings);
     for answer in answered() {
         let count =
             |which: &Which| answer.sizes.get(*which).as_ref().map_or_else(String::new, Number::grouped);

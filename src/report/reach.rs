@@ -169,7 +169,7 @@ impl OneQuestion {
     }
 
     fn regions(&self, is_game: bool, style: Style) -> String {
-        let mut grid = Grid::new(&["", "states", "of the initial states"], style);
+        let mut grid = Grid::new(&["", "states", "of the initial states"]);
         let (sizes, initial) = (&self.sizes, &self.initial);
         let rows = [
             (&sizes.pmax_one, initial.pmax_one),

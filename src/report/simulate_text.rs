@@ -161,7 +161,7 @@ pub(super) fn commitment(objective: &str, gives_up: &[String]) -> String {
 /// Lists the achieved objectives, with the number of steps until then.
 fn achieved(report: &SimulateReport, found: &RunsReport, style: Style) -> String {
     let Some(all) = found.achieved.as_ref().filter(|all| !all.is_empty()) else { return String::new() };
-    let mut grid = Grid::new(&["achieved", "runs", "share", "min steps", "mean", "max"], style);
+    let mut grid = Grid::new(&["achieved", "runs", "share", "min steps", "mean", "max"]);
     for AchievedReport { objective, wait } in all {
         let share = 100.0 * wait.runs as f64 / report.runs as f64;
         grid.row(vec![
@@ -177,14 +177,14 @@ fn achieved(report: &SimulateReport, found: &RunsReport, style: Style) -> String
 }
 
 fn distribution(report: &SimulateReport, found: &RunsReport, style: Style) -> String {
-    let mut grid = Grid::new(&["improvements", "runs", "share"], style);
+    let mut grid = Grid::new(&["improvements", "runs", "share"]);
     for (times, runs) in &found.tally.improvements {
         let share = 100.0 * *runs as f64 / report.runs as f64;
         grid.row(vec![times.to_string(), grouped(runs), format!("{share:.1} %")]);
     }
     let mut out = format!("\n{}", grid.text(style));
     if !found.tally.waits.is_empty() {
-        let mut grid = Grid::new(&["steps to improvement", "min", "mean", "max", "runs"], style);
+        let mut grid = Grid::new(&["steps to improvement", "min", "mean", "max", "runs"]);
         for (index, steps) in found.tally.waits.iter().enumerate() {
             grid.row(vec![
                 (index + 1).to_string(),

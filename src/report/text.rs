@@ -2,33 +2,24 @@
 
 use std::fmt::{self, Write};
 
-use comfy_table::{CellAlignment, ContentArrangement, Row, Table, presets};
-
 use super::Style;
 pub(super) use super::number::grouped;
 use meliora_engine::Count;
 
 /// A table with a heading line; the first column is text, the others are numbers.
 pub(super) struct Grid {
-    table: Table,
-    columns: usize,
+    rows: Vec<Vec<String>>,
 }
 
 impl Grid {
     /// Creates a table with these headings.
-    pub(super) fn new(headings: &[&str], style: Style) -> Self {
-        let mut table = Table::new();
-        table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
-        if let Some(width) = style.width {
-            table.set_width(width.saturating_sub(2));
-        }
-        table.set_header(Row::from(headings));
-        Grid { table, columns: headings.len() }
+    pub(super) fn new(headings: &[&str]) -> Self {
+        Grid { rows: vec![headings.iter().map(|&heading| heading.to_owned()).collect()] }
     }
 
     /// Adds a line.
     pub(super) fn row(&mut self, cells: Vec<String>) {
-        self.table.add_row(cells);
+        self.rows.push(cells);
     }
 
     /// Renders a heading and the lines below it.
@@ -36,24 +27,42 @@ impl Grid {
         format!("\n{}\n{}", style.bold(heading), self.text(style))
     }
 
-    /// Renders the lines, indented, with a dimmed heading.
-    pub(super) fn text(mut self, style: Style) -> String {
-        for index in 0..self.columns {
-            if let Some(column) = self.table.column_mut(index) {
-                column.set_padding((0, 2));
-                if index > 0 {
-                    column.set_cell_alignment(CellAlignment::Right);
-                }
+    /// Renders the lines, indented, with a dimmed heading. If they are too long for the terminal, the texts
+    /// of the first column go on in further lines.
+    pub(super) fn text(self, style: Style) -> String {
+        let count = self.rows[0].len();
+        let width = |column: usize| self.rows.iter().filter_map(|row| row.get(column)).map(length).max();
+        let mut widths: Vec<usize> = (0..count).map(|column| width(column).unwrap_or(0)).collect();
+        let others: usize = widths[1..].iter().map(|width| 2 + width).sum();
+        let room = style.width.map_or(usize::MAX, |width| usize::from(width).saturating_sub(2 + others));
+        widths[0] = widths[0].min(room.max(LEAST_TEXT));
+        let mut out = String::new();
+        for (index, row) in self.rows.iter().enumerate() {
+            let mut first = folded(row.first().map_or("", String::as_str), widths[0]).into_iter();
+            let text = first.next().unwrap_or_default();
+            let numbers = row.iter().zip(&widths).skip(1).map(|(cell, &width)| format!("  {cell:>width$}"));
+            let line = format!("{text:<width$}{}", numbers.collect::<String>(), width = widths[0]);
+            for line in [line].into_iter().chain(first) {
+                let line = line.trim_end();
+                let line = if index == 0 { style.dim(line) } else { line.to_owned() };
+                let _ = writeln!(out, "  {line}");
             }
         }
-        let mut text = String::new();
-        for (index, line) in self.table.lines().enumerate() {
-            let line = line.trim_end();
-            let line = if index == 0 { style.dim(line) } else { line.to_owned() };
-            let _ = writeln!(text, "  {line}");
-        }
-        text
+        out
     }
+}
+
+/// The minimum width of a column of texts.
+const LEAST_TEXT: usize = 12;
+
+fn length(text: &String) -> usize {
+    text.chars().count()
+}
+
+/// Breaks a text between words into lines of at most `width` characters; a longer word has a line of its own.
+fn folded(text: &str, width: usize) -> Vec<String> {
+    let words: Vec<String> = text.split(' ').map(str::to_owned).collect();
+    wrapped(&words, "", width).lines().map(str::to_owned).collect()
 }
 
 /// Renders a heading with a state. A line that is too long for the terminal is broken after commas,

@@ -74,7 +74,7 @@ fn table(level: &LevelValues, reward: &str, style: Style) -> String {
         let _ = write!(text, ", {} expected", unit(precise(cost), reward));
     }
     text.push('\n');
-    let mut grid = Grid::new(&["action", "probability", reward], style);
+    let mut grid = Grid::new(&["action", "probability", reward]);
     for action in &level.actions {
         let cost = action.cost.as_ref().map_or_else(|| "-".to_owned(), number);
         grid.row(vec![action.action.clone(), number(&action.probability), cost]);

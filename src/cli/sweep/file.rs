@@ -10,7 +10,6 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-use csv::{ReaderBuilder, StringRecord};
 use meliora_base::csv as cells;
 use meliora_base::error::{Diagnostic, Error, SourceFile};
 
@@ -33,7 +32,7 @@ pub(crate) struct CsvFile {
 pub(crate) type Find<'f> = &'f dyn Fn(&[&str]) -> Option<usize>;
 
 /// A row of an existing file: the position of its instance, its cells, and its bytes in the text.
-type Known = (usize, StringRecord, Range<usize>);
+type Known = (usize, Vec<String>, Range<usize>);
 
 impl CsvFile {
     /// Creates a file that will be written anew.
@@ -91,31 +90,31 @@ impl CsvFile {
         (constants, find): (usize, Find<'_>),
         mut take: impl FnMut(&mut Self, Known),
     ) -> Result<(), Error> {
-        let mut reader =
-            ReaderBuilder::new().has_headers(false).flexible(true).from_reader(complete.as_bytes());
-        let (mut row, mut start, mut places) = (StringRecord::new(), 0, BTreeMap::new());
-        let path = self.target.path().to_owned();
-        let failed = |e: csv::Error| Error::reading(&path, &e.into());
-        while reader.read_record(&mut row).map_err(failed)? {
-            let (begin, is_header) = (start, start == 0);
-            let span = start..start + complete[start..].lines().next().map_or(0, str::len);
-            start = usize::try_from(reader.position().byte()).unwrap_or(complete.len());
-            if is_header {
-                if !row.iter().eq(self.header.iter().map(|text| cells::cell(text))) {
+        let (mut start, mut places) = (0, BTreeMap::new());
+        for line in complete.split_inclusive('\n') {
+            let begin = start;
+            start += line.len();
+            let line = line.trim_end_matches(['\r', '\n']);
+            let (span, row) = (begin..begin + line.len(), cells::cells(line));
+            if line.is_empty() {
+                continue;
+            }
+            if begin == 0 {
+                if !row.iter().map(String::as_str).eq(self.header.iter().map(|text| cells::cell(text))) {
                     let diagnostic = Diagnostic::new(source, span, "this is not the header of this sweep");
                     let help = "leave out `--resume` to start again and overwrite the file";
                     return Err(diagnostic.help(help).into());
                 }
                 continue;
             }
-            let values: Vec<&str> = row.iter().take(constants).map(cells::text).collect();
+            let values: Vec<&str> = row.iter().take(constants).map(|cell| cells::text(cell)).collect();
             let Some(position) = find(&values).filter(|_| row.len() == self.header.len()) else {
                 return Err(Diagnostic::new(source, span, "this row does not belong to this sweep").into());
             };
             if let Some(first) = places.insert(position, span.clone()) {
                 return Err(twice(source, first, span).into());
             }
-            take(self, (position, row.clone(), begin..start));
+            take(self, (position, row, begin..start));
         }
         Ok(())
     }
