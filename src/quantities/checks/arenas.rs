@@ -52,6 +52,12 @@ impl Made {
         }
     }
 
+    /// Returns the same choices, which earn nothing.
+    fn without_gains(&self) -> Self {
+        let choices = self.choices.iter().map(|own| own.iter().map(|choice| (0, choice.1.clone())).collect());
+        Made { choices: choices.collect(), theirs: self.theirs.clone(), of_state: vec![0; self.states()] }
+    }
+
     pub(super) fn states(&self) -> usize {
         self.choices.len()
     }
@@ -297,67 +303,97 @@ fn check(what: &str, found: &Answer, expected: &[Option<Ratio>], is_exact: bool)
     }
 }
 
-fn asked(
-    made: &Made,
-    arena: &Arena<'_>,
-    engine: &AnyEngine,
-    draw: &mut Draw,
-    (precision, what): (f64, &str),
-) {
-    let n = made.states();
-    let target: Vec<bool> = (0..n).map(|_| draw.below(3) == 0).collect();
-    let left: Vec<bool> = (0..n).map(|_| draw.below(5) > 0).collect();
-    let bits = |set: &[bool]| set.iter().copied().collect::<BitVec>();
-    let rewards = arena.rewards(engine, 0).unwrap();
-    let is_exact = precision == 0.0;
-    let optimum = [Optimum::Max, Optimum::Min];
-    let goals = optimum.into_iter().flat_map(|ours| [Goal::against(ours), Goal::all(ours)]);
-    for goal in goals {
-        let what = format!("{what} {goal:?} {target:?} {left:?}");
-        let until = |least, most| Until { left: bits(&left), right: bits(&target), least, most };
-        let found = probability(arena, &until(0, None), goal, precision).unwrap();
-        let expected = made.value(goal, &|pure| made.until(pure, &target, &left));
-        check(&format!("{what} until"), &found, &expected, is_exact);
-        let bounded = |least: u64, most: u64| {
-            let value = move |target: &[bool], left: &[bool], s: usize, to_go: u64| {
-                let done = most - to_go;
-                match (done >= least && target[s], left[s] && to_go > 0) {
+/// A question to an arena.
+struct Asked<'a> {
+    made: &'a Made,
+    arena: &'a Arena<'a>,
+    engine: &'a AnyEngine,
+    goal: Goal,
+    precision: f64,
+    what: String,
+}
+
+impl Asked<'_> {
+    fn check(&self, name: &str, found: &Answer, expected: &[Option<Ratio>]) {
+        check(&format!("{} {:?} {name}", self.what, self.goal), found, expected, self.precision == 0.0);
+    }
+
+    /// Returns the optimum after some steps in all states; see [`Made::after`].
+    fn after(
+        &self,
+        steps: u64,
+        value: &dyn Fn(usize, u64) -> Option<Ratio>,
+        gains: bool,
+    ) -> Vec<Option<Ratio>> {
+        let of = |s| Some(self.made.after(self.goal, s, steps, value, gains));
+        (0..self.made.states()).map(of).collect()
+    }
+
+    fn probabilities(&self, target: &[bool], left: &[bool]) {
+        let Asked { made, arena, goal, precision, .. } = self;
+        let until = |least, most| Until { left: bits(left), right: bits(target), least, most };
+        let found = probability(arena, &until(0, None), *goal, *precision).unwrap();
+        self.check("until", &found, &made.value(*goal, &|pure| made.until(pure, target, left)));
+        for (least, most) in [(0, 3), (2, 3), (0, 0), (1, 1)] {
+            let value =
+                |s: usize, to_go: u64| match (most - to_go >= least && target[s], left[s] && to_go > 0) {
                     (true, _) => Some(Ratio::one()),
                     (_, false) => Some(Ratio::zero()),
                     _ => None,
-                }
-            };
-            let of = |s| made.after(goal, s, most, &|s, to_go| value(&target, &left, s, to_go), false);
-            (0..n).map(|s| Some(of(s))).collect::<Vec<_>>()
-        };
-        for (least, most) in [(0, 3), (2, 3), (0, 0), (1, 1)] {
-            let found = probability(arena, &until(least, Some(most)), goal, precision).unwrap();
-            check(&format!("{what} [{least},{most}]"), &found, &bounded(least, most), is_exact);
+                };
+            let found = probability(arena, &until(least, Some(most)), *goal, *precision).unwrap();
+            self.check(&format!("[{least},{most}]"), &found, &self.after(most, &value, false));
         }
-        let found = next(arena, &bits(&target), goal, precision).unwrap();
-        let in_target =
+        let found = next(arena, &bits(target), *goal, *precision).unwrap();
+        let inside =
             |s: usize, to_go: u64| (to_go == 0).then(|| if target[s] { Ratio::one() } else { Ratio::zero() });
-        let expected: Vec<_> = (0..n).map(|s| Some(made.after(goal, s, 1, &in_target, false))).collect();
-        check(&format!("{what} next"), &found, &expected, is_exact);
-        let ask = |accumulation| reward(arena, &rewards, &accumulation, goal, precision);
-        let expected = made.value(goal, &|pure| made.reward_until(pure, &target));
-        check(&format!("{what} F"), &ask(Accumulation::Until(bits(&target))).unwrap(), &expected, is_exact);
+        self.check("next", &found, &self.after(1, &inside, false));
+    }
+
+    fn rewards(&self, target: &[bool]) {
+        let Asked { made, arena, goal, precision, .. } = self;
+        let rewards = arena.rewards(self.engine, 0).unwrap();
+        let ask = |accumulation| reward(arena, &rewards, &accumulation, *goal, *precision).unwrap();
+        let expected = made.value(*goal, &|pure| made.reward_until(pure, target));
+        self.check("F", &ask(Accumulation::Until(bits(target))), &expected);
         let nothing = |_: usize, to_go: u64| (to_go == 0).then(Ratio::zero);
-        let expected: Vec<_> = (0..n).map(|s| Some(made.after(goal, s, 3, &nothing, true))).collect();
-        check(&format!("{what} C<=3"), &ask(Accumulation::Within(3)).unwrap(), &expected, is_exact);
+        self.check("C<=3", &ask(Accumulation::Within(3)), &self.after(3, &nothing, true));
         let last = |s: usize, to_go: u64| (to_go == 0).then(|| Ratio::from_integer(made.of_state[s].into()));
-        let expected: Vec<_> = (0..n).map(|s| Some(made.after(goal, s, 2, &last, false))).collect();
-        check(&format!("{what} I=2"), &ask(Accumulation::At(2)).unwrap(), &expected, is_exact);
-        if arena.is_uniform(goal) {
-            let expected = made.value(goal, &|pure| made.total(pure));
-            check(&format!("{what} C"), &ask(Accumulation::Total).unwrap(), &expected, is_exact);
+        self.check("I=2", &ask(Accumulation::At(2)), &self.after(2, &last, false));
+        if arena.is_uniform(*goal) {
+            self.check("C", &ask(Accumulation::Total), &made.value(*goal, &|pure| made.total(pure)));
         }
         if made.choices.iter().all(|choices| choices.len() == 1) {
-            let average = made.average(&vec![0; n]).into_iter().map(Some).collect::<Vec<_>>();
-            check(&format!("{what} S"), &ask(Accumulation::LongRun).unwrap(), &average, is_exact);
-            let found = long_run(arena, &bits(&target), precision).unwrap();
-            assert_eq!(found.values.len(), n);
+            let average = made.average(&vec![0; made.states()]);
+            self.check("S", &ask(Accumulation::LongRun), &average.into_iter().map(Some).collect::<Vec<_>>());
         }
+    }
+}
+
+fn bits(set: &[bool]) -> BitVec {
+    set.iter().copied().collect()
+}
+
+fn asked(
+    made: &Made,
+    (arena, engine): (&Arena<'_>, &AnyEngine),
+    draw: &mut Draw,
+    (precision, what): (f64, &str),
+) {
+    let target: Vec<bool> = (0..made.states()).map(|_| draw.below(3) == 0).collect();
+    let left: Vec<bool> = (0..made.states()).map(|_| draw.below(5) > 0).collect();
+    let optimum = [Optimum::Max, Optimum::Min];
+    for goal in optimum.into_iter().flat_map(|ours| [Goal::against(ours), Goal::all(ours)]) {
+        let what = format!("{what} {target:?} {left:?}");
+        let asked = Asked { made, arena, engine, goal, precision, what };
+        asked.probabilities(&target, &left);
+        asked.rewards(&target);
+    }
+    if made.choices.iter().all(|choices| choices.len() == 1) {
+        let only =
+            Made { of_state: target.iter().map(|&inside| inside.into()).collect(), ..made.without_gains() };
+        let average: Vec<_> = only.average(&vec![0; made.states()]).into_iter().map(Some).collect();
+        check(what, &long_run(arena, &bits(&target), precision).unwrap(), &average, precision == 0.0);
     }
 }
 
@@ -375,7 +411,7 @@ fn agree(kind: &str, seeds: std::ops::Range<u64>) {
             let set = arena.set(&engine, &half).unwrap();
             assert_eq!(arena.members(&engine, &set).unwrap(), half);
             let what = format!("seed {seed}, {kind}, {storage:?}\n{}", made.text(kind));
-            asked(&made, &arena, &engine, draw, (precision, &what));
+            asked(&made, (&arena, &engine), draw, (precision, &what));
         }
     }
 }
@@ -393,4 +429,31 @@ fn values_of_mdps_are_those_over_all_pure_strategies() {
 #[test]
 fn values_of_chains_are_those_of_linear_equations() {
     agree("dtmc", 0..30);
+}
+
+/// Walkers on a grid of 100,000 states: no state counts steps.
+#[test]
+fn bounded_formulas_of_many_states_take_steps_backward() {
+    let text = "mdp module m x:[0..99]; y:[0..999];
+        [a] x<99 -> 1/2:(x'=x+1) + 1/2:true; [b] y<999 -> 9/10:(y'=y+1) + 1/10:(x'=0); [c] x=99 -> true; endmodule
+        init true endinit";
+    let program = load(text);
+    let settings = Settings { storage: Storage::Explicit, ..Settings::default() };
+    let engine = AnyEngine::new(Arc::new(program.clone()), settings).unwrap();
+    let arena = Arena::new(&engine, &program).unwrap();
+    assert_eq!(arena.states(), 100_000);
+    let right: BitVec = (0..100_000).map(|state| arena.state(state)[1] == 999).collect();
+    let until = |most| Until {
+        left: BitVec::repeat(true, 100_000),
+        right: right.clone(),
+        least: 0,
+        most: Some(most),
+    };
+    let found = probability(&arena, &until(30), Goal::all(Optimum::Max), 1e-6).unwrap();
+    let at = |x: usize, y: usize| found.values[x * 1000 + y].interval();
+    // 30 steps are needed from y=969, all of which succeed with the probability 0.9.
+    let expected = 0.9f64.powi(30);
+    for x in [0, 50, 99] {
+        assert!((at(x, 969).lower - expected).abs() < 1e-9 && at(x, 968).upper == 0.0, "{:?}", at(x, 969));
+    }
 }

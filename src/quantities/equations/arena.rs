@@ -14,6 +14,7 @@ use meliora_model::{Optimum, Program, State};
 use num_traits::{One, Zero};
 
 use super::cost::check_rewards;
+use super::graph::Graph;
 use super::meter::Meter;
 use super::narrow::Narrow;
 use super::reached::{Nodes, Reached, UNSEEN};
@@ -106,22 +107,8 @@ impl<'e> Arena<'e> {
         let Reached { graph, nodes, .. } = search.explored(&states, &walker, &mut meter)?;
         drop(states);
         meter.release(listed);
-        // The first node of the graph is the end of paths, which none of them enters.
-        let (mut choices, mut weights) =
-            (Choices { first: vec![0], start: vec![0], to: Vec::new() }, Narrow::default());
-        let mut positions = Narrow::default();
         meter.take(graph.edges_in_all() * 9 + graph.nodes() * 4)?;
-        for node in 1..graph.nodes() as u32 {
-            for choice in graph.choices(node) {
-                for edge in graph.edges(choice) {
-                    choices.to.push(edge.to - 1);
-                    weights.push(edge.probability());
-                }
-                positions.push(graph.position(node, choice) as u32);
-                choices.start.push(choices.to.len() as u32);
-            }
-            choices.first.push(choices.start.len() as u32 - 1);
-        }
+        let (choices, weights, positions) = rows(&graph);
         meter.release(graph.bytes());
         let (codec, sink) = (walker.codec().clone(), Arc::clone(&settings.sink));
         let listing = Listing::of(nodes, graph.nodes() - 1);
@@ -246,6 +233,25 @@ impl<'e> Arena<'e> {
         let edges = self.choices.start[choice] as usize..self.choices.start[choice + 1] as usize;
         edges.map(|at| (self.choices.to[at], self.weights.get(at)))
     }
+}
+
+/// Returns the choices of the states of a graph, the numbers of their probabilities, and their positions. The first node
+/// is the end of paths, which none of them enters.
+fn rows(graph: &Graph) -> (Choices, Narrow, Narrow) {
+    let mut choices = Choices { first: vec![0], start: vec![0], to: Vec::new() };
+    let (mut weights, mut positions) = (Narrow::default(), Narrow::default());
+    for node in 1..graph.nodes() as u32 {
+        for choice in graph.choices(node) {
+            for edge in graph.edges(choice) {
+                choices.to.push(edge.to - 1);
+                weights.push(edge.probability());
+            }
+            positions.push(graph.position(node, choice) as u32);
+            choices.start.push(choices.to.len() as u32);
+        }
+        choices.first.push(choices.start.len() as u32 - 1);
+    }
+    (choices, weights, positions)
 }
 
 impl<'e> Listing<'e> {
