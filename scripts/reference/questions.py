@@ -35,6 +35,15 @@ class Question:
         found = satisfaction(self.product, self.mdp, self.formula)
         return {name: {s for s in self.whole.states if s in region} for name, region in found.items()}
 
+    def contested(self, side):
+        """The probability of the formula in each state of a game: the greatest ("pmax") or least ("pmin") that we can
+        enforce."""
+        found = satisfaction(self.product, self.mdp, self.formula)
+        theirs = set(self.mdp.theirs)
+        maximising = set(self.mdp.states) - theirs if side == "pmax" else theirs
+        values = contested(self.mdp, found[f"{side}_one"], found[f"{side}_positive"], maximising)
+        return {s: values[s] for s in self.whole.states}
+
     def unsafe(self):
         return {s for s in self.whole.states if s in self.mdp.unsafe}
 
@@ -99,6 +108,34 @@ def into(mdp, goal, lost):
             edges = [(p, t) for t, p in choice.to.items() if t not in goal and t not in lost]
             actions[state].append(Action(constant, edges, False))
     return {**dict.fromkeys(goal, ONE), **dict.fromkeys(lost, ZERO), **greatest(actions)}
+
+
+def contested(mdp, one, positive, maximising):
+    """The probability to reach some states, those where it is 1, if it is as great as possible in some states, and as
+    small as possible in the others. By strategies of the maximising side, changed where another choice is better: if
+    none is, the values against the best answers solve all equations, and the least solution is not above them."""
+    open_, zero = set(positive) - set(one), set(mdp.states) - set(positive) - set(one)
+    picks = {s: 0 for s in open_ & maximising}
+    while True:
+        options = {s: [mdp.choices[s][picks[s]]] if s in picks else mdp.choices[s] for s in open_}
+        avoid, shrinks = zero | open_, True
+        while shrinks:
+            lost = {s for s in avoid - zero if not any(set(c.to) <= avoid for c in options[s])}
+            avoid, shrinks = avoid - lost, bool(lost)
+        actions = {}
+        for s in open_ - avoid:
+            edges = [[(p, t) for t, p in c.to.items() if t in open_ - avoid] for c in options[s]]
+            ends = [sum((p for t, p in c.to.items() if t in avoid), ZERO) for c in options[s]]
+            actions[s] = [Action(end, own, False) for end, own in zip(ends, edges)]
+        values = {**dict.fromkeys(one, ONE), **dict.fromkeys(avoid, ZERO)}
+        values.update({s: 1 - p for s, p in greatest(actions).items()})
+        changed = False
+        for s in picks:
+            found = [sum(p * values[t] for t, p in c.to.items()) for c in mdp.choices[s]]
+            if max(found) > values[s]:
+                picks[s], changed = found.index(max(found)), True
+        if not changed:
+            return values
 
 
 def rewards(mdp, target, structure):
