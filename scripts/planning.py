@@ -65,15 +65,15 @@ def limited(seconds):
 
 
 def solve(meliora, files, seconds, memory):
-    """Asks for a strong cyclic plan. Returns the verdict, the report and the seconds of wall time."""
+    """Asks for a strong cyclic plan. Returns the verdict, the message of an error, and the seconds of wall time."""
     command = [meliora, "reach", *map(str, files), "--json", "--memory", memory, "--threads", "1"]
     start = time.monotonic()
     done = subprocess.run(command, capture_output=True, text=True, preexec_fn=limited(seconds), check=False)
     spent = time.monotonic() - start
     if done.returncode not in (0, 1):
         return ("limit" if done.returncode in (4, -9, -24) else "error"), done.stderr.strip(), spent
-    report = json.loads(done.stdout)
-    return ("plan" if report["regions"]["pmax_one"]["initial"] else "none"), report, spent
+    plan = json.loads(done.stdout)["plan"]["strong_cyclic"]
+    return {True: "plan", False: "none", None: "limit"}[plan], "", spent
 
 
 def main():
@@ -99,11 +99,11 @@ def main():
         counts = dict.fromkeys(("plan", "none", "limit", "error"), 0)
         slowest = 0.0
         for files in problems:
-            verdict, report, spent = solve(options.meliora, files, options.seconds, options.memory)
+            verdict, message, spent = solve(options.meliora, files, options.seconds, options.memory)
             counts[verdict] += 1
             slowest = max(slowest, spent if verdict in ("plan", "none") else 0)
             if verdict in ("none", "error"):
-                detail = report.splitlines()[0] if isinstance(report, str) and report else ""
+                detail = message.splitlines()[0] if message else ""
                 print(f"{files[-1].relative_to(options.folder)}: {verdict} {detail}", file=sys.stderr)
         if problems:
             row = [name, len(problems), *counts.values(), f"{slowest:.1f}"]

@@ -19,6 +19,7 @@ from tester import (
     stopping,
     sweeps,
     tables,
+    tasks,
     together,
     valued,
     whole,
@@ -27,6 +28,6 @@ from tester import (
 
 GROUPS = (
     *(checks, games, promises, pursuits, induced, regions, dumps, questions, tables, whole, valued, together),
-    *(stopping, sweeps, places, lists, exchange, names, wild, pages, refusals, package),
+    *(stopping, sweeps, places, lists, exchange, names, wild, pages, refusals, package, tasks),
 )
 ALL = {name: check for group in GROUPS for name, check in group.ALL.items()}

@@ -25,6 +25,9 @@ use super::sweep::ranges;
 /// True once standard input has been read.
 static INPUT_READ: AtomicBool = AtomicBool::new(false);
 
+/// The question of a planning problem: whether a strong cyclic plan exists.
+const GOAL: &str = "Pmax>=1 [ F \"goal\" ]";
+
 /// The name of standard input in messages.
 const STANDARD_INPUT: &str = "standard input";
 
@@ -50,6 +53,13 @@ pub(super) struct Asked {
     pub(super) is_list: bool,
     /// See [`Loaded::overlap`].
     pub(super) overlap: Option<Predicate>,
+}
+
+impl Stated {
+    /// Returns whether this is the question of a planning problem.
+    pub(super) fn is_goal(&self, program: &Program) -> bool {
+        program.planning.is_some() && self.text == GOAL
+    }
 }
 
 impl Asked {
@@ -114,6 +124,11 @@ fn standard_input() -> Result<io::Stdin, Error> {
 }
 
 fn parsed(args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Error> {
+    parsed_for(args, false, sink)
+}
+
+/// Does the same as [`parsed`]; only the goals of a planning problem may be asked about.
+fn parsed_for(args: &ModelArgs, for_goals: bool, sink: &TerminalSink) -> Result<Loaded, Error> {
     if let Some(range) = ranges::parse(&args.constants())?.iter().find(|range| range.varies) {
         let message =
             format!("`{}` has several values; only `check`, `reach` and `compare` accept ranges", range.name);
@@ -123,7 +138,9 @@ fn parsed(args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Error> {
         constants: SourceFile::new("--const", args.constants()),
         bounds: SourceFile::new("--bounds", args.bounds()),
     };
-    let mut loaded = loaded(&args.model, &given, sink)?;
+    let document = document(&args.model)?;
+    let document = if for_goals { document.for_goals() } else { document };
+    let mut loaded = loaded(&document, &given, sink)?;
     play_as(args.coalition.as_deref(), &mut loaded.program)?;
     Ok(loaded)
 }
@@ -136,8 +153,8 @@ fn play_as(coalition: Option<&str>, program: &mut Program) -> Result<(), Error> 
     Ok(())
 }
 
-fn loaded(model: &Path, given: &Given, sink: &TerminalSink) -> Result<Loaded, Error> {
-    let checked = document(model)?.load(given, sink)?;
+fn loaded(document: &Document, given: &Given, sink: &TerminalSink) -> Result<Loaded, Error> {
+    let checked = document.load(given, sink)?;
     sink.warn_at(&checked.warnings);
     Ok(Loaded::of(checked))
 }
@@ -185,7 +202,9 @@ impl Loaded {
         let program = &self.program;
         let required = required(texts)?;
         let mut questions = Vec::new();
-        let target = target.or_else(|| goal(program).filter(|_| properties.is_empty()));
+        let own = [GOAL.to_owned()];
+        let asks_for_goal = target.is_none() && properties.is_empty() && program.planning.is_some();
+        let properties = if asks_for_goal { &own } else { properties };
         if let Some(text) = target {
             let asking = Asking::target(program, &SourceFile::new("--target", text), &required)?;
             questions.push(Stated { text: text.to_owned(), asking });
@@ -205,11 +224,6 @@ impl Loaded {
         }
         Ok(questions)
     }
-}
-
-/// Returns the target of a planning problem: its goal.
-fn goal(program: &Program) -> Option<&'static str> {
-    program.planning.is_some().then_some("\"goal\"")
 }
 
 /// Returns [`Loaded::overlap`] for a program.
@@ -289,7 +303,7 @@ pub(super) fn certified(
     given: &Given,
     sink: &TerminalSink,
 ) -> Result<Question, Error> {
-    let mut question = preferred(loaded(model, given, sink)?, preferences, sink)?;
+    let mut question = preferred(loaded(&document(model)?, given, sink)?, preferences, sink)?;
     play_as(coalition, Arc::make_mut(&mut question.program))?;
     Ok(question)
 }
@@ -304,7 +318,8 @@ pub(super) fn asked(
     (properties, texts): (&[String], &[String]),
     sink: &TerminalSink,
 ) -> Result<Asked, Error> {
-    let loaded = parsed(args, sink)?;
+    let for_goals = target.is_none() && properties.is_empty() && texts.is_empty();
+    let loaded = parsed_for(args, for_goals, sink)?;
     let questions = loaded.questions(target, (properties, texts))?;
     Ok(Asked::new(loaded.program, (questions, false), loaded.overlap))
 }
@@ -319,7 +334,7 @@ pub(super) fn stopping(
     sink: &TerminalSink,
 ) -> Result<Asked, Error> {
     let Loaded { program, named, .. } = parsed(args, sink)?;
-    let target = target.or_else(|| goal(&program).filter(|_| property.is_none()));
+    let property = property.or_else(|| program.planning.is_some().then_some(GOAL));
     let Some(text) = target.or(property) else { return Err(without_question(&named)) };
     let known = named.iter().find(|p| target.is_none() && p.name == text);
     let Stopping { program, asking } = match known {
@@ -335,6 +350,16 @@ pub(super) fn stopping(
 fn note_inexact<'p>(program: &mut Program, mut conditions: impl Iterator<Item = &'p Predicate>) {
     if program.inexact.is_none() {
         program.inexact = conditions.find_map(Predicate::inexact).cloned();
+    }
+}
+
+/// Notes that probabilities of a planning problem are assumed, for commands that compute numbers.
+pub(super) fn note_assumed(program: &Program, sink: &TerminalSink) {
+    if program.planning.as_ref().is_some_and(|planning| planning.assumes_uniform) {
+        sink.warn(
+            "the outcomes of `oneof` have no probabilities: equal ones are assumed; answers that only tell sure, \
+             possible and impossible do not depend on them",
+        );
     }
 }
 

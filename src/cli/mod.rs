@@ -17,6 +17,7 @@ mod options;
 mod phases;
 mod plan;
 mod planning;
+mod policy;
 mod progress;
 mod properties;
 mod signals;
@@ -64,8 +65,8 @@ const EXIT_STATUS: &str = "Exit status:
 
 /// Symbolic model checker for opportunistic planning with incomplete preferences.
 ///
-/// Reads models in PRISM's language (mdp, dtmc, smg), in JANI, or listed state by state (UMB, DRN,
-/// .tra), and preferences over objectives. Computes from which states, and how many times in a row, a
+/// Reads models in PRISM's language (mdp, dtmc, smg), in JANI, as planning problems in PDDL, or listed
+/// state by state (UMB, DRN, .tra), and preferences over objectives. Computes from which states, and how many times in a row, a
 /// strategy can improve the most preferred objectives: almost surely (SASI) or with positive
 /// probability (SPI).
 #[derive(Debug, Parser)]

@@ -23,7 +23,8 @@ const OUTPUT: &str = "Output";
 /// The model and the options for its construction.
 #[derive(Debug, Clone, Args)]
 pub(super) struct ModelArgs {
-    /// Model in PRISM's language, JANI, UMB, DRN or as PRISM's .tra; `-` reads standard input
+    /// Model in PRISM's language, JANI, UMB, DRN or as PRISM's .tra, or a planning problem in PDDL (the domain
+    /// and the problem, one after the other); `-` reads standard input
     #[arg(value_name = "MODEL")]
     pub(super) model: PathBuf,
 

@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use ahash::AHashMap;
-use meliora::reach::{Asking, Target, Under};
+use meliora::reach::{self, Asking, Under};
 use meliora_base::error::Error;
 use meliora_engine::regions::Which;
 use meliora_engine::{Count, Engine, Selection};
@@ -20,8 +20,10 @@ use meliora_report::properties::PropertyAnswer;
 use meliora_report::reach::Share;
 
 use super::engines;
+use super::files::Target;
 use super::load::{self, Asked};
 use super::options::{EngineArgs, ModelArgs};
+use super::policy::PlanArgs;
 use super::regions::{Found, Regions};
 use super::supervise::Job;
 
@@ -33,6 +35,8 @@ pub(super) struct Given<'a> {
     pub(super) precision: f64,
     /// True for one question, whose fields the report has.
     pub(super) is_one: bool,
+    /// The plans that are asked for, and where the policy is written.
+    pub(super) plan: Option<(&'a PlanArgs, Option<&'a Target>)>,
 }
 
 /// Answers the reachability properties with one engine, then each formula with its own.
@@ -122,7 +126,11 @@ fn run_engine(
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     job.update(|r| r.header.select(&selected));
     let questions = answerable(job, &*engine, asked, questions)?;
-    answer(job, &*engine, asked, &questions, (given, &mut None)).map(drop)
+    answer(job, &*engine, asked, &questions, (given, &mut None))?;
+    match (given.plan, questions.as_slice()) {
+        (Some((plan, out)), [(asking, _)]) => plan.work(job, &*engine, program, (asking, out)),
+        _ => Ok(()),
+    }
 }
 
 /// Returns the questions that have a meaning for the initial states of the model.
@@ -216,7 +224,7 @@ fn groups<'a, E: Engine>(
     questions: &[(&'a Asking, usize)],
 ) -> Result<Vec<Group<'a, E>>, Error> {
     let same = |a: &Asking, b: &Asking| match (&a.goal.target, &b.goal.target) {
-        (Target::States(one), Target::States(other)) => one.is_same(other),
+        (reach::Target::States(one), reach::Target::States(other)) => one.is_same(other),
         _ => false,
     };
     let mut groups: Vec<Group<'a, E>> = Vec::new();
@@ -224,7 +232,7 @@ fn groups<'a, E: Engine>(
     let mut known: AHashMap<u64, Vec<usize>> = AHashMap::new();
     for &(asking, position) in questions {
         let alike = match &asking.goal.target {
-            Target::States(target) => Some(known.entry(target.fingerprint()).or_default()),
+            reach::Target::States(target) => Some(known.entry(target.fingerprint()).or_default()),
             _ => None,
         };
         let same = |&&group: &&usize| same(groups[group].members[0].0, asking);
@@ -284,7 +292,7 @@ impl<E: Engine> Answering<'_, E> {
 
     /// Counts the states of the target of one question.
     fn target(&self, group: &mut Group<'_, E>) -> Result<(), Error> {
-        if !matches!(group.members[0].0.goal.target, Target::States(_)) {
+        if !matches!(group.members[0].0.goal.target, reach::Target::States(_)) {
             return Ok(());
         }
         let engine = self.under.engine();

@@ -11,8 +11,10 @@ use meliora_report::properties::PropertyAnswer;
 use meliora_report::reach::OneQuestion;
 
 use super::exit::Status;
+use super::files::Target;
 use super::load::{self, Asked, Stated};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
+use super::policy::PlanArgs;
 use super::progress::TerminalSink;
 use super::properties::{self, Chosen};
 use super::questions::{self, Given};
@@ -72,6 +74,9 @@ pub(super) struct ReachArgs {
     out: Option<PathBuf>,
 
     #[command(flatten)]
+    plan: PlanArgs,
+
+    #[command(flatten)]
     engine: EngineArgs,
     #[command(flatten)]
     sweep: SweepArgs,
@@ -82,6 +87,7 @@ pub(super) struct ReachArgs {
 impl ReachArgs {
     /// Returns what the rows of a sweep contain, given the constants of the first and the last instance.
     fn rows(&self, ends: [&str; 2]) -> Result<sweep::Job, Error> {
+        self.plan.checked(false, &[])?;
         if self.out.is_some() {
             let message = "`--out` writes the regions of one instance; a sweep has several";
             return Err(Error::Usage(message.to_owned()));
@@ -182,17 +188,31 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
     report.one =
         args.is_one().then(|| OneQuestion { is_target: args.target.is_some(), ..Default::default() });
     let (limits, shown) = (args.model.limits(), args.shown.of(&args.model));
-    supervise(report, limits, &shown, move |job| work(job, &args))
+    let has_plan = args.is_one() && args.require.is_empty() && args.out.is_none() && !args.stop_at_target;
+    let policy = args.plan.checked(has_plan, &[args.model.model.as_path()])?;
+    supervise(report, limits, &shown, move |job| work(job, &args, policy.as_ref()))
 }
 
-fn work(job: &Job<ReachReport>, args: &ReachArgs) -> Result<(), Error> {
+fn work(job: &Job<ReachReport>, args: &ReachArgs, policy: Option<&Target>) -> Result<(), Error> {
     let (asked, entries) = job.timed("parse", || args.read(&job.sink), |r, s| r.time.add("parse", s))?;
+    if asked.questions.iter().any(|q| q.asking.asks_for_number()) {
+        load::note_assumed(&asked.program, &job.sink);
+    }
     let open: Vec<usize> = (0..entries.len()).filter(|&at| entries[at].reason.is_none()).collect();
     if open.is_empty() && !entries.is_empty() {
         job.sink.warn("none of the properties can be answered: see the reasons");
     }
     job.update(|r| r.properties = entries);
     let (model, engine, out) = (&args.model, args.engine, args.regions()?);
-    let given = Given { model, engine, out, precision: args.precision, is_one: args.is_one() };
-    questions::work(job, &given, &asked, &open)
+    let plan = args.plan.is_given().then_some((&args.plan, policy));
+    let given = Given { model, engine, out, precision: args.precision, is_one: args.is_one(), plan };
+    questions::work(job, &given, &asked, &open)?;
+    if asked.questions.iter().any(|q| q.is_goal(&asked.program)) {
+        job.update(|r| {
+            if let Some(one) = &mut r.one {
+                one.plan.get_or_insert_default().strong_cyclic = one.holds;
+            }
+        });
+    }
+    Ok(())
 }

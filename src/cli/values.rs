@@ -108,6 +108,7 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
     let read = || {
         let question = load::question(&args.model, &args.preferences, &job.sink)?;
         question.program.of_one_player("`values`")?;
+        load::note_assumed(&question.program, &job.sink);
         let at = At::read(&question.program, &args.at)?;
         let costs = costs(&question.program, &args.reward, &job.sink)?;
         Ok((question, at, costs))

@@ -25,6 +25,8 @@ pub struct Document {
     beside: [Option<Arc<SourceFile>>; 2],
     /// For a planning problem in two files: the domain and the problem.
     parts: Vec<Arc<SourceFile>>,
+    /// True if only the goals of a planning problem are asked about.
+    for_goals: bool,
 }
 
 /// Splits `domain.pddl problem.pddl` into its two paths; `is_file` tells paths of files.
@@ -78,7 +80,13 @@ impl Document {
 
     /// Returns the document of a text.
     pub fn of(source: Arc<SourceFile>) -> Self {
-        Document { source, archive: None, beside: [None, None], parts: Vec::new() }
+        Document { source, archive: None, beside: [None, None], parts: Vec::new(), for_goals: false }
+    }
+
+    /// Leaves out the facts of a planning problem on which no goal depends.
+    #[must_use]
+    pub fn for_goals(self) -> Self {
+        Document { for_goals: true, ..self }
     }
 
     /// Returns the document of a planning problem in two texts.
@@ -122,7 +130,10 @@ impl Document {
     /// The file is not a model; a limit.
     pub fn load(&self, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
         if !self.parts.is_empty() {
-            return crate::problem(&self.parts, given, sink);
+            return crate::problem(&self.parts, self.for_goals, given, sink);
+        }
+        if self.for_goals && meliora_pddl::is_pddl(&self.source.text) {
+            return crate::problem(std::slice::from_ref(&self.source), true, given, sink);
         }
         let frame = Frame { source: &self.source, given, sink };
         let [values, labels] = self.beside.each_ref().map(Option::as_ref);

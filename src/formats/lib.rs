@@ -61,7 +61,7 @@ pub fn load_with_progress(
 /// See [`load_with_progress`].
 pub fn load_given(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
     if meliora_pddl::is_pddl(&source.text) {
-        return problem(std::slice::from_ref(source), given, sink);
+        return problem(std::slice::from_ref(source), false, given, sink);
     }
     let frame = Frame { source, given, sink };
     if table::is_drn(source) {
@@ -77,14 +77,20 @@ pub fn load_given(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSi
 ///
 /// # Errors
 /// The texts are wrong; constants or bounds are given; a limit.
-fn problem(sources: &[Arc<SourceFile>], given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
+fn problem(
+    sources: &[Arc<SourceFile>],
+    for_goals: bool,
+    given: &Given,
+    sink: &dyn ProgressSink,
+) -> Result<Checked> {
     for (values, what) in [(&given.constants, "constants"), (&given.bounds, "unbounded integers")] {
         if !values.text.trim().is_empty() {
             let message = format!("a planning problem has no {what}");
             return Err(Diagnostic::new(values, 0..values.text.len(), message).into());
         }
     }
-    let planned = meliora_pddl::load(sources, sink)?;
+    let load = if for_goals { meliora_pddl::load_for_goals } else { meliora_pddl::load };
+    let planned = load(sources, sink)?;
     Ok(Checked { program: planned.program, warnings: planned.warnings, properties: Vec::new() })
         .map(displayed)
 }

@@ -1,4 +1,4 @@
-//! What a program keeps of the planning problem that it was made from.
+//! The names of the planning problem that a program was made from.
 
 use ahash::AHashMap;
 

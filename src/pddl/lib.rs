@@ -55,7 +55,7 @@ pub struct Parts {
     pub problem: bool,
 }
 
-/// Returns the parts of a planning problem that a text contains, none if it is no PDDL.
+/// Returns the parts of a planning problem that a text contains, none for other texts.
 pub fn parts(text: &str) -> Parts {
     if !is_pddl(text) {
         return Parts::default();
@@ -84,15 +84,31 @@ pub fn joined(sources: &[Arc<SourceFile>]) -> Arc<SourceFile> {
 /// Reads a planning problem from the texts of its domain and its problem, or from one text with both.
 ///
 /// # Errors
-/// As many errors as can be distinguished, each with its place; a limit.
+/// The texts are wrong: as many errors as can be distinguished, each with its place. A limit.
 pub fn load(sources: &[Arc<SourceFile>], sink: &dyn ProgressSink) -> Result<Planned> {
+    read(sources, false, sink)
+}
+
+/// Same as [`load`], without the facts on which no goal and no preference of the problem depends, and
+/// without the actions that change only such facts. Conditions can name the facts that are left.
+///
+/// # Errors
+/// See [`load`].
+pub fn load_for_goals(sources: &[Arc<SourceFile>], sink: &dyn ProgressSink) -> Result<Planned> {
+    read(sources, true, sink)
+}
+
+fn read(sources: &[Arc<SourceFile>], for_goals: bool, sink: &dyn ProgressSink) -> Result<Planned> {
     let mut nodes = Vec::new();
     for source in sources {
         nodes.extend(syntax::parse(source, sink)?);
     }
     let (task, warnings) = check::check(sources, &joined(sources), &nodes)?;
     drop(nodes);
-    let ground = ground::ground(&task, sink)?;
+    let mut ground = ground::ground(&task, sink)?;
+    if for_goals {
+        ground.keep_relevant();
+    }
     let groups = invariants::groups(&ground, sink)?;
     Ok(Planned { program: lower::lower(&task, &ground, &groups)?, warnings })
 }

@@ -172,7 +172,7 @@ pub(crate) struct Faults {
 const MAX_ERRORS: usize = 20;
 
 impl Faults {
-    /// Records an error; the caller goes on without the wrong part.
+    /// Records an error; the caller continues without the wrong part.
     pub(crate) fn report<T>(&mut self, wrong: Diagnostic) -> Option<T> {
         if self.errors.len() < MAX_ERRORS {
             self.errors.push(wrong);

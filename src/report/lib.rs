@@ -31,6 +31,7 @@ pub(crate) mod number;
 pub mod page;
 pub mod players;
 pub mod plot;
+pub mod policy;
 pub mod properties;
 pub mod query;
 pub mod reach;

@@ -57,9 +57,55 @@ pub struct OneQuestion {
     /// if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub holds: Option<bool>,
+    /// The plans for the target; absent without `--strong` and `--policy`, if the question is not the goal
+    /// of a planning problem.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plan: Option<Plan>,
     /// True for a target, which has no verdict.
     #[serde(skip)]
     pub is_target: bool,
+}
+
+/// Plans for a target, as planners ask for them.
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[schemars(inline)]
+pub struct Plan {
+    /// A strong cyclic plan exists from all initial states: it reaches the target almost surely if every
+    /// outcome of an action has a positive probability; `null` if unknown.
+    pub strong_cyclic: Option<bool>,
+    /// A strong plan exists from all initial states: every path reaches the target within a bound; `null`
+    /// without `--strong`, or if unknown.
+    pub strong: Option<bool>,
+    /// The number of states with a strong plan; `null` without `--strong`, or if unknown.
+    pub strong_states: Option<Number>,
+    /// The number of states outside the target that the policy of `--policy` visits; `null` without it, and if
+    /// there is no plan.
+    pub policy_states: Option<Number>,
+}
+
+impl Plan {
+    fn text(&self, style: Style) -> String {
+        let mut out = String::new();
+        let mut line = |what: &str, exists: Option<bool>| {
+            if let Some(exists) = exists {
+                let verdict = if exists { style.good("exists") } else { style.bad("does not exist") };
+                let _ = writeln!(out, "{what} {verdict}.");
+            }
+        };
+        line("A strong cyclic plan", self.strong_cyclic);
+        line("A strong plan", self.strong);
+        if let Some(states) = &self.strong_states {
+            let _ = writeln!(out, "States with a strong plan: {}", states.grouped());
+        }
+        if let Some(states) = &self.policy_states {
+            let _ = writeln!(
+                out,
+                "States with an action in the policy, checked one by one: {}",
+                states.grouped()
+            );
+        }
+        if out.is_empty() { out } else { format!("\n{out}") }
+    }
 }
 
 /// Says of the fields that may be `null` that they are so even where they may be absent.
@@ -67,6 +113,7 @@ fn keep_null(schema: &mut Schema) {
     let properties = schema.get_mut("properties").and_then(Json::as_object_mut);
     for (name, field) in properties.into_iter().flatten() {
         if name != "holds"
+            && name != "plan"
             && is_nullable(field)
             && let Json::Object(field) = field
         {
@@ -105,6 +152,8 @@ impl Findings for ReachFindings {
         Phase::new("pmin_positive", "The region of this name").labelled("Pmin > 0"),
         Phase::new("pmin_one", "The region of this name").labelled("Pmin = 1"),
         Phase::new("value", "The probability or the reward"),
+        Phase::new("strong", "The region of `--strong`"),
+        Phase::new("policy", "Finding and checking the policy of `--policy`"),
     ];
 
     fn is_no(&self) -> bool {
@@ -162,6 +211,7 @@ impl OneQuestion {
             let verdict = if holds { style.good("holds") } else { style.bad("does not hold") };
             let _ = write!(out, "\nThe property {verdict} in all initial states.\n");
         }
+        out += &self.plan.as_ref().map(|plan| plan.text(style)).unwrap_or_default();
         if answer.is_open() && !self.is_target {
             let _ = write!(out, "\nThe property is not decided.\n");
         }

@@ -148,6 +148,7 @@ const COMMANDS: &[(i32, &str)] = &[
     (0, "reach models/pond.prism --target at=5 --stop-at-target"),
     (0, "reach OUT/paid.prism --property Pmax=?[F(x=1)]"),
     (0, "reach models/toy.prism --target s=3 --out OUT/regions"),
+    (0, "reach models/responders.pddl --strong --policy OUT/policy.txt"),
     (0, "info OUT/paid.prism"),
     (0, "info OUT/rounded.prism"),
     (0, "info OUT/third.prism -c p=1/3"),

@@ -36,6 +36,7 @@ mod names;
 mod output;
 mod partial;
 mod phases;
+mod planning;
 mod properties;
 mod prospects;
 mod quantities;

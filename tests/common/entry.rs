@@ -114,6 +114,17 @@ pub fn jani(text: &str) {
     loaded.into_iter().flatten().for_each(|checked| accepted(&checked.program));
 }
 
+/// A planning problem, domain and problem in one text: reads it, writes it in the modelling language, reads
+/// that, takes the steps of one state.
+pub fn planning(text: &str) {
+    let sink = Patience(AtomicU32::new(0));
+    let given = lang::Given { constants: source(""), bounds: source("") };
+    let document = lang::Document::of(SourceFile::new("fuzz.pddl", text));
+    if let Some(checked) = seen(document.load(&given, &sink)) {
+        accepted(&checked.program);
+    }
+}
+
 /// A UMB archive: reads it, writes the model, takes the steps of one state.
 pub fn umb(bytes: &[u8]) {
     loaded(lang::Document::read("fuzz.umb", bytes));

@@ -678,6 +678,23 @@ class ReachInitial(TypedDict):
     """Every strategy reaches T with positive probability."""
 
 
+class ReachPlan(TypedDict):
+    """The plans for the target; absent without `--strong` and `--policy`, if the question is not the goal of
+    a planning problem."""
+
+    strong_cyclic: Union[bool, None]
+    """A strong cyclic plan exists from all initial states: it reaches the target almost surely if every
+    outcome of an action has a positive probability; `null` if unknown."""
+    strong: Union[bool, None]
+    """A strong plan exists from all initial states: every path reaches the target within a bound; `null`
+    without `--strong`, or if unknown."""
+    strong_states: Union[Count, None]
+    """The number of states with a strong plan; `null` without `--strong`, or if unknown."""
+    policy_states: Union[Count, None]
+    """The number of states outside the target that the policy of `--policy` visits; `null` without it, and if
+    there is no plan."""
+
+
 class ReachProperties(TypedDict):
     """A property with its answer, or the reason for no answer."""
 
@@ -749,6 +766,10 @@ class ReachTime(TypedDict):
     """The region of this name; `null` if not finished."""
     value: Union[float, None]
     """The probability or the reward; `null` if not finished."""
+    strong: Union[float, None]
+    """The region of `--strong`; `null` if not finished."""
+    policy: Union[float, None]
+    """Finding and checking the policy of `--policy`; `null` if not finished."""
     total: float
     """Seconds of the whole run."""
 
@@ -795,6 +816,9 @@ class ReachReport(TypedDict):
     holds: NotRequired[bool]
     """The property holds in all initial states; absent with `--target`, with several properties, or if
     unknown."""
+    plan: NotRequired[ReachPlan]
+    """The plans for the target; absent without `--strong` and `--policy`, if the question is not the goal of
+    a planning problem."""
     properties: List[ReachProperties]
     """The questions in their order: the properties, or the target."""
     written: NotRequired[ReachWritten]

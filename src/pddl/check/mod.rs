@@ -48,7 +48,7 @@ struct Sections<'n> {
 /// Checks the lists of all texts, which together are one domain and one problem.
 ///
 /// # Errors
-/// As many errors as can be distinguished.
+/// The lists are wrong: as many errors as can be distinguished.
 pub(crate) fn check(
     sources: &[Arc<SourceFile>],
     joined: &Arc<SourceFile>,
@@ -66,7 +66,7 @@ pub(crate) fn check(
         return Err(Error::Input(checker.faults.errors));
     }
     let mut notes = checker.faults.notes;
-    notes.extend(checker.used.notes(sections.domain));
+    notes.extend(checker.used.notes([sections.domain, sections.problem]));
     let task = Task {
         source: Arc::clone(joined),
         objects: checker.objects,
@@ -172,7 +172,7 @@ impl Checker {
             known if KNOWN.contains(&known) => return,
             ":constraints" => (
                 "`:constraints` on whole paths are not supported".to_owned(),
-                "a requirement `G condition` in a preference file, or `--require`, says what must always hold",
+                "a requirement `G condition` in a preference file, or `--require`, keeps a condition on all paths",
             ),
             ":durative-action" => ("actions with a duration are not supported".to_owned(), "write `:action`"),
             ":goal-reward" => (
@@ -180,7 +180,7 @@ impl Checker {
                 "remove it; preferences between goals stand in a preference file",
             ),
             ":process" | ":event" => {
-                (format!("`{name}` is not supported: there is no time"), "write `:action`")
+                (format!("`{name}` is not supported: problems have no time"), "write `:action`")
             }
             ":observe" | ":sensing" => {
                 (format!("`{name}` is not supported: all facts are observed"), "write `:action`")

@@ -1,4 +1,4 @@
-//! `:requirements`: what a problem uses, and what it declares.
+//! `:requirements`: the features that a problem uses and declares.
 
 use std::collections::BTreeSet;
 
@@ -55,10 +55,14 @@ impl Requirements {
         self.0.contains(&Requirement::OneOf)
     }
 
-    /// Returns a note about the features that are used and not declared, if the domain declares any.
-    pub(super) fn notes(&self, domain: &[Node]) -> Option<Diagnostic> {
-        let node = domain.iter().find(|node| node.form().is_some_and(|(name, _)| name == ":requirements"))?;
-        let declared: Vec<&str> = node.list()?.iter().filter_map(Node::word).collect();
+    /// Returns a note about the features that are used and not declared, if the domain or the problem
+    /// declares any.
+    pub(super) fn notes(&self, [domain, problem]: [&[Node]; 2]) -> Option<Diagnostic> {
+        let is_declaration = |node: &&Node| node.form().is_some_and(|(name, _)| name == ":requirements");
+        let all: Vec<&Node> = domain.iter().chain(problem).filter(is_declaration).collect();
+        let node = all.first()?;
+        let words = all.iter().filter_map(|node| node.list()).flatten();
+        let declared: Vec<&str> = words.filter_map(Node::word).collect();
         let is_missing = |used: &&Requirement| !used.names().iter().any(|name| declared.contains(name));
         let missing: Vec<&str> = self.0.iter().filter(is_missing).map(|used| used.names()[0]).collect();
         if missing.is_empty() {

@@ -73,7 +73,7 @@ impl Ground {
 }
 
 impl Atoms {
-    /// Returns what is left of a condition under values of its variables.
+    /// Returns a condition under values of its variables, simplified.
     pub(super) fn ground(&self, condition: &Condition, values: &mut Vec<Object>) -> Ground {
         match condition {
             Condition::Literal(atom, is_positive) => {

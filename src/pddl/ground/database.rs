@@ -33,9 +33,9 @@ struct Index {
 pub(super) enum Range {
     /// All rows that were known before this round.
     All,
-    /// Those that were known before the last round.
+    /// The rows that were known before the last round.
     Old,
-    /// Those of the last round.
+    /// The rows of the last round.
     Delta,
 }
 

@@ -1,5 +1,5 @@
 //! From a task to ground actions: the facts and actions that are reachable if nothing is ever
-//! deleted, and what is left of conditions and effects.
+//! deleted, and their simplified conditions and effects.
 
 pub(crate) mod action;
 mod condition;
@@ -8,6 +8,7 @@ mod derived;
 mod join;
 mod outcomes;
 mod reach;
+mod relevance;
 
 pub(crate) use action::{GroundAction, GroundEffect, Outcome};
 pub(crate) use condition::Ground;

@@ -30,7 +30,7 @@ struct Evaluation<'t> {
 }
 
 impl Reached {
-    /// Computes what is reachable.
+    /// Computes the reachable facts and actions.
     ///
     /// # Errors
     /// A limit.

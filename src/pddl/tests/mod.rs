@@ -119,9 +119,24 @@ fn derived_facts_that_depend_on_each_other_are_the_least_solution() {
     let mut state: Vec<i64> = program.variables.iter().map(|v| v.initial.unwrap()).collect();
     let eval = |state: &[i64]| program.pool.eval(goal, state);
     assert_eq!(eval(&state), Ok(meliora_base::value::Value::Bool(false)));
-    // Without `on(b,c)` nothing is above `d` but `c`, and what is above that.
+    // Without `on(b,c)` only `c` is above `d`, and the blocks above `c` are not.
     let (variable, value) = at("on(b,c)");
     assert_eq!((program.variables[variable].values.is_empty(), value), (true, 1));
     state[variable] = 0;
     assert_eq!(eval(&state), Ok(meliora_base::value::Value::Bool(true)));
+}
+
+#[test]
+fn facts_on_which_no_goal_depends_are_left_out_if_only_goals_are_asked_about() {
+    let domain = "(define (domain d) (:predicates (at ?x) (seen ?x) (lit) (tired))
+        (:action go :parameters (?x ?y) :precondition (at ?x)
+          :effect (and (not (at ?x)) (at ?y) (seen ?x) (when (lit) (tired))))
+        (:action light :effect (lit)) (:action rest :precondition (tired) :effect (not (tired))))";
+    let problem = "(define (problem p) (:objects a b) (:init (at a)) (:goal (at b)))";
+    let sources = [SourceFile::new("d", domain), SourceFile::new("p", problem)];
+    let all = crate::load(&sources, &NoProgress).unwrap().program;
+    let goals = crate::load_for_goals(&sources, &NoProgress).unwrap().program;
+    assert_eq!(variables(&all).len(), 5);
+    assert_eq!(variables(&goals), ["at=a/b"]);
+    assert_eq!(goals.actions, ["go(a,a)", "go(a,b)", "go(b,a)", "go(b,b)"]);
 }

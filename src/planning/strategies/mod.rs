@@ -5,6 +5,7 @@ mod decision_rule;
 pub mod explain;
 pub mod finite_memory;
 pub mod lasso;
+pub mod policy;
 mod pursue;
 mod standing;
 pub mod strategy;

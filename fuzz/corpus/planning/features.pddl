@@ -1,0 +1,6 @@
+(define (domain d) (:types s t) (:constants c - s) (:predicates (p ?x - (either s t)) (q) (r ?x ?y))
+ (:functions (total-cost))
+ (:derived (r ?x ?y) (or (p ?x) (exists (?z) (and (r ?x ?z) (r ?z ?y)))))
+ (:action a :parameters (?x - s) :precondition (imply (p ?x) (not (= ?x c)))
+  :effect (and (when (q) (p ?x)) (forall (?y - t) (oneof (p ?y) (and))) (probabilistic 1/3 (not (q))) (increase (total-cost) 2))))
+(define (problem e) (:objects o - t) (:init (q) (p o)) (:goal (and (preference n (q)) (forall (?x) (p ?x)))))

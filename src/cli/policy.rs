@@ -1,0 +1,123 @@
+//! `meliora reach --strong --policy`: plans for one target, as planners ask for them.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use meliora::reach::{Asking, Target as Goal};
+use meliora_base::error::Error;
+use meliora_engine::Engine;
+use meliora_model::Program;
+use meliora_planning::policy::{Policy, strong_region};
+use meliora_report::{Number, ReachReport, policy};
+
+use super::files::Target;
+use super::supervise::Job;
+
+/// Maximum number of states of a policy: each takes about as much memory as a line of its text.
+const MOST_STATES: usize = 1_000_000;
+
+/// The options about plans.
+#[derive(Debug, Clone, Args)]
+pub(super) struct PlanArgs {
+    /// Compute, too, from which states a strong plan exists: every path reaches the target within a bound
+    #[arg(long)]
+    pub(super) strong: bool,
+
+    /// Write a policy that reaches the target from the initial states almost surely: for each state that it
+    /// visits the facts and the action, as planners do, or as JSON if FILE ends with .json; `-` is standard
+    /// output
+    #[arg(long, value_name = "FILE")]
+    pub(super) policy: Option<PathBuf>,
+}
+
+impl PlanArgs {
+    /// Returns whether plans are asked for.
+    pub(super) fn is_given(&self) -> bool {
+        self.strong || self.policy.is_some()
+    }
+
+    /// Checks that the question has plans: one target, without requirements and players.
+    ///
+    /// # Errors
+    /// [`Error::Usage`]; the file of the policy cannot be written.
+    pub(super) fn checked(&self, is_one: bool, inputs: &[&Path]) -> Result<Option<Target>, Error> {
+        if self.is_given() && !is_one {
+            let message = "`--strong` and `--policy` need one `--target`, or one property `Pmax>=1 [ F … ]`, \
+                           without `--require`, `--out` and sweeps";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        Target::maybe(self.policy.as_deref(), inputs)
+    }
+
+    /// Returns whether the policy is written as JSON.
+    fn is_json(&self) -> bool {
+        self.policy.as_ref().is_some_and(|path| path.extension().is_some_and(|e| e == "json"))
+    }
+
+    /// Computes the plans for a question, and writes the policy.
+    ///
+    /// # Errors
+    /// The question has no plans; a limit; the file cannot be written.
+    pub(super) fn work<E: Engine>(
+        &self,
+        job: &Job<ReachReport>,
+        engine: &E,
+        program: &Program,
+        (asking, out): (&Asking, Option<&Target>),
+    ) -> Result<(), Error> {
+        let Goal::States(target) = &asking.goal.target else {
+            let message = "`--strong` and `--policy` are about reaching a target, not about other formulas";
+            return Err(Error::Usage(message.to_owned()));
+        };
+        if engine.is_game() {
+            let message =
+                "`--strong` and `--policy` are about models with one player; `strategy` is for games";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        let goal = engine.states_where(target)?;
+        if self.strong {
+            let find = || strong_region(engine, &goal);
+            let region = job.timed("strong", find, |r, s| r.time.add("strong", s))?;
+            let outside = engine.difference(&engine.initial_states(), &region)?;
+            let (exists, count) = (engine.is_empty(&outside)?, engine.count(&region)?);
+            update(job, |plan| (plan.strong, plan.strong_states) = (Some(exists), Some(Number::from(count))));
+        }
+        let Some(out) = out else { return Ok(()) };
+        let find = || self.find(engine, program, (&goal, target));
+        let found = job.timed("policy", find, |r, s| r.time.add("policy", s))?;
+        update(job, |plan| plan.strong_cyclic = Some(found.is_some()));
+        let Some(found) = found else {
+            job.sink.warn("no policy is written: no strong cyclic plan exists");
+            return Ok(());
+        };
+        let text = if self.is_json() {
+            policy::json(&found, program).map_err(|e| Error::Usage(e.to_string()))? + "\n"
+        } else {
+            policy::text(&found, program)
+        };
+        out.write(&text)?;
+        update(job, |plan| plan.policy_states = Some(Number::from(found.entries.len() as u64)));
+        Ok(())
+    }
+
+    /// Finds a policy, and checks it state by state.
+    fn find<E: Engine>(
+        &self,
+        engine: &E,
+        program: &Program,
+        (goal, target): (&E::States, &meliora_model::predicate::Predicate),
+    ) -> Result<Option<Policy>, Error> {
+        let Some(found) = Policy::find(engine, program, goal, MOST_STATES)? else { return Ok(None) };
+        let initial = engine.list_states(&engine.initial_states(), MOST_STATES)?;
+        found.check(program, &initial, target).map_err(|fault| Error::Usage(fault.to_string()))?;
+        Ok(Some(found))
+    }
+}
+
+fn update(job: &Job<ReachReport>, change: impl FnOnce(&mut meliora_report::reach::Plan)) {
+    job.update(|r| {
+        if let Some(one) = &mut r.one {
+            change(one.plan.get_or_insert_default());
+        }
+    });
+}
