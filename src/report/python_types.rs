@@ -27,7 +27,8 @@ pub(super) fn python_types(schemas: &BTreeMap<&'static str, Json>) -> String {
         module.named(&report_name(name), report);
     }
     let aliases: String = module.aliases.concat();
-    format!("{HEAD}\n{aliases}{}", module.classes.concat())
+    let classes = module.classes.iter().map(|(name, text)| format!("\n\nclass {name}{text}"));
+    format!("{HEAD}\n{aliases}{}", classes.collect::<String>())
 }
 
 fn report_name(name: &str) -> String {
@@ -37,21 +38,24 @@ fn report_name(name: &str) -> String {
 #[derive(Default)]
 struct Module {
     aliases: Vec<String>,
-    classes: Vec<String>,
+    /// The classes by name, with their texts.
+    classes: Vec<(String, String)>,
 }
 
 impl Module {
     /// Adds a type with a name.
     fn named(&mut self, name: &str, schema: &Json) {
         if schema.get("properties").is_some() {
-            return self.class(name, schema);
+            self.class(name, schema);
+            return;
         }
         let alias = format!("#: {}\n{name} = {}\n", text(schema), self.kind(schema, name));
         self.aliases.push(alias);
     }
 
-    fn class(&mut self, name: &str, schema: &Json) {
-        let mut class = format!("\n\nclass {name}(TypedDict):\n{}\n", doc(text(schema)));
+    /// Adds a class, unless one with the same text and fields has been added; returns the name of the class.
+    fn class(&mut self, name: &str, schema: &Json) -> String {
+        let mut class = format!("(TypedDict):\n{}\n", doc(text(schema)));
         for (field, inner) in schema["properties"].as_object().into_iter().flatten() {
             let own = format!("{}{}", name.trim_end_matches("Report"), camel(field));
             let mut kind = self.kind(inner, &own);
@@ -63,7 +67,11 @@ impl Module {
             }
             class += &format!("    {field}: {kind}\n{}", doc(text(inner)));
         }
-        self.classes.push(class);
+        if let Some((known, _)) = self.classes.iter().find(|(_, text)| *text == class) {
+            return known.clone();
+        }
+        self.classes.push((name.to_owned(), class));
+        name.to_owned()
     }
 
     /// Returns the type of a schema, without `null`. An object without a name of its own gets `name`.
@@ -93,8 +101,7 @@ impl Module {
             );
         }
         if schema.get("properties").is_some() {
-            self.class(name, schema);
-            return name.to_owned();
+            return self.class(name, schema);
         }
         match simple(schema) {
             Some("array") => format!("List[{}]", self.kind(&schema["items"], name)),

@@ -218,6 +218,18 @@ fn notices(validator: &Validator, fields: &BTreeMap<String, Field>, report: &Val
     }
 }
 
+/// Returns the examples in the help of the commands that have no run of their own in [`COMMANDS`].
+fn examples<'n>(names: impl Iterator<Item = &'n &'static str>) -> Vec<String> {
+    let is_new = |name: &&&str| {
+        let has_run = COMMANDS.iter().any(|(_, command)| command.split(' ').next() == Some(**name));
+        !has_run && ![COMMON, "error", "sweep"].contains(*name)
+    };
+    let help = |name: &&str| run(&format!("{name} --help")).expect(0).stdout;
+    let texts: Vec<String> = names.filter(is_new).map(help).collect();
+    let own = |line: &str| Some(line.strip_prefix("  meliora ")?.replace(" --json", ""));
+    texts.iter().flat_map(|text| text.lines()).filter_map(own).collect()
+}
+
 /// Maximum number of values of a report that get another type.
 const MOST_PLACES: usize = 200;
 
@@ -265,7 +277,9 @@ fn every_output_fits_its_schema_and_every_field_occurs() {
     let schemas = schemas();
     let (validators, fields) = (validators(&schemas), described(&schemas));
     let mut seen = Seen { fields: &fields, found: BTreeSet::new() };
-    for (status, command) in COMMANDS {
+    let others = examples(schemas.keys());
+    let others = others.iter().map(|command| (&0, command.as_str()));
+    for (status, command) in COMMANDS.iter().map(|(status, command)| (status, *command)).chain(others) {
         let tiny = "models/scramble.prism -c cells=10007 --engine explicit --memory 1MiB";
         let command = command
             .replace("TOY", "models/toy.prism models/toy.pref")

@@ -449,13 +449,6 @@ class ExportValues(TypedDict):
     """True if no bound is wider than `--precision`."""
 
 
-class ExportTime(TypedDict):
-    """Seconds by phase; a phase that did not end is `null`."""
-
-    total: float
-    """Seconds of the whole run."""
-
-
 class ExportReport(TypedDict):
     """A report, in the order of the JSON fields."""
 
@@ -496,7 +489,7 @@ class ExportReport(TypedDict):
     certificate."""
     values: NotRequired[ExportValues]
     """The bounds of `--values`; absent without `--values`."""
-    time: ExportTime
+    time: CompareTime
     """Seconds by phase; a phase that did not end is `null`."""
     memory: Memory
     """The memory used."""
@@ -524,17 +517,6 @@ class InfoRewards(TypedDict):
     """The number of items that choices earn, by their action or by a command."""
     error: NotRequired[str]
     """The reason why it cannot be used; absent if it can."""
-
-
-class InfoPlayers(TypedDict):
-    """A player of a game."""
-
-    name: str
-    """Its name."""
-    ours: bool
-    """It is one of us."""
-    states: Count
-    """The number of states of the scope in which it chooses."""
 
 
 class InfoTime(TypedDict):
@@ -577,7 +559,7 @@ class InfoReport(TypedDict):
     """The reason for the order; absent if it was not computed from the model."""
     rewards: List[InfoRewards]
     """The reward structures; empty if unknown."""
-    players: NotRequired[List[InfoPlayers]]
+    players: NotRequired[List[CheckPlayers]]
     """The players of a game; absent for other models, and if unknown."""
     time: InfoTime
     """Seconds by phase; a phase that did not end is `null`."""
@@ -608,13 +590,6 @@ class QueryStates(TypedDict):
     """The actions of its choices in the region; absent for a region of states."""
 
 
-class QueryTime(TypedDict):
-    """Seconds by phase; a phase that did not end is `null`."""
-
-    total: float
-    """Seconds of the whole run."""
-
-
 class QueryReport(TypedDict):
     """A report, in the order of the JSON fields."""
 
@@ -637,21 +612,12 @@ class QueryReport(TypedDict):
     """The answers to `--contains`; absent without it."""
     states: NotRequired[List[QueryStates]]
     """The states of `--list`; absent without it."""
-    time: QueryTime
+    time: CompareTime
     """Seconds by phase; a phase that did not end is `null`."""
     memory: Memory
     """The memory used."""
     error: NotRequired[ErrorReport]
     """Why the run is not complete; absent in complete reports."""
-
-
-class ReachUnsafePath(TypedDict):
-    """A state of a path to a violation."""
-
-    state: State
-    """The values of the state."""
-    action: Union[str, None]
-    """The action that leads on; `null` in the last state, which violates the requirement."""
 
 
 class ReachUnsafe(TypedDict):
@@ -660,7 +626,7 @@ class ReachUnsafe(TypedDict):
 
     violated: str
     """The requirement that the path violates, as written."""
-    path: List[ReachUnsafePath]
+    path: List[CheckInitialUnsafePath]
     """A shortest path to the violation; from each of its states every action may lead to a violation. Empty
     if the state itself violates it."""
 
@@ -725,25 +691,12 @@ class ReachProperties(TypedDict):
     """The column, from 1; absent if `line` is."""
 
 
-class ReachWrittenRegions(TypedDict):
-    """A region in a dump."""
-
-    name: str
-    """Its name."""
-    kind: Literal["states", "choices"]
-    """The sort of its members."""
-    count: Count
-    """The number of members."""
-    nodes: int
-    """The number of inner nodes."""
-
-
 class ReachWritten(TypedDict):
     """The dump of `--out`; absent without `--out`, and if it was not written."""
 
     directory: str
     """The directory as given by `--out`."""
-    regions: List[ReachWrittenRegions]
+    regions: List[ExportRegions]
     """The regions of the dump, in the order of the roots."""
     nodes: int
     """The number of nodes of `regions.dddmp`."""
@@ -1468,13 +1421,6 @@ class VerifyViolation(TypedDict):
     """A state for which it fails; `null` if the condition is not about a state."""
 
 
-class VerifyTime(TypedDict):
-    """Seconds by phase; a phase that did not end is `null`."""
-
-    total: float
-    """Seconds of the whole run."""
-
-
 class VerifyReport(TypedDict):
     """A report, in the order of the JSON fields."""
 
@@ -1495,7 +1441,7 @@ class VerifyReport(TypedDict):
     """The fields of the manifest that nothing proves: they inform only. Empty if the check did not end."""
     violation: Union[VerifyViolation, None]
     """The first condition that does not hold; `null` if accepted or unknown."""
-    time: VerifyTime
+    time: CompareTime
     """Seconds by phase; a phase that did not end is `null`."""
     memory: Memory
     """The memory used."""
