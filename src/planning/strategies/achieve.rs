@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-use super::finite_memory::FiniteMemoryStrategy;
+use super::finite_memory::{FiniteMemoryStrategy, Step};
 use super::strategy::{ArenaStrategy, approach};
 use crate::analysis::Analysis;
 use crate::analysis::improvement::Improvement;
@@ -220,7 +220,8 @@ impl<E: Engine> Achieving<E> {
     pub(crate) fn enter(
         &self,
         objective: usize,
-        (manner, arena): (Manner, Option<usize>),
+        manner: Manner,
+        arena: Option<usize>,
         state: &[i64],
     ) -> Result<Option<Pursuit>> {
         let Stages { all, disjuncts, together } = self.stages(objective, manner, arena)?;
@@ -245,11 +246,11 @@ impl<E: Engine> Achieving<E> {
         state: &[i64],
     ) -> Result<Option<Pursuit>> {
         for &objective in candidates {
-            if let Some(kept) = self.enter(objective, (Manner::Kept, arena), state)? {
+            if let Some(kept) = self.enter(objective, Manner::Kept, arena, state)? {
                 return Ok(Some(kept));
             }
         }
-        let commit = |&objective| self.enter(objective, (Manner::Committed, arena), state);
+        let commit = |&objective| self.enter(objective, Manner::Committed, arena, state);
         Ok(candidates.first().map(commit).transpose()?.flatten())
     }
 
@@ -262,7 +263,7 @@ impl<E: Engine> Achieving<E> {
         &self,
         pursuit: Pursuit,
         arena: Option<usize>,
-        (from, to): (&[i64], &[i64]),
+        Step { from, to, .. }: Step<'_>,
     ) -> Result<Option<Pursuit>> {
         let Pursuit { objective, manner, stage } = pursuit;
         let Stages { all, disjuncts, together } = self.stages(objective, manner, arena)?;
@@ -271,7 +272,7 @@ impl<E: Engine> Achieving<E> {
             return Ok(Some(Pursuit { stage: self.reached(together, stage, to)?, ..pursuit }));
         }
         let kept = disjuncts.iter().find(|range| range.contains(&stage));
-        let Some(range) = kept.filter(|_| stays) else { return self.enter(objective, (manner, arena), to) };
+        let Some(range) = kept.filter(|_| stays) else { return self.enter(objective, manner, arena, to) };
         let next = if stage + 1 == range.end { range.start } else { stage + 1 };
         let marked = self.engine.contains(&all[stage].goal, from)?;
         Ok(Some(Pursuit { stage: if marked { next } else { stage }, ..pursuit }))

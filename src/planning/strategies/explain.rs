@@ -296,7 +296,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         let compared = !is_unsafe && !from_unsafe;
         let if_compared = |set: ObjectiveSet| if compared { set } else { ObjectiveSet::new() };
         let change = self.change(memory, from, &to)?;
-        let (next, improves) = self.after_change(memory, (from, &to), change)?;
+        let (next, improves) = self.after_change(memory, from, &to, change)?;
         let mut achieves = ObjectiveSet::new();
         let (goal, stays) = match (self.game(memory), memory.pursuit, &self.achieving) {
             (_, Some(pursuit), Some(achieving)) => {

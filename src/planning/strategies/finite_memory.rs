@@ -61,6 +61,15 @@ pub struct Memory {
     pub pursuit: Option<Pursuit>,
 }
 
+/// A step of a run from a state to another one.
+#[derive(Clone, Copy)]
+pub(crate) struct Step<'s> {
+    pub(crate) from: &'s [i64],
+    pub(crate) to: &'s [i64],
+    /// True if it improves the reference.
+    pub(crate) improves: bool,
+}
+
 meliora_base::named! {
     /// The kind of a strategy.
     pub enum StrategyKind {
@@ -282,40 +291,38 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     /// The errors of [`Engine::contains`].
     pub fn after(&self, memory: Memory, from: &[i64], to: &[i64]) -> Result<(Memory, bool)> {
         let change = self.change(memory, from, to)?;
-        self.after_change(memory, (from, to), change)
+        self.after_change(memory, from, to, change)
     }
 
     /// Returns what [`FiniteMemoryStrategy::after`] returns, given the effect of the step.
     pub(crate) fn after_change(
         &self,
         memory: Memory,
-        (from, to): (&[i64], &[i64]),
+        from: &[i64],
+        to: &[i64],
         change: Change,
     ) -> Result<(Memory, bool)> {
         if self.is_unsafe(to)? {
             return Ok((self.at_rest(to)?, false));
         }
         let improves = change == Change::Improving;
+        let step = Step { from, to, improves };
         if let Some(pursuit) = memory.pursuit {
-            return self.after_pursuing((memory, pursuit), (from, to), improves);
+            return self.after_pursuing(memory, pursuit, step);
         }
         // The objective was not almost sure.
         if self.kind == StrategyKind::Achieve {
             return Ok((self.pursuing(self.at_rest(to)?, to)?, improves));
         }
-        let (memory, counted) = self.after_improving(memory, (from, to), improves)?;
+        let (memory, counted) = self.after_improving(memory, step)?;
         Ok((self.pursuing(memory, to)?, counted))
     }
 
     /// Returns what [`FiniteMemoryStrategy::after`] returns while improvements are left.
-    fn after_improving(
-        &self,
-        memory: Memory,
-        (from, to): (&[i64], &[i64]),
-        improves: bool,
-    ) -> Result<(Memory, bool)> {
+    fn after_improving(&self, memory: Memory, step: Step<'_>) -> Result<(Memory, bool)> {
+        let Step { from, to, improves } = step;
         if let Some(rule) = &self.rule {
-            return self.after_by(&**rule, memory, (from, to), improves);
+            return self.after_by(&**rule, memory, step);
         }
         let Some(game) = self.game(memory) else {
             return Ok((self.after_resting(memory, to, improves)?, improves));
@@ -334,8 +341,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         &self,
         rule: &dyn DecisionRule,
         memory: Memory,
-        (from, to): (&[i64], &[i64]),
-        improves: bool,
+        Step { from, to, improves }: Step<'_>,
     ) -> Result<(Memory, bool)> {
         Ok(match rule.after(memory, from, to) {
             None => (Memory { level: Rank::Finite(0), ..memory }, improves),

@@ -2,7 +2,7 @@
 //! pursue, and the commitments of plans. See the documentation of [`super::finite_memory`].
 
 use super::achieve::{Achieving, Manner, Pursuit};
-use super::finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
+use super::finite_memory::{FiniteMemoryStrategy, Memory, Step, StrategyKind};
 use crate::analysis::levels::Rank;
 use meliora_base::error::Result;
 use meliora_engine::Engine;
@@ -16,7 +16,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         };
         let pursuit = match self.kind {
             StrategyKind::Achieve => {
-                let enter = |objective| achieving.enter(objective, (Manner::Free, None), state);
+                let enter = |objective| achieving.enter(objective, Manner::Free, None, state);
                 achieving.position(&self.objectives).map(enter).transpose()?.flatten()
             }
             _ => self.planned(memory.arena, state, |_| true)?,
@@ -51,13 +51,13 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     /// improvement: it is one only if the entered state becomes the reference.
     pub(crate) fn after_pursuing(
         &self,
-        (memory, pursuit): (Memory, Pursuit),
-        (from, to): (&[i64], &[i64]),
-        improves: bool,
+        memory: Memory,
+        pursuit: Pursuit,
+        step: Step<'_>,
     ) -> Result<(Memory, bool)> {
-        let fresh = self.at_rest(to)?;
-        let next = self.pursuing_on((memory, pursuit), fresh, (from, to), improves)?;
-        Ok((next, improves && next.arena == fresh.arena))
+        let fresh = self.at_rest(step.to)?;
+        let next = self.pursuing_on(memory, pursuit, fresh, step)?;
+        Ok((next, step.improves && next.arena == fresh.arena))
     }
 
     /// Returns the memory after a step while an objective is pursued; `fresh` has the entered state as
@@ -66,13 +66,8 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     /// A plan goes over to an objective that is preferred to the present one, once the present one is
     /// no longer most preferred. Else an improved state becomes the reference if its kept choices
     /// achieve the present objective. Else the pursuit continues.
-    fn pursuing_on(
-        &self,
-        (memory, pursuit): (Memory, Pursuit),
-        fresh: Memory,
-        (from, to): (&[i64], &[i64]),
-        improves: bool,
-    ) -> Result<Memory> {
+    fn pursuing_on(&self, memory: Memory, pursuit: Pursuit, fresh: Memory, step: Step<'_>) -> Result<Memory> {
+        let Step { to, improves, .. } = step;
         let Some(achieving) = &self.achieving else { return Ok(memory) };
         let (is_plan, kept) = (self.kind == StrategyKind::Plan, pursuit.manner == Manner::Kept);
         if is_plan && !self.most_preferred(to)?.contains(pursuit.objective) {
@@ -85,11 +80,11 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         if kept
             && improves
             && fresh.arena != memory.arena
-            && let Some(renewed) = achieving.enter(pursuit.objective, (Manner::Kept, fresh.arena), to)?
+            && let Some(renewed) = achieving.enter(pursuit.objective, Manner::Kept, fresh.arena, to)?
         {
             return Ok(Memory { pursuit: Some(renewed), ..fresh });
         }
-        match achieving.after(pursuit, memory.arena, (from, to))? {
+        match achieving.after(pursuit, memory.arena, step)? {
             // The step left the states of the pursuit, so it was not one of the plan.
             None if is_plan => self.pursuing(fresh, to),
             next => Ok(Memory { pursuit: next, ..if kept { memory } else { fresh } }),
