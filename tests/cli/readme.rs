@@ -146,7 +146,10 @@ fn workshop() -> Scratch {
     std::fs::create_dir(scratch.path("models")).unwrap();
     for file in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/models")).unwrap() {
         let file = file.unwrap();
-        std::fs::copy(file.path(), scratch.path("models").join(file.file_name())).unwrap();
+        // The generator of models stands next to them.
+        if file.file_type().unwrap().is_file() {
+            std::fs::copy(file.path(), scratch.path("models").join(file.file_name())).unwrap();
+        }
     }
     scratch
 }
