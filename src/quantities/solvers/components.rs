@@ -196,6 +196,21 @@ impl Choices {
     }
 }
 
+impl Successors for Choices {
+    fn nodes(&self) -> usize {
+        self.first.len() - 1
+    }
+
+    fn positions(&self, node: u32) -> Range<u32> {
+        let choices = self.of(node);
+        self.start[choices.start]..self.start[choices.end]
+    }
+
+    fn at(&self, position: u32) -> Option<u32> {
+        Some(self.to[position as usize])
+    }
+}
+
 /// The maximal end components that some choices form.
 #[derive(Debug)]
 pub(crate) struct EndComponents {

@@ -3,9 +3,7 @@
 //! In a bottom component, the average is the reward until a state is entered again, divided by the number of steps until
 //! then. Both come from one elimination of all other states, without subtraction.
 
-use std::ops::Range;
-
-use super::components::{self, Successors};
+use super::components;
 use super::eliminate::{self, Row};
 use super::reaching::Vector;
 use crate::equations::arena::{Arena, Rewards};
@@ -33,7 +31,7 @@ pub(crate) fn values<N: Number>(
         return Err(Error::Usage(what.to_owned()));
     }
     meter.take(arena.states() * (components::SEARCH + 12))?;
-    let found = components::components(&Chain(arena), 0..arena.states() as u32);
+    let found = components::components(&arena.choices, 0..arena.states() as u32);
     let mut nodes = vec![NONE; arena.states()];
     let (mut averages, mut place): (Vec<N>, _) = (Vec::new(), vec![NONE; arena.states()]);
     for component in found.iter() {
@@ -117,21 +115,4 @@ fn average<N: Number>(
     }
     others.iter().for_each(|&state| place[state as usize] = NONE);
     Ok(sum.over(&steps))
-}
-
-/// The successors of a chain.
-struct Chain<'a>(&'a Arena<'a>);
-
-impl Successors for Chain<'_> {
-    fn nodes(&self) -> usize {
-        self.0.states()
-    }
-
-    fn positions(&self, node: u32) -> Range<u32> {
-        self.0.choices.start[node as usize]..self.0.choices.start[node as usize + 1]
-    }
-
-    fn at(&self, position: u32) -> Option<u32> {
-        Some(self.0.choices.to[position as usize])
-    }
 }

@@ -12,6 +12,7 @@
 use bitvec::vec::BitVec;
 
 use super::back::Back;
+use super::components;
 use super::doubles::ROUNDS;
 use super::sides::Sides;
 use super::sparse::BETTER;
@@ -61,15 +62,22 @@ impl Reaching<'_> {
         if self.arena.is_uniform(self.goal) {
             return self.alone(self.goal.ours, &self.all_choices(), meter);
         }
-        let (mut strategy, leaders) = self.first(meter)?;
-        let step = Step { of: self, back: Back::new(self.arena, self.goal, self.rewards, meter)? };
+        let led = self.led(&self.nearly(meter)?, meter)?;
+        let (mut strategy, first) = (led.strategy, led.first);
+        let back = Back::new(self.arena, self.goal, self.rewards, meter)?;
+        let step = Step { of: self, back, order: self.order(meter)? };
         loop {
             let found: Vector<Ratio> = self.alone(self.follower(), &strategy, meter)?;
             found.end?;
             let finite: BitVec = found.values.iter().map(Option::is_some).collect();
+            if led.region.iter_ones().any(|state| !finite[state]) {
+                // Doubles have led to choices that do not reach the target.
+                strategy.clone_from(&first);
+                continue;
+            }
             let mut x = found.values.iter().map(|x| x.clone().unwrap_or_default()).collect::<Vec<_>>();
             let better = |q: &Ratio, than: &Ratio, greatest: bool| if greatest { q > than } else { q < than };
-            if !step.improve((&mut strategy, &leaders), (&mut x, &finite), 1, better, meter)? {
+            if !step.improve((&mut strategy, &led.leaders), (&mut x, &finite), 1, better, meter)? {
                 return Ok(Vector { values: found.values, end: Ok(()) });
             }
         }
@@ -83,16 +91,8 @@ impl Reaching<'_> {
         if self.arena.is_uniform(self.goal) {
             return self.alone(self.goal.ours, &self.all_choices(), meter);
         }
-        let (mut lead, leaders) = self.first(meter)?;
-        let near = |x: &Ratio| Interval::around(x).lower;
-        let back = Back::with(self.arena, self.goal, self.rewards, near, meter)?;
-        let step = Step { of: self, back };
-        if self.rewards.is_none() {
-            let mut x: Vec<f64> = self.target.iter().map(|inside| f64::from(u8::from(*inside))).collect();
-            let finite = BitVec::repeat(true, x.len());
-            step.improve((&mut lead, &leaders), (&mut x, &finite), ROUNDS, clearly, meter)?;
-        }
-        let mut known = step.improved((&mut lead, &leaders), self.follower(), meter)?;
+        let step = self.nearly(meter)?;
+        let Led { leaders, mut known, .. } = self.led(&step, meter)?;
         let (mut follow, followers) = (self.all_choices(), !leaders);
         let finite: BitVec = known.values.iter().map(Option::is_some).collect();
         let middle = |x: &Option<Interval>| x.map_or(0.0, |x| f64::midpoint(x.lower, x.upper));
@@ -116,6 +116,34 @@ impl Reaching<'_> {
         Ok(known)
     }
 
+    /// Improves a strategy of the leaders by doubles.
+    fn led(&self, step: &Step<'_, f64>, meter: &mut Meter<'_>) -> Result<Led> {
+        let (first, leaders, region) = self.first(meter)?;
+        let mut strategy = first.clone();
+        if self.rewards.is_none() {
+            let mut x: Vec<f64> = self.target.iter().map(|inside| f64::from(u8::from(*inside))).collect();
+            let finite = BitVec::repeat(true, x.len());
+            step.improve((&mut strategy, &leaders), (&mut x, &finite), ROUNDS, clearly, meter)?;
+        }
+        let known = step.improved((&mut strategy, &leaders), self.follower(), meter)?;
+        Ok(Led { strategy, first, leaders, region, known })
+    }
+
+    /// Returns the steps backward with doubles.
+    fn nearly(&self, meter: &mut Meter<'_>) -> Result<Step<'_, f64>> {
+        let near = |x: &Ratio| Interval::around(x).lower;
+        let back = Back::with(self.arena, self.goal, self.rewards, near, meter)?;
+        Ok(Step { of: self, back, order: self.order(meter)? })
+    }
+
+    /// Returns the states, most of them after those that they reach, so that one sweep has the values of those that are
+    /// in no cycle.
+    fn order(&self, meter: &mut Meter<'_>) -> Result<Vec<u32>> {
+        meter.take(self.arena.states() * (components::SEARCH + size_of::<u32>()))?;
+        let found = components::components(&self.arena.choices, 0..self.arena.states() as u32);
+        Ok(found.iter().flatten().copied().collect())
+    }
+
     fn all_choices(&self) -> BitVec {
         BitVec::repeat(true, self.arena.choices.start.len() - 1)
     }
@@ -129,19 +157,23 @@ impl Reaching<'_> {
         if self.rewards.is_some() { Optimum::Max } else { Optimum::Min }
     }
 
-    /// Returns a strategy with which the leaders reach the target, as choices that may be taken, and the leaders.
-    fn first(&self, meter: &mut Meter<'_>) -> Result<(BitVec, BitVec)> {
+    /// Returns a strategy with which the leaders reach the target, as choices that may be taken, the leaders, and the
+    /// states whose values are finite.
+    fn first(&self, meter: &mut Meter<'_>) -> Result<(BitVec, BitVec, BitVec)> {
         let mut leaders = self.arena.maximisers(self.goal);
         if self.rewards.is_some() {
             leaders = !leaders;
         }
         let all = self.all_choices();
         let sides = Sides::new(&self.arena.choices, &leaders, &all, meter)?;
-        let strategy = match self.rewards {
-            Some(_) => sides.sure_strategy(self.target, &sides.almost_sure(self.target, self.left, meter)?),
-            None => sides.strategy(self.target, self.left),
+        let (strategy, region) = match self.rewards {
+            Some(_) => {
+                let region = sides.almost_sure(self.target, self.left, meter)?;
+                (sides.sure_strategy(self.target, &region), region)
+            }
+            None => (sides.strategy(self.target, self.left), BitVec::repeat(true, self.arena.states())),
         };
-        Ok((strategy, leaders))
+        Ok((strategy, leaders, region))
     }
 
     /// Computes the values if every state looks for the same extreme among some choices.
@@ -181,10 +213,24 @@ impl Reaching<'_> {
     }
 }
 
+/// A strategy of the leaders.
+struct Led {
+    strategy: BitVec,
+    /// The strategy that was improved.
+    first: BitVec,
+    leaders: BitVec,
+    /// The states whose values are finite.
+    region: BitVec,
+    /// Bounds of the values of the strategy.
+    known: Vector<Interval>,
+}
+
 /// Steps backward by which strategies are improved.
 struct Step<'a, N> {
     of: &'a Reaching<'a>,
     back: Back<'a, N>,
+    /// The states in the order of a sweep.
+    order: Vec<u32>,
 }
 
 /// A strategy of a side, as choices that may be taken, and the states of the side.
@@ -219,10 +265,11 @@ impl<N: Weight + PartialEq + PartialOrd> Step<'_, N> {
         meter: &mut Meter<'_>,
     ) -> Result<bool> {
         let is_open = |state: &usize| !self.of.target[*state] && self.of.left[*state] && finite[*state];
+        let order = || self.order.iter().map(|&state| state as usize);
         let mut changed = false;
         for _ in 0..sweeps {
             let mut settled = true;
-            for state in (0..x.len()).rev().filter(is_open) {
+            for state in order().filter(is_open) {
                 meter.step()?;
                 let Some((q, pick)) = self.best(state, (x, finite)) else { continue };
                 let greatest = self.back.maximisers[state];
