@@ -180,8 +180,7 @@ pub mod lang {
     #[doc(inline)]
     pub use meliora_lang::{
         Checked, Given, flat, load_preferences, lower_target, outline_preferences, parse_coalition,
-        parse_constants, parse_expression, parse_model, parse_preferences, parse_property, parse_property_of,
-        parse_state,
+        parse_constants, parse_expression, parse_model, parse_preferences, parse_property, parse_state,
     };
 }
 

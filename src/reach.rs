@@ -1,6 +1,7 @@
 //! Questions about paths: to reach a target, or to satisfy a temporal formula.
 
 mod asking;
+pub mod evaluate;
 mod start;
 mod stopping;
 mod under;

@@ -17,7 +17,7 @@ MISTAKES = (
     "P>=1 [ F nowhere = 1 ]",
     'Pmax=? [ F "nowhere" ]',
     "P>0 [ F x = ]",
-    "S=? [ x = 1 ]",
+    "S=? [ x + 1 ]",
     "P>=2 [ F x = 1 ]",
     'R{"none"}max=? [ F x = 1 ]',
 )
@@ -70,6 +70,8 @@ def listed(draw, whole, conditions):
         answer = verdicts.get(operator, values)
     if function is None:
         return text, answer
+    if function == "max" and operator.endswith("?"):
+        return f'filter(max, {text}, "init")', None if answer is None else [max(answer)]
     fits = function == ("range" if operator.endswith("?") else "forall")
     return f'filter({function}, {text}, "init")', answer if fits else None
 

@@ -8,6 +8,7 @@ from tester import (
     induced,
     lists,
     names,
+    nested,
     package,
     pages,
     places,
@@ -28,6 +29,6 @@ from tester import (
 
 GROUPS = (
     *(checks, games, promises, pursuits, induced, regions, dumps, questions, tables, whole, valued, together),
-    *(stopping, sweeps, places, lists, exchange, names, wild, pages, refusals, package, tasks),
+    *(stopping, sweeps, places, lists, nested, exchange, names, wild, pages, refusals, package, tasks),
 )
 ALL = {name: check for group in GROUPS for name, check in group.ALL.items()}

@@ -12,6 +12,8 @@ use meliora_engine::NoProgress;
 use meliora_formats::{Document, two_paths};
 use meliora_lang::ltl;
 use meliora_lang::named::{self, Property};
+use meliora_lang::property::{Named, Term};
+use meliora_lang::property_file::{Asks, asks};
 use meliora_lang::refusal::Refusal;
 use meliora_lang::{self as lang, Checked, Given};
 use meliora_model::predicate::Predicate;
@@ -47,8 +49,10 @@ pub(super) struct Question {
 pub(super) struct Asked {
     /// The model.
     pub(super) program: Arc<Program>,
-    /// The questions, in the order of the command line.
+    /// The questions that are one operator, in the order of the command line.
     pub(super) questions: Vec<Stated>,
+    /// The other properties.
+    pub(super) terms: Vec<StatedTerm>,
     /// True if a question without an answer leaves the others: those of a file, or of the model.
     pub(super) is_list: bool,
     /// See [`Loaded::overlap`].
@@ -69,12 +73,24 @@ impl Asked {
         overlap: Option<Predicate>,
     ) -> Self {
         note_inexact(&mut program, questions.iter().flat_map(|q| q.asking.goal.predicates()));
-        Asked { program: Arc::new(program), questions, is_list, overlap }
+        Asked { program: Arc::new(program), questions, terms: Vec::new(), is_list, overlap }
     }
+}
+
+/// A property that is an expression over states, with its text.
+pub(super) struct StatedTerm {
+    /// The position in the report.
+    pub(super) position: usize,
+    /// The text that it points into.
+    pub(super) source: Arc<SourceFile>,
+    /// The property.
+    pub(super) term: Term,
 }
 
 /// A question with its text.
 pub(super) struct Stated {
+    /// The position in the report.
+    pub(super) position: usize,
     /// The text.
     pub(super) text: String,
     /// The question.
@@ -198,31 +214,76 @@ impl Loaded {
         &self,
         target: Option<&str>,
         (properties, texts): (&[String], &[String]),
-    ) -> Result<Vec<Stated>, Error> {
+        regions: bool,
+    ) -> Result<(Vec<Stated>, Vec<StatedTerm>), Error> {
         let program = &self.program;
         let required = required(texts)?;
-        let mut questions = Vec::new();
+        let (mut questions, mut terms) = (Vec::new(), Vec::new());
         let own = [GOAL.to_owned()];
         let asks_for_goal = target.is_none() && properties.is_empty() && program.planning.is_some();
         let properties = if asks_for_goal { &own } else { properties };
         if let Some(text) = target {
             let asking = Asking::target(program, &SourceFile::new("--target", text), &required)?;
-            questions.push(Stated { text: text.to_owned(), asking });
+            questions.push(Stated { position: 0, text: text.to_owned(), asking });
         }
         if target.is_none() && properties.is_empty() {
             return Err(without_question(&self.named));
         }
-        for text in properties {
+        for (position, text) in properties.iter().enumerate() {
             let asking = match self.named.iter().find(|p| p.name == *text) {
-                Some(named) => Asking::named(program, of_model(named)?, &required)?,
+                Some(named) => {
+                    let asked = of_model(named)?;
+                    if let Some(term) = asked.bounded(program)?.filter(|_| required.is_empty() && !regions) {
+                        let source = Arc::clone(&program.source);
+                        terms.push(StatedTerm { position, source, term });
+                        continue;
+                    }
+                    Asking::named(program, asked, &required)?
+                }
                 None => {
                     let source = SourceFile::new("--property", text.as_str());
-                    Asking::property(program, &source, &required)?
+                    let property = lang::parse_property(&source)?;
+                    let asks = asks(&property, program, &source, &Named::default())?;
+                    match asking(asks, (program, &source), &required, regions)? {
+                        Ok(asking) => asking,
+                        Err(term) => {
+                            terms.push(StatedTerm { position, source, term });
+                            continue;
+                        }
+                    }
                 }
             };
-            questions.push(Stated { text: text.clone(), asking });
+            questions.push(Stated { position, text: text.clone(), asking });
         }
-        Ok(questions)
+        Ok((questions, terms))
+    }
+}
+
+/// Returns the question of a property that is one operator without bounds on steps, else the expression
+/// over states. Under requirements, and if the regions are written, every single operator is a question.
+///
+/// # Errors
+/// A requirement is wrong, or the property is not one operator and cannot be asked under requirements.
+pub(super) fn asking(
+    asks: Asks,
+    (program, source): (&Program, &Arc<SourceFile>),
+    required: &[Required],
+    regions: bool,
+) -> Result<Result<Asking, Term>, Error> {
+    match asks {
+        Asks { simple: Some(simple), term: None } => {
+            Asking::of_simple(program, source, &simple, required).map(Ok)
+        }
+        Asks { simple: Some(simple), .. } if regions || !required.is_empty() => {
+            Asking::of_simple(program, source, &simple, required).map(Ok)
+        }
+        Asks { term: Some(term), .. } if required.is_empty() => Ok(Err(term)),
+        _ => {
+            let message =
+                "under `--require`, a property is one operator over a formula without other operators";
+            let diagnostic = Diagnostic::new(source, 0..0, message).severity(Severity::Unsupported);
+            Err(diagnostic.help("leave out `--require`, or ask for each operator alone").into())
+        }
     }
 }
 
@@ -316,12 +377,13 @@ pub(super) fn asked(
     args: &ModelArgs,
     target: Option<&str>,
     (properties, texts): (&[String], &[String]),
+    regions: bool,
     sink: &TerminalSink,
 ) -> Result<Asked, Error> {
     let for_goals = target.is_none() && properties.is_empty() && texts.is_empty();
     let loaded = parsed_for(args, for_goals, sink)?;
-    let questions = loaded.questions(target, (properties, texts))?;
-    Ok(Asked::new(loaded.program, (questions, false), loaded.overlap))
+    let (questions, terms) = loaded.questions(target, (properties, texts), regions)?;
+    Ok(Asked { terms, ..Asked::new(loaded.program, (questions, false), loaded.overlap) })
 }
 
 /// Reads the model, and a target or a property whose paths stop where it is decided.
@@ -343,7 +405,8 @@ pub(super) fn stopping(
         None => Stopping::property(&program, &SourceFile::new("--property", text))?,
     };
     let overlap = overlap(&program);
-    Ok(Asked::new(program, (vec![Stated { text: text.to_owned(), asking }], false), overlap))
+    let question = Stated { position: 0, text: text.to_owned(), asking };
+    Ok(Asked::new(program, (vec![question], false), overlap))
 }
 
 /// Lets reports name an expression of the conditions that is not exact, if all of the model are.
@@ -364,7 +427,7 @@ pub(super) fn note_assumed(program: &Program, sink: &TerminalSink) {
 }
 
 /// A name of a property, and the reason if it cannot be answered.
-pub(super) type Named = (String, Option<Refusal>);
+pub(super) type NamedAnswer = (String, Option<Refusal>);
 
 /// Reads the model and all properties that it names. The questions are those that can be answered.
 ///
@@ -373,23 +436,35 @@ pub(super) type Named = (String, Option<Refusal>);
 pub(super) fn named(
     args: &ModelArgs,
     texts: &[String],
+    regions: bool,
     sink: &TerminalSink,
-) -> Result<(Asked, Vec<Named>), Error> {
+) -> Result<(Asked, Vec<NamedAnswer>), Error> {
     let Loaded { program, named, overlap } = parsed(args, sink)?;
     if named.is_empty() {
         return Err(without_question(&named));
     }
     let required = required(texts)?;
-    let (mut questions, mut all) = (Vec::new(), Vec::new());
-    for Property { name, asks } in named {
+    let (mut questions, mut terms, mut all) = (Vec::new(), Vec::new(), Vec::new());
+    for (position, Property { name, asks }) in named.into_iter().enumerate() {
         let asking = match asks {
+            Ok(asked)
+                if required.is_empty()
+                    && !regions
+                    && asked.bounded(&program).is_ok_and(|term| term.is_some()) =>
+            {
+                let source = Arc::clone(&program.source);
+                let term = asked.bounded(&program)?;
+                terms.extend(term.map(|term| StatedTerm { position, source, term }));
+                all.push((name, None));
+                continue;
+            }
             Ok(asked) => alone(&program.source, Asking::named(&program, asked, &required))?,
             Err(refusal) => Err(refusal),
         };
         all.push((name.clone(), asking.as_ref().err().cloned()));
-        questions.extend(asking.ok().map(|asking| Stated { text: name, asking }));
+        questions.extend(asking.ok().map(|asking| Stated { position, text: name, asking }));
     }
-    Ok((Asked::new(program, (questions, true), overlap), all))
+    Ok((Asked { terms, ..Asked::new(program, (questions, true), overlap) }, all))
 }
 
 /// Makes an error in the text of a property the reason against this property alone.

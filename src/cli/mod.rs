@@ -24,6 +24,7 @@ mod signals;
 mod supervise;
 mod sweep;
 mod terminal;
+mod terms;
 mod tips;
 mod watch;
 

@@ -3,15 +3,15 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use meliora::reach::Asking;
 use meliora_base::error::{Error, SourceFile};
 use meliora_formats::Document;
+use meliora_lang::property_file::Stated as Properties;
 use meliora_lang::refusal::Refusal;
 use meliora_lang::{open_constants, outline_properties, parse_properties, refuse_values, split_constants};
 use meliora_model::Program;
 use meliora_report::properties::PropertyAnswer;
 
-use super::load::{self, Asked, Stated};
+use super::load::{self, Asked, Stated, StatedTerm};
 use super::options::ModelArgs;
 use super::progress::TerminalSink;
 
@@ -20,6 +20,8 @@ pub(super) struct Chosen<'a> {
     pub(super) file: &'a Path,
     pub(super) only: Option<&'a str>,
     pub(super) require: &'a [String],
+    /// The regions of the properties are written.
+    pub(super) regions: bool,
 }
 
 /// Returns the names of the properties of a file, or their texts where they have no name.
@@ -81,18 +83,22 @@ pub(super) fn read(
             return Err(no_property(&source, only));
         }
     }
-    let (mut entries, mut asking) = (Vec::new(), Vec::new());
-    for stated in stated {
-        let own = match &stated.property {
-            Ok(property) => {
-                load::alone(&source, Asking::of_property(&program, &source, property, &required))?
+    let (mut entries, mut questions, mut terms) = (Vec::new(), Vec::new(), Vec::new());
+    for (position, Properties { name, text, asks, source }) in stated.into_iter().enumerate() {
+        let own = match asks {
+            Ok(asks) => {
+                load::alone(&source, load::asking(asks, (&program, &source), &required, chosen.regions))?
             }
-            Err(refusal) => Err(refusal.clone()),
+            Err(refusal) => Err(refusal),
         };
-        entries.push(entry(stated.name, stated.text.clone(), own.as_ref().err().cloned()));
-        asking.extend(own.ok().map(|asking| Stated { text: stated.text, asking }));
+        entries.push(entry(name, text.clone(), own.as_ref().err().cloned()));
+        match own {
+            Ok(Ok(asking)) => questions.push(Stated { position, text, asking }),
+            Ok(Err(term)) => terms.push(StatedTerm { position, source, term }),
+            Err(_) => {}
+        }
     }
-    Ok((Asked::new(program, (asking, true), overlap), entries))
+    Ok((Asked { terms, ..Asked::new(program, (questions, true), overlap) }, entries))
 }
 
 /// Returns the entry of a property in the report, with the reason for no answer.

@@ -26,6 +26,7 @@ use super::options::{EngineArgs, ModelArgs};
 use super::policy::PlanArgs;
 use super::regions::{Found, Regions};
 use super::supervise::Job;
+use super::terms;
 
 /// The arguments for the engine and the answers, and where the regions are written.
 pub(super) struct Given<'a> {
@@ -39,19 +40,14 @@ pub(super) struct Given<'a> {
     pub(super) plan: Option<(&'a PlanArgs, Option<&'a Target>)>,
 }
 
-/// Answers the reachability properties with one engine, then each formula with its own.
-/// `open` are the positions of the questions in the report.
+/// Answers the reachability properties with one engine, then each formula with its own, and then the
+/// expressions over states.
 ///
 /// # Errors
 /// A limit is hit, or a question has no meaning for the initial states.
-pub(super) fn work(
-    job: &Job<ReachReport>,
-    given: &Given<'_>,
-    asked: &Asked,
-    open: &[usize],
-) -> Result<(), Error> {
+pub(super) fn work(job: &Job<ReachReport>, given: &Given<'_>, asked: &Asked) -> Result<(), Error> {
     let watched = asked.questions.iter().map(|q| q.asking.goal.program(&asked.program));
-    let own = (!given.is_one).then_some(&asked.program);
+    let own = (!given.is_one || !asked.terms.is_empty()).then_some(&asked.program);
     let selected = match given.out {
         Some(_) => given.engine.diagrams("`--out` writes diagrams"),
         None => given.engine.select(watched.chain(own).map(|program| &**program), given.model),
@@ -60,12 +56,12 @@ pub(super) fn work(
         r.header.read(&asked.program);
         r.header.select(&selected);
     });
-    let all = || asked.questions.iter().map(|q| &q.asking).zip(open.iter().copied());
+    let all = || asked.questions.iter().map(|q| (&q.asking, q.position));
     if let Some(out) = &given.out {
         return write_regions(job, (given, out), asked, &Vec::from_iter(all()));
     }
     let plain: Vec<_> = all().filter(|(q, _)| q.goal.watched.is_none()).collect();
-    if !plain.is_empty() || asked.questions.is_empty() {
+    if !plain.is_empty() || (asked.questions.is_empty() && asked.terms.is_empty()) {
         run_engine(job, (given, &selected), asked, &asked.program, &plain)?;
     }
     for question in all() {
@@ -73,7 +69,7 @@ pub(super) fn work(
             run_engine(job, (given, &selected), asked, &watched.program, &[question])?;
         }
     }
-    Ok(())
+    terms::work(job, given, &selected, asked)
 }
 
 /// Answers properties with one engine of diagrams, and writes their regions.
@@ -148,7 +144,10 @@ fn answerable<'a, E: Engine>(
         match asking.refused(engine)? {
             None => left.push((asking, position)),
             Some(reason) if asked.is_list => job.update(|r| r.properties[position].reason = Some(reason)),
-            Some(reason) => return Err(load::not_answered(&asked.questions[position].text, &reason)),
+            Some(reason) => {
+                let text = asked.questions.iter().find(|q| q.position == position).map_or("", |q| &q.text);
+                return Err(load::not_answered(text, &reason));
+            }
         }
     }
     Ok(left)

@@ -12,7 +12,7 @@ use meliora_report::reach::OneQuestion;
 
 use super::exit::Status;
 use super::files::Target;
-use super::load::{self, Asked, Stated};
+use super::load::{self, Asked};
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::policy::PlanArgs;
 use super::progress::TerminalSink;
@@ -101,7 +101,9 @@ impl ReachArgs {
             Some(file) => properties::check(file, loaded.program),
             // The model names them, and each has its own reason if it is not answered.
             None if self.all_properties => Ok(()),
-            None => loaded.questions(self.target.as_deref(), (&self.property, &self.require)).map(drop),
+            None => {
+                loaded.questions(self.target.as_deref(), (&self.property, &self.require), false).map(drop)
+            }
         })?;
         Ok(sweep::Job::Reach { regions: self.target.is_some() || self.property.len() == 1, properties })
     }
@@ -150,21 +152,27 @@ impl ReachArgs {
     /// cannot be answered.
     fn read(&self, sink: &TerminalSink) -> Result<(Asked, Vec<PropertyAnswer>), Error> {
         if let Some(file) = &self.properties {
-            let chosen = Chosen { file, only: self.only.as_deref(), require: &self.require };
+            let regions = self.out.is_some();
+            let chosen = Chosen { file, only: self.only.as_deref(), require: &self.require, regions };
             return properties::read(&chosen, &self.model, sink);
         }
         if self.all_properties {
-            let (asked, all) = load::named(&self.model, &self.require, sink)?;
+            let (asked, all) = load::named(&self.model, &self.require, self.out.is_some(), sink)?;
             let entries = all.into_iter().map(|(name, refusal)| properties::entry(None, name, refusal));
             return Ok((asked, entries.collect()));
         }
         let target = self.target.as_deref();
         let asked = match self.stop_at_target {
             true => load::stopping(&self.model, (target, self.property.first().map(String::as_str)), sink)?,
-            false => load::asked(&self.model, target, (&self.property, &self.require), sink)?,
+            false => {
+                let asked = (&self.property[..], &self.require[..]);
+                load::asked(&self.model, target, asked, self.out.is_some(), sink)?
+            }
         };
-        let entry = |q: &Stated| PropertyAnswer::open(None, q.text.clone(), None);
-        let entries = asked.questions.iter().map(entry).collect();
+        let texts = target.into_iter().map(str::to_owned).chain(self.property.iter().cloned());
+        let own = asked.questions.first().filter(|_| target.is_none() && self.property.is_empty());
+        let texts = own.map(|question| question.text.clone()).into_iter().chain(texts);
+        let entries = texts.map(|text| PropertyAnswer::open(None, text, None)).collect();
         Ok((asked, entries))
     }
 }
@@ -195,18 +203,18 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
 
 fn work(job: &Job<ReachReport>, args: &ReachArgs, policy: Option<&Target>) -> Result<(), Error> {
     let (asked, entries) = job.timed("parse", || args.read(&job.sink), |r, s| r.time.add("parse", s))?;
-    if asked.questions.iter().any(|q| q.asking.asks_for_number()) {
+    let has_number = !asked.terms.is_empty() || asked.questions.iter().any(|q| q.asking.asks_for_number());
+    if has_number {
         load::note_assumed(&asked.program, &job.sink);
     }
-    let open: Vec<usize> = (0..entries.len()).filter(|&at| entries[at].reason.is_none()).collect();
-    if open.is_empty() && !entries.is_empty() {
+    if entries.iter().all(|entry| entry.reason.is_some()) && !entries.is_empty() {
         job.sink.warn("none of the properties can be answered: see the reasons");
     }
     job.update(|r| r.properties = entries);
     let (model, engine, out) = (&args.model, args.engine, args.regions()?);
     let plan = args.plan.is_given().then_some((&args.plan, policy));
     let given = Given { model, engine, out, precision: args.precision, is_one: args.is_one(), plan };
-    questions::work(job, &given, &asked, &open)?;
+    questions::work(job, &given, &asked)?;
     if asked.questions.iter().any(|q| q.is_goal(&asked.program)) {
         job.update(|r| {
             if let Some(one) = &mut r.one {

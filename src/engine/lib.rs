@@ -35,6 +35,7 @@ mod schedule;
 mod selection;
 mod settings;
 pub mod symbolic;
+pub mod until;
 
 pub use any::AnyEngine;
 pub use diagrams::Dumpable;

@@ -3,6 +3,7 @@
 //! A model file is an outline, in which expressions and commands are places. Expressions and
 //! commands themselves are read one by one ([`Expr`], `Command`).
 
+use crate::property::Operator;
 pub use meliora_base::span::Span;
 use meliora_base::value::{Type, Value};
 use meliora_model::ModelKind;
@@ -68,13 +69,15 @@ pub enum NodeKind {
     Call(Box<Ident>, u32),
     /// A built-in function that the format names, and the number of arguments.
     Apply(Function, u32),
+    /// An operator of properties, which is a condition or a number; only in properties.
+    Operator(Box<Operator>),
 }
 
 impl NodeKind {
     /// Returns the number of operands.
     pub fn operands(&self) -> usize {
         match self {
-            NodeKind::Literal(_) | NodeKind::Name(_) | NodeKind::Label(_) => 0,
+            NodeKind::Literal(_) | NodeKind::Name(_) | NodeKind::Label(_) | NodeKind::Operator(_) => 0,
             NodeKind::Not | NodeKind::Neg => 1,
             NodeKind::Binary(_) => 2,
             NodeKind::Ite => 3,

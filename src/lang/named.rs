@@ -1,8 +1,12 @@
 //! Properties that a model names.
 
 use super::ltl::Formula;
-use super::property::{Over, Question};
+use super::property::check::Checker;
+use super::property::formulas::is_bounded;
+use super::property::{Measure, Named, Over, Question, Term};
 use super::refusal::Refusal;
+use meliora_base::error::Result;
+use meliora_model::Program;
 
 /// A property of a model.
 #[derive(Debug, Clone)]
@@ -10,7 +14,7 @@ pub struct Property {
     /// Name.
     pub name: String,
     /// The question, or the reason why it cannot be answered.
-    pub asks: Result<Asked, Refusal>,
+    pub asks: std::result::Result<Asked, Refusal>,
 }
 
 /// A property that can be asked.
@@ -22,4 +26,20 @@ pub struct Asked {
     pub question: Question,
     /// The part of the initial states that it is about, from the filter of the property.
     pub over: Over,
+}
+
+impl Asked {
+    /// Returns the property as an expression over states, if it is a probability with bounds on the number of
+    /// steps in all initial states; `None` for others.
+    ///
+    /// # Errors
+    /// A bound on the number of steps is not a constant.
+    pub fn bounded(&self, program: &Program) -> Result<Option<Term>> {
+        let is_reward = matches!(&self.question, Question::Quantity(quantity) if quantity.measure != Measure::Probability);
+        if self.over != Over::All || is_reward || !is_bounded(&self.formula) || program.players.is_some() {
+            return Ok(None);
+        }
+        let named = Named::default();
+        Checker::new(program, &program.source, &named).known_probability(&self.question, &self.formula)
+    }
 }

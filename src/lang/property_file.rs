@@ -18,8 +18,8 @@ use super::parse::{expression_at, items_at};
 use super::parse_constants;
 use super::property::property_at;
 use super::valuation::Binding;
-use crate::ltl::Monitoring;
-use crate::property::Property;
+use crate::ltl::{Formula, Monitoring};
+use crate::property::{Named, Property, Simple, Term};
 pub use crate::refusal::Refusal;
 use defined::Kind;
 use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
@@ -37,10 +37,20 @@ pub struct Stated {
     pub name: Option<String>,
     /// Text, without the name.
     pub text: String,
-    /// The parsed property, or the reason why it cannot be answered here.
-    pub property: Result<Property, Refusal>,
+    /// The property, or the reason why it cannot be answered here.
+    pub asks: Result<Asks, Refusal>,
     /// The text that contains it.
     pub source: Arc<SourceFile>,
+}
+
+/// The meaning of a property.
+#[derive(Debug, Clone)]
+pub struct Asks {
+    /// The question, if the property is one operator over a formula without other operators.
+    pub simple: Option<Simple>,
+    /// The expression over states; `None` for a simple property without bounds on the number of steps, unless
+    /// it asks for a number of a game.
+    pub term: Option<Term>,
 }
 
 /// Returns the constants that a property file declares without a value.
@@ -141,8 +151,31 @@ pub fn parse_properties(
             file.once(source, format!("property \"{name}\""), range.start..range.start + start)?;
         }
     }
-    Ok(properties.into_iter().map(|range| file.property(source, range)).collect())
+    let read: Vec<_> = properties.iter().map(|range| file.read(source, range)).collect();
+    let names = read.iter().filter_map(|(name, _, property)| Some((name.clone()?, property.clone().ok()?)));
+    let names: Named = names.collect();
+    Ok(read.into_iter().map(|property| file.property(source, property, &names)).collect())
 }
+
+/// Checks a property against a program.
+///
+/// # Errors
+/// The errors of [`Property::term`].
+pub fn asks(property: &Property, program: &Program, source: &Arc<SourceFile>, named: &Named) -> Result<Asks> {
+    let simple = property.simple(program, source)?;
+    let is_complete = match &simple {
+        Some(simple) => {
+            known(program, source, &simple.formula)?;
+            !simple.is_bounded() && !(program.players.is_some() && simple.asks_for_number())
+        }
+        None => false,
+    };
+    let term = (!is_complete).then(|| property.term(program, source, named)).transpose()?;
+    Ok(Asks { simple, term })
+}
+
+/// A property with its name and its text; the syntax may be wrong.
+type ReadProperty = (Option<String>, String, Result<Property>);
 
 fn place(range: &Range<usize>) -> Span {
     Span::new(range.start, range.end)
@@ -307,17 +340,22 @@ impl File<'_> {
         Ok(())
     }
 
-    fn property(&mut self, source: &Arc<SourceFile>, range: Range<usize>) -> Stated {
+    fn read(&mut self, source: &Arc<SourceFile>, range: &Range<usize>) -> ReadProperty {
         let (name, start) = named(&source.text[range.clone()]);
         let range = range.start + start..range.end;
         let text = source.text[range.clone()].trim().to_owned();
-        let property = property_at(source, place(&range), &self.program.constants)
-            .map_err(|e| Refusal::of(&self.without_value(e)));
-        let property = property.and_then(|p| {
-            let known = known(self.program, source, &p).map(|()| p);
-            known.map_err(|e| Refusal::of(&self.without_value(e)))
-        });
-        Stated { name, text, property, source: Arc::clone(source) }
+        (name, text, property_at(source, place(&range)))
+    }
+
+    fn property(
+        &mut self,
+        source: &Arc<SourceFile>,
+        (name, text, property): ReadProperty,
+        named: &Named,
+    ) -> Stated {
+        let asks = property.and_then(|property| asks(&property, self.program, source, named));
+        let asks = asks.map_err(|e| Refusal::of(&self.without_value(e)));
+        Stated { name, text, asks, source: Arc::clone(source) }
     }
 
     /// Rewrites an error "unknown name" for a name that needs a constant without a value.
@@ -339,12 +377,11 @@ fn quoted(quote: char, name: &str) -> String {
     format!("{quote}{name}{quote}")
 }
 
-/// Checks that the formula has a meaning in the program.
-fn known(program: &Program, source: &Arc<SourceFile>, property: &Property) -> Result<()> {
-    property.check(program, source)?;
-    match property.formula.reachability() {
+/// Checks that a formula has a meaning in the program.
+fn known(program: &Program, source: &Arc<SourceFile>, formula: &Formula) -> Result<()> {
+    match formula.reachability() {
         Some(target) => lower_target(program, source, target).map(|_| ()),
-        None => Monitoring::new(program).watch(source, &property.formula, "property").map(|_| ()),
+        None => Monitoring::new(program).watch(source, formula, "property").map(|_| ()),
     }
 }
 
@@ -372,9 +409,9 @@ mod tests {
         assert!(all.iter().all(|s| Arc::ptr_eq(&s.source, &source)), "the text is there once");
         let names: Vec<Option<&str>> = all.iter().map(|s| s.name.as_deref()).collect();
         assert_eq!(names, [Some("one"), None, Some("two"), None, None]);
-        let answered: Vec<bool> = all.iter().map(|s| s.property.is_ok()).collect();
+        let answered: Vec<bool> = all.iter().map(|s| s.asks.is_ok()).collect();
         assert_eq!(answered, [true, true, true, false, false]);
-        let refused = |at: usize| all[at].property.as_ref().unwrap_err();
+        let refused = |at: usize| all[at].asks.as_ref().unwrap_err();
         let unknown = "the model has no reward structure; declare one in the model, or ask for a probability";
         assert_eq!(refused(3), &Refusal { reason: unknown.to_owned(), place: Some((10, 1)) });
         assert!(refused(4).reason.contains("unknown name `y`"));

@@ -185,6 +185,12 @@ impl Predicates {
     }
 }
 
+impl fmt::Debug for Predicates {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Predicates").field(&self.pool.len()).finish()
+    }
+}
+
 impl Program {
     /// Returns the expressions of this program as conditions.
     pub fn predicates(&self) -> Predicates {

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use super::{Goal, Required, Target};
-use meliora_base::error::{Result, SourceFile};
+use meliora_base::error::{Diagnostic, Result, Severity, SourceFile};
 use meliora_engine::regions::Which;
 use meliora_engine::{Count, Engine};
 use meliora_lang::ltl::{self, Formula};
 use meliora_lang::named;
-use meliora_lang::property::{Measure, Over, Property, Question};
-use meliora_lang::{lower_target, parse_expression, parse_property_of};
+use meliora_lang::property::{Measure, Named, Over, Question, Simple};
+use meliora_lang::{lower_target, parse_expression, parse_property};
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
 use meliora_quantities::answer;
@@ -53,23 +53,21 @@ impl Asking {
     /// # Errors
     /// The text or a requirement is wrong, or not supported; each error has its place.
     pub fn property(program: &Program, source: &Arc<SourceFile>, required: &[Required]) -> Result<Self> {
-        let property = parse_property_of(program, source)?;
-        property.check(program, source)?;
-        Asking::of_property(program, source, &property, required)
+        Asking::of_simple(program, source, &simple(program, source)?, required)
     }
 
-    /// Returns the question of a property that was checked.
+    /// Returns the question of a property.
     ///
     /// # Errors
-    /// The errors of [`Asking::of`] and [`Property::coalition_in`].
-    pub fn of_property(
+    /// The errors of [`Asking::of`].
+    pub fn of_simple(
         program: &Program,
         source: &Arc<SourceFile>,
-        property: &Property,
+        simple: &Simple,
         required: &[Required],
     ) -> Result<Self> {
-        let coalition = property.coalition_in(program, source)?;
-        let asks = (&property.formula, property.question.clone());
+        let asks = (&simple.formula, simple.question.clone());
+        let coalition = simple.coalition.clone();
         Ok(Asking { coalition, ..Asking::of(program, source, asks, required)? })
     }
 
@@ -157,6 +155,21 @@ impl Asking {
             }
         }
     }
+}
+
+/// Reads a property that is one operator over a formula without other operators.
+///
+/// # Errors
+/// The text is wrong, or another property.
+pub(super) fn simple(program: &Program, source: &Arc<SourceFile>) -> Result<Simple> {
+    let property = parse_property(source)?;
+    if let Some(simple) = property.simple(program, source)? {
+        return Ok(simple);
+    }
+    property.term(program, source, &Named::default())?;
+    let message = "only one operator over a formula without other operators is supported here";
+    let diagnostic = Diagnostic::new(source, 0..source.text.len(), message).severity(Severity::Unsupported);
+    Err(diagnostic.help("`meliora reach --property` answers all properties").into())
 }
 
 /// The form of a question.

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use super::asking::Form;
+use super::asking::{Form, simple};
 use super::{Asking, Goal};
 use meliora_base::error::{Result, SourceFile};
 use meliora_lang::ltl::{self, Formula, Stopped};
 use meliora_lang::named;
-use meliora_lang::property::{Over, Property};
-use meliora_lang::{parse_expression, parse_property_of};
+use meliora_lang::parse_expression;
+use meliora_lang::property::{Over, Simple};
 use meliora_model::Program;
 
 /// A question, and the program in which the states that decide it are not left: the states behind these
@@ -55,10 +55,9 @@ impl Stopping {
     /// # Errors
     /// The text is wrong, or no state decides the formula; each error has its place.
     pub fn property(program: &Program, source: &Arc<SourceFile>) -> Result<Self> {
-        let property = parse_property_of(program, source)?;
-        property.check(program, source)?;
-        let Stopped { program, formula } = Stopped::new(program, source, &property.formula)?;
-        let asking = Asking::of_property(&program, source, &Property { formula, ..property }, &[])?;
+        let simple = simple(program, source)?;
+        let Stopped { program, formula } = Stopped::new(program, source, &simple.formula)?;
+        let asking = Asking::of_simple(&program, source, &Simple { formula, ..simple }, &[])?;
         Ok(Stopping { program, asking })
     }
 

@@ -9,6 +9,7 @@ use super::text::Grid;
 use super::{Number, Style};
 use meliora_base::decimal::readable;
 use meliora_engine::regions::{Regions, Which};
+use meliora_model::valuation::Valuation;
 use meliora_quantities::answer::Answer;
 use meliora_quantities::state_values::Bound;
 
@@ -30,6 +31,14 @@ pub struct PropertyAnswer {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("nullable" = true))]
     pub value: Option<Option<Bound>>,
+    /// The values of the states that the filter of the property lists; absent without such a filter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub values: Option<Vec<ListedState>>,
+    /// Points of the Pareto front of two objectives, each with the two values: one strategy attains them, and
+    /// no strategy attains values that are better than the means of points by more than the precision; absent
+    /// for other properties.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub front: Option<Vec<[f64; 2]>>,
     /// The sizes of its regions.
     #[serde(flatten)]
     pub sizes: Sizes,
@@ -45,11 +54,34 @@ pub struct PropertyAnswer {
     pub column: Option<usize>,
 }
 
+/// The value of a property in a state.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct ListedState {
+    /// The values of its variables.
+    pub state: Valuation,
+    /// Whether the condition holds there; absent for a number.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub holds: Option<bool>,
+    /// The number; absent for a condition.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value: Option<Bound>,
+}
+
 impl PropertyAnswer {
     /// Creates a property without an answer; `reason` says why it will have none.
     pub fn open(name: Option<String>, property: String, reason: Option<String>) -> Self {
-        let sizes = Sizes::default();
-        PropertyAnswer { name, property, holds: None, value: None, sizes, reason, line: None, column: None }
+        PropertyAnswer {
+            name,
+            property,
+            holds: None,
+            value: None,
+            values: None,
+            front: None,
+            sizes: Sizes::default(),
+            reason,
+            line: None,
+            column: None,
+        }
     }
 
     /// Adds the place of the reason, a line and a column.
@@ -70,14 +102,18 @@ impl PropertyAnswer {
 impl PropertyAnswer {
     /// Returns whether there is neither an answer nor a reason for none: a limit was hit.
     pub(super) fn is_open(&self) -> bool {
-        self.holds.is_none() && self.value.is_none() && self.reason.is_none()
+        self.holds.is_none() && self.value.is_none() && self.front.is_none() && self.reason.is_none()
     }
 
     /// Formats the answer: the verdict, the value, or both.
-    fn text(&self) -> String {
+    pub(super) fn text(&self) -> String {
         let holds = self.holds.map(|holds| if holds { "holds" } else { "does not hold" }.to_owned());
         let value = self.value.iter().flatten().map(shown);
-        let words: Vec<String> = holds.into_iter().chain(value).collect();
+        let front = self.front.as_ref().map(|points| {
+            let points = points.iter().map(|[x, y]| format!("({}, {})", readable(*x), readable(*y)));
+            points.collect::<Vec<_>>().join(" ")
+        });
+        let words: Vec<String> = holds.into_iter().chain(value).chain(front).collect();
         if words.is_empty() { "not decided".to_owned() } else { words.join(": ") }
     }
 }
@@ -88,6 +124,24 @@ pub(super) fn shown(value: &Bound) -> String {
         true => readable(value.lower),
         false => format!("[{}, {}]", readable(value.lower), readable(value.upper)),
     }
+}
+
+/// Maximum number of states in the text of a property that lists its values.
+const MOST_LISTED: usize = 100;
+
+/// Formats the states that a filter lists, with their values.
+pub(super) fn listing(answer: &PropertyAnswer, style: Style) -> String {
+    let Some(values) = &answer.values else { return String::new() };
+    let mut grid = Grid::new(&["state", "value"]);
+    for ListedState { state, holds, value } in values.iter().take(MOST_LISTED) {
+        let value = value.as_ref().map(shown).or(holds.map(|holds| holds.to_string()));
+        grid.row(vec![state.to_string(), value.unwrap_or_default()]);
+    }
+    let mut out = format!("\n{}\n{}", style.bold(&title(answer)), grid.text(style));
+    if values.len() > MOST_LISTED {
+        let _ = writeln!(out, "the first {MOST_LISTED} of {} states; `--json` has all", values.len());
+    }
+    out
 }
 
 /// Formats the name and the text of a property in one line.
@@ -102,6 +156,7 @@ pub(super) fn list(answers: &[PropertyAnswer], style: Style) -> String {
     if answers.iter().any(|p| p.reason.is_none()) {
         let _ = write!(out, "\n{}\n{}", style.bold("Properties"), table(answers, style));
     }
+    answers.iter().for_each(|answer| out += &listing(answer, style));
     let others = answers.iter().filter_map(|p| Some((p, p.reason.as_deref()?)));
     for (index, (answer, reason)) in others.enumerate() {
         if index == 0 {

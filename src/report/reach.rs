@@ -161,7 +161,9 @@ impl Findings for ReachFindings {
     }
 
     fn is_unread(&self) -> bool {
-        let no_answer = |p: &PropertyAnswer| p.reason.is_some() && p.value.is_none() && p.holds.is_none();
+        let no_answer = |p: &PropertyAnswer| {
+            p.reason.is_some() && p.value.is_none() && p.holds.is_none() && p.front.is_none()
+        };
         !self.properties.is_empty() && self.properties.iter().all(no_answer)
     }
 
@@ -204,6 +206,10 @@ impl OneQuestion {
         if let Some(value) = answer.value.iter().flatten().next() {
             let _ = write!(out, "\nThe value in the initial states: {}\n", style.bold(&shown(value)));
         }
+        if answer.front.is_some() {
+            let _ = write!(out, "\nThe Pareto front in the initial state: {}\n", answer.text());
+        }
+        out += &properties::listing(answer, style);
         if let Some(reason) = &answer.reason {
             let _ = write!(out, "\nThe property has no value: {}.\n", style.bad(reason));
         }

@@ -33,6 +33,7 @@ mod machines;
 mod memory;
 mod models;
 mod names;
+mod nested;
 mod output;
 mod partial;
 mod phases;

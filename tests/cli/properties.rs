@@ -170,27 +170,6 @@ fn a_constant_that_the_model_declares_is_refused_at_its_place() {
 }
 
 #[test]
-fn sums_of_rewards_that_are_not_supported_are_named_with_a_way_out() {
-    let ask = |property: &str| {
-        let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", property)]);
-        let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-        let alone = Finished::of(meliora().args(["reach", &model, "--property", property])).expect(3).stderr;
-        let among = Finished::of(meliora().args(["reach", &model, "--properties", &file])).expect(3).stdout;
-        [alone, among]
-    };
-    for (property, message, help) in [
-        ("Rmin=? [ C<=5 ]", "over a number of steps, are not supported", "count the steps in the model"),
-        ("Rmax=? [ C ]", "accumulated over all steps", "count the steps in the model"),
-        ("Rmin=? [ I=3 ]", "rewards of a single step", "accumulated until a target"),
-        ("Rmin=? [ S ]", "long-run averages are not supported", "PRISM and Storm compute them"),
-    ] {
-        for said in ask(property) {
-            assert!(said.contains(message) && said.contains(help), "{property}: {said}");
-        }
-    }
-}
-
-#[test]
 fn a_question_is_asked_for() {
     let scratch = Scratch::new(&[("m.prism", MODEL)]);
     let missing = Finished::of(meliora().args(["reach", &scratch.show("m.prism")])).expect(2).stderr;

@@ -72,7 +72,6 @@ fn bad_formulas_are_refused_at_their_place() {
         ("[] x<3", "`[]` is not an operator", 8),
         ("F<=x x=3", "must be a constant", 11),
         ("F [3,1] x=3", "no number of steps", 8),
-        ("F (P>=1 [ F x=3 ])", "cannot stand in an expression", 11),
         ("F y=3", "unknown name `y`", 10),
         ("F \"c\"", "unknown label", 10),
         ("F x=1 & F x=2", "more than one way", 16),

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use meliora::advanced::lang::ltl::Monitoring;
-use meliora::advanced::lang::property::Property;
+use meliora::advanced::lang::property::{Named, Simple};
 use meliora::advanced::lang::property_file::{open_constants, parse_properties};
 use meliora::advanced::symbolic::order;
 use meliora::dump::{Diagram, Manifest, bounds, dddmp, directory};
@@ -227,7 +227,10 @@ pub fn arguments(text: &str) {
         seen(lang::lower_target(&program, &source, &tree));
     }
     if let Some(property) = seen(lang::parse_property(&source)) {
-        asked(&program, &source, &property);
+        if let Some(simple) = seen(property.simple(&program, &source)).flatten() {
+            asked(&program, &source, &simple);
+        }
+        seen(property.term(&program, &source, &Named::default()));
     }
     ARCHIVE.with_borrow(|archive| {
         if let Some(selected) = seen(archive.select(text)) {
@@ -238,7 +241,7 @@ pub fn arguments(text: &str) {
 }
 
 /// Lowers the target of a property, or adds its monitors to a program.
-fn asked(program: &Program, source: &Arc<SourceFile>, property: &Property) {
+fn asked(program: &Program, source: &Arc<SourceFile>, property: &Simple) {
     match property.formula.reachability() {
         Some(target) => drop(seen(lang::lower_target(program, source, target))),
         None => {
@@ -259,8 +262,8 @@ pub fn properties(text: &str) {
     let Some(all) = seen(parse_properties(&source, &given, &mut program)) else { return };
     accepted(&program);
     for stated in all.iter().take(3) {
-        match &stated.property {
-            Ok(property) => asked(&program, &source, property),
+        match &stated.asks {
+            Ok(asks) => asks.simple.iter().for_each(|simple| asked(&program, &source, simple)),
             Err(reason) => assert!(!reason.reason.is_empty()),
         }
     }

@@ -56,6 +56,7 @@ fn tree(text: &str) -> String {
             NodeKind::Ite => format!("({}?{}:{})", on[0], on[1], on[2]),
             NodeKind::Call(function, _) => format!("{}({})", function.name, on.join(", ")),
             NodeKind::Apply(function, _) => format!("{}({})", function.name(), on.join(", ")),
+            NodeKind::Operator(_) => unreachable!("no property"),
         });
     }
     stack.pop().expect("there is a root")
@@ -263,14 +264,21 @@ fn a_state_takes_what_is_left_out_from_the_initial_state() {
     assert_eq!(state(""), Some(vec![1, 1]));
 }
 
+/// Returns the question of a property that is one operator, for a model of one strategy.
+fn question(text: &str) -> Question {
+    let model =
+        "dtmc module m x : [0..1]; endmodule label \"done\" = x=1; rewards \"cost\" true : 1; endrewards
+        rewards true : 2; endrewards";
+    let source = SourceFile::new("--property", text);
+    let property = parse_property(&source).expect("its syntax is right");
+    property.simple(&program(model), &source).expect("it has a meaning").expect("it is one operator").question
+}
+
 #[test]
 fn properties_speak_of_all_or_some_strategies() {
-    let of = |text: &str| {
-        let property = parse_property(&SourceFile::new("--property", text)).expect("it is right");
-        match property.question {
-            Question::Qualitative(strategies, bound) => (strategies, bound),
-            Question::Quantity(quantity) => panic!("{quantity:?}"),
-        }
+    let of = |text: &str| match question(text) {
+        Question::Qualitative(strategies, bound) => (strategies, bound),
+        Question::Quantity(quantity) => panic!("{quantity:?}"),
     };
     assert_eq!(of("P>=1 [ F \"done\" ]"), (Strategies::All, Bound::One));
     assert_eq!(of("P>0 [ F x=1 ]"), (Strategies::All, Bound::Positive));
@@ -285,12 +293,9 @@ fn properties_speak_of_all_or_some_strategies() {
 
 #[test]
 fn properties_ask_for_probabilities_and_rewards() {
-    let of = |text: &str| {
-        let property = parse_property(&SourceFile::new("--property", text)).expect("it is right");
-        match property.question {
-            Question::Quantity(q) => (q.measure, q.optimum, q.bound),
-            qualitative => panic!("{qualitative:?}"),
-        }
+    let of = |text: &str| match question(text) {
+        Question::Quantity(q) => (q.measure, q.optimum, q.bound),
+        qualitative => panic!("{qualitative:?}"),
     };
     let ratio = |n: i64, d: i64| Ratio::new(n.into(), d.into());
     let probability = |optimum, bound| (Measure::Probability, optimum, bound);

@@ -46,6 +46,7 @@ fn lowered_node<'a, N: Names<'a>>(node: &Node, operands: &[Lowered], names: &mut
         NodeKind::Name(name) => names.name(name, span),
         NodeKind::Label(name) => names.lowerer().label(name, span),
         NodeKind::Call(function, _) => names.call(function, operands, span),
+        NodeKind::Operator(_) => names.lowerer().fail(span, "an operator of properties is not a constant"),
         kind => {
             let operands = known(operands)?;
             names.lowerer().operation(kind, operands, span, N::CONDITIONAL)

@@ -19,6 +19,8 @@ pub enum FormulaKind {
     State(Expr),
     /// The same, as an expression in the pool of a program.
     Known(ExprId),
+    /// A condition on the present state with operators of properties, by its number in the property.
+    Nested(usize),
     /// `!φ`
     Not(Box<Formula>),
     /// `φ & ψ & …`
@@ -38,9 +40,9 @@ pub enum FormulaKind {
     /// `φ U ψ`
     Until(Steps, Box<Formula>, Box<Formula>),
     /// `φ W ψ`
-    Weak(Box<Formula>, Box<Formula>),
+    Weak(Steps, Box<Formula>, Box<Formula>),
     /// `φ R ψ`
-    Release(Box<Formula>, Box<Formula>),
+    Release(Steps, Box<Formula>, Box<Formula>),
     /// `φ M ψ`: `φ R ψ`, and φ at some point.
     Strong(Box<Formula>, Box<Formula>),
 }
@@ -64,7 +66,7 @@ impl Formula {
 
     /// Returns true for a formula without temporal operators.
     pub fn is_state_formula(&self) -> bool {
-        matches!(self.kind, FormulaKind::State(_) | FormulaKind::Known(_))
+        matches!(self.kind, FormulaKind::State(_) | FormulaKind::Known(_) | FormulaKind::Nested(_))
     }
 
     /// Returns the target `e` if the formula is the reachability `F e` of a state formula.
@@ -92,9 +94,9 @@ impl Formula {
     }
 
     /// Returns the operands.
-    pub(super) fn operands(&self) -> Vec<&Formula> {
+    pub(crate) fn operands(&self) -> Vec<&Formula> {
         match &self.kind {
-            FormulaKind::State(_) | FormulaKind::Known(_) => Vec::new(),
+            FormulaKind::State(_) | FormulaKind::Known(_) | FormulaKind::Nested(_) => Vec::new(),
             FormulaKind::And(all) | FormulaKind::Or(all) => all.iter().collect(),
             FormulaKind::Not(a)
             | FormulaKind::Next(a)
@@ -103,15 +105,15 @@ impl Formula {
             FormulaKind::Implies(a, b)
             | FormulaKind::Iff(a, b)
             | FormulaKind::Until(_, a, b)
-            | FormulaKind::Weak(a, b)
-            | FormulaKind::Release(a, b)
+            | FormulaKind::Weak(_, a, b)
+            | FormulaKind::Release(_, a, b)
             | FormulaKind::Strong(a, b) => vec![a, b],
         }
     }
     /// Returns the operands, to be changed.
-    pub(crate) fn operands_mut(&mut self) -> Vec<&mut Formula> {
+    pub fn operands_mut(&mut self) -> Vec<&mut Formula> {
         match &mut self.kind {
-            FormulaKind::State(_) | FormulaKind::Known(_) => Vec::new(),
+            FormulaKind::State(_) | FormulaKind::Known(_) | FormulaKind::Nested(_) => Vec::new(),
             FormulaKind::And(all) | FormulaKind::Or(all) => all.iter_mut().collect(),
             FormulaKind::Not(a)
             | FormulaKind::Next(a)
@@ -120,8 +122,8 @@ impl Formula {
             FormulaKind::Implies(a, b)
             | FormulaKind::Iff(a, b)
             | FormulaKind::Until(_, a, b)
-            | FormulaKind::Weak(a, b)
-            | FormulaKind::Release(a, b)
+            | FormulaKind::Weak(_, a, b)
+            | FormulaKind::Release(_, a, b)
             | FormulaKind::Strong(a, b) => vec![a, b],
         }
     }
@@ -131,7 +133,9 @@ impl Formula {
         match &mut self.kind {
             FormulaKind::Eventually(steps, _)
             | FormulaKind::Always(steps, _)
-            | FormulaKind::Until(steps, _, _) => {
+            | FormulaKind::Until(steps, _, _)
+            | FormulaKind::Weak(steps, _, _)
+            | FormulaKind::Release(steps, _, _) => {
                 [&mut steps.least, &mut steps.most].into_iter().flatten().map(|(e, _)| e).collect()
             }
             _ => Vec::new(),

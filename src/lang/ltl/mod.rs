@@ -17,8 +17,7 @@ mod stop;
 mod tests;
 mod wording;
 
-pub(crate) use formula::FormulaKind;
-pub use formula::{Formula, Steps};
+pub use formula::{Formula, FormulaKind, Steps};
 pub use install::Monitoring;
 pub(crate) use parse::MOST_OPERATORS;
 pub use parse::parse_formula;

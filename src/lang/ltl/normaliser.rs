@@ -96,23 +96,57 @@ impl<'a, M: Meaning> Normaliser<'a, M> {
                 let window = self.window(steps, f.span)?;
                 Ok(self.all.binary(positive, window, left, right))
             }
-            FormulaKind::Release(a, b) => {
+            FormulaKind::Release(steps, a, b) => {
+                let window = self.window(steps, f.span)?;
                 let (left, right) = (self.build(a, positive)?, self.build(b, positive)?);
-                Ok(self.all.binary(!positive, Window::ALWAYS, left, right))
+                Ok(self.all.binary(!positive, window, left, right))
+            }
+            FormulaKind::Weak(steps, a, b) if steps.least.is_some() => {
+                self.weak(steps, (a, b), f.span, positive)
             }
             // a W b = b R (a | b), and its negation is !b U (!a & !b).
-            FormulaKind::Weak(a, b) => self.shifted(false, a, b, positive),
+            FormulaKind::Weak(steps, a, b) => {
+                let window = self.window(steps, f.span)?;
+                self.shifted(false, window, (a, b), positive)
+            }
             // a M b = b U (a & b), and its negation is !b R (!a | !b).
-            FormulaKind::Strong(a, b) => self.shifted(true, b, a, positive),
+            FormulaKind::Strong(a, b) => self.shifted(true, Window::ALWAYS, (b, a), positive),
+            FormulaKind::Nested(_) => {
+                let message = "operators of properties are not conditions on one state";
+                Err(Diagnostic::new(self.meaning.source(), f.span.range(), message).into())
+            }
         }
     }
 
     /// Returns `b R (a | b)`, or for `until` `a U (a & b)`, or the negation.
-    fn shifted(&mut self, until: bool, a: &Formula, b: &Formula, positive: bool) -> Result<FormulaId> {
+    fn shifted(
+        &mut self,
+        until: bool,
+        window: Window,
+        (a, b): (&Formula, &Formula),
+        positive: bool,
+    ) -> Result<FormulaId> {
         let (a, b) = (self.build(a, positive)?, self.build(b, positive)?);
         let right = self.join(until == positive, vec![a, b]);
         let first = if until { a } else { b };
-        Ok(self.all.binary(until == positive, Window::ALWAYS, first, right))
+        Ok(self.all.binary(until == positive, window, first, right))
+    }
+
+    /// Returns `a W b` with a least number of steps: PRISM's `!((a & !b) U (!a & !b))`, where `a & !b` is
+    /// also required before the bounds.
+    fn weak(
+        &mut self,
+        steps: &Steps,
+        (a, b): (&Formula, &Formula),
+        span: Span,
+        positive: bool,
+    ) -> Result<FormulaId> {
+        let window = self.window(steps, span)?;
+        let parts = vec![self.build(a, !positive)?, self.build(b, positive)?];
+        let left = self.join(!positive, parts);
+        let parts = vec![self.build(a, positive)?, self.build(b, positive)?];
+        let right = self.join(!positive, parts);
+        Ok(self.all.binary(!positive, window, left, right))
     }
 
     fn named(&mut self, e: ExprId, positive: bool, span: Span) -> FormulaId {

@@ -8,7 +8,7 @@
 use std::sync::Arc;
 
 use super::formula::{Formula, FormulaKind, Steps};
-use crate::ast::{BinaryOp, NOT_LEVEL};
+use crate::ast::{BinaryOp, Expr, NOT_LEVEL};
 use crate::parse::{Failed, MAX_TREE_NESTING, Parsed, Parser, operator};
 use crate::token::Token;
 use meliora_base::error::{Result, SourceFile};
@@ -72,8 +72,8 @@ impl Parser<'_> {
             let (left, right) = (Box::new(left), Box::new(right));
             let kind = match word {
                 "U" => FormulaKind::Until(steps, left, right),
-                "W" => FormulaKind::Weak(left, right),
-                "R" => FormulaKind::Release(left, right),
+                "W" => FormulaKind::Weak(steps, left, right),
+                "R" => FormulaKind::Release(steps, left, right),
                 _ => FormulaKind::Strong(left, right),
             };
             Ok(Formula { kind, span })
@@ -89,19 +89,36 @@ impl Parser<'_> {
 
     /// Returns all tokens from the start of an operand on, each with its temporal operator.
     ///
-    /// PRISM has no `M`, so models use the name: it is an operator between two operands alone.
+    /// PRISM has no `M`, so models use the name: it is an operator between two operands alone. `R` is one
+    /// behind an operand; elsewhere it begins a reward. The formulas of operators of properties, in square
+    /// brackets, are not part of the operand.
     fn operators(&self) -> impl Iterator<Item = (Token, Option<&'static str>)> + '_ {
-        let mut ended = false;
+        let (mut ended, mut nested) = (false, 0_usize);
         self.rest().zip(self.rest().skip(1).chain([(Token::End, "")])).map(move |((token, word), next)| {
             let operator = match token {
                 Token::Word => PREFIX.into_iter().chain(INFIX).find(|o| *o == word),
                 _ => None,
             };
-            let operator = operator.filter(|o| *o != "M" || (ended && begins_operand(next)));
+            match token {
+                Token::LeftBracket => nested += 1,
+                Token::RightBracket => nested = nested.saturating_sub(1),
+                _ => {}
+            }
+            let operator = operator.filter(|o| match *o {
+                _ if nested > 0 => false,
+                "M" => ended && begins_operand(next),
+                "R" => ended,
+                _ => true,
+            });
             ended = operator.is_none()
                 && matches!(
                     token,
-                    Token::Word | Token::Int | Token::Real | Token::Quoted | Token::RightParen
+                    Token::Word
+                        | Token::Int
+                        | Token::Real
+                        | Token::Quoted
+                        | Token::RightParen
+                        | Token::RightBracket
                 );
             (token, operator)
         })
@@ -289,17 +306,19 @@ impl Parser<'_> {
         let start = self.here();
         let mut steps = Steps::default();
         match self.peek() {
+            // The players of a nested operator.
+            Token::Lt | Token::LeftBracket if self.is_operator_of_properties() => return Ok(steps),
             sign @ (Token::Le | Token::Lt) => {
                 self.advance();
-                steps.most = Some((self.tree(Self::atom)?, sign == Token::Lt));
+                steps.most = Some((self.step_bound()?, sign == Token::Lt));
             }
             sign @ (Token::Ge | Token::Gt) => {
                 self.advance();
-                steps.least = Some((self.tree(Self::atom)?, sign == Token::Gt));
+                steps.least = Some((self.step_bound()?, sign == Token::Gt));
             }
             Token::Eq => {
                 self.advance();
-                let bound = self.tree(Self::atom)?;
+                let bound = self.step_bound()?;
                 steps = Steps { least: Some((bound.clone(), false)), most: Some((bound, false)) };
             }
             Token::LeftBracket => {
@@ -317,13 +336,19 @@ impl Parser<'_> {
             }
             _ => return Ok(steps),
         }
-        if matches!(word, "X" | "W" | "R" | "M") {
+        if matches!(word, "X" | "M") {
             let span = start.to(self.before());
             let message = format!("`{word}` with a bound on the number of steps is not supported");
-            self.report(self.unsupported(span, message).help("`F`, `G` and `U` accept such bounds"));
+            let help = "`F`, `G`, `U`, `W` and `R` accept such bounds";
+            self.report(self.unsupported(span, message).help(help));
             return Err(Failed);
         }
         Ok(steps)
+    }
+
+    /// Parses a number of steps; one in front of `+`, `-`, `*` or `/` has the operator, too.
+    fn step_bound(&mut self) -> Parsed<Expr> {
+        self.tree(|p| p.binary(BinaryOp::Add.level()))
     }
 }
 

@@ -71,8 +71,14 @@ impl Reader<'_> {
                 };
                 (self.unless(a.0, b.0), here(kind))
             }),
-            Weak(a, b) => self.pair(a, b)?.map(|(a, b)| (self.unless(a.0, b.0), here(Weak(a.1, b.1)))),
-            Release(a, b) => self.pair(a, b)?.map(|(a, b)| (self.unless(b.0, a.0), here(Release(a.1, b.1)))),
+            Weak(steps, a, b) if steps.least.is_none() => {
+                let pair = self.pair(a, b)?;
+                pair.map(|(a, b)| (self.unless(a.0, b.0), here(Weak(steps.clone(), a.1, b.1))))
+            }
+            Release(steps, a, b) if steps.least.is_none() => {
+                let pair = self.pair(a, b)?;
+                pair.map(|(a, b)| (self.unless(b.0, a.0), here(Release(steps.clone(), a.1, b.1))))
+            }
             Strong(a, b) => self.pair(a, b)?.map(|(a, b)| (self.unless(b.0, a.0), here(Strong(a.1, b.1)))),
             _ => None,
         })

@@ -158,6 +158,10 @@ impl Parser<'_> {
                 let name = self.reference()?;
                 Ok(self.push(span, || NodeKind::Label(name.into())))
             }
+            Token::Word if self.is_operator_of_properties() => self.operator_of_properties(),
+            Token::Lt | Token::LeftBracket if self.is_operator_of_properties() => {
+                self.operator_of_properties()
+            }
             Token::Word => self.word(span),
             Token::LeftParen => {
                 self.advance();
@@ -215,7 +219,7 @@ impl Parser<'_> {
                 ) =>
             {
                 let message = format!("the operator `{word}` of properties cannot stand in an expression");
-                let help = "properties cannot be nested, and a target or an objective is only the formula within the brackets of one";
+                let help = "a target or an objective is only the formula within the brackets of a property";
                 self.report(self.wrong(span, message).help(help));
                 Err(Failed)
             }

@@ -35,6 +35,8 @@ pub(crate) struct Parser<'a> {
     poll: Poll<'a>,
     /// Nodes of the expressions being read, in post-order; `None` if only places are wanted.
     nodes: Option<Vec<Node>>,
+    /// Operators of properties may stand in expressions.
+    pub(crate) in_property: bool,
 }
 
 impl<'a> Parser<'a> {
@@ -47,7 +49,15 @@ impl<'a> Parser<'a> {
     pub(crate) fn of_part(source: &'a Arc<SourceFile>, part: Span, sink: &'a dyn ProgressSink) -> Self {
         let mut poll = Poll::new(sink);
         let tokens = Tokens::new(&source.text, part, &mut poll);
-        Parser { source, tokens, depth: 0, diagnostics: Vec::new(), poll, nodes: Some(Vec::new()) }
+        Parser {
+            source,
+            tokens,
+            depth: 0,
+            diagnostics: Vec::new(),
+            poll,
+            nodes: Some(Vec::new()),
+            in_property: false,
+        }
     }
 
     /// Returns a parser that makes no expressions, only places.
@@ -56,7 +66,7 @@ impl<'a> Parser<'a> {
     }
 
     /// Adds a node, whose operands are the last ones.
-    pub(super) fn push(&mut self, span: Span, kind: impl FnOnce() -> NodeKind) -> Span {
+    pub(crate) fn push(&mut self, span: Span, kind: impl FnOnce() -> NodeKind) -> Span {
         if let Some(nodes) = &mut self.nodes {
             nodes.push(Node { kind: kind(), span });
         }

@@ -102,7 +102,8 @@ fn goes_on(text: &str, start: Option<usize>, end: usize, line_end: usize) -> boo
     let so_far = &text[start..end];
     let next = text[line_end..].trim_start();
     let operator = |c: char| matches!(c, '&' | '|' | '=' | '<' | '>' | '?' | ':' | '+' | '*' | ',' | '!');
-    so_far.ends_with(operator) || next.starts_with(|c: char| operator(c) && c != '!')
+    so_far.ends_with(operator)
+        || (next.starts_with(|c: char| operator(c) && c != '!') && !next.starts_with("<<"))
 }
 
 #[cfg(test)]

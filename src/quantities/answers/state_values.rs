@@ -104,14 +104,18 @@ impl JsonSchema for Extended {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({
             "description": "A number, or infinity.",
-            "anyOf": [{"type": "number"}, {"const": "inf"}],
+            "anyOf": [{"type": "number"}, {"const": "inf"}, {"const": "-inf"}],
         })
     }
 }
 
 /// Serialises a number; infinity is `"inf"`.
 fn finite<S: Serializer>(x: &f64, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-    if x.is_finite() { serializer.serialize_f64(*x) } else { serializer.serialize_str("inf") }
+    match x {
+        _ if x.is_finite() => serializer.serialize_f64(*x),
+        _ if *x < 0.0 => serializer.serialize_str("-inf"),
+        _ => serializer.serialize_str("inf"),
+    }
 }
 
 /// A bound that is wider than others.

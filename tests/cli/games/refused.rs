@@ -114,11 +114,6 @@ fn formulas_and_properties_that_games_do_not_have_are_refused_by_name() {
             (&["reach", "@g.prism", "--property", "P>=1 [ F x=2 ]"], 3, "names the players"),
             (&["reach", "@g.prism", "--property", "<<us>> Pmax>=1 [ F x=2 ]"], 3, "`<<p1>> P>=1"),
             (
-                &["reach", "@g.prism", "--property", "<<us>> R{\"r\"}min=? [ F x=2 ]"],
-                3,
-                "the model has no reward structure",
-            ),
-            (
                 &["reach", "@g.prism", "--property", "<<us>> R{\"r\"}min=? [ Fc x=2 ]"],
                 3,
                 "infinite where it is not reached",

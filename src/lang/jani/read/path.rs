@@ -111,8 +111,8 @@ impl<'a> Reader<'a> {
                 "∨" => FormulaKind::Or(vec![left, right]),
                 "U" if is_all => FormulaKind::Eventually(steps, Box::new(right)),
                 "U" => FormulaKind::Until(steps, Box::new(left), Box::new(right)),
-                "W" => FormulaKind::Weak(Box::new(left), Box::new(right)),
-                "R" => FormulaKind::Release(Box::new(left), Box::new(right)),
+                "W" => FormulaKind::Weak(Steps::default(), Box::new(left), Box::new(right)),
+                "R" => FormulaKind::Release(Steps::default(), Box::new(left), Box::new(right)),
                 _ => FormulaKind::Implies(Box::new(left), Box::new(right)),
             })
         }))

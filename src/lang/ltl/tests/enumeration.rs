@@ -216,8 +216,8 @@ impl<'a> Draft<'a> {
             Operator::And => FormulaKind::And(vec![a.clone(), b.clone()]),
             Operator::Or => FormulaKind::Or(vec![a.clone(), b.clone()]),
             Operator::Until => FormulaKind::Until(steps, x(), y()),
-            Operator::Release => FormulaKind::Release(x(), y()),
-            Operator::Weak => FormulaKind::Weak(x(), y()),
+            Operator::Release => FormulaKind::Release(Steps::default(), x(), y()),
+            Operator::Weak => FormulaKind::Weak(Steps::default(), x(), y()),
         })
     }
 

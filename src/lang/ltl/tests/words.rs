@@ -46,7 +46,7 @@ fn meaning(f: &Formula, word: &Word) -> Vec<bool> {
     let n = word.letters.len();
     let each = |f: &dyn Fn(usize) -> bool| (0..n).map(f).collect::<Vec<bool>>();
     match &f.kind {
-        FormulaKind::Known(_) => unreachable!("no formula here is lowered"),
+        FormulaKind::Known(_) | FormulaKind::Nested(_) => unreachable!("no formula here is lowered"),
         FormulaKind::State(e) => {
             let [Part { kind: NodeKind::Name(name), .. }] = e.nodes.as_slice() else { panic!("{e:?}") };
             let bit = name.as_bytes()[0] - b'a';
@@ -77,12 +77,12 @@ fn meaning(f: &Formula, word: &Word) -> Vec<bool> {
             until(steps, &vec![true; n], &not, word).iter().map(|v| !v).collect()
         }
         FormulaKind::Until(steps, a, b) => until(steps, &meaning(a, word), &meaning(b, word), word),
-        FormulaKind::Weak(a, b) => {
+        FormulaKind::Weak(_, a, b) => {
             let (a, b) = (meaning(a, word), meaning(b, word));
             let both = until(&Steps::default(), &a, &b, word);
             each(&|i| both[i] || walk(i, word, 2 * n).all(|j| a[j]))
         }
-        FormulaKind::Release(a, b) => {
+        FormulaKind::Release(_, a, b) => {
             let not = |x: Vec<bool>| x.into_iter().map(|v| !v).collect::<Vec<bool>>();
             not(until(&Steps::default(), &not(meaning(a, word)), &not(meaning(b, word)), word))
         }
@@ -282,8 +282,8 @@ fn formulas(size: usize) -> Vec<Formula> {
                 let (a, b) = (Box::new(a.clone()), Box::new(b));
                 all.push(made(FormulaKind::And(vec![(*a).clone(), (*b).clone()])));
                 all.push(made(FormulaKind::Until(Steps::default(), a.clone(), b.clone())));
-                all.push(made(FormulaKind::Weak(a.clone(), b.clone())));
-                all.push(made(FormulaKind::Release(a, b)));
+                all.push(made(FormulaKind::Weak(Steps::default(), a.clone(), b.clone())));
+                all.push(made(FormulaKind::Release(Steps::default(), a, b)));
             }
         }
     }
@@ -388,8 +388,8 @@ fn formula() -> impl Strategy<Value = Formula> {
             (steps(), one()).prop_map(|(s, a)| made(FormulaKind::Eventually(s, a))),
             (steps(), one()).prop_map(|(s, a)| made(FormulaKind::Always(s, a))),
             (steps(), one(), one()).prop_map(|(s, a, b)| made(FormulaKind::Until(s, a, b))),
-            (one(), one()).prop_map(|(a, b)| made(FormulaKind::Weak(a, b))),
-            (one(), one()).prop_map(|(a, b)| made(FormulaKind::Release(a, b))),
+            (one(), one()).prop_map(|(a, b)| made(FormulaKind::Weak(Steps::default(), a, b))),
+            (one(), one()).prop_map(|(a, b)| made(FormulaKind::Release(Steps::default(), a, b))),
             (one(), one()).prop_map(|(a, b)| made(FormulaKind::Strong(a, b))),
             (one(), one()).prop_map(|(a, b)| made(FormulaKind::Implies(a, b))),
             (one(), one()).prop_map(|(a, b)| made(FormulaKind::Iff(a, b))),

@@ -1,0 +1,210 @@
+"""Properties as expressions over states: random ones with nested operators, filters and arithmetic, on every kind of
+model, under both engines."""
+
+import math
+import random
+from fractions import Fraction
+
+from reference.model import explore
+from reference.nested import Nested, TooLarge
+
+MOST_STATES = 40
+AMOUNT = 4
+TEMPORAL = ("X", "F", "F", "G", "U", "U", "W", "R")
+
+
+class Draw:
+    """Draws properties for one model, as tuples of `reference.nested`."""
+
+    def __init__(self, context, rng):
+        self.context, self.rng = context, rng
+        self.game = context.source.players or None
+        self.structures = list(context.source.rewards)
+
+    def condition(self, depth):
+        rng = self.rng
+        if depth == 0 or rng.random() < 0.2:
+            return self.atom()
+        kinds = ["not", "and", "or", "=>", "<=>", "bound", "bound", "bound", "A", "E", "filter", "compare"]
+        kind = rng.choice(kinds)
+        if kind == "not":
+            return (kind, self.condition(depth - 1))
+        if kind in ("and", "or", "=>", "<=>"):
+            return (kind, self.condition(depth - 1), self.condition(depth - 1))
+        if kind == "bound":
+            bounds = [Fraction(0), Fraction(1), Fraction(1, 2), Fraction(rng.randint(1, 9), 10)]
+            return (kind, self.probability(depth), rng.choice(["<=", "<", ">=", ">"]), rng.choice(bounds))
+        if kind in ("A", "E"):
+            return (kind, self.path(depth - 1))
+        if kind == "filter":
+            return (kind, rng.choice(["forall", "exists"]), self.condition(depth - 1), self.condition(depth - 1))
+        return (kind, rng.choice(["<=", "<", ">=", ">"]), self.number(depth - 1), self.number(depth - 1))
+
+    def atom(self):
+        variable = self.rng.choice(self.context.source.variables)
+        if variable.kind == "bool":
+            return ("is", variable.name)
+        value = self.rng.randint(variable.low, variable.high)
+        return ("is", f"{variable.name} {self.rng.choice(['=', '<=', '!='])} {value}")
+
+    def number(self, depth):
+        rng = self.rng
+        if depth == 0 or rng.random() < 0.2:
+            return ("number", Fraction(rng.randint(0, 8), 4))
+        kind = rng.choice(["+", "-", "*", "value", "value", "filter"])
+        if kind == "value":
+            earns = self.structures and rng.random() < 0.4
+            return (kind, self.reward() if earns else self.probability(depth))
+        if kind == "filter":
+            function = rng.choice(["min", "max", "sum", "avg", "count"])
+            of = self.condition(depth - 1) if function == "count" else self.number(depth - 1)
+            return (kind, function, of, self.condition(depth - 1) if function in ("sum", "count") else ("is", "true"))
+        return (kind, self.number(depth - 1), self.number(depth - 1))
+
+    def players(self):
+        if not self.game:
+            return None
+        return frozenset(at for at, _ in enumerate(self.game) if self.rng.random() < 0.6)
+
+    def probability(self, depth):
+        return ("P", self.players(), self.rng.choice(["max", "min"]), self.path(depth - 1))
+
+    def reward(self):
+        """Rewards of a number of steps: their sums, and those of the last state."""
+        name = self.rng.choice(self.structures)
+        accumulated = (self.rng.choice(["C", "I"]), self.rng.randint(0, 4))
+        return ("R", self.players(), self.rng.choice(["max", "min"]), name, accumulated)
+
+    def path(self, depth):
+        name = self.rng.choice(TEMPORAL)
+        if name == "X":
+            return (name, self.condition(depth))
+        least = self.rng.choice([0, 0, 0, 1, 2])
+        most = self.rng.choice([None, None, least, least + 1, least + 3])
+        sides = [self.condition(depth) for _ in range(1 if name in ("F", "G") else 2)]
+        return (name, least, most, *sides)
+
+
+class Text:
+    """Writes properties in the syntax of PRISM."""
+
+    def __init__(self, context):
+        self.program, self.game = context.program, list(context.source.players or ())
+        self.is_chain = context.case.kind == "dtmc"
+
+    def condition(self, c):
+        kind = c[0]
+        if kind == "is":
+            return f"({c[1]})"
+        if kind == "not":
+            return f"!{self.condition(c[1])}"
+        if kind in ("and", "or", "=>", "<=>"):
+            return f"({self.condition(c[1])} { {'and': '&', 'or': '|'}.get(kind, kind)} {self.condition(c[2])})"
+        if kind == "compare":
+            return f"({self.number(c[2])} {c[1]} {self.number(c[3])})"
+        if kind == "bound":
+            return f"({self.operator(c[1], c[2], c[3])})"
+        if kind in ("A", "E"):
+            return f"({kind} [ {self.path(c[1])} ])"
+        return f"filter({c[1]}, {self.condition(c[2])}, {self.condition(c[3])})"
+
+    def number(self, n):
+        kind = n[0]
+        if kind == "number":
+            return str(float(n[1]))
+        if kind == "value":
+            return self.operator(n[1])
+        if kind == "filter":
+            of = self.condition(n[2]) if n[1] == "count" else self.number(n[2])
+            return f"filter({n[1]}, {of}, {self.condition(n[3])})"
+        return f"({self.number(n[1])} {kind} {self.number(n[2])})"
+
+    def operator(self, operator, sign="=", bound="?"):
+        kind, ours, optimum, *rest = operator
+        lower = sign in (">", ">=")
+        named = "" if self.is_chain else optimum
+        before = ""
+        if ours is not None:
+            before = f"<<{','.join(self.game[at] for at in sorted(ours))}>> "
+            named = named if sign == "=" else ""
+        end = f"{sign}{bound if bound == '?' else float(bound)}"
+        assert ours is None or sign == "=" or lower == (optimum == "max")
+        if kind == "P":
+            return f"{before}P{named}{end} [ {self.path(rest[0])} ]"
+        structure, (what, steps) = rest
+        return f'{before}R{{"{structure}"}}{named}{end} [ {what}{"<=" if what == "C" else "="}{steps} ]'
+
+    def path(self, path):
+        name = path[0]
+        if name == "X":
+            return f"X {self.condition(path[1])}"
+        _, least, most, *sides = path
+        steps = f">={least}" if most is None and least else "" if most is None else f"[{least},{most}]"
+        if name in ("F", "G"):
+            return f"{name}{steps} {self.condition(sides[0])}"
+        return f"{self.condition(sides[0])} {name}{steps} {self.condition(sides[1])}"
+
+
+def decided(c, game):
+    """The same property, in which the players of a game look for what a bound asks of them."""
+    if not isinstance(c, tuple) or not game:
+        return c
+    parts = tuple(decided(part, game) for part in c)
+    if parts[0] == "bound":
+        operator = list(parts[1])
+        operator[2] = "max" if parts[2] in (">", ">=") else "min"
+        return ("bound", tuple(operator), *parts[2:])
+    return parts
+
+
+def nested(context):
+    """Verdicts and numbers of random properties are those of the definition."""
+    if context.is_rare():
+        return
+    mdp = explore(context.source, context.case.settings["scope"], 3000)
+    if len(mdp.values) > MOST_STATES:
+        return
+    rng = random.Random(context.case.seed)
+    draw, text, known = Draw(context, rng), Text(context), Nested(mdp)
+    file, expected = context.program.folder / "nested.props", []
+    for at in range(AMOUNT):
+        try:
+            is_number = at % 2 == 1
+            drawn = draw.number(2) if is_number else draw.condition(3)
+            drawn = decided(drawn, draw.game)
+            if is_number:
+                values = known.numbers(drawn)
+                expected.append((text.number(drawn), [values[s] for s in mdp.initial]))
+            else:
+                expected.append((text.condition(drawn), set(mdp.initial) <= known.holds(drawn)))
+        except TooLarge:
+            continue
+    if not expected:
+        return
+    file.write_text("".join(f"{written};\n" for written, _ in expected))
+    context.case.features.add("nested properties")
+    for engine in ("explicit", "symbolic"):
+        options = ["--engine", engine, *context.program.settings("scope", "threads")]
+        report = context.program.ask(
+            "reach", context.program.model, "--properties", file, *options, allowed=(0, 1)
+        )
+        for (written, answer), entry in zip(expected, report["properties"]):
+            compare(context, f"{written} ({engine})", answer, entry)
+
+
+def compare(context, what, answer, entry):
+    if isinstance(answer, bool):
+        context.same(what, answer, entry["holds"] if entry["holds"] is not None else entry.get("reason"))
+        return
+    found = entry.get("value")
+    if not found:
+        context.same(what, [str(value) for value in answer], entry.get("reason"))
+        return
+    lower, upper = (math.inf if x == "inf" else Fraction(x) for x in (found["lower"], found["upper"]))
+    slack = Fraction(1, 10**5)
+    inside = lower <= min(answer) and max(answer) <= upper
+    narrow = upper - lower <= max(answer) - min(answer) + slack * max(1, abs(lower))
+    context.same(what, "", "" if inside and narrow else f"{found}, not {[str(value) for value in answer]}")
+
+
+ALL = {"nested": nested}

@@ -1,0 +1,129 @@
+//! Answers the properties of `meliora reach` that are expressions over states.
+
+use std::sync::Arc;
+
+use meliora::reach::evaluate::{Evaluator, Found, Model, Number, StateValue};
+use meliora_base::error::Error;
+use meliora_engine::{Algebra, AnyEngine, Engine, Selection};
+use meliora_lang::refusal::Refusal;
+use meliora_model::valuation::Valuation;
+use meliora_model::{Program, State};
+use meliora_planning::result::ModelCounts;
+use meliora_quantities::state_values::Bound;
+use meliora_report::ReachReport;
+use meliora_report::properties::ListedState;
+use meliora_report::reach::Share;
+
+use super::engines;
+use super::load::{Asked, StatedTerm};
+use super::questions::Given;
+use super::supervise::Job;
+
+/// Answers all of them with one engine. A property without an answer leaves the others of a file.
+///
+/// # Errors
+/// A limit is hit, or the only property cannot be answered.
+pub(super) fn work(
+    job: &Job<ReachReport>,
+    given: &Given<'_>,
+    selected: &Selection,
+    asked: &Asked,
+) -> Result<(), Error> {
+    if asked.terms.is_empty() {
+        return Ok(());
+    }
+    if given.out.is_some() {
+        let message = "`--out` writes the regions of single operators; leave out the other properties";
+        return Err(Error::Usage(message.to_owned()));
+    }
+    let engine = built(job, given, selected, &asked.program)?;
+    counted(job, &engine, asked)?;
+    let build = |program: &Arc<Program>| built(job, given, selected, program);
+    let model = Model::new(&*engine, &asked.program, &build, given.precision);
+    for StatedTerm { position, source, term } in &asked.terms {
+        let evaluator = Evaluator::new(&model, source);
+        match job.timed("value", || evaluator.answer(term), |r, s| r.time.add("value", s)) {
+            Ok(found) => note(job, given.is_one, *position, &engine, found)?,
+            Err(error) if asked.is_list && !matches!(error, Error::Limit(_)) => {
+                let Refusal { reason, place } = Refusal::of(&error);
+                job.update(|r| {
+                    let answer = &mut r.properties[*position];
+                    answer.reason = Some(reason);
+                    (answer.line, answer.column) = place.unzip();
+                });
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(())
+}
+
+fn built(
+    job: &Job<ReachReport>,
+    given: &Given<'_>,
+    selected: &Selection,
+    program: &Arc<Program>,
+) -> Result<Arc<AnyEngine>, Error> {
+    let mut selected = selected.clone();
+    let build = || engines::engine_for(program, given.model, &mut selected, true, &job.sink);
+    let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
+    job.update(|r| r.header.select(&selected));
+    Ok(engine)
+}
+
+/// Counts the states, unless another question has done so.
+fn counted(job: &Job<ReachReport>, engine: &AnyEngine, asked: &Asked) -> Result<(), Error> {
+    let mut known = false;
+    job.update(|r| known = r.counts.is_some());
+    if known {
+        return Ok(());
+    }
+    let counts = job.timed("count", || ModelCounts::of(engine), |r, s| r.time.add("build", s))?;
+    engines::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap.as_ref())?;
+    job.update(|r| r.counts = Some(counts));
+    Ok(())
+}
+
+/// Adds the answer to the report.
+fn note(
+    job: &Job<ReachReport>,
+    is_one: bool,
+    position: usize,
+    engine: &AnyEngine,
+    found: Found<<AnyEngine as Engine>::States>,
+) -> Result<(), Error> {
+    for (which, states) in &found.regions {
+        let size = engine.count(states)?;
+        let share = is_one.then(|| Share::of_initial(engine, states)).transpose()?;
+        job.update(|r| {
+            if let Some(one) = &mut r.one {
+                *one.sizes.get_mut(*which) = Some(size.clone().into());
+                *one.initial.get_mut(*which) = share;
+            }
+            *r.properties[position].sizes.get_mut(*which) = Some(size.clone().into());
+        });
+    }
+    let listed = |(state, value): (State, StateValue)| {
+        let state = Valuation::of(engine.program(), &state);
+        match value {
+            StateValue::Holds(holds) => ListedState { state, holds: Some(holds), value: None },
+            StateValue::Number(number) => ListedState { state, holds: None, value: Some(bound(&number)) },
+        }
+    };
+    job.update(|r| {
+        let answer = &mut r.properties[position];
+        answer.holds = found.holds;
+        answer.value = found.value.as_ref().map(|number| Some(bound(number)));
+        answer.front = found.front;
+        answer.values = found.values.map(|all| all.into_iter().map(listed).collect());
+        if let Some(one) = &mut r.one {
+            one.holds = found.holds;
+        }
+        r.memory.peak_nodes = r.memory.peak_nodes.max(engine.usage().peak_nodes);
+    });
+    Ok(())
+}
+
+fn bound(number: &Number) -> Bound {
+    Bound { lower: number.lower, upper: number.upper, exact: None }
+}

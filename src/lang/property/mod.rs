@@ -1,0 +1,108 @@
+//! Properties: expressions over states, whose operators ask for probabilities and rewards.
+//!
+//! [`parse_property`] makes a syntax tree, which is checked against a program: [`Property::term`] returns
+//! the expression over its states, and [`Property::simple`] a single operator over a formula without others.
+
+pub(crate) mod check;
+pub(crate) mod formulas;
+mod operators;
+mod question;
+mod refused;
+mod strategies;
+pub mod term;
+
+use std::sync::Arc;
+
+use crate::ast::{Expr, Span};
+use crate::ltl::Formula;
+use crate::parse::{Parsed, Parser};
+use crate::token::Token;
+use ahash::AHashMap;
+use check::Checker;
+use meliora_base::error::{Result, SourceFile};
+use meliora_base::progress::NoProgress;
+pub use meliora_model::Optimum;
+use meliora_model::Program;
+pub use meliora_model::property::{
+    Bound, Inequality, Measure, Over, Quantity, Question, Rewards, Strategies,
+};
+pub(crate) use operators::Extreme;
+pub use operators::Operator;
+pub(crate) use question::{compared, quantity};
+pub use term::Term;
+
+/// A property as it is written: an expression over states.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Property {
+    pub(crate) expression: Expr,
+}
+
+/// One operator over a formula without other operators.
+#[derive(Debug, Clone)]
+pub struct Simple {
+    /// Question.
+    pub question: Question,
+    /// Formula on paths.
+    pub formula: Formula,
+    /// The players of a game who choose to make the property true, as an entry per player.
+    pub coalition: Option<Vec<bool>>,
+}
+
+/// Properties by their names, which others of the same text may refer to.
+pub type Named = AHashMap<String, Property>;
+
+/// Parses a property such as `P>=1 [ F "done" ]`, `Pmax=? [ a U b ]`, `1 - Pmin=? [ G !(F x=3) ]` or
+/// `R{"cost"}min=? [ F P>=1 [ G "done" ] ]`.
+///
+/// `P` with a bound holds in a state if every strategy satisfies it (PRISM's meaning for MDPs).
+/// `Pmin` and `Pmax` compare the minimum and the maximum probability (Storm's forms).
+///
+/// # Errors
+/// A syntax error.
+pub fn parse_property(source: &Arc<SourceFile>) -> Result<Property> {
+    property_at(source, Span::new(0, source.text.len()))
+}
+
+/// Parses a part of a text that is one property.
+///
+/// # Errors
+/// See [`parse_property`].
+pub(crate) fn property_at(source: &Arc<SourceFile>, place: Span) -> Result<Property> {
+    let mut parser = Parser::of_part(source, place, &NoProgress);
+    parser.in_property = true;
+    let parsed = parser.property();
+    parser.finish_parsed(parsed)
+}
+
+impl Property {
+    /// Checks the property against a program; `named` are the properties that it may refer to.
+    ///
+    /// # Errors
+    /// Unknown names and wrong types. A reward structure does not exist, or the property of an `mdp` does
+    /// not say which strategies it asks about. A property of a game does not name its players, or another
+    /// one does. A part is not supported.
+    pub fn term(&self, program: &Program, source: &Arc<SourceFile>, named: &Named) -> Result<Term> {
+        Checker::new(program, source, named).term(&self.expression)
+    }
+
+    /// Returns the question of a property that is one operator over a formula without other operators: a
+    /// probability, or a reward until a set of states is reached; `None` for others.
+    ///
+    /// # Errors
+    /// See [`Property::term`].
+    pub fn simple(&self, program: &Program, source: &Arc<SourceFile>) -> Result<Option<Simple>> {
+        Checker::new(program, source, &Named::default()).simple(&self.expression)
+    }
+}
+
+impl Parser<'_> {
+    fn property(&mut self) -> Parsed<Property> {
+        let expression = self.tree(Self::expression)?;
+        let ended = self.eat(Token::Semicolon);
+        match self.peek() {
+            Token::End => Ok(Property { expression }),
+            _ if ended => Err(self.second()),
+            _ => Err(self.behind()),
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! Properties of other tools that are not supported: each is refused by name, with advice.
+
+use crate::parse::{Failed, Parsed, Parser};
+use crate::token::Token;
+
+impl Parser<'_> {
+    /// Reports another property behind the semicolon.
+    pub(super) fn second(&mut self) -> Failed {
+        let diagnostic =
+            self.wrong(self.here(), "more than one property").label("expected the end of the text");
+        self.report(diagnostic.help("ask for each property alone; a file may contain many"));
+        Failed
+    }
+
+    /// Reports what PRISM permits behind the formula of a property.
+    pub(super) fn behind(&mut self) -> Failed {
+        let span = self.here();
+        if self.peek() != Token::LeftBrace {
+            return self.expected("the end of the text");
+        }
+        let message = "a condition on the states behind a property is not supported";
+        let help = "write `filter(state, …, condition)`, or another filter";
+        self.report(self.unsupported(span, message).help(help));
+        Failed
+    }
+
+    /// Reports the coalitions of an equilibrium, `<<p1:p2>>`.
+    pub(super) fn several_coalitions(&mut self) -> Failed {
+        let message = "equilibria of several coalitions are not supported";
+        let help = "PRISM-games computes them; `<<p1>> P>=1 [ … ]` has all other players as the opponent";
+        self.report(self.unsupported(self.here(), message).help(help));
+        Failed
+    }
+
+    /// Reports a reward in the brackets of a probability.
+    pub(super) fn no_rewards(&mut self) -> Parsed<()> {
+        let span = self.here();
+        if !["C", "I", "S", "LRA"].contains(&self.text(span)) {
+            return Ok(());
+        }
+        let message = format!("`{}` is a reward, not a formula on paths", self.text(span));
+        let help = "the probability of a formula is asked for by `Pmax=? [ F condition ]`";
+        self.report(self.wrong(span, message).label("expected a formula").help(help));
+        Err(Failed)
+    }
+
+    /// Reports the rewards that only PRISM-games has: `Fc`, `F0` and `F*`.
+    pub(super) fn rewards_of_games(&mut self) -> Parsed<()> {
+        let span = self.here();
+        let is_star = self.text(span) == "F" && self.peek_at(1) == Token::Star;
+        if !is_star && !["Fc", "F0"].contains(&self.text(span)) {
+            return Ok(());
+        }
+        let message = "of the rewards of PRISM-games, those until a target are supported that are infinite where it is \
+                       not reached";
+        let help = "PRISM-games computes those of `Fc`, `F0` and `F*`";
+        self.report(self.unsupported(span, message).label("expected `F condition`").help(help));
+        Err(Failed)
+    }
+}

@@ -1,0 +1,202 @@
+//! Properties as expressions over states, evaluated bottom-up: a condition is a set of states, a number
+//! is an interval for each state that is asked for.
+//!
+//! - `sets`: conditions.
+//! - `numbers`: numbers of states, and `number` with their arithmetic.
+//! - `operators`: the numbers of `P`, `R` and `S`.
+//! - `paths`: the regions of formulas on paths.
+//! - `products`: formulas that need monitors, and the models in which these are evaluated.
+//! - `several`: several objectives at once.
+//! - `filters`: functions of the values in several states.
+
+mod condition;
+mod filters;
+mod number;
+mod numbers;
+mod operators;
+mod paths;
+mod products;
+mod sets;
+mod several;
+
+use std::cell::OnceCell;
+use std::sync::Arc;
+
+use meliora_base::error::{Diagnostic, Error, Limit, Result, Severity, SourceFile};
+use meliora_engine::Engine;
+use meliora_engine::regions::Which;
+use meliora_lang::property::term::{Filter, FilterFunction, Term, TermKind};
+use meliora_model::{Program, State};
+use meliora_quantities::equations::arena::Arena;
+pub use number::Number;
+
+/// Maximum number of states with values.
+const MOST_STATES: usize = 1 << 20;
+
+/// Builds the engine of a program: the model with monitors, or with one choice per successor.
+pub type Build<'a, E> = dyn Fn(&Arc<Program>) -> Result<Arc<E>> + 'a;
+
+/// The states of a program, and how to compute with them.
+pub struct Model<'a, E: Engine> {
+    engine: &'a E,
+    program: &'a Arc<Program>,
+    build: &'a Build<'a, E>,
+    precision: f64,
+    /// The list of the states, once a number has needed it.
+    arena: OnceCell<Arena<'a>>,
+}
+
+impl<'a, E: Engine> Model<'a, E> {
+    /// Creates a model from its engine. `build` builds the engines of other models that are needed; the
+    /// bounds of numbers are at most `precision` wide where they can be computed so.
+    pub fn new(engine: &'a E, program: &'a Arc<Program>, build: &'a Build<'a, E>, precision: f64) -> Self {
+        Model { engine, program, build, precision, arena: OnceCell::new() }
+    }
+
+    /// Returns the list of the states. Cost: one evaluation of the commands per state, once.
+    ///
+    /// # Errors
+    /// The states do not fit into the memory limit; another limit is reached.
+    fn arena(&self) -> Result<&Arena<'a>> {
+        if let Some(arena) = self.arena.get() {
+            return Ok(arena);
+        }
+        let arena = Arena::new(self.engine, self.program)?;
+        Ok(self.arena.get_or_init(|| arena))
+    }
+}
+
+/// Evaluates properties of one text in the states of a model.
+pub struct Evaluator<'m, 'a, E: Engine> {
+    model: &'m Model<'a, E>,
+    engine: &'a E,
+    program: &'a Arc<Program>,
+    source: &'m Arc<SourceFile>,
+}
+
+/// A region of a formula, with its states.
+pub type Region<S> = (Which, S);
+
+/// The answer to a property.
+#[derive(Debug, Clone)]
+pub struct Found<S> {
+    /// The regions of the formula, if the property is one operator for a probability.
+    pub regions: Vec<Region<S>>,
+    /// The condition holds in all initial states; `None` for a number.
+    pub holds: Option<bool>,
+    /// The range of the number over the initial states, or the value of a filter; `None` for a condition.
+    pub value: Option<Number>,
+    /// The points of a Pareto front, if the property asks for one.
+    pub front: Option<Vec<[f64; 2]>>,
+    /// The values of states, if the property lists them.
+    pub values: Option<Vec<(State, StateValue)>>,
+}
+
+/// A value in a state.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StateValue {
+    /// Truth of the condition.
+    Holds(bool),
+    /// The number.
+    Number(Number),
+}
+
+/// States with a list of them.
+struct At<S> {
+    set: S,
+    list: Vec<State>,
+}
+
+impl<'m, 'a, E: Engine> Evaluator<'m, 'a, E> {
+    /// Creates an evaluator for the properties of a text.
+    pub fn new(model: &'m Model<'a, E>, source: &'m Arc<SourceFile>) -> Self {
+        Evaluator { model, engine: model.engine, program: model.program, source }
+    }
+
+    /// Answers a property in the initial states.
+    ///
+    /// # Errors
+    /// A limit is reached; a part is not supported, or has no value in some state; the bounds of a number do
+    /// not decide a comparison.
+    pub fn answer(&self, term: &Term) -> Result<Found<E::States>> {
+        let initial = self.engine.initial_states();
+        let regions = self.regions(term)?;
+        if let Some(front) = self.front(term)? {
+            return Ok(Found { regions, holds: None, value: None, values: None, front: Some(front) });
+        }
+        if let Some(holds) = self.qualitative(term, &regions)? {
+            return Ok(Found { holds: Some(holds), values: None, value: None, front: None, regions });
+        }
+        let values = match &term.kind {
+            TermKind::Filter(filter) => self.listed(filter)?,
+            _ => None,
+        };
+        if let TermKind::Operator(measured) = &term.kind
+            && measured.bound.is_some()
+        {
+            let (holds, value) = self.compared_value(term, measured, &self.at(&initial)?)?;
+            return Ok(Found { holds: Some(holds), value, values, front: None, regions });
+        }
+        if term.is_condition() {
+            let satisfied = self.states(term, &initial)?;
+            let holds = self.engine.is_empty(&self.engine.difference(&initial, &satisfied)?)?;
+            return Ok(Found { holds: Some(holds), values, value: None, front: None, regions });
+        }
+        let at = self.at(&initial)?;
+        let value = self.narrow(term, &at)?.into_iter().reduce(|all, x| all.range(&x));
+        if value.as_ref().is_some_and(Number::is_undefined) {
+            return Err(self.wrong(term, "the number is undefined, as is 0 divided by 0").into());
+        }
+        Ok(Found { holds: None, value, values, front: None, regions })
+    }
+
+    /// Returns the values that a filter lists.
+    fn listed(&self, filter: &Filter) -> Result<Option<Vec<(State, StateValue)>>> {
+        use FilterFunction::{Argmax, Argmin, Print, Printall};
+        if !matches!(filter.function, Argmin | Argmax | Print | Printall) {
+            return Ok(None);
+        }
+        let mut set = self.chosen(filter)?;
+        if matches!(filter.function, Argmin | Argmax) {
+            set = self.extreme_states(filter, &set)?;
+        }
+        if filter.of.is_condition() {
+            let satisfied = self.states(&filter.of, &set)?;
+            let listed = if filter.function == Print { &satisfied } else { &set };
+            let values = self.at(listed)?.list.into_iter().map(|state| {
+                let holds = self.engine.contains(&satisfied, &state)?;
+                Ok((state, StateValue::Holds(holds)))
+            });
+            return values.collect::<Result<_>>().map(Some);
+        }
+        let at = self.at(&set)?;
+        let numbers = self.narrow(&filter.of, &at)?;
+        let all = at.list.into_iter().zip(numbers);
+        let is_shown = |x: &Number| filter.function != Print || x.lower != 0.0 || x.upper != 0.0;
+        Ok(Some(all.filter(|(_, x)| is_shown(x)).map(|(s, x)| (s, StateValue::Number(x))).collect()))
+    }
+
+    /// Lists some states.
+    fn at(&self, set: &E::States) -> Result<At<E::States>> {
+        Ok(At { set: set.clone(), list: listed(self.engine, set)? })
+    }
+
+    /// Returns an error at the place of a term.
+    fn wrong(&self, term: &Term, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(self.source, term.span.range(), message)
+    }
+
+    /// Returns the error for a part that is not supported.
+    fn unsupported(&self, term: &Term, message: impl Into<String>, help: &str) -> Error {
+        self.wrong(term, message).severity(Severity::Unsupported).label("not supported").help(help).into()
+    }
+}
+
+/// Lists the states of a set.
+fn listed<E: Engine>(engine: &E, set: &E::States) -> Result<Vec<State>> {
+    let list = engine.list_states(set, MOST_STATES + 1)?;
+    if list.len() > MOST_STATES {
+        return Err(Limit::Listed(MOST_STATES as u64).into());
+    }
+    Ok(list)
+}

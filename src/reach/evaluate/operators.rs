@@ -1,0 +1,317 @@
+//! Numbers of operators: probabilities and rewards of paths.
+//!
+//! If one player chooses alone and nothing counts steps, the equations are those of the states between the
+//! regions of the formula. All other numbers are computed over a list of all states.
+
+use super::numbers::Operator;
+use super::products::Product;
+use super::{Evaluator, Number};
+use meliora_base::error::{Error, Result};
+use meliora_base::exact::{Exact, Real};
+use meliora_engine::Engine;
+use meliora_engine::regions::{Regions, Which};
+use meliora_lang::property::Optimum;
+use meliora_lang::property::term::{Accumulated, Path, Single, Step, Term};
+use meliora_model::property::{self, Rewards};
+use meliora_model::temporal::{Asks, Condition};
+use meliora_model::{Program, State};
+use meliora_quantities::Earned;
+use meliora_quantities::cost::check_rewards;
+use meliora_quantities::equations::arena::{Arena, Goal};
+use meliora_quantities::path_values::{self, Answer, Paths, Wanted};
+use meliora_quantities::vector::{self, Accumulation, Until};
+
+impl<E: Engine> Evaluator<'_, '_, E> {
+    pub(super) fn probability(&self, asked: &Operator<'_, E::States>, path: &Path) -> Result<Vec<Number>> {
+        let is_game = self.engine.is_game();
+        match &path.single {
+            Some(single) if !is_game && is_unbounded(single) => self.between(asked, single),
+            Some(single) => self.stepwise(asked, single),
+            None if is_game => self.product_of_game(asked, path),
+            None => {
+                let optimum = asked.measured.optimum;
+                let needed = path_values::needed(&property::Measure::Probability, optimum);
+                let product = self.product(asked.term, path, None)?;
+                let (regions, states) = self.parts_of_product(&product, needed, &asked.at.list)?;
+                let wanted = (&Wanted::Probability, optimum);
+                let engine: &E = &product.engine;
+                let paths = Paths::explore(engine, &product.program, wanted, &regions, &states)?;
+                explored(paths, asked.precision)
+            }
+        }
+    }
+
+    /// Returns the probabilities of a formula without bounds, from the equations of the states between its
+    /// regions.
+    fn between(&self, asked: &Operator<'_, E::States>, single: &Single) -> Result<Vec<Number>> {
+        let optimum = asked.measured.optimum;
+        let mut regions = Regions::default();
+        for &which in path_values::needed(&property::Measure::Probability, optimum) {
+            *regions.get_mut(which) = Some(self.region_of_single(self.engine, which, single)?);
+        }
+        let wanted = (&Wanted::Probability, optimum);
+        let paths = Paths::explore(self.engine, self.program, wanted, &regions, &asked.at.list)?;
+        explored(paths, asked.precision)
+    }
+
+    /// Returns the probabilities of a formula with one operator, over all states.
+    fn stepwise(&self, asked: &Operator<'_, E::States>, single: &Single) -> Result<Vec<Number>> {
+        let all = self.engine.all_states();
+        let goal = goal(asked.measured.optimum, self.engine.is_game());
+        let goal = if single.negated { goal.opposite() } else { goal };
+        let found = match &single.step {
+            Step::Now(now) => {
+                let now = self.states(now, &all)?;
+                asked
+                    .at
+                    .list
+                    .iter()
+                    .map(|s| Ok(truth(self.engine.contains(&now, s)?)))
+                    .collect::<Result<_>>()?
+            }
+            Step::Next(target) => {
+                let target = self.states(target, &all)?;
+                self.in_arena(asked, |arena, engine| {
+                    vector::next(arena, &arena.members(engine, &target)?, goal, asked.precision)
+                })?
+            }
+            Step::Until { left, right, least, most } => {
+                let through = match left {
+                    Some(left) => self.states(left, &all)?,
+                    None => all.clone(),
+                };
+                let target = self.states(right, &all)?;
+                self.in_arena(asked, |arena, engine| {
+                    let (left, right) = (arena.members(engine, &through)?, arena.members(engine, &target)?);
+                    let until = Until { left, right, least: *least, most: *most };
+                    vector::probability(arena, &until, goal, asked.precision)
+                })?
+            }
+        };
+        Ok(if single.negated { found.iter().map(Number::complemented).collect() } else { found })
+    }
+
+    /// Computes over the list of all states, in which the players of the operator are ours.
+    fn in_arena(
+        &self,
+        asked: &Operator<'_, E::States>,
+        compute: impl FnOnce(&Arena<'_>, &E) -> Result<Answer>,
+    ) -> Result<Vec<Number>> {
+        match self.played(asked.measured)? {
+            None => {
+                let arena = self.model.arena()?;
+                selected(arena, compute(arena, self.engine)?, &asked.at.list)
+            }
+            Some(game) => {
+                let arena = Arena::new(&game, self.program)?;
+                selected(&arena, compute(&arena, &game)?, &asked.at.list)
+            }
+        }
+    }
+
+    /// Returns the probabilities of a formula of a game that a finite part of a path satisfies or violates.
+    fn product_of_game(&self, asked: &Operator<'_, E::States>, path: &Path) -> Result<Vec<Number>> {
+        let product = self.product(asked.term, path, asked.measured.coalition.as_ref())?;
+        let Some(Condition::Leaf(asks @ (Asks::Accept | Asks::Avoid), _)) = product.condition() else {
+            return self.zero_or_one(asked, path);
+        };
+        let (one, zero) = match asked.measured.optimum {
+            Optimum::Max => (Which::PmaxOne, Which::PmaxPositive),
+            Optimum::Min => (Which::PminOne, Which::PminPositive),
+        };
+        let safe = *asks == Asks::Avoid;
+        let (regions, states) =
+            self.parts_of_product(&product, &[if safe { zero } else { one }], &asked.at.list)?;
+        let (engine, goal) = (&*product.engine, goal(asked.measured.optimum, true));
+        let (target, goal) = match safe {
+            false => (regions.known(one)?.clone(), goal),
+            true => (engine.difference(&engine.all_states(), regions.known(zero)?)?, goal.opposite()),
+        };
+        let arena = Arena::new(engine, &product.program)?;
+        let (left, right) = (arena.members(engine, &engine.all_states())?, arena.members(engine, &target)?);
+        let until = Until { left, right, least: 0, most: None };
+        let found = selected(&arena, vector::probability(&arena, &until, goal, asked.precision)?, &states)?;
+        Ok(if safe { found.iter().map(Number::complemented).collect() } else { found })
+    }
+
+    /// Returns the probabilities of a formula of a game that no finite part of a path decides, if they are 0 or 1.
+    fn zero_or_one(&self, asked: &Operator<'_, E::States>, path: &Path) -> Result<Vec<Number>> {
+        let (one, positive) = match asked.measured.optimum {
+            Optimum::Max => (Which::PmaxOne, Which::PmaxPositive),
+            Optimum::Min => (Which::PminOne, Which::PminPositive),
+        };
+        let one = self.region(asked.term, asked.measured, one, path)?;
+        let positive = self.region(asked.term, asked.measured, positive, path)?;
+        let value = |state: &State| match (
+            self.engine.contains(&one, state)?,
+            self.engine.contains(&positive, state)?,
+        ) {
+            (true, _) => Ok(truth(true)),
+            (_, false) => Ok(truth(false)),
+            _ => {
+                let message = "values of a game other than 0 and 1 are not supported for a formula that is \
+                                   neither safe nor co-safe";
+                Err(self.unsupported(asked.term, message, "ask whether it is 0 or 1, by `P>=1` and `P>0`"))
+            }
+        };
+        asked.at.list.iter().map(value).collect()
+    }
+
+    pub(super) fn long_run(&self, asked: &Operator<'_, E::States>, states: &Term) -> Result<Vec<Number>> {
+        let states = self.states(states, &self.engine.all_states())?;
+        self.in_arena(asked, |arena, engine| {
+            vector::long_run(arena, &arena.members(engine, &states)?, asked.precision)
+        })
+    }
+
+    pub(super) fn reward(
+        &self,
+        asked: &Operator<'_, E::States>,
+        rewards: &Rewards,
+        accumulated: &Accumulated,
+    ) -> Result<Vec<Number>> {
+        let structure = rewards.find(self.program);
+        let structure = structure.ok_or_else(|| Error::Usage("unknown reward structure".to_owned()))?;
+        let accumulation = match accumulated {
+            Accumulated::Until(path) => return self.reward_until(asked, structure, path),
+            Accumulated::Within(steps) => Accumulation::Within(*steps),
+            Accumulated::Total => Accumulation::Total,
+            Accumulated::At(steps) => Accumulation::At(*steps),
+            Accumulated::LongRun => Accumulation::LongRun,
+        };
+        let goal = goal(asked.measured.optimum, self.engine.is_game());
+        self.in_arena(asked, |arena, engine| {
+            vector::reward(arena, &arena.rewards(engine, structure)?, &accumulation, goal, asked.precision)
+        })
+    }
+
+    /// Returns the reward until a formula is satisfied.
+    fn reward_until(
+        &self,
+        asked: &Operator<'_, E::States>,
+        structure: usize,
+        path: &Path,
+    ) -> Result<Vec<Number>> {
+        let all = self.engine.all_states();
+        match &path.single {
+            Some(
+                single @ Single {
+                    negated: false,
+                    step: Step::Until { left: None, right, least: 0, most: None },
+                },
+            ) => {
+                let target = self.states(right, &all)?;
+                if !self.engine.is_game() {
+                    return self.reward_between(asked, structure, (single, &target));
+                }
+                let goal = goal(asked.measured.optimum, true);
+                self.in_arena(asked, |arena, engine| {
+                    let until = Accumulation::Until(arena.members(engine, &target)?);
+                    vector::reward(arena, &arena.rewards(engine, structure)?, &until, goal, asked.precision)
+                })
+            }
+            Some(Single { negated, step: Step::Now(now) }) => {
+                let now = self.states(now, &all)?;
+                let value = |state: &State| match self.engine.contains(&now, state)? != *negated {
+                    true => Ok(Number::of(Exact::Int(0))),
+                    false => Ok(Number::of(Exact::Real(Real::Infinite(false)))),
+                };
+                asked.at.list.iter().map(value).collect()
+            }
+            _ => self.reward_in_product(asked, structure, path),
+        }
+    }
+
+    fn reward_between(
+        &self,
+        asked: &Operator<'_, E::States>,
+        structure: usize,
+        (single, target): (&Single, &E::States),
+    ) -> Result<Vec<Number>> {
+        let (program, optimum): (&Program, _) = (self.program, asked.measured.optimum);
+        let wrong = program.wrong_rewards(structure);
+        let items = &program.rewards[structure];
+        check_rewards(self.engine, program, items, &wrong)?;
+        let mut regions = Regions::default();
+        for &which in path_values::needed(&property::Measure::Reward(Rewards::First), optimum) {
+            *regions.get_mut(which) = Some(self.region_of_single(self.engine, which, single)?);
+        }
+        let wanted = Wanted::Reward(Earned { program, structure: items }, target);
+        let paths = Paths::explore(self.engine, program, (&wanted, optimum), &regions, &asked.at.list)?;
+        explored(paths, asked.precision)
+    }
+
+    /// Returns the reward until a monitor accepts.
+    fn reward_in_product(
+        &self,
+        asked: &Operator<'_, E::States>,
+        structure: usize,
+        path: &Path,
+    ) -> Result<Vec<Number>> {
+        let path = self.read_to_the_end(path);
+        let product = self.product(asked.term, &path, asked.measured.coalition.as_ref())?;
+        let Some(Condition::Leaf(Asks::Accept, mark)) = product.condition() else {
+            let message = "rewards are accumulated until a formula is satisfied, and no finite part of a path \
+                satisfies this one";
+            return Err(self.unsupported(asked.term, message, "write `R{\"name\"}min=? [ F condition ]`"));
+        };
+        let engine = &*product.engine;
+        let (_, states) = self.parts_of_product(&product, &[], &asked.at.list)?;
+        let arena = Arena::new(engine, &product.program)?;
+        let until = Accumulation::Until(arena.members(engine, &engine.states_where(mark)?)?);
+        let goal = goal(asked.measured.optimum, self.engine.is_game());
+        let rewards = arena.rewards(engine, structure)?;
+        selected(&arena, vector::reward(&arena, &rewards, &until, goal, asked.precision)?, &states)
+    }
+}
+
+impl<E> Product<E> {
+    /// Returns the condition of the paths on the monitors.
+    fn condition(&self) -> Option<&Condition> {
+        match &self.goal.target {
+            crate::reach::Target::Formula(condition) => Some(condition),
+            crate::reach::Target::States(_) => None,
+        }
+    }
+}
+
+/// Returns what the players look for.
+fn goal(optimum: Optimum, is_game: bool) -> Goal {
+    if is_game { Goal::against(optimum) } else { Goal::all(optimum) }
+}
+
+fn truth(holds: bool) -> Number {
+    Number::of(Exact::Int(i64::from(holds)))
+}
+
+/// Returns whether a formula has no bounds on the number of steps, and no next step.
+fn is_unbounded(single: &Single) -> bool {
+    matches!(single.step, Step::Now(_) | Step::Until { least: 0, most: None, .. })
+}
+
+/// Returns the values of explored paths.
+fn explored(mut paths: Paths<'_>, precision: f64) -> Result<Vec<Number>> {
+    let found = paths.values(precision <= 0.0)?;
+    found.end?;
+    Ok(found.values.into_iter().map(Number::from).collect())
+}
+
+/// Returns the values of some states of an arena, which has its states in their order.
+fn selected(arena: &Arena<'_>, answer: Answer, states: &[State]) -> Result<Vec<Number>> {
+    answer.end?;
+    Ok(states.iter().map(|state| answer.values[position(arena, state)].clone().into()).collect())
+}
+
+/// Returns the number of a state in an arena.
+pub(super) fn position(arena: &Arena<'_>, state: &State) -> usize {
+    let (mut low, mut high) = (0, arena.states());
+    while low + 1 < high {
+        let middle = low.midpoint(high);
+        if arena.state(middle) <= *state {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}

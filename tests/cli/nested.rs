@@ -1,0 +1,174 @@
+//! Properties as expressions over states: nested operators, arithmetic, filters, references and players.
+
+use crate::common::{Finished, Scratch, meliora};
+use serde_json::{Value as Json, json};
+
+const CHAIN: &str = "dtmc\nmodule m\n x : [0..3] init 0;\n [] x=0 -> 1/2: (x'=1) + 1/2: (x'=2);\n\
+     [] x=1 -> 1/2: (x'=2) + 1/2: (x'=0);\n [] x=2 -> 1/3: (x'=3) + 2/3: (x'=0);\nendmodule\n\
+     rewards true : 1; endrewards\n";
+
+const CHOICES: &str = "mdp\nmodule m\n x : [0..2] init 0;\n [] x=0 -> 1/4: (x'=1) + 3/4: (x'=2);\n\
+     [] x=0 -> 1/2: (x'=1) + 1/2: (x'=2);\nendmodule\n";
+
+const GAME: &str = "smg\nplayer us [a], [b] endplayer\nplayer them [c], [d] endplayer\nmodule m\n x : [0..3] init 0;\n\
+     [a] x=0 -> (x'=1);\n [b] x=0 -> 1/5: (x'=2) + 4/5: (x'=3);\n [c] x=1 -> 1/2: (x'=2) + 1/2: (x'=3);\n\
+     [d] x=1 -> 2/3: (x'=2) + 1/3: (x'=3);\nendmodule\n";
+
+/// Returns the answers to a file of properties, under one engine.
+fn answers(model: &str, properties: &str, engine: &str) -> Vec<Json> {
+    let scratch = Scratch::new(&[("m.prism", model), ("m.props", properties)]);
+    let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
+    let mut command = meliora();
+    command.args(["reach", &model, "--properties", &file, "--engine", engine, "--json"]);
+    let found = Finished::of(&mut command);
+    let json: Json = serde_json::from_str(&found.stdout).unwrap_or_else(|e| panic!("{e}: {}", found.stderr));
+    json["properties"].as_array().unwrap().clone()
+}
+
+/// Checks that properties have these verdicts and numbers under both engines.
+fn expect(model: &str, expected: &[(&str, Json)]) {
+    let file: String = expected.iter().map(|(property, _)| format!("{property};\n")).collect();
+    for engine in ["explicit", "symbolic"] {
+        for (answer, (property, value)) in answers(model, &file, engine).iter().zip(expected) {
+            if value.is_boolean() {
+                assert_eq!(&answer["holds"], value, "{property} ({engine}): {answer}");
+                continue;
+            }
+            let [lower, upper] = ["lower", "upper"].map(|key| answer["value"][key].as_f64());
+            let (lower, upper) =
+                lower.zip(upper).unwrap_or_else(|| panic!("{property} ({engine}): {answer}"));
+            let value = value.as_f64().unwrap();
+            let slack = 1e-12;
+            let inside = lower - slack <= value && value <= upper + slack && upper - lower <= 1e-6;
+            assert!(inside, "{property} ({engine}): {answer}");
+        }
+    }
+}
+
+#[test]
+fn operators_nest_and_are_operands() {
+    expect(
+        CHAIN,
+        &[
+            ("\"sure\": P>=1 [ F x=3 ]", json!(true)),
+            ("ceil(P=? [ F x=3 ]) + 1", json!(2)),
+            ("1 - P=? [ F<=3 x=3 ]", json!(0.75)),
+            ("P=? [ F<=3 x=3 ] * 4 > 0.5 => \"sure\"", json!(true)),
+            // From x=0 and x=1 the next state is x=2 with probability 1/2.
+            ("P=? [ X P>=0.5 [ X x=2 ] ]", json!(0.5)),
+            ("P>=0.5 [ (F P>0.4 [ X x=2 ]) & (G x<=3) ]", json!(true)),
+            ("P=? [ F<=1 x=3 {x=2} ]", json!(1.0 / 3.0)),
+            ("P>=1 [ F x=3 ] & x=0 ? P=? [ X x=1 ] : 7", json!(0.5)),
+        ],
+    );
+}
+
+#[test]
+fn rewards_of_steps_and_of_the_long_run_are_numbers() {
+    expect(
+        CHAIN,
+        &[
+            ("R=? [ C<=5 ]", json!(5)),
+            ("R=? [ I=4 ]", json!(1)),
+            ("R=? [ F x=3 ]", json!(9)),
+            ("R=? [ S ]", json!(1)),
+            ("S=? [ x=3 ]", json!(1)),
+            ("R=? [ X true ]", json!(1)),
+        ],
+    );
+}
+
+#[test]
+fn every_path_and_some_path_are_not_every_strategy_and_some_strategy() {
+    expect(
+        CHAIN,
+        &[
+            ("A [ F x=3 ]", json!(false)),
+            ("P>=1 [ F x=3 ]", json!(true)),
+            ("E [ G x<3 ]", json!(true)),
+            ("P>0 [ G x<3 ]", json!(false)),
+            ("A [ G E [ F x=3 ] ]", json!(true)),
+            ("E [ F<=1 x=3 ]", json!(false)),
+            ("A [ x=0 W x>0 ]", json!(true)),
+            ("E [ (G F x=1) & (G F x=2) ]", json!(true)),
+            ("A [ (G F x=1) | (F x>=2) ]", json!(true)),
+        ],
+    );
+}
+
+#[test]
+fn filters_are_functions_of_the_values_in_several_states() {
+    expect(
+        CHAIN,
+        &[
+            ("filter(count, P>0.4 [ X x=2 ])", json!(2)),
+            ("filter(sum, P=? [ X x=2 ])", json!(1)),
+            ("filter(avg, P=? [ X x=2 ], x<=1)", json!(0.5)),
+            ("filter(min, R=? [ F x=3 ], x<3)", json!(7)),
+            ("filter(max, R=? [ F x=3 ])", json!(9)),
+            ("filter(state, P=? [ X x=3 ], x=2)", json!(1.0 / 3.0)),
+            ("filter(first, x+1, x>=1)", json!(2)),
+            ("filter(forall, P>=1 [ F x=3 ])", json!(true)),
+            ("filter(exists, P>=1 [ X x=3 ], x<3)", json!(false)),
+            ("filter(argmax, P=? [ F<=2 x=3 ])", json!(false)),
+        ],
+    );
+    for engine in ["explicit", "symbolic"] {
+        let found = answers(
+            CHAIN,
+            "filter(argmax, P=? [ F<=2 x=3 ], x<3);\nfilter(print, P=? [ X x=3 ], x<3);",
+            engine,
+        );
+        assert_eq!(found[0]["values"][0]["state"], json!({"x": 2}), "{found:?}");
+        assert_eq!(found[0]["values"].as_array().unwrap().len(), 1, "{found:?}");
+        assert_eq!(found[1]["values"][0]["state"], json!({"x": 2}), "{found:?}");
+        assert_eq!(
+            found[1]["values"].as_array().unwrap().len(),
+            1,
+            "states with the value 0 are left out: {found:?}"
+        );
+        let several = answers(CHAIN, "filter(state, x, x<2);\nP>0 [ F x=3 ];", engine);
+        assert!(several[0]["reason"].as_str().unwrap().contains("several states"), "{several:?}");
+        assert_eq!(several[1]["holds"], json!(true), "a property without an answer leaves the others");
+    }
+}
+
+#[test]
+fn without_a_game_everybody_or_nobody_chooses() {
+    expect(
+        CHOICES,
+        &[
+            ("P>=0.5 [ F x=1 ]", json!(false)),
+            ("<<*>> P>=0.5 [ F x=1 ]", json!(true)),
+            ("[[*]] P>=0.5 [ F x=1 ]", json!(false)),
+            ("<<>> P>=0.5 [ F x=1 ]", json!(false)),
+            ("[[]] P>=0.5 [ F x=1 ]", json!(true)),
+            ("[[*]] Pmax=? [ F x=1 ]", json!(0.5)),
+        ],
+    );
+}
+
+#[test]
+fn the_values_of_games_are_numbers() {
+    expect(
+        GAME,
+        &[
+            ("<<us>> Pmax=? [ F x=2 ]", json!(0.5)),
+            ("<<us>> Pmin=? [ F x=2 ]", json!(0.2)),
+            ("<<us,them>> Pmax=? [ F x=2 ]", json!(2.0 / 3.0)),
+            ("[[us]] Pmin=? [ F x=2 ]", json!(0.5)),
+            ("<<us>> P>=0.5 [ F<=2 x=2 ]", json!(true)),
+            ("<<us>> P>0.5 [ F<=2 x=2 ]", json!(false)),
+            ("<<us>> Pmax=? [ F<=1 x=2 ]", json!(0.2)),
+            ("filter(max, <<us>> Pmax=? [ X x=2 ])", json!(1)),
+        ],
+    );
+}
+
+#[test]
+fn a_property_that_refers_to_itself_is_refused() {
+    let found =
+        answers(CHAIN, "\"a\": !\"b\";\n\"b\": \"a\" & x=0;\n\"c\": x=0;\n\"d\": \"c\" | x=1;", "explicit");
+    assert!(found[0]["reason"].as_str().unwrap().contains("refers to itself"), "{found:?}");
+    assert_eq!(found[3]["holds"], json!(true));
+}
