@@ -50,18 +50,19 @@ class Draw:
         types = self.random.choice((" - s", " - (either s t)", ""))
         return (
             f"(:action do{number} :parameters ({' '.join(variables)}{types if variables else ''})\n"
-            f"  :precondition (and {self.condition(variables)} {self.condition(variables, 0)})\n"
+            f"  :precondition (and {self.random.choice(('', '', self.condition(variables)))})\n"
             f"  :effect (and {self.effect(variables)} {self.effect(variables, 1)}))"
         )
 
     def texts(self):
-        actions = "\n".join(self.action(number) for number in range(self.random.randint(1, 4)))
+        actions = "\n".join(self.action(number) for number in range(self.random.randint(2, 5)))
         domain = (
             "(define (domain drawn) (:types s t)\n(:predicates (p) (q ?x) (at ?x ?y) (fixed ?x) (linked ?x))\n"
             "(:derived (linked ?x) (or (q ?x) (exists (?y) (and (at ?x ?y) (linked ?y)))))\n" + actions + ")\n"
         )
         facts = {self.atom((), ("p", "q", "at", "fixed")) for _ in range(self.random.randrange(6))}
-        goal = f"(and {self.condition(())} {self.atom((), ('p', 'q', 'at'))})"
+        atom = lambda: self.random.choice(("{}", "(not {})")).format(self.atom((), (*CHANGED, "linked")))
+        goal = self.random.choice((atom(), f"(and {atom()} {atom()})", self.condition(())))
         problem = (
             "(define (problem drawn) (:domain drawn) (:objects a b - s c - t)\n"
             f"(:init {' '.join(sorted(facts))})\n(:goal {goal}))\n"

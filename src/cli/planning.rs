@@ -27,8 +27,11 @@ pub(super) fn with_problems(args: Vec<OsString>) -> Vec<OsString> {
     for arg in args {
         match joined.last_mut() {
             Some(last) if !is_joined && fits(last, &arg) => {
+                // The order has no meaning, and a leading `-` would be taken for an option.
+                let (first, second) = if last == "-" { (arg, last.clone()) } else { (last.clone(), arg) };
+                *last = first;
                 last.push(" ");
-                last.push(arg);
+                last.push(second);
                 is_joined = true;
             }
             _ => {
