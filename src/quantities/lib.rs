@@ -21,7 +21,7 @@
 //! | --- | --- |
 //! | [`equations`] | from states to equations: graphs with exact probabilities, costs, the equations of each quantity |
 //! | `solvers` | components, and the methods that solve their equations |
-//! | [`answers`] | what is made of the solutions: values, strategies, properties, certificates |
+//! | [`answers`] | the uses of the solutions: values, strategies, properties, certificates |
 //!
 //! # Methods
 //!
@@ -44,6 +44,14 @@
 //! *Fractions* come last: where a component is left so rarely that doubles have too few digits, the policy of elimination
 //! is evaluated, and improved, with fractions. `--exact` uses them everywhere.
 //!
+//! *Games:* the side that wants to reach the target leads. A strategy of this side leaves equations of one player, which
+//! the methods above solve, end components included; it is changed where another choice is clearly better. Its values and
+//! those of the best answer bound the value of the game. With fractions, the strategy is improved until its values are
+//! those of the game.
+//!
+//! *Bounds on the number of steps* are steps backward over vectors. *Several objectives* are weighted sums, each optimised
+//! by policies.
+//!
 //! `docs/tuning.md` has figures for each method.
 //!
 //! *Threads:* several threads list the states and their choices. Nodes get their numbers in the same order with each
@@ -56,7 +64,8 @@
 //! Sources: A. Hartmanns and B. Kaminski, "Optimistic value iteration" (CAV 2020); S. Haddad and B.
 //! Monmege, "Interval iteration algorithm for MDPs and IMDPs" (end components); A. Hartmanns, S. Junges, T. Quatmann, M. Weininger, "A practitioner's guide to MDP
 //! model checking algorithms" (TACAS 2023); K. Chatterjee et al., "Fixed point certificates for
-//! reachability and expected rewards in MDPs" (TACAS 2025).
+//! reachability and expected rewards in MDPs" (TACAS 2025); A. Hoffman and R. Karp, "On nonterminating stochastic games"
+//! (1966); V. Forejt, M. Kwiatkowska, D. Parker, "Pareto curves for probabilistic model checking" (ATVA 2012).
 //!
 //! # An example
 //!

@@ -1,4 +1,4 @@
-//! What is made of solutions.
+//! The uses of solutions.
 //!
 //! | module | contents |
 //! | --- | --- |

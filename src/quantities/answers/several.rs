@@ -20,9 +20,9 @@ use crate::solvers::weighted::{Point, Weighted};
 /// An objective.
 #[derive(Debug, Clone)]
 pub struct Objective<'a> {
-    /// What is counted.
+    /// The number that is counted.
     pub counted: Counted<'a>,
-    /// Whether it is to be great or small.
+    /// The extreme that is wanted.
     pub optimum: Optimum,
     /// The number that it must reach, or not exceed; `None` for `=?`.
     pub bound: Option<Ratio>,
@@ -31,7 +31,7 @@ pub struct Objective<'a> {
 /// The answer for several objectives.
 #[derive(Debug)]
 pub enum Several {
-    /// Whether one strategy satisfies all bounds; `None` if it is not decided.
+    /// True if one strategy satisfies all bounds; `None` if it is not decided.
     Achievable(Option<bool>),
     /// Bounds of the best value of the objective without a bound; `None` if the other bounds cannot be satisfied.
     Best(Option<Interval>),
@@ -80,7 +80,7 @@ struct Search {
 enum Found {
     /// Some strategy reaches the bounds.
     Inside,
-    /// No strategy does: the weights, and the greatest weighted sum.
+    /// The weights and the greatest weighted sum that show that no strategy does.
     Outside(Vec<Ratio>, Ratio),
     /// The bounds are on the border, as far as doubles tell.
     Border,

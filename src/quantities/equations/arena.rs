@@ -24,9 +24,9 @@ use crate::solvers::components::Choices;
 /// The extremes that the players of a game look for; without a game, ours counts alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Goal {
-    /// What is chosen in our states.
+    /// The extreme of our states.
     pub ours: Optimum,
-    /// What is chosen in those of the opponent.
+    /// The extreme of those of the opponent.
     pub theirs: Optimum,
 }
 

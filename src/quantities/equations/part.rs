@@ -18,7 +18,7 @@ pub(crate) struct Part<'a> {
     pub(crate) exits: u32,
     /// The choices that may be taken.
     pub(crate) allowed: &'a BitVec,
-    /// What choices earn; `None` for probabilities.
+    /// The rewards of choices; `None` for probabilities.
     pub(crate) rewards: Option<&'a Rewards>,
 }
 

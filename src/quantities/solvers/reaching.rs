@@ -1,6 +1,6 @@
 //! The probability to reach a set, and the expected reward until then, in all states of an arena.
 //!
-//! Where all states look for the same extreme, these are equations of one player. In a game, one side wants to reach
+//! These are equations of one player if all states look for the same extreme. In a game, one side wants to reach
 //! the set: the maximisers of a probability, the minimisers of a reward. It *leads*: a strategy of this side
 //! leaves equations of one player, whose solution bounds the value of the game from one side. The strategy is changed
 //! only where another choice is clearly better, so it always keeps reaching the set, and if nothing is better, its
@@ -40,7 +40,7 @@ pub(crate) struct Reaching<'a> {
     pub(crate) target: &'a BitVec,
     /// The states through which the target is to be reached; all others count as failure.
     pub(crate) left: &'a BitVec,
-    /// What is earned until then; `None` for probabilities.
+    /// The rewards until then; `None` for probabilities.
     pub(crate) rewards: Option<&'a Rewards>,
     pub(crate) goal: Goal,
 }

@@ -24,7 +24,7 @@ use crate::equations::number::{Interval, Weight};
 use crate::equations::system::Quantity;
 use crate::path_values::solved;
 
-/// What is counted on a path.
+/// A number of a path.
 #[derive(Debug, Clone, Copy)]
 pub enum Counted<'a> {
     /// 1 if the path visits the set.
@@ -46,7 +46,7 @@ pub(crate) struct Weighted {
     groups: Vec<Vec<Action>>,
     fractions: Fractions,
     start: usize,
-    /// What is gained before the first step.
+    /// The gains before the first step.
     first: Vec<Ratio>,
     /// An upper bound of the expected number of steps from the start.
     steps: f64,
