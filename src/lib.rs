@@ -152,7 +152,7 @@ pub mod dump {
 pub mod engine {
     #[doc(inline)]
     pub use meliora_engine::{
-        Algebra, AnyEngine, Count, Dumpable, EdgeLabels, Engine, ExplicitEngine, NoProgress, Order,
+        Algebra, AnyEngine, Count, Decision, Dumpable, EdgeLabels, Engine, ExplicitEngine, NoProgress, Order,
         ProgressSink, Region, Scope, Selection, Sets, Settings, Storage, SymbolicEngine, Usage, regions,
     };
 }

@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use meliora::reach::check_start;
 use meliora_base::error::Error;
-use meliora_engine::{AnyEngine, Count, Engine, Order, Selection, Settings, Storage, SymbolicEngine};
+use meliora_engine::{
+    AnyEngine, Count, Decision, Engine, Order, Selection, Settings, Storage, SymbolicEngine,
+};
 use meliora_model::predicate::Predicate;
 use meliora_model::{Program, fault};
 use meliora_report::Number;
@@ -65,6 +67,24 @@ pub(super) fn engine_for(
     sink: &Arc<TerminalSink>,
 ) -> Result<Arc<AnyEngine>, Error> {
     started(selected.build(program, settings(args, selected.storage, sink)?, lists_states)?, program)
+}
+
+/// Answers a question about the initial states over all valuations, or builds the engine for it; see
+/// [`Selection::decide`].
+///
+/// # Errors
+/// The errors of [`engine`] and of the question.
+pub(super) fn decided<T>(
+    program: &Arc<Program>,
+    args: &ModelArgs,
+    selected: &mut Selection,
+    question: &dyn Fn(&SymbolicEngine) -> Result<T, Error>,
+    sink: &Arc<TerminalSink>,
+) -> Result<Decision<T, Arc<AnyEngine>>, Error> {
+    match selected.decide(program, settings(args, selected.storage, sink)?, question)? {
+        Decision::Built(engine) => started(engine, program).map(Decision::Built),
+        Decision::Answered(answer) => Ok(Decision::Answered(answer)),
+    }
 }
 
 /// Builds the symbolic engine, for commands that need decision diagrams.

@@ -35,6 +35,7 @@ mod export;
 mod export_explicit;
 mod generate;
 mod info;
+mod judging;
 mod man;
 mod query;
 mod questions;

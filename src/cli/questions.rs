@@ -10,7 +10,7 @@ use ahash::AHashMap;
 use meliora::reach::{self, Asking, Under};
 use meliora_base::error::Error;
 use meliora_engine::regions::Which;
-use meliora_engine::{Count, Engine, Selection};
+use meliora_engine::{Count, Decision, Engine, Selection, SymbolicEngine};
 use meliora_lang::refusal::Refusal;
 use meliora_model::Program;
 use meliora_planning::RegionSearch;
@@ -21,6 +21,7 @@ use meliora_report::reach::Share;
 
 use super::engines;
 use super::files::Target;
+use super::judging::{self, Judged};
 use super::load::{self, Asked};
 use super::options::{EngineArgs, ModelArgs};
 use super::policy::PlanArgs;
@@ -118,9 +119,31 @@ fn run_engine(
 ) -> Result<(), Error> {
     let mut selected = selected.clone();
     let lists_states = questions.iter().any(|(asking, _)| asking.asks_for_number());
-    let build = || engines::engine_for(program, given.model, &mut selected, lists_states, &job.sink);
-    let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
+    let alone = judging::without_counts(given, asked, questions);
+    let build = || match alone {
+        Some(asking) => {
+            let judge = |engine: &SymbolicEngine| judging::judge(engine, asking, &asked.program, program);
+            engines::decided(program, given.model, &mut selected, &judge, &job.sink)
+        }
+        None => engines::engine_for(program, given.model, &mut selected, lists_states, &job.sink)
+            .map(Decision::Built),
+    };
+    let decision = job.timed("build", build, |r, s| r.time.add("build", s))?;
     job.update(|r| r.header.select(&selected));
+    let engine = match decision {
+        Decision::Built(engine) => engine,
+        Decision::Answered(Judged { answer, initial, peak_nodes }) => {
+            job.update(|r| {
+                r.over_all_valuations = true;
+                questions.iter().for_each(|&(_, position)| r.answer(position, &answer));
+                if let Some(one) = &mut r.one {
+                    one.initial = initial;
+                }
+                r.memory.peak_nodes = r.memory.peak_nodes.max(peak_nodes);
+            });
+            return Ok(());
+        }
+    };
     let questions = answerable(job, &*engine, asked, questions)?;
     answer(job, &*engine, asked, &questions, (given, &mut None))?;
     match (given.plan, questions.as_slice()) {

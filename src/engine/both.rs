@@ -1,55 +1,74 @@
-//! Exploration by both engines in turns, until one of them knows all states.
+//! Exploration by both engines in turns, until one of them knows all states, or the question is answered without.
 
 use std::sync::Arc;
 
 use super::explicit::Exploration;
 use super::schedule::Schedule;
 use super::settings::{Settings, Storage};
-use super::symbolic::{self, Exploring};
+use super::symbolic::{self, Exploring, Question};
 use meliora_base::error::{Error, Limit, Result};
 use meliora_model::Program;
 
 /// The share of the explicit engine in the memory, while it takes turns: one in this many bytes.
 const MEMORY_SHARE: u64 = 8;
 
-/// The engine that was the first to know all states.
+/// What was the first to end.
 pub(crate) enum First {
     /// The explicit engine; also whether it was the only one that explored.
     Explicit(Box<Exploration>, bool),
     /// The symbolic engine; also the states that the explicit one has explored.
     Symbolic(Box<symbolic::Explored>, Option<Box<Exploration>>),
+    /// The question was answered over all valuations.
+    Answered,
 }
 
-/// Explores a program by both engines in turns of a [`Schedule`].
+/// The ways to the states, or past them to an answer.
+#[derive(Clone, Copy)]
+enum Way {
+    Explicit,
+    Symbolic,
+    Everywhere,
+}
+
+/// Explores a program by both engines in turns of a [`Schedule`]. A question about the initial states takes turns with
+/// them: diagrams answer it over all valuations, from its target backwards.
 ///
 /// The explicit engine explores for a while alone, since it is the faster one for few states. Then the likelier engine
 /// has the first turn: the explicit one if a question lists the states anyway, else the symbolic one. Each continues
 /// where its last turn ended. Turns are counted in steps of diagrams, and in states and their successors of the explicit
 /// engine, which take about as long; so every run ends with the same engine, after at most a fixed multiple of its work
-/// alone. An engine that runs out of memory has no more turns.
+/// alone. A way that runs out of memory has no more turns.
 ///
 /// # Errors
 /// The model has no meaning in some state; a limit that ends both explorations.
-pub(crate) fn explore(program: &Arc<Program>, settings: &Settings, lists_states: bool) -> Result<First> {
-    let mut both = Both::new(program, settings)?;
+pub(crate) fn explore(
+    program: &Arc<Program>,
+    settings: &Settings,
+    lists_states: bool,
+    question: Option<&mut Question<'_>>,
+) -> Result<First> {
+    let mut both = Both::new(program, settings, question)?;
     if both.explicitly(settings.thresholds.work_before_diagrams)? {
         return both.by_explicit();
     }
-    let ways = match lists_states {
-        true => [Storage::Explicit, Storage::Symbolic],
-        false => [Storage::Symbolic, Storage::Explicit],
+    let ways = match (lists_states, &both.everywhere) {
+        (true, _) => &[Way::Explicit, Way::Symbolic][..],
+        (false, None) => &[Way::Symbolic, Way::Explicit],
+        (false, Some(_)) => &[Way::Symbolic, Way::Explicit, Way::Everywhere],
     };
     let mut schedule = Schedule::new(ways.len(), settings.thresholds.first_turn);
     while let Some(turn) = schedule.next() {
         let way = ways[turn.way];
         match way {
-            Storage::Explicit if both.explicitly(turn.steps)? => return both.by_explicit(),
-            Storage::Explicit => {}
-            Storage::Symbolic => {
+            Way::Explicit if both.explicitly(turn.steps)? => return both.by_explicit(),
+            Way::Explicit => {}
+            Way::Symbolic => {
                 if let Some(explored) = both.symbolically(turn.steps)? {
                     return Ok(First::Symbolic(Box::new(explored), both.explicit));
                 }
             }
+            Way::Everywhere if both.asks(turn.steps)? => return Ok(First::Answered),
+            Way::Everywhere => {}
         }
         if !both.has(way) {
             schedule.withdraw(turn.way);
@@ -58,27 +77,37 @@ pub(crate) fn explore(program: &Arc<Program>, settings: &Settings, lists_states:
     Err(both.full.unwrap_or(Limit::Interrupted).into())
 }
 
-/// Two explorations of the same states; `None` once they have met a limit of their own.
-struct Both {
+/// Two explorations of the same states, and a question; `None` once they have met a limit of their own.
+struct Both<'a, 'q> {
     explicit: Option<Box<Exploration>>,
     symbolic: Option<Exploring>,
-    /// The steps that the symbolic engine may have taken so far.
-    allowed: u64,
+    everywhere: Option<(Exploring, &'a mut Question<'q>)>,
+    /// The steps that the symbolic engine may have taken so far, in an exploration and for the question.
+    allowed: [u64; 2],
     /// The memory limit of both together.
     memory: u64,
     /// The limit of the symbolic engine, or else of the explicit one.
     full: Option<Limit>,
 }
 
-impl Both {
-    fn new(program: &Arc<Program>, settings: &Settings) -> Result<Self> {
+impl<'a, 'q> Both<'a, 'q> {
+    fn new(
+        program: &Arc<Program>,
+        settings: &Settings,
+        question: Option<&'a mut Question<'q>>,
+    ) -> Result<Self> {
         let share = settings.memory / MEMORY_SHARE;
         let own = |storage: Storage, memory: u64| Settings { storage, memory, ..settings.clone() };
-        let symbolic = Exploring::new(Arc::clone(program), own(Storage::Symbolic, settings.memory - share))?;
+        // Diagrams are kept during a turn only, so the exploration and the question have the same memory.
+        let diagrams = |is_backward: bool| {
+            let own = own(Storage::Symbolic, settings.memory - share);
+            Exploring::new(Arc::clone(program), own, is_backward)
+        };
         let mut both = Both {
             explicit: None,
-            symbolic: Some(symbolic),
-            allowed: 0,
+            symbolic: Some(diagrams(false)?),
+            everywhere: question.map(|question| diagrams(true).map(|own| (own, question))).transpose()?,
+            allowed: [0; 2],
             memory: settings.memory,
             full: None,
         };
@@ -113,8 +142,8 @@ impl Both {
     /// Continues the symbolic exploration for some steps. Returns the states once it knows all.
     fn symbolically(&mut self, steps: u64) -> Result<Option<symbolic::Explored>> {
         let Some(mut exploring) = self.symbolic.take() else { return Ok(None) };
-        self.allowed = self.allowed.saturating_add(steps);
-        let explored = exploring.run(self.allowed);
+        self.allowed[0] = self.allowed[0].saturating_add(steps);
+        let explored = exploring.run(self.allowed[0]);
         match self.within_limits(explored)? {
             Some(explored) => {
                 self.symbolic = Some(exploring);
@@ -129,17 +158,30 @@ impl Both {
         }
     }
 
-    /// Returns whether an engine has more turns.
-    fn has(&self, engine: Storage) -> bool {
-        match engine {
-            Storage::Explicit => self.explicit.is_some(),
-            Storage::Symbolic => self.symbolic.is_some(),
+    /// Continues to answer the question over all valuations for some steps. Returns whether it is answered.
+    fn asks(&mut self, steps: u64) -> Result<bool> {
+        let Some((mut exploring, question)) = self.everywhere.take() else { return Ok(false) };
+        self.allowed[1] = self.allowed[1].saturating_add(steps);
+        let asked = exploring.ask(self.allowed[1], question);
+        let asked = self.within_limits(asked)?;
+        if asked == Some(None) {
+            self.everywhere = Some((exploring, question));
+        }
+        Ok(asked == Some(Some(true)))
+    }
+
+    /// Returns whether a way has more turns.
+    fn has(&self, way: Way) -> bool {
+        match way {
+            Way::Explicit => self.explicit.is_some(),
+            Way::Symbolic => self.symbolic.is_some(),
+            Way::Everywhere => self.everywhere.is_some(),
         }
     }
 
     /// Returns the explicit exploration, which knows all states.
     fn by_explicit(self) -> Result<First> {
-        let is_alone = self.allowed == 0;
+        let is_alone = self.allowed == [0; 2];
         let explicit = self.explicit.ok_or(Limit::Interrupted)?;
         Ok(First::Explicit(explicit, is_alone))
     }

@@ -44,6 +44,6 @@ pub use engine::{Algebra, Engine, Region, position};
 pub use explicit::ExplicitEngine;
 pub use meliora_base::progress::{NoProgress, ProgressSink};
 pub use parallel::Sets;
-pub use selection::Selection;
+pub use selection::{Decision, Selection};
 pub use settings::{Count, Scope, Settings, Storage, Usage};
 pub use symbolic::{Order, SymbolicEngine};

@@ -6,8 +6,8 @@ use super::any::AnyEngine;
 use super::both::{First, explore};
 use super::engine::{Algebra, Engine};
 use super::explicit::{ExplicitEngine, Exploration};
-use super::settings::{Count, Settings, Storage};
-use super::symbolic;
+use super::settings::{Count, Scope, Settings, Storage};
+use super::symbolic::{self, Question, SymbolicEngine};
 use meliora_base::error::{Error, Limit, Result};
 use meliora_model::Program;
 
@@ -46,6 +46,14 @@ pub struct Selection {
     pub is_open: bool,
 }
 
+/// The result of [`Selection::decide`].
+pub enum Decision<T, E = AnyEngine> {
+    /// The answer, found over all valuations before the states were known.
+    Answered(T),
+    /// The engine, which has the question still to answer.
+    Built(E),
+}
+
 impl Selection {
     /// Selects the explicit engine for programs that are so small that it is known to be faster,
     /// else the symbolic engine; the largest of the programs decides.
@@ -80,12 +88,54 @@ impl Selection {
         if !self.is_open {
             return AnyEngine::new(Arc::clone(program), Settings { storage: self.storage, ..settings });
         }
-        match explore(program, &settings, lists_states)? {
-            First::Explicit(all, is_alone) => self.found_by(*all, is_alone, settings.memory),
+        let engine = self.taken((program, settings), lists_states, None)?;
+        engine.ok_or_else(|| Limit::Interrupted.into())
+    }
+
+    /// Answers a question about the initial states over all valuations, or builds the engine for it, whichever
+    /// ends first; updates the selection. The question is asked of engines of [`SymbolicEngine::everywhere`], only as
+    /// long as the selection is open and the states are not known. It must not count states.
+    ///
+    /// # Errors
+    /// The errors of [`AnyEngine::new`], and those of the question other than input errors.
+    pub fn decide<T>(
+        &mut self,
+        program: &Arc<Program>,
+        settings: Settings,
+        question: &dyn Fn(&SymbolicEngine) -> Result<T>,
+    ) -> Result<Decision<T>> {
+        if !self.is_open || settings.scope != Scope::Reachable {
+            return self.build(program, settings, false).map(Decision::Built);
+        }
+        let mut answer = None;
+        let mut ask = |engine: &SymbolicEngine| {
+            answer = Some(question(engine)?);
+            Ok(())
+        };
+        let engine = self.taken((program, settings), false, Some(&mut ask))?;
+        if let Some(engine) = engine {
+            return Ok(Decision::Built(engine));
+        }
+        self.is_open = false;
+        self.reason =
+            Some("the initial states judged over all valuations, before their successors were found".into());
+        answer.map(Decision::Answered).ok_or_else(|| Limit::Interrupted.into())
+    }
+
+    /// Builds the engine that is the first to know all states; `None` if a question was answered before.
+    fn taken(
+        &mut self,
+        (program, settings): (&Arc<Program>, Settings),
+        lists_states: bool,
+        question: Option<&mut Question<'_>>,
+    ) -> Result<Option<AnyEngine>> {
+        match explore(program, &settings, lists_states, question)? {
+            First::Explicit(all, is_alone) => self.found_by(*all, is_alone, settings.memory).map(Some),
             First::Symbolic(symbolic, rest) => match sparse(&symbolic, lists_states)? {
-                Some(reason) => self.replace(*symbolic, reason, rest, (program, settings)),
-                None => Ok(symbolic.engine()?.into()),
+                Some(reason) => self.replace(*symbolic, reason, rest, (program, settings)).map(Some),
+                None => Ok(Some(symbolic.engine()?.into())),
             },
+            First::Answered => Ok(None),
         }
     }
 

@@ -27,6 +27,10 @@ pub struct ReachFindings {
     /// part explored; absent otherwise.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub stops_at_target: bool,
+    /// The property was decided over all combinations of values, before the reachable states were known: `counts`
+    /// and the sizes of the regions are `null`; absent otherwise.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub over_all_valuations: bool,
     /// An initial state from which no strategy keeps `--require`: no property holds, and no quantity
     /// has a value; absent without such a state.
     #[serde(rename = "unsafe", skip_serializing_if = "Option::is_none")]
@@ -172,6 +176,10 @@ impl Findings for ReachFindings {
         out += &report.header.sizes(report.counts.as_ref(), style);
         if report.stops_at_target && report.counts.is_some() {
             out += "The states behind those that decide the question are not explored, nor counted.\n";
+        }
+        if report.over_all_valuations {
+            out += "The property was decided over all combinations of values, before the reachable states were\n\
+                    known; these are not counted.\n";
         }
         out += &match (&report.one, report.properties.first()) {
             (Some(one), Some(answer)) => one.text(answer, report.header.is_game(), style),

@@ -7,6 +7,7 @@ use jsonschema::{Registry, Validator};
 use serde_json::{Map, Value, json};
 
 use crate::common::{Scratch, run};
+use crate::direction::REGISTER;
 
 /// The schema of the parts that several reports have.
 const COMMON: &str = "common";
@@ -149,6 +150,7 @@ const COMMANDS: &[(i32, &str)] = &[
     (0, "reach OUT/paid.prism --property Rmin=?[F(x=0)]"),
     (0, "reach models/pond.prism --target at=5 --require G(at!=4)"),
     (0, "reach models/pond.prism --target at=5 --stop-at-target"),
+    (0, "reach OUT/register.prism --property E[F(done)]"),
     (0, "reach OUT/paid.prism --property Pmax=?[F(x=1)]"),
     (0, "reach models/toy.prism --target s=3 --out OUT/regions"),
     (0, "reach models/responders.pddl --strong --policy OUT/policy.txt"),
@@ -271,6 +273,7 @@ fn every_output_fits_its_schema_and_every_field_occurs() {
     let own = [
         ("some.props", PROPERTIES),
         ("paid.prism", PAID),
+        ("register.prism", REGISTER),
         ("rounded.prism", ROUNDED),
         ("third.prism", THIRD),
         ("many.pref", &many),

@@ -6,6 +6,7 @@ mod boxes;
 mod browser;
 mod choose;
 mod common;
+mod direction;
 mod dumps;
 mod exact;
 mod exchange;

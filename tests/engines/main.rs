@@ -4,6 +4,7 @@ mod attractors;
 #[path = "../common/engines.rs"]
 mod common;
 mod depth;
+mod direction;
 mod explicit;
 mod faults;
 mod foreign;

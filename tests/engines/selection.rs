@@ -76,7 +76,7 @@ proptest! {
     }
 }
 
-fn program(text: &str) -> Arc<Program> {
+pub(crate) fn program(text: &str) -> Arc<Program> {
     let none = SourceFile::new("constants", "");
     Arc::new(lang::load(&SourceFile::new("m", text), &none).unwrap().program)
 }

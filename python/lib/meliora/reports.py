@@ -750,6 +750,9 @@ class ReachReport(TypedDict):
     stops_at_target: NotRequired[bool]
     """The states that decide the question are not left (`--stop-at-target`): all counts are those of the part
     explored; absent otherwise."""
+    over_all_valuations: NotRequired[bool]
+    """The property was decided over all combinations of values, before the reachable states were known:
+    `counts` and the sizes of the regions are `null`; absent otherwise."""
     unsafe: NotRequired[ReachUnsafe]
     """An initial state from which no strategy keeps `--require`: no property holds, and no quantity has a
     value; absent without such a state."""

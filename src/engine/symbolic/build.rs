@@ -16,8 +16,8 @@ use super::store::diagram::Bdd;
 use super::store::walk::Direction;
 use super::turns::Turns;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::settings::{Count, Settings};
-use meliora_base::error::{Limit, Result};
+use crate::settings::{Count, Scope, Settings};
+use meliora_base::error::{Error, Limit, Result};
 use meliora_model::{ModelKind, Program, State};
 
 /// Maximum number of bits of a state, which is the depth of recursions over diagrams.
@@ -25,6 +25,25 @@ const MOST_BITS: usize = 1 << 16;
 
 /// A function that returns the states of the scope and replaces the exploration.
 pub(super) type Given<'a> = dyn Fn(&Store) -> Result<Bdd> + 'a;
+
+/// A question about the initial states, which keeps its answer.
+pub(crate) type Question<'a> = dyn FnMut(&SymbolicEngine) -> Result<()> + 'a;
+
+impl SymbolicEngine {
+    /// Creates the engine of the valuations from which no state is reached in which some part of the program has no
+    /// meaning; `None` if an initial state is not one of these. They contain all reachable states and are closed under
+    /// steps, so each region of this engine contains the same reachable states as that of the scope
+    /// [`Scope::Reachable`]. The scope of the settings is not used.
+    ///
+    /// Cost: one backward fixpoint if parts of the program have no meaning in some valuations.
+    ///
+    /// # Errors
+    /// A limit, or the variable order is wrong.
+    pub fn everywhere(program: Arc<Program>, settings: Settings) -> Result<Option<Self>> {
+        let order = settings.order.bits(&program)?;
+        Explored::everywhere(program, order, settings)?.map(Explored::engine).transpose()
+    }
+}
 
 /// A program with its states as diagrams, in a store whose operation cache suits the exploration.
 ///
@@ -46,14 +65,15 @@ pub(crate) struct Exploring {
 }
 
 impl Exploring {
-    /// Prepares an exploration of the scope.
+    /// Prepares an exploration of the scope, or a question that is answered backwards.
     ///
     /// # Errors
     /// The variable order is wrong.
-    pub(crate) fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
+    pub(crate) fn new(program: Arc<Program>, settings: Settings, is_backward: bool) -> Result<Self> {
         let orders = match settings.order {
             Order::Auto => {
-                candidates(&program).into_iter().map(|order| (order.bits, Some(order.why))).collect()
+                let orders = candidates(&program, is_backward).into_iter();
+                orders.map(|order| (order.bits, Some(order.why))).collect()
             }
             _ => vec![(settings.order.bits(&program)?, None)],
         };
@@ -74,6 +94,26 @@ impl Exploring {
             Ok(found)
         })
     }
+
+    /// Answers a question over [`SymbolicEngine::everywhere`] instead of the scope, until the steps so far are at
+    /// least `most`. Returns whether it has an answer there.
+    ///
+    /// # Errors
+    /// A limit; an error of the question.
+    pub(crate) fn ask(&mut self, most: u64, question: &mut Question<'_>) -> Result<Option<bool>> {
+        let program = &self.program;
+        self.turns.run(most, |(order, _), settings| {
+            let asked = match Explored::everywhere(Arc::clone(program), order.clone(), settings)? {
+                Some(explored) => explored.engine().and_then(|engine| question(&engine)),
+                None => return Ok(false),
+            };
+            match asked {
+                // A state without a meaning for the question may be none that is reached.
+                Err(Error::Input(_)) => Ok(false),
+                asked => asked.map(|()| true),
+            }
+        })
+    }
 }
 
 impl Explored {
@@ -82,7 +122,7 @@ impl Explored {
     /// # Errors
     /// The errors of [`SymbolicEngine::new`].
     pub(crate) fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
-        let explored = Exploring::new(program, settings)?.run(u64::MAX)?;
+        let explored = Exploring::new(program, settings, false)?.run(u64::MAX)?;
         explored.ok_or_else(|| Limit::Interrupted.into())
     }
 
@@ -99,6 +139,18 @@ impl Explored {
             Some(given) => draft.store.and(&given(&draft.store)?, &draft.domain)?,
             None => draft.explore()?,
         };
+        Explored::of(draft, states)
+    }
+
+    /// Takes the states of [`SymbolicEngine::everywhere`], with the bits in an order.
+    fn everywhere(program: Arc<Program>, order: Vec<Bit>, settings: Settings) -> Result<Option<Self>> {
+        check_width(order.len())?;
+        let draft = Draft::new(program, order, Settings { scope: Scope::All, ..settings })?;
+        draft.meaningful()?.map(|states| Explored::of(draft, states)).transpose()
+    }
+
+    /// Checks that every part of the program has a meaning in the states.
+    fn of(mut draft: Draft, states: Bdd) -> Result<Self> {
         let rounded = draft.checked(&states)?;
         if draft.program.kind == ModelKind::Dtmc {
             let Draft { store, lists, translated: Translated { transitions, .. }, .. } = &mut draft;

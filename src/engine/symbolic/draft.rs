@@ -13,6 +13,7 @@ use super::relations::lists::Lists;
 use super::store::Store;
 use super::store::diagram::Bdd;
 use super::store::tables::cache_for_nodes;
+use super::store::walk::Direction;
 use crate::settings::{Scope, Settings};
 use meliora_base::error::Result;
 use meliora_model::temporal::Begin;
@@ -81,11 +82,29 @@ impl Draft {
     /// A limit, or a state in which some part of the program has no meaning.
     pub(super) fn checked(&self, states: &Bdd) -> Result<Option<State>> {
         let Draft { program, encoding, store, translated, .. } = self;
-        let bad = store.and(&store.or(&translated.transitions.bad, &translated.initial_fails)?, states)?;
+        let bad = self.without_meaning(states)?;
         if !store.is_zero(&bad) {
             return Err(fault::in_state(program, &pick::first(store, encoding, &bad)?));
         }
         Ok(pick::list(store, encoding, &store.and(&translated.rounded, states)?, 1)?.pop())
+    }
+
+    /// Returns the states in which some part of the program has no meaning.
+    fn without_meaning(&self, states: &Bdd) -> Result<Bdd> {
+        let Translated { transitions, initial_fails, .. } = &self.translated;
+        self.store.and(&self.store.or(&transitions.bad, initial_fails)?, states)
+    }
+
+    /// Returns the valuations from which no state is reached in which some part of the program has no meaning; `None`
+    /// if an initial state is not one of these.
+    pub(super) fn meaningful(&self) -> Result<Option<Bdd>> {
+        let Draft { store, domain, translated, .. } = self;
+        let how = (Direction::Backward, "states without a meaning");
+        let failing = store.reach(how, self.clusters.list(), &self.without_meaning(domain)?, domain)?;
+        if !store.is_zero(&store.and(&failing, &translated.initial)?) {
+            return Ok(None);
+        }
+        store.minus(domain, &failing).map(Some)
     }
 
     /// Moves all diagrams into a store of suitable size for the remaining work. The fixpoints after

@@ -41,7 +41,7 @@ mod workers;
 
 use std::sync::{Arc, OnceLock};
 
-pub(crate) use build::{Explored, Exploring};
+pub(crate) use build::{Explored, Exploring, Question};
 pub use dump::Set;
 pub use encoding::Encoding;
 pub use encoding::transitions::Numbered;

@@ -35,7 +35,7 @@ impl<W> Turns<W> {
     pub(super) fn run<T>(
         &mut self,
         most: u64,
-        attempt: impl Fn(&W, Settings) -> Result<T>,
+        mut attempt: impl FnMut(&W, Settings) -> Result<T>,
     ) -> Result<Option<T>> {
         while self.work < most {
             let Some(Turn { way, steps }) = self.schedule.next() else {

@@ -16,7 +16,6 @@ mod text;
 use std::cmp::Reverse;
 use std::sync::Arc;
 
-use ahash::AHashSet;
 use meliora_base::error::{Error, Result, SourceFile};
 use meliora_model::{Program, VarId};
 pub use text::parse;
@@ -81,30 +80,31 @@ impl Order {
     }
 }
 
-/// Returns the orders that are tried in turns, the likeliest first, each once:
-///
-/// 1. the order of [`from_structure`],
-/// 2. its variables from the last to the first,
-/// 3. the variables with most bits first.
+/// Returns the orders that are tried in turns, the likeliest first, each once: that of [`from_structure`] for an
+/// exploration, and [`declared`] for a search backwards over all valuations; the declared variables from the last to
+/// the first; those with most bits first. Backwards, the last declared variables on top come first.
 ///
 /// The structure of a program does not tell which is best: on translated planning problems one of the last two often
 /// needs a hundred times fewer nodes than the first.
-pub(super) fn candidates(program: &Program) -> Vec<Ordered> {
+pub(super) fn candidates(program: &Program, is_backward: bool) -> Vec<Ordered> {
     let plain = if program.monitors.is_some() { &program.without_monitors() } else { program };
-    let mut first = from_structure(plain);
-    let mut variables: Vec<VarId> = first.bits.iter().map(|bit| bit.variable).collect();
-    let mut seen = AHashSet::new();
-    variables.retain(|&v| seen.insert(v));
-    let reversed: Vec<VarId> = variables.iter().rev().copied().collect();
-    variables.sort_by_key(|v| Reverse(plain.variables[v.index()].bits()));
-    first.bits = beside_monitors(program, first.bits);
-    let mut orders = vec![first];
-    let others = [(reversed, "variables from the last to the first"), (variables, "large variables first")];
-    for (variables, why) in others {
-        let bits = beside_monitors(program, by_variables(plain, &variables));
-        if orders.iter().all(|order| order.bits != bits) {
-            orders
-                .push(Ordered { bits, why: format!("{why}, which was the first of several orders to end") });
+    let by = |why: &str, variables: Vec<VarId>| Ordered {
+        bits: beside_monitors(program, by_variables(plain, &variables)),
+        why: format!("{why}, which was the first of several orders to end"),
+    };
+    let mut large: Vec<VarId> = plain.variable_ids().collect();
+    let reversed = by("variables from the last to the first", large.iter().rev().copied().collect());
+    let declared = by("as declared", large.clone());
+    large.sort_by_key(|v| Reverse(plain.variables[v.index()].bits()));
+    let large = by("large variables first", large);
+    let all = match is_backward {
+        true => [reversed, declared, large],
+        false => [from_structure(program), reversed, large],
+    };
+    let mut orders: Vec<Ordered> = Vec::new();
+    for order in all {
+        if orders.iter().all(|known| known.bits != order.bits) {
+            orders.push(order);
         }
     }
     orders

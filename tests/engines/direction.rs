@@ -1,0 +1,142 @@
+//! Questions about the initial states: answered over all valuations, or with an engine of the reachable states,
+//! whichever ends first.
+
+use std::sync::Arc;
+
+use meliora::advanced::symbolic::Thresholds;
+use meliora::engine::regions::{Which, regions};
+use meliora::engine::{
+    Algebra, Decision, Engine, ExplicitEngine, Scope, Selection, Settings, Storage, SymbolicEngine,
+};
+use meliora::error::{Error, Result};
+use meliora::model::predicate::Predicate;
+use meliora::model::{Program, State};
+use proptest::prelude::*;
+
+use crate::common::random_program::{random_predicate, random_program};
+use crate::explicit::numbers;
+use crate::selection::program;
+
+/// A register that takes 2^30 - 1 steps to return to its first state, and can be left at any time.
+const REGISTER: &str = "mdp module m done : bool; b : [0..1073741823] init 1; \
+    [] !done -> (b'=mod(2*b, 1073741824) + (mod(floor(b/536870912) + floor(b/64), 2) = 1 ? 1 : 0)); \
+    [] !done -> (done'=true); endmodule";
+
+fn open() -> Selection {
+    Selection { storage: Storage::Symbolic, reason: None, is_open: true }
+}
+
+fn settings(work_before_diagrams: u64, first_turn: u64) -> Settings {
+    let thresholds = Thresholds { work_before_diagrams, first_turn, ..Thresholds::default() };
+    Settings { memory: 64 << 20, thresholds, ..Settings::default() }
+}
+
+/// The initial states in each region.
+fn initial<E: Engine>(engine: &E, target: &Predicate) -> Result<Vec<Vec<State>>> {
+    let found = regions(engine, &engine.states_where(target)?)?;
+    let initial = engine.initial_states();
+    let inside = |which: Which| {
+        let states = engine.intersection(found.get(which), &initial)?;
+        engine.list_states(&states, usize::MAX)
+    };
+    Which::ALL.into_iter().map(inside).collect()
+}
+
+/// Asks for the initial states in each region. Returns them, and whether all valuations answered.
+fn decided(
+    program: &Arc<Program>,
+    target: &Predicate,
+    settings: Settings,
+) -> Result<(Vec<Vec<State>>, bool)> {
+    match open().decide(program, settings, &|engine| initial(engine, target))? {
+        Decision::Answered(found) => Ok((found, true)),
+        Decision::Built(engine) => Ok((initial(&engine, target)?, false)),
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    #[test]
+    fn whichever_way_ends_first_judges_the_initial_states_alike(of in numbers(160), goal in numbers(20)) {
+        let mut program = random_program(&of, false);
+        let target = random_predicate(&mut program, &goal);
+        let program = Arc::new(program);
+        let target = program.predicate(target);
+        let explicit = ExplicitEngine::new(program.clone(), settings(0, 1)).unwrap();
+        let expected = initial(&explicit, &target).unwrap();
+        for first_turn in [1, 20, 300, 1 << 20] {
+            for work in [0, 1 << 20] {
+                let (found, _) = decided(&program, &target, settings(work, first_turn)).unwrap();
+                prop_assert_eq!(&found, &expected, "{} {}", work, first_turn);
+            }
+        }
+        if let Some(engine) = SymbolicEngine::everywhere(program.clone(), settings(0, 1)).unwrap() {
+            prop_assert_eq!(&initial(&engine, &target).unwrap(), &expected);
+            let reached = explicit.list_states(&explicit.all_states(), usize::MAX).unwrap();
+            for state in reached {
+                prop_assert!(engine.contains(&engine.all_states(), &state).unwrap());
+            }
+        }
+    }
+}
+
+fn target(program: &Arc<Program>, text: &str) -> Predicate {
+    let source = meliora::error::SourceFile::new("target", text);
+    let parsed = meliora::lang::parse_expression(&source).unwrap();
+    meliora::lang::lower_target(program, &source, &parsed).unwrap()
+}
+
+#[test]
+fn all_valuations_answer_before_a_long_way_forward_ends() {
+    let program = program(REGISTER);
+    let mut selection = Selection::of([&*program]);
+    let done = target(&program, "done");
+    let judge = |engine: &SymbolicEngine| initial(engine, &done);
+    match selection.decide(&program, Settings::default(), &judge).unwrap() {
+        Decision::Answered(found) => {
+            assert_eq!(found.iter().map(Vec::len).collect::<Vec<_>>(), [1, 1, 0, 0]);
+        }
+        Decision::Built(_) => panic!("the states are too many"),
+    }
+    assert!(selection.reason.unwrap().contains("over all valuations"));
+}
+
+#[test]
+fn a_question_of_the_scope_all_has_its_states_counted() {
+    let program = program("mdp module m x : [0..9999]; [] x>0 -> (x'=x-1); endmodule");
+    let settings = Settings { scope: Scope::All, ..settings(0, 1) };
+    let found = open().decide(&program, settings, &|_| Ok(())).unwrap();
+    let Decision::Built(engine) = found else { panic!("not explored") };
+    assert_eq!(engine.count(&engine.all_states()).unwrap(), 10_000u32.into());
+}
+
+/// A model whose command leaves the range of x where y = FAULT, and whose y is 0 or 1 where reachable.
+fn faulty(fault: &str) -> Arc<Program> {
+    program(&format!(
+        "mdp module m x : [0..99]; y : [0..99]; [] y={fault} -> (x'=x+100); \
+         [] y<2 -> 0.5: (y'=1-y) + 0.5: (x'=mod(x+7, 100)); [] y>2 -> (y'=y-1); endmodule"
+    ))
+}
+
+#[test]
+fn a_state_without_a_meaning_counts_only_if_it_is_reached() {
+    let engine = SymbolicEngine::everywhere(faulty("5"), settings(0, 1)).unwrap().expect("5 is not reached");
+    // From 6 and above, 5 is reached.
+    assert_eq!(engine.count(&engine.all_states()).unwrap(), 500u32.into());
+    assert!(SymbolicEngine::everywhere(faulty("1"), settings(0, 1)).unwrap().is_none());
+    for first_turn in [1, 1 << 20] {
+        let program = faulty("1");
+        let reached = decided(&program, &target(&program, "x=3"), settings(0, first_turn));
+        assert!(matches!(reached, Err(Error::Input(_))), "a fault that is reached");
+        let program = faulty("5");
+        let (found, _) = decided(&program, &target(&program, "x=3"), settings(0, first_turn)).unwrap();
+        assert_eq!(found.iter().map(Vec::len).collect::<Vec<_>>(), [1, 1, 1, 1]);
+        // The target has no value where y = 5, which is not reached, or where y = 1, which is.
+        let (found, _) =
+            decided(&program, &target(&program, "mod(x, y-5) = 3"), settings(0, first_turn)).unwrap();
+        assert_eq!(found[0].len(), 1);
+        let without = decided(&program, &target(&program, "mod(x, y-1) = 3"), settings(0, first_turn));
+        assert!(matches!(without, Err(Error::Input(_))));
+    }
+}
