@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 """Measures the regret of the automatic choices: the time of `auto` over that of the best choice by hand.
 
-usage: regret.py INSTANCES… [--root FOLDER] [--half tuned|held-out|both] [--limit 15] [--floor 0.2]
+usage: regret.py INSTANCES… [--root FOLDER] [--half tuned|held-out|both] [--part N] [--limit 15] [--floor 0.2]
                  [--choices auto,explicit,…] [--json FILE] [--markdown FILE] [--meliora BINARY]
 
 INSTANCES is a JSON list of objects with `id`, `model` (relative to --root, or else to the list), `constants`, and
 `target` or `property`; or a folder of PRISM models with a label `goal`, which are asked for a strong cyclic plan,
-Pmax>=1 [ F "goal" ]. Each choice is a `meliora reach` of its own with --limit seconds of processor time, so a busy
-machine does not matter much. An instance belongs to the half that a hash of its name says: choose rules on the
+Pmax>=1 [ F "goal" ]. Each choice is a `meliora reach` of its own with --limit seconds of processor time, and `auto`
+with four times as many, so a busy machine does not matter much. --part N leaves all but one in N instances out. An instance belongs to the half that a hash of its name says: choose rules on the
 tuned half only, and judge them by both. Times below --floor count as --floor.
 Exit status: 0 done, 1 two choices differ in an answer, 2 usage.
 """
@@ -30,6 +30,8 @@ HALVES = ("tuned", "held-out")
 PLAN = 'Pmax>=1 [ F "goal" ]'
 # The choices that a user can make: an order of the variables, an engine, a scope.
 ORDERS = ("declared", "reversed", "large-first")
+# The limit of `auto`, which has several ways to try, over that of the other choices.
+AUTO_SHARE = 4
 CHOICES = ("auto", "explicit", *ORDERS, *(f"{order}+all" for order in ORDERS))
 
 
@@ -43,7 +45,11 @@ class Instance:
 
     @property
     def half(self) -> str:
-        return HALVES[hashlib.sha256(self.name.encode()).digest()[0] % 2]
+        return HALVES[self.hash[0] % 2]
+
+    @property
+    def hash(self) -> bytes:
+        return hashlib.sha256(self.name.encode()).digest()
 
 
 @dataclass(frozen=True)
@@ -75,8 +81,9 @@ class Choices:
 
     def run(self, instance: Instance, choice: str) -> Run:
         command = [self.meliora, "reach", str(instance.model), *instance.question, *self.options(instance, choice)]
-        limited = ["sh", "-c", 'ulimit -t "$0"; exec "$@"', str(self.limit), *command, "--json", "--quiet"]
-        finished = harness.run(limited, 20.0 * self.limit)
+        limit = self.limit * (AUTO_SHARE if choice == "auto" else 1)
+        limited = ["sh", "-c", 'ulimit -t "$0"; exec "$@"', str(limit), *command, "--json", "--quiet"]
+        finished = harness.run(limited, 60.0 * limit)
         report = harness.json_object(finished.stdout) or {}
         # A property that does not hold has status 1.
         found = answer(report) if finished.status in (0, 1) else None
@@ -139,7 +146,7 @@ def summary(results: list[tuple[Instance, dict[str, Run]]], half: str, floor: fl
 def measure(options: argparse.Namespace) -> int:
     meliora = harness.find_meliora(options.meliora)
     wanted = [i for source in options.instances for i in instances(source, options.root)]
-    wanted = [i for i in wanted if options.half in ("both", i.half)]
+    wanted = [i for i in wanted if options.half in ("both", i.half) and i.hash[1] % options.part == 0]
     results: list[tuple[Instance, dict[str, Run]]] = []
     differ = 0
     lines = ["| instance | half | `auto`, s | best choice | s | regret |", "| --- | --- | --- | --- | --- | --- |"]
@@ -170,7 +177,8 @@ def main() -> int:
     parser.add_argument("instances", nargs="+", type=Path)
     parser.add_argument("--root", type=Path)
     parser.add_argument("--half", choices=(*HALVES, "both"), default="both")
-    parser.add_argument("--limit", type=int, default=15, help="seconds of processor time of each run")
+    parser.add_argument("--part", type=int, default=1, help="one in this many instances")
+    parser.add_argument("--limit", type=int, default=15, help="seconds of processor time of each choice")
     parser.add_argument("--floor", type=float, default=0.2, help="times below count as this many seconds")
     parser.add_argument("--choices", type=lambda text: text.split(","), default=list(CHOICES))
     parser.add_argument("--json", type=Path)

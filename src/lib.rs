@@ -153,7 +153,7 @@ pub mod engine {
     #[doc(inline)]
     pub use meliora_engine::{
         Algebra, AnyEngine, Count, Decision, Dumpable, EdgeLabels, Engine, ExplicitEngine, NoProgress, Order,
-        ProgressSink, Region, Scope, Selection, Sets, Settings, Storage, SymbolicEngine, Usage, regions,
+        ProgressSink, Region, Scope, Selection, Settings, Storage, SymbolicEngine, Usage, regions,
     };
 }
 

@@ -125,12 +125,8 @@ pub(super) fn analyse<E: Engine, R: Checked>(
     checking.warn_of_empty_targets();
     checking.initial()?;
     checking.phase(Phase::Improvement)?;
-    // With workers, the levels of both kinds are computed next to each other.
-    let one_by_one: &[&[Phase]] = &[&[Phase::Sasi], &[Phase::Spi]];
-    let together: &[&[Phase]] = &[&[Phase::Sasi, Phase::Spi]];
-    let alone = checking.analysis.engine().workers() == 0;
-    for phases in if alone { one_by_one } else { together } {
-        let end = checking.phases(phases);
+    for phase in [Phase::Sasi, Phase::Spi] {
+        let end = checking.phase(phase);
         // What is known at a limit is shown, if it can be computed.
         let shown = checking.initial();
         end.and(shown)?;

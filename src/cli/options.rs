@@ -56,10 +56,8 @@ pub(super) struct ModelArgs {
     #[arg(help_heading = LIMITS, long, value_name = "SIZE", value_parser = memory::parse)]
     pub(super) memory: Option<u64>,
 
-    /// Maximum number of threads (never more than the machine has) for winning regions and levels
-    /// that are independent of each other, and for listing the states of `values`. Small models are
-    /// analysed by one thread: less than 10,000 diagram nodes, or 20,000 states of the explicit
-    /// engine [default: all of the machine]
+    /// Maximum number of threads (never more than the machine has) that list the states of `values`, from 10,000
+    /// states on [default: all of the machine]
     #[arg(help_heading = LIMITS, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(super) threads: Option<u16>,
 

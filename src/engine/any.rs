@@ -6,7 +6,6 @@ use super::edge_labels::EdgeLabels;
 use super::engine::{Algebra, Engine, Region};
 use super::explicit::{self, ExplicitEngine};
 use super::membership::Membership;
-use super::parallel::Sets;
 use super::settings::{Count, Settings, Storage, Usage};
 use super::symbolic::{self, SymbolicEngine};
 use meliora_base::error::{Error, Result};
@@ -173,25 +172,6 @@ where
     Ok(Region { states: region.states.of(engine)?.clone(), choices: region.choices.of(engine)?.clone() })
 }
 
-/// Computes [`Engine::adopt`] with the set types of one engine.
-fn adopted<E: Engine>(
-    engine: &E,
-    from: &E,
-    sets: &Sets<AnyStates, AnyChoices>,
-) -> Result<Sets<AnyStates, AnyChoices>>
-where
-    AnyStates: Of<E, Set = E::States> + From<E::States>,
-    AnyChoices: Of<E, Set = E::Choices> + From<E::Choices>,
-{
-    let states = sets.states.iter().map(|x| x.of(from).cloned()).collect::<Result<_>>()?;
-    let choices = sets.choices.iter().map(|c| c.of(from).cloned()).collect::<Result<_>>()?;
-    let Sets { states, choices } = engine.adopt(from, Sets { states, choices })?;
-    Ok(Sets {
-        states: states.into_iter().map(AnyStates::from).collect(),
-        choices: choices.into_iter().map(AnyChoices::from).collect(),
-    })
-}
-
 /// Converts edge labels to the set types of one engine.
 fn edge_labels_of<E: Engine>(
     engine: &E,
@@ -326,30 +306,6 @@ impl Engine for AnyEngine {
             Inner::Explicit(e) => Inner::Explicit(Arc::new(e.restricted_to(&region_of(&**e, to)?)?)),
         };
         Ok(AnyEngine { inner })
-    }
-
-    fn workers(&self) -> u32 {
-        on!(self, e => e.workers())
-    }
-
-    fn worker(&self, number: u32) -> Option<Self> {
-        let inner = match &self.inner {
-            Inner::Symbolic(e) => Inner::Symbolic(Arc::new(e.worker(number)?)),
-            Inner::Explicit(e) => Inner::Explicit(Arc::new(e.worker(number)?)),
-        };
-        Some(AnyEngine { inner })
-    }
-
-    fn dismiss_workers(&self, forever: bool) {
-        on!(self, e => e.dismiss_workers(forever))
-    }
-
-    fn adopt(&self, from: &Self, sets: Sets<AnyStates, AnyChoices>) -> Result<Sets<AnyStates, AnyChoices>> {
-        match (&self.inner, &from.inner) {
-            (Inner::Symbolic(to), Inner::Symbolic(from)) => adopted(&**to, from, &sets),
-            (Inner::Explicit(to), Inner::Explicit(from)) => adopted(&**to, from, &sets),
-            _ => Err(Error::ForeignSet),
-        }
     }
 
     fn states_where(&self, predicate: &Predicate) -> Result<AnyStates> {

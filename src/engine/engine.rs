@@ -2,7 +2,6 @@
 
 use super::edge_labels::{self, EdgeLabels};
 use super::membership::{self, Membership};
-use super::parallel::Sets;
 use super::settings::{Count, Settings, Usage};
 use meliora_base::error::{Error, Result};
 use meliora_model::predicate::Predicate;
@@ -123,40 +122,6 @@ pub trait Engine:
     fn restricted_to(&self, region: &Region<Self::States, Self::Choices>) -> Result<Self>
     where
         Self: Sized;
-
-    /// Returns the number of workers, engines of the same model for other threads:
-    /// [`Settings::threads`] minus 1, and none if work on several threads is not expected to pay
-    /// off. Workers have no workers.
-    fn workers(&self) -> u32 {
-        0
-    }
-    /// Returns a worker by its number; `None` if the memory does not suffice for it. The sets of a
-    /// worker are exchanged by [`Engine::adopt`]. Cost: the first call for a number copies the model.
-    fn worker(&self, _number: u32) -> Option<Self>
-    where
-        Self: Sized,
-    {
-        None
-    }
-    /// Releases the memory of the workers, once the last clone of them is dropped. They are made
-    /// anew when they are needed, unless they are dismissed `forever`.
-    fn dismiss_workers(&self, _forever: bool) {}
-    /// Returns the sets of this engine that equal sets of `from`, an engine and its worker or the
-    /// other way round. This work cannot be cancelled, so that results of cancelled work remain.
-    /// Cost: linear in the sets.
-    ///
-    /// # Errors
-    /// The memory does not suffice, or a set does not belong to `from`.
-    fn adopt(
-        &self,
-        _from: &Self,
-        sets: Sets<Self::States, Self::Choices>,
-    ) -> Result<Sets<Self::States, Self::Choices>>
-    where
-        Self: Sized,
-    {
-        Ok(sets)
-    }
 
     /// Returns { (s,a) ∈ C : s ∈ X }.
     fn choices_in(&self, c: &Self::Choices, x: &Self::States) -> Result<Self::Choices>;

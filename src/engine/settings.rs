@@ -47,8 +47,7 @@ pub struct Settings {
     pub memory: u64,
     /// The order of the bits in decision diagrams.
     pub order: Order,
-    /// Maximum number of threads for winning regions and levels that are independent of each other, and
-    /// for the states of quantities, at least 1; see [`Engine::workers`](crate::Engine::workers).
+    /// Maximum number of threads that list the states of quantities, at least 1.
     pub threads: u32,
     /// The thresholds at which the symbolic engine switches between methods with the same result.
     pub thresholds: Thresholds,

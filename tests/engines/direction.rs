@@ -17,10 +17,15 @@ use crate::common::random_program::{random_predicate, random_program};
 use crate::explicit::numbers;
 use crate::selection::program;
 
-/// A register that takes 2^30 - 1 steps to return to its first state, and can be left at any time.
-const REGISTER: &str = "mdp module m done : bool; b : [0..1073741823] init 1; \
-    [] !done -> (b'=mod(2*b, 1073741824) + (mod(floor(b/536870912) + floor(b/64), 2) = 1 ? 1 : 0)); \
-    [] !done -> (done'=true); endmodule";
+/// A shift register of 31 flags that takes 2^31 - 1 steps to return to its first state, and can be left at any time.
+fn register() -> String {
+    let flag = |i: usize| format!("b{i} : bool init {};", i == 0);
+    let shift = |i: usize| format!(" & (b{i}'=b{})", i - 1);
+    let (flags, shifts) = ((0..31).map(flag).collect::<String>(), (1..31).map(shift).collect::<String>());
+    format!(
+        "mdp module m done : bool; {flags} [] !done -> (b0'=(b30!=b2)){shifts}; [] !done -> (done'=true); endmodule"
+    )
+}
 
 fn open() -> Selection {
     Selection { storage: Storage::Symbolic, reason: None, is_open: true }
@@ -89,7 +94,7 @@ fn target(program: &Arc<Program>, text: &str) -> Predicate {
 
 #[test]
 fn all_valuations_answer_before_a_long_way_forward_ends() {
-    let program = program(REGISTER);
+    let program = program(&register());
     let mut selection = Selection::of([&*program]);
     let done = target(&program, "done");
     let judge = |engine: &SymbolicEngine| initial(engine, &done);
@@ -134,9 +139,10 @@ fn a_state_without_a_meaning_counts_only_if_it_is_reached() {
         assert_eq!(found.iter().map(Vec::len).collect::<Vec<_>>(), [1, 1, 1, 1]);
         // The target has no value where y = 5, which is not reached, or where y = 1, which is.
         let (found, _) =
-            decided(&program, &target(&program, "mod(x, y-5) = 3"), settings(0, first_turn)).unwrap();
+            decided(&program, &target(&program, "mod(x, (y-5)*(y-5)) = 3"), settings(0, first_turn)).unwrap();
         assert_eq!(found[0].len(), 1);
-        let without = decided(&program, &target(&program, "mod(x, y-1) = 3"), settings(0, first_turn));
+        let without =
+            decided(&program, &target(&program, "mod(x, (y-1)*(y-1)) = 3"), settings(0, first_turn));
         assert!(matches!(without, Err(Error::Input(_))));
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use meliora::advanced::symbolic::Set;
 use meliora::engine::ExplicitEngine;
 use meliora::engine::SymbolicEngine;
-use meliora::engine::{Algebra, AnyEngine, EdgeLabels, Engine, Region, Sets, Settings, Storage};
+use meliora::engine::{Algebra, AnyEngine, EdgeLabels, Engine, Region, Settings, Storage};
 use meliora::error::{Error, Result, SourceFile};
 use meliora::lang;
 use meliora::model::Program;
@@ -41,9 +41,6 @@ fn algebra<E: Algebra<X>, X>(sort: &str, engine: &E, own: &X, foreign: &X) {
 /// Checks the operations with one set.
 fn images<E: Engine>(engine: &E, x: &E::States, c: &E::Choices) {
     let (states, choices) = (engine.all_states(), engine.all_choices());
-    let sets = |x: &E::States, c: &E::Choices| Sets { states: vec![x.clone()], choices: vec![c.clone()] };
-    refused("adopt", engine.adopt(engine, sets(x, &choices)));
-    refused("adopt", engine.adopt(engine, sets(&states, c)));
     refused("choices_in", engine.choices_in(c, &states));
     refused("choices_in", engine.choices_in(&choices, x));
     refused("sources", engine.sources(c));

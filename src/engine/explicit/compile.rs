@@ -7,7 +7,7 @@
 use ahash::AHashMap;
 
 use super::machine::{Code, Entry, Op, Reg, Routine};
-use super::share::{self, Keep};
+use super::share;
 use meliora_base::error::Result;
 use meliora_base::exact::Exact;
 use meliora_base::progress::Poll;
@@ -44,7 +44,7 @@ impl<'a> Compiler<'a> {
         let code = Code { initial: vec![0; program.variables.len()], ..Code::default() };
         let (constants, kept) = (AHashMap::new(), AHashMap::new());
         let mut compiler = Compiler { pool, code, constants, kept };
-        compiler.compile_kept(share::plan(program, pool, roots, poll)?);
+        compiler.compile_kept(share::plan(pool, roots, poll)?);
         Ok(compiler)
     }
 
@@ -90,20 +90,14 @@ impl<'a> Compiler<'a> {
     }
 
     /// Compiles the routines; operands come before the nodes that use them.
-    fn compile_kept(&mut self, kept: Vec<(ExprId, Keep)>) {
-        for (e, keep) in kept {
+    fn compile_kept(&mut self, kept: Vec<ExprId>) {
+        for e in kept {
             let start = self.here();
             let result = self.compute(e);
             self.emit(Op::Return(true));
             let routine = self.code.routines.len() as u32;
-            // The result has its own register, because a table look-up writes to it.
-            let dst = self.fresh();
-            let op = match keep {
-                Keep::Register => Op::Share { routine },
-                Keep::Table { .. } => Op::LookUp { routine },
-            };
-            self.kept.insert(e, (op, dst));
-            self.code.routines.push(Routine { start, result, dst, keep });
+            self.kept.insert(e, (Op::Share { routine }, result));
+            self.code.routines.push(Routine { start });
         }
     }
 

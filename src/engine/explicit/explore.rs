@@ -33,8 +33,9 @@ macro_rules! by_words {
     };
 }
 
-/// Number of states explored between two checks of the progress sink.
-const PATIENCE: usize = 1 << 12;
+/// Number of states explored or taken from a work list, or of operations of the search for initial states, between
+/// two checks of the progress sink.
+pub(super) const PATIENCE: usize = 1 << 12;
 /// Minimum number of bytes per state: its entries in the sparse rows.
 const LEAST_BYTES: u64 = 12;
 

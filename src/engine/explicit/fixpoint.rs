@@ -4,14 +4,12 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use super::ExplicitEngine;
 use super::almost_sure::{Plain, Rules};
+use super::explore::PATIENCE;
 use super::graph::Predecessors;
 use super::meter::Array;
 use super::set::{BitSet, clear, set, test};
 use crate::engine::Region;
 use meliora_base::error::Result;
-
-/// Number of states taken from a work list between two checks of the progress sink.
-const PATIENCE: usize = 1 << 14;
 
 impl ExplicitEngine {
     /// Computes μX. T ∪ { s : some (s,a) ∈ C has an edge into X that is not dropped }.

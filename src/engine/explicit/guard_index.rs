@@ -13,25 +13,34 @@ use super::bounds::Bounds;
 use super::by_value::{ByValue, Need, only_value};
 use super::compile::Compiler;
 use super::machine::{Code, Entry, Machine};
-use super::share::{self, Key};
 use meliora_base::error::Result;
 use meliora_base::progress::Poll;
 use meliora_base::value::{EvalError, Type, Value};
 use meliora_model::expr::{Binary, ExprId, Node};
 use meliora_model::{CommandId, Program};
 
-/// Maximum number of cells of a table.
-const MOST_CELLS: u64 = 1 << 18;
-/// Maximum number of cells if variables are added for a single conjunct.
-const FEW_CELLS: u64 = 1 << 10;
-/// Maximum number of cells of all tables of a program together.
-const ALL_CELLS: u64 = 1 << 22;
-/// Maximum number of commands in all rows of a table together.
-const MOST_MEMBERS: usize = 1 << 20;
-/// Number of look-ups before a table is allocated.
-const PATIENCE: u32 = 64;
-/// The content of a cell that is not filled; also the maximum number of rows.
-const UNKNOWN: u16 = u16::MAX;
+/// Maximum number of cells of all tables of a program together, and of commands in all rows of a table.
+const MOST_CELLS: usize = 1 << 18;
+/// The content of a cell that is not filled. The rows are numbered from 1.
+const UNKNOWN: u16 = u16::MIN;
+
+/// A variable that indexes a table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Key {
+    variable: u32,
+    low: i64,
+    /// The distance in cells between two consecutive values.
+    stride: u32,
+}
+
+impl Key {
+    /// Returns the variable's contribution to the cell number.
+    #[inline]
+    fn offset(&self, values: &[i64]) -> usize {
+        let above = values[self.variable as usize].wrapping_sub(self.low) as usize;
+        above.wrapping_mul(self.stride as usize)
+    }
+}
 
 /// The guards of a participant's commands, each divided into a part for the table and the rest.
 pub(super) struct Division {
@@ -74,8 +83,7 @@ impl Division {
             guards.push(conjuncts(program, bounds, program.commands[command.index()].guard));
         }
         let needs = guards.iter().map(|guard| needs(program, guard)).collect();
-        let most = MOST_CELLS.min(ALL_CELLS / tables.max(1) as u64);
-        let keys = keys(program, &guards, most);
+        let keys = keys(program, &guards, (MOST_CELLS / tables.max(1)) as u64);
         let divide = |(&command, guard): (&CommandId, Vec<Conjunct>)| {
             let (settled, rest) = guard.into_iter().partition::<Vec<_>, _>(|c| c.depends_only_on(&keys));
             let parts = |of: Vec<Conjunct>| of.into_iter().map(|c| c.e).collect();
@@ -107,7 +115,7 @@ impl Division {
             let (settled, rest) = (entry(&c.settled), entry(&c.rest));
             candidates.push(Candidate { command: c.command.0, settled, rest });
         }
-        let (keys, cells) = share::table(program, &self.keys);
+        let (keys, cells) = table(program, &self.keys);
         // A row is kept for the values of the keys, so it may not depend on other variables.
         let by_key = |needs: &Vec<Need>| {
             needs.iter().filter(|(variable, _)| self.keys.contains(variable)).cloned().collect()
@@ -157,8 +165,8 @@ fn needs(program: &Program, guard: &[Conjunct]) -> Vec<Need> {
     needs
 }
 
-/// Chooses the variables of a table. Variable sets with more different conjuncts come first,
-/// because a conjunct that all guards share does not distinguish commands.
+/// Chooses the variables of a table. Variable sets with more different conjuncts come first, and those with a
+/// single one are left out, because a conjunct that all guards share does not distinguish commands.
 fn keys(program: &Program, guards: &[Vec<Conjunct>], most: u64) -> Vec<u32> {
     let mut votes: AHashMap<&[u32], AHashSet<ExprId>> = AHashMap::new();
     for conjunct in guards.iter().flatten() {
@@ -166,19 +174,47 @@ fn keys(program: &Program, guards: &[Vec<Conjunct>], most: u64) -> Vec<u32> {
             votes.entry(support).or_default().insert(conjunct.e);
         }
     }
-    let mut wanted: Vec<(&[u32], usize)> = votes.into_iter().map(|(s, of)| (s, of.len())).collect();
+    let several = votes.into_iter().map(|(s, of)| (s, of.len())).filter(|&(_, count)| count > 1);
+    let mut wanted: Vec<(&[u32], usize)> = several.collect();
     wanted.sort_unstable_by_key(|&(support, count)| (Reverse(count), support.len(), support));
     let mut keys = Vec::new();
-    for (support, count) in wanted {
-        let more = share::merged(keys.clone(), support);
-        let most = if count > 1 { most } else { most.min(FEW_CELLS) };
-        if share::cells(program, &more).is_some_and(|n| n <= most) {
+    for (support, _) in wanted {
+        let more = merged(keys.clone(), support);
+        if cells(program, &more).is_some_and(|n| n <= most) {
             keys = more;
         }
     }
     // A look-up costs as much as a single test.
     let settled = guards.iter().flatten().filter(|c| c.depends_only_on(&keys)).count();
     if settled > 1 { keys } else { Vec::new() }
+}
+
+/// Returns the union of two sets of variables, sorted.
+fn merged(mut x: Vec<u32>, y: &[u32]) -> Vec<u32> {
+    x.extend(y.iter().filter(|v| !x.contains(v)).copied().collect::<Vec<_>>());
+    x.sort_unstable();
+    x
+}
+
+/// Returns the number of valuations of some variables; `None` if it overflows.
+fn cells(program: &Program, support: &[u32]) -> Option<u64> {
+    let size = |v: &u32| {
+        let declared = &program.variables[*v as usize];
+        (declared.high.wrapping_sub(declared.low) as u64).checked_add(1)
+    };
+    support.iter().try_fold(1u64, |n, v| n.checked_mul(size(v)?))
+}
+
+/// Returns the keys of a table over some variables and its number of cells. The number must fit 32
+/// bits.
+fn table(program: &Program, support: &[u32]) -> (Vec<Key>, u32) {
+    let (mut keys, mut stride) = (Vec::new(), 1u32);
+    for &variable in support.iter().rev() {
+        let declared = &program.variables[variable as usize];
+        keys.push(Key { variable, low: declared.low, stride });
+        stride *= declared.high.wrapping_sub(declared.low) as u32 + 1;
+    }
+    (keys, stride)
 }
 
 /// The commands of a participant, looked up by cell.
@@ -210,7 +246,6 @@ pub(super) struct Rows {
     /// stored.
     pub(super) members: Vec<u32>,
     known: AHashMap<Vec<u32>, u16>,
-    asked: u32,
 }
 
 impl Rows {
@@ -228,7 +263,7 @@ impl Rows {
             cell += key.offset(&machine.regs);
         }
         match self.cells.get(cell) {
-            Some(&row) if row != UNKNOWN => Ok(self.rows[row as usize]),
+            Some(&row) if row != UNKNOWN => Ok(self.rows[row as usize - 1]),
             _ => self.fill(cell, guard_index, machine, code),
         }
     }
@@ -257,18 +292,17 @@ impl Rows {
         if self.members.is_empty() {
             self.members.resize(guard_index.candidates.len(), 0);
         }
-        self.asked = self.asked.saturating_add(1);
-        let full = self.rows.len() >= usize::from(UNKNOWN) || self.members.len() + row.len() > MOST_MEMBERS;
-        if self.asked < PATIENCE || full {
+        let full = self.rows.len() >= usize::from(u16::MAX) || self.members.len() + row.len() > MOST_CELLS;
+        if full {
             self.members[..row.len()].copy_from_slice(&row);
             return Ok((0, row.len() as u32));
         }
         if self.cells.is_empty() {
-            self.cells.resize(guard_index.cells as usize, UNKNOWN);
+            self.cells = vec![UNKNOWN; guard_index.cells as usize];
         }
         let number = self.number(row);
         self.cells[cell] = number;
-        Ok(self.rows[number as usize])
+        Ok(self.rows[number as usize - 1])
     }
 
     /// Returns the number of a row; stores the row if it is new.
@@ -276,9 +310,10 @@ impl Rows {
         if let Some(&number) = self.known.get(&row) {
             return number;
         }
-        let (number, start) = (self.rows.len() as u16, self.members.len() as u32);
+        let start = self.members.len() as u32;
         self.members.extend_from_slice(&row);
         self.rows.push((start, self.members.len() as u32));
+        let number = self.rows.len() as u16;
         self.known.insert(row, number);
         number
     }

@@ -5,7 +5,6 @@
 //! words of exact numbers.
 
 use super::numbers::Numbers;
-use super::share::Keep;
 use meliora_base::exact::{self, Exact};
 use meliora_base::value::{EvalError, Type};
 use meliora_model::expr::{Binary, Unary};
@@ -93,10 +92,6 @@ pub(super) enum Op {
     Share {
         routine: u32,
     },
-    /// Provides a node that is kept in a table, in the node's register.
-    LookUp {
-        routine: u32,
-    },
     /// Ends the code: returns the value of a condition, or `true` after computing a value.
     Return(bool),
 }
@@ -115,15 +110,7 @@ pub(super) struct Entry {
 pub(super) struct Routine {
     /// The position of its first instruction.
     pub(super) start: u32,
-    /// The register in which the code leaves the value.
-    pub(super) result: Reg,
-    /// The register from which other code reads the value.
-    pub(super) dst: Reg,
-    pub(super) keep: Keep,
 }
-
-/// The content of a cell whose value is unknown or does not fit.
-const UNKNOWN: i16 = i16::MIN;
 
 /// The code of all expressions of a program.
 #[derive(Debug, Clone, Default)]
@@ -143,8 +130,6 @@ pub(super) struct Machine {
     pub(super) regs: Vec<i64>,
     /// For each routine, the number of the state for which its register is valid.
     stamps: Vec<u64>,
-    /// For each routine, the known values; empty until the first one.
-    tables: Vec<Vec<i16>>,
     /// The reals in the registers.
     pub(super) numbers: Numbers,
     now: u64,
@@ -153,9 +138,8 @@ pub(super) struct Machine {
 impl Machine {
     /// Creates a machine for the given code.
     pub(super) fn new(code: &Code) -> Self {
-        let routines = code.routines.len();
-        let (stamps, tables) = (vec![0; routines], vec![Vec::new(); routines]);
-        Machine { regs: code.initial.clone(), stamps, tables, numbers: code.numbers.clone(), now: 0 }
+        let stamps = vec![0; code.routines.len()];
+        Machine { regs: code.initial.clone(), stamps, numbers: code.numbers.clone(), now: 0 }
     }
 
     /// Discards the kept results, because the variables have new values.
@@ -181,10 +165,6 @@ impl Machine {
                     self.share(code, routine as usize)?;
                     at += 1;
                 }
-                Op::LookUp { routine } => {
-                    self.look_up(code, routine as usize)?;
-                    at += 1;
-                }
                 Op::Return(value) => return Ok(value),
                 op => {
                     self.compute(op)?;
@@ -196,37 +176,8 @@ impl Machine {
 
     fn share(&mut self, code: &Code, index: usize) -> Result<(), EvalError> {
         if self.stamps[index] != self.now {
-            let routine = &code.routines[index];
-            self.run(code, routine.start)?;
-            self.regs[routine.dst as usize] = self.get(routine.result);
+            self.run(code, code.routines[index].start)?;
             self.stamps[index] = self.now;
-        }
-        Ok(())
-    }
-
-    fn look_up(&mut self, code: &Code, index: usize) -> Result<(), EvalError> {
-        let routine = &code.routines[index];
-        let Keep::Table { keys, cells } = &routine.keep else { return self.share(code, index) };
-        let mut cell = 0usize;
-        for key in keys {
-            cell = cell.wrapping_add(key.offset(&self.regs));
-        }
-        let known = self.tables[index].get(cell).copied().unwrap_or(UNKNOWN);
-        if known != UNKNOWN {
-            self.regs[routine.dst as usize] = known.into();
-            return Ok(());
-        }
-        self.run(code, routine.start)?;
-        let value = self.get(routine.result);
-        self.regs[routine.dst as usize] = value;
-        if let Ok(small) = i16::try_from(value) {
-            let table = &mut self.tables[index];
-            if table.is_empty() {
-                table.resize(*cells as usize, UNKNOWN);
-            }
-            if let Some(known) = table.get_mut(cell) {
-                *known = small;
-            }
         }
         Ok(())
     }

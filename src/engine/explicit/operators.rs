@@ -10,7 +10,6 @@ use super::{ChoiceSet, ExplicitEngine, Space, StateSet};
 use crate::edge_labels::{self, EdgeLabels};
 use crate::engine::{Algebra, Engine, Region};
 use crate::membership::Membership;
-use crate::parallel::Sets;
 use crate::settings::{Count, Settings, Usage};
 use meliora_base::error::{Error, Result};
 use meliora_base::progress::Poll;
@@ -50,9 +49,6 @@ macro_rules! algebra_of {
 
 algebra_of!(StateSet);
 algebra_of!(ChoiceSet);
-
-/// Minimum number of states for work on several threads.
-const STATES_FOR_THREADS: usize = 20_000;
 
 impl Engine for ExplicitEngine {
     type States = StateSet;
@@ -125,25 +121,6 @@ impl Engine for ExplicitEngine {
         let (every_state, every_choice) =
             (self.bits(&region.states)?.clone(), self.bits(&region.choices)?.clone());
         Ok(ExplicitEngine { every_state, every_choice, ..self.clone() })
-    }
-
-    fn workers(&self) -> u32 {
-        if self.graph.states() < STATES_FOR_THREADS { 0 } else { self.settings.threads.saturating_sub(1) }
-    }
-
-    /// Returns a clone: sets of bits can be shared.
-    fn worker(&self, _number: u32) -> Option<Self> {
-        let settings = Settings { threads: 1, ..self.settings.clone() };
-        Some(ExplicitEngine { settings, ..self.clone() })
-    }
-
-    fn adopt(&self, from: &Self, sets: Sets<StateSet, ChoiceSet>) -> Result<Sets<StateSet, ChoiceSet>> {
-        if !self.shares(from) {
-            return Err(Error::ForeignSet);
-        }
-        sets.states.iter().try_for_each(|x| self.bits(x).map(drop))?;
-        sets.choices.iter().try_for_each(|c| self.bits(c).map(drop))?;
-        Ok(sets)
     }
 
     fn choices_in(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {

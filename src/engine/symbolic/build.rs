@@ -221,7 +221,6 @@ impl Explored {
             enabled,
             has_loops: true,
             game,
-            workers: Default::default(),
             store: Arc::new(store),
         })
     }

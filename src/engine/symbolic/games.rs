@@ -134,7 +134,7 @@ impl SymbolicEngine {
         };
         let (players, groups) = (game.players.clone(), Arc::clone(&game.groups));
         let game = Some(Game::new(&self.store, players, groups, coalition.to_vec())?);
-        Ok(SymbolicEngine { game, workers: Default::default(), ..self.clone() })
+        Ok(SymbolicEngine { game, ..self.clone() })
     }
 
     /// Removes from the sources of C the states of the opponent with an enabled choice that is not in

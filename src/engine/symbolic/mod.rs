@@ -37,7 +37,6 @@ pub(crate) mod store;
 mod tests;
 mod trends;
 mod turns;
-mod workers;
 
 use std::sync::{Arc, OnceLock};
 
@@ -54,7 +53,6 @@ pub use trends::Side;
 use super::edge_labels::{self, EdgeLabels, plain_edges_into};
 use super::engine::{Algebra, Engine, Region};
 use super::membership::{Each, Membership};
-use super::parallel::Sets;
 use super::settings::{Count, Settings, Usage};
 use encoding::transitions::Transitions;
 use encoding::translate::Translator;
@@ -71,7 +69,6 @@ use relations::tuples::ListTuple;
 use store::Store;
 use store::diagram::Bdd;
 use store::walk::Direction;
-use workers::Workers;
 
 /// A set of states: a diagram over the present bits.
 #[derive(Clone)]
@@ -114,7 +111,6 @@ pub struct SymbolicEngine {
     has_loops: bool,
     /// The players of a game; `None` for other models.
     game: Option<Game>,
-    workers: Workers,
     store: Arc<Store>,
 }
 
@@ -222,27 +218,10 @@ impl Engine for SymbolicEngine {
         self.diagram_of(&region.states)?;
         self.groups_of(&region.choices)?;
         let Region { states, choices } = region.clone();
-        let workers = Workers::default();
         // The lists of the opponent's choices, too.
         let same = |game: &games::Game| game.moved(&self.store, game.players.clone());
         let game = self.game.as_ref().map(same).transpose()?;
-        Ok(SymbolicEngine { states, choices, game, workers, ..self.clone() })
-    }
-
-    fn workers(&self) -> u32 {
-        self.prepared_workers().len() as u32
-    }
-
-    fn worker(&self, number: u32) -> Option<Self> {
-        self.prepared_workers().get(number as usize)?.get_or_init(|| self.new_worker().ok()).clone()
-    }
-
-    fn dismiss_workers(&self, forever: bool) {
-        self.drop_workers(forever);
-    }
-
-    fn adopt(&self, from: &Self, sets: Sets<StateSet, ChoiceSet>) -> Result<Sets<StateSet, ChoiceSet>> {
-        self.adopted(from, sets)
+        Ok(SymbolicEngine { states, choices, game, ..self.clone() })
     }
 
     fn choices_in(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {

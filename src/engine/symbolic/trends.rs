@@ -139,7 +139,6 @@ impl SymbolicEngine {
             tuple: OnceLock::new(),
             quiet: OnceLock::new(),
             few_parts: OnceLock::new(),
-            workers: Default::default(),
             ..self.clone()
         })
     }

@@ -1,7 +1,6 @@
 //! Classes: the states grouped by their most preferred objectives.
 
 use meliora_base::error::Result;
-use meliora_engine::parallel::{Port, Portable};
 use meliora_engine::{Engine, position};
 use meliora_model::preference::{Change, ObjectiveSet, Preferences, Rated};
 
@@ -17,27 +16,10 @@ pub struct Class<E: Engine> {
     pub worse: E::States,
 }
 
-impl<E: Engine> Portable<E> for Class<E> {
-    fn ported(&self, port: &mut Port<E>) -> Self {
-        Class {
-            most_preferred: self.most_preferred.clone(),
-            states: port.states(&self.states),
-            better: port.states(&self.better),
-            worse: port.states(&self.worse),
-        }
-    }
-}
-
 /// The non-empty classes, sorted by the members of MP; the class with an empty MP is last.
 pub struct Classes<E: Engine> {
     /// The classes, which partition the states of the scope. Unsafe states have no class.
     pub list: Vec<Class<E>>,
-}
-
-impl<E: Engine> Portable<E> for Classes<E> {
-    fn ported(&self, port: &mut Port<E>) -> Self {
-        Classes { list: self.list.ported(port) }
-    }
 }
 
 impl<E: Engine> Classes<E> {

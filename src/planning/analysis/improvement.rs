@@ -10,7 +10,6 @@ use super::classes::Classes;
 use super::safety::Safety;
 use meliora_base::error::Result;
 use meliora_engine::edge_labels::{dropped, grouped, pairs_into};
-use meliora_engine::parallel::{self, Port, Portable};
 use meliora_engine::{Count, EdgeLabels, Engine, Region, position};
 use meliora_model::valuation::{Decimal, decimal};
 
@@ -28,13 +27,13 @@ pub struct Arena<E: Engine> {
     pub edge_labels: Vec<EdgeLabels<E::States>>,
 }
 
-impl<E: Engine> Portable<E> for Arena<E> {
-    fn ported(&self, port: &mut Port<E>) -> Self {
+impl<E: Engine> Clone for Arena<E> {
+    fn clone(&self) -> Self {
         Arena {
             reference: self.reference,
-            states: port.states(&self.states),
-            choices: port.choices(&self.choices),
-            edge_labels: self.edge_labels.ported(port),
+            states: self.states.clone(),
+            choices: self.choices.clone(),
+            edge_labels: self.edge_labels.clone(),
         }
     }
 }
@@ -68,15 +67,6 @@ pub struct Improvement<E: Engine> {
     /// In a game under [`Safety::Prefix`], Safe_c of each class c of which no state is safe, by the
     /// position of the class. Planning starts in none of its states, but the opponent may move there.
     pub unsafe_classes: Vec<(usize, E::States)>,
-}
-
-impl<E: Engine> Portable<E> for Improvement<E> {
-    fn ported(&self, port: &mut Port<E>) -> Self {
-        let bad = self.bad.as_ref().map(|states| port.states(states));
-        let unsafe_classes =
-            self.unsafe_classes.iter().map(|(class, safe)| (*class, port.states(safe))).collect();
-        Improvement { safety: self.safety, arenas: self.arenas.ported(port), bad, unsafe_classes }
-    }
 }
 
 impl<E: Engine> Improvement<E> {
@@ -187,29 +177,13 @@ pub(crate) fn transition<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<
     Ok(Arena { reference: None, states: engine.all_states(), choices, edge_labels })
 }
 
-/// The states that do not weaken a class.
-struct Allowed<E: Engine>(E::States);
-
-impl<E: Engine> Portable<E> for Allowed<E> {
-    fn ported(&self, port: &mut Port<E>) -> Self {
-        Allowed(port.states(&self.0))
-    }
-}
-
 /// Computes the arenas under [`Safety::Prefix`]: for each class c, Safe_c = νZ. S \ Worse(c) ∩ { s
-/// : some choice has all successors in Z }. The classes are independent.
+/// : some choice has all successors in Z }.
 pub(crate) fn prefix<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Vec<Arena<E>>> {
-    let mut jobs = Vec::with_capacity(classes.list.len());
-    for class in &classes.list {
-        jobs.push((Allowed(engine.difference(&engine.all_states(), &class.worse)?), None));
-    }
-    parallel::run(engine, &mut jobs, |engine: &E, Allowed(allowed), safe| {
-        *safe = Some(engine.stay_within(allowed, &engine.all_choices())?);
-        Ok(())
-    })?;
-    let mut arenas = Vec::new();
-    for (reference, (class, (_, safe))) in classes.list.iter().zip(jobs).enumerate() {
-        let Some(safe) = safe else { continue };
+    let mut arenas = Vec::with_capacity(classes.list.len());
+    for (reference, class) in classes.list.iter().enumerate() {
+        let allowed = engine.difference(&engine.all_states(), &class.worse)?;
+        let safe = engine.stay_within(&allowed, &engine.all_choices())?;
         let goal = engine.intersection(&class.better, &safe.states)?;
         let edge_labels = vec![EdgeLabels::new(safe.states.clone(), goal, engine.no_states())];
         let Region { states, choices } = safe;

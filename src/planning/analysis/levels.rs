@@ -15,7 +15,6 @@ use super::improvement::{Arena, Improvement};
 use super::run::Analysis;
 use meliora_base::error::Result;
 use meliora_engine::edge_labels::{pairs_into, winning};
-use meliora_engine::parallel::{self, Port, Portable};
 use meliora_engine::{EdgeLabels, Engine, Region, position};
 pub use meliora_model::region::Kind;
 
@@ -74,25 +73,12 @@ impl<E: Engine> Clone for Game<E> {
     }
 }
 
-impl<E: Engine> Portable<E> for Game<E> {
-    fn ported(&self, port: &mut Port<E>) -> Self {
-        let edge_labels = self.edge_labels.ported(port);
-        Game { edge_labels, states: port.states(&self.states), choices: port.choices(&self.choices) }
-    }
-}
-
 /// One level: W_k with its games, one per arena.
 pub struct Level<E: Engine> {
     /// W_k
     pub states: E::States,
     /// The games in the order of [`Improvement::arenas`].
     pub games: Vec<Game<E>>,
-}
-
-impl<E: Engine> Portable<E> for Level<E> {
-    fn ported(&self, port: &mut Port<E>) -> Self {
-        Level { states: port.states(&self.states), games: self.games.ported(port) }
-    }
 }
 
 /// The reason why there are no more levels.
@@ -106,16 +92,6 @@ pub enum End<E: Engine> {
     Cut,
 }
 
-impl<E: Engine> Portable<E> for End<E> {
-    fn ported(&self, port: &mut Port<E>) -> Self {
-        match self {
-            End::Empty => End::Empty,
-            End::Unbounded(level) => End::Unbounded(level.ported(port)),
-            End::Cut => End::Cut,
-        }
-    }
-}
-
 /// The levels of one kind, computed one after the other.
 pub struct Levels<E: Engine> {
     /// The kind.
@@ -124,12 +100,6 @@ pub struct Levels<E: Engine> {
     pub found: Vec<Level<E>>,
     /// The reason why there are no more levels; `None` while there may be more.
     pub end: Option<End<E>>,
-}
-
-impl<E: Engine> Portable<E> for Levels<E> {
-    fn ported(&self, port: &mut Port<E>) -> Self {
-        Levels { kind: self.kind, found: self.found.ported(port), end: self.end.ported(port) }
-    }
 }
 
 impl<E: Engine> Levels<E> {
@@ -241,19 +211,12 @@ pub(crate) fn next_level<E: Engine>(
     last: Option<&Level<E>>,
 ) -> Result<Level<E>> {
     let entered = last.map_or_else(|| engine.all_states(), |level| level.states.clone());
-    let mut turns = Vec::with_capacity(improvement.arenas.len());
+    let mut games = Vec::with_capacity(improvement.arenas.len());
     for (index, arena) in improvement.arenas.iter().enumerate() {
         let before = last.and_then(|level| level.games.get(index));
-        turns.push(Turn::new(engine, arena, &entered, before)?);
+        games.push(next_game(engine, arena, &entered, before, kind)?);
     }
-    parallel::run(engine, &mut turns, |engine, turn, game| {
-        if game.is_none() {
-            *game = Some(win(engine, turn, kind)?);
-        }
-        Ok(())
-    })?;
     let mut states = engine.no_states();
-    let games = Vec::from_iter(turns.into_iter().filter_map(|(_, game)| game));
     for (arena, game) in improvement.arenas.iter().zip(&games) {
         let won = match arena.reference {
             // Each state is its own reference when planning starts or after an improvement.
@@ -268,42 +231,22 @@ pub(crate) fn next_level<E: Engine>(
     Ok(Level { states, games })
 }
 
-/// The game of one arena at the next level.
-struct Turn<E: Engine> {
-    /// The arena, with goal edges of the next level only.
-    arena: Arena<E>,
-    /// The game of the last level.
-    before: Option<Game<E>>,
-}
-
-impl<E: Engine> Portable<E> for Turn<E> {
-    fn ported(&self, port: &mut Port<E>) -> Self {
-        Turn { arena: self.arena.ported(port), before: self.before.ported(port) }
-    }
-}
-
-impl<E: Engine> Turn<E> {
-    /// Returns the game that enters X, with its result if that is the result of the last level.
-    fn new(
-        engine: &E,
-        arena: &Arena<E>,
-        x: &E::States,
-        before: Option<&Game<E>>,
-    ) -> Result<(Self, Option<Game<E>>)> {
-        let arena = Arena { edge_labels: entering(engine, arena, x)?, ..parallel::same(arena) };
-        let mut known = None;
-        if let Some(game) = before {
-            let goals: Vec<_> = game.edge_labels.iter().zip(&arena.edge_labels).collect();
-            if position(&goals, |(x, y)| Ok(!engine.same(&x.goal, &y.goal)?))?.is_none() {
-                known = Some(game.clone());
-            }
+/// Returns the game of an arena whose goal edges enter X, given that of the last level. Its result is that of the last
+/// level if the goal edges are.
+fn next_game<E: Engine>(
+    engine: &E,
+    arena: &Arena<E>,
+    x: &E::States,
+    before: Option<&Game<E>>,
+    kind: Kind,
+) -> Result<Game<E>> {
+    let edge_labels = entering(engine, arena, x)?;
+    if let Some(game) = before {
+        let goals: Vec<_> = game.edge_labels.iter().zip(&edge_labels).collect();
+        if position(&goals, |(x, y)| Ok(!engine.same(&x.goal, &y.goal)?))?.is_none() {
+            return Ok(game.clone());
         }
-        Ok((Turn { arena, before: before.cloned() }, known))
     }
-}
-
-fn win<E: Engine>(engine: &E, Turn { arena, before }: &Turn<E>, kind: Kind) -> Result<Game<E>> {
-    let (edge_labels, before) = (arena.edge_labels.clone(), before.as_ref());
     match kind {
         Kind::Sasi => almost_surely(engine, arena, edge_labels, before),
         Kind::Spi => positively(engine, arena, edge_labels, before),

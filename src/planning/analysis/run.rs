@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::classes::Classes;
 use super::improvement::Improvement;
 use super::joint::{Joint, MOST};
-use super::level_search::{self, LevelSearch};
+use super::level_search::{LevelSearch, count_levels};
 use super::levels::{End, Kind, Levels, Rank};
 pub use super::phases::{Event, Phase};
 use super::requirements::Requirements;
@@ -18,7 +18,7 @@ use super::winning_regions::{Sought, WinningRegions};
 use crate::strategies::achieve::Achieving;
 use crate::strategies::finite_memory::{FiniteMemoryStrategy, StrategyKind};
 use meliora_base::error::{Error, Result};
-use meliora_engine::{AnyEngine, Count, Engine};
+use meliora_engine::{AnyEngine, Engine};
 use meliora_model::Program;
 use meliora_model::preference::{Goal, ObjectiveSet, Preferences};
 
@@ -48,8 +48,6 @@ pub struct Analysis<E: Engine = AnyEngine> {
     joint: Option<Joint<E>>,
     sasi: LevelSearch<E>,
     spi: LevelSearch<E>,
-    /// The sizes of levels, SASI and SPI, that were computed next to each other.
-    counted: [Vec<Count>; 2],
     result: AnalysisResult,
 }
 
@@ -69,18 +67,15 @@ impl<E: Engine> Analysis<E> {
             joint: None,
             sasi: LevelSearch::new(Kind::Sasi),
             spi: LevelSearch::new(Kind::Spi),
-            counted: Default::default(),
             result: AnalysisResult::default(),
         }
     }
 
-    /// Runs some phases one after the other; if both phases of levels are among them, their levels
-    /// may be computed next to each other, in the first of these phases.
+    /// Runs some phases one after the other.
     ///
     /// # Errors
     /// The errors of [`Analysis::run_phase`].
     pub fn run_phases(&mut self, phases: &[Phase], listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
-        let both = Kind::ALL.iter().all(|&kind| phases.contains(&Phase::levels(kind)));
         let (mut known, all) = (self.result.objectives.len(), self.preferences.objectives.len());
         let mut tell = |event: Event<'_>| {
             listener(event);
@@ -89,9 +84,7 @@ impl<E: Engine> Analysis<E> {
                 listener(Event::Part(phase, &part));
             }
         };
-        let end = phases.iter().try_for_each(|&phase| self.begin(phase, both, &mut tell));
-        self.engine.dismiss_workers(false);
-        end
+        phases.iter().try_for_each(|&phase| self.begin(phase, &mut tell))
     }
 
     /// Runs one phase, or the rest of it after a limit; does nothing if the phase is complete.
@@ -102,7 +95,7 @@ impl<E: Engine> Analysis<E> {
         self.run_phases(&[phase], listener)
     }
 
-    fn begin(&mut self, phase: Phase, both: bool, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
+    fn begin(&mut self, phase: Phase, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         if self.is_done(phase) {
             return Ok(());
         }
@@ -119,8 +112,8 @@ impl<E: Engine> Analysis<E> {
             Phase::Counts => self.run_counts(listener)?,
             Phase::Outcomes => self.run_outcomes(listener)?,
             Phase::Improvement => self.run_improvement(listener)?,
-            Phase::Sasi => self.run_levels(Kind::Sasi, both, listener)?,
-            Phase::Spi => self.run_levels(Kind::Spi, both, listener)?,
+            Phase::Sasi => self.run_levels(Kind::Sasi, listener)?,
+            Phase::Spi => self.run_levels(Kind::Spi, listener)?,
         }
         listener(Event::Finished(phase, clock.clock().saturating_sub(start)));
         Ok(())
@@ -244,42 +237,32 @@ impl<E: Engine> Analysis<E> {
         Ok(())
     }
 
-    /// Computes the remaining levels of one kind, or of both. Cost: see
+    /// Computes the remaining levels of one kind. Cost: see
     /// [`super::levels::next_level`].
-    fn run_levels(&mut self, kind: Kind, both: bool, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
+    fn run_levels(&mut self, kind: Kind, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         let (Some(classes), Some(improvement)) = (&self.classes, &self.improvement) else {
             return Ok(());
         };
         let (engine, max) = (&*self.engine, self.options.max_level);
-        let mut end = Ok(());
-        if both && let (Some(sasi), Some(spi)) = (self.sasi.open(), self.spi.open()) {
-            (self.counted, end) = level_search::search(engine, classes, improvement, max, [sasi, spi]);
-            self.sasi.close();
-            self.spi.close();
-        }
-        let [sasi, spi] = &self.counted;
-        let (search, counted) = match kind {
-            Kind::Sasi => (&mut self.sasi, sasi),
-            Kind::Spi => (&mut self.spi, spi),
+        let search = match kind {
+            Kind::Sasi => &mut self.sasi,
+            Kind::Spi => &mut self.spi,
         };
         let result = &mut self.result;
-        if let (Ok(()), Some(levels)) = (&end, search.open()) {
+        if let Some(levels) = search.open() {
             while levels.advance(engine, classes, improvement, max)? {
-                level_search::count_levels(engine, levels, counted, result, listener)?;
+                count_levels(engine, levels, result, listener)?;
             }
             search.close();
         }
         // A limit may have left some of the levels uncounted.
         let levels = search.levels();
-        level_search::count_levels(engine, levels, counted, result, listener)?;
-        end?;
+        count_levels(engine, levels, result, listener)?;
         let end = match &levels.end {
             None => LevelsEnd::Open,
             Some(End::Cut) => LevelsEnd::Cut,
             Some(End::Empty) => LevelsEnd::Empty,
-            Some(End::Unbounded(level)) => {
-                LevelsEnd::Unbounded(level_search::count_of(engine, level, levels.found.len(), counted)?)
-            }
+            Some(End::Unbounded(level)) => LevelsEnd::Unbounded(engine.count(&level.states)?),
         };
         result.tell(Event::LevelsEnd(kind, &end), listener);
         Ok(())

@@ -12,6 +12,7 @@ mod values;
 
 use std::sync::Arc;
 
+use super::explore::PATIENCE;
 use meliora_base::error::Result;
 use meliora_base::progress::ProgressSink;
 use meliora_model::Program;
@@ -19,9 +20,6 @@ use meliora_model::expr::ExprId;
 use narrow::narrow;
 use net::{Net, Op};
 use values::Values;
-
-/// Number of operations of the condition between two checks of the progress sink.
-const PATIENCE: usize = 1 << 16;
 
 /// A search for the states in which a condition is true, which can be interrupted and continued.
 pub(super) struct Search {

@@ -20,14 +20,9 @@ use meliora_base::random::Draw;
 use meliora_model::expr::Node;
 use meliora_model::{Command, Program, VarId};
 
-/// Maximum number of orders from which the search starts.
-const MOST_STARTS: usize = 10;
-
-/// Number of rounds of FORCE without a smaller span after which it ends.
-const PATIENCE: usize = 10;
-
-/// Maximum number of rounds of moving each variable once.
-const MOST_ROUNDS: usize = 8;
+/// Number of orders from which the search starts, of rounds of FORCE without a smaller span after which it ends, and
+/// of rounds of moving each variable once.
+const ROUNDS: usize = 10;
 
 /// Maximum number of steps of one round from all starts, and maximum number of nodes of all guards
 /// and updates.
@@ -111,7 +106,7 @@ impl Hypergraph {
         let each = variables + self.edges.iter().map(Vec::len).sum::<usize>();
         let starts = MOST_STEPS / variables.checked_mul(each)?.max(1);
         let mut draw = Draw::new(0);
-        let found = (0..starts.min(MOST_STARTS)).map(|start| {
+        let found = (0..starts.min(ROUNDS)).map(|start| {
             let mut order = Vec::from_iter(0..variables);
             if start > 0 {
                 draw.shuffle(&mut order);
@@ -136,7 +131,7 @@ impl Hypergraph {
     fn force(&self, mut order: Vec<usize>) -> Vec<usize> {
         let mut best = (self.span(&order), order.clone());
         let mut since = 0;
-        while since < PATIENCE {
+        while since < ROUNDS {
             let place = places(&order);
             let centres =
                 Vec::from_iter(self.edges.iter().map(|edge| mean(edge.iter().map(|&v| place[v] as f64))));
@@ -161,7 +156,7 @@ impl Hypergraph {
     fn moved(&self, mut order: Vec<usize>) -> Vec<usize> {
         let mut variables = Vec::from_iter(0..order.len());
         variables.sort_by_key(|&v| std::cmp::Reverse(self.at[v].len()));
-        for _ in 0..MOST_ROUNDS {
+        for _ in 0..ROUNDS {
             let before = order.clone();
             for &variable in &variables {
                 self.place(&mut order, variable);

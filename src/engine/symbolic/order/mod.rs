@@ -1,16 +1,14 @@
 //! The order of the bits: as declared, computed from the structure of the program, or given by the
 //! user.
 //!
-//! [`Order`] selects the method. [`from_structure`] applies the heuristics: `module_copies` for
-//! copies of a module whose clocks advance together, `independent_modules` for modules that move
-//! on their own, `command_spans` for other programs of flags, otherwise the declared order. They
-//! read guards and updates, the first two through `counters`. [`parse`] reads an order from text.
+//! [`Order`] selects the method. [`from_structure`] applies the heuristics: `independent_modules` for modules that move
+//! on their own, `command_spans` for other programs of flags, otherwise the declared order. They read guards and
+//! updates, the first one through `counters`. [`parse`] reads an order from text.
 //! Nothing here uses diagrams.
 
 mod command_spans;
 mod counters;
 mod independent_modules;
-mod module_copies;
 mod text;
 
 use std::cmp::Reverse;
@@ -135,15 +133,11 @@ pub fn auto(program: &Program) -> Vec<Bit> {
 /// Computes an order from the structure of the program.
 ///
 /// Variables stay as declared, since authors write related variables next to each other. There are
-/// four exceptions:
+/// three exceptions:
 ///
 /// If one module has all variables, or several modules are independent of each other: counters that
 /// every step changes and counters of outer loops come first, then flags, then positions interleaved
 /// bit by bit.
-///
-/// If three or more copies of a module advance their clocks together: the variables declared before
-/// the clocks come first, then the clocks and the variables after them, those of equal role next to
-/// each other.
 ///
 /// If the program is a game of modules that depend on each other: counters that every step of their
 /// module changes in one direction come first, such as the battery of a robot.
@@ -157,10 +151,6 @@ pub fn from_structure(program: &Program) -> Ordered {
     if program.monitors.is_some() {
         let Ordered { bits, why } = from_structure(&program.without_monitors());
         return Ordered { bits: beside_monitors(program, bits), why };
-    }
-    if let Some(variables) = module_copies::by_roles(program) {
-        let why = "copies of a module whose clocks advance together: the clocks next to each other";
-        return Ordered { bits: by_variables(program, &variables), why: why.to_owned() };
     }
     match independent_modules::by_positions(program) {
         Some(order) if !order.why.is_empty() => order,

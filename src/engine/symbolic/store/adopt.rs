@@ -6,7 +6,7 @@ use oxidd::{Function, HasLevel, InnerNode, Manager, Node};
 
 use super::Store;
 use super::diagram::{Bdd, Diagram, Edge, Held, ManagerOf};
-use super::tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits};
+use super::tables::{cache_entries, cache_for_bits};
 use super::walk::{ByNode, PATIENCE};
 use crate::settings::Settings;
 use meliora_base::error::Result;
@@ -26,21 +26,6 @@ impl Store {
         larger.replaced_peak = self.peak.load(Relaxed).max(self.replaced_peak);
         larger.work.add(&self.work);
         Some(larger)
-    }
-
-    /// Creates an empty store for another thread. Both together may use the memory of this one.
-    pub(in crate::symbolic) fn companion(&self, settings: &Settings) -> Result<Self> {
-        let used = self.charges.now() + self.charges.other_nodes(0) * BYTES_PER_NODE;
-        let memory = self.memory.saturating_sub(used);
-        let mut other =
-            Store::sized(self.width(), &Settings { memory, ..settings.clone() }, self.cache_entries)?;
-        let mut cache = self.charge();
-        cache.add((other.cache_entries * BYTES_PER_ENTRY) as usize);
-        (other.cache, other.charges, other.memory) = (Some(cache), self.charges.clone(), self.memory);
-        for (theirs, own) in other.saturates.iter().zip(&self.saturates) {
-            theirs.store(own.load(Relaxed), Relaxed);
-        }
-        Ok(other)
     }
 
     /// Copies diagrams of another store of the same bits into this store and replaces them. The

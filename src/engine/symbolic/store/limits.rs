@@ -20,9 +20,6 @@ const LEAST_FREED: usize = 64;
 /// fit into (15 MiB), in 1.4 times the usual time.
 const MOST_FUTILE: u32 = 6;
 
-/// Nodes by which the stores of all workers together may pass the memory: 256 KiB.
-const MOST_OVERSHOOT: usize = 1 << 13;
-
 impl Store {
     /// Lets the progress sink cancel the work, collects garbage if enough has gathered, and checks
     /// the memory.
@@ -48,7 +45,7 @@ impl Store {
             self.collect(m)?;
         }
         // OxiDD does not return the memory of freed nodes to the system.
-        let is_over = || self.peak.load(Relaxed) > self.most_nodes() + self.overshoot();
+        let is_over = || self.peak.load(Relaxed) > self.most_nodes();
         if is_over() {
             // Entries in use are kept.
             self.forget();
@@ -87,15 +84,7 @@ impl Store {
     /// Returns the number of nodes that the memory allows in addition to the charged bytes.
     fn most_nodes(&self) -> usize {
         let nodes = self.memory.saturating_sub(self.charges.now()) / BYTES_PER_NODE;
-        let others = self.charges.other_nodes(self.peak.load(Relaxed));
-        nodes.saturating_sub(others).min(self.capacity) as usize
-    }
-
-    /// Returns the nodes that the other stores may have made since they last checked the memory,
-    /// before they could see the nodes of this one.
-    fn overshoot(&self) -> usize {
-        let others = self.charges.other_nodes(self.peak.load(Relaxed));
-        if others == 0 { 0 } else { MOST_OVERSHOOT }
+        nodes.min(self.capacity) as usize
     }
 
     /// Returns true if the table has at least `many` nodes.
@@ -109,10 +98,7 @@ impl Store {
     }
 
     pub(in crate::symbolic) fn note_peak(&self, nodes: usize) {
-        let before = self.peak.fetch_max(nodes, Relaxed);
-        if nodes > before {
-            self.charges.add_nodes(nodes - before);
-        }
+        self.peak.fetch_max(nodes, Relaxed);
     }
 
     /// Returns the error for memory that does not suffice.

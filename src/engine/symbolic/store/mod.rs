@@ -60,10 +60,8 @@ pub(in crate::symbolic) struct Store {
     peak: AtomicUsize,
     /// The largest number of nodes in the stores that this one replaced.
     replaced_peak: usize,
-    /// The memory of this store and, if it has workers or is one, of the others.
+    /// The memory outside of OxiDD's tables.
     pub(in crate::symbolic) charges: Arc<Charges>,
-    /// The operation cache, if this is the store of a worker.
-    cache: Option<Charge>,
     /// The next key of a table's entry in the operation cache.
     pub(in crate::symbolic) next_key: AtomicU32,
     /// The tables that are emptied when memory is short.
@@ -119,7 +117,6 @@ impl Store {
             peak: AtomicUsize::new(0),
             replaced_peak: 0,
             charges: Arc::default(),
-            cache: None,
             next_key: AtomicU32::new(0),
             tables: Mutex::default(),
             thresholds,
@@ -284,7 +281,7 @@ impl Store {
     /// Returns the resources used so far.
     pub(in crate::symbolic) fn usage(&self) -> Usage {
         self.note_peak(self.nodes());
-        let peak = self.charges.peak_nodes().max(self.replaced_peak as u64);
+        let peak = self.peak.load(Relaxed).max(self.replaced_peak) as u64;
         // The largest numbers of nodes and of charged bytes may be of different times.
         let used = (peak * BYTES_PER_NODE + self.charges.peak()).min(self.memory);
         Usage { peak_nodes: peak, bytes: used + self.cache_entries * BYTES_PER_ENTRY }
@@ -314,6 +311,5 @@ impl Drop for Store {
     /// Entries of a table may refer to the table, so it is emptied.
     fn drop(&mut self) {
         self.forget();
-        self.charges.release_nodes(self.peak.load(Relaxed));
     }
 }

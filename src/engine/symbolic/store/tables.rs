@@ -31,10 +31,8 @@ const PAUSE_BYTES: usize = 64 << 10;
 /// Limits the operation cache to 2^(bits of a state + this number) entries: for a narrow model,
 /// clearing a large cache costs more than it saves.
 const CACHE_BITS_MORE: u32 = 6;
-/// Entries of the operation cache per node of the set of states …
-const CACHE_PER_NODE: u64 = 200;
-/// … and, in a small model, per node of the set of states and of the relations.
-const CACHE_PER_NODE_OF_SMALL: u64 = 400;
+/// Entries of the operation cache per node of the set of states, and, in a small model, also of the relations.
+const CACHE_PER_NODE: u64 = 400;
 /// Maximum number of entries of the operation cache; more bring no gain.
 const LARGEST_CACHE: u64 = 1 << 23;
 
@@ -127,7 +125,7 @@ pub(in crate::symbolic) fn cache_for_nodes(
 ) -> Result<u64> {
     let mut of_small = 0;
     for nodes in std::iter::once(Ok(states)).chain(relations) {
-        of_small += nodes? as u64 * CACHE_PER_NODE_OF_SMALL;
+        of_small += nodes? as u64 * CACHE_PER_NODE;
         if of_small >= usual {
             break;
         }
@@ -155,7 +153,7 @@ mod tests {
         };
         assert_eq!(cache_for_nodes(10, &mut [5, 5].into_iter(), usual), 1 << 13);
         assert_eq!(cache_for_nodes(10, &mut [50_000].into_iter(), usual), usual);
-        assert_eq!(cache_for_nodes(10_000, &mut [5].into_iter(), usual), 1 << 21);
+        assert_eq!(cache_for_nodes(10_000, &mut [5].into_iter(), usual), 1 << 22);
         assert_eq!(cache_for_nodes(1 << 40, &mut std::iter::empty(), usual), 1 << 23);
         // Once there are enough nodes, no more are counted.
         let mut relations = (0..).inspect(|&counted| assert!(counted < 2_000)).map(|_| 2);

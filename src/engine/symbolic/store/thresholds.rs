@@ -33,9 +33,7 @@ pub struct Thresholds {
     pub main_cache: u64,
     /// Minimum number of nodes at which garbage is collected.
     pub first_collection: usize,
-    /// Minimum number of nodes of the states and the relations for work on several threads. In a
-    /// smaller model, copying the sets takes longer than it saves. Also the number of states from which
-    /// several threads list the choices of quantities.
+    /// The number of states from which several threads list the choices of quantities.
     pub nodes_for_threads: usize,
 }
 

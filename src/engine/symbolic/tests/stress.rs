@@ -257,32 +257,10 @@ fn tables_that_many_threads_share_stay_right() {
 }
 
 #[test]
-fn stores_of_two_threads_have_one_budget_and_the_nodes_of_a_dropped_one_are_free_again() {
-    let one = Store::new(16, &settings(2 << 20)).unwrap();
-    let other = one.companion(&settings(2 << 20)).unwrap();
-    let mut next = numbers(4);
-    let fill = |store: &Store, kept: &mut Vec<Bdd>, next: &mut dyn FnMut() -> u64| loop {
-        match cube(store, next()) {
-            Ok(cube) => kept.push(cube),
-            Err(error) => break error,
-        }
-    };
-    let (mut kept, mut others) = (Vec::new(), Vec::new());
-    out_of_memory::<()>(Err(fill(&other, &mut others, &mut next)));
-    // The other store has taken almost all of the memory.
-    out_of_memory::<()>(Err(fill(&one, &mut kept, &mut next)));
-    let few = kept.len();
-    assert!(few < others.len() / 4, "{few}, {}", others.len());
-    drop((others, other));
-    out_of_memory::<()>(Err(fill(&one, &mut kept, &mut next)));
-    assert!(kept.len() > 3 * few.max(100), "{few}, {}", kept.len());
-}
-
-#[test]
 fn copies_into_another_store_are_the_same_functions_and_cannot_be_cancelled() {
     let sink = Arc::new(Patience { allowed: u64::MAX.into() });
     let store = Store::new(16, &Settings { sink: sink.clone(), ..settings(64 << 20) }).unwrap();
-    let other = store.companion(&Settings { sink: sink.clone(), ..settings(64 << 20) }).unwrap();
+    let other = Store::new(16, &Settings { sink: sink.clone(), ..settings(64 << 20) }).unwrap();
     let (levels, mut next) = (Vec::from_iter((0..16).map(|bit| 2 * bit)), numbers(5));
     let original = [random(&store, &levels, &mut next), store.one(), store.zero()];
     sink.allowed.store(0, Relaxed);
