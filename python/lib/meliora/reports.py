@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from typing_extensions import NotRequired
 
 #: A number, or infinity.
-Bound = Union[float, Literal["inf"]]
+Bound = Union[float, Literal["inf"], Literal["-inf"]]
 #: An exact number as a decimal string.
 Count = str
 #: The number of improvements that can be made from a state.
@@ -661,6 +661,17 @@ class ReachPlan(TypedDict):
     there is no plan."""
 
 
+class ReachPropertiesValues(TypedDict):
+    """The value of a property in a state."""
+
+    state: State
+    """The values of its variables."""
+    holds: NotRequired[bool]
+    """Whether the condition holds there; absent for a number."""
+    value: NotRequired[Bounds]
+    """The number; absent for a condition."""
+
+
 class ReachProperties(TypedDict):
     """A property with its answer, or the reason for no answer."""
 
@@ -674,6 +685,12 @@ class ReachProperties(TypedDict):
     """The probability or the expected reward over the initial states: in each of them, the value lies between
     these bounds; for the filter `min` or `max` of a JANI model, bounds of the least or the greatest of them;
     `null` if an initial state is unsafe, absent if not asked for, or unknown."""
+    values: NotRequired[List[ReachPropertiesValues]]
+    """The values of the states that the filter of the property lists; absent without such a filter."""
+    front: NotRequired[List[List[float]]]
+    """Points of the Pareto front of two objectives, each with the two values: one strategy attains them, and
+    no strategy attains values that are better than the means of points by more than the precision; absent for
+    other properties."""
     pmax_one: Union[Count, None]
     """Some strategy reaches T with probability one."""
     pmax_positive: Union[Count, None]
