@@ -2,6 +2,7 @@
 
 import functools
 import math
+from collections.abc import KeysView
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -27,6 +28,11 @@ class Difference:
         return f"{self.check}: {self.what}: expected {self.expected}, got {self.got}"
 
 
+def kept(value):
+    """A value that another process can be told: the keys of a dictionary as a set."""
+    return set(value) if isinstance(value, KeysView) else value
+
+
 class Context:
     """One case under test. A check calls `same` for everything that it compares."""
 
@@ -50,7 +56,7 @@ class Context:
         self.compared[self.check] = self.compared.get(self.check, 0) + 1
         if expected != got:
             command = self.program.asked[-1] if self.program.asked else []
-            self.differences.append(Difference(self.check, what, expected, got, command))
+            self.differences.append(Difference(self.check, what, kept(expected), kept(got), command))
         return expected == got
 
     def within(self, what, value, bounds, precision=Fraction(1, 10**6)):

@@ -8,7 +8,7 @@ from urllib.parse import unquote
 
 from reference.model import Choice, Mdp, almost_sure, attractor
 from reference.product import Product, satisfaction
-from tester.program import key
+from tester.program import key, uncell
 from tester.promises import claims, options_of, starts
 
 
@@ -145,7 +145,7 @@ def read_induced(context, stem):
     for state, *rest in (line.split() for line in lines[1:]):
         choice, to = (0, rest[0]) if is_chain else (int(rest[0]), rest[1])
         row = int(state.partition(":")[0])  # in games, the player follows
-        name = rows[row]["actions"].split(" | ")[choice]
+        name = uncell(rows[row]["actions"]).split(" | ")[choice]
         choices[row].setdefault(name, set()).add(int(to))
     return walked(context, rows, choices, lambda variable, row: value_of(variable, row[variable["name"]]))
 

@@ -99,6 +99,11 @@ def cell(value):
     return f"'{text}" if isinstance(value, str) and is_formula(text) else text
 
 
+def uncell(text):
+    """The text of a cell."""
+    return text[1:] if text.startswith("'") and is_formula(text) else text
+
+
 def is_formula(text):
     return text.lstrip("'")[:1] in tuple("=+-@") and not is_number(text)
 
