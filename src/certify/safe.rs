@@ -70,7 +70,7 @@ pub(super) fn requirements(checker: &mut Checker<'_>) -> CheckResult {
         bad = engine.union(&bad, &violated)?;
     }
     let states = engine.difference(&all, &checker.regions.states(&RegionName::Unsafe)?)?;
-    let condition = || format!("each state that violates a requirement is in `unsafe`");
+    let condition = || "each state that violates a requirement is in `unsafe`".to_string();
     let (safe, does) = ("the complement of `unsafe`", "violates a requirement");
     let avoided = Avoided { name: &RegionName::Unsafe, safe, bad: &bad, does };
     let choices = avoided.check(checker, &states, condition)?;

@@ -91,6 +91,5 @@ fn problem(
     }
     let load = if for_goals { meliora_pddl::load_for_goals } else { meliora_pddl::load };
     let planned = load(sources, sink)?;
-    Ok(Checked { program: planned.program, warnings: planned.warnings, properties: Vec::new() })
-        .map(displayed)
+    Ok(displayed(Checked { program: planned.program, warnings: planned.warnings, properties: Vec::new() }))
 }

@@ -166,7 +166,8 @@ pub fn asks(property: &Property, program: &Program, source: &Arc<SourceFile>, na
     let is_complete = match &simple {
         Some(simple) => {
             known(program, source, &simple.formula)?;
-            !simple.is_bounded() && !(program.players.is_some() && simple.asks_for_number())
+            let is_number_of_game = program.players.is_some() && simple.asks_for_number();
+            !simple.is_bounded() && !is_number_of_game
         }
         None => false,
     };

@@ -102,8 +102,8 @@ impl Formulas {
         all
     }
 
-    /// Returns the number of formulas.
-    pub fn len(&self) -> usize {
+    /// Returns the number of formulas; the two constants are always there.
+    pub fn count(&self) -> usize {
         self.nodes.len()
     }
 

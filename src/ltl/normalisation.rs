@@ -29,7 +29,7 @@ const MOST_FORMULAS: usize = 1 << 16;
 /// # Errors
 /// The normalisation makes more than [`MOST_FORMULAS`] formulas.
 pub(crate) fn normalised(all: &mut Formulas, f: FormulaId) -> Result<FormulaId> {
-    let most = all.len() + MOST_FORMULAS;
+    let most = all.count() + MOST_FORMULAS;
     let mut work = Normalisation { all, most, ordered: AHashMap::new(), apart: AHashMap::new() };
     let simple = work.simplified(f, &mut AHashMap::new())?;
     let ordered = work.ordered(simple)?;
@@ -49,7 +49,7 @@ struct Normalisation<'a> {
 
 impl Normalisation<'_> {
     fn check(&self) -> Result<()> {
-        if self.all.len() <= self.most {
+        if self.all.count() <= self.most {
             return Ok(());
         }
         let what = format!("a normal form of more than {MOST_FORMULAS} parts");

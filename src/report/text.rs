@@ -31,7 +31,8 @@ impl Grid {
     /// of the first column go on in further lines.
     pub(super) fn text(self, style: Style) -> String {
         let count = self.rows[0].len();
-        let width = |column: usize| self.rows.iter().filter_map(|row| row.get(column)).map(length).max();
+        let width =
+            |column: usize| self.rows.iter().filter_map(|row| row.get(column)).map(|text| length(text)).max();
         let mut widths: Vec<usize> = (0..count).map(|column| width(column).unwrap_or(0)).collect();
         let others: usize = widths[1..].iter().map(|width| 2 + width).sum();
         let room = style.width.map_or(usize::MAX, |width| usize::from(width).saturating_sub(2 + others));
@@ -55,7 +56,7 @@ impl Grid {
 /// The minimum width of a column of texts.
 const LEAST_TEXT: usize = 12;
 
-fn length(text: &String) -> usize {
+fn length(text: &str) -> usize {
     text.chars().count()
 }
 

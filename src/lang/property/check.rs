@@ -211,7 +211,7 @@ impl<'a> Checker<'a> {
             }
             OperatorKind::Probability(asked, formula) => {
                 let strategies = self.strategies(operator, asked, true)?;
-                (strategies, Measure::Probability(self.path(formula)?))
+                (strategies, Measure::Probability(Box::new(self.path(formula)?)))
             }
             OperatorKind::LongRun(asked, states) => {
                 let strategies = self.strategies(operator, asked, true)?;
@@ -243,7 +243,7 @@ impl<'a> Checker<'a> {
                 (quantity.strategies(self.program).unwrap_or(Optimum::Max), quantity.bound.clone())
             }
         };
-        let measure = Measure::Probability(self.path(formula)?);
+        let measure = Measure::Probability(Box::new(self.path(formula)?));
         let ty = if bound.is_some() { Type::Bool } else { Type::Real };
         let measured = Measured { coalition: None, measure, optimum, bound };
         Ok(Some(Term { kind: TermKind::Operator(Box::new(measured)), ty, span: formula.span }))
@@ -261,7 +261,7 @@ impl<'a> Checker<'a> {
 
     fn accumulated(&mut self, accumulated: &Accumulated) -> Result<term::Accumulated> {
         Ok(match accumulated {
-            Accumulated::Until(formula) => term::Accumulated::Until(self.path(formula)?),
+            Accumulated::Until(formula) => term::Accumulated::Until(Box::new(self.path(formula)?)),
             Accumulated::Within(steps) => term::Accumulated::Within(self.steps(steps)?),
             Accumulated::Total => term::Accumulated::Total,
             Accumulated::At(steps) => term::Accumulated::At(self.steps(steps)?),

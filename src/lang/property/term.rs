@@ -63,7 +63,7 @@ pub struct Measured {
 #[derive(Debug, Clone)]
 pub enum Measure {
     /// The probability of a formula.
-    Probability(Path),
+    Probability(Box<Path>),
     /// The probability of some states in the long run.
     LongRun(Term),
     /// A reward.
@@ -74,7 +74,7 @@ pub enum Measure {
 #[derive(Debug, Clone)]
 pub enum Accumulated {
     /// Until a formula is satisfied.
-    Until(Path),
+    Until(Box<Path>),
     /// Rewards of the first steps.
     Within(u64),
     /// Rewards of all steps.

@@ -179,7 +179,7 @@ impl Search {
                 };
             }
             less = step.clone();
-            step = step * Ratio::from_integer(2.into());
+            step *= Ratio::from_integer(2.into());
             bounds[at] = &upper - &less;
         }
         let (low, high) = (bounds[at].clone() * &sign, upper * &sign);

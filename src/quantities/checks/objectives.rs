@@ -19,7 +19,7 @@ fn remembering(made: &Made, sets: &[Vec<bool>; 2]) -> Made {
     let own = |s: usize| usize::from(sets[0][s]) + 2 * usize::from(sets[1][s]);
     let choices = |pair: usize| {
         let moved = |(gain, edges): &Choice| {
-            (*gain, edges.iter().map(|&(to, p)| (4 * to + (pair % 4 | own(to)), p)).collect())
+            (*gain, edges.iter().map(|&(to, p)| (4 * to + ((pair % 4) | own(to)), p)).collect())
         };
         made.choices[pair / 4].iter().map(moved).collect()
     };
@@ -37,7 +37,8 @@ fn points(made: &Made, sets: &[Vec<bool>; 2], wanted: [Optimum; 3]) -> Option<Ve
     let memory = remembering(made, sets);
     let start = usize::from(sets[0][0]) + 2 * usize::from(sets[1][0]);
     let every = vec![true; memory.states()];
-    let visited = |bit: usize| (0..memory.states()).map(|pair| pair % 4 >> bit & 1 == 1).collect::<Vec<_>>();
+    let visited =
+        |bit: usize| (0..memory.states()).map(|pair| (pair % 4) >> bit & 1 == 1).collect::<Vec<_>>();
     let mut reached = vec![false; memory.states()];
     let mut layer = vec![start];
     while let Some(pair) = layer.pop() {

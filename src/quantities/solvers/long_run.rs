@@ -41,11 +41,7 @@ pub(crate) fn values<N: Number>(
         averages.push(average(arena, rewards, (component, &mut place), meter)?);
     }
     let exits = averages.len() as u32;
-    let mut next = exits;
-    for node in nodes.iter_mut().filter(|node| **node == NONE) {
-        *node = next;
-        next += 1;
-    }
+    (exits..).zip(nodes.iter_mut().filter(|node| **node == NONE)).for_each(|(next, node)| *node = next);
     let all = BitVec::repeat(true, arena.states());
     let nothing = Rewards::of_set(arena, &BitVec::repeat(false, arena.states()));
     let part = Part { arena, nodes, exits, allowed: &all, rewards: Some(&nothing) };

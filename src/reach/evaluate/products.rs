@@ -18,6 +18,9 @@ use meliora_model::predicate::Predicates;
 use meliora_model::{Branch, Command, CommandId, ModelKind, Program, State};
 use meliora_planning::RegionSearch;
 
+/// The regions of a product that are known.
+type Known<E> = Regions<Option<<E as Engine>::States>>;
+
 /// A product with monitors, and the goal of its paths.
 pub(super) struct Product<E> {
     pub(super) engine: Arc<E>,
@@ -115,7 +118,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         product: &Product<E>,
         needed: &[Which],
         states: &[State],
-    ) -> Result<(Regions<Option<E::States>>, Vec<State>)> {
+    ) -> Result<(Known<E>, Vec<State>)> {
         let engine: &E = &product.engine;
         let mut search: RegionSearch<'_, E> = product.goal.search(engine)?;
         for which in search.order(needed) {

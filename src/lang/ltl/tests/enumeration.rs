@@ -333,7 +333,7 @@ impl Judge {
     }
 
     fn verdicts(&mut self, f: &Formula) -> Verdicts {
-        if self.all.len() > MOST_KNOWN {
+        if self.all.count() > MOST_KNOWN {
             self.known.clear();
             self.all = Formulas::new();
         }
