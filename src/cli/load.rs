@@ -11,7 +11,7 @@ use meliora_dump::manifest;
 use meliora_engine::NoProgress;
 use meliora_formats::{Document, two_paths};
 use meliora_lang::ltl;
-use meliora_lang::named::{self, Property};
+use meliora_lang::named::Property;
 use meliora_lang::property::{Named, Term};
 use meliora_lang::property_file::{Asks, asks};
 use meliora_lang::refusal::Refusal;
@@ -20,6 +20,7 @@ use meliora_model::predicate::Predicate;
 use meliora_model::preference::Preferences;
 use meliora_model::{ModelKind, Program};
 
+use super::named::{of_model, without_question};
 use super::options::{ModelArgs, PreferenceArgs};
 use super::progress::TerminalSink;
 use super::sweep::ranges;
@@ -101,9 +102,9 @@ pub(super) struct Stated {
 pub(super) struct Loaded {
     pub(super) program: Program,
     /// The properties that the model names.
-    named: Vec<Property>,
+    pub(super) named: Vec<Property>,
     /// For a `dtmc`, the states in which several choices are merged into one.
-    overlap: Option<Predicate>,
+    pub(super) overlap: Option<Predicate>,
 }
 
 /// Reads a text file; `-` is standard input.
@@ -121,7 +122,7 @@ pub(super) fn read(path: &Path) -> Result<Arc<SourceFile>, Error> {
 ///
 /// # Errors
 /// See [`Document::open`].
-fn document(path: &Path) -> Result<Document, Error> {
+pub(super) fn document(path: &Path) -> Result<Document, Error> {
     let is_file = |path: &Path| path == Path::new("-") || path.is_file();
     if let Some([domain, problem]) = two_paths(path, is_file) {
         return Ok(Document::of_parts([read(&domain)?, read(&problem)?]));
@@ -139,7 +140,7 @@ fn standard_input() -> Result<io::Stdin, Error> {
     Ok(io::stdin())
 }
 
-fn parsed(args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Error> {
+pub(super) fn parsed(args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Error> {
     parsed_for(args, false, sink)
 }
 
@@ -426,94 +427,6 @@ pub(super) fn note_assumed(program: &Program, sink: &TerminalSink) {
     }
 }
 
-/// A name of a property, and the reason if it cannot be answered.
-pub(super) type NamedAnswer = (String, Option<Refusal>);
-
-/// Reads the model and all properties that it names. The questions are those that can be answered.
-///
-/// # Errors
-/// A file, the constants or the bounds are wrong; the model names no property.
-pub(super) fn named(
-    args: &ModelArgs,
-    texts: &[String],
-    regions: bool,
-    sink: &TerminalSink,
-) -> Result<(Asked, Vec<NamedAnswer>), Error> {
-    let Loaded { program, named, overlap } = parsed(args, sink)?;
-    if named.is_empty() {
-        return Err(without_question(&named));
-    }
-    let required = required(texts)?;
-    let (mut questions, mut terms, mut all) = (Vec::new(), Vec::new(), Vec::new());
-    for (position, Property { name, asks }) in named.into_iter().enumerate() {
-        let asking = match asks {
-            Ok(asked)
-                if required.is_empty()
-                    && !regions
-                    && asked.bounded(&program).is_ok_and(|term| term.is_some()) =>
-            {
-                let source = Arc::clone(&program.source);
-                let term = asked.bounded(&program)?;
-                terms.extend(term.map(|term| StatedTerm { position, source, term }));
-                all.push((name, None));
-                continue;
-            }
-            Ok(asked) => alone(&program.source, Asking::named(&program, asked, &required))?,
-            Err(refusal) => Err(refusal),
-        };
-        all.push((name.clone(), asking.as_ref().err().cloned()));
-        questions.extend(asking.ok().map(|asking| Stated { position, text: name, asking }));
-    }
-    Ok((Asked { terms, ..Asked::new(program, (questions, true), overlap) }, all))
-}
-
-/// Makes an error in the text of a property the reason against this property alone.
-///
-/// # Errors
-/// An error in another text, such as a requirement; a limit.
-pub(super) fn alone<T>(
-    source: &Arc<SourceFile>,
-    read: Result<T, Error>,
-) -> Result<Result<T, Refusal>, Error> {
-    match read {
-        Err(Error::Input(all)) if all.iter().all(|d| Arc::ptr_eq(&d.source, source)) => {
-            Ok(Err(Refusal::of(&Error::Input(all))))
-        }
-        read => read.map(Ok),
-    }
-}
-
-/// Returns the names of the properties that a model names, if its constants have these values.
-///
-/// # Errors
-/// A file or a value is wrong.
-pub(super) fn names(args: &ModelArgs, constants: &str) -> Result<Vec<String>, Error> {
-    let given = Given {
-        constants: SourceFile::new("--const", constants),
-        bounds: SourceFile::new("--bounds", args.bounds()),
-    };
-    let checked = document(&args.model)?.load(&given, &NoProgress)?;
-    Ok(checked.properties.into_iter().map(|property| property.name).collect())
-}
-
-/// Returns the error for `reach` without a question: it lists what the model can be asked.
-fn without_question(named: &[Property]) -> Error {
-    let names: Vec<String> = named.iter().map(|property| format!("`{}`", property.name)).collect();
-    let message = match names.as_slice() {
-        [] => {
-            "a question is missing: `--target EXPR`, `--property PROPERTY` or `--properties FILE`; the model \
-               itself names no properties"
-                .to_owned()
-        }
-        names => format!(
-            "a question is missing; the model names the properties {}: `--property NAME` answers one, \
-             `--all-properties` answers all, and `--target EXPR` or `--properties FILE` ask others",
-            names.join(", ")
-        ),
-    };
-    Error::Usage(message)
-}
-
 /// Reads `--require`.
 ///
 /// # Errors
@@ -533,21 +446,6 @@ fn over_one_state(source: &Arc<SourceFile>) -> Error {
     let message = "a requirement is a formula over paths, not over one state";
     let diagnostic = Diagnostic::new(source, 0..source.text.len(), message).label("expected `G`, …");
     diagnostic.help(format!("write `G ({})`, or another safe formula", source.text)).into()
-}
-
-/// Returns the question of a property that the model names.
-///
-/// # Errors
-/// The property is not supported.
-fn of_model(property: &Property) -> Result<named::Asked, Error> {
-    property.asks.clone().map_err(|refusal| not_answered(&property.name, &refusal.reason))
-}
-
-/// Returns the error for a property of the model without an answer.
-pub(super) fn not_answered(name: &str, reason: &str) -> Error {
-    let source = SourceFile::new("--property", name);
-    let message = format!("the property \"{name}\" of the model cannot be answered: {reason}");
-    Diagnostic::new(&source, 0..name.len(), message).severity(Severity::Unsupported).into()
 }
 
 /// Checks that a directory contains a dump, so that errors name the directory and not a missing

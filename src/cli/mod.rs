@@ -13,6 +13,7 @@ mod exit;
 mod files;
 mod folder;
 mod load;
+mod named;
 mod options;
 mod phases;
 mod plan;

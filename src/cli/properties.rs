@@ -12,6 +12,7 @@ use meliora_model::Program;
 use meliora_report::properties::PropertyAnswer;
 
 use super::load::{self, Asked, Stated, StatedTerm};
+use super::named;
 use super::options::ModelArgs;
 use super::progress::TerminalSink;
 
@@ -87,7 +88,7 @@ pub(super) fn read(
     for (position, Properties { name, text, asks, source }) in stated.into_iter().enumerate() {
         let own = match asks {
             Ok(asks) => {
-                load::alone(&source, load::asking(asks, (&program, &source), &required, chosen.regions))?
+                named::alone(&source, load::asking(asks, (&program, &source), &required, chosen.regions))?
             }
             Err(refusal) => Err(refusal),
         };

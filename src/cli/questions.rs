@@ -23,6 +23,7 @@ use super::engines;
 use super::files::Target;
 use super::judging::{self, Judged};
 use super::load::{self, Asked};
+use super::named;
 use super::options::{EngineArgs, ModelArgs};
 use super::policy::PlanArgs;
 use super::regions::{Found, Regions};
@@ -169,7 +170,7 @@ fn answerable<'a, E: Engine>(
             Some(reason) if asked.is_list => job.update(|r| r.properties[position].reason = Some(reason)),
             Some(reason) => {
                 let text = asked.questions.iter().find(|q| q.position == position).map_or("", |q| &q.text);
-                return Err(load::not_answered(text, &reason));
+                return Err(named::not_answered(text, &reason));
             }
         }
     }

@@ -13,6 +13,7 @@ use meliora_report::reach::OneQuestion;
 use super::exit::Status;
 use super::files::Target;
 use super::load::{self, Asked};
+use super::named;
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::policy::PlanArgs;
 use super::progress::TerminalSink;
@@ -94,7 +95,7 @@ impl ReachArgs {
         }
         let properties = match &self.properties {
             Some(file) => properties::titles(file, self.only.as_deref(), ends[0])?,
-            None if self.all_properties => load::names(&self.model, ends[0])?,
+            None if self.all_properties => named::names(&self.model, ends[0])?,
             None => self.property.clone(),
         };
         load::check_each(&self.model, ends, |loaded| match &self.properties {
@@ -157,7 +158,7 @@ impl ReachArgs {
             return properties::read(&chosen, &self.model, sink);
         }
         if self.all_properties {
-            let (asked, all) = load::named(&self.model, &self.require, self.out.is_some(), sink)?;
+            let (asked, all) = named::named(&self.model, &self.require, self.out.is_some(), sink)?;
             let entries = all.into_iter().map(|(name, refusal)| properties::entry(None, name, refusal));
             return Ok((asked, entries.collect()));
         }

@@ -1,0 +1,117 @@
+//! The properties that a model names.
+
+use std::sync::Arc;
+
+use meliora::reach::Asking;
+use meliora_base::error::{Diagnostic, Error, Severity, SourceFile};
+use meliora_engine::NoProgress;
+use meliora_lang::Given;
+use meliora_lang::named::{self, Property};
+use meliora_lang::refusal::Refusal;
+
+use super::load::{Asked, Loaded, Stated, StatedTerm, document, parsed, required};
+use super::options::ModelArgs;
+use super::progress::TerminalSink;
+
+/// A name of a property, and the reason if it cannot be answered.
+pub(super) type NamedAnswer = (String, Option<Refusal>);
+
+/// Reads the model and all properties that it names. The questions are those that can be answered.
+///
+/// # Errors
+/// A file, the constants or the bounds are wrong; the model names no property.
+pub(super) fn named(
+    args: &ModelArgs,
+    texts: &[String],
+    regions: bool,
+    sink: &TerminalSink,
+) -> Result<(Asked, Vec<NamedAnswer>), Error> {
+    let Loaded { program, named, overlap } = parsed(args, sink)?;
+    if named.is_empty() {
+        return Err(without_question(&named));
+    }
+    let required = required(texts)?;
+    let (mut questions, mut terms, mut all) = (Vec::new(), Vec::new(), Vec::new());
+    for (position, Property { name, asks }) in named.into_iter().enumerate() {
+        let asking = match asks {
+            Ok(asked)
+                if required.is_empty()
+                    && !regions
+                    && asked.bounded(&program).is_ok_and(|term| term.is_some()) =>
+            {
+                let source = Arc::clone(&program.source);
+                let term = asked.bounded(&program)?;
+                terms.extend(term.map(|term| StatedTerm { position, source, term }));
+                all.push((name, None));
+                continue;
+            }
+            Ok(asked) => alone(&program.source, Asking::named(&program, asked, &required))?,
+            Err(refusal) => Err(refusal),
+        };
+        all.push((name.clone(), asking.as_ref().err().cloned()));
+        questions.extend(asking.ok().map(|asking| Stated { position, text: name, asking }));
+    }
+    Ok((Asked { terms, ..Asked::new(program, (questions, true), overlap) }, all))
+}
+
+/// Makes an error in the text of a property the reason against this property alone.
+///
+/// # Errors
+/// An error in another text, such as a requirement; a limit.
+pub(super) fn alone<T>(
+    source: &Arc<SourceFile>,
+    read: Result<T, Error>,
+) -> Result<Result<T, Refusal>, Error> {
+    match read {
+        Err(Error::Input(all)) if all.iter().all(|d| Arc::ptr_eq(&d.source, source)) => {
+            Ok(Err(Refusal::of(&Error::Input(all))))
+        }
+        read => read.map(Ok),
+    }
+}
+
+/// Returns the names of the properties that a model names, if its constants have these values.
+///
+/// # Errors
+/// A file or a value is wrong.
+pub(super) fn names(args: &ModelArgs, constants: &str) -> Result<Vec<String>, Error> {
+    let given = Given {
+        constants: SourceFile::new("--const", constants),
+        bounds: SourceFile::new("--bounds", args.bounds()),
+    };
+    let checked = document(&args.model)?.load(&given, &NoProgress)?;
+    Ok(checked.properties.into_iter().map(|property| property.name).collect())
+}
+
+/// Returns the error for `reach` without a question: it lists what the model can be asked.
+pub(super) fn without_question(named: &[Property]) -> Error {
+    let names: Vec<String> = named.iter().map(|property| format!("`{}`", property.name)).collect();
+    let message = match names.as_slice() {
+        [] => {
+            "a question is missing: `--target EXPR`, `--property PROPERTY` or `--properties FILE`; the model \
+               itself names no properties"
+                .to_owned()
+        }
+        names => format!(
+            "a question is missing; the model names the properties {}: `--property NAME` answers one, \
+             `--all-properties` answers all, and `--target EXPR` or `--properties FILE` ask others",
+            names.join(", ")
+        ),
+    };
+    Error::Usage(message)
+}
+
+/// Returns the question of a property that the model names.
+///
+/// # Errors
+/// The property is not supported.
+pub(super) fn of_model(property: &Property) -> Result<named::Asked, Error> {
+    property.asks.clone().map_err(|refusal| not_answered(&property.name, &refusal.reason))
+}
+
+/// Returns the error for a property of the model without an answer.
+pub(super) fn not_answered(name: &str, reason: &str) -> Error {
+    let source = SourceFile::new("--property", name);
+    let message = format!("the property \"{name}\" of the model cannot be answered: {reason}");
+    Diagnostic::new(&source, 0..name.len(), message).severity(Severity::Unsupported).into()
+}
