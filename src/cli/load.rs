@@ -14,7 +14,6 @@ use meliora_lang::ltl;
 use meliora_lang::named::Property;
 use meliora_lang::property::{Named, Term};
 use meliora_lang::property_file::{Asks, asks};
-use meliora_lang::refusal::Refusal;
 use meliora_lang::{self as lang, Checked, Given};
 use meliora_model::predicate::Predicate;
 use meliora_model::preference::Preferences;

@@ -22,7 +22,7 @@ use meliora_report::reach::Share;
 use super::engines;
 use super::files::Target;
 use super::judging::{self, Judged};
-use super::load::{self, Asked};
+use super::load::Asked;
 use super::named;
 use super::options::{EngineArgs, ModelArgs};
 use super::policy::PlanArgs;

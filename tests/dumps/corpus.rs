@@ -22,6 +22,7 @@ fn run(target: &str, bytes: &[u8]) {
         "manifest" => entry::manifest,
         "model" => entry::model,
         "order_file" => entry::order_file,
+        "planning" => entry::planning,
         "preferences" => entry::preferences,
         "properties" => entry::properties,
         "tables" => entry::tables,

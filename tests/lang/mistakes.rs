@@ -96,5 +96,5 @@ fn an_operator_with_nothing_behind_it_is_told_as_such() {
     let read = |text: &str| rendered(parse_preferences(&SourceFile::new("p.pref", text)));
     expect_words(&read("objective A = F<=10;"), &["`F<=10` has no operand", "`F<=10 (condition)`"]);
     expect_words(&read("objective A = G;"), &["`G` has no operand"]);
-    expect_words(&read("objective A = P>=1 [ F x=1 ];"), &["within the brackets of one"]);
+    expect_words(&read("objective A = P>=1 [ F x=1 ];"), &["within the brackets of a property"]);
 }

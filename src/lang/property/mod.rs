@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use crate::ast::{Expr, Span};
 use crate::ltl::Formula;
-use crate::parse::{Parsed, Parser};
+use crate::parse::{Failed, Parsed, Parser};
 use crate::token::Token;
 use ahash::AHashMap;
 use check::Checker;
@@ -27,6 +27,7 @@ pub use meliora_model::property::{
     Bound, Inequality, Measure, Over, Quantity, Question, Rewards, Strategies,
 };
 pub(crate) use operators::Extreme;
+use operators::NAMED;
 pub use operators::Operator;
 pub(crate) use question::{compared, quantity};
 pub use term::Term;
@@ -97,6 +98,10 @@ impl Property {
 
 impl Parser<'_> {
     fn property(&mut self) -> Parsed<Property> {
+        let asks = self.peek_at(1) == Token::Eq && self.peek_at(2) == Token::Question;
+        if asks && self.slip(&NAMED).is_some() {
+            return Err(Failed);
+        }
         let expression = self.tree(Self::expression)?;
         let ended = self.eat(Token::Semicolon);
         match self.peek() {

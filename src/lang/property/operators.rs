@@ -7,6 +7,9 @@ use crate::parse::{Failed, Parsed, Parser};
 use crate::token::Token;
 use meliora_model::property::{Inequality, Rewards};
 
+/// The operators that say which strategies they ask about.
+pub(super) const NAMED: [&str; 6] = ["Pmin", "Pmax", "Rmin", "Rmax", "Smin", "Smax"];
+
 /// An operator of a property with its place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Operator {
@@ -129,7 +132,7 @@ impl Parser<'_> {
             "multi" => return self.multi(),
             _ => {}
         }
-        if self.slip(&["Pmin", "Pmax", "Rmin", "Rmax", "Smin", "Smax"]).is_some() {
+        if self.slip(&NAMED).is_some() {
             return Err(Failed);
         }
         let (kind, head) = match word.get(..1) {

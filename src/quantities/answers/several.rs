@@ -223,7 +223,8 @@ fn upper_right(mut points: Vec<Vec<Ratio>>, signs: &[Ratio; 2]) -> Vec<[f64; 2]>
         }
         kept.push(point);
     }
-    let number = |x: &Ratio, sign: &Ratio| (x * sign).to_f64().unwrap_or(f64::NAN);
+    // Rounding outwards may lead below 0, where no probability and no reward is.
+    let number = |x: &Ratio, sign: &Ratio| (x * sign).to_f64().unwrap_or(f64::NAN).max(0.0);
     kept.iter().map(|x| [number(&x[0], &signs[0]), number(&x[1], &signs[1])]).collect()
 }
 

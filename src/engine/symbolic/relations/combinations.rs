@@ -1,34 +1,36 @@
-//! The lists that change the state together, as the splits of a recursion meet them.
+//! The combinations of lists that the splits of a recursion meet.
 
-use std::cell::Cell;
+use std::iter;
 use std::sync::Arc;
 
-use ahash::AHashSet;
+use ahash::{AHashSet, RandomState};
 
-use super::chain::{self, Known, Link, Links};
+use super::chain::{self, Link, Links};
 use super::lists::RelationList;
 use crate::symbolic::store::Store;
 use meliora_base::error::Result;
 
-/// Lists that may change the state. Equal combinations exist once and have a number.
+/// A list with its place among all lists.
+type Placed = (usize, Arc<RelationList>);
+
+/// Lists that a later split may concern.
 struct Combination {
-    number: usize,
-    /// The first bit that a list reads or writes; `u32::MAX` if there is none.
+    /// The first bit that a list reads or writes.
     top: u32,
     /// The lists that depend on the first bit.
-    here: Arc<[Arc<RelationList>]>,
+    here: Arc<[Placed]>,
     /// The others.
     below: Option<Arc<Combination>>,
 }
 
 impl Link for Combination {
-    type Operand = Arc<RelationList>;
+    type Operand = Placed;
 
     fn top(&self) -> u32 {
         self.top
     }
 
-    fn here(&self) -> &Arc<[Arc<RelationList>]> {
+    fn here(&self) -> &Arc<[Placed]> {
         &self.here
     }
 
@@ -47,74 +49,68 @@ impl Drop for Combination {
     }
 }
 
-/// The combinations, by the numbers of their first lists and of the combination of the others.
-struct Combinations<'a> {
-    store: &'a Store,
-    known: Known<(Vec<u32>, Option<usize>), Combination>,
-    made: Cell<usize>,
+/// Makes combinations, and names for all lists of a moment.
+struct Splits {
+    hash: RandomState,
 }
 
-impl Links<Combination> for Combinations<'_> {
-    fn top_of(&self, list: &Arc<RelationList>) -> u32 {
+impl Links<Combination> for Splits {
+    fn top_of(&self, (_, list): &Placed) -> u32 {
         list.top
     }
 
-    fn simplified(&self, mut lists: Vec<Arc<RelationList>>) -> Result<Vec<Arc<RelationList>>> {
-        lists.sort_unstable_by_key(|list| list.number);
-        lists.dedup_by_key(|list| list.number);
+    fn simplified(&self, lists: Vec<Placed>) -> Result<Vec<Placed>> {
         Ok(lists)
     }
 
-    fn link(
-        &self,
-        here: Arc<[Arc<RelationList>]>,
-        below: Option<Arc<Combination>>,
-    ) -> Result<Arc<Combination>> {
-        let name = (here.iter().map(|list| list.number).collect(), below.as_ref().map(|rest| rest.number));
-        self.known.get(self.store, name, || {
-            let number = self.made.replace(self.made.get() + 1);
-            let top = here.first().map_or(u32::MAX, |list| list.top);
-            Ok(Combination { number, top, here, below })
-        })
+    fn link(&self, here: Arc<[Placed]>, below: Option<Arc<Combination>>) -> Result<Arc<Combination>> {
+        let top = here.first().map_or(u32::MAX, |(_, list)| list.top);
+        Ok(Arc::new(Combination { top, here, below }))
     }
 }
 
-impl Combinations<'_> {
-    /// Returns the combination of those of some lists that change the state, and of a combination.
-    fn inserted(
-        &self,
-        mut lists: Vec<Arc<RelationList>>,
-        all: Option<Arc<Combination>>,
-    ) -> Result<Arc<Combination>> {
-        lists.retain(|list| list.changes_state());
+impl Splits {
+    /// Returns the combination of some lists and those of another one.
+    fn inserted(&self, mut lists: Vec<Placed>, all: Option<Arc<Combination>>) -> Result<Arc<Combination>> {
+        lists.retain(|(_, list)| list.top < u32::MAX);
         chain::inserted(self, lists, all)
     }
 
-    /// Returns the steps that keep a value of the first bit of a combination.
-    fn kept(&self, all: &Combination, value: bool) -> Result<Arc<Combination>> {
-        let kept = all.here.iter().map(|list| list.cofactor(self.store, all.top, value, value));
-        self.inserted(kept.collect::<Result<_>>()?, all.below.clone())
+    /// Returns the sum of the hashes of some lists, each with its place. It tells all lists of one moment from those of
+    /// another one; the sums of different ones are equal with a probability of 2^-64.
+    fn name<'l>(&self, lists: impl IntoIterator<Item = &'l Placed>) -> u64 {
+        let one = |(place, list): &Placed| self.hash.hash_one((place, list.number));
+        lists.into_iter().map(one).fold(0, u64::wrapping_add)
     }
 }
 
-/// Returns true if at most `most` different combinations of lists that change the state remain when the lists are
-/// split by bits that keep their values.
+/// Returns true if at most `most` different combinations of the lists remain when they are split by bits that keep
+/// their values, the first bits first, as long as some list changes the state.
 ///
 /// # Errors
 /// A limit: the memory, or the numbers of lists.
 pub(in crate::symbolic) fn stay_few(store: &Store, lists: &[Arc<RelationList>], most: usize) -> Result<bool> {
-    let combinations = Combinations { store, known: Known::default(), made: 0.into() };
+    let splits = Splits { hash: RandomState::with_seeds(1, 2, 3, 4) };
+    let placed: Vec<Placed> = lists.iter().cloned().enumerate().collect();
+    let name = splits.name(&placed);
     let mut seen = AHashSet::new();
-    let mut open = vec![combinations.inserted(lists.to_vec(), None)?];
-    while let Some(all) = open.pop() {
-        if all.here.is_empty() || !seen.insert(all.number) {
+    let mut open = vec![(splits.inserted(placed, None)?, name)];
+    while let Some((all, name)) = open.pop() {
+        // No later split concerns the lists before the first one that changes the state.
+        let mut links = iter::successors(Some(&all), |link| link.below.as_ref());
+        let changes = |link: &&Arc<Combination>| link.here.iter().any(|(_, list)| list.changes_state());
+        let Some(first) = links.find(changes) else { continue };
+        if !seen.insert(name) {
             continue;
         }
         if seen.len() > most {
             return Ok(false);
         }
         for value in [false, true] {
-            open.push(combinations.kept(&all, value)?);
+            let kept = |(place, list): &Placed| Ok((*place, list.cofactor(store, first.top, value, value)?));
+            let kept: Vec<Placed> = first.here.iter().map(kept).collect::<Result<_>>()?;
+            let name = name.wrapping_sub(splits.name(&*first.here)).wrapping_add(splits.name(&kept));
+            open.push((splits.inserted(kept, first.below.clone())?, name));
         }
     }
     Ok(true)
