@@ -1,9 +1,14 @@
 //! Planning problems on the command line: two files are one model.
 
 use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io::Read;
 use std::path::Path;
 
 use meliora_pddl::{Parts, parts};
+
+/// The bytes at the beginning of a file that tell whether it is a list.
+const HEAD: u64 = 1 << 16;
 
 /// Joins each domain and the problem after it, or the problem and the domain, to one argument.
 /// The parts are told by their content; `-` is the missing part.
@@ -12,7 +17,7 @@ pub(super) fn with_problems(args: Vec<OsString>) -> Vec<OsString> {
         if arg == "-" {
             return Parts { domain: true, problem: true };
         }
-        let text = Path::new(arg).is_file().then(|| std::fs::read_to_string(arg).ok()).flatten();
+        let text = begins_with_a_list(Path::new(arg)).then(|| fs::read_to_string(arg).ok()).flatten();
         text.map(|text| parts(&text)).unwrap_or_default()
     };
     let fits = |one: &OsString, other: &OsString| {
@@ -41,4 +46,16 @@ pub(super) fn with_problems(args: Vec<OsString>) -> Vec<OsString> {
         }
     }
     joined
+}
+
+/// Returns whether the first character of a file is `(`, after blanks and comments, as in planning problems.
+/// Other files may be large, and are not read as a whole.
+fn begins_with_a_list(path: &Path) -> bool {
+    let mut head = Vec::new();
+    let read = path.is_file().then(|| File::open(path).ok()).flatten();
+    let Some(Ok(_)) = read.map(|file| file.take(HEAD).read_to_end(&mut head)) else { return false };
+    let head = String::from_utf8_lossy(&head);
+    let mut lines =
+        head.lines().map(str::trim_start).filter(|line| !line.is_empty() && !line.starts_with(';'));
+    lines.next().is_some_and(|line| line.starts_with('('))
 }
