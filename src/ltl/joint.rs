@@ -19,8 +19,8 @@ pub struct Joint {
 }
 
 impl Joint {
-    /// Explores the joint states; `None` if there are more than [`MOST_STATES`] of them, or more than
-    /// [`MOST_NODES`] letters to read.
+    /// Explores the joint states; `None` if there are more than `MOST_STATES` of them, or more than
+    /// `MOST_NODES` letters to read.
     pub fn of(monitors: &[&Monitor]) -> Option<Self> {
         let start = vec![0; monitors.len()];
         let mut known = AHashMap::from([(start.clone(), 0)]);

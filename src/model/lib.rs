@@ -128,7 +128,7 @@ pub struct Program {
     pub formulas: Vec<(String, ExprId)>,
     /// The reward structures, in the order of declaration.
     pub rewards: Vec<RewardStructure>,
-    /// The first expression for whose exact value a double counts; see [`real`].
+    /// The first expression for whose exact value a double counts; see [`meliora_base::real`].
     pub inexact: Option<Diagnostic>,
     /// The monitors for temporal formulas, which are the last module.
     pub monitors: Option<temporal::Monitors>,
