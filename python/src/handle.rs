@@ -92,7 +92,8 @@ impl Handle {
     /// Returns a region of each objective by its name: `almost-sure`, `positive` or `target`.
     pub(crate) fn objective_regions<'py>(&self, py: Python<'py>, what: &str) -> PyResult<Bound<'py, PyDict>> {
         let found = self.quick(py, |analysis| {
-            let region = |name: &String| Some((name.clone(), analysis.region(format!("{what}:{name}").as_str())?));
+            let region =
+                |name: &String| Some((name.clone(), analysis.region(format!("{what}:{name}").as_str())?));
             let objectives = analysis.preferences().objectives.iter().map(|objective| &objective.name);
             Ok(objectives.filter_map(region).collect::<Vec<_>>())
         })?;
