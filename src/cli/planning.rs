@@ -24,7 +24,10 @@ pub(super) fn with_problems(args: Vec<OsString>) -> Vec<OsString> {
         let (left, right) = (of(one), of(other));
         let is_half = |parts: Parts| parts.domain != parts.problem;
         let is_input = one == "-" || other == "-";
-        (is_half(left) && is_half(right) && left.domain != right.domain)
+        // A file that does not exist is to be named as such.
+        let is_missing = is_half(left) && Path::new(other).extension().is_some_and(|e| e == "pddl");
+        (is_missing && !Path::new(other).exists())
+            || (is_half(left) && is_half(right) && left.domain != right.domain)
             || (is_input && (is_half(left) || is_half(right)))
     };
     let mut joined: Vec<OsString> = Vec::with_capacity(args.len());

@@ -42,6 +42,8 @@ fn two_files_in_any_order_one_file_and_standard_input_are_one_model() {
     }
     let lone = run(&format!("info {domain}")).expect(3).stderr;
     assert!(lone.contains("the problem is missing"), "{lone}");
+    let missing = run(&format!("info {domain} nosuch.pddl")).expect(3).stderr;
+    assert!(missing.contains("nosuch.pddl: no such file"), "{missing}");
 }
 
 #[test]
