@@ -44,7 +44,7 @@ pub(super) fn work(
         let evaluator = Evaluator::new(&model, source);
         match job.timed("value", || evaluator.answer(term), |r, s| r.time.add("value", s)) {
             Ok(found) => note(job, given.is_one, *position, &engine, found)?,
-            Err(error) if asked.is_list && !matches!(error, Error::Limit(_)) => {
+            Err(error) if !given.is_one && !matches!(error, Error::Limit(_)) => {
                 let Refusal { reason, place } = Refusal::of(&error);
                 job.update(|r| {
                     let answer = &mut r.properties[*position];

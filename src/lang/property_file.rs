@@ -166,8 +166,7 @@ pub fn asks(property: &Property, program: &Program, source: &Arc<SourceFile>, na
     let is_complete = match &simple {
         Some(simple) => {
             known(program, source, &simple.formula)?;
-            let is_number_of_game = program.players.is_some() && simple.asks_for_number();
-            !simple.is_bounded() && !is_number_of_game
+            !simple.is_bounded()
         }
         None => false,
     };
