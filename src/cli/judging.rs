@@ -24,8 +24,7 @@ pub(super) struct Judged {
 }
 
 /// Returns the question if it is one about the initial states alone: a single property that holds or not, without
-/// a plan. In a
-/// `dtmc`, the states are needed to warn of those in which several choices are merged.
+/// a plan. In a `dtmc`, the states are needed to warn of those in which several choices are merged.
 pub(super) fn without_counts<'a>(
     given: &Given<'_>,
     asked: &Asked,

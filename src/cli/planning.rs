@@ -20,8 +20,7 @@ pub(super) fn with_problems(args: Vec<OsString>) -> Vec<OsString> {
         let text = begins_with_a_list(Path::new(arg)).then(|| fs::read_to_string(arg).ok()).flatten();
         text.map(|text| parts(&text)).unwrap_or_default()
     };
-    let fits = |one: &OsString, other: &OsString| {
-        let (left, right) = (of(one), of(other));
+    let fits = |(one, left): (&OsString, Parts), (other, right): (&OsString, Parts)| {
         let is_half = |parts: Parts| parts.domain != parts.problem;
         let is_input = one == "-" || other == "-";
         // A file that does not exist is to be named as such.
@@ -30,25 +29,25 @@ pub(super) fn with_problems(args: Vec<OsString>) -> Vec<OsString> {
             || (is_half(left) && is_half(right) && left.domain != right.domain)
             || (is_input && (is_half(left) || is_half(right)))
     };
-    let mut joined: Vec<OsString> = Vec::with_capacity(args.len());
-    let mut is_joined = false;
+    // Each argument with its parts; none of what is joined already, which fits nothing.
+    let mut joined: Vec<(OsString, Option<Parts>)> = Vec::with_capacity(args.len());
     for arg in args {
-        match joined.last_mut() {
-            Some(last) if !is_joined && fits(last, &arg) => {
+        let parts = of(&arg);
+        match joined.pop() {
+            Some((last, Some(left))) if fits((&last, left), (&arg, parts)) => {
                 // The order has no meaning, and a leading `-` would be taken for an option.
-                let (first, second) = if last == "-" { (arg, last.clone()) } else { (last.clone(), arg) };
-                *last = first;
-                last.push(" ");
-                last.push(second);
-                is_joined = true;
+                let (mut first, second) = if last == "-" { (arg, last) } else { (last, arg) };
+                first.push(" ");
+                first.push(second);
+                joined.push((first, None));
             }
-            _ => {
-                joined.push(arg);
-                is_joined = false;
+            last => {
+                joined.extend(last);
+                joined.push((arg, Some(parts)));
             }
         }
     }
-    joined
+    joined.into_iter().map(|(arg, _)| arg).collect()
 }
 
 /// Returns whether the first character of a file is `(`, after blanks and comments, as in planning problems.

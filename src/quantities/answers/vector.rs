@@ -53,7 +53,7 @@ pub fn probability(arena: &Arena<'_>, until: &Until, goal: Goal, precision: f64)
     answer(
         precision,
         1.0,
-        |exact| if exact { Ok(None) } else { until_of::<Interval>(arena, until, goal).map(Some) },
+        || until_of::<Interval>(arena, until, goal),
         || until_of::<Ratio>(arena, until, goal),
     )
 }
@@ -69,12 +69,7 @@ pub fn next(arena: &Arena<'_>, set: &BitVec, goal: Goal, precision: f64) -> Resu
         let back = Back::new(arena, goal, None, &mut meter)?;
         back.steps(x, 1, &mut meter, |_, best| best()).map(Vector::of)
     }
-    answer(
-        precision,
-        1.0,
-        |exact| if exact { Ok(None) } else { found::<Interval>(arena, set, goal).map(Some) },
-        || found::<Ratio>(arena, set, goal),
-    )
+    answer(precision, 1.0, || found::<Interval>(arena, set, goal), || found::<Ratio>(arena, set, goal))
 }
 
 /// Computes expected rewards in all states. Cost: as [`probability`].
@@ -92,7 +87,7 @@ pub fn reward(
     answer(
         precision,
         f64::INFINITY,
-        |exact| if exact { Ok(None) } else { reward_of::<Interval>(arena, asked).map(Some) },
+        || reward_of::<Interval>(arena, asked),
         || reward_of::<Ratio>(arena, asked),
     )
 }
@@ -134,12 +129,13 @@ impl Solve for Ratio {
 fn answer(
     precision: f64,
     most: f64,
-    bounds: impl FnOnce(bool) -> Result<Option<Vector<Interval>>>,
+    bounds: impl FnOnce() -> Result<Vector<Interval>>,
     exact: impl FnOnce() -> Result<Vector<Ratio>>,
 ) -> Result<Answer> {
-    let Some(found) = bounds(precision <= 0.0)? else {
+    if precision <= 0.0 {
         return exact().map(|found| found.answer(most));
-    };
+    }
+    let found = bounds()?;
     let width = |x: &Interval| x.width() / x.lower.max(1.0);
     let is_narrow = found.values.iter().flatten().all(|x| width(x) <= precision);
     if is_narrow || found.end.is_err() {
