@@ -45,7 +45,7 @@ impl Model {
 
     fn of(document: &Document, constants: &str) -> Result<Self> {
         let constants = SourceFile::new("constants", constants);
-        let given = Given { constants, bounds: SourceFile::new("bounds", "") };
+        let given = Given::of(&constants);
         Self::loaded(document, &given, &NoProgress)
     }
 

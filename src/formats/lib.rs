@@ -51,8 +51,7 @@ pub fn load_with_progress(
     constants: &Arc<SourceFile>,
     sink: &dyn ProgressSink,
 ) -> Result<Checked> {
-    let bounds = SourceFile::new("bounds", "");
-    load_given(source, &Given { constants: Arc::clone(constants), bounds }, sink)
+    load_given(source, &Given::of(constants), sink)
 }
 
 /// Same as [`load_with_progress`], with bounds for unbounded integers.

@@ -39,7 +39,7 @@ pub(crate) mod valuation;
 
 pub use check::{Actions, Checked, lower_target};
 pub use flat::flat;
-pub use load::{load, load_given, load_with_progress};
+pub use load::{load, load_given};
 pub use parse::{parse_expression, parse_model};
 pub use players::parse_coalition;
 pub use pref::parse_preferences;

@@ -16,26 +16,13 @@ use meliora_base::progress::{NoProgress, ProgressSink};
 /// # Errors
 /// Returns as many errors as can be distinguished: syntax errors, or else errors of meaning.
 pub fn load(source: &Arc<SourceFile>, constants: &Arc<SourceFile>) -> Result<Checked> {
-    load_with_progress(source, constants, &NoProgress)
+    load_given(source, &Given::of(constants), &NoProgress)
 }
 
-/// Same as [`load`], with a progress sink that can cancel the work.
+/// Same as [`load`], with bounds for unbounded integers, and a progress sink that can cancel the work.
 ///
 /// # Errors
 /// See [`load`]; also a limit.
-pub fn load_with_progress(
-    source: &Arc<SourceFile>,
-    constants: &Arc<SourceFile>,
-    sink: &dyn ProgressSink,
-) -> Result<Checked> {
-    let bounds = SourceFile::new("bounds", "");
-    load_given(source, &Given { constants: Arc::clone(constants), bounds }, sink)
-}
-
-/// Same as [`load_with_progress`], with bounds for unbounded integers.
-///
-/// # Errors
-/// See [`load_with_progress`].
 pub fn load_given(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
     read(source, given, sink).map(displayed)
 }

@@ -22,6 +22,13 @@ pub struct Given {
     pub bounds: Arc<SourceFile>,
 }
 
+impl Given {
+    /// Creates the values of constants, without bounds.
+    pub fn of(constants: &Arc<SourceFile>) -> Self {
+        Given { constants: Arc::clone(constants), bounds: SourceFile::new("bounds", "") }
+    }
+}
+
 /// A name with the value given to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Binding {
