@@ -1,4 +1,4 @@
-//! The fields of the reports, read from their schemas: for the tables of `docs/json.md` and the types of the
+//! The fields of the reports, read from their schemas: for the table of `docs/json.md` and the types of the
 //! Python package.
 
 use std::collections::BTreeMap;
@@ -21,8 +21,6 @@ pub struct Field {
     pub nullable: bool,
     /// True if it may be absent.
     pub optional: bool,
-    /// Its meaning, in one line.
-    pub meaning: String,
 }
 
 /// Returns the fields of each report, and of each part that several reports have, in their order.
@@ -45,7 +43,6 @@ fn fields_of(object: &Json, prefix: &str) -> Vec<Field> {
             kind: kind(schema),
             nullable: is_nullable(schema),
             optional: !is_required(object, name),
-            meaning: schema["description"].as_str().unwrap_or_default().to_owned(),
         });
         while inner.get("items").is_some() {
             (inner, inside) = (&inner["items"], inside + "[]");

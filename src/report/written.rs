@@ -1,4 +1,4 @@
-//! Writes the files that follow from the types of the reports: their schemas, the tables of `docs/json.md` and the
+//! Writes the files that follow from the types of the reports: their schemas, the table of `docs/json.md` and the
 //! types of the Python package. `INSTA_UPDATE=always` writes them again.
 
 use std::fs;
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::python_types::python_types;
 use super::schema::schemas;
-use super::tables::with_tables;
+use super::tables::with_table;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -35,9 +35,9 @@ fn the_files_have_the_schemas_of_the_reports() {
 }
 
 #[test]
-fn the_page_has_the_fields_of_the_schemas() {
+fn the_page_names_the_fields_of_the_schemas() {
     let page = fs::read_to_string(root().join("docs/json.md")).unwrap();
-    has("docs/json.md", &with_tables(&page, &schemas()));
+    has("docs/json.md", &with_table(&page, &schemas()));
 }
 
 #[test]
