@@ -123,6 +123,8 @@ def owner_of(program, state):
     movers = program.movers(plain)
     if len(movers) > 1:
         raise InputError(f"two players may move in {program.show(plain)}")
+    if None in movers:
+        raise InputError(f"several choices belong to no player in {program.show(plain)}")
     return next(iter(movers), None)
 
 

@@ -97,13 +97,14 @@ class Program:
             yield name, combo
 
     def movers(self, state):
-        """Section 11: the positions of the players that have a choice in a state."""
-        return {self.owner(combo[0]) for _, combo in self.combinations(state)}
+        """Section 11: the positions of the players that have a choice in a state; None for several of no player."""
+        owners = [self.owner(combo[0]) for _, combo in self.combinations(state)]
+        return {owner for owner in owners if owner is not None} or ({0} if len(owners) == 1 else set(owners))
 
     def owner(self, command):
-        """The position of the player of a command's label, or of its module if it has none."""
+        """The position of the player of a command's label, or of its module if it has none; None without a player."""
         item = f"[{command.label}]" if command.label else command.module
-        return next(at for at, items in enumerate(self.players.values()) if item in items)
+        return next((at for at, items in enumerate(self.players.values()) if item in items), None)
 
     def named_players(self, names):
         """The positions of some players, each given by its name or by its number from 1 on; without any, the first."""
@@ -461,14 +462,10 @@ def players_of(declared, program):
         raise InputError("a game has players, and nothing else has")
     owned = [item for _, items in declared for item in items]
     known = {*program.modules, *(f"[{label}]" for label in program.alphabet)}
-    commands = [command for own in program.modules.values() for command in own]
-    needed = {f"[{command.label}]" if command.label else command.module for command in commands}
     if len(dict(declared)) < len(declared):
         raise InputError("a player is defined twice")
     if not known.issuperset(owned):
         raise InputError("a player owns what there is not")
     if len(set(owned)) < len(owned):
         raise InputError("something belongs to two players")
-    if declared and not needed.issubset(owned):
-        raise InputError("something belongs to no player")
     return {name: set(items) for name, items in declared}

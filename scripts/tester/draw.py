@@ -29,6 +29,7 @@ class Case:
     history: str  # "" for the default
     settings: dict  # scope, safety, engine, threads, order, reward, coalition
     fault: str = ""  # the mistake in the players, if there is one
+    unlisted: str = ""  # of a game: the module or action that no player lists, if there is one
     features: set = field(default_factory=set)
 
     LISTS = ("commands", "starts", "rewards", "labels", "objectives", "preferences", "required")
@@ -42,13 +43,11 @@ class Case:
         used = {text[1 : text.index("]")] for _, text in self.commands} | {"m", *("n" if self.flag else "")}
         owned = {name: [] for name in self.players}
         for item, number in self.owners.items():
-            if item in used:
+            if item in used and item != self.unlisted:
                 owned[f"p{number}"].append(item if item in "mn" else f"[{item}]")
         first, *_, last = owned.values()
         if self.fault == "two owners":
             last += first[:1]
-        elif self.fault == "no owner":
-            del last[-1:]
         elif self.fault == "unknown item":
             last.append("[z]")
         return [f"player {name} {', '.join(items)} endplayer" for name, items in owned.items()]
@@ -107,6 +106,9 @@ class Draw:
             again or rng.choice(EMPTIES),
             "play" if self.play else rng.choice(["", "state"]), self.settings(), self.fault(commands),
         )  # fmt: skip
+        if self.owners and self.chance(0.2):
+            case.unlisted = rng.choice(sorted(self.owners))
+            self.mark("a module or action of no player")
         if case.fault == "unknown player":
             case.coalition = ["p1", "p9"]
         self.mark(f"type {kind}", f"empty {case.empty}", f"history {'play' if self.play else 'state'}")
@@ -203,7 +205,7 @@ class Draw:
         """Sometimes something is wrong with the players of a game."""
         if not self.owners or not self.chance(0.08):
             return ""
-        fault = self.rng.choice(["two movers"] * 3 + ["two owners", "no owner", "unknown item", "unknown player"])
+        fault = self.rng.choice(["two movers"] * 3 + ["two owners", "unknown item", "unknown player"])
         if fault == "two movers":
             x = self.rng.randint(0, self.size)
             others = [item for item in "abcd" if self.owners[item] != self.turns[x]]

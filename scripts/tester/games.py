@@ -155,11 +155,12 @@ def verdict(question, operator, number):
 SAID = {
     "two players may move": "several players may move in the state",
     "belongs to two players": "belongs to two players",
-    "belongs to no player": "to no player",
+    "several choices belong to no player": "several choices belong to no player in the state",
     "owns what there is not": "unknown",
     "unknown player": "unknown player",
     "recurrence and persistence": "combines recurrence and persistence",
 }
+OF_STATES = ("two players may move", "several choices belong to no player")
 OF_PREFERENCES = ("unknown player", "recurrence and persistence")
 
 
@@ -168,25 +169,34 @@ def reason_of(error):
     return next(reason for reason in SAID if reason in str(error))
 
 
+def wrong(reason, owners):
+    """Whether a state with these owners is refused for a reason of `OF_STATES`."""
+    return len(owners) > 1 if reason == OF_STATES[0] else None in owners
+
+
 def refused(case, program, error):
     """A case that the reference refuses is refused by all commands, for the same reason. Returns the numbers of
     comparisons by check, and the differences."""
     reason, movers = reason_of(error), None
-    if reason == "two players may move":
+    if reason in OF_STATES:
         source = program_of(case.model_text(), {})
         whole = explore(replace(source, players={}), case.settings["scope"], 3000)
         plain = map(whole.plain, whole.states)
-        movers = {source.show(values) for values in plain if len(source.movers(values)) > 1}
+        of = {source.show(values): source.movers(values) for values in plain}
+        # One state may be of two players, another one of none: either may be found first.
+        movers = {(SAID[one], state) for state, own in of.items() for one in OF_STATES if wrong(one, own)}
     found, compared = [], 0
     for command in ("check", "compare") if reason in OF_PREFERENCES else ("check", "compare", "info", "reach"):
         names = ["scope"] + ([] if command == "compare" else ["engine"])
         more = {"info": [], "reach": ["--target", "x=0"]}.get(command, [program.prefs])
         status, _, errors = program.run(command, program.model, *more, *program.settings(*names))
         compared += 1
-        state = re.search(r"move in the state (.*?):", errors)
-        right = status == 3 and SAID[reason] in errors
+        state = re.search(r"in the state (.*?):", errors)
+        right = status == 3 and (movers is not None or SAID[reason] in errors)
         # The words of monitors follow the state.
-        right &= movers is None or bool(state) and any(f"{state[1]},".startswith(f"{mover},") for mover in movers)
+        right &= movers is None or bool(state) and any(
+            said in errors and f"{state[1]},".startswith(f"{mover},") for said, mover in movers
+        )
         if not right:
             expected = (reason, movers)
             found.append(Difference("faults", f"refused by {command}", expected, errors[:600], program.asked[-1]))

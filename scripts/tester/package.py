@@ -72,6 +72,7 @@ def refused(case, error):
         said = str(raised)
     # The package explores before it looks at the preferences.
     known = {reason, *(["two players may move"] if case.fault == "two movers" else [])}
+    known |= set(games.OF_STATES) if case.unlisted else set()
     if any(games.SAID[one] in said for one in known):
         return []
     return [Difference("faults", "refused by the package", reason, said, [])]

@@ -95,16 +95,21 @@ fn has_owner<'c>(
 ) -> CheckResult<bool> {
     let program = engine.program();
     let Some(players) = &program.players else { return Ok(true) };
+    // A choice that no player lists has the owner of the other choices; alone, it is the first player's.
+    let mut unlisted = 0;
     let owner = |choice: &Choice| {
-        let Choice::Combination { synchronisation, commands } = choice else { return None };
+        let Choice::Combination { synchronisation, commands } = choice else { return Some(None) };
         let action = program.synchronisations[*synchronisation].action;
+        let command = &program.commands[commands.first()?.index()];
+        unlisted += usize::from(command.unlisted.is_some());
         // An action without an owner belongs to the module that has it, as in games state by state.
-        action.and_then(|action| *players.of_action.get(action)?).or_else(|| {
-            let command = &program.commands[commands.first()?.index()];
-            *players.of_module.get(command.module)?
-        })
+        let listed = action.and_then(|action| *players.of_action.get(action)?);
+        command.unlisted.is_none().then(|| listed.or_else(|| *players.of_module.get(command.module)?))
     };
-    let owners: BTreeSet<Option<usize>> = choices.map(owner).collect();
+    let mut owners: BTreeSet<Option<usize>> = choices.filter_map(owner).collect();
+    if unlisted == 1 && owners.is_empty() {
+        owners.insert(Some(0));
+    }
     let mut right = owners.len() == 1;
     for (number, states) in engine.player_states().iter().enumerate() {
         right &= engine.contains(states, state)? == owners.contains(&Some(number));

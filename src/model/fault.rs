@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::predicate::Predicate;
 use super::step::{MOST_WAYS, StepError};
 use super::{CommandId, Program};
+use crate::players::Unlisted;
 use crate::step::Choice;
 use meliora_base::decimal::readable;
 use meliora_base::error::{Diagnostic, Error, Limit, Result, Severity};
@@ -61,20 +62,28 @@ pub fn error(program: &Program, fault: &StepError, state: &[i64]) -> Error {
     }
 }
 
-/// Returns the error for a state of a game in which two players have a choice.
+/// Returns the error for a state of a game in which two players have a choice, or which has several choices and
+/// none of a player.
 ///
 /// # Errors
 /// A command has no meaning in the state, or it has too many choices.
 pub fn of_two_players(program: &Program, state: &[i64]) -> Result<Error> {
     let choices = program.choices(state).map_err(|fault| error(program, &fault, state))?;
     let mut moves: Vec<(usize, String, Range<usize>)> = Vec::new();
+    let mut alone: Vec<(String, Range<usize>)> = Vec::new();
     for (choice, name) in choices {
         let Choice::Combination { synchronisation, commands } = choice else { continue };
-        let player = program.player_of(&program.synchronisations[synchronisation]);
+        let synchronisation = &program.synchronisations[synchronisation];
+        let player = program.player_of(synchronisation);
         let (Some(player), Some(&command)) = (player, commands.first()) else { continue };
-        if moves.iter().all(|(other, ..)| *other != player) {
+        if program.unlisted(synchronisation) == Some(Unlisted::Alone) {
+            alone.push((name, span(program, command)));
+        } else if moves.iter().all(|(other, ..)| *other != player) {
             moves.push((player, name, span(program, command)));
         }
+    }
+    if moves.is_empty() && alone.len() > 1 {
+        return Ok(of_no_player(program, state, &alone));
     }
     let named = |(player, action, _): &(usize, String, _)| {
         let list = program.players.as_ref().map_or(&[][..], |players| &players.list);
@@ -87,6 +96,18 @@ pub fn of_two_players(program: &Program, state: &[i64]) -> Result<Error> {
     let help = "in a turn-based game each state belongs to one player: let guards say whose turn it is";
     let found = diagnostic(program, spans(1), message, label(1), Some(help.to_owned()));
     Ok(found.related(spans(0), format!("{} is enabled, too", label(0))).into())
+}
+
+/// Returns the error for a state with several choices that belong to no player.
+fn of_no_player(program: &Program, state: &[i64], alone: &[(String, Range<usize>)]) -> Error {
+    let all = alone.iter().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(" and ");
+    let at = program.show_state(state);
+    let message = format!("several choices belong to no player in the state {at}: {all}");
+    let help =
+        "write `player NAME module1, [action1] endplayer`; a single choice there belongs to the first player";
+    let span = |at: usize| alone.get(at).map_or(0..0, |(_, span)| span.clone());
+    let found = diagnostic(program, span(1), message, "of no player".to_owned(), Some(help.to_owned()));
+    found.related(span(0), "of no player, too").into()
 }
 
 /// Formats a number that is not a probability, or a wrong sum, by the nearest double, which may be

@@ -179,6 +179,8 @@ pub struct Command {
     /// The number, from 1, of this command among its module's commands with this label (or without
     /// one).
     pub number: usize,
+    /// The player of its choices in a game, if no player lists its action or its module.
+    pub unlisted: Option<players::Unlisted>,
     /// The condition under which it is enabled.
     pub guard: ExprId,
     /// The branches, exactly one of which is taken.

@@ -8,15 +8,15 @@ use crate::step::Choice;
 use meliora_base::error::{Diagnostic, Result, Severity};
 
 /// The players of a turn-based game. Each choice belongs to one player: that of its action, or for an
-/// unlabelled command that of its module.
+/// unlabelled command that of its module. If no player lists these, see [`Unlisted`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Players {
     /// The players in the order of declaration.
     pub list: Vec<Player>,
-    /// The player of each module; `None` for a module without unlabelled commands, and for monitors.
+    /// The player of each module; `None` for a module that no player lists, and for monitors.
     pub of_module: Vec<Option<usize>>,
-    /// The player of each action; `None` if a choice with the action belongs to the player of its module,
-    /// as in models that list their states.
+    /// The player of each action; `None` if no player lists it, or if a choice with the action belongs to the
+    /// player of its module, as in models that list their states.
     pub of_action: Vec<Option<usize>>,
     /// The position of `smg` in the text.
     pub span: Range<usize>,
@@ -29,6 +29,16 @@ pub struct Player {
     pub name: String,
     /// True if we choose its moves, false if the opponent does.
     pub ours: bool,
+}
+
+/// The player of a choice whose action or module no player lists. Such a command stands in the program
+/// once for each case, with the case in its guard.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unlisted {
+    /// The player at this position, who has another choice in the state.
+    With(u32),
+    /// No player has another choice in the state: the first player, if this is its only choice.
+    Alone,
 }
 
 /// The player who chooses in a state of a game.
@@ -111,20 +121,29 @@ impl Program {
     /// Returns the player to which the choices of a synchronisation belong; `None` if the model is not
     /// a game, and for the self-loops that monitors give to deadlocks.
     pub fn player_of(&self, synchronisation: &Synchronisation) -> Option<usize> {
-        let command = synchronisation.factors.first()?.first()?;
-        self.owner(synchronisation.action, self.commands[command.index()].module)
+        let command = &self.commands[synchronisation.factors.first()?.first()?.index()];
+        self.owner(synchronisation.action, command)
+    }
+
+    /// Returns the case for which the choices of a synchronisation stand in the program, if no player lists them.
+    pub fn unlisted(&self, synchronisation: &Synchronisation) -> Option<Unlisted> {
+        self.commands[synchronisation.factors.first()?.first()?.index()].unlisted
     }
 
     /// Returns the player whose choices execute a command; `None` if the model is not a game.
     pub fn player_of_command(&self, command: &Command) -> Option<usize> {
-        self.owner(command.action, command.module)
+        self.owner(command.action, command)
     }
 
-    /// Returns the owner of an action or, if it has none, of a module that has it.
-    fn owner(&self, action: Option<usize>, module: usize) -> Option<usize> {
+    /// Returns the owner of an action or, if it has none, of a command that has it.
+    fn owner(&self, action: Option<usize>, command: &Command) -> Option<usize> {
         let players = self.players.as_ref()?;
-        action
-            .and_then(|action| *players.of_action.get(action)?)
-            .or_else(|| *players.of_module.get(module)?)
+        match command.unlisted {
+            Some(Unlisted::With(player)) => Some(player as usize),
+            Some(Unlisted::Alone) => Some(0),
+            None => action
+                .and_then(|action| *players.of_action.get(action)?)
+                .or_else(|| *players.of_module.get(command.module)?),
+        }
     }
 }

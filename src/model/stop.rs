@@ -35,7 +35,15 @@ impl Program {
         program.modules.push(STOP.to_owned());
         program.actions.push(STOP.to_owned());
         let (branches, span) = ([branch].into(), Span::default());
-        program.commands.push(Command { module, action, number: 1, guard: condition, branches, span });
+        program.commands.push(Command {
+            module,
+            action,
+            number: 1,
+            unlisted: None,
+            guard: condition,
+            branches,
+            span,
+        });
         program.synchronisations.insert(0, Synchronisation { action, factors: vec![vec![stop]] });
         program.stop = Some(stop);
         program.inexact = program.inexact.or(pool.inexact.take());

@@ -253,6 +253,7 @@ impl Lowering<'_> {
                 module: 0,
                 action: Some(actions.len()),
                 number: 1,
+                unlisted: None,
                 guard: self.condition(&action.precondition),
                 branches: self.branches(action, &fixed, variables),
                 span: Span::new(start, end),

@@ -154,7 +154,7 @@ impl Builder<'_> {
         let guard = self.condition(2);
         let probabilities = self.probabilities();
         let branches = probabilities.into_iter().map(|p| self.branch(module, action, p)).collect();
-        Command { module, action, number: 0, guard, branches, span: Span::default() }
+        Command { module, action, number: 0, unlisted: None, guard, branches, span: Span::default() }
     }
 
     fn probabilities(&mut self) -> Vec<ExprId> {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use meliora::engine::{AnyEngine, Engine, Settings, Storage};
+use meliora::engine::{Algebra, AnyEngine, Engine, Scope, Settings, Storage};
 use meliora::error::{Error, SourceFile};
 use meliora::lang;
 use meliora::planning::{Analysis, Options, Safety};
@@ -52,18 +52,12 @@ fn players_own_modules_and_actions() {
 }
 
 #[test]
-fn what_belongs_to_two_players_or_to_none_is_refused() {
+fn what_belongs_to_two_players_is_refused() {
     for (from, to, expected) in [
         ("two endplayer", "two, one endplayer", "3:16 the module `one` belongs to two players"),
         ("two endplayer", "two, [go] endplayer", "3:17 the action `go` belongs to two players"),
-        ("one, [go]", "one", "8:2 the action `go` belongs to no player"),
-        ("one, [go]", "[go]", "7:2 the unlabelled commands of the module `one` belong to no player"),
         ("p3", "p1", "4:8 the player `p1` is defined twice"),
-        (
-            "two endplayer",
-            "three endplayer",
-            "3:11 unknown module `three`; 12:2 the unlabelled commands of the module `two` belong to no player",
-        ),
+        ("two endplayer", "three endplayer", "3:11 unknown module `three`"),
         ("[go] endplayer", "[go], [halt] endplayer", "2:23 unknown action `halt`"),
         ("smg", "mdp", "2:8 only a game has players"),
         (
@@ -133,6 +127,58 @@ fn a_state_of_two_players_is_refused_by_both_engines() {
         let expected = "several players may move in the state x=0,y=0: `p1` by `one#1` and `p2` by `two#1`";
         assert_eq!(all[0].message, expected);
         assert_eq!(all[0].position(), (12, 2));
+    }
+}
+
+/// In x=0 and x=1 the action of nobody stands next to a choice of `p1` or `p2`, in x=3 it is alone. The module `free`
+/// belongs to nobody, too.
+const UNLISTED: &str = "smg
+player p1 one endplayer
+player p2 [turn] endplayer
+module one
+ x : [0..4] init 0;
+ [] x=0 -> (x'=1);
+ [turn] x=1 -> (x'=2);
+ [go] x<=1 | x=3 -> (x'=min(x+1,4));
+endmodule
+module free
+ y : [0..1] init 0;
+ [] x=2 & y=0 -> (y'=1);
+ [go] true -> true;
+endmodule
+";
+
+#[test]
+fn choices_of_no_player_belong_to_the_owner_of_the_others_or_alone_to_the_first_player() {
+    let text = UNLISTED.replace("x=2 & y=0", "x=2");
+    let program = Arc::new(program(&text));
+    for storage in [Storage::Explicit, Storage::Symbolic] {
+        let settings = Settings { storage, scope: Scope::All, ..Settings::default() };
+        let engine = AnyEngine::new(program.clone(), settings).unwrap();
+        let list = |x: &_| engine.list_states(x, 99).unwrap();
+        let players: Vec<Vec<i64>> =
+            engine.player_states().iter().map(|own| list(own).iter().map(|s| s[0]).collect()).collect();
+        // [go] goes with `one` in 0, with `p2` in 1; in 2 the unlabelled command is alone, in 3 it is [go].
+        assert_eq!(players, [vec![0, 0, 2, 2, 3, 3], vec![1, 1]], "{storage:?}");
+        let choices = engine.choices_in(&engine.all_choices(), &engine.all_states()).unwrap();
+        // Two choices in 0 and 1, one in 2 and 3, and the self-loop of 4; each for two values of y.
+        assert_eq!(engine.count(&choices).unwrap(), 14_u32.into());
+    }
+    assert_eq!(
+        program.choices(&[1, 0]).unwrap().iter().map(|c| c.1.as_str()).collect::<Vec<_>>(),
+        ["turn", "go"]
+    );
+}
+
+#[test]
+fn a_state_with_several_choices_of_no_player_is_refused_by_both_engines() {
+    let text = UNLISTED.replace("x=2 & y=0", "x=3");
+    let program = Arc::new(program(&text));
+    for storage in [Storage::Explicit, Storage::Symbolic] {
+        let settings = Settings { storage, scope: Scope::All, ..Settings::default() };
+        let Err(Error::Input(all)) = AnyEngine::new(program.clone(), settings) else { panic!("{storage:?}") };
+        let expected = "several choices belong to no player in the state x=3,y=0: `free#1` and `go`";
+        assert_eq!(all[0].message, expected);
     }
 }
 

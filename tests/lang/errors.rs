@@ -133,7 +133,7 @@ fn names_that_are_unknown_or_taken_are_errors() {
                 "mdp\nmodule m\n count : [0..3];\n [] coutn=1 & cont=2 -> (Count'=1);\nendmodule",
                 "mdp\nmodule m\n x : bool;\n [] \"done\" -> true;\nendmodule",
                 "mdp\nformula f = g(1);\nmodule m endmodule",
-                "mdp\nformula f = min(1);\nformula g = mod(1);\nformula h = floor(1, 2);\nmodule m endmodule",
+                "mdp\nformula f = pow(1);\nformula g = mod(1);\nformula h = floor(1, 2);\nmodule m endmodule",
                 "mdp\ninit true endinit\ninit true endinit\nmodule m endmodule",
                 "mdp\n",
             ],

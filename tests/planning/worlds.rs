@@ -184,7 +184,7 @@ impl Graph {
         });
         let branches = branches.collect();
         let guard = self.at(pool, &[node]);
-        Command { module: 0, action: None, number, guard, branches, span: Span::default() }
+        Command { module: 0, action: None, number, unlisted: None, guard, branches, span: Span::default() }
     }
 
     /// The expression that holds in these nodes.

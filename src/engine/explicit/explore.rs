@@ -15,6 +15,7 @@ use super::set::{self, BitSet};
 use super::stepper::{Broken, Stepper, sum};
 use crate::settings::{Scope, Settings};
 use meliora_base::error::{Error, Limit, Result};
+use meliora_model::players::Unlisted;
 use meliora_model::temporal::Begin;
 use meliora_model::{Program, State, fault};
 
@@ -220,7 +221,9 @@ impl Task {
         self.program.players.as_ref()?;
         let player = |s| self.program.player_of(s).map_or(NOBODY, |player| player as u32);
         let players = self.program.synchronisations.iter().map(player).collect();
-        Some(PlayersFound::new(players, Array::new(&self.meter)))
+        let is_alone = |s| self.program.unlisted(s) == Some(Unlisted::Alone);
+        let alone = self.program.synchronisations.iter().map(is_alone).collect();
+        Some(PlayersFound::new(players, alone, Array::new(&self.meter)))
     }
 
     /// Computes the steps from the next state and tests whether it is an initial state.
@@ -240,7 +243,7 @@ impl Task {
         }
         stepper.expand().map_err(|broken| self.broken(broken, code))?;
         if let Some(players) = &mut found.players
-            && !players.add(&stepper.active)?
+            && !players.add(&stepper.active, stepper.ends.len())?
         {
             return Err(fault::of_two_players(&self.program, &self.values(code))?);
         }

@@ -217,19 +217,24 @@ impl Attracted {
 pub(super) struct PlayersFound {
     /// The player of each synchronisation.
     of_synchronisation: Vec<u32>,
+    /// For each synchronisation, whether its choices must be the only one of a state.
+    alone: Vec<bool>,
     pub(super) of_state: Array<u32>,
 }
 
 impl PlayersFound {
-    pub(super) fn new(of_synchronisation: Vec<u32>, of_state: Array<u32>) -> Self {
-        PlayersFound { of_synchronisation, of_state }
+    pub(super) fn new(of_synchronisation: Vec<u32>, alone: Vec<bool>, of_state: Array<u32>) -> Self {
+        PlayersFound { of_synchronisation, alone, of_state }
     }
 
     /// Adds the player of the next state, in which some synchronisations have choices. Returns false if
-    /// two players have choices.
-    pub(super) fn add(&mut self, active: &[usize]) -> Result<bool> {
+    /// two players have choices, or several choices have no player.
+    pub(super) fn add(&mut self, active: &[usize], choices: usize) -> Result<bool> {
         let mut owner = NOBODY;
         for &index in active {
+            if choices > 1 && self.alone[index] {
+                return Ok(false);
+            }
             let player = self.of_synchronisation[index];
             if player == NOBODY || player == owner {
                 continue;

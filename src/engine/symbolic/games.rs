@@ -56,7 +56,7 @@ impl Game {
     /// group.
     ///
     /// # Errors
-    /// A limit, or a state in which two players have a choice.
+    /// A limit; a state in which two players have a choice, or several choices have no player.
     pub(super) fn of(
         program: &Program,
         (encoding, store): (&Encoding, &Store),
@@ -67,9 +67,9 @@ impl Game {
         let groups = transitions.players(program);
         let mut states = vec![store.zero(); players.list.len()];
         let mut taken = store.zero();
-        for (group, own) in groups.iter().zip(enabled) {
+        for ((group, own), alone) in groups.iter().zip(enabled).zip(transitions.alone(program)) {
             let Some(player) = *group else { continue };
-            let others = store.minus(&taken, &states[player])?;
+            let others = if alone { taken.clone() } else { store.minus(&taken, &states[player])? };
             let shared = store.and(own, &others)?;
             if !store.is_zero(&shared) {
                 let state = pick::first(store, encoding, &shared)?;

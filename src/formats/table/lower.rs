@@ -295,7 +295,15 @@ impl Lowering<'_> {
         }
         let last = self.commands.last().filter(|c| (c.module, c.action) == (module, action));
         let number = last.map_or(1, |c| c.number + 1);
-        self.commands.push(Command { module, action, number, guard, branches, span: Span::default() });
+        self.commands.push(Command {
+            module,
+            action,
+            number,
+            unlisted: None,
+            guard,
+            branches,
+            span: Span::default(),
+        });
         Ok(())
     }
 

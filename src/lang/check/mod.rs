@@ -15,6 +15,7 @@ mod rewards;
 mod scope;
 mod system;
 mod target;
+mod unlisted;
 mod variables;
 
 use std::sync::Arc;
@@ -103,9 +104,13 @@ impl<'a> Lowerer<'a> {
         let (actions, commands) = self.commands(parts);
         let labels: Vec<_> = parts.labels.iter().map(|l| self.label_definition(l)).collect();
         let composed = self.synchronisations(parts, &commands, actions);
-        let (actions, synchronisations) = composed?;
+        let (actions, mut synchronisations) = composed?;
         let rewards = self.rewards(parts, &actions);
-        let players = self.players(model.kind, parts, (&actions, commands.as_deref().unwrap_or(&[])));
+        let players = self.players(model.kind, parts, &actions);
+        let mut commands = commands?;
+        if let Some(players) = &players {
+            self.share_unlisted(players, &mut commands, &mut synchronisations)?;
+        }
         Some(Program {
             source: Arc::clone(&self.source),
             kind: model.kind.map_or(ModelKind::Mdp, |(kind, _)| kind),
@@ -116,7 +121,7 @@ impl<'a> Lowerer<'a> {
             modules: parts.modules.iter().map(|m| m.name.name.clone()).collect(),
             initial: initial?,
             actions,
-            commands: commands?,
+            commands,
             synchronisations,
             labels: labels.into_iter().collect::<Option<_>>()?,
             formulas: formulas.into_iter().collect::<Option<_>>()?,

@@ -51,6 +51,7 @@ impl<'a> Lowerer<'a> {
             module: inside.module,
             action: None,
             number: 0,
+            unlisted: None,
             guard: guard?,
             branches: branches.into_iter().collect::<Option<_>>()?,
             span: command.span,

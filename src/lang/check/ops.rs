@@ -278,8 +278,8 @@ impl Lowerer<'_> {
         let name = function.name();
         let what = format!("an argument of `{name}`");
         match (function, args) {
-            (Function::Min, [_, _, ..]) => self.extreme(Binary::Min, args, &what, span),
-            (Function::Max, [_, _, ..]) => self.extreme(Binary::Max, args, &what, span),
+            (Function::Min, [_, ..]) => self.extreme(Binary::Min, args, &what, span),
+            (Function::Max, [_, ..]) => self.extreme(Binary::Max, args, &what, span),
             (Function::Floor, &[a]) => self.rounded(Unary::Floor, a, &what, span),
             (Function::Ceil, &[a]) => self.rounded(Unary::Ceil, a, &what, span),
             (Function::Round, &[a]) => self.rounded(Unary::Round, a, &what, span),
@@ -299,7 +299,7 @@ impl Lowerer<'_> {
             }
             _ => {
                 let takes = match function {
-                    Function::Min | Function::Max => "at least 2 arguments",
+                    Function::Min | Function::Max => "at least 1 argument",
                     Function::Pow | Function::Log | Function::Mod => "2 arguments",
                     _ => "1 argument",
                 };

@@ -6,20 +6,20 @@ use super::collect::Parts;
 use super::lowerer::Lowerer;
 use crate::ast::{Ident, Player, PlayerItem, Span, System, SystemKind};
 use meliora_base::error::Severity;
+use meliora_model::ModelKind;
 use meliora_model::players::{self, Players};
-use meliora_model::{Command, ModelKind};
 
 /// The owners of modules or of actions, by name.
 type Owners<'a> = AHashMap<&'a str, (usize, Span)>;
 
 impl<'a> Lowerer<'a> {
     /// Returns the players of a game; the first one is ours. Reports players of other models, and
-    /// modules and actions that belong to two players or to none.
+    /// modules and actions that belong to two players.
     pub(super) fn players(
         &mut self,
         kind: Option<(ModelKind, Span)>,
         parts: &Parts<'a>,
-        (actions, commands): (&[String], &[Command]),
+        actions: &[String],
     ) -> Option<Players> {
         let Some((ModelKind::Smg, place)) = kind else {
             if let Some(player) = parts.players.first() {
@@ -38,7 +38,6 @@ impl<'a> Lowerer<'a> {
         }
         self.check_names(&parts.players);
         let [modules, of_actions] = self.owners(parts, actions);
-        self.check_owned(parts, commands, (&modules, &of_actions), actions);
         let owner = |owners: &Owners<'_>, name: &str| owners.get(name).map(|(player, _)| *player);
         let player = |(at, player): (usize, &&Player)| players::Player {
             name: player.name.name.clone(),
@@ -87,35 +86,6 @@ impl<'a> Lowerer<'a> {
             }
         }
         [modules, of_actions]
-    }
-
-    /// Reports commands that belong to no player.
-    fn check_owned(
-        &mut self,
-        parts: &Parts<'a>,
-        commands: &[Command],
-        (modules, of_actions): (&Owners<'a>, &Owners<'a>),
-        actions: &[String],
-    ) {
-        for command in commands {
-            let module = &parts.modules[command.module].name.name;
-            let (is_owned, what, item) = match command.action {
-                Some(action) => {
-                    let name = actions.get(action).map_or("", String::as_str);
-                    (of_actions.contains_key(name), format!("the action `{name}`"), format!("[{name}]"))
-                }
-                None => {
-                    let what = format!("the unlabelled commands of the module `{module}`");
-                    (modules.contains_key(module.as_str()), what, module.clone())
-                }
-            };
-            // One report for all commands of an owner.
-            if !is_owned && command.number == 1 {
-                let belong = if command.action.is_some() { "belongs" } else { "belong" };
-                let diagnostic = self.wrong(command.span, format!("{what} {belong} to no player"));
-                self.report(diagnostic.help(format!("write `player NAME {item} endplayer`")));
-            }
-        }
     }
 
     /// Reports operators that give actions other names: which player has a choice would be unclear.

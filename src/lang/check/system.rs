@@ -12,7 +12,7 @@ use crate::ast::{Ident, Span, System, SystemKind};
 use meliora_model::{Command, CommandId, Synchronisation, VarId};
 
 /// Maximum number of synchronisations of a composition.
-const MAX_SYNCHRONISATIONS: usize = 100_000;
+pub(super) const MAX_SYNCHRONISATIONS: usize = 100_000;
 
 /// The behaviour of a part of a composition.
 #[derive(Debug, Clone, Default)]

@@ -228,6 +228,7 @@ fn join_in(
         module,
         action,
         number: 1,
+        unlisted: None,
         guard,
         branches: [Branch { probability, updates: updates.into() }].into(),
         span: Span::default(),

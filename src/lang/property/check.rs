@@ -173,7 +173,7 @@ impl<'a> Checker<'a> {
     fn function(&mut self, function: Function, operands: Vec<Term>, span: Span) -> Result<Term> {
         let (wanted, ty) = match function {
             Function::Min | Function::Max => {
-                (operands.len().max(2), operands.iter().fold(Type::Int, |ty, a| joined(ty, a.ty)))
+                (operands.len().max(1), operands.iter().fold(Type::Int, |ty, a| joined(ty, a.ty)))
             }
             Function::Floor | Function::Ceil | Function::Round => (1, Type::Int),
             Function::Pow => (2, operands.iter().fold(Type::Int, |ty, a| joined(ty, a.ty))),

@@ -80,8 +80,8 @@ impl Property {
     ///
     /// # Errors
     /// Unknown names and wrong types. A reward structure does not exist, or the property of an `mdp` does
-    /// not say which strategies it asks about. A property of a game does not name its players, or another
-    /// one does. A part is not supported.
+    /// not say which strategies it asks about. A property names players that the model does not have. A part is
+    /// not supported.
     pub fn term(&self, program: &Program, source: &Arc<SourceFile>, named: &Named) -> Result<Term> {
         Checker::new(program, source, named).term(&self.expression)
     }

@@ -68,7 +68,11 @@ impl Checker<'_> {
             Some((comparison, e)) => Some((*comparison, self.bound(e, operator.head, is_probability)?)),
         };
         let (coalition, some) = self.players(operator)?;
-        if coalition.is_some() && bound.is_some() && asked.extreme != Extreme::Unnamed {
+        if operator.coalition.is_some()
+            && coalition.is_some()
+            && bound.is_some()
+            && asked.extreme != Extreme::Unnamed
+        {
             let wrong = self.wrong(operator.head, "the players of a coalition say who chooses");
             let help = "write `<<p1>> P>=1 [ … ]`, without `min` or `max`, or ask for the value by `=?`";
             return Err(wrong.help(help).into());
@@ -81,12 +85,9 @@ impl Checker<'_> {
     /// some strategy instead of all.
     fn players(&self, operator: &Operator) -> Result<(Option<Vec<bool>>, bool)> {
         let Some(Coalition { players, opposed, span }) = &operator.coalition else {
-            if self.program.players.is_none() {
-                return Ok((None, false));
-            }
-            let message = "a property of a game names the players who choose to make it true";
-            let help = "write `<<p1>> P>=1 [ … ]` or `<<p1,p2>> Pmax=? [ … ]`";
-            return Err(self.wrong(operator.head, message).help(help).into());
+            // Without players all choose together, as in an `mdp`.
+            let all = self.program.players.as_ref().map(|game| vec![true; game.list.len()]);
+            return Ok((all, false));
         };
         let names = players.as_deref().unwrap_or(&[]);
         let Some(game) = &self.program.players else {

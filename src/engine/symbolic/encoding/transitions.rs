@@ -16,8 +16,9 @@ use crate::symbolic::relations::support::Support;
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::Bdd;
 use meliora_base::error::{Error, Limit, Result};
+use meliora_model::players::Unlisted;
 use meliora_model::step::Choice;
-use meliora_model::{CommandId, ModelKind, Program};
+use meliora_model::{CommandId, ModelKind, Program, Synchronisation};
 
 /// Maximum number of groups. More are refused: the product of overlapping alternatives is too
 /// large.
@@ -291,12 +292,23 @@ impl Transitions {
 
     /// Returns the player of each group in a game.
     pub(in crate::symbolic) fn players(&self, program: &Program) -> Vec<Option<usize>> {
-        let mut players = vec![None; self.guards.len()];
+        self.by_group(program, None, |synchronisation| program.player_of(synchronisation))
+    }
+
+    /// Returns for each group in a game whether its choice must be the only one of a state.
+    pub(in crate::symbolic) fn alone(&self, program: &Program) -> Vec<bool> {
+        let is_alone = |synchronisation: &_| program.unlisted(synchronisation) == Some(Unlisted::Alone);
+        self.by_group(program, false, is_alone)
+    }
+
+    /// Returns for each group a property of its synchronisation.
+    fn by_group<T: Clone>(&self, program: &Program, none: T, of: impl Fn(&Synchronisation) -> T) -> Vec<T> {
+        let mut found = vec![none; self.guards.len()];
         for ((first, colourings), synchronisation) in self.colours.iter().zip(&program.synchronisations) {
             let groups = colourings.iter().map(|colouring| colouring.count).product::<usize>();
-            players[*first..*first + groups].fill(program.player_of(synchronisation));
+            found[*first..*first + groups].fill(of(synchronisation));
         }
-        players
+        found
     }
 
     /// Returns the group of a choice.

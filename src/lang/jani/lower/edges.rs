@@ -34,7 +34,15 @@ impl<'a> Lowering<'a> {
         let branches: Vec<_> = ways(parts).iter().map(|c| self.branch(parts, c)).collect();
         let branches: Branches = branches.into_iter().collect::<Option<_>>()?;
         let first = parts.first()?.1;
-        Some(Command { module: 0, action: None, number: 0, guard: guard?, branches, span: first.span })
+        Some(Command {
+            module: 0,
+            action: None,
+            number: 0,
+            unlisted: None,
+            guard: guard?,
+            branches,
+            span: first.span,
+        })
     }
 
     /// Returns the guard: every element is in the location of its edge, and the guard of the edge
