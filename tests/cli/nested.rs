@@ -166,6 +166,26 @@ fn the_values_of_games_are_numbers() {
 }
 
 #[test]
+fn without_players_all_players_of_a_game_choose_together() {
+    expect(
+        GAME,
+        &[
+            ("Pmax=? [ F x=2 ]", json!(2.0 / 3.0)),
+            ("Pmin=? [ F x=2 ]", json!(0.2)),
+            ("P>=0.2 [ F x=2 ]", json!(true)),
+            ("P>=0.4 [ F x=2 ]", json!(false)),
+            ("Pmax>=0.4 [ F x=2 ]", json!(true)),
+            ("filter(max, Pmax=? [ X x=2 ], x=1)", json!(2.0 / 3.0)),
+        ],
+    );
+}
+
+#[test]
+fn min_and_max_accept_one_argument() {
+    expect(CHAIN, &[("min(P=? [ F<=2 x=3 ])", json!(1.0 / 6.0)), ("max(3) + min(2,1)", json!(4))]);
+}
+
+#[test]
 fn a_property_that_refers_to_itself_is_refused() {
     let found =
         answers(CHAIN, "\"a\": !\"b\";\n\"b\": \"a\" & x=0;\n\"c\": x=0;\n\"d\": \"c\" | x=1;", "explicit");
