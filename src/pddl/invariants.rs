@@ -324,15 +324,17 @@ fn mark_none(task: &GroundTask, group_of: &[usize], groups: &mut [Group]) {
     for group in groups.iter_mut() {
         group.has_none = !group.facts.iter().any(|&fact| task.initial[fact as usize]);
     }
+    let mut adds: AHashMap<usize, Vec<&Ground>> = AHashMap::new();
     for outcome in task.actions.iter().flat_map(|action| &action.outcomes) {
+        adds.clear();
+        for add in outcome.effects.iter().filter(|effect| effect.is_added) {
+            adds.entry(group_of[add.fact as usize]).or_default().push(&add.condition);
+        }
         for delete in outcome.effects.iter().filter(|effect| !effect.is_added) {
             let number = group_of[delete.fact as usize];
-            let replaces = |effect: &GroundEffect| {
-                effect.is_added
-                    && group_of[effect.fact as usize] == number
-                    && (effect.condition == Ground::True || effect.condition == delete.condition)
-            };
-            groups[number].has_none |= !outcome.effects.iter().any(replaces);
+            let replaces = |add: &&Ground| **add == Ground::True || **add == delete.condition;
+            let is_replaced = adds.get(&number).is_some_and(|adds| adds.iter().any(replaces));
+            groups[number].has_none |= !is_replaced;
         }
     }
 }

@@ -283,18 +283,14 @@ impl Lowering<'_> {
     ) -> SmallVec<[Branch; 1]> {
         let mut branches = SmallVec::new();
         for outcome in &action.outcomes {
-            let mut changed: Vec<VarId> =
-                outcome.effects.iter().map(|effect| self.place[effect.fact as usize].0).collect();
-            changed.sort_unstable();
-            changed.dedup();
+            let mut effects: Vec<(VarId, &GroundEffect)> =
+                outcome.effects.iter().map(|effect| (self.place[effect.fact as usize].0, effect)).collect();
+            effects.sort_by_key(|(id, _)| *id);
             let mut updates = SmallVec::new();
-            for id in changed {
-                let of = |effect: &&GroundEffect| self.place[effect.fact as usize].0 == id;
-                let effects: Vec<&GroundEffect> = outcome.effects.iter().filter(of).collect();
-                let variable = &variables[id.index()];
-                updates.extend(
-                    self.update(id, variable, &effects, fixed.get(&id).copied()).map(|new| (id, new)),
-                );
+            for effects in effects.chunk_by(|(left, _), (right, _)| left == right) {
+                let id = effects[0].0;
+                let (variable, known) = (&variables[id.index()], fixed.get(&id).copied());
+                updates.extend(self.update(id, variable, effects, known).map(|new| (id, new)));
             }
             branches.push(Branch { probability: self.probability(&outcome.probability), updates });
         }
@@ -310,7 +306,7 @@ impl Lowering<'_> {
         &mut self,
         id: VarId,
         variable: &Variable,
-        effects: &[&GroundEffect],
+        effects: &[(VarId, &GroundEffect)],
         fixed: Option<i64>,
     ) -> Option<ExprId> {
         let literal = |pool: &mut ExprPool, value: i64| match variable.ty {
@@ -323,7 +319,7 @@ impl Lowering<'_> {
         };
         let mut new = old;
         let (adds, deletes): (Vec<&GroundEffect>, Vec<&GroundEffect>) =
-            effects.iter().partition(|effect| effect.is_added);
+            effects.iter().map(|(_, effect)| *effect).partition(|effect| effect.is_added);
         for delete in deletes {
             let value = self.place[delete.fact as usize].1;
             // Boolean variables are false without their fact; others have a value for none, the last one.

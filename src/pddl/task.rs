@@ -11,7 +11,7 @@ use meliora_base::exact::Ratio;
 pub(crate) type Object = u32;
 
 /// The objects that a variable stands for, in the order of their declaration.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Domain {
     pub(crate) objects: Vec<Object>,
     /// For each object of the problem, whether it belongs to the domain.
@@ -37,14 +37,14 @@ impl Term {
 }
 
 /// A predicate with its arguments.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Atom {
     pub(crate) predicate: usize,
     pub(crate) arguments: Vec<Term>,
 }
 
 /// A condition in negation normal form.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum Condition {
     /// An atom holds, or does not.
     Literal(Atom, bool),
@@ -97,6 +97,18 @@ pub(crate) enum Effect {
     OneOf(Vec<Effect>),
     /// One of the effects with its probability; with the remaining probability none.
     Probably(Vec<(Ratio, Effect)>),
+}
+
+impl Effect {
+    /// Returns whether some part has several outcomes.
+    pub(crate) fn has_alternatives(&self) -> bool {
+        match self {
+            Effect::OneOf(_) | Effect::Probably(_) => true,
+            Effect::Literal(..) => false,
+            Effect::And(parts) => parts.iter().any(Effect::has_alternatives),
+            Effect::When(_, inner) | Effect::All(_, inner) => inner.has_alternatives(),
+        }
+    }
 }
 
 /// A predicate.

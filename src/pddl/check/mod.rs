@@ -2,6 +2,7 @@
 
 mod condition;
 mod effect;
+mod implied;
 mod problem;
 mod requirements;
 mod rules;
@@ -127,6 +128,7 @@ impl Checker {
         self.named(sections.domain, ":types", |c, parts, _| c.declare_types(parts));
         self.named(sections.domain, ":constants", |c, parts, _| c.declare_objects(parts));
         self.named(sections.problem, ":objects", |c, parts, _| c.declare_objects(parts));
+        self.declare_implied(sections.domain);
         self.named(sections.domain, ":predicates", |c, parts, _| c.declare_predicates(parts));
         self.named(sections.domain, ":functions", |c, parts, _| c.declare_functions(parts));
         self.named(sections.domain, ":derived", |c, parts, _| c.declare_derived(parts));

@@ -19,9 +19,9 @@ pub(super) struct Types {
     /// The types directly above each type.
     above: AHashMap<String, Vec<String>>,
     /// For each object, its declared types.
-    of_object: Vec<Vec<String>>,
+    pub(super) of_object: Vec<Vec<String>>,
     /// Domains that were asked for.
-    known: AHashMap<Vec<String>, Arc<Domain>>,
+    pub(super) known: AHashMap<Vec<String>, Arc<Domain>>,
 }
 
 impl Types {
@@ -82,15 +82,18 @@ impl Checker {
             let of = self.types_of(of);
             match self.object_of.get(name) {
                 Some(&known) => self.types.of_object[known as usize].extend(of),
-                None => {
-                    let number = u32::try_from(self.objects.len()).unwrap_or(u32::MAX);
-                    self.object_of.insert(name.to_owned(), number);
-                    self.objects.push(node.text().to_owned());
-                    self.types.of_object.push(of);
-                }
+                None => self.add_object(node, of),
             }
         }
         self.types.known.clear();
+    }
+
+    /// Adds an object with its types.
+    pub(super) fn add_object(&mut self, node: &Node, of: Vec<String>) {
+        let number = u32::try_from(self.objects.len()).unwrap_or(u32::MAX);
+        self.object_of.insert(node.word().unwrap_or_default().to_owned(), number);
+        self.objects.push(node.text().to_owned());
+        self.types.of_object.push(of);
     }
 
     pub(super) fn declare_predicates(&mut self, parts: &[Node]) {
@@ -130,7 +133,7 @@ impl Checker {
     }
 
     /// Splits `a b - t c`: each name with the node of its type.
-    fn typed_list<'n>(&mut self, parts: &'n [Node]) -> Vec<(&'n Node, Option<&'n Node>)> {
+    pub(super) fn typed_list<'n>(&mut self, parts: &'n [Node]) -> Vec<(&'n Node, Option<&'n Node>)> {
         let (mut all, mut rest) = (Vec::new(), parts);
         while let Some((node, after)) = rest.split_first() {
             rest = after;
@@ -153,7 +156,7 @@ impl Checker {
     }
 
     /// Returns the names of a type, or of `(either t u)`, without a check.
-    fn type_names(&mut self, of: Option<&Node>) -> Vec<String> {
+    pub(super) fn type_names(&mut self, of: Option<&Node>) -> Vec<String> {
         let Some(node) = of else { return vec![ROOT.to_owned()] };
         let parts = match (node.word(), node.form()) {
             (Some(name), _) => return vec![name.to_owned()],

@@ -1,5 +1,6 @@
 //! Ground conditions.
 
+use super::database::Key;
 use super::reach::every;
 use super::{Atoms, Fact, Meaning};
 use crate::task::{Condition, Object};
@@ -77,8 +78,8 @@ impl Atoms {
     pub(super) fn ground(&self, condition: &Condition, values: &mut Vec<Object>) -> Ground {
         match condition {
             Condition::Literal(atom, is_positive) => {
-                let arguments = atom.arguments.iter().map(|term| term.object(values)).collect();
-                self.literal(&(atom.predicate, arguments), *is_positive)
+                let row: Key = atom.arguments.iter().map(|term| term.object(values)).collect();
+                self.literal(atom.predicate, &row, *is_positive)
             }
             Condition::Equal(left, right, is_positive) => {
                 truth((left.object(values) == right.object(values)) == *is_positive)
@@ -104,12 +105,12 @@ impl Atoms {
         }
     }
 
-    fn literal(&self, atom: &super::GroundAtom, is_positive: bool) -> Ground {
-        match self.known.get(atom) {
+    fn literal(&self, predicate: usize, row: &[Object], is_positive: bool) -> Ground {
+        match self.get(predicate, row) {
             None => truth(!is_positive),
             Some(Meaning::True) => truth(is_positive),
-            Some(Meaning::Fact(fact)) => Ground::Fact(*fact, is_positive),
-            Some(Meaning::Derived(derived)) => Ground::Derived(*derived, is_positive),
+            Some(Meaning::Fact(fact)) => Ground::Fact(fact, is_positive),
+            Some(Meaning::Derived(derived)) => Ground::Derived(derived, is_positive),
         }
     }
 }

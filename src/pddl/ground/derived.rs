@@ -22,7 +22,7 @@ pub(super) fn ground(
         for row in reached.rows(number) {
             let meaning = Meaning::Derived(u32::try_from(all.len()).unwrap_or(u32::MAX));
             all.push((number, row.to_vec()));
-            atoms.known.insert((number, row.to_vec()), meaning);
+            atoms.insert(number, row, meaning);
         }
     }
     let mut grounded = Vec::with_capacity(all.len());

@@ -16,6 +16,7 @@ pub(crate) use condition::Ground;
 use ahash::AHashMap;
 
 use crate::task::{Object, Task};
+use database::Key;
 use meliora_base::error::Result;
 use meliora_base::progress::ProgressSink;
 use reach::Reached;
@@ -51,7 +52,18 @@ enum Meaning {
 
 /// The atoms that hold in some state; all others never do.
 pub(crate) struct Atoms {
-    known: AHashMap<GroundAtom, Meaning>,
+    /// For each predicate, the meanings by the objects.
+    known: Vec<AHashMap<Key, Meaning>>,
+}
+
+impl Atoms {
+    fn get(&self, predicate: usize, row: &[Object]) -> Option<Meaning> {
+        self.known[predicate].get(row).copied()
+    }
+
+    fn insert(&mut self, predicate: usize, row: &[Object], meaning: Meaning) {
+        self.known[predicate].insert(Key::from_slice(row), meaning);
+    }
 }
 
 /// Grounds a task.

@@ -1,5 +1,8 @@
 //! The outcomes of an effect: all combinations of its alternatives.
 
+use std::rc::Rc;
+
+use ahash::AHashMap;
 use num_traits::{One, Zero};
 
 use super::GroundAtom;
@@ -12,17 +15,18 @@ use meliora_base::exact::Ratio;
 pub(super) const MOST_OUTCOMES: usize = 1 << 16;
 
 /// The addition or deletion of a ground atom under conditions.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) struct Change {
     pub(super) atom: GroundAtom,
     pub(super) is_added: bool,
-    pub(super) conditions: Vec<Condition>,
+    /// Shared by all changes under them.
+    pub(super) conditions: Rc<Vec<Condition>>,
 }
 
 /// The outcomes of an effect.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Outcomes {
-    all: Vec<Vec<Change>>,
+    all: Vec<Vec<Rc<Change>>>,
     /// Their probabilities; `None` if all are equal.
     weights: Option<Vec<Ratio>>,
 }
@@ -32,16 +36,14 @@ impl Outcomes {
     pub(super) fn of(
         effect: &Effect,
         values: &mut Vec<Object>,
-        conditions: &mut Vec<Condition>,
+        conditions: &Rc<Vec<Condition>>,
     ) -> Option<Self> {
         match effect {
             Effect::Literal(atom, is_added) => {
                 let arguments = atom.arguments.iter().map(|term| term.object(values)).collect();
                 let (atom, is_added) = ((atom.predicate, arguments), *is_added);
-                let mut conditions = conditions.clone();
-                conditions.sort_unstable();
-                conditions.dedup();
-                Some(Self::one(vec![Change { atom, is_added, conditions }]))
+                let conditions = Rc::clone(conditions);
+                Some(Self::one(vec![Rc::new(Change { atom, is_added, conditions })]))
             }
             Effect::And(parts) => {
                 let mut product = Self::one(Vec::new());
@@ -51,14 +53,14 @@ impl Outcomes {
                 Some(product.distinct())
             }
             Effect::When(condition, inner) => {
-                let before = conditions.len();
+                let mut both = Vec::clone(conditions);
                 match condition.with(values) {
-                    Condition::And(parts) => conditions.extend(parts),
-                    other => conditions.push(other),
+                    Condition::And(parts) => both.extend(parts),
+                    other => both.push(other),
                 }
-                let outcomes = Self::of(inner, values, conditions);
-                conditions.truncate(before);
-                outcomes
+                both.sort_unstable();
+                both.dedup();
+                Self::of(inner, values, &Rc::new(both))
             }
             Effect::All(domains, inner) => {
                 let mut product = Some(Self::one(Vec::new()));
@@ -77,12 +79,12 @@ impl Outcomes {
         }
     }
 
-    fn one(changes: Vec<Change>) -> Self {
+    fn one(changes: Vec<Rc<Change>>) -> Self {
         Outcomes { all: vec![changes], weights: None }
     }
 
     /// Returns the outcomes with their probabilities.
-    pub(super) fn with_probabilities(self) -> impl Iterator<Item = (Ratio, Vec<Change>)> {
+    pub(super) fn with_probabilities(self) -> impl Iterator<Item = (Ratio, Vec<Rc<Change>>)> {
         let weights = self.probabilities();
         weights.into_iter().zip(self.all)
     }
@@ -108,7 +110,8 @@ impl Outcomes {
             let (left, right) = (self.probabilities(), other.probabilities());
             left.iter().flat_map(|x| right.iter().map(move |y| x * y)).collect()
         });
-        let joined = |left: &Vec<Change>, right: &Vec<Change>| left.iter().chain(right).cloned().collect();
+        let joined =
+            |left: &Vec<Rc<Change>>, right: &Vec<Rc<Change>>| left.iter().chain(right).cloned().collect();
         let all = self.all.iter().flat_map(|left| other.all.iter().map(move |right| joined(left, right)));
         Some(Outcomes { all: all.collect(), weights })
     }
@@ -122,7 +125,7 @@ impl Outcomes {
         if self.all.len() < 2 {
             return self;
         }
-        let mut known: std::collections::BTreeMap<Vec<Change>, usize> = std::collections::BTreeMap::new();
+        let mut known: AHashMap<Vec<Rc<Change>>, usize> = AHashMap::new();
         let (mut all, mut sums) = (Vec::new(), Vec::new());
         let weights = self.weights.as_ref().map(|_| self.probabilities());
         for (at, changes) in self.all.into_iter().enumerate() {
@@ -162,7 +165,7 @@ impl Outcomes {
     fn probably(
         parts: &[(Ratio, Effect)],
         values: &mut Vec<Object>,
-        conditions: &mut Vec<Condition>,
+        conditions: &Rc<Vec<Condition>>,
     ) -> Option<Self> {
         let (mut all, mut weights, mut rest) = (Vec::new(), Vec::new(), Ratio::one());
         for (probability, effect) in parts.iter().filter(|(probability, _)| !probability.is_zero()) {

@@ -71,8 +71,15 @@ impl Reached {
         for (number, action) in task.actions.iter().enumerate() {
             let mut literals = Vec::new();
             changes(&action.effect, &mut action.parameters.clone(), &mut Vec::new(), &mut literals);
-            for change in literals.iter().filter(|change| !change.is_added) {
-                for row in self.applicable(number) {
+            literals.retain(|change| !change.is_added);
+            // Many deletions may be of the same atom, under conditions that do not matter here.
+            literals.sort_unstable_by(|x, y| (&x.atom, &x.variables).cmp(&(&y.atom, &y.variables)));
+            literals.dedup_by(|x, y| (&x.atom, &x.variables) == (&y.atom, &y.variables));
+            let is_same =
+                |change: &Change| change.atom.arguments.iter().all(|t| matches!(t, Term::Object(_)));
+            for change in &literals {
+                let rows = if is_same(change) { 1 } else { usize::MAX };
+                for row in self.applicable(number).take(rows) {
                     poll.step()?;
                     let mut values = row.to_vec();
                     every(&change.variables, &mut values, &mut |values| {
@@ -96,7 +103,8 @@ impl Reached {
         deleted: &AHashSet<GroundAtom>,
     ) -> (Atoms, Vec<GroundAtom>, Vec<GroundAtom>) {
         let initial: AHashSet<&GroundAtom> = task.initial.iter().collect();
-        let (mut known, mut facts, mut constant) = (AHashMap::new(), Vec::new(), Vec::new());
+        let mut atoms = Atoms { known: vec![AHashMap::new(); task.predicates.len()] };
+        let (mut facts, mut constant) = (Vec::new(), Vec::new());
         for (number, predicate) in task.predicates.iter().enumerate().filter(|(_, p)| !p.is_derived) {
             for row in self.rows(number) {
                 let atom = (number, row.to_vec());
@@ -107,10 +115,10 @@ impl Reached {
                     facts.push(atom.clone());
                     Meaning::Fact(u32::try_from(facts.len() - 1).unwrap_or(u32::MAX))
                 };
-                known.insert(atom, meaning);
+                atoms.insert(number, row, meaning);
             }
         }
-        (Atoms { known }, facts, constant)
+        (atoms, facts, constant)
     }
 }
 

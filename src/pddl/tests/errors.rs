@@ -25,7 +25,7 @@ fn domain(action: &str) -> String {
 #[test]
 fn mistakes_in_domains_are_shown_at_their_places() {
     for (action, expected) in [
-        ("(:action a :effect (p b))", "2:23: unknown object `b`"),
+        ("(:action a :precondition (= b a) :effect (q))", "2:29: unknown object `b`"),
         ("(:action a :effect (r))", "2:20: unknown predicate `r`"),
         ("(:action a :effect (q a))", "2:20: `q` has 0 arguments, here are 1"),
         ("(:action a :parameters (?x) :effect (p ?y))", "2:40: unknown variable `?y`"),
@@ -89,6 +89,21 @@ fn mistakes_in_problems_are_shown_at_their_places() {
         let problem = format!("(define (problem p) (:objects a - t)\n{parts})");
         assert_eq!(first_error(&domain(""), &problem), format!("problem.pddl:{expected}"), "{parts}");
     }
+}
+
+#[test]
+fn an_object_that_only_actions_name_has_the_type_of_its_parameter() {
+    let domain = "(define (domain d) (:requirements :strips :typing) (:types room status)
+        (:predicates (is ?x - room ?s - status) (seen ?s - status))
+        (:action look :parameters (?s - status) :precondition (is hall ?s) :effect (seen ?s))
+        (:action wait :parameters () :precondition (is hall open) :effect (is hall Shut)))";
+    let problem = "(define (problem p) (:objects hall - room) (:init (is hall open)) (:goal (seen shut)))";
+    let sources = [SourceFile::new("d", domain), SourceFile::new("p", problem)];
+    let planned = crate::load(&sources, &NoProgress).unwrap();
+    assert_eq!(planned.program.actions, ["look(open)", "look(Shut)", "wait"]);
+    let notes: Vec<_> =
+        planned.warnings.iter().map(|note| (note.message.as_str(), note.position())).collect();
+    assert_eq!(notes, [("`open` is not declared (and 1 more)", (4, 61))]);
 }
 
 #[test]
