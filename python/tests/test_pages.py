@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import random
 import re
 from pathlib import Path
@@ -14,8 +15,10 @@ PAGES = ["docs/python.md", "python/README.md"]
 
 
 def run(page: str) -> dict[str, Any]:
-    """Runs the blocks of a page as one program; returns its names."""
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(encoding="utf-8"), flags=re.DOTALL)
+    """Runs the blocks of a page as one program; returns its names. Blocks that need a package are left out without it."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    found = re.findall(r"```python(?: needs=(\w+))?\n(.*?)```", text, flags=re.DOTALL)
+    blocks = [block for needs, block in found if not needs or importlib.util.find_spec(needs)]
     assert blocks
     random.seed(1)
     names: dict[str, Any] = {"__name__": "__main__"}

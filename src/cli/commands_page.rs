@@ -20,19 +20,38 @@ fn written(option: &Arg) -> String {
     format!("{short}{}", long.replacen("` ", "`", 1)).trim_end_matches(", ").to_owned() + &values
 }
 
+/// Commands without options that others have, of which the page says so once.
+const APART: [&str; 3] = ["generate", "completions", "man"];
+
 /// Returns all options with their commands; those with another help have a row of their own.
 fn rows() -> Vec<Row> {
     let mut rows: BTreeMap<(String, String), Vec<String>> = BTreeMap::new();
     let mut program = parser();
     program.build();
     for command in program.get_subcommands().filter(|command| command.get_name() != "help") {
-        for option in command.get_arguments().filter(|a| !a.is_positional() && !a.is_hide_set()) {
+        for option in command.get_arguments().filter(|a| is_shown(a)) {
             let help = option.get_help().map(|help| help.to_string().replace('\n', " ")).unwrap_or_default();
-            let commands = rows.entry((written(option), help.replace('|', "\\|"))).or_default();
+            let commands = rows.entry((written(option), brief(&help).replace('|', "\\|"))).or_default();
             commands.push(command.get_name().to_owned());
         }
     }
     rows.into_iter().collect()
+}
+
+/// Returns the first part of a help text: without its default, and without what follows a semicolon, if this
+/// does not separate values such as `html: the page; svg: one picture`.
+fn brief(help: &str) -> String {
+    let text = help.split(" [default").next().unwrap_or(help).replace(" (repeatable)", "");
+    match text.split_once("; ") {
+        Some((first, _)) if !first.contains(": ") => first.trim_end_matches(" (repeatable").to_owned(),
+        _ => text,
+    }
+}
+
+/// Returns true for options other than those that all programs have.
+fn is_shown(option: &Arg) -> bool {
+    let is_of_clap = ["help", "version"].contains(&option.get_id().as_str());
+    !option.is_positional() && !option.is_hide_set() && !is_of_clap
 }
 
 /// Returns the commands of an option in few words.
@@ -48,6 +67,7 @@ fn among(commands: &[String], all: &[String]) -> String {
 
 fn table() -> String {
     let all = Vec::from_iter(parser().get_subcommands().map(|command| command.get_name().to_owned()));
+    let all = Vec::from_iter(all.into_iter().filter(|name| !APART.contains(&name.as_str())));
     let mut table = String::from("| option | commands | meaning |\n| --- | --- | --- |\n");
     for ((option, help), commands) in rows() {
         table += &format!("| {} | {} | {help} |\n", option.replace('|', "\\|"), among(&commands, &all));

@@ -34,8 +34,10 @@ fn renamed(text: &str) -> String {
 
 #[test]
 fn every_model_is_the_same_after_writing_and_reading() {
-    // The requirement of the model `pond` speaks of a label that its archive lacks.
-    let models = MODELS.into_iter().filter(|(name, _)| *name != "pond").map(|(name, of)| (name, "prism", of));
+    // The requirements of some models speak of labels that their archives lack.
+    let requires =
+        |name: &str| std::fs::read_to_string(format!("models/{name}.pref")).unwrap().contains("require ");
+    let models = MODELS.into_iter().filter(|(name, _)| !requires(name)).map(|(name, of)| (name, "prism", of));
     for (name, extension, constants) in models.chain([("workshop", "jani", "N=2")]) {
         let scratch = Scratch::new(&[]);
         let (model, prefs) = (format!("models/{name}.{extension}"), format!("models/{name}.pref"));

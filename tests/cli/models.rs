@@ -3,12 +3,14 @@
 use crate::common::run;
 
 /// The models with constants for which every command takes little time.
-pub(crate) const MODELS: [(&str, &str); 16] = [
+pub(crate) const MODELS: [(&str, &str); 18] = [
     ("chain", "N=6"),
     ("counter", ""),
     ("courier", ""),
     ("drone", ""),
     ("fleet", "L=1"),
+    ("hospital", ""),
+    ("lake", ""),
     ("lateral", ""),
     ("lateral_prefix", ""),
     // Under `prefix`, one component needs both methods for its numbers of improvements.

@@ -4,18 +4,21 @@
 //! A page's blocks are processed in its order. A block ```` ```LANGUAGE file=NAME ```` is written to
 //! the file NAME in the folder of the page. A block ```` ```text ```` that starts with
 //! `$ meliora …` is run in that folder, which also contains a copy of `models/`. A line `…` in the
-//! expected output stands for any number of lines.
+//! expected output stands for any number of lines. A block ```` ```sh ```` or ```` ```python ```` that needs other
+//! programs says so: ```` ```sh needs=TOOL ````. All others are run: by the tests below, by
+//! `python/tests/test_pages.py`, or by `.ci/run`.
 
 use std::path::{Path, PathBuf};
 
 use crate::common::{Finished, Scratch, meliora};
 
-/// The README and the pages of `docs/`.
+/// The two files named README, and the pages of `docs/`.
 fn pages() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let docs = std::fs::read_dir(root.join("docs")).unwrap().map(|file| file.unwrap().path());
     let pages = docs.filter(|path| path.extension().is_some_and(|e| e == "md"));
-    [root.join("README.md")].into_iter().chain(pages).collect()
+    let readmes = ["README.md", "python/README.md"].map(|name| root.join(name));
+    readmes.into_iter().chain(pages).collect()
 }
 
 /// A block of a page that the test acts on.
@@ -26,11 +29,16 @@ enum Block {
     Command { arguments: String, output: Vec<String> },
 }
 
+/// Returns the blocks between fences: what stands after the opening fence, and the text.
+fn fenced(page: &str) -> impl Iterator<Item = (&str, &str)> {
+    let parts = page.split("\n```").skip(1).step_by(2);
+    parts.map(|part| part.split_once('\n').unwrap_or((part, "")))
+}
+
 /// Returns the blocks of a page that define a file or start with `$ meliora …`, in their order.
 fn blocks(page: &str) -> Vec<Block> {
     let mut blocks = Vec::new();
-    for fenced in page.split("\n```").skip(1).step_by(2) {
-        let (info, body) = fenced.split_once('\n').unwrap_or((fenced, ""));
+    for (info, body) in fenced(page) {
         let body = format!("{body}\n");
         let name = info.split_whitespace().find_map(|word| word.strip_prefix("file="));
         let run = body.strip_prefix("$ meliora ").filter(|_| info == "text");
@@ -244,7 +252,7 @@ fn has_heading(page: &Path, wanted: &str) -> bool {
 fn links_lead_to_files_and_headings() {
     let mut followed = 0;
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let others = ["CHANGELOG.md", "CONTRIBUTING.md", "models/README.md", "python/README.md"];
+    let others = ["CHANGELOG.md", "CONTRIBUTING.md", "models/README.md"];
     for page in pages().into_iter().chain(others.map(|name| root.join(name))) {
         let text = std::fs::read_to_string(&page).unwrap();
         for link in text.split("](").skip(1).map(|rest| rest.split(')').next().unwrap()) {
@@ -298,6 +306,57 @@ fn the_readme_shows_the_model_that_it_runs() {
             "{name} is not what the README shows"
         );
     }
+}
+
+/// Returns who runs a block, or the reason for which nobody does.
+fn runner(page: &str, info: &str, body: &str) -> Result<&'static str, String> {
+    let read =
+        |name: &str| std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).unwrap();
+    let has_line = |start: &str| body.lines().any(|line| line.starts_with(start));
+    let named_by = |file: &str| read(file).contains(page.trim_start_matches("./"));
+    match info {
+        _ if info.contains(" needs=") => Ok("needs other programs"),
+        // Its commands need collections of models, other model checkers, and hours.
+        "sh" if page == "docs/benchmarks.md" => Ok("needs other programs"),
+        "sh" if has_line("meliora ") => Ok("the_shell_scripts_of_the_pages_run"),
+        "sh" if page.ends_with("README.md") && named_by(".ci/run") => Ok(".ci/run"),
+        "python" if named_by("python/tests/test_pages.py") => Ok("test_pages.py"),
+        "text" if body.starts_with("$ meliora ") => Ok("the_pages_show_what_the_program_writes"),
+        "sh" | "python" | "py" => Err("nothing runs it".to_owned()),
+        _ if has_line("$ ") || has_line("meliora ") => Err(format!("commands in a block `{info}`")),
+        _ => Ok("no commands"),
+    }
+}
+
+/// The page on Python had two blocks, and that on sweeps one, that nothing ran and that did not say so.
+#[test]
+fn every_command_block_is_run_or_says_what_it_needs() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut counts = std::collections::BTreeMap::new();
+    for path in pages() {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let page = path.strip_prefix(root).unwrap().to_str().unwrap().replace('\\', "/");
+        for (info, body) in fenced(&text) {
+            let who = runner(&page, info, body).unwrap_or_else(|why| panic!("{page}: {why}\n{body}"));
+            *counts.entry(who).or_insert(0) += 1;
+            if who == "needs other programs" {
+                println!("not run: {page}: {info}");
+            }
+        }
+    }
+    println!("{counts:?}");
+    assert!(["the_pages_show_what_the_program_writes", ".ci/run"].iter().all(|who| counts[who] > 0));
+}
+
+#[test]
+fn a_block_that_nothing_runs_is_noticed() {
+    let page = "docs/limits.md";
+    for (info, body) in
+        [("sh", "ls"), ("python", "import meliora"), ("", "$ meliora check"), ("bash", "meliora check")]
+    {
+        assert!(runner(page, info, body).is_err(), "{info}: {body}");
+    }
+    assert!(runner(page, "sh needs=parallel", "parallel meliora").is_ok());
 }
 
 /// The shell scripts of `docs/` that use the command, each run by `sh` as one job of a Slurm array would be.

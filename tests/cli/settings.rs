@@ -90,6 +90,6 @@ macro_rules! models {
 }
 
 models! {
-    chain counter courier drone fleet lateral lateral_prefix line network patrol pond rescue ring robot5x5 scramble
+    chain counter courier drone fleet hospital lake lateral lateral_prefix line network patrol pond rescue ring robot5x5 scramble
     toy
 }
