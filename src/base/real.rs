@@ -196,7 +196,7 @@ fn finite(op: Binary, x: &Ratio, y: &Ratio) -> Result<Real, EvalError> {
         Binary::Mul => bounded(x * y),
         Binary::Div => quotient(x, y),
         Binary::Pow => power(x, y),
-        Binary::Mod => quotient(x, y).map(|_| Real::Undefined),
+        Binary::Mod | Binary::Index => quotient(x, y).map(|_| Real::Undefined),
         _ => Ok(logarithm(x, y)),
     }
 }

@@ -133,6 +133,8 @@ pub enum Binary {
     Mod,
     /// `log(x, b)` of two reals.
     Log,
+    /// An index i of an array of length n: i, which has no value outside of 0 to n-1.
+    Index,
 }
 
 /// The reasons why an expression has no value.
@@ -147,6 +149,12 @@ pub enum EvalError {
     /// The second argument of `mod` is negative.
     #[error("`mod` needs a positive second argument")]
     ModByNegative,
+    /// The index of an array is negative, or not less than its length.
+    #[error("the index is outside of the array")]
+    OutOfArray,
+    /// Two assignments that happen at the same time have the same element of an array.
+    #[error("two assignments change the same element of an array at the same time")]
+    SameElement,
     /// The exponent of a `pow` of integers is negative.
     #[error("`pow` of integers needs an exponent that is not negative")]
     NegativeExponent,
@@ -177,7 +185,7 @@ pub fn binary_type(op: Binary, ty: Type) -> Type {
         Binary::And | Binary::Or | Binary::Eq | Binary::Lt | Binary::Le => Type::Bool,
         Binary::Add | Binary::Sub | Binary::Mul | Binary::Min | Binary::Max | Binary::Pow => ty,
         Binary::Div | Binary::Log => Type::Real,
-        Binary::Mod => Type::Int,
+        Binary::Mod | Binary::Index => Type::Int,
     }
 }
 
@@ -210,6 +218,10 @@ pub fn whole(op: Binary, a: i64, b: i64) -> Result<Option<Exact>, EvalError> {
         Binary::Mod if b == 0 => Err(EvalError::ModByZero),
         Binary::Mod if b < 0 => Err(EvalError::ModByNegative),
         Binary::Mod => int(Some(a.rem_euclid(b))),
+        // No element has an index in an array of length 0, which stands for such assignments.
+        Binary::Index if b == 0 => Err(EvalError::SameElement),
+        Binary::Index if a < 0 || a >= b => Err(EvalError::OutOfArray),
+        Binary::Index => int(Some(a)),
         Binary::Eq => truth(a == b),
         Binary::Lt => truth(a < b),
         Binary::Le => truth(a <= b),

@@ -124,6 +124,8 @@ fn computed(op: Binary, x: BigRational, y: BigRational) -> Option<Value> {
         Binary::Max => x.max(y),
         Binary::Mod if !y.is_positive() => return None,
         Binary::Mod => &x - &y * (&x / &y).floor(),
+        Binary::Index if x.is_negative() || x >= y => return None,
+        Binary::Index => x,
         Binary::Pow => power(x, &y)?,
     };
     (length(&number) <= MOST_BITS).then_some(Value::Number(number))

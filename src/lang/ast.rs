@@ -71,17 +71,40 @@ pub enum NodeKind {
     Apply(Function, u32),
     /// An operator of properties, which is a condition or a number; only in properties.
     Operator(Box<Operator>),
+    /// `a[i]`; only in JANI, as the next two.
+    Element,
+    /// An array of values, with their number.
+    Array(u32),
+    /// An array of the values of an expression for all indices.
+    Comprehension(Box<Comprehension>),
+}
+
+/// An array constructor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comprehension {
+    /// The name of the index.
+    pub(crate) variable: Ident,
+    /// The length, a constant.
+    pub(crate) length: Expr,
+    /// The value of an element.
+    pub(crate) body: Expr,
 }
 
 impl NodeKind {
     /// Returns the number of operands.
     pub fn operands(&self) -> usize {
         match self {
-            NodeKind::Literal(_) | NodeKind::Name(_) | NodeKind::Label(_) | NodeKind::Operator(_) => 0,
+            NodeKind::Literal(_)
+            | NodeKind::Name(_)
+            | NodeKind::Label(_)
+            | NodeKind::Operator(_)
+            | NodeKind::Comprehension(_) => 0,
             NodeKind::Not | NodeKind::Neg => 1,
-            NodeKind::Binary(_) => 2,
+            NodeKind::Binary(_) | NodeKind::Element => 2,
             NodeKind::Ite => 3,
-            NodeKind::Join(_, n) | NodeKind::Call(_, n) | NodeKind::Apply(_, n) => *n as usize,
+            NodeKind::Join(_, n) | NodeKind::Call(_, n) | NodeKind::Apply(_, n) | NodeKind::Array(n) => {
+                *n as usize
+            }
         }
     }
 }

@@ -164,9 +164,11 @@ pub fn parse_properties(
 pub fn asks(property: &Property, program: &Program, source: &Arc<SourceFile>, named: &Named) -> Result<Asks> {
     let simple = property.simple(program, source)?;
     let is_complete = match &simple {
+        // Bounds on the number of steps need no monitor.
+        Some(simple) if simple.is_bounded() => false,
         Some(simple) => {
             known(program, source, &simple.formula)?;
-            !simple.is_bounded()
+            true
         }
         None => false,
     };

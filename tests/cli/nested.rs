@@ -186,6 +186,21 @@ fn min_and_max_accept_one_argument() {
 }
 
 #[test]
+fn a_bracket_may_follow_a_constant_number_of_steps_and_the_number_may_be_large() {
+    let file = "const int T = 2;\nP=? [ F<=T (x=3) ];\nP=? [ F<=min(T,30000) x=3 ];\nP>0.999 [ F<=30000 (x=3) ];\n\
+                P=? [ x<3 U[1,T] (x=3) ];\nR=? [ C{0.9} ];";
+    for engine in ["explicit", "symbolic"] {
+        let found = answers(CHAIN, file, engine);
+        for at in [0, 1, 3] {
+            let value = found[at]["value"]["lower"].as_f64().unwrap();
+            assert!((value - 1.0 / 6.0).abs() < 1e-9, "{at} ({engine}): {}", found[at]);
+        }
+        assert_eq!(found[2]["holds"], json!(true));
+        assert!(found[4]["reason"].as_str().unwrap().contains("discounted rewards are not supported"));
+    }
+}
+
+#[test]
 fn a_property_that_refers_to_itself_is_refused() {
     let found =
         answers(CHAIN, "\"a\": !\"b\";\n\"b\": \"a\" & x=0;\n\"c\": x=0;\n\"d\": \"c\" | x=1;", "explicit");

@@ -57,6 +57,7 @@ fn tree(text: &str) -> String {
             NodeKind::Call(function, _) => format!("{}({})", function.name, on.join(", ")),
             NodeKind::Apply(function, _) => format!("{}({})", function.name(), on.join(", ")),
             NodeKind::Operator(_) => unreachable!("no property"),
+            NodeKind::Element | NodeKind::Array(_) | NodeKind::Comprehension(_) => unreachable!("no JANI"),
         });
     }
     stack.pop().expect("there is a root")

@@ -81,6 +81,7 @@ fn whole(op: Binary, x: Interval, y: Interval) -> Option<Interval> {
         Binary::Min => Some((x.0.min(y.0), x.1.min(y.1))),
         Binary::Max => Some((x.0.max(y.0), x.1.max(y.1))),
         Binary::Mod => (y.0 > 0).then_some((0, y.1 - 1)),
+        Binary::Index => (x.0 >= 0 && x.1 < y.0).then_some(x),
         Binary::Pow => None,
         Binary::And | Binary::Or | Binary::Eq | Binary::Lt | Binary::Le => Some((0, 1)),
         Binary::Div | Binary::Log => Some((0, 1)),

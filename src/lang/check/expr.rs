@@ -1,86 +1,18 @@
-//! Expressions of both formats: from their nodes into the pool, with types checked; and the names of
-//! PRISM's language.
+//! Expressions of PRISM's language: from their nodes into the pool, with names resolved and types checked.
 
 use ahash::AHashSet;
 
 use super::lowerer::{Lowered, Lowerer, Operand};
 use super::scope::{DefId, Env, Symbol};
-use crate::ast::{Command, Expr, Ident, Node, NodeKind, Span};
+use crate::ast::{Command, Expr, Node, NodeKind, Span};
 use crate::parse::{command_at, expression_at};
 use meliora_base::error::Error;
 use meliora_base::value::Type;
 use meliora_model::expr::ExprId;
 
-/// The meaning of the names in an expression.
-pub(crate) trait Names<'a> {
-    /// The conditional operator in messages.
-    const CONDITIONAL: &'static str;
-
-    fn lowerer(&mut self) -> &mut Lowerer<'a>;
-
-    /// Returns the expression that a name stands for.
-    fn name(&mut self, name: &str, span: Span) -> Option<ExprId>;
-
-    /// Returns the value of a function that the model names.
-    fn call(&mut self, function: &Ident, arguments: &[Lowered], span: Span) -> Option<ExprId>;
-}
-
-/// Lowers an expression into the pool. All operands are lowered before an operator gives up, so
-/// that several errors are found in one run.
-pub(crate) fn lowered<'a>(e: &Expr, names: &mut impl Names<'a>) -> Lowered {
-    let mut stack: Vec<Lowered> = Vec::new();
-    for node in &e.nodes {
-        let from = stack.len().saturating_sub(node.kind.operands());
-        let id = lowered_node(node, &stack[from..], names);
-        stack.truncate(from);
-        stack.push((id, node.span));
-    }
-    stack.pop().unwrap_or_default()
-}
-
-fn lowered_node<'a, N: Names<'a>>(node: &Node, operands: &[Lowered], names: &mut N) -> Option<ExprId> {
-    let span = node.span;
-    names.lowerer().count_work(span)?;
-    match &node.kind {
-        NodeKind::Literal(value) => Some(names.lowerer().literal_at(*value, span)),
-        NodeKind::Name(name) => names.name(name, span),
-        NodeKind::Label(name) => names.lowerer().label(name, span),
-        NodeKind::Call(function, _) => names.call(function, operands, span),
-        NodeKind::Operator(_) => names.lowerer().fail(span, "an operator of properties is not a constant"),
-        kind => {
-            let operands = known(operands)?;
-            names.lowerer().operation(kind, operands, span, N::CONDITIONAL)
-        }
-    }
-}
-
 /// Returns the operands if none of them is wrong.
 fn known(operands: &[Lowered]) -> Option<Vec<Operand>> {
     operands.iter().map(|&(id, span)| Some((id?, span))).collect()
-}
-
-/// The names of PRISM's language, under a renaming.
-struct Renamed<'l, 'a> {
-    lowerer: &'l mut Lowerer<'a>,
-    env: Env,
-}
-
-impl<'a> Names<'a> for Renamed<'_, 'a> {
-    const CONDITIONAL: &'static str = "`?`";
-
-    fn lowerer(&mut self) -> &mut Lowerer<'a> {
-        self.lowerer
-    }
-
-    fn name(&mut self, name: &str, span: Span) -> Option<ExprId> {
-        self.lowerer.name(name, span, self.env)
-    }
-
-    fn call(&mut self, function: &Ident, arguments: &[Lowered], span: Span) -> Option<ExprId> {
-        let arguments = known(arguments)?;
-        let name = self.lowerer.scope.rename(&function.name, self.env).0.to_owned();
-        self.lowerer.call(&name, function.span, &arguments, span)
-    }
 }
 
 /// A form of expression that can be lowered into the pool.
@@ -89,9 +21,17 @@ pub(super) trait Body {
     fn lowered(&self, lowerer: &mut Lowerer<'_>, env: Env) -> Lowered;
 }
 
+/// All operands are lowered before an operator gives up, so that several errors are found in one run.
 impl Body for Expr {
     fn lowered(&self, lowerer: &mut Lowerer<'_>, env: Env) -> Lowered {
-        lowered(self, &mut Renamed { lowerer, env })
+        let mut stack: Vec<Lowered> = Vec::new();
+        for node in &self.nodes {
+            let from = stack.len().saturating_sub(node.kind.operands());
+            let id = lowerer.lowered_node(node, &stack[from..], env);
+            stack.truncate(from);
+            stack.push((id, node.span));
+        }
+        stack.pop().unwrap_or_default()
     }
 }
 
@@ -105,6 +45,23 @@ impl Body for Span {
 }
 
 impl Lowerer<'_> {
+    fn lowered_node(&mut self, node: &Node, operands: &[Lowered], env: Env) -> Option<ExprId> {
+        let span = node.span;
+        self.count_work(span)?;
+        match &node.kind {
+            NodeKind::Literal(value) => Some(self.literal_at(*value, span)),
+            NodeKind::Name(name) => self.name(name, span, env),
+            NodeKind::Label(name) => self.label(name, span),
+            NodeKind::Call(function, _) => {
+                let arguments = known(operands)?;
+                let name = self.scope.rename(&function.name, env).0.to_owned();
+                self.call(&name, function.span, &arguments, span)
+            }
+            NodeKind::Operator(_) => self.fail(span, "an operator of properties is not a constant"),
+            kind => self.operation(kind, known(operands)?, span, "`?`"),
+        }
+    }
+
     /// Returns the expression in the pool, or `None` after reporting that it is wrong.
     pub(super) fn expr(&mut self, e: &impl Body, env: Env) -> Option<ExprId> {
         e.lowered(self, env).0

@@ -18,7 +18,7 @@ impl Lowerer<'_> {
     }
 
     /// Accepts a whole expression, unless a part that may be evaluated has no value in any state.
-    pub(super) fn whole(&mut self, root: ExprId, span: Span) -> Option<ExprId> {
+    pub(crate) fn whole(&mut self, root: ExprId, span: Span) -> Option<ExprId> {
         match self.first_fault(root) {
             None => Some(root),
             Some(fault) => {

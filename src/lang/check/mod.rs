@@ -30,7 +30,6 @@ use scope::NO_RENAMING;
 
 pub use actions::Actions;
 pub(crate) use constants::{Wanted, given_values};
-pub(crate) use expr::{Names, lowered};
 pub(crate) use lowerer::{Lowered, Lowerer, MAX_ERRORS};
 pub(crate) use rewards::warnings as reward_warnings;
 pub(crate) use scope::Scope;

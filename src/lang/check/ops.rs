@@ -46,7 +46,7 @@ impl Lowerer<'_> {
         self.made(made, span)
     }
 
-    fn node(&mut self, op: Binary, a: ExprId, b: ExprId, span: Span) -> Option<ExprId> {
+    pub(crate) fn node(&mut self, op: Binary, a: ExprId, b: ExprId, span: Span) -> Option<ExprId> {
         let mut made = self.pool.binary(op, a, b);
         if matches!(op, Binary::Pow | Binary::Log) && self.pool.ty(made) == Type::Real {
             let operands = [a, b].map(|e| self.pool.exact_literal(e).map(Exact::into_real));
@@ -97,7 +97,7 @@ impl Lowerer<'_> {
     }
 
     /// Returns the value of an operator for checked operands; `conditional` is the name of `?:`.
-    pub(super) fn operation(
+    pub(crate) fn operation(
         &mut self,
         kind: &NodeKind,
         operands: Vec<Operand>,

@@ -104,6 +104,11 @@ impl<'a> Expressions<'a> {
             Node::Literal(_) => self.literal(id).map_or(Ok(()), |literal| write!(f, "{literal}")),
             Node::Var(v) => f.write_str(&self.program.variables[v.index()].name),
             Node::Unary(op, a) => self.unary(f, op, a),
+            // A power with a negative exponent has no value, either.
+            Node::Binary(Binary::Index, a, n) => {
+                let [a, n] = [a, n].map(|id| Expression { all: self, id });
+                write!(f, "pow({a}, (0 <= ({a}) & ({a}) < {n}) ? 1 : -1)")
+            }
             Node::Binary(op, a, b) => match infix(op) {
                 Some(infix) => self.chain(f, op, infix, [a, b]),
                 None => self.call(f, function(op), &[a, b]),
@@ -189,7 +194,7 @@ fn infix(op: Binary) -> Option<BinaryOp> {
         Binary::Sub => BinaryOp::Sub,
         Binary::Mul => BinaryOp::Mul,
         Binary::Div => BinaryOp::Div,
-        Binary::Min | Binary::Max | Binary::Pow | Binary::Mod | Binary::Log => return None,
+        Binary::Min | Binary::Max | Binary::Pow | Binary::Mod | Binary::Log | Binary::Index => return None,
     })
 }
 

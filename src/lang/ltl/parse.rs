@@ -348,7 +348,10 @@ impl Parser<'_> {
 
     /// Parses a number of steps; one in front of `+`, `-`, `*` or `/` has the operator, too.
     fn step_bound(&mut self) -> Parsed<Expr> {
-        self.tree(|p| p.binary(BinaryOp::Add.level()))
+        self.in_steps = true;
+        let bound = self.tree(|p| p.binary(BinaryOp::Add.level()));
+        self.in_steps = false;
+        bound
     }
 }
 

@@ -3,7 +3,7 @@
 use num_traits::ToPrimitive;
 
 use super::parser::{Failed, Parsed, Parser};
-use crate::ast::{BinaryOp, Ident, NEG_LEVEL, NOT_LEVEL, NodeKind, Span};
+use crate::ast::{BinaryOp, Function, Ident, NEG_LEVEL, NOT_LEVEL, NodeKind, Span};
 use crate::token::Token;
 use meliora_base::escape::shortened;
 use meliora_base::exact::{Ratio, Real, decimal};
@@ -236,10 +236,12 @@ impl Parser<'_> {
             }
             _ => {
                 self.word_that_names("the name of a variable, constant or formula")?;
-                if self.peek() == Token::LeftParen {
+                let name = self.text(span);
+                // Behind a number of steps the formula may begin with a bracket, as in `F<=T (x=1)`.
+                let is_call = !self.in_steps || Function::named(name).is_some();
+                if is_call && self.peek() == Token::LeftParen {
                     return self.call(span);
                 }
-                let name = self.text(span);
                 Ok(self.push(span, || NodeKind::Name(name.into())))
             }
         }

@@ -37,6 +37,8 @@ pub(crate) struct Parser<'a> {
     nodes: Option<Vec<Node>>,
     /// Operators of properties may stand in expressions.
     pub(crate) in_property: bool,
+    /// The bound on the number of steps of an operator is being read.
+    pub(crate) in_steps: bool,
 }
 
 impl<'a> Parser<'a> {
@@ -57,6 +59,7 @@ impl<'a> Parser<'a> {
             poll,
             nodes: Some(Vec::new()),
             in_property: false,
+            in_steps: false,
         }
     }
 

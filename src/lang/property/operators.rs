@@ -228,6 +228,7 @@ impl Parser<'_> {
                 self.advance();
                 Ok(Accumulated::Total)
             }
+            "C" if next == Token::LeftBrace => Err(self.discounted()),
             "C" if next == Token::Le => {
                 self.advance();
                 self.advance();

@@ -44,6 +44,13 @@ impl Parser<'_> {
         Err(Failed)
     }
 
+    /// Reports discounted rewards, `C{0.9}`.
+    pub(super) fn discounted(&mut self) -> Failed {
+        let help = "write `C` or `C<=k`, or let the model end each step with probability 1 minus the factor";
+        self.report(self.unsupported(self.here(), "discounted rewards are not supported").help(help));
+        Failed
+    }
+
     /// Reports the rewards that only PRISM-games has: `Fc`, `F0` and `F*`.
     pub(super) fn rewards_of_games(&mut self) -> Parsed<()> {
         let span = self.here();

@@ -59,11 +59,11 @@ fn what_is_not_supported_is_refused_by_name() {
         "not_supported",
         &[
             but("\"type\": \"mdp\"", "\"type\": \"pta\""),
-            but("\"derived-operators\"", "\"arrays\""),
+            but("\"derived-operators\"", "\"datatypes\""),
             but(integer, "\"int\""),
             but(integer, "\"real\""),
             but(integer, "\"clock\""),
-            but(integer, "{\"kind\": \"array\", \"base\": \"int\"}"),
+            but(integer, "{\"kind\": \"datatype\", \"ref\": \"int\"}"),
             but("{\"automaton\": \"m\"}", "{\"automaton\": \"m\", \"input-enable\": [\"go\"]}"),
             but("\"op\": \"+\", \"left\": \"x\", \"right\": 1", "\"op\": \"sin\", \"exp\": \"x\""),
             but("\"jani-version\": 1", "\"jani-version\": 2"),

@@ -1,5 +1,6 @@
 //! JANI models: their meaning, and the error messages for documents that are not models.
 
+mod arrays;
 mod corners;
 mod errors;
 mod names;

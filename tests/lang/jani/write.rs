@@ -105,5 +105,6 @@ fn symbol(op: Binary) -> &'static str {
         Binary::Pow => "pow",
         Binary::Mod => "%",
         Binary::Log => "log",
+        Binary::Index => unreachable!("only arrays of the format have an index"),
     }
 }

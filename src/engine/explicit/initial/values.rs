@@ -180,6 +180,8 @@ fn whole(op: Binary, x: (i64, i64), y: (i64, i64)) -> Values {
         Binary::Max => Values::whole(x.0.max(y.0), x.1.max(y.1)),
         Binary::Mod if y.1 <= 0 => Values { bounds: NONE, fails: true },
         Binary::Mod => Values::whole(0, y.1 - 1).failing(y.0 <= 0),
+        Binary::Index if x.1 < 0 || x.0 >= y.1 => Values { bounds: NONE, fails: true },
+        Binary::Index => Values::whole(x.0.max(0), x.1.min(y.1 - 1)).failing(x.0 < 0 || x.1 >= y.0),
         Binary::Pow => Values { bounds: ALL, fails: true },
         Binary::And | Binary::Or => EITHER.into(),
         Binary::Div | Binary::Log => Values { bounds: Bounds::Any, fails: true },

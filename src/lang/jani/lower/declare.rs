@@ -32,6 +32,9 @@ impl<'a> Lowering<'a> {
         self.pending = self.model.constants.iter().map(|c| (c.name.name.as_str(), false)).collect();
         for (index, constant) in self.model.constants.iter().enumerate() {
             let what = format!("the constant `{}`", constant.name.name);
+            if constant.ty.dimensions > 0 {
+                self.lowerer.fail::<()>(constant.ty.span, "a constant cannot be an array");
+            }
             let value = match (&constant.value, given.get(&index)) {
                 (Some(e), _) => self.constant_literal(e, Place::default(), constant.ty.ty, &what),
                 (None, given) => {
@@ -182,6 +185,9 @@ impl<'a> Lowering<'a> {
     }
 
     fn variable(&mut self, declared: &'a Declaration, name: String, instance: Option<usize>) -> Meaning {
+        if declared.ty.dimensions > 0 {
+            return self.array(declared, &name, instance);
+        }
         if declared.transient {
             self.transients.push(Transient {
                 variable: declared,
@@ -202,7 +208,12 @@ impl<'a> Lowering<'a> {
         Meaning::Variable(id, ty)
     }
 
-    fn range(&mut self, declared: &Declaration, name: &str, instance: Option<usize>) -> Option<(i64, i64)> {
+    pub(super) fn range(
+        &mut self,
+        declared: &Declaration,
+        name: &str,
+        instance: Option<usize>,
+    ) -> Option<(i64, i64)> {
         let ty = &declared.ty;
         match ty.ty {
             Type::Bool => return Some((0, 1)),

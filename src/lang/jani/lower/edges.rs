@@ -3,8 +3,9 @@
 use ahash::AHashMap;
 
 use super::super::read::model::{Assignment, Destination, Edge};
+use super::arrays::Element;
 use super::rewards::ways;
-use super::scope::{EdgeOf, Meaning, Place, Slot};
+use super::scope::{EdgeOf, Place, Slot};
 use super::state::Lowering;
 use crate::ast::{BinaryOp, Span};
 use meliora_base::value::{Type, Value};
@@ -17,14 +18,16 @@ pub(super) struct Step<'e> {
     pub(super) assignment: &'e Assignment,
     pub(super) slot: Slot,
     ty: Type,
+    /// The position of the element in each array around it, with the length of this array.
+    path: Vec<(usize, usize)>,
 }
 
 /// Values after the assignments so far.
 #[derive(Default)]
 struct Values {
     given: AHashMap<Slot, ExprId>,
-    /// Index and place of the last assignment to each target.
-    last: AHashMap<Slot, (i64, Span)>,
+    /// Index and place of the last assignment to each target, and its condition.
+    last: AHashMap<Slot, (i64, Span, Option<ExprId>)>,
 }
 
 impl<'a> Lowering<'a> {
@@ -125,8 +128,9 @@ impl<'a> Lowering<'a> {
         let mut steps = Vec::new();
         for (&(instance, _), destination) in parts.iter().zip(destinations) {
             for assignment in &destination.assignments {
-                let (slot, ty) = self.slot(instance, assignment)?;
-                steps.push(Step { instance, assignment, slot, ty });
+                for Element { slot, ty, path } in self.targets(instance, &assignment.variable)? {
+                    steps.push(Step { instance, assignment, slot, ty, path });
+                }
             }
         }
         Some(steps)
@@ -138,52 +142,87 @@ impl<'a> Lowering<'a> {
         let mut values = Values::default();
         for row in steps.chunk_by(|a, b| a.assignment.index == b.assignment.index) {
             self.stage = if values.given.is_empty() { 0 } else { self.next_stage() };
-            let read: Vec<_> = row.iter().map(|step| self.value(step, &values)).collect();
+            let read: Vec<_> = row.iter().map(|step| self.change(step, &values)).collect();
             self.stage = 0;
-            for (step, id) in row.iter().zip(read) {
-                self.assign(step, id?, &mut values)?;
+            for (step, change) in row.iter().zip(read) {
+                if let Some(change) = change? {
+                    self.assign(step, change, &mut values)?;
+                }
             }
         }
         Some(values.given)
     }
 
-    /// Returns the target of an assignment, with its type.
-    pub(super) fn slot(&mut self, instance: usize, assignment: &Assignment) -> Option<(Slot, Type)> {
-        let name = &assignment.variable;
-        match self.meaning(&name.name, Some(instance)) {
-            Some(Meaning::Variable(v, ty)) => Some((Slot::Variable(v), ty)),
-            Some(Meaning::Transient(t)) => Some((Slot::Transient(t), self.transients[t].variable.ty.ty)),
-            Some(Meaning::Constant(_)) => {
-                self.lowerer.fail(name.span, format!("`{}` cannot be assigned: it is a constant", name.name))
-            }
-            None => {
-                self.lowerer.fail(name.span, format!("`{}` cannot be assigned: it is unknown", name.name))
-            }
-        }
-    }
-
-    fn value(&mut self, step: &Step<'_>, values: &Values) -> Option<ExprId> {
+    /// Returns the condition under which a step changes its target, if there is one, and the new value; `None`
+    /// in it if another element is changed.
+    #[allow(clippy::option_option)]
+    fn change(&mut self, step: &Step<'_>, values: &Values) -> Option<Option<(Option<ExprId>, ExprId)>> {
         let current = (!values.given.is_empty()).then_some(&values.given);
         let place = Place { instance: Some(step.instance), parameters: None, current };
-        let what = format!("the new value of `{}`", step.assignment.variable.name);
-        self.typed(&step.assignment.value, place, step.ty, &what)
+        let (assignment, target) = (step.assignment, &step.assignment.variable);
+        let hit = match self.hits(assignment, &step.path, place)? {
+            Some(hit) => match self.lowerer.pool.literal(hit) {
+                Some(Value::Bool(true)) => None,
+                Some(_) => return Some(None),
+                None => Some(hit),
+            },
+            None => None,
+        };
+        let what = format!("the new value of `{}`", target.name.name);
+        let (read, span) = self.value(&assignment.value, place);
+        let id = self.part(&read?, &step.path[target.indices.len()..], (&what, span))?;
+        Some(Some((hit, self.lowerer.finished((Some(id), span), step.ty, &what)?)))
     }
 
-    fn assign(&mut self, step: &Step<'_>, id: ExprId, values: &mut Values) -> Option<()> {
-        let (index, span) = (step.assignment.index, step.assignment.variable.span);
-        let before = values.last.insert(step.slot, (index, span));
-        if let Some((_, first)) = before.filter(|(i, _)| *i == index)
-            && values.given.get(&step.slot) != Some(&id)
-        {
-            let name = &step.assignment.variable.name;
-            let message = format!("`{name}` is assigned twice with the index {index}");
-            let diagnostic = self.lowerer.wrong(span, message).label("assigned again");
-            let diagnostic = diagnostic.help("assignments of different indices follow each other");
-            self.lowerer.report(diagnostic.related(first.range(), "assigned here at the same time"));
-            return None;
+    fn assign(
+        &mut self,
+        step: &Step<'_>,
+        (hit, id): (Option<ExprId>, ExprId),
+        values: &mut Values,
+    ) -> Option<()> {
+        let (index, span) = (step.assignment.index, step.assignment.variable.name.span);
+        let before = values.last.get(&step.slot).filter(|(i, ..)| *i == index).copied();
+        let (mut condition, mut either) = (hit, hit);
+        match before {
+            Some((_, first, None)) if hit.is_none() => {
+                if values.given.get(&step.slot) != Some(&id) {
+                    return self.twice(step, first);
+                }
+            }
+            Some((_, _, other)) => {
+                let always = self.lowerer.literal(Value::Bool(true))?;
+                condition = Some(self.apart(hit.unwrap_or(always), other, span)?);
+                either = match (hit, other) {
+                    (Some(a), Some(b)) => {
+                        Some(self.lowerer.balanced(BinaryOp::Or, vec![(a, span), (b, span)])?)
+                    }
+                    _ => None,
+                };
+            }
+            None => {}
         }
-        values.given.insert(step.slot, id);
+        let old = match step.slot {
+            Slot::Variable(v) => Some(self.lowerer.pool.var(v, step.ty)),
+            Slot::Transient(_) => None,
+        };
+        let old = values.given.get(&step.slot).copied().or(old);
+        let value = match (condition, old) {
+            (Some(condition), Some(old)) => self.lowerer.ite(condition, (id, span), (old, span))?,
+            _ => id,
+        };
+        values.last.insert(step.slot, (index, span, either));
+        values.given.insert(step.slot, value);
         Some(())
+    }
+
+    /// Reports two assignments to a target at the same time.
+    fn twice(&mut self, step: &Step<'_>, first: Span) -> Option<()> {
+        let (name, index) = (&step.assignment.variable.name, step.assignment.index);
+        let message = format!("`{}` is assigned twice with the index {index}", name.name);
+        let diagnostic = self.lowerer.wrong(name.span, message).label("assigned again");
+        let diagnostic = diagnostic.help("assignments of different indices follow each other");
+        self.lowerer.report(diagnostic.related(first.range(), "assigned here at the same time"));
+        None
     }
 
     /// Returns a new key for the results of functions evaluated after some assignments.

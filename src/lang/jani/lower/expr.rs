@@ -2,10 +2,11 @@
 
 use ahash::AHashMap;
 
+use super::arrays::{Parts, Read};
 use super::scope::{Known, Meaning, Place, Slot};
 use super::state::Lowering;
-use crate::ast::{Expr, Ident, Span};
-use crate::check::{Lowered, Lowerer, Names, lowered};
+use crate::ast::{Expr, Ident, Node, NodeKind, Span};
+use crate::check::Lowered;
 use crate::slip::is_slip;
 use meliora_base::exact::Exact;
 use meliora_base::value::{Type, Value};
@@ -14,33 +15,54 @@ use meliora_model::expr::ExprId;
 /// Maximum nesting of calls of functions and of values of transient variables.
 const MOST_CALLS: usize = 100;
 
-/// The names that an expression can use at a place.
-struct Inside<'l, 'a, 'c> {
-    lowering: &'l mut Lowering<'a>,
-    place: Place<'c>,
-}
-
-impl<'a> Names<'a> for Inside<'_, 'a, '_> {
-    const CONDITIONAL: &'static str = "\"ite\"";
-
-    fn lowerer(&mut self) -> &mut Lowerer<'a> {
-        &mut self.lowering.lowerer
-    }
-
-    fn name(&mut self, name: &str, span: Span) -> Option<ExprId> {
-        self.lowering.name(name, span, self.place)
-    }
-
-    fn call(&mut self, function: &Ident, arguments: &[Lowered], span: Span) -> Option<ExprId> {
-        self.lowering.call(function, arguments, self.place, span)
-    }
-}
-
 impl<'a> Lowering<'a> {
     /// Lowers a whole expression of a given type; an integer is converted if a real is wanted.
     pub(super) fn typed(&mut self, e: &Expr, place: Place<'_>, ty: Type, what: &str) -> Option<ExprId> {
-        let lowered = lowered(e, &mut Inside { lowering: self, place });
+        let read = self.value(e, place);
+        let lowered = self.scalar(read);
         self.lowerer.finished(lowered, ty, what)
+    }
+
+    /// Lowers an expression, which may be an array. All operands are lowered before an operator gives up.
+    pub(super) fn value(&mut self, e: &Expr, place: Place<'_>) -> Read {
+        let mut stack: Vec<Read> = Vec::new();
+        for node in &e.nodes {
+            let operands = stack.split_off(stack.len().saturating_sub(node.kind.operands()));
+            stack.push((self.value_of_node(node, operands, place), node.span));
+        }
+        stack.pop().unwrap_or_default()
+    }
+
+    fn value_of_node(&mut self, node: &Node, operands: Vec<Read>, place: Place<'_>) -> Option<Parts> {
+        let span = node.span;
+        self.lowerer.count_work(span)?;
+        match &node.kind {
+            NodeKind::Literal(value) => Some(Parts::One(self.lowerer.literal_at(*value, span))),
+            NodeKind::Name(name) => self.name(name, span, place),
+            NodeKind::Call(function, _) => self.call(function, &operands, place, span),
+            NodeKind::Comprehension(made) => self.comprehension(made, place, span),
+            NodeKind::Array(_) => {
+                let parts: Option<Vec<Parts>> = operands.into_iter().map(|(part, _)| part).collect();
+                self.uniform(parts?, span)
+            }
+            NodeKind::Element => {
+                let [array, index] = operands.try_into().ok()?;
+                let (index, at) = self.scalar(index);
+                self.selected(array.0?, (index?, at), span)
+            }
+            NodeKind::Ite if operands[1..].iter().any(|own| matches!(own.0, Some(Parts::Many(_)))) => {
+                let [condition, then, otherwise] = operands.try_into().ok()?;
+                let (condition, at) = self.scalar(condition);
+                let condition =
+                    self.lowerer.expect_type(condition?, Type::Bool, at, "the condition of \"ite\"")?;
+                self.either((condition, at), then.0?, otherwise.0?, span)
+            }
+            kind => {
+                let scalars: Vec<Lowered> = operands.into_iter().map(|read| self.scalar(read)).collect();
+                let scalars = scalars.into_iter().map(|(id, at)| Some((id?, at))).collect::<Option<_>>()?;
+                self.lowerer.operation(kind, scalars, span, "\"ite\"").map(Parts::One)
+            }
+        }
     }
 
     /// Returns the value of an expression without variables.
@@ -61,10 +83,17 @@ impl<'a> Lowering<'a> {
         Some((id, self.lowerer.pool.exact_literal(id)?))
     }
 
-    fn name(&mut self, name: &str, span: Span, place: Place<'_>) -> Option<ExprId> {
-        if let Some(id) = place.parameters.and_then(|p| p.get(name)) {
-            return Some(*id);
+    fn name(&mut self, name: &str, span: Span, place: Place<'_>) -> Option<Parts> {
+        if let Some(given) = place.parameters.and_then(|p| p.get(name)) {
+            return Some(given.clone());
         }
+        if let Some(Meaning::Array(array)) = self.meaning(name, place.instance) {
+            return self.elements_of(array, place);
+        }
+        self.scalar_named(name, span, place).map(Parts::One)
+    }
+
+    fn scalar_named(&mut self, name: &str, span: Span, place: Place<'_>) -> Option<ExprId> {
         match self.meaning(name, place.instance) {
             Some(Meaning::Constant(id)) => Some(id),
             Some(Meaning::Variable(variable, ty)) => {
@@ -77,7 +106,7 @@ impl<'a> Lowering<'a> {
                     None => self.transient(index, span),
                 }
             }
-            None => {
+            Some(Meaning::Array(_)) | None => {
                 let mut diagnostic = self.lowerer.wrong(span, format!("unknown name `{name}`"));
                 let pending = self.pending.get(name).copied();
                 if pending == Some(true) {
@@ -174,10 +203,10 @@ impl<'a> Lowering<'a> {
     pub(super) fn call(
         &mut self,
         name: &Ident,
-        arguments: &[Lowered],
+        arguments: &[Read],
         place: Place<'_>,
         span: Span,
-    ) -> Option<ExprId> {
+    ) -> Option<Parts> {
         let Some(index) = self.function_named(&name.name, place.instance) else {
             return self.lowerer.fail(name.span, format!("unknown function `{}`", name.name));
         };
@@ -187,27 +216,27 @@ impl<'a> Lowering<'a> {
             return self.lowerer.fail(span, format!("`{}` needs {takes} arguments, not {has}", name.name));
         }
         let mut given = Vec::new();
-        for (&(id, at), parameter) in arguments.iter().zip(&function.parameters) {
+        for (argument, parameter) in arguments.iter().zip(&function.parameters) {
             let what = format!("the argument `{}` of `{}`", parameter.name.name, name.name);
-            given.push(self.lowerer.expect_type(id?, parameter.ty.ty, at, &what)?);
+            given.push(self.expect(argument.clone(), &parameter.ty, &what)?);
         }
         let key = (self.stage, index, given);
-        if let Some(&known) = self.called.get(&key) {
-            return known;
+        if let Some(known) = self.called.get(&key) {
+            return known.clone();
         }
         if std::mem::replace(&mut self.functions[index].is_open, true) {
             return self.lowerer.fail(name.span, format!("the function `{}` calls itself", name.name));
         }
         let names = function.parameters.iter().map(|p| p.name.name.as_str());
-        let parameters: AHashMap<&str, ExprId> = names.zip(key.2.iter().copied()).collect();
+        let parameters: AHashMap<&str, Parts> = names.zip(key.2.iter().cloned()).collect();
         let inside = Place { instance, parameters: Some(&parameters), current: place.current };
         let what = format!("the value of the function `{}`", name.name);
         let body = self.nested(span, |this| {
-            let (id, at) = lowered(&function.body, &mut Inside { lowering: this, place: inside });
-            this.lowerer.expect_type(id?, function.ty.ty, at, &what)
+            let read = this.value(&function.body, inside);
+            this.expect(read, &function.ty, &what)
         });
         self.functions[index].is_open = false;
-        self.called.insert(key, body);
+        self.called.insert(key, body.clone());
         body
     }
 

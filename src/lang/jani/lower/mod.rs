@@ -5,6 +5,7 @@
 //! that depend on each other are multiplied out: they assign the same variable, or one reads a
 //! variable that the other has assigned with a smaller index.
 
+mod arrays;
 mod declare;
 mod edges;
 mod expr;
@@ -178,7 +179,7 @@ impl Lowering<'_> {
             if function.parameters.is_empty() && !self.globals.names.contains_key(function.name.name.as_str())
             {
                 let Ident { span, .. } = function.name;
-                if let Some(id) = self.call(&function.name, &[], Place::default(), span) {
+                if let Some(arrays::Parts::One(id)) = self.call(&function.name, &[], Place::default(), span) {
                     formulas.push((self.names.add(&function.name.name), id));
                 }
             }

@@ -48,7 +48,8 @@ impl<'a> Lowering<'a> {
         let mut all = Vec::new();
         for &(instance, edge) in parts {
             for assignment in edge.destinations.iter().flat_map(|d| &d.assignments) {
-                if let Some(Meaning::Transient(t)) = self.meaning(&assignment.variable.name, Some(instance))
+                if let Some(Meaning::Transient(t)) =
+                    self.meaning(&assignment.variable.name.name, Some(instance))
                     && self.is_reward(t)
                 {
                     all.push(t);

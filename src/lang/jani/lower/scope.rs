@@ -3,6 +3,7 @@
 use ahash::AHashMap;
 
 use super::super::read::model::{Automaton, Edge, Function, Location, Variable};
+use super::arrays::Parts;
 use crate::ast::{Expr, Ident};
 use meliora_base::error::Diagnostic;
 use meliora_base::value::Type;
@@ -17,6 +18,8 @@ pub(super) enum Meaning {
     Variable(VarId, Type),
     /// Its position in [`super::Lowering::transients`].
     Transient(usize),
+    /// Its position in [`super::Lowering::arrays`].
+    Array(usize),
 }
 
 /// Names of one level.
@@ -77,7 +80,7 @@ pub(super) struct Place<'c> {
     /// Element whose names are known in addition to the global ones.
     pub(super) instance: Option<usize>,
     /// The values of parameters.
-    pub(super) parameters: Option<&'c AHashMap<&'c str, ExprId>>,
+    pub(super) parameters: Option<&'c AHashMap<&'c str, Parts>>,
     /// Values after assignments of smaller index.
     pub(super) current: Option<&'c AHashMap<Slot, ExprId>>,
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use ahash::AHashMap;
 
 use super::super::read::model::Model;
+use super::arrays::Parts;
 use super::scope::{Declared, Earned, Instance, Level, Transient};
 use crate::check::{Actions, Lowerer, Scope};
 use crate::names::Names;
@@ -12,7 +13,7 @@ use meliora_base::error::{Diagnostic, SourceFile};
 use meliora_base::exact::Exact;
 use meliora_base::progress::ProgressSink;
 use meliora_model::Variable;
-use meliora_model::expr::{ExprId, ExprPool};
+use meliora_model::expr::ExprPool;
 
 /// The texts that define a model.
 pub(crate) struct Inputs<'i> {
@@ -40,6 +41,8 @@ pub(super) struct Lowering<'a> {
     pub(super) joint_modules: Vec<(Vec<usize>, String)>,
     pub(super) variables: Vec<Variable>,
     pub(super) transients: Vec<Transient<'a>>,
+    /// The variables of the elements of arrays.
+    pub(super) arrays: Vec<Parts>,
     pub(super) functions: Vec<Declared<'a>>,
     pub(super) constant_values: Vec<(String, Exact)>,
     /// Constants without a value yet; the flag says that the reason was reported.
@@ -50,7 +53,7 @@ pub(super) struct Lowering<'a> {
     pub(super) bounds_by: &'a str,
     /// Results of functions by stage, function and arguments; the stage is 0 before all
     /// assignments.
-    pub(super) called: AHashMap<(usize, usize, Vec<ExprId>), Option<ExprId>>,
+    pub(super) called: AHashMap<(usize, usize, Vec<Parts>), Option<Parts>>,
     pub(super) stage: usize,
     pub(super) stages: usize,
     /// Number of nested definitions being read.
@@ -78,6 +81,7 @@ impl<'a> Lowering<'a> {
             joint_modules: Vec::new(),
             variables: Vec::new(),
             transients: Vec::new(),
+            arrays: Vec::new(),
             functions: Vec::new(),
             constant_values: Vec::new(),
             pending: AHashMap::new(),

@@ -3,6 +3,7 @@
 use ahash::{AHashMap, AHashSet};
 
 use super::super::read::model::{Automaton, Edge, Vector};
+use super::arrays::Element;
 use super::scope::{EdgeOf, Meaning, Slot};
 use super::state::{Lowering, MOST_FUNCTIONS_DEEP};
 use crate::ast::{Expr, Ident, NodeKind, Span};
@@ -151,11 +152,14 @@ impl<'a> Lowering<'a> {
         let mut effect = Effect::default();
         for edge in edges(self.instances[instance].automaton, Some(action)) {
             for assignment in edge.destinations.iter().flat_map(|d| &d.assignments) {
-                let (slot, _) = self.slot(instance, assignment)?;
                 let index = assignment.index;
-                effect.writes.entry(slot).and_modify(|i| *i = index.min(*i)).or_insert(index);
+                for Element { slot, .. } in self.targets(instance, &assignment.variable)? {
+                    effect.writes.entry(slot).and_modify(|i| *i = index.min(*i)).or_insert(index);
+                }
                 let mut read = AHashSet::new();
-                self.read(&assignment.value, Some(instance), &mut read, &mut AHashSet::new());
+                for e in assignment.variable.indices.iter().chain([&assignment.value]) {
+                    self.read(e, Some(instance), &mut read, &mut AHashSet::new());
+                }
                 for slot in read {
                     effect.reads.entry(slot).and_modify(|i| *i = index.max(*i)).or_insert(index);
                 }
@@ -177,8 +181,13 @@ impl<'a> Lowering<'a> {
                 NodeKind::Name(name) => match self.meaning(name, instance) {
                     Some(Meaning::Variable(v, _)) => drop(slots.insert(Slot::Variable(v))),
                     Some(Meaning::Transient(t)) => drop(slots.insert(Slot::Transient(t))),
+                    Some(Meaning::Array(array)) => slots.extend(self.slots(array)),
                     _ => {}
                 },
+                NodeKind::Comprehension(made) => {
+                    self.read(&made.length, instance, slots, called);
+                    self.read(&made.body, instance, slots, called);
+                }
                 NodeKind::Call(name, _) => {
                     let Some(f) = self.function_named(&name.name, instance) else { continue };
                     if called.len() < MOST_FUNCTIONS_DEEP && called.insert(f) {

@@ -4,7 +4,7 @@ use super::super::json::{Node as Json, Object, Shape};
 use super::path::is_of_properties;
 use super::reader::Reader;
 use super::record::Read;
-use crate::ast::{BinaryOp, Expr, Function, Ident, Node, NodeKind};
+use crate::ast::{BinaryOp, Comprehension, Expr, Function, Ident, Node, NodeKind};
 use meliora_base::exact::{Real, decimal};
 use meliora_base::stack;
 use meliora_base::value;
@@ -39,13 +39,11 @@ const OPERATORS: &[(&str, &[&str], NodeKind)] = &[
     ("trc", ONE, NodeKind::Apply(Function::Truncate, 1)),
     ("¬", ONE, NodeKind::Not),
     ("ite", &["if", "then", "else"], NodeKind::Ite),
+    ("aa", &["exp", "index"], NodeKind::Element),
 ];
 
 /// Operators of unsupported features, with the features.
 const REFUSED: &[(&str, &str)] = &[
-    ("aa", "arrays"),
-    ("av", "arrays"),
-    ("ac", "arrays"),
     ("da", "datatypes"),
     ("dv", "datatypes"),
     ("some", "datatypes"),
@@ -114,8 +112,11 @@ impl<'a> Reader<'a> {
             return self.constant(object);
         }
         let Ident { name, span } = self.field(object, "an expression", "op", None)?;
-        if name == "call" {
-            return self.call(object, nodes);
+        match name.as_str() {
+            "call" => return self.call(object, nodes),
+            "av" => return self.array_of_values(object, nodes),
+            "ac" => return self.comprehension(object),
+            _ => {}
         }
         if let Some((_, keys, kind)) = OPERATORS.iter().find(|o| o.0 == name) {
             let known: Vec<&str> = ["op"].iter().chain(*keys).copied().collect();
@@ -170,6 +171,24 @@ impl<'a> Reader<'a> {
         }
         let count = counts.into_iter().sum::<Option<u32>>()?;
         Some(if let NodeKind::Join(op, _) = kind { NodeKind::Join(*op, count) } else { kind.clone() })
+    }
+
+    fn array_of_values(&mut self, object: &Object<'a>, nodes: &mut Vec<Node>) -> Option<NodeKind> {
+        self.known(object, "an array", &["op", "elements"])?;
+        let elements = stack::level(|| self.field::<Vec<Expr>>(object, "an array", "elements", None))?;
+        let count = u32::try_from(elements.len()).ok()?;
+        nodes.extend(elements.into_iter().flat_map(|e| e.nodes));
+        Some(NodeKind::Array(count))
+    }
+
+    fn comprehension(&mut self, object: &Object<'a>) -> Option<NodeKind> {
+        let what = "an array constructor";
+        self.known(object, what, &["op", "var", "length", "exp"])?;
+        let variable = self.field::<Ident>(object, what, "var", None);
+        let length = self.field::<Expr>(object, what, "length", None);
+        let body = stack::level(|| self.field::<Expr>(object, what, "exp", None));
+        let made = Comprehension { variable: variable?, length: length?, body: body? };
+        Some(NodeKind::Comprehension(Box::new(made)))
     }
 
     fn call(&mut self, object: &Object<'a>, nodes: &mut Vec<Node>) -> Option<NodeKind> {

@@ -1,9 +1,12 @@
 //! The objects of a model.
 
+use super::super::json::{Node, Shape};
 use super::property::Properties;
-use super::record::{NonEmpty, records};
+use super::reader::Reader;
+use super::record::{NonEmpty, Read, records};
 use super::types::{Action, Bounds, Exp, Feature, Version};
 use crate::ast::{Expr, Ident};
+use meliora_base::stack;
 use meliora_model::ModelKind;
 
 records! {
@@ -93,7 +96,7 @@ records! {
     at span;
 
     Assignment = "an assignment" {
-        "ref" => variable: Ident,
+        "ref" => variable: Target,
         "value" => value: Expr,
         "index" => index: i64 = 0,
     };
@@ -116,6 +119,32 @@ records! {
         "result" => result: Action = Action(None),
     }
     at span;
+}
+
+/// The variable that an assignment changes, or an element of an array.
+#[derive(Debug, Clone)]
+pub(crate) struct Target {
+    pub(crate) name: Ident,
+    /// The indices from the outer array on.
+    pub(crate) indices: Vec<Expr>,
+}
+
+impl<'a> Read<'a> for Target {
+    fn read(reader: &mut Reader<'a>, node: Node<'a>, what: &str) -> Option<Self> {
+        let Some(Shape::Object(object)) = reader.any(node) else {
+            return Some(Target { name: reader.name(node, what)?, indices: Vec::new() });
+        };
+        let op: Ident = reader.field(&object, what, "op", None)?;
+        if op.name != "aa" {
+            return reader
+                .fail(op.span, "an assignment changes a variable, or an element of an array by \"aa\"");
+        }
+        reader.known(&object, "\"aa\"", &["op", "exp", "index"])?;
+        let array = reader.required(&object, "\"aa\"", "exp")?;
+        let Target { name, mut indices } = stack::level(|| Target::read(reader, array, what))?;
+        indices.push(reader.field(&object, "\"aa\"", "index", None)?);
+        Some(Target { name, indices })
+    }
 }
 
 impl Model {

@@ -4,12 +4,14 @@ use super::super::json::{Node, Shape};
 use super::reader::Reader;
 use super::record::{Read, records};
 use crate::ast::{Expr, Ident, Span};
+use meliora_base::stack;
 use meliora_base::value::Type;
 use meliora_model::ModelKind;
 
 /// Features that are supported, or have no effect here. Features that only add operators are
 /// refused at the operators.
 const SUPPORTED: &[&str] = &[
+    "arrays",
     "derived-operators",
     "functions",
     "state-exit-rewards",
@@ -39,17 +41,19 @@ pub(crate) struct Bounds {
     pub(crate) ty: Type,
     pub(crate) low: Option<Expr>,
     pub(crate) high: Option<Expr>,
+    /// The number of arrays around values of the type.
+    pub(crate) dimensions: usize,
     pub(crate) span: Span,
 }
 
-/// Reads `"bool"`, `"int"`, `"real"`, or a bounded type of the last two.
+/// Reads `"bool"`, `"int"`, `"real"`, a bounded type of the last two, or arrays of these.
 impl<'a> Read<'a> for Bounds {
     fn read(reader: &mut Reader<'a>, node: Node<'a>, _: &str) -> Option<Self> {
         let span = node.span();
         let kind = match reader.any(node)? {
             Shape::Text(name) => {
                 let ty = basic(reader, &Ident { name, span })?;
-                return Some(Bounds { ty, low: None, high: None, span });
+                return Some(Bounds { ty, low: None, high: None, dimensions: 0, span });
             }
             Shape::Object(object) => reader.field::<Ident>(&object, "a type", "kind", None)?,
             _ => return reader.fail(span, "expected a type"),
@@ -61,9 +65,15 @@ impl<'a> Read<'a> for Bounds {
                 if ty == Type::Bool {
                     return reader.fail(base.span, "only numbers have bounds");
                 }
-                Some(Bounds { ty, low, high, span })
+                Some(Bounds { ty, low, high, dimensions: 0, span })
             }
-            "array" => reader.unsupported(kind.span, "arrays are not supported"),
+            "array" => {
+                let what = "the type of an array";
+                let object = reader.object(node, what, &["kind", "base"], &[])?;
+                let base = reader.required(&object, what, "base")?;
+                let base = stack::level(|| Bounds::read(reader, base, "the type of elements"))?;
+                Some(Bounds { dimensions: base.dimensions + 1, span, ..base })
+            }
             "datatype" | "option" => reader.unsupported(kind.span, "datatypes are not supported"),
             other => reader.fail(kind.span, format!("unknown kind of type \"{other}\"")),
         }
