@@ -387,7 +387,7 @@ impl Model {
     ///         the machine's memory.
     ///     order: The order of the bits in diagrams: "auto", "declared", or names of variables or
     ///         bits from the root down.
-    ///     threads: Maximum number of threads that list the states of values.
+    ///     threads: Maximum number of threads; all work on a model is done by one now.
     ///     timeout: Seconds, or a text such as "5s", after which the work ends with OutOfTime.
     ///     progress: Called with a Progress at intervals, from the calling thread; an exception
     ///         raised by it ends the work.

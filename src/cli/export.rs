@@ -252,8 +252,8 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs) -> Result<(), Error> {
     if args.values {
         let costs = costs.check(analysis.engine(), &question.program)?;
         let levels = args.levels.map_or_else(|| Values::levels_found(&analysis, LEVELS), |k| k as usize);
-        let (limit, precision) = (args.limit as usize, args.precision);
-        let wanted = Wanted { levels, reward: args.reward(), costs: &*costs, limit, precision };
+        let limit = args.limit as usize;
+        let wanted = Wanted { levels, reward: args.reward(), costs: &*costs, limit };
         let add = || meliora_export::bounds::add(&mut dump, &analysis, &wanted);
         width = Some(job.timed("values", add, |_, _| ())?);
     }

@@ -93,8 +93,7 @@ impl ValuesArgs {
     ) -> Result<Quantities, Error> {
         let costs = costs.check(analysis.engine(), program)?;
         let levels = self.levels.map_or_else(|| Values::levels_found(analysis, LEVELS), |k| k as usize);
-        let (reward, precision) = (self.reward.as_str(), self.precision);
-        let wanted = bounds::Wanted { levels, reward, costs: &*costs, limit, precision };
+        let wanted = bounds::Wanted { levels, reward: self.reward.as_str(), costs: &*costs, limit };
         Ok(Quantities::of(graph, &bounds::compute(analysis, program, &wanted)?, &wanted))
     }
 }

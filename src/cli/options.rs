@@ -56,8 +56,8 @@ pub(super) struct ModelArgs {
     #[arg(help_heading = LIMITS, long, value_name = "SIZE", value_parser = memory::parse)]
     pub(super) memory: Option<u64>,
 
-    /// Maximum number of threads (never more than the machine has) that list the states of `values`, from 10,000
-    /// states on [default: all of the machine]
+    /// Maximum number of threads for a model (never more than the machine has); all work on a model is done by one now
+    /// [default: all of the machine]
     #[arg(help_heading = LIMITS, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub(super) threads: Option<u16>,
 

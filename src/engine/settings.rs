@@ -47,7 +47,7 @@ pub struct Settings {
     pub memory: u64,
     /// The order of the bits in decision diagrams.
     pub order: Order,
-    /// Maximum number of threads that list the states of quantities, at least 1.
+    /// Maximum number of threads for a model, at least 1; all work is done by one now.
     pub threads: u32,
     /// The thresholds at which the symbolic engine switches between methods with the same result.
     pub thresholds: Thresholds,

@@ -22,8 +22,6 @@ pub struct Wanted<'a> {
     pub costs: &'a dyn Cost,
     /// The maximum number of states.
     pub limit: usize,
-    /// The greatest width of bounds, absolute for probabilities, relative above 1 for costs.
-    pub precision: f64,
 }
 
 /// Computes the quantities of all states from which an improvement is possible. Cost: see
@@ -60,9 +58,7 @@ pub fn add(dump: &mut Dump, analysis: &Analysis<SymbolicEngine>, wanted: &Wanted
     let engine = analysis.engine();
     let values = compute(analysis, engine.program(), wanted)?;
     let shows_ones = analysis.options().safety.drops_successors();
-    // The bounds of both sides and of all levels add up.
-    let near = wanted.precision / (4.0 * wanted.levels as f64);
-    let confirmed = values.confirmed(engine, near, shows_ones)?;
+    let confirmed = values.confirmed(engine, shows_ones)?;
     let arena = |number: usize| {
         let reference = analysis.improvement().and_then(|i| i.arenas.get(number)?.reference);
         let class = reference.and_then(|class| analysis.classes()?.list.get(class));

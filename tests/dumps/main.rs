@@ -25,7 +25,6 @@ mod random_game;
 mod random_program;
 mod requirements;
 mod statements;
-mod threads;
 mod turns;
 mod values;
 mod verify;

@@ -79,7 +79,7 @@ impl Case {
             Some(at) => Box::new(Earned { program: &program, structure: &program.rewards[at] }),
             None => Box::new(Steps),
         };
-        let wanted = Wanted { levels: LEVELS, reward, costs: &*costs, limit: 10_000, precision: 1e-6 };
+        let wanted = Wanted { levels: LEVELS, reward, costs: &*costs, limit: 10_000 };
         let width = add(&mut dump, &analysis, &wanted).unwrap();
         let truth = truth(&analysis, &program, dump.values.as_ref().unwrap(), &*costs);
         drop(costs);

@@ -77,7 +77,7 @@ fn check(case: &RandomCase) -> bool {
     if has_values {
         let structure = &program.rewards[program.reward_structure(Some(REWARDS)).unwrap()];
         let costs = Earned { program: &program, structure };
-        let wanted = Wanted { levels: 2, reward: REWARDS, costs: &costs, limit: 10_000, precision: 1e-6 };
+        let wanted = Wanted { levels: 2, reward: REWARDS, costs: &costs, limit: 10_000 };
         add(&mut dump, &analysis, &wanted).unwrap();
     }
     let verdict = verify(&program, &preferences, HASHES, &dump, settings).unwrap();

@@ -30,7 +30,7 @@ use random_case::RandomCase;
 /// The same analysis by each engine, and by the symbolic one with threads.
 fn settings(case: &RandomCase) -> [Settings; 3] {
     let one = |storage| Settings { scope: case.scope, storage, memory: 16 << 20, ..Settings::default() };
-    let thresholds = Thresholds { nodes_for_threads: 0, ..Thresholds::default() };
+    let thresholds = Thresholds::default();
     let threads = Settings { threads: 2, thresholds, order: Order::Declared, ..one(Storage::Symbolic) };
     [one(Storage::Symbolic), one(Storage::Explicit), threads]
 }

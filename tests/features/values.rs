@@ -44,7 +44,7 @@ fn check(case: &RandomCase) {
     let strict = (case.safety == Safety::Transition).then(|| analysed(settings.clone(), Safety::Action));
     let strict = strict.as_ref().unwrap_or(&one);
     let (values, others) = (solved(&one), solved(&other));
-    let thresholds = Thresholds { nodes_for_threads: 0, ..Thresholds::default() };
+    let thresholds = Thresholds::default();
     let several = solved(&analysed(Settings { threads: 3, thresholds, ..settings }, case.safety));
     let mut strategy = one.strategy(StrategyKind::Spi, None);
     for state in one.safe_states() {

@@ -279,7 +279,7 @@ fn both(world: &World) {
     let explicit = Arc::new(ExplicitEngine::new(world.program.clone(), settings()).unwrap());
     check(&explicit, world, &reference);
     for (order, threads) in [(Order::Auto, 1), (Order::Declared, 2)] {
-        let thresholds = Thresholds { nodes_for_threads: 0, ..Thresholds::default() };
+        let thresholds = Thresholds::default();
         let settings = Settings { order, threads, thresholds, ..settings() };
         let symbolic = SymbolicEngine::new(world.program.clone(), settings).unwrap();
         check(&Arc::new(symbolic), world, &reference);

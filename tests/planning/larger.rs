@@ -52,7 +52,7 @@ fn counts<E: Engine>(engine: &E, preferences: &Preferences) -> Vec<String> {
 
 /// Thresholds that send small work each way.
 fn thresholds() -> [Thresholds; 4] {
-    let usual = Thresholds { nodes_for_threads: 0, ..Thresholds::default() };
+    let usual = Thresholds::default();
     // All methods take turns, and relations are not united.
     let hasty = Thresholds { first_turn: 20, small_relation: 10, ..usual };
     let narrow = Thresholds {

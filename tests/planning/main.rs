@@ -41,7 +41,6 @@ mod shield_labels;
 mod shields;
 mod simulations;
 mod strategies;
-mod threads;
 mod tiny;
 mod versus_literal;
 mod worlds;

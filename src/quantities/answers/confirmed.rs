@@ -3,7 +3,6 @@
 use crate::answers::values::{Numbers, Values};
 use crate::equations::meter::Meter;
 use crate::equations::number::Interval;
-use crate::equations::solution::Solution;
 use crate::equations::system::Quantity;
 use crate::solvers::inductive::{Inductive, Side, Wanted};
 use crate::solvers::solved::Solved;
@@ -21,30 +20,28 @@ pub struct Confirmed {
 }
 
 impl Values {
-    /// Widens the bounds where one step does not confirm them. `near` is the distance that is
-    /// accepted per bound, relative above 1; `shows_ones` says that the levels do not show where
+    /// Widens the bounds where one step does not confirm them. `shows_ones` says that the levels do not show where
     /// probabilities are 1. To be called after [`Values::solve`]. Cost: that of [`Values::solve`], and
     /// one exact step per choice and bound.
     ///
     /// # Errors
     /// A limit is reached; the values were computed as fractions.
-    pub fn confirmed<E: Engine>(&self, engine: &E, near: f64, shows_ones: bool) -> Result<Confirmed> {
+    pub fn confirmed<E: Engine>(&self, engine: &E, shows_ones: bool) -> Result<Confirmed> {
         let Numbers::Rounded(solved) = &self.numbers else {
             return Err(Error::Usage("certificates need bounds, not exact values".to_owned()));
         };
         let mut meter = Meter::new(engine);
         meter.take(self.graph.bytes() + self.places.bytes())?;
-        let all = |quantity: fn(u32) -> Quantity, solutions: &[Solution<Interval>], meter: &mut Meter<'_>| {
+        let all = |quantity: fn(u32) -> Quantity, levels: usize, meter: &mut Meter<'_>| {
             let mut found: Vec<[Inductive; 2]> = Vec::new();
-            for (k, solution) in (1..).zip(solutions) {
+            for k in 1..=levels as u32 {
                 let mut side = |side: Side| {
                     let below =
                         found.last().map(|[lower, upper]| if side == Side::Lower { lower } else { upper });
                     let fractions = &solved.fractions;
                     let quantity = quantity(k);
                     let graph = &self.graph;
-                    Wanted { graph, quantity, side, below, solved: solution, fractions, shows_ones, near }
-                        .find(meter)
+                    Wanted { graph, quantity, side, below, fractions, shows_ones }.find(meter)
                 };
                 let pair = [side(Side::Lower)?, side(Side::Upper)?];
                 found.push(pair);
@@ -52,8 +49,8 @@ impl Values {
             Ok::<_, Error>(found)
         };
         let Solved { probability, cost, .. } = solved;
-        let probabilities = all(Quantity::Probability, probability, &mut meter)?;
-        let costs = all(Quantity::Cost, cost, &mut meter)?;
+        let probabilities = all(Quantity::Probability, probability.len(), &mut meter)?;
+        let costs = all(Quantity::Cost, cost.len(), &mut meter)?;
         Ok(Confirmed { probabilities, costs })
     }
 

@@ -8,13 +8,11 @@
 //! between the regions, as far as the given states reach them, have equations.
 
 use crate::answers::ties::{self, Solutions, Ties};
-use crate::equations::by_code::ByCode;
-use crate::equations::by_number::ByNumber;
 use crate::equations::cost::Earned;
 use crate::equations::graph::{Graph, LOST, NONE};
 use crate::equations::meter::Meter;
 use crate::equations::number::{Bounds, Interval, Number};
-use crate::equations::reached::{Coded, END, Growing, Nodes, Reached};
+use crate::equations::reached::{Coded, END, Growing, Reached};
 use crate::equations::solution::Solution;
 use crate::equations::system::{Quantity, System};
 use meliora_base::error::Result;
@@ -140,9 +138,9 @@ impl<'e> Paths<'e> {
         let mut meter = Meter::new(engine);
         let search = Search { engine, program, end, inside, cost };
         let (walker, before) = (search.walker()?, meter.bytes());
-        let Reached { graph, starts, nodes } = search.explored(states, &walker, &mut meter)?;
+        let Reached { graph, starts, found } = search.explored(states, &walker, &mut meter)?;
         // The graph alone is needed from now on.
-        drop(nodes);
+        drop(found);
         meter.release_to(before + graph.bytes());
         let is_negated = cost.is_none() && optimum == Optimum::Min;
         Ok(Paths { graph, starts, quantity, is_negated, meter })
@@ -221,8 +219,7 @@ impl Likely {
         let search = Search { engine, program, end: sure.clone(), inside: possible.clone(), cost: None };
         let walker = search.walker()?;
         let codec = walker.codec().clone();
-        let Reached { mut graph, nodes, .. } = search.explored(states, &walker, &mut meter)?;
-        let found = nodes.coded(&codec, &mut meter)?;
+        let Reached { mut graph, found, .. } = search.explored(states, &walker, &mut meter)?;
         let costs = ties::costs(&mut graph);
         let (solution, end) = solved(&graph, Quantity::Probability(1), None, &mut meter)?;
         end?;
@@ -260,7 +257,7 @@ impl Likely {
         let node = self.node(state).filter(|node| *node != END && *node != LOST)?;
         Some(self.ties.as_ref().map_or_else(|| self.solution.pick(node), |ties| ties.pick(node, 0)))
             .filter(|choice| *choice != NONE)
-            .map(|choice| self.graph.position(node, choice))
+            .map(|choice| self.graph.position(choice))
     }
 }
 
@@ -287,24 +284,10 @@ impl<'a, E: Engine> Search<'a, E> {
         states: &[State],
         walker: &Walker<'_>,
         meter: &mut Meter<'_>,
-    ) -> Result<Reached<'a>> {
+    ) -> Result<Reached> {
         let all = self.engine.all_states();
-        let mut sets = vec![&self.end, &self.inside, &all];
-        let is_numbered = self.engine.membership(&[])?.numbers().is_some();
-        let earning = self.cost.filter(|_| is_numbered).map(|cost| self.program.earning(cost.structure));
-        let earning = earning.map(|earning| self.engine.states_where(&earning)).transpose()?;
-        sets.extend(&earning);
-        let parts = self.engine.membership(&sets)?;
-        let (codec, growing) = (walker.codec().clone(), Growing::new(self.cost, meter)?);
-        let walk = &mut *walker.walk();
-        if let Some(numbers) = parts.numbers() {
-            let (graph, starts, nodes) = ByNumber::new(numbers, &codec, growing)?.run(states, walk)?;
-            return Ok(Reached { graph, starts, nodes: Nodes::Numbered(parts, nodes) });
-        }
-        let found = Coded::new(&codec);
-        let by_code = ByCode { parts: &*parts, codec: &codec, growing, found };
-        let (graph, starts, found) = by_code.run(states, walk)?;
-        Ok(Reached { graph, starts, nodes: Nodes::Coded(Box::new(found)) })
+        let parts = self.engine.membership(&[&self.end, &self.inside, &all])?;
+        Growing::new(&*parts, walker.codec(), self.cost, meter)?.run(states, &mut *walker.walk())
     }
 }
 

@@ -15,7 +15,7 @@ use crate::equations::meter::Meter;
 use crate::equations::number::Interval;
 use crate::solvers::hull::separated;
 pub use crate::solvers::weighted::Counted;
-use crate::solvers::weighted::{Point, Weighted};
+use crate::solvers::weighted::{Point, Weighted, rate};
 
 /// An objective.
 #[derive(Debug, Clone)]
@@ -226,10 +226,6 @@ fn upper_right(mut points: Vec<Vec<Ratio>>, signs: &[Ratio; 2]) -> Vec<[f64; 2]>
     // Rounding outwards may lead below 0, where no probability and no reward is.
     let number = |x: &Ratio, sign: &Ratio| (x * sign).to_f64().unwrap_or(f64::NAN).max(0.0);
     kept.iter().map(|x| [number(&x[0], &signs[0]), number(&x[1], &signs[1])]).collect()
-}
-
-fn rate(weights: &[Ratio], x: &[Ratio]) -> Ratio {
-    weights.iter().zip(x).map(|(w, x)| w * x).sum()
 }
 
 /// Returns a weight with few digits.

@@ -139,9 +139,9 @@ impl Solutions<'_> {
     /// Returns the candidates of level k that lose at most `most`; `None` if the solver's choice of some node is
     /// not known.
     fn candidates(&self, k: u32, most: f64, meter: &mut Meter<'_>) -> Result<Option<Level>> {
-        let (graph, edges) = (self.graph, self.graph.edges_in_all());
-        meter.take(edges / 4)?;
-        let [choices, free] = [(); 2].map(|()| BitVec::repeat(false, edges));
+        let (graph, all) = (self.graph, self.graph.choices_in_all());
+        meter.take(all / 4)?;
+        let [choices, free] = [(); 2].map(|()| BitVec::repeat(false, all));
         let candidates = Candidates { choices, free, costs: self.costs };
         let mut level = Level { candidates, losses: [[0.0; 2]; 2], is_open: false };
         let steps = self.costs_are_steps();

@@ -17,9 +17,6 @@ use meliora_model::{Program, State};
 use meliora_planning::levels::End;
 use meliora_planning::{Analysis, Kind};
 
-/// The number of states asked for that are looked through.
-const FEW: usize = 16;
-
 /// The options of [`Values`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ValueOptions {
@@ -260,11 +257,6 @@ impl Values {
     /// Returns the node of a state with which planning starts there; `None` if it was not explored, and
     /// for unsafe states.
     pub fn start(&self, state: &[i64]) -> Option<Node> {
-        // A few nodes are looked through without what finds all, which would have to be built again.
-        let is_there = |&node: &u32| self.places.is_at(node, state);
-        if let Some(node) = self.starts.iter().take(FEW).copied().find(is_there) {
-            return Some(Node(node));
-        }
         let own = |arena: Option<u32>| {
             self.places.find(Place::of(arena), state).filter(|&node| self.places.own[node as usize])
         };
@@ -327,7 +319,7 @@ impl Values {
             let cost = on!(&self.numbers, s => s.choice_cost(&self.graph, choice, index));
             // A choice that keeps the improvements certain has the probability 1 without rounding.
             let probability = if cost.is_some() { Bounds::point(1) } else { probability(choice) };
-            let position = self.graph.position(node.0, choice);
+            let position = self.graph.position(choice);
             ChoiceValues { position, probability, cost }
         };
         let best = self.best_choice(node, k, aim);
@@ -351,7 +343,7 @@ impl Values {
     /// expected number of steps is least. After a step, go on with [`Values::successor`].
     pub fn best_choice(&self, node: Node, k: usize, aim: Aim) -> Option<usize> {
         let choice = self.pick(node.0, k, aim)?;
-        Some(self.graph.position(node.0, choice))
+        Some(self.graph.position(choice))
     }
 
     fn pick(&self, node: u32, k: usize, aim: Aim) -> Option<u32> {

@@ -6,10 +6,10 @@
 use bitvec::vec::BitVec;
 
 use crate::equations::arena::{Arena, Goal, Rewards};
-use crate::equations::meter::Meter;
-use crate::equations::number::{Bounds, Interval, Number};
+use crate::equations::number::{Bounds, Interval, Number, Weight};
 use crate::path_values::{Answer, Value};
 use crate::solvers::back::Back;
+use crate::solvers::groups::Entry;
 use crate::solvers::long_run;
 use crate::solvers::reaching::{Reaching, Vector};
 use crate::solvers::total;
@@ -50,12 +50,7 @@ pub enum Accumulation {
 /// # Errors
 /// A limit is reached before anything is known.
 pub fn probability(arena: &Arena<'_>, until: &Until, goal: Goal, precision: f64) -> Result<Answer> {
-    answer(
-        precision,
-        1.0,
-        || until_of::<Interval>(arena, until, goal),
-        || until_of::<Ratio>(arena, until, goal),
-    )
+    answer(precision, 1.0, || until_of::<f64>(arena, until, goal), || until_of::<Ratio>(arena, until, goal))
 }
 
 /// Computes the probability that the next state is in a set. Cost: one pass over the arena.
@@ -84,12 +79,7 @@ pub fn reward(
     precision: f64,
 ) -> Result<Answer> {
     let asked = (rewards, accumulation, goal);
-    answer(
-        precision,
-        f64::INFINITY,
-        || reward_of::<Interval>(arena, asked),
-        || reward_of::<Ratio>(arena, asked),
-    )
+    answer(precision, f64::INFINITY, || reward_of::<f64>(arena, asked), || reward_of::<Ratio>(arena, asked))
 }
 
 /// Computes the long-run fraction of time in a set, for models in which each state has one choice.
@@ -106,23 +96,6 @@ pub fn long_run(arena: &Arena<'_>, set: &BitVec, precision: f64) -> Result<Answe
         }
     }
     Ok(found)
-}
-
-/// Numbers that can be computed both as intervals and as fractions.
-trait Solve: Number {
-    fn reached(reaching: &Reaching<'_>, meter: &mut Meter<'_>) -> Result<Vector<Self>>;
-}
-
-impl Solve for Interval {
-    fn reached(reaching: &Reaching<'_>, meter: &mut Meter<'_>) -> Result<Vector<Self>> {
-        reaching.bounds(meter)
-    }
-}
-
-impl Solve for Ratio {
-    fn reached(reaching: &Reaching<'_>, meter: &mut Meter<'_>) -> Result<Vector<Self>> {
-        reaching.exact(meter)
-    }
 }
 
 /// Computes bounds, and fractions where these are too wide or asked for.
@@ -171,51 +144,51 @@ fn indicator<N: Number>(set: &BitVec) -> Vec<N> {
     set.iter().map(|inside| if *inside { N::one() } else { N::zero() }).collect()
 }
 
-fn until_of<N: Solve>(arena: &Arena<'_>, until: &Until, goal: Goal) -> Result<Vector<N>> {
+fn until_of<E: Entry>(arena: &Arena<'_>, until: &Until, goal: Goal) -> Result<Vector<E::Read>> {
     let mut meter = arena.meter();
     let Until { left, right, least, most } = until;
-    meter.take(2 * N::BYTES * arena.states())?;
+    meter.take(2 * E::Read::BYTES * arena.states())?;
     let back = Back::new(arena, goal, None, &mut meter)?;
     let (x, end) = match most {
-        Some(most) if most < least => (vec![N::zero(); arena.states()], Ok(())),
+        Some(most) if most < least => (vec![E::Read::zero(); arena.states()], Ok(())),
         Some(most) => {
-            let step = |state: usize, best: &dyn Fn() -> N| match (right[state], left[state]) {
-                (true, _) => N::one(),
+            let step = |state: usize, best: &dyn Fn() -> E::Read| match (right[state], left[state]) {
+                (true, _) => E::Read::one(),
                 (false, true) => best(),
-                (false, false) => N::zero(),
+                (false, false) => E::Read::zero(),
             };
             (back.steps(indicator(right), most - least, &mut meter, step)?, Ok(()))
         }
         None => {
             let reaching = Reaching { arena, target: right, left, rewards: None, goal };
-            let found = N::reached(&reaching, &mut meter)?;
-            (found.values.into_iter().map(|x| x.unwrap_or_else(N::zero)).collect(), found.end)
+            let found = reaching.values::<E>(&mut meter)?;
+            (found.values.into_iter().map(|x| x.unwrap_or_else(E::Read::zero)).collect(), found.end)
         }
     };
-    let step = |state: usize, best: &dyn Fn() -> N| if left[state] { best() } else { N::zero() };
+    let step = |state: usize, best: &dyn Fn() -> E::Read| if left[state] { best() } else { E::Read::zero() };
     let values = back.steps(x, *least, &mut meter, step)?;
     Ok(Vector { end, ..Vector::of(values) })
 }
 
-fn reward_of<N: Solve>(
+fn reward_of<E: Entry>(
     arena: &Arena<'_>,
     (rewards, accumulation, goal): (&Rewards, &Accumulation, Goal),
-) -> Result<Vector<N>> {
+) -> Result<Vector<E::Read>> {
     let mut meter = arena.meter();
-    meter.take(2 * N::BYTES * arena.states())?;
+    meter.take(2 * E::Read::BYTES * arena.states())?;
     match accumulation {
         Accumulation::Until(target) => {
             let left = BitVec::repeat(true, arena.states());
-            N::reached(&Reaching { arena, target, left: &left, rewards: Some(rewards), goal }, &mut meter)
+            Reaching { arena, target, left: &left, rewards: Some(rewards), goal }.values::<E>(&mut meter)
         }
         Accumulation::Within(steps) => {
             let back = Back::new(arena, goal, Some(rewards), &mut meter)?;
-            let x = vec![N::zero(); arena.states()];
+            let x = vec![E::Read::zero(); arena.states()];
             back.steps(x, *steps, &mut meter, |_, best| best()).map(Vector::of)
         }
         Accumulation::At(steps) => {
             let back = Back::new(arena, goal, None, &mut meter)?;
-            let x = (0..arena.states()).map(|state| N::of(rewards.state(state))).collect();
+            let x = (0..arena.states()).map(|state| E::Read::of(rewards.state(state))).collect();
             back.steps(x, *steps, &mut meter, |_, best| best()).map(Vector::of)
         }
         Accumulation::Total if arena.is_uniform(goal) => {

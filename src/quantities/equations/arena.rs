@@ -8,16 +8,16 @@ use meliora_base::exact::Ratio;
 use meliora_base::progress::ProgressSink;
 use meliora_engine::Engine;
 use meliora_engine::explicit::weighted::{Codec, Fractions, Walker};
-use meliora_engine::membership::Membership;
 use meliora_model::rewards::Earner;
 use meliora_model::{Optimum, Program, State};
 use num_traits::{One, Zero};
 
+use super::codes::Codes;
 use super::cost::check_rewards;
 use super::graph::Graph;
 use super::meter::Meter;
 use super::narrow::Narrow;
-use super::reached::{Nodes, Reached, UNSEEN};
+use super::reached::Reached;
 use crate::path_values::Search;
 use crate::solvers::components::Choices;
 
@@ -47,7 +47,8 @@ impl Goal {
     }
 }
 
-fn opposite(optimum: Optimum) -> Optimum {
+/// Returns the other extreme.
+pub(crate) fn opposite(optimum: Optimum) -> Optimum {
     if optimum == Optimum::Max { Optimum::Min } else { Optimum::Max }
 }
 
@@ -57,26 +58,18 @@ pub struct Arena<'e> {
     pub(crate) program: &'e Program,
     /// The choices of the states, and their successors.
     pub(crate) choices: Choices,
-    /// The number of the probability of each successor.
-    pub(crate) weights: Narrow,
+    /// Twice the number of the probability of each successor.
+    weights: Narrow,
     pub(crate) fractions: Fractions,
     /// The position of each choice among those of its state in the program.
     positions: Narrow,
     /// The states in which the opponent chooses; `None` if every state is ours.
     pub(crate) theirs: Option<BitVec>,
-    listing: Listing<'e>,
+    codes: Codes,
     codec: Codec,
     sink: Arc<dyn ProgressSink>,
     /// The bytes that the arena leaves of the memory limit.
     memory: u64,
-}
-
-/// The codes of the states.
-enum Listing<'e> {
-    /// One after the other.
-    Coded(super::codes::Codes),
-    /// The number in the engine of each state.
-    Numbered(Box<dyn Membership + 'e>, Vec<u32>),
 }
 
 impl<'e> Arena<'e> {
@@ -104,16 +97,15 @@ impl<'e> Arena<'e> {
         meter.take(listed)?;
         let search = Search { engine, program, end: engine.no_states(), inside: all, cost: None };
         let walker = search.walker()?;
-        let Reached { graph, nodes, .. } = search.explored(&states, &walker, &mut meter)?;
+        let Reached { graph, found, .. } = search.explored(&states, &walker, &mut meter)?;
         drop(states);
         meter.release(listed);
-        meter.take(graph.edges_in_all() * 9 + graph.nodes() * 4)?;
-        let (choices, weights, positions) = rows(&graph);
-        meter.release(graph.bytes());
+        // The first node is the end of paths, which none of them enters.
+        let Graph { mut choices, weights, positions, known: fractions, .. } = graph;
+        choices.first.remove(0);
+        choices.to.iter_mut().for_each(|to| *to -= 1);
         let (codec, sink) = (walker.codec().clone(), Arc::clone(&settings.sink));
-        let listing = Listing::of(nodes, graph.nodes() - 1);
         let memory = meter.left();
-        let fractions = graph.known;
         let mut arena = Arena {
             program,
             choices,
@@ -121,7 +113,7 @@ impl<'e> Arena<'e> {
             fractions,
             positions,
             theirs: None,
-            listing,
+            codes: found.codes,
             codec,
             sink,
             memory,
@@ -137,13 +129,7 @@ impl<'e> Arena<'e> {
 
     /// Returns the values of the variables of a state.
     pub fn state(&self, number: usize) -> State {
-        match &self.listing {
-            Listing::Coded(codes) => self.codec.decode(&codes.code(number as u32)),
-            Listing::Numbered(numbered, numbers) => {
-                let code = numbered.numbers().map(|known| known.code(numbers[number]));
-                code.map_or_else(State::new, |code| self.codec.decode(code))
-            }
-        }
+        self.codec.decode(&self.codes.code(number as u32))
     }
 
     /// Returns the states of the arena that are in a set of an engine with the same states. Cost: one membership test
@@ -155,10 +141,7 @@ impl<'e> Arena<'e> {
         let membership = engine.membership(&[set])?;
         let mut members = BitVec::repeat(false, self.states());
         for number in 0..self.states() {
-            let inside = match (&self.listing, membership.numbers()) {
-                (Listing::Numbered(_, numbers), Some(known)) => known.marks(numbers[number]),
-                _ => membership.of(&self.state(number))?,
-            };
+            let inside = membership.of(&self.state(number))?;
             members.set(number, inside & 1 == 1);
         }
         Ok(members)
@@ -231,42 +214,7 @@ impl<'e> Arena<'e> {
     /// Returns the successors of a choice with the numbers of their probabilities.
     pub(crate) fn edges(&self, choice: usize) -> impl Iterator<Item = (u32, u32)> + Clone {
         let edges = self.choices.start[choice] as usize..self.choices.start[choice + 1] as usize;
-        edges.map(|at| (self.choices.to[at], self.weights.get(at)))
-    }
-}
-
-/// Returns the choices of the states of a graph, the numbers of their probabilities, and their positions. The first node
-/// is the end of paths, which none of them enters.
-fn rows(graph: &Graph) -> (Choices, Narrow, Narrow) {
-    let mut choices = Choices { first: vec![0], start: vec![0], to: Vec::new() };
-    let (mut weights, mut positions) = (Narrow::default(), Narrow::default());
-    for node in 1..graph.nodes() as u32 {
-        for choice in graph.choices(node) {
-            for edge in graph.edges(choice) {
-                choices.to.push(edge.to - 1);
-                weights.push(edge.probability());
-            }
-            positions.push(graph.position(node, choice) as u32);
-            choices.start.push(choices.to.len() as u32);
-        }
-        choices.first.push(choices.start.len() as u32 - 1);
-    }
-    (choices, weights, positions)
-}
-
-impl<'e> Listing<'e> {
-    /// Returns the codes of the states of a graph whose nodes follow each other in their order.
-    fn of(nodes: Nodes<'e>, states: usize) -> Self {
-        match nodes {
-            Nodes::Coded(coded) => Listing::Coded(coded.codes),
-            Nodes::Numbered(membership, nodes) => {
-                let mut numbers = vec![0; states];
-                for (number, &node) in (0..).zip(&nodes).filter(|(_, node)| **node != UNSEEN) {
-                    numbers[node as usize - 1] = number;
-                }
-                Listing::Numbered(membership, numbers)
-            }
-        }
+        edges.map(|at| (self.choices.to[at], self.weights.get(at) / 2))
     }
 }
 

@@ -6,7 +6,6 @@ use meliora_engine::Engine;
 use meliora_model::Program;
 use meliora_model::preference::{Change, Preferences, Rated};
 use meliora_planning::improvement::Arena;
-use meliora_planning::levels::Level;
 use meliora_planning::{Analysis, Classes, Improvement, Kind, Levels, Safety};
 
 /// The results of an analysis that the graph needs.
@@ -16,8 +15,10 @@ pub(crate) struct Facts<'a, E: Engine> {
     pub(crate) classes: &'a Classes<E>,
     pub(crate) improvement: &'a Improvement<E>,
     spi: &'a Levels<E>,
-    /// The SASI levels; under `transition` those of `action`, where P_k = 1.
-    sasi: Own<'a, Levels<E>>,
+    /// The SASI levels.
+    sasi: &'a Levels<E>,
+    /// Under `transition`, the SASI levels of `action`, where P_k = 1.
+    strict: Option<Levels<E>>,
     /// The effect of a step between two classes.
     changes: Vec<Vec<Change>>,
     /// The states of which each arena does not keep all choices that the program lists: the safety
@@ -41,21 +42,6 @@ pub(crate) struct Numbers {
     levels: [usize; 2],
 }
 
-/// A borrowed or an own value.
-enum Own<'a, T> {
-    Borrowed(&'a T),
-    Owned(T),
-}
-
-impl<T> Own<'_, T> {
-    fn get(&self) -> &T {
-        match self {
-            Own::Borrowed(value) => value,
-            Own::Owned(value) => value,
-        }
-    }
-}
-
 impl<'a, E: Engine> Facts<'a, E> {
     /// Takes the results of an analysis. Under `transition`, computes the SASI levels of `action` up
     /// to the given one. Cost: that of the levels.
@@ -71,18 +57,21 @@ impl<'a, E: Engine> Facts<'a, E> {
             return Err(missing());
         }
         let engine = analysis.engine();
-        let sasi = if improvement.safety.never_weakens() {
-            Own::Borrowed(sasi)
-        } else {
-            let strict = Improvement::new(engine, classes, Safety::Action)?;
-            let mut sure = Levels::new(Kind::Sasi);
-            while sure.advance(engine, classes, &strict, Some(levels))? {}
-            Own::Owned(sure)
-        };
+        let mut strict = None;
+        if !improvement.safety.never_weakens() {
+            let action = Improvement::new(engine, classes, Safety::Action)?;
+            let sure = strict.insert(Levels::new(Kind::Sasi));
+            while sure.advance(engine, classes, &action, Some(levels))? {}
+        }
         let changes = changes(analysis.preferences(), classes);
         let restricted = |arena: &Arena<E>| analysis.partly_in(&arena.choices);
         let restricted = improvement.arenas.iter().map(restricted).collect::<Result<_>>()?;
-        Ok(Facts { engine, program, classes, improvement, spi, sasi, changes, restricted })
+        Ok(Facts { engine, program, classes, improvement, spi, sasi, strict, changes, restricted })
+    }
+
+    /// Returns the levels where P_k = 1.
+    fn sasi(&self) -> &Levels<E> {
+        self.strict.as_ref().unwrap_or(self.sasi)
     }
 
     /// Returns the effect of a step between two classes; see [`Classes::change`].
@@ -99,7 +88,7 @@ impl<'a, E: Engine> Facts<'a, E> {
         let mut sets: Vec<&E::States> = self.classes.list.iter().map(|class| &class.states).collect();
         for (arena, restricted) in self.restricted.iter().enumerate() {
             sets.push(restricted);
-            for levels in [self.spi, self.sasi.get()] {
+            for levels in [self.spi, self.sasi()] {
                 let all = levels.unbounded().into_iter().chain(&levels.found);
                 sets.extend(all.filter_map(|level| level.games.get(arena)).map(|game| &game.states));
             }
@@ -113,7 +102,7 @@ impl<'a, E: Engine> Facts<'a, E> {
             let all = levels.unbounded().into_iter().chain(&levels.found);
             all.filter(|level| level.games.get(arena).is_some()).count()
         };
-        let [spi, sasi] = [self.spi, self.sasi.get()];
+        let [spi, sasi] = [self.spi, self.sasi()];
         let before = (0..arena as usize).map(|arena| 1 + of(spi, arena) + of(sasi, arena)).sum::<usize>();
         let restricted = self.classes.list.len() + before;
         let first = restricted + 1;
@@ -156,46 +145,8 @@ impl<'a, E: Engine> Facts<'a, E> {
         let Some(Numbers { arena, levels: [spi, sasi], .. }) = numbers else { return Ok(Rank::default()) };
         let positive = self.rank_in((spi, self.spi), arena, seen)?;
         // W_k of SASI is a subset of W_k of SPI.
-        let sure = if positive == 0 { 0 } else { self.rank_in((sasi, self.sasi.get()), arena, seen)? };
+        let sure = if positive == 0 { 0 } else { self.rank_in((sasi, self.sasi()), arena, seen)? };
         Ok(Rank { positive, sure })
-    }
-
-    /// Divides states of an arena by what the levels say about them; see [`Facts::rank`]. Some parts
-    /// may be empty. Cost: two Boolean operations per pair of levels.
-    pub(crate) fn ranked(&self, arena: Option<u32>, states: E::States) -> Result<Vec<(E::States, Rank)>> {
-        let Some(arena) = arena else { return Ok(vec![(states, Rank::default())]) };
-        let mut parts = Vec::new();
-        for (part, positive) in self.ranked_in(self.spi, arena, states)? {
-            let sure = match positive {
-                0 => vec![(part, 0)],
-                _ => self.ranked_in(self.sasi.get(), arena, part)?,
-            };
-            parts.extend(sure.into_iter().map(|(part, sure)| (part, Rank { positive, sure })));
-        }
-        Ok(parts)
-    }
-
-    /// Divides states of an arena by the number of levels that contain them; see
-    /// [`Facts::rank_in`].
-    fn ranked_in(
-        &self,
-        levels: &Levels<E>,
-        arena: u32,
-        mut rest: E::States,
-    ) -> Result<Vec<(E::States, u32)>> {
-        let (mut parts, mut rank) = (Vec::new(), 0);
-        let game = |level: &Level<E>| level.games.get(arena as usize).map(|game| game.states.clone());
-        if let Some(inside) = levels.unbounded().and_then(game) {
-            parts.push((self.engine.intersection(&rest, &inside)?, EVERY));
-            rest = self.engine.difference(&rest, &inside)?;
-        }
-        for inside in levels.found.iter().map_while(game) {
-            parts.push((self.engine.difference(&rest, &inside)?, rank));
-            rest = self.engine.intersection(&rest, &inside)?;
-            rank += 1;
-        }
-        parts.push((rest, rank));
-        Ok(parts)
     }
 
     /// Returns the arena of the states of a class; see [`Improvement::arena_of`].

@@ -5,7 +5,8 @@ use std::ops::Range;
 use ahash::AHashMap;
 
 use crate::equations::meter::Meter;
-use crate::equations::narrow::{Mostly, Narrow};
+use crate::equations::narrow::Narrow;
+use crate::solvers::components::Choices;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_engine::explicit::weighted::Fractions;
@@ -65,26 +66,21 @@ struct Kind {
 /// A node: a state in an arena. Under `prefix`, an improving step first enters a *junction*, a node
 /// with up to two choices of cost 0 that take no step: to count the improvement, or not.
 ///
-/// Large models have as many nodes as fit into memory, so numbers are stored in as few bytes as they
-/// need: about 5 bytes per node and 5 per edge. A choice is named by the position of its first edge.
+/// Large models have as many nodes as fit into memory, so numbers are stored in as few bytes as they need.
 #[derive(Debug, Default)]
 pub(crate) struct Graph {
     /// The kind of each node, and the kinds in use: few nodes differ in them.
     kind_of: Narrow,
     kinds: Vec<Kind>,
     kind_numbers: AHashMap<Kind, u32>,
-    /// The first edge of each node whose choices have begun: its edges end where those of the next node begin.
-    first: Vec<u32>,
-    /// The node that each edge enters.
-    to: Vec<u32>,
-    /// Twice the weight of each edge, plus 1 for the first edge of a choice.
-    weights: Narrow,
+    /// The choices of each node whose choices have begun, and the nodes that their edges enter.
+    pub(crate) choices: Choices,
+    /// The weight of each edge.
+    pub(crate) weights: Narrow,
     /// The cost of each choice, by its number in [`Graph::fractions`].
-    costs: Mostly,
-    /// The number of choices of its state before each choice that were left out.
-    left_out: Mostly,
-    /// The number of choices of the last node so far, and whether the last one has no edge yet.
-    begun: (u32, bool),
+    costs: Narrow,
+    /// The position of each choice among those of its state.
+    pub(crate) positions: Narrow,
     /// All probabilities and costs.
     pub(crate) known: Fractions,
 }
@@ -128,28 +124,29 @@ impl Graph {
         self.kinds[self.kind_of.get(node as usize) as usize].junction
     }
 
-    /// Begins the choices of a node, after those of all nodes before it. They are added one after the other, each
-    /// with at least one edge, until [`Graph::end`].
+    /// Begins the choices of a node, after those of all nodes before it. They are added one after the other until
+    /// [`Graph::end`].
     ///
     /// # Errors
     /// There are too many edges.
     pub(crate) fn begin(&mut self, node: u32, meter: &Meter) -> Result<()> {
-        self.first.resize(node as usize + 1, meter.number(self.to.len())?);
-        self.begun = (0, false);
+        meter.number(self.choices.to.len())?;
+        self.choices.first.resize(node as usize + 1, self.costs.len() as u32);
         Ok(())
     }
 
     /// Adds a choice: its position among the choices of the state and the number of its cost.
     pub(crate) fn add_choice(&mut self, position: u32, cost: u32) {
-        self.left_out.set_next(self.to.len(), position - self.begun.0);
-        self.costs.set_next(self.to.len(), cost);
-        self.begun = (self.begun.0 + 1, true);
+        self.positions.push(position);
+        self.costs.push(cost);
+        self.choices.start.push(self.choices.to.len() as u32);
     }
 
     /// Adds an edge to the last choice.
     pub(crate) fn add_edge(&mut self, edge: Edge) {
-        self.to.push(edge.to);
-        self.weights.push(2 * edge.weight + u32::from(std::mem::take(&mut self.begun.1)));
+        self.choices.to.push(edge.to);
+        self.weights.push(edge.weight);
+        self.choices.start.last_mut().into_iter().for_each(|end| *end += 1);
     }
 
     /// Ends the choices of a node.
@@ -157,13 +154,15 @@ impl Graph {
     /// # Errors
     /// A limit is reached.
     pub(crate) fn end(&mut self, node: u32, meter: &mut Meter) -> Result<()> {
-        let count = meter.number(self.to.len())? - self.first[node as usize];
-        meter.take(count as usize * self.bytes_of_edge())
+        meter.number(self.choices.to.len())?;
+        self.choices.first.push(self.costs.len() as u32);
+        let edges = self.edges_of(node).len() * (4 + self.weights.width());
+        meter.take(edges + self.choices.of(node).len() * self.bytes_of_choice())
     }
 
-    /// Returns the bytes of an edge.
-    fn bytes_of_edge(&self) -> usize {
-        4 + self.weights.width() + self.costs.width() + self.left_out.width()
+    /// Returns the bytes of a choice without its edges.
+    fn bytes_of_choice(&self) -> usize {
+        4 + self.costs.width() + self.positions.width()
     }
 
     /// Returns all probabilities and costs by number.
@@ -177,8 +176,10 @@ impl Graph {
     }
 
     /// Returns the choices of a node.
-    pub(crate) fn choices(&self, node: u32) -> impl Iterator<Item = u32> + Clone {
-        self.edges_of(node).filter(|&position| self.begins(position))
+    pub(crate) fn choices(&self, node: u32) -> Range<u32> {
+        let first =
+            |node: usize| self.choices.first.get(node).map_or(self.costs.len() as u32, |&first| first);
+        first(node as usize)..first(node as usize + 1)
     }
 
     /// Returns the number of the cost of a choice in [`Graph::fractions`].
@@ -186,46 +187,38 @@ impl Graph {
         self.costs.get(choice as usize)
     }
 
-    /// Returns the position of a choice of a node among the choices of its state.
-    pub(crate) fn position(&self, node: u32, choice: u32) -> usize {
-        let before = self.choices(node).take_while(|&other| other < choice).count();
-        before + self.left_out.get(choice as usize) as usize
+    /// Returns the position of a choice among the choices of its state.
+    pub(crate) fn position(&self, choice: u32) -> usize {
+        self.positions.get(choice as usize) as usize
     }
 
-    /// Returns the edges of a choice, whose positions follow each other.
+    /// Returns the edges of a choice.
     pub(crate) fn edges(&self, choice: u32) -> impl Iterator<Item = Edge> + Clone {
-        let end = self.to.len() as u32;
-        let others = (choice + 1..end).take_while(|&position| !self.begins(position));
-        std::iter::once(choice).chain(others).map(|position| self.at(position))
-    }
-
-    fn at(&self, position: u32) -> Edge {
-        Edge { to: self.to[position as usize], weight: self.weights.get(position as usize) / 2 }
-    }
-
-    /// Returns whether an edge is the first one of its choice.
-    fn begins(&self, position: u32) -> bool {
-        self.weights.get(position as usize) % 2 == 1
+        let edges =
+            self.choices.start[choice as usize] as usize..self.choices.start[choice as usize + 1] as usize;
+        edges.map(|at| Edge { to: self.choices.to[at], weight: self.weights.get(at) })
     }
 
     /// Returns the positions of the edges of a node.
     pub(crate) fn edges_of(&self, node: u32) -> Range<u32> {
-        let first = |node: usize| self.first.get(node).map_or(self.to.len() as u32, |&first| first);
-        first(node as usize)..first(node as usize + 1)
+        let choices = self.choices(node);
+        self.choices.start[choices.start as usize]..self.choices.start[choices.end as usize]
+    }
+
+    /// Returns the number of choices of all nodes.
+    pub(crate) fn choices_in_all(&self) -> usize {
+        self.costs.len()
     }
 
     /// Returns the number of edges of all choices.
     pub(crate) fn edges_in_all(&self) -> usize {
-        self.to.len()
-    }
-
-    /// Returns the node that an edge enters, or [`LOST`], by its position.
-    pub(crate) fn target(&self, position: u32) -> u32 {
-        self.to[position as usize]
+        self.choices.to.len()
     }
 
     /// Returns the bytes of the graph.
     pub(crate) fn bytes(&self) -> usize {
-        self.nodes() * self.bytes_of_node() + self.to.len() * self.bytes_of_edge()
+        self.nodes() * self.bytes_of_node()
+            + self.choices_in_all() * self.bytes_of_choice()
+            + self.edges_in_all() * (4 + self.weights.width())
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! | module | contents |
 //! | --- | --- |
-//! | `facts`, `listing`, `explore` | from an [`Analysis`](meliora_planning::Analysis) to a graph: the states that kept choices reach, with exact probabilities |
+//! | `facts`, `explore` | from an [`Analysis`](meliora_planning::Analysis) to a graph: the states that kept choices reach, with exact probabilities |
 //! | [`arena`] | all states of a scope, with their choices and owners |
 //! | `codes`, `places` | states in few bytes, and their nodes |
 //! | `graph`, `narrow` | numbered nodes, choices, edges, in few bytes |
@@ -10,17 +10,14 @@
 //! | `system`, `solution` | the equations of each quantity and level, and their solutions |
 //! | `part` | the graph of the states of an arena that have equations |
 //! | `number` | intervals with outward rounding, and fractions |
-//! | `reached`, `by_number`, `by_code` | the graph of the states that some states reach: by the numbers of an engine that stores states one by one, or by code |
+//! | `reached` | the graph of the states that some states reach, by their codes |
 
 pub mod arena;
-pub(crate) mod by_code;
-pub(crate) mod by_number;
 pub(crate) mod codes;
 pub mod cost;
 pub(crate) mod explore;
 pub(crate) mod facts;
 pub(crate) mod graph;
-pub(crate) mod listing;
 pub(crate) mod meter;
 pub(crate) mod narrow;
 pub(crate) mod number;

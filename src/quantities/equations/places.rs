@@ -33,8 +33,7 @@ impl Place {
 /// The nodes found so far.
 #[derive(Debug, Default)]
 pub(crate) struct Places {
-    /// The code of each node's state, with the key of the node's place. What finds nodes is dropped after
-    /// the exploration.
+    /// The code of each node's state, with the key of the node's place.
     codes: Codes,
     /// The codes of states; none before the first exploration.
     codec: Option<Codec>,
@@ -108,11 +107,6 @@ impl Places {
         self.own.push(own);
         self.unrestricted.push(unrestricted);
         Ok(())
-    }
-
-    /// Drops what the exploration needs.
-    pub(crate) fn end_exploration(&mut self) {
-        self.codes.drop_positions();
     }
 
     /// Returns the bytes of all nodes.

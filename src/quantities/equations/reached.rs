@@ -2,21 +2,17 @@
 
 use crate::equations::codes::Codes;
 use crate::equations::cost::{Cost, Earned};
-use crate::equations::graph::{EVERY, Graph, LOST, Rank};
+use crate::equations::graph::{EVERY, Edge, Graph, LOST, Rank};
 use crate::equations::meter::Meter;
-use crate::equations::number::Weight;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
-use meliora_engine::explicit::weighted::Codec;
+use meliora_engine::explicit::weighted::{Code, Codec, Steps, Walk};
 use meliora_engine::membership::Membership;
 use meliora_model::State;
-use meliora_model::step::Combination;
+use num_traits::Zero;
 
 /// The node of all states where the path ends.
 pub(crate) const END: u32 = 0;
-
-/// The node of a state that was not found.
-pub(crate) const UNSEEN: u32 = LOST - 1;
 
 /// The key of all codes.
 const KEY: u32 = 0;
@@ -46,41 +42,13 @@ impl Part {
 }
 
 /// The states that some states reach.
-pub(crate) struct Reached<'e> {
+pub(crate) struct Reached {
     /// Their graph.
     pub(crate) graph: Graph,
     /// The nodes of the states asked for.
     pub(crate) starts: Vec<u32>,
     /// The nodes of all states.
-    pub(crate) nodes: Nodes<'e>,
-}
-
-/// The nodes of the states that were found.
-pub(crate) enum Nodes<'e> {
-    /// By code.
-    Coded(Box<Coded>),
-    /// The node of each state of the engine, by its number, or [`UNSEEN`].
-    Numbered(Box<dyn Membership + 'e>, Vec<u32>),
-}
-
-impl Nodes<'_> {
-    /// Returns the nodes by code. Cost: linear, if they are known by number.
-    ///
-    /// # Errors
-    /// The memory limit is reached.
-    pub(crate) fn coded(self, codec: &Codec, meter: &mut Meter<'_>) -> Result<Coded> {
-        let (parts, nodes) = match self {
-            Nodes::Coded(coded) => return Ok(*coded),
-            Nodes::Numbered(parts, nodes) => (parts, nodes),
-        };
-        let mut coded = Coded::new(codec);
-        let Some(numbers) = parts.numbers() else { return Ok(coded) };
-        for (number, &node) in nodes.iter().enumerate().filter(|(_, node)| **node != UNSEEN) {
-            coded.codes.push(KEY, numbers.code(number as u32), meter)?;
-            coded.nodes.push(node);
-        }
-        Ok(coded)
-    }
+    pub(crate) found: Coded,
 }
 
 /// The nodes of the states that were found, by code.
@@ -113,13 +81,26 @@ impl Coded {
     }
 }
 
-/// The graph as it grows.
+/// The end of a step.
+#[derive(Debug, Clone, Copy)]
+enum Target {
+    /// To a state that was found: its node, [`END`] or [`LOST`].
+    Found(u32),
+    /// To another state of this part of the engine.
+    New(Part),
+}
+
+/// The exploration of states by code.
 pub(crate) struct Growing<'a, 'm> {
-    pub(crate) graph: Graph,
-    pub(crate) cost: Option<Earned<'a>>,
-    pub(crate) meter: &'a mut Meter<'m>,
+    /// Tells the [`Part`] of a state.
+    parts: &'a dyn Membership,
+    codec: &'a Codec,
+    graph: Graph,
+    found: Coded,
+    cost: Option<Earned<'a>>,
     /// The number of the cost 0.
-    pub(crate) free: u32,
+    free: u32,
+    meter: &'a mut Meter<'m>,
 }
 
 impl<'a, 'm> Growing<'a, 'm> {
@@ -127,18 +108,111 @@ impl<'a, 'm> Growing<'a, 'm> {
     ///
     /// # Errors
     /// The memory limit is reached.
-    pub(crate) fn new(cost: Option<Earned<'a>>, meter: &'a mut Meter<'m>) -> Result<Self> {
+    pub(crate) fn new(
+        parts: &'a dyn Membership,
+        codec: &'a Codec,
+        cost: Option<Earned<'a>>,
+        meter: &'a mut Meter<'m>,
+    ) -> Result<Self> {
         let mut graph = Graph::default();
         let free = graph.fraction(Ratio::zero());
         graph.add_node(Rank::default(), false, meter)?;
-        Ok(Growing { graph, cost, meter, free })
+        Ok(Growing { parts, codec, graph, found: Coded::new(codec), cost, free, meter })
+    }
+
+    /// Explores the states that some states of the engine reach, breadth first. Returns the graph, the nodes of
+    /// those states, and that of each state by code.
+    ///
+    /// # Errors
+    /// A limit is reached; a reward has no meaning in some state.
+    pub(crate) fn run(mut self, states: &[State], walk: &mut dyn Walk) -> Result<Reached> {
+        let mut starts = Vec::with_capacity(states.len());
+        for state in states {
+            let code = self.codec.known(state)?;
+            starts.push(match self.target(&code)? {
+                Some(target) => self.enter(target, &code)?,
+                // Not remembered as found: a choice that leads to it leaves the states of the engine.
+                None => self.add(Part::Lost)?,
+            });
+        }
+        let (mut steps, mut targets, mut next) = (Steps::default(), Vec::new(), 0);
+        while let Some(&node) = self.found.nodes.get(next) {
+            let code = self.found.codes.code(next as u32);
+            next += 1;
+            if node == END || node == LOST {
+                continue;
+            }
+            self.meter.step()?;
+            let nodes = self.graph.nodes();
+            self.meter.progress_at(next, &|| format!("{nodes} states"));
+            walk.steps(&code, &mut self.graph.known, &mut steps)?;
+            self.graph.begin(node, self.meter)?;
+            for position in 0..steps.choices() {
+                if self.stays(&steps, position, &mut targets)? {
+                    self.choice((&code, position), (walk, &steps), &targets)?;
+                }
+            }
+            self.graph.end(node, self.meter)?;
+        }
+        Ok(Reached { graph: self.graph, starts, found: self.found })
+    }
+
+    /// Finds the targets of a choice; returns whether all are states of the engine.
+    fn stays(&self, steps: &Steps, position: usize, targets: &mut Vec<Target>) -> Result<bool> {
+        targets.clear();
+        for (code, _) in steps.of(position) {
+            match self.target(code)? {
+                Some(target) => targets.push(target),
+                None => return Ok(false),
+            }
+        }
+        Ok(true)
+    }
+
+    /// Adds a choice of a state.
+    fn choice(
+        &mut self,
+        (code, position): (&Code, usize),
+        (walk, steps): (&dyn Walk, &Steps),
+        targets: &[Target],
+    ) -> Result<()> {
+        let cost = match self.cost {
+            Some(cost) => {
+                let reward = cost.of(&self.codec.decode(code), &walk.taken(position).combinations)?;
+                self.graph.fraction(reward)
+            }
+            None => self.free,
+        };
+        self.graph.add_choice(position as u32, cost);
+        for ((code, probability), &target) in steps.of(position).zip(targets) {
+            let to = self.enter(target, code)?;
+            self.graph.add_edge(Edge::new(to, probability, to == END));
+        }
+        Ok(())
+    }
+
+    /// Finds a state; `None` if it is not one of the engine.
+    fn target(&self, code: &[u64]) -> Result<Option<Target>> {
+        Ok(match self.found.node(code) {
+            Some(node) => Some(Target::Found(node)),
+            None => Part::of(self.parts.of(&self.codec.decode(code))?).map(Target::New),
+        })
+    }
+
+    /// Returns the node of a target, which is added if it is new.
+    fn enter(&mut self, target: Target, code: &[u64]) -> Result<u32> {
+        match target {
+            Target::Found(node) => Ok(node),
+            Target::New(part) => {
+                let node = self.add(part)?;
+                self.found.add(code, node, self.meter)?;
+                Ok(node)
+            }
+        }
     }
 
     /// Returns the node of a new state.
-    ///
-    /// # Errors
-    /// The memory limit is reached.
-    pub(crate) fn enter(&mut self, part: Part) -> Result<u32> {
+    fn add(&mut self, part: Part) -> Result<u32> {
         match part {
             Part::End => Ok(END),
             Part::Lost => Ok(LOST),
@@ -147,26 +221,5 @@ impl<'a, 'm> Growing<'a, 'm> {
                 self.graph.add_node(Rank { positive: EVERY, sure }, false, self.meter)
             }
         }
-    }
-
-    /// Returns the number of the cost of a choice, which draws from these combinations.
-    ///
-    /// # Errors
-    /// A reward has no meaning in the state.
-    pub(crate) fn cost(&mut self, state: &State, combinations: &[Combination]) -> Result<u32> {
-        Ok(match &self.cost {
-            Some(cost) => self.graph.fraction(cost.of(state, combinations)?),
-            None => self.free,
-        })
-    }
-
-    /// Counts one state that is explored next; `explored` are before it.
-    ///
-    /// # Errors
-    /// The work is cancelled.
-    pub(crate) fn step(&mut self, explored: usize) -> Result<()> {
-        self.meter.step()?;
-        self.meter.progress_at(explored, &|| format!("{} states", self.graph.nodes()));
-        Ok(())
     }
 }

@@ -10,14 +10,12 @@ use bitvec::vec::BitVec;
 use crate::equations::meter::Meter;
 use meliora_base::error::Result;
 
-/// A graph by one list of successors, in which each node has a range.
-pub(crate) trait Successors {
-    /// Returns the number of nodes.
-    fn nodes(&self) -> usize;
-    /// Returns the positions of a node's successors.
-    fn positions(&self, node: u32) -> Range<u32>;
-    /// Returns the node at a position; `None` if there is none.
-    fn at(&self, position: u32) -> Option<u32>;
+/// A graph: the number of its nodes, the range of the positions of each node's successors, and the node at a position, if
+/// there is one.
+pub(crate) struct Successors<P, A> {
+    pub(crate) nodes: usize,
+    pub(crate) positions: P,
+    pub(crate) at: A,
 }
 
 /// The number of a node that was not visited, and of one whose component is complete.
@@ -67,8 +65,11 @@ impl Components {
 /// R. Tarjan, "Depth-first search and linear graph algorithms", SIAM J. Comput. 1972, with one number per
 /// node (D. Pearce, "A space-efficient algorithm for finding strongly connected components", 2016) and an
 /// explicit stack. Time: linear in nodes and edges.
-pub(crate) fn components(graph: &impl Successors, roots: impl Iterator<Item = u32>) -> Components {
-    let mut search = Search { number: vec![NEW; graph.nodes()], next: 1, ..Search::default() };
+pub(crate) fn components<P: Fn(u32) -> Range<u32>, A: Fn(u32) -> Option<u32>>(
+    graph: &Successors<P, A>,
+    roots: impl Iterator<Item = u32>,
+) -> Components {
+    let mut search = Search { number: vec![NEW; graph.nodes], next: 1, ..Search::default() };
     for root in roots {
         if search.number[root as usize] == NEW {
             search.run(graph, root);
@@ -103,21 +104,25 @@ struct Search {
 }
 
 impl Search {
-    fn enter(&mut self, graph: &impl Successors, node: u32) {
+    fn enter(&mut self, positions: &impl Fn(u32) -> Range<u32>, node: u32) {
         self.number[node as usize] = self.next;
-        self.calls.push(Call { node, own: self.next, left: graph.positions(node) });
+        self.calls.push(Call { node, own: self.next, left: positions(node) });
         self.next += 1;
     }
 
-    fn run(&mut self, graph: &impl Successors, root: u32) {
-        self.enter(graph, root);
+    fn run<P: Fn(u32) -> Range<u32>, A: Fn(u32) -> Option<u32>>(
+        &mut self,
+        Successors { positions, at, .. }: &Successors<P, A>,
+        root: u32,
+    ) {
+        self.enter(positions, root);
         while let Some(call) = self.calls.last_mut() {
             let node = call.node as usize;
             match call.left.next() {
                 Some(position) => {
-                    let Some(to) = graph.at(position) else { continue };
+                    let Some(to) = at(position) else { continue };
                     match self.number[to as usize] {
-                        NEW => self.enter(graph, to),
+                        NEW => self.enter(positions, to),
                         number => self.number[node] = self.number[node].min(number),
                     }
                 }
@@ -147,13 +152,19 @@ impl Search {
 }
 
 /// Choices of numbered nodes, in compressed rows.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Choices {
     /// The choices of node n are `first[n]..first[n+1]`.
     pub(crate) first: Vec<u32>,
     /// The successors of choice c are `to[start[c]..start[c+1]]`.
     pub(crate) start: Vec<u32>,
     pub(crate) to: Vec<u32>,
+}
+
+impl Default for Choices {
+    fn default() -> Self {
+        Choices { first: vec![0], start: vec![0], to: Vec::new() }
+    }
 }
 
 impl Choices {
@@ -165,6 +176,20 @@ impl Choices {
     /// Returns the successors of a choice.
     pub(crate) fn successors(&self, choice: usize) -> &[u32] {
         &self.to[self.start[choice] as usize..self.start[choice + 1] as usize]
+    }
+
+    /// Returns the strongly connected components of the nodes and choices for which `keeps` holds.
+    pub(crate) fn components(
+        &self,
+        roots: impl Iterator<Item = u32>,
+        keeps: impl Fn(u32) -> bool,
+    ) -> Components {
+        let positions = |node: u32| {
+            let choices = self.of(node);
+            self.start[choices.start]..self.start[choices.end]
+        };
+        let at = |position: u32| keeps(position).then(|| self.to[position as usize]);
+        components(&Successors { nodes: self.first.len() - 1, positions, at }, roots)
     }
 
     /// Returns the bytes of the rows.
@@ -193,21 +218,6 @@ impl Choices {
             }
         }
         (rows, into, owner)
-    }
-}
-
-impl Successors for Choices {
-    fn nodes(&self) -> usize {
-        self.first.len() - 1
-    }
-
-    fn positions(&self, node: u32) -> Range<u32> {
-        let choices = self.of(node);
-        self.start[choices.start]..self.start[choices.end]
-    }
-
-    fn at(&self, position: u32) -> Option<u32> {
-        Some(self.to[position as usize])
     }
 }
 
@@ -242,10 +252,14 @@ pub(crate) fn end_components(choices: &Choices, meter: &mut Meter<'_>) -> Result
             let reversed = reversed.get_or_insert_with(|| choices.reversed());
             cascade(reversed, &mut inside, &mut left, lost);
         }
-        let graph = Kept::new(choices, &inside);
+        let mut kept = BitVec::<usize>::repeat(false, choices.to.len());
+        for choice in (0..inside.len()).filter(|&choice| inside[choice]) {
+            kept[choices.start[choice] as usize..choices.start[choice + 1] as usize].fill(true);
+        }
         let is_alive = |node: u32| left[node as usize] > 0;
         meter.step()?;
-        let found = components(&graph, (0..nodes as u32).filter(|&node| is_alive(node)));
+        let alive = (0..nodes as u32).filter(|&node| is_alive(node));
+        let found = choices.components(alive, |position| kept[position as usize]);
         let mut component = vec![NONE; nodes];
         for (number, members) in (0..).zip(found.iter()) {
             members.iter().for_each(|&member| component[member as usize] = number);
@@ -295,61 +309,22 @@ fn cascade(
 
 /// Numbers the groups by their last nodes.
 fn numbered(component: &[u32], count: usize) -> (Vec<u32>, usize) {
-    let mut last = vec![0; count];
-    for (node, &own) in component.iter().enumerate() {
-        if own != NONE {
-            last[own as usize] = node;
-        }
-    }
-    let (mut group, mut number) = (vec![0; component.len()], vec![0; count]);
+    let (mut number, mut group) = (vec![NONE; count], vec![0; component.len()]);
     let mut next = 0;
-    for (node, &own) in component.iter().enumerate() {
-        if own == NONE || last[own as usize] == node {
+    // From the last node on, and then the other way round.
+    for (node, &own) in component.iter().enumerate().rev() {
+        if own == NONE || number[own as usize] == NONE {
             group[node] = next;
-            if own != NONE {
-                number[own as usize] = next;
-            }
             next += 1;
         }
-    }
-    for (node, &own) in component.iter().enumerate() {
         if own != NONE {
+            number[own as usize] =
+                if number[own as usize] == NONE { group[node] } else { number[own as usize] };
             group[node] = number[own as usize];
         }
     }
+    group.iter_mut().for_each(|group| *group = next - 1 - *group);
     (group, next as usize)
-}
-
-/// The choices that may be inside of an end component.
-struct Kept<'a> {
-    choices: &'a Choices,
-    /// True for each of their successors.
-    kept: BitVec,
-}
-
-impl<'a> Kept<'a> {
-    fn new(choices: &'a Choices, inside: &[bool]) -> Self {
-        let mut kept = BitVec::repeat(false, choices.to.len());
-        for (choice, _) in inside.iter().enumerate().filter(|(_, inside)| **inside) {
-            kept[choices.start[choice] as usize..choices.start[choice + 1] as usize].fill(true);
-        }
-        Kept { choices, kept }
-    }
-}
-
-impl Successors for Kept<'_> {
-    fn nodes(&self) -> usize {
-        self.choices.first.len() - 1
-    }
-
-    fn positions(&self, node: u32) -> Range<u32> {
-        let choices = self.choices.of(node);
-        self.choices.start[choices.start]..self.choices.start[choices.end]
-    }
-
-    fn at(&self, position: u32) -> Option<u32> {
-        self.kept[position as usize].then(|| self.choices.to[position as usize])
-    }
 }
 
 #[cfg(test)]
@@ -362,7 +337,7 @@ mod tests {
     fn found(rows: &[&[u32]], roots: Range<u32>) -> Components {
         let choices: Vec<&[&[u32]]> = rows.iter().map(std::slice::from_ref).collect();
         let choices = choices_of(&choices);
-        components(&Kept::new(&choices, &vec![true; rows.len()]), roots)
+        choices.components(roots, |_| true)
     }
 
     #[test]
@@ -387,7 +362,7 @@ mod tests {
     }
 
     fn choices_of(rows: &[&[&[u32]]]) -> Choices {
-        let mut choices = Choices { first: vec![0], start: vec![0], to: Vec::new() };
+        let mut choices = Choices::default();
         for row in rows {
             for to in *row {
                 choices.to.extend_from_slice(to);

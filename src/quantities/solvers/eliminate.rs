@@ -35,20 +35,6 @@ impl<N: Weight> Constant<N> for N {
     }
 }
 
-impl<N: Weight, const K: usize> Constant<N> for [N; K] {
-    fn zero() -> Self {
-        std::array::from_fn(|_| N::zero())
-    }
-
-    fn plus_times(&self, factor: &N, other: &Self) -> Self {
-        std::array::from_fn(|at| self[at].plus(&factor.times(&other[at])))
-    }
-
-    fn over(&self, divisor: &N) -> Self {
-        std::array::from_fn(|at| Weight::over(&self[at], divisor))
-    }
-}
-
 /// A constant per equation; an empty list stands for zeros.
 impl<N: Weight> Constant<N> for Vec<N> {
     fn zero() -> Self {
@@ -81,7 +67,7 @@ impl<N: Weight, C> Row<N, C> {
     }
 }
 
-/// Solves the equations, if that takes no more work than is left; see [`Elimination`].
+/// Solves the equations. `left` is the work that may be done, and then what is left of it.
 ///
 /// # Errors
 /// Some node cannot leave the chain: never; more work is needed than is left: later; a limit is reached.
@@ -98,7 +84,7 @@ pub(crate) fn solve<N: Weight, C: Constant<N>>(
 
 /// The elimination of the nodes of a chain, those with few neighbours first. Memory and time depend on the entries that
 /// fill in.
-pub(crate) struct Elimination<N, C> {
+struct Elimination<N, C> {
     rows: Vec<Row<N, C>>,
     /// The nodes that have an edge to a node, with some that had one.
     sources: Vec<Vec<u32>>,
@@ -113,8 +99,6 @@ pub(crate) struct Elimination<N, C> {
     leaving: Vec<N>,
     /// An empty list, in which the edges of a row are put together.
     spare: Vec<(u32, N)>,
-    /// The bytes that the rows take.
-    bytes: usize,
 }
 
 impl<N: Weight, C: Constant<N>> Elimination<N, C> {
@@ -122,7 +106,7 @@ impl<N: Weight, C: Constant<N>> Elimination<N, C> {
     ///
     /// # Errors
     /// A limit is reached.
-    pub(crate) fn new(rows: Vec<Row<N, C>>, meter: &mut Meter<'_>) -> Result<Self> {
+    fn new(rows: Vec<Row<N, C>>, meter: &mut Meter<'_>) -> Result<Self> {
         let mut sources = vec![Vec::new(); rows.len()];
         for (node, row) in (0..).zip(&rows) {
             row.edges.iter().for_each(|&(to, _)| sources[to as usize].push(node));
@@ -139,15 +123,9 @@ impl<N: Weight, C: Constant<N>> Elimination<N, C> {
             order: Vec::with_capacity(n),
             leaving: vec![N::zero(); n],
             spare: Vec::new(),
-            bytes,
         };
         work.queue = (0..n as u32).map(|node| Reverse((work.cost(node), Reverse(node)))).collect();
         Ok(work)
-    }
-
-    /// Returns the bytes that the rows take.
-    pub(crate) fn bytes(&self) -> usize {
-        self.bytes
     }
 
     /// Returns the number of entries that the elimination of a node touches.
@@ -159,9 +137,9 @@ impl<N: Weight, C: Constant<N>> Elimination<N, C> {
     /// is left of it.
     ///
     /// # Errors
-    /// Some node cannot leave the chain: never; more work is needed than is left: later, and the next call goes on from
-    /// there; a limit is reached.
-    pub(crate) fn run(&mut self, left: &mut usize, meter: &mut Meter<'_>) -> Turn<Vec<C>> {
+    /// Some node cannot leave the chain: never; more work is needed than is left: later; a limit
+    /// is reached.
+    fn run(&mut self, left: &mut usize, meter: &mut Meter<'_>) -> Turn<Vec<C>> {
         while let Some(Reverse((_, Reverse(node)))) = self.queue.pop() {
             let cost = self.cost(node);
             // The cost may have grown since the node was queued.
@@ -175,7 +153,6 @@ impl<N: Weight, C: Constant<N>> Elimination<N, C> {
                 return Err(Stop::Never);
             }
             let Some(less) = left.checked_sub(cost.saturating_mul(leaving.work())) else {
-                self.queue.push(Reverse((cost, Reverse(node))));
                 return Err(Stop::Later);
             };
             *left = less;
@@ -241,7 +218,6 @@ impl<N: Weight, C: Constant<N>> Elimination<N, C> {
         own.edges.extend_from_slice(edges);
         edges.clear();
         let grown = own.edges.len().saturating_sub(before) * (N::BYTES + 12);
-        self.bytes += grown;
         meter.take(grown)
     }
 
@@ -276,13 +252,10 @@ mod tests {
     }
 
     #[test]
-    fn elimination_goes_on_where_its_work_was_used_up() {
+    fn elimination_ends_where_its_work_is_used_up() {
         let meter = &mut Meter::unlimited(&NoProgress);
-        let mut work = Elimination::new(rows(), meter).unwrap();
-        let few = 3 * 0.0f64.work();
-        let (mut little, mut more) = (few, 4 * few);
-        assert!(matches!(work.run(&mut little, meter), Err(Stop::Later)));
-        let x = work.run(&mut more, meter).unwrap();
+        assert!(matches!(solve(rows(), &mut 3, meter), Err(Stop::Later)));
+        let x = solve(rows(), &mut 100, meter).unwrap();
         assert!(x.iter().all(|x| (x - 1.0).abs() < 1e-12), "{x:?}");
     }
 }

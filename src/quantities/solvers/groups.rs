@@ -1,54 +1,100 @@
 //! The nodes of a strongly connected component, grouped by the end components in which nothing can
 //! be gained or paid.
 
+use std::collections::VecDeque;
+
 use crate::equations::graph::{Edge, LOST, NONE};
 use crate::equations::meter::Meter;
 use crate::equations::number::{Interval, Number, Weight};
 use crate::equations::solution::Solution;
 use crate::equations::system::{End, System};
-use crate::solvers::component::Action;
 use crate::solvers::components::{self, Choices, EndComponents};
 use crate::solvers::eliminate::Row;
+use crate::solvers::policies::{BETTER, ROUNDS, greatest};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 
-/// A reader of the numbers of a system as numbers of another kind.
-pub(crate) trait Reader<N: Number> {
+/// A number in the rows of a component: a double, or a fraction.
+pub(crate) trait Entry: Weight + PartialOrd {
+    /// The numbers with which rows are computed.
     type Read: Number;
+    const EXACT: bool;
+    /// The changes of a policy after which it is not expected to settle.
+    const ROUNDS: usize;
+    /// Sweeps of value iteration between two evaluations of policies.
+    const SWEEPS: usize;
     /// Returns a fraction of the graph.
-    fn fraction(system: &System<'_, N>, position: u32) -> Self::Read;
+    fn fraction<N: Number>(system: &System<'_, N>, position: u32) -> Self::Read;
     /// Returns the lower and the upper bound of a number; the upper one is finite for fractions.
-    fn bounds(number: &N) -> (Self::Read, Self::Read);
+    fn read<N: Number>(number: &N) -> (Self::Read, Self::Read);
+    /// Returns the lower bound of a number.
+    fn of(read: &Self::Read) -> Self;
+    fn one() -> Self;
+    fn is_finite(&self) -> bool;
+    /// Returns the amount by which a choice must be better if it has these values: more than rounding adds up to.
+    fn slack(x: &[Self]) -> Self;
 }
 
-/// Reads the fractions of the graph, and bounds as the fractions that they are.
-pub(crate) struct AsFractions;
-
-impl<N: Number> Reader<N> for AsFractions {
+impl Entry for Ratio {
     type Read = Ratio;
+    const EXACT: bool = true;
+    const ROUNDS: usize = usize::MAX;
+    const SWEEPS: usize = 1;
 
-    fn fraction(system: &System<'_, N>, position: u32) -> Ratio {
+    fn fraction<N: Number>(system: &System<'_, N>, position: u32) -> Ratio {
         system.graph.fractions()[position as usize].clone()
     }
 
-    fn bounds(number: &N) -> (Ratio, Ratio) {
+    fn read<N: Number>(number: &N) -> (Ratio, Ratio) {
         number.fractions()
+    }
+
+    fn of(read: &Ratio) -> Self {
+        read.clone()
+    }
+
+    fn one() -> Self {
+        Number::one()
+    }
+
+    fn is_finite(&self) -> bool {
+        true
+    }
+
+    fn slack(_: &[Self]) -> Self {
+        Weight::zero()
     }
 }
 
-/// Reads intervals.
-pub(crate) struct AsIntervals;
-
-impl<N: Number> Reader<N> for AsIntervals {
+impl Entry for f64 {
     type Read = Interval;
+    const EXACT: bool = false;
+    const ROUNDS: usize = ROUNDS;
+    const SWEEPS: usize = 8;
 
-    fn fraction(system: &System<'_, N>, position: u32) -> Interval {
+    fn fraction<N: Number>(system: &System<'_, N>, position: u32) -> Interval {
         system.fractions[position as usize].bounds()
     }
 
-    fn bounds(number: &N) -> (Interval, Interval) {
+    fn read<N: Number>(number: &N) -> (Interval, Interval) {
         let Interval { lower, upper } = number.bounds();
         (Interval::point(lower), Interval::point(upper))
+    }
+
+    fn of(read: &Interval) -> Self {
+        read.lower
+    }
+
+    fn one() -> Self {
+        1.0
+    }
+
+    fn is_finite(&self) -> bool {
+        f64::is_finite(*self)
+    }
+
+    fn slack(x: &[Self]) -> Self {
+        BETTER * greatest(x)
     }
 }
 
@@ -138,7 +184,7 @@ impl<'n> Groups<'n> {
         position: &'n [u32],
         meter: &mut Meter<'_>,
     ) -> Result<Self> {
-        let mut free = Choices { first: vec![0], start: vec![0], to: Vec::new() };
+        let mut free = Choices::default();
         let mut numbers = Vec::new();
         // Most successors come first, so most choices into nodes without a free choice are left out at once.
         let mut leaves = vec![false; nodes.len()];
@@ -227,25 +273,6 @@ impl<'n> Groups<'n> {
         choices.flat_map(|choice| system.graph.edges(choice)).all(is_finite)
     }
 
-    /// Returns the actions of each group.
-    pub(crate) fn actions<N: Number>(
-        &self,
-        system: &System<'_, N>,
-        solution: &Solution<N>,
-        meter: &mut Meter<'_>,
-    ) -> Result<Vec<Vec<Action>>> {
-        let mut actions: Vec<Vec<Action>> = (0..self.count()).map(|_| Vec::new()).collect();
-        self.visit(system, meter, |group, choice| {
-            let mut equation = Equation::empty();
-            self.write::<N, AsFractions>(system, (group, choice), solution, &mut equation);
-            let action = Action::new(choice, equation.row, equation.high);
-            if action.leaves() {
-                actions[group as usize].push(action);
-            }
-        })?;
-        Ok(actions)
-    }
-
     /// Returns the group of an open node; `None` outside of the component.
     pub(crate) fn group_of(&self, node: u32) -> Option<u32> {
         let position = self.position[node as usize];
@@ -253,23 +280,23 @@ impl<'n> Groups<'n> {
     }
 
     /// Writes the equation of a choice of a node in the group `own`, with the memory of another equation.
-    pub(crate) fn write<N: Number, R: Reader<N>>(
+    pub(crate) fn write<N: Number, E: Entry>(
         &self,
         system: &System<'_, N>,
         (own, choice): (u32, u32),
         solution: &Solution<N>,
-        equation: &mut Equation<R::Read>,
+        equation: &mut Equation<E::Read>,
     ) {
         equation.clear();
         if let Some(cost) = system.cost(choice) {
-            equation.gain(&R::fraction(system, cost));
+            equation.gain(&E::fraction(system, cost));
         }
         for edge in system.graph.edges(choice) {
-            let p = R::fraction(system, edge.probability());
-            let bonus = if system.bonus(edge) { R::Read::one() } else { R::Read::zero() };
+            let p = E::fraction(system, edge.probability());
+            let bonus = if system.bonus(edge) { E::Read::one() } else { E::Read::zero() };
             match system.end(edge, solution) {
                 End::Known(value) => {
-                    let (low, high) = R::bounds(&value);
+                    let (low, high) = E::read(&value);
                     equation.exit(p, (low.plus(&bonus), high.plus(&bonus)));
                 }
                 End::Open(to) => {
@@ -295,7 +322,7 @@ impl<'n> Groups<'n> {
     ) {
         for (index, &node) in self.nodes.iter().enumerate() {
             let group = self.found.group[index] as usize;
-            if system.graph.edges_of(node).contains(&picks[group]) {
+            if system.graph.choices(node).contains(&picks[group]) {
                 solution.set_pick(node, picks[group]);
             }
             solution.set(node, values[group].clone());
@@ -307,35 +334,16 @@ impl<'n> Groups<'n> {
 
     /// Lets the other nodes of each group move towards the one that leaves it.
     fn approach<N: Number>(&self, solution: &mut Solution<N>) {
-        let Groups { nodes, free, found, numbers, .. } = self;
-        let open = (0..nodes.len() as u32).filter(|&index| solution.pick(nodes[index as usize]) == NONE);
-        let mut open: Vec<u32> = open.collect();
-        // Sweeps by turns in both directions are faster than a list of entries, as long as each does much.
-        let mut enough = usize::MAX;
-        while open.len() <= enough {
-            enough = open.len() - open.len().div_ceil(8);
-            open.retain(|&index| {
-                let known = |&to: &u32| solution.pick(nodes[to as usize]) != NONE;
-                let leads =
-                    |&choice: &usize| found.inside[choice] && free.successors(choice).iter().any(known);
-                let choice = free.of(index).find(leads);
-                choice.inspect(|&choice| solution.set_pick(nodes[index as usize], numbers[choice])).is_none()
-            });
-            if open.is_empty() {
-                return;
-            }
-            open.reverse();
-        }
         let has_pick = |&i: &u32| solution.pick(self.nodes[i as usize]) != NONE;
-        let mut layer: Vec<u32> = (0..self.nodes.len() as u32).filter(has_pick).collect();
+        let mut layer: VecDeque<u32> = (0..self.nodes.len() as u32).filter(has_pick).collect();
         let (rows, into, owner) = self.free.reversed();
-        while let Some(to) = layer.pop() {
+        while let Some(to) = layer.pop_front() {
             for &choice in &into[rows[to as usize] as usize..rows[to as usize + 1] as usize] {
                 let index = owner[choice as usize];
                 let node = self.nodes[index as usize];
                 if self.found.inside[choice as usize] && solution.pick(node) == NONE {
                     solution.set_pick(node, self.numbers[choice as usize]);
-                    layer.push(index);
+                    layer.push_back(index);
                 }
             }
         }

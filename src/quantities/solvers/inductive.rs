@@ -5,13 +5,9 @@
 //! bounds of costs need L ≤ B(L) or U ≥ B(U) by choices that do not stay for ever: such a choice
 //! enters a smaller rank with positive probability.
 //!
-//! The solver's bounds need not satisfy this after rounding. Bounds of a component that is one state
-//! are the exact value of its equation, rounded outwards. For other components these are tried, until
-//! one is confirmed by exact arithmetic and near the solver's bounds:
-//!
-//! 1. the solver's bounds, which are confirmed by one step where doubles suffice;
-//! 2. those that the solver finds for the confirmed bounds of what the component reaches;
-//! 3. up to 100 groups: the exact solution as fractions.
+//! Bounds of a component that is one state are the exact value of its equation, rounded outwards. For other components,
+//! the solver finds bounds for the confirmed bounds of what the component reaches, which one step confirms where doubles
+//! suffice. Else the exact solution as fractions is tried, up to 100 groups.
 //!
 //! Where nothing is confirmed, the bound says nothing: 0, 1 or infinite.
 
@@ -55,22 +51,10 @@ pub(crate) struct Wanted<'a> {
     pub(crate) side: Side,
     /// The bounds of the level below.
     pub(crate) below: Option<&'a Inductive>,
-    /// The solver's bounds.
-    pub(crate) solved: &'a Solution<Interval>,
     /// The fractions of the graph.
     pub(crate) fractions: &'a [Interval],
     /// True if it must be shown where the probability is 1.
     pub(crate) shows_ones: bool,
-    /// The distance from the solver's bounds that is accepted, relative above 1.
-    pub(crate) near: f64,
-}
-
-/// The way to find bounds of a component.
-#[derive(Clone, Copy)]
-enum Attempt {
-    Solved,
-    Again,
-    Exact,
 }
 
 impl Wanted<'_> {
@@ -323,90 +307,55 @@ impl Work<'_> {
         Ok(())
     }
 
-    /// Finds the bounds of a component by one attempt after the other.
+    /// Finds the bounds of a component: those of the solver for the confirmed bounds of what the component reaches, or
+    /// fractions.
     fn component(&mut self, nodes: &[u32], position: &[u32], meter: &mut Meter<'_>) -> Result<()> {
-        let mut best: Option<(f64, Vec<Number>)> = None;
-        for attempt in [Attempt::Solved, Attempt::Again, Attempt::Exact] {
-            meter.step()?;
-            let Some(found) = self.attempt(attempt, nodes, position, meter)? else { continue };
-            nodes.iter().zip(&found).for_each(|(&node, bound)| self.set(node, bound.clone()));
-            if !self.holds(nodes) || !self.rank(nodes, position) {
-                continue;
-            }
-            let away = self.distance(nodes);
-            if best.as_ref().is_none_or(|(least, _)| away < *least) {
-                best = Some((away, found));
-            }
-            if away <= self.wanted.near {
-                break;
+        let known = |work: &mut Self, known: bool| {
+            nodes.iter().for_each(|&node| work.found.rounded.know(node, known));
+        };
+        known(self, false);
+        let (wanted, system) = (self.wanted, self.wanted.system());
+        system.component(nodes, position, &mut self.found.rounded, meter)?;
+        let solved = |&node: &u32| {
+            let Interval { lower, upper } = *self.found.rounded.stored(node);
+            Number::Double(if wanted.side == Side::Lower { lower } else { upper })
+        };
+        let solved: Vec<Number> = nodes.iter().map(solved).collect();
+        if !self.are_bounds(nodes, position, &solved) {
+            known(self, false);
+            let exact = self.exact(nodes, position, meter)?;
+            if !exact.is_some_and(|exact| self.are_bounds(nodes, position, &exact)) {
+                self.are_bounds(nodes, position, &vec![wanted.nothing(); nodes.len()]);
             }
         }
-        let found = best.map_or_else(|| vec![self.wanted.nothing(); nodes.len()], |(_, found)| found);
-        for (&node, bound) in nodes.iter().zip(found) {
-            self.set(node, bound);
-            self.found.rounded.know(node, true);
-        }
-        self.rank(nodes, position);
+        known(self, true);
         Ok(())
     }
 
-    /// Returns the greatest distance from the solver's bounds, relative above 1.
-    fn distance(&self, nodes: &[u32]) -> f64 {
-        let away = |&node: &u32| {
-            let solved = self.solved(node);
-            let found = self.found.rounded.stored(node).lower;
-            if solved == found { 0.0 } else { (solved - found).abs() / solved.max(1.0) }
-        };
-        nodes.iter().map(away).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+    /// Sets the bounds of a component; returns whether they are confirmed.
+    fn are_bounds(&mut self, nodes: &[u32], position: &[u32], found: &[Number]) -> bool {
+        nodes.iter().zip(found).for_each(|(&node, bound)| self.set(node, bound.clone()));
+        self.holds(nodes) && self.rank(nodes, position)
     }
 
-    fn solved(&self, node: u32) -> f64 {
-        let Interval { lower, upper } = *self.wanted.solved.stored(node);
-        if self.wanted.side == Side::Lower { lower } else { upper.min(self.top()) }
-    }
-
-    /// Returns the greatest value of the quantity.
-    fn top(&self) -> f64 {
-        if matches!(self.wanted.quantity, Quantity::Probability(_)) { 1.0 } else { f64::INFINITY }
-    }
-
-    /// Returns candidates for the bounds of a component.
-    fn attempt(
-        &mut self,
-        attempt: Attempt,
-        nodes: &[u32],
-        position: &[u32],
-        meter: &mut Meter<'_>,
-    ) -> Result<Option<Vec<Number>>> {
-        let (wanted, top) = (self.wanted, self.top());
-        let side = |x: Interval| if wanted.side == Side::Lower { x.lower } else { x.upper };
-        let system = wanted.system();
-        if let Attempt::Solved = attempt {
-            return Ok(Some(nodes.iter().map(|&node| Number::Double(self.solved(node))).collect()));
-        }
-        let solution = &mut self.found.rounded;
-        nodes.iter().for_each(|&node| solution.know(node, false));
-        if let Attempt::Again = attempt {
-            system.component(nodes, position, solution, meter)?;
-            let bound = |&node: &u32| Number::Double(side(*solution.stored(node)).min(top));
-            return Ok(Some(nodes.iter().map(bound).collect()));
-        }
+    /// Returns the exact bounds of a component, if it is small.
+    fn exact(&self, nodes: &[u32], position: &[u32], meter: &mut Meter<'_>) -> Result<Option<Vec<Number>>> {
+        let (wanted, system) = (self.wanted, self.wanted.system());
         let groups = Groups::new(&system, nodes, position, meter)?;
         if groups.count() > FEW {
             return Ok(None);
         }
-        let optimum = match system.fractions_of(&groups, solution, &[], usize::MAX, meter) {
-            Ok(optimum) => optimum,
+        let found = match system.fractions_of(&groups, &self.found.rounded, &[], usize::MAX, meter) {
+            Ok(found) => found,
             Err(Stop::Limit(error)) => return Err(error),
             Err(_) => return Ok(None),
         };
+        let values = if wanted.side == Side::Lower { &found.low } else { &found.high };
         let value = |&node: &u32| {
-            let group = groups.group_of(node)? as usize;
-            let values = if wanted.side == Side::Lower { &optimum.low } else { &optimum.high };
-            let exact = match wanted.quantity {
-                Quantity::Probability(_) => values[group].clone().min(Ratio::one()),
-                _ => values[group].clone(),
-            };
+            let mut exact = values[groups.group_of(node)? as usize].clone();
+            if let Quantity::Probability(_) = wanted.quantity {
+                exact = exact.min(Ratio::one());
+            }
             let is_short = exact.numer().bits().max(exact.denom().bits()) <= MOST_BITS;
             is_short.then(|| Number::from(exact))
         };

@@ -14,14 +14,14 @@
 //! greatest width is added to the candidate.
 //!
 //! A sweep visits the groups in postorder and uses new values at once (Gauss and Seidel), so values
-//! travel through most of a component in one sweep. [`crate::solvers::sparse`] describes the rounding.
+//! travel through most of a component in one sweep. [`crate::solvers::rows`] describes the rounding.
 //!
 //! A. Hartmanns and B. Kaminski, "Optimistic value iteration" (CAV 2020).
 
 use crate::equations::graph::NONE;
 use crate::equations::meter::{Meter, Stop, Turn};
 use crate::equations::system::Sense;
-use crate::solvers::sparse::{Found, Sparse, TINY};
+use crate::solvers::rows::{Found, Rows, TINY};
 
 /// The relative width of the bounds that are sought, and the part that is added to a candidate.
 const WIDTH: f64 = 1e-9;
@@ -94,7 +94,7 @@ impl Trend {
 
 /// An iteration, which continues in each turn.
 pub(crate) struct Iteration<'s> {
-    sparse: &'s Sparse,
+    sparse: &'s Rows<f64>,
     low: Vec<f64>,
     /// Upper bounds, if some are known.
     high: Option<Vec<f64>>,
@@ -110,15 +110,10 @@ pub(crate) struct Iteration<'s> {
 
 impl<'s> Iteration<'s> {
     /// Starts with nothing but an upper bound, if it is given.
-    pub(crate) fn new(sparse: &'s Sparse, top: Option<f64>) -> Self {
+    pub(crate) fn new(sparse: &'s Rows<f64>, top: Option<f64>) -> Self {
         let n = sparse.groups();
         let high = top.map(|top| vec![top; n]);
         Iteration { sparse, low: vec![0.0; n], high, policy: vec![NONE; n], trend: Trend::default(), left: 0 }
-    }
-
-    /// Returns the action of each group that is the best so far, or [`NONE`].
-    pub(crate) fn policy(&self) -> &[u32] {
-        &self.policy
     }
 
     /// Iterates until the bounds are narrow. They hold in any case.
@@ -231,7 +226,7 @@ impl<'s> Iteration<'s> {
 mod tests {
     use super::*;
     use crate::solvers::eliminate::{self, Row};
-    use crate::solvers::sparse::Constant;
+    use crate::solvers::rows::Constant;
     use meliora_base::random::Draw;
     use meliora_engine::NoProgress;
 
@@ -257,8 +252,8 @@ mod tests {
     }
 
     /// Returns the rows of a component; `width` is that of the bounds at the first exit of all.
-    fn sparse(sense: Sense, groups: &[Vec<Made>], width: f64) -> Sparse {
-        let mut sparse = Sparse::empty(sense);
+    fn sparse(sense: Sense, groups: &[Vec<Made>], width: f64) -> Rows<f64> {
+        let mut sparse = Rows::empty(sense);
         (sparse.error, sparse.inherited, sparse.least) = (16.0 * f64::EPSILON, width, RARE);
         for (group, actions) in (0..).zip(groups) {
             sparse.begin(group);
@@ -278,7 +273,7 @@ mod tests {
     }
 
     /// Iterates for at most this number of sweeps; returns the bounds, and whether they are narrow.
-    fn solve(sparse: &Sparse, sweeps: usize) -> (Found, bool) {
+    fn solve(sparse: &Rows<f64>, sweeps: usize) -> (Found, bool) {
         let mut iteration = Iteration::new(sparse, None);
         let end = iteration.turn(sweeps * sparse.entries(), &mut Meter::unlimited(&NoProgress));
         (iteration.found(), end.is_ok())
@@ -313,7 +308,7 @@ mod tests {
 
     /// All actions are equally good: to go round a ring that is left in one of its groups only, and
     /// rarely; to jump across it; and to leave it at once, in that group.
-    fn hardly_left(width: f64) -> Sparse {
+    fn hardly_left(width: f64) -> Rows<f64> {
         let n = 2000;
         let go = |i: u32| Made { gain: 0.0, exits: Vec::new(), edges: vec![((i + n - 1) % n, 1.0)] };
         let jump =
@@ -366,10 +361,14 @@ mod tests {
     }
 
     /// Returns the values of a policy by elimination with doubles.
-    fn values(sparse: &Sparse, policy: &[u32]) -> Vec<f64> {
+    fn values(sparse: &Rows<f64>, policy: &[u32]) -> Vec<f64> {
         let row = |&action: &u32| {
             let &Constant { low, escape, .. } = sparse.constant(action as usize);
-            Row { edges: sparse.row(action as usize).collect(), escape, constant: low }
+            Row {
+                edges: sparse.row(action as usize).map(|(to, p)| (to, *p)).collect(),
+                escape,
+                constant: low,
+            }
         };
         let (rows, mut left) = (policy.iter().map(row).collect(), usize::MAX);
         eliminate::solve(rows, &mut left, &mut Meter::unlimited(&NoProgress)).unwrap()
@@ -384,7 +383,7 @@ mod tests {
             let end = iteration.turn(10_000 * sparse.entries(), &mut Meter::unlimited(&NoProgress));
             assert!(end.is_ok(), "seed {seed}, {sense:?}: {end:?}");
             let Found { low, high, .. } = iteration.found();
-            for (group, value) in values(&sparse, iteration.policy()).into_iter().enumerate() {
+            for (group, value) in values(&sparse, &iteration.policy).into_iter().enumerate() {
                 let (low, high) = (low[group], high[group]);
                 assert!(high - low <= 1e-7 * low.max(1.0), "seed {seed}, {sense:?}: {low} {high}");
                 // The policy attains one of the bounds, and elimination has an error of its own.

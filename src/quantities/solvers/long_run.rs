@@ -31,7 +31,7 @@ pub(crate) fn values<N: Number>(
         return Err(Error::Usage(what.to_owned()));
     }
     meter.take(arena.states() * (components::SEARCH + 12))?;
-    let found = components::components(&arena.choices, 0..arena.states() as u32);
+    let found = arena.choices.components(0..arena.states() as u32, |_| true);
     let mut nodes = vec![NONE; arena.states()];
     let (mut averages, mut place): (Vec<N>, _) = (Vec::new(), vec![NONE; arena.states()]);
     for component in found.iter() {
@@ -84,7 +84,7 @@ fn average<N: Number>(
     let fraction = |weight: u32| N::of(&arena.fractions.list()[weight as usize]);
     let gain = |state: u32| N::of(rewards.choice(state as usize));
     let row = |&state: &u32| {
-        let mut row = Row { edges: Vec::new(), escape: N::zero(), constant: [gain(state), N::one()] };
+        let mut row = Row { edges: Vec::new(), escape: N::zero(), constant: vec![gain(state), N::one()] };
         for (to, weight) in arena.edges(state as usize) {
             match place[to as usize] {
                 _ if to == state => {}
@@ -103,10 +103,10 @@ fn average<N: Number>(
     })?;
     let [mut sum, mut steps] = [gain(last), N::one()];
     for (to, weight) in arena.edges(last as usize) {
-        if let Some([more, longer]) = values.get(place[to as usize] as usize) {
+        if let Some(values) = values.get(place[to as usize] as usize) {
             let p = fraction(weight);
-            sum = sum.plus(&p.times(more));
-            steps = steps.plus(&p.times(longer));
+            sum = sum.plus(&p.times(&values[0]));
+            steps = steps.plus(&p.times(&values[1]));
         }
     }
     others.iter().for_each(|&state| place[state as usize] = NONE);

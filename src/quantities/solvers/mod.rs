@@ -5,10 +5,9 @@
 //! | `solve`, `solved` | the equations of each quantity and level, solved component by component |
 //! | `components`, `groups` | strongly connected components, and the end components in them |
 //! | `turns` | the methods for a component, with budgets that double |
-//! | `sparse` | the equations of a component in doubles, rounded outwards |
+//! | `rows` | the equations of a component, in doubles that are rounded outwards or in fractions |
 //! | `iterate` | optimistic value iteration |
-//! | `doubles` | policy iteration by elimination of states, with bounds that one step confirms |
-//! | `component` | the same with fractions |
+//! | `policies` | policy iteration by elimination of states, with bounds that one step confirms, or with fractions |
 //! | `eliminate` | elimination of states |
 //! | `horizon` | success within n steps |
 //! | `sides` | the states from which a set is reached possibly, and almost surely, in a game |
@@ -19,9 +18,7 @@
 //! | `inductive` | bounds that one step confirms |
 
 pub(crate) mod back;
-pub(crate) mod component;
 pub(crate) mod components;
-pub(crate) mod doubles;
 pub(crate) mod eliminate;
 pub(crate) mod groups;
 pub(crate) mod horizon;
@@ -29,11 +26,12 @@ pub(crate) mod hull;
 pub(crate) mod inductive;
 pub(crate) mod iterate;
 pub(crate) mod long_run;
+pub(crate) mod policies;
 pub(crate) mod reaching;
+pub(crate) mod rows;
 pub(crate) mod sides;
 pub(crate) mod solve;
 pub(crate) mod solved;
-pub(crate) mod sparse;
 pub(crate) mod total;
 pub(crate) mod turns;
 pub(crate) mod weighted;

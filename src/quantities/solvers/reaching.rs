@@ -13,13 +13,13 @@ use bitvec::vec::BitVec;
 
 use super::back::Back;
 use super::components;
-use super::doubles::ROUNDS;
+use super::groups::Entry;
+use super::policies::ROUNDS;
 use super::sides::Sides;
-use super::sparse::BETTER;
-use crate::equations::arena::{Arena, Goal, Rewards};
+use crate::equations::arena::{Arena, Goal, Rewards, opposite};
 use crate::equations::graph::LOST;
 use crate::equations::meter::Meter;
-use crate::equations::number::{Interval, Number, Weight};
+use crate::equations::number::{Interval, Number};
 use crate::equations::part::Part;
 use crate::equations::system::Quantity;
 use crate::path_values::solved;
@@ -54,61 +54,48 @@ struct Known {
 }
 
 impl Reaching<'_> {
-    /// Computes the values with fractions.
+    /// Computes the values: bounds, or fractions. The bounds may be wide in games whose strategies do not settle.
     ///
     /// # Errors
     /// A limit is reached before anything is known.
-    pub(crate) fn exact(&self, meter: &mut Meter<'_>) -> Result<Vector<Ratio>> {
+    pub(crate) fn values<E: Entry>(&self, meter: &mut Meter<'_>) -> Result<Vector<E::Read>> {
         if self.arena.is_uniform(self.goal) {
             return self.alone(self.goal.ours, &self.all_choices(), meter);
         }
-        let led = self.led(&self.nearly(meter)?, meter)?;
-        let (mut strategy, first) = (led.strategy, led.first);
-        let back = Back::new(self.arena, self.goal, self.rewards, meter)?;
-        let step = Step { of: self, back, order: self.order(meter)? };
-        loop {
-            let found: Vector<Ratio> = self.alone(self.follower(), &strategy, meter)?;
-            found.end?;
-            let finite: BitVec = found.values.iter().map(Option::is_some).collect();
-            if led.region.iter_ones().any(|state| !finite[state]) {
-                // Doubles have led to choices that do not reach the target.
-                strategy.clone_from(&first);
-                continue;
-            }
-            let mut x = found.values.iter().map(|x| x.clone().unwrap_or_default()).collect::<Vec<_>>();
-            let better = |q: &Ratio, than: &Ratio, greatest: bool| if greatest { q > than } else { q < than };
-            if !step.improve((&mut strategy, &led.leaders), (&mut x, &finite), 1, better, meter)? {
-                return Ok(Vector { values: found.values, end: Ok(()) });
-            }
+        let (leader, follower) = (self.leader(), opposite(self.leader()));
+        let (first, leaders, region) = self.first(meter)?;
+        let (near, mut strategy) = (self.step::<f64>(meter)?, first.clone());
+        if self.rewards.is_none() {
+            let mut x: Vec<f64> = self.target.iter().map(|inside| f64::from(u8::from(*inside))).collect();
+            let finite = BitVec::repeat(true, x.len());
+            near.improve((&mut strategy, &leaders), (&mut x, &finite), ROUNDS, meter)?;
         }
-    }
-
-    /// Computes bounds of the values. They may be wide in games whose strategies do not settle.
-    ///
-    /// # Errors
-    /// A limit is reached before anything is known.
-    pub(crate) fn bounds(&self, meter: &mut Meter<'_>) -> Result<Vector<Interval>> {
-        if self.arena.is_uniform(self.goal) {
-            return self.alone(self.goal.ours, &self.all_choices(), meter);
+        let step = self.step::<E>(meter)?;
+        if E::EXACT {
+            near.improved((&mut strategy, &leaders), follower, meter)?;
+            let found = step.improved((&mut strategy, &leaders), follower, meter)?;
+            if region.iter_ones().all(|state| found.values[state].is_some()) {
+                return Ok(found);
+            }
+            // Doubles have led to choices that do not reach the target.
+            strategy = first;
+            return step.improved((&mut strategy, &leaders), follower, meter);
         }
-        let step = self.nearly(meter)?;
-        let Led { leaders, mut known, .. } = self.led(&step, meter)?;
+        let mut known = step.improved((&mut strategy, &leaders), follower, meter)?;
         let (mut follow, followers) = (self.all_choices(), !leaders);
-        let finite: BitVec = known.values.iter().map(Option::is_some).collect();
-        let middle = |x: &Option<Interval>| x.map_or(0.0, |x| f64::midpoint(x.lower, x.upper));
-        let x: Vec<f64> = known.values.iter().map(middle).collect();
+        let (x, finite) = known.side::<E>(follower);
         for state in followers.iter_ones().filter(|&state| finite[state]) {
             if let Some((_, pick)) = step.best(state, (&x, &finite)) {
                 step.take(&mut follow, state, pick);
             }
         }
-        let other = step.improved((&mut follow, &followers), self.leader(), meter)?;
+        let other = step.improved((&mut follow, &followers), leader, meter)?;
         for (own, other) in known.values.iter_mut().zip(other.values) {
             if let (Some(own), Some(other)) = (own.as_mut(), other) {
                 // Each side guarantees one of the bounds.
-                *own = match self.leader() {
-                    Optimum::Max => Interval { lower: own.lower, upper: other.upper.max(own.lower) },
-                    Optimum::Min => Interval { lower: other.lower.min(own.upper), upper: own.upper },
+                *own = match leader {
+                    Optimum::Max => Number::between(&own.low(), &other.high()),
+                    Optimum::Min => Number::between(&other.low(), &own.high()),
                 };
             }
         }
@@ -116,22 +103,9 @@ impl Reaching<'_> {
         Ok(known)
     }
 
-    /// Improves a strategy of the leaders by doubles.
-    fn led(&self, step: &Step<'_, f64>, meter: &mut Meter<'_>) -> Result<Led> {
-        let (first, leaders, region) = self.first(meter)?;
-        let mut strategy = first.clone();
-        if self.rewards.is_none() {
-            let mut x: Vec<f64> = self.target.iter().map(|inside| f64::from(u8::from(*inside))).collect();
-            let finite = BitVec::repeat(true, x.len());
-            step.improve((&mut strategy, &leaders), (&mut x, &finite), ROUNDS, clearly, meter)?;
-        }
-        let known = step.improved((&mut strategy, &leaders), self.follower(), meter)?;
-        Ok(Led { strategy, first, leaders, region, known })
-    }
-
-    /// Returns the steps backward with doubles.
-    fn nearly(&self, meter: &mut Meter<'_>) -> Result<Step<'_, f64>> {
-        let near = |x: &Ratio| Interval::around(x).lower;
+    /// Returns steps backward.
+    fn step<E: Entry>(&self, meter: &mut Meter<'_>) -> Result<Step<'_, E>> {
+        let near = |x: &Ratio| E::of(&E::Read::of(x));
         let back = Back::with(self.arena, self.goal, self.rewards, near, meter)?;
         Ok(Step { of: self, back, order: self.order(meter)? })
     }
@@ -140,7 +114,7 @@ impl Reaching<'_> {
     /// in no cycle.
     fn order(&self, meter: &mut Meter<'_>) -> Result<Vec<u32>> {
         meter.take(self.arena.states() * (components::SEARCH + size_of::<u32>()))?;
-        let found = components::components(&self.arena.choices, 0..self.arena.states() as u32);
+        let found = self.arena.choices.components(0..self.arena.states() as u32, |_| true);
         Ok(found.iter().flatten().copied().collect())
     }
 
@@ -151,10 +125,6 @@ impl Reaching<'_> {
     /// Returns what the side that wants to reach the target looks for.
     fn leader(&self) -> Optimum {
         if self.rewards.is_some() { Optimum::Min } else { Optimum::Max }
-    }
-
-    fn follower(&self) -> Optimum {
-        if self.rewards.is_some() { Optimum::Max } else { Optimum::Min }
     }
 
     /// Returns a strategy with which the leaders reach the target, as choices that may be taken, the leaders, and the
@@ -213,22 +183,10 @@ impl Reaching<'_> {
     }
 }
 
-/// A strategy of the leaders.
-struct Led {
-    strategy: BitVec,
-    /// The strategy that was improved.
-    first: BitVec,
-    leaders: BitVec,
-    /// The states whose values are finite.
-    region: BitVec,
-    /// Bounds of the values of the strategy.
-    known: Vector<Interval>,
-}
-
 /// Steps backward by which strategies are improved.
-struct Step<'a, N> {
+struct Step<'a, E> {
     of: &'a Reaching<'a>,
-    back: Back<'a, N>,
+    back: Back<'a, E>,
     /// The states in the order of a sweep.
     order: Vec<u32>,
 }
@@ -236,14 +194,14 @@ struct Step<'a, N> {
 /// A strategy of a side, as choices that may be taken, and the states of the side.
 type Played<'p> = (&'p mut BitVec, &'p BitVec);
 
-impl<N: Weight + PartialEq + PartialOrd> Step<'_, N> {
+impl<E: Entry> Step<'_, E> {
     /// Returns the best value of the choices of a state, for finite values `x` of some states, and a choice with it.
-    fn best(&self, state: usize, (x, finite): (&[N], &BitVec)) -> Option<(N, usize)> {
+    fn best(&self, state: usize, (x, finite): (&[E], &BitVec)) -> Option<(E, usize)> {
         let arena = self.of.arena;
         let is_finite =
             |choice: &usize| arena.choices.successors(*choice).iter().all(|&to| finite[to as usize]);
         let values = arena.choices.of(state as u32).filter(is_finite);
-        let better = |q: &N, than: &N| if self.back.maximisers[state] { q > than } else { q < than };
+        let better = |q: &E, than: &E| if self.back.maximisers[state] { q > than } else { q < than };
         values
             .map(|choice| (self.back.mean(choice, x), choice))
             .reduce(|best, other| if better(&other.0, &best.0) { other } else { best })
@@ -259,24 +217,26 @@ impl<N: Weight + PartialEq + PartialOrd> Step<'_, N> {
     fn improve(
         &self,
         (strategy, side): Played<'_>,
-        (x, finite): (&mut [N], &BitVec),
+        (x, finite): (&mut [E], &BitVec),
         sweeps: usize,
-        better: impl Fn(&N, &N, bool) -> bool,
         meter: &mut Meter<'_>,
     ) -> Result<bool> {
         let is_open = |state: &usize| !self.of.target[*state] && self.of.left[*state] && finite[*state];
         let order = || self.order.iter().map(|&state| state as usize);
         let mut changed = false;
         for _ in 0..sweeps {
-            let mut settled = true;
+            let (mut settled, slack) = (true, E::slack(x));
             for state in order().filter(is_open) {
                 meter.step()?;
                 let Some((q, pick)) = self.best(state, (x, finite)) else { continue };
-                let greatest = self.back.maximisers[state];
-                if side[state] && better(&q, &x[state], greatest) {
+                let more = |a: &E, b: &E| if self.back.maximisers[state] { a > b } else { b > a };
+                let least =
+                    if self.back.maximisers[state] { x[state].plus(&slack) } else { x[state].clone() };
+                let own = if self.back.maximisers[state] { q.clone() } else { q.plus(&slack) };
+                if side[state] && more(&own, &least) {
                     self.take(strategy, state, pick);
                     (x[state], changed, settled) = (q, true, false);
-                } else if !side[state] && if greatest { q < x[state] } else { q > x[state] } {
+                } else if !side[state] && more(&x[state], &q) {
                     // The values move towards what the side gains.
                     x[state] = q;
                 }
@@ -287,70 +247,48 @@ impl<N: Weight + PartialEq + PartialOrd> Step<'_, N> {
         }
         Ok(changed)
     }
-}
 
-impl Step<'_, f64> {
-    /// Improves a strategy of a side until no other choice is clearly better, and returns the bounds of its values
+    /// Improves a strategy of a side until no other choice is clearly better, and returns the values of the best one
     /// against the best answers.
     fn improved(
         &self,
         (strategy, side): Played<'_>,
         answer: Optimum,
         meter: &mut Meter<'_>,
-    ) -> Result<Vector<Interval>> {
-        let mut best: Vector<Interval> = self.of.alone(answer, strategy, meter)?;
-        let mut x: Vec<f64> = best.values.iter().map(|x| near(x.as_ref(), answer)).collect();
-        for _ in 0..ROUNDS {
-            let finite: BitVec = x.iter().map(|x| x.is_finite()).collect();
-            let goes_on = best.end.is_ok()
-                && self.improve((strategy, side), (&mut x, &finite), ROUNDS, clearly, meter)?;
+    ) -> Result<Vector<E::Read>> {
+        let mut best: Option<(Vec<E>, Vector<E::Read>)> = None;
+        for _ in 0..E::ROUNDS {
+            let found: Vector<E::Read> = self.of.alone(answer, strategy, meter)?;
+            let (mut x, finite) = found.side::<E>(answer);
+            let slack = E::slack(&x);
+            let is_better = |(x, old): (&E, &E)| match answer {
+                Optimum::Min => *x > old.plus(&slack),
+                Optimum::Max => *old > x.plus(&slack),
+            };
+            if let Some((old, best)) = &best
+                && (best.end.is_err() || !x.iter().zip(old).any(is_better))
+            {
+                break;
+            }
+            let own = x.clone();
+            let goes_on = found.end.is_ok()
+                && self.improve((strategy, side), (&mut x, &finite), 8 * E::SWEEPS, meter)?;
+            best = Some((own, found));
             if !goes_on {
                 break;
             }
-            let found: Vector<Interval> = self.of.alone(answer, strategy, meter)?;
-            x = found.values.iter().map(|x| near(x.as_ref(), answer)).collect();
-            if !best.narrow(found, answer) {
-                break;
-            }
         }
-        Ok(best)
+        best.map_or_else(|| self.of.alone(answer, strategy, meter), |(_, found)| Ok(found))
     }
 }
 
-/// Returns whether a value is clearly better than another one.
-fn clearly(q: &f64, than: &f64, greatest: bool) -> bool {
-    if greatest { *q > than * (1.0 + BETTER) } else { *q < than * (1.0 - BETTER) }
-}
-
-/// Returns the bound of a value that a strategy guarantees against the best answers.
-fn near(x: Option<&Interval>, answer: Optimum) -> f64 {
-    x.map_or(f64::INFINITY, |x| if answer == Optimum::Min { x.lower } else { x.upper })
-}
-
-impl Vector<Interval> {
-    /// Narrows bounds by those of a better strategy; returns whether some became clearly better.
-    fn narrow(&mut self, other: Self, answer: Optimum) -> bool {
-        let mut better = false;
-        for (own, other) in self.values.iter_mut().zip(other.values) {
-            let Some(other) = other else { continue };
-            let Some(own) = own.as_mut() else {
-                *own = Some(other);
-                better = true;
-                continue;
-            };
-            match answer {
-                Optimum::Min => {
-                    better |= other.lower > own.lower * (1.0 + BETTER);
-                    own.lower = own.lower.max(other.lower);
-                }
-                Optimum::Max => {
-                    better |= other.upper < own.upper * (1.0 - BETTER);
-                    own.upper = own.upper.min(other.upper);
-                }
-            }
-        }
-        self.end = std::mem::replace(&mut self.end, Ok(())).and(other.end);
-        better
+impl<N: Number> Vector<N> {
+    /// Returns the bounds that a strategy guarantees against the best answers, and the states where they are finite.
+    fn side<E: Entry<Read = N>>(&self, answer: Optimum) -> (Vec<E>, BitVec) {
+        let side = |x: &N| E::of(&if answer == Optimum::Min { x.low() } else { x.high() });
+        let x: Vec<Option<E>> = self.values.iter().map(|x| x.as_ref().map(side)).collect();
+        let finite = x.iter().map(|x| x.as_ref().is_some_and(E::is_finite)).collect();
+        (x.into_iter().map(|x| x.filter(E::is_finite).unwrap_or_else(E::zero)).collect(), finite)
     }
 }
 

@@ -6,22 +6,19 @@
 //! cost + Σ p · w(s') over the choices that keep k improvements certain, with w from C_{k-1} and C_k
 //! in the same way. N has 1 + N(s') on improving steps.
 
-use std::ops::Range;
-
 use bitvec::vec::BitVec;
 
-use crate::equations::graph::{Graph, LOST, NONE};
+use crate::equations::graph::{LOST, NONE};
 use crate::equations::meter::{Meter, Stop, Turn};
 use crate::equations::number::{Interval, Number};
 use crate::equations::solution::Solution;
 use crate::equations::system::{End, Quantity, Sense, System};
-use crate::solvers::component::{Component, Optimum};
 use crate::solvers::components::{self, Components, Successors};
-use crate::solvers::doubles::Elimination;
 use crate::solvers::groups::Groups;
-use crate::solvers::sparse::{Found, Sparse};
-use crate::solvers::turns;
+use crate::solvers::policies::Policies;
+use crate::solvers::rows::{Found, Rows};
 use meliora_base::error::{Error, Limit, Result};
+use meliora_base::exact::Ratio;
 
 /// The number of nodes up to which bounds are passed on after a limit is reached: this must not delay
 /// the end noticeably.
@@ -99,8 +96,20 @@ impl<N: Number> System<'_, N> {
     /// Returns the strongly connected components of the open nodes and of those that they reach; each
     /// comes after those that it reaches.
     pub(crate) fn components(&self) -> Components {
-        let open = (0..self.graph.nodes() as u32).filter(|&node| self.is_open(node));
-        components::components(&Dependencies::new(self), open)
+        let (graph, counted) = (self.graph, self.quantity == Quantity::Number);
+        let open = || (0..graph.nodes() as u32).filter(|&node| self.is_open(node));
+        let mut followed = BitVec::<usize>::repeat(false, graph.edges_in_all());
+        let choices = open().flat_map(|node| graph.choices(node)).filter(|&choice| self.permits(choice));
+        for choice in choices {
+            for (position, edge) in (graph.choices.start[choice as usize] as usize..).zip(graph.edges(choice))
+            {
+                let follows = edge.to != LOST && (!edge.counts() || counted) && self.is_open(edge.to);
+                followed.set(position, follows);
+            }
+        }
+        let positions = |node: u32| graph.edges_of(node);
+        let at = |position: u32| followed[position as usize].then(|| graph.choices.to[position as usize]);
+        components::components(&Successors { nodes: graph.nodes(), positions, at }, open())
     }
 
     /// Solves the equation of a node that is a component of its own.
@@ -166,38 +175,25 @@ impl<N: Number> System<'_, N> {
         solution: &mut Solution<N>,
         meter: &mut Meter<'_>,
     ) -> Result<()> {
+        let before = meter.bytes();
         let groups = Groups::new(self, nodes, position, meter)?;
         meter.take(groups.bytes())?;
-        let sparse = Sparse::new(self, &groups, solution, meter)?;
-        meter.take(sparse.bytes())?;
+        let rows = Rows::new(self, &groups, solution, meter)?;
+        meter.take(rows.bytes())?;
         // A method takes the nodes of the component from those that are not known.
         let end = match N::EXACT {
-            true => self.exact(&groups, &sparse, solution, meter),
-            false => self.bounds(&groups, &sparse, solution, meter),
+            true => self.exact(&groups, &rows, solution, meter),
+            false => {
+                let (Found { low, high, picks }, end) = self.in_turns((&groups, &rows), solution, meter);
+                let most = self.most();
+                let bounds =
+                    |(&lower, &upper): (&f64, &f64)| N::rounded(Interval { lower, upper: upper.min(most) });
+                let values: Vec<N> = low.iter().zip(&high).filter_map(bounds).collect();
+                groups.store(self, &values, &picks, solution);
+                end
+            }
         };
-        meter.release(sparse.bytes() + groups.bytes());
-        end
-    }
-
-    /// Finds bounds of the values of a component.
-    fn bounds(
-        &self,
-        groups: &Groups<'_>,
-        sparse: &Sparse,
-        solution: &mut Solution<N>,
-        meter: &mut Meter<'_>,
-    ) -> Result<()> {
-        let top = matches!(self.quantity, Quantity::Probability(_)).then_some(1.0);
-        let exactly = |seen: &[u32], budget: usize, meter: &mut Meter<'_>| {
-            let Optimum { low, high, picks } = self.fractions_of(groups, solution, seen, budget, meter)?;
-            let low = low.iter().map(|x| Interval::around(x).lower).collect();
-            Ok(Found { low, high: high.iter().map(|x| Interval::around(x).upper).collect(), picks })
-        };
-        let (Found { low, high, picks }, end) = turns::solve(sparse, top, self.only, exactly, meter);
-        let most = self.most();
-        let bounds = |(&lower, &upper): (&f64, &f64)| N::rounded(Interval { lower, upper: upper.min(most) });
-        let values: Vec<N> = low.iter().zip(&high).filter_map(bounds).collect();
-        groups.store(self, &values, &picks, solution);
+        meter.release_to(before);
         end
     }
 
@@ -205,21 +201,19 @@ impl<N: Number> System<'_, N> {
     fn exact(
         &self,
         groups: &Groups<'_>,
-        sparse: &Sparse,
+        rows: &Rows<f64>,
         solution: &mut Solution<N>,
         meter: &mut Meter<'_>,
     ) -> Result<()> {
-        let (none, before) = (vec![NONE; groups.count()], meter.bytes());
-        let seen = match Elimination::new(sparse).turn(&none, usize::MAX, meter) {
+        let seen = match Policies::new(rows).bounds(&[], usize::MAX, meter) {
             Ok(found) => found.picks,
             Err(Stop::Limit(error)) if !matches!(error, Error::Limit(Limit::Memory { .. })) => {
                 return Err(error);
             }
-            Err(_) => none,
+            Err(_) => Vec::new(),
         };
-        meter.release_to(before);
         match self.fractions_of(groups, solution, &seen, usize::MAX, meter) {
-            Ok(Optimum { low, picks, .. }) => {
+            Ok(Found { low, picks, .. }) => {
                 let values: Vec<N> = low.iter().map(N::of).collect();
                 groups.store(self, &values, &picks, solution);
                 Ok(())
@@ -240,17 +234,16 @@ impl<N: Number> System<'_, N> {
         groups: &Groups<'_>,
         solution: &Solution<N>,
         seen: &[u32],
-        mut budget: usize,
+        budget: usize,
         meter: &mut Meter<'_>,
-    ) -> Turn<Optimum> {
+    ) -> Turn<Found<Ratio>> {
         if !N::EXACT && !groups.is_bounded(self, solution) {
             return Err(Stop::Never);
         }
-        let component = Component { sense: self.sense(), actions: groups.actions(self, solution, meter)? };
-        let bytes = component.bytes();
-        let taken = meter.take(bytes).map_err(Stop::from);
-        let end = taken.and_then(|()| component.solve(seen, &mut budget, meter));
-        meter.release(bytes);
+        let (rows, before) = (Rows::<Ratio>::new(self, groups, solution, meter)?, meter.bytes());
+        let taken = meter.take(rows.bytes()).map_err(Stop::from);
+        let end = taken.and_then(|()| Policies::new(&rows).exact(seen, budget, meter));
+        meter.release_to(before);
         end
     }
 
@@ -266,43 +259,5 @@ impl<N: Number> System<'_, N> {
             }
             other => other,
         }
-    }
-}
-
-/// The dependencies between open nodes.
-struct Dependencies<'g> {
-    graph: &'g Graph,
-    /// True for each edge that is followed.
-    followed: BitVec,
-}
-
-impl<'g> Dependencies<'g> {
-    fn new<N: Number>(system: &System<'g, N>) -> Self {
-        let graph = system.graph;
-        let mut followed = BitVec::repeat(false, graph.edges_in_all());
-        let counted = system.quantity == Quantity::Number;
-        for node in (0..graph.nodes() as u32).filter(|&node| system.is_open(node)) {
-            for choice in graph.choices(node).filter(|&choice| system.permits(choice)) {
-                for (position, edge) in (choice as usize..).zip(graph.edges(choice)) {
-                    let follows = edge.to != LOST && (!edge.counts() || counted) && system.is_open(edge.to);
-                    followed.set(position, follows);
-                }
-            }
-        }
-        Dependencies { graph, followed }
-    }
-}
-
-impl Successors for Dependencies<'_> {
-    fn nodes(&self) -> usize {
-        self.graph.nodes()
-    }
-
-    fn positions(&self, node: u32) -> Range<u32> {
-        self.graph.edges_of(node)
-    }
-
-    fn at(&self, position: u32) -> Option<u32> {
-        self.followed[position as usize].then(|| self.graph.target(position))
     }
 }

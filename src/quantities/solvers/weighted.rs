@@ -2,8 +2,8 @@
 //!
 //! States are paired with the sets that their path has visited, so that each objective is a sum of gains of choices;
 //! a gain is negative if the objective is to be small. End components in which nothing is gained become one group, in
-//! which a path may stop. Then every strategy stops almost surely, and the expected number T of steps until then bounds
-//! all errors: if each equation is missed by at most d, values are missed by at most d · T.
+//! which a path may stop. Then every strategy stops almost surely, and equations of which one step confirms the solution
+//! have bounds.
 
 use ahash::AHashMap;
 use bitvec::vec::BitVec;
@@ -11,18 +11,16 @@ use meliora_base::error::{Error, Limit, Result};
 use meliora_base::exact::Ratio;
 use meliora_engine::explicit::weighted::Fractions;
 use meliora_model::Optimum;
-use num_traits::{One, Signed, ToPrimitive};
+use num_traits::{Signed, ToPrimitive};
 
 use super::components::{self, Choices};
-use super::doubles::ROUNDS;
-use super::eliminate::{self, Row};
-use super::sparse::BETTER;
+use super::groups::Entry;
+use super::policies::{BETTER, MARGIN, Policies, greatest};
+use super::rows::{Constant, Rows};
 use crate::equations::arena::{Arena, Rewards};
-use crate::equations::graph::{EVERY, Edge, Graph, Rank};
-use crate::equations::meter::{Meter, Stop};
-use crate::equations::number::{Interval, Weight};
-use crate::equations::system::Quantity;
-use crate::path_values::solved;
+use crate::equations::meter::{Meter, Stop, Turn};
+use crate::equations::number::Weight;
+use crate::equations::system::Sense;
 
 /// A number of a path.
 #[derive(Debug, Clone, Copy)]
@@ -33,9 +31,9 @@ pub enum Counted<'a> {
     Total(&'a Rewards),
 }
 
-/// A choice of a group.
+/// A choice of a group, divided by the probability to leave the group.
 struct Action {
-    /// The groups that are entered, with the numbers of the probabilities; also the own group.
+    /// The groups that are entered, with the numbers of the probabilities.
     edges: Vec<(u32, u32)>,
     /// The numbers of the gains.
     gains: Vec<u32>,
@@ -48,8 +46,6 @@ pub(crate) struct Weighted {
     start: usize,
     /// The gains before the first step.
     first: Vec<Ratio>,
-    /// An upper bound of the expected number of steps from the start.
-    steps: f64,
 }
 
 /// A point that a strategy attains, and a half-space that contains all points.
@@ -90,7 +86,7 @@ impl Pairs {
         let mut pairs = Pairs {
             list: Vec::new(),
             numbers: AHashMap::new(),
-            choices: Choices { first: vec![0], start: vec![0], to: Vec::new() },
+            choices: Choices::default(),
             weights: Vec::new(),
             gains: Vec::new(),
         };
@@ -124,6 +120,32 @@ impl Pairs {
             pairs.choices.first.push(pairs.choices.start.len() as u32 - 1);
         }
         Ok(pairs)
+    }
+
+    /// Returns the action of a choice that leaves its group `own`.
+    fn action(&self, (own, choice): (u32, usize), group: &[u32], fractions: &mut Fractions) -> Action {
+        let known = |fractions: &Fractions, number: u32| fractions.list()[number as usize].clone();
+        let (mut edges, mut leaving): (Vec<(u32, Ratio)>, _) = (Vec::new(), Ratio::default());
+        for at in self.choices.start[choice] as usize..self.choices.start[choice + 1] as usize {
+            let to = group[self.choices.to[at] as usize];
+            if to != own {
+                let p = known(fractions, self.weights[at]);
+                leaving += &p;
+                edges.push((to, p));
+            }
+        }
+        edges.sort_unstable_by_key(|edge| edge.0);
+        edges.dedup_by(|next, kept| {
+            let same = next.0 == kept.0;
+            if same {
+                kept.1 += &next.1;
+            }
+            same
+        });
+        let edges = edges.into_iter().map(|(to, p)| (to, fractions.number(p / &leaving))).collect();
+        let gains = self.gains[choice].iter();
+        let gains = gains.map(|&gain| known(fractions, gain) / &leaving).collect::<Vec<_>>();
+        Action { edges, gains: gains.into_iter().map(|gain| fractions.number(gain)).collect() }
     }
 }
 
@@ -161,73 +183,112 @@ impl Weighted {
         let found = components::end_components(&pairs.choices, meter)?;
         let mut groups: Vec<Vec<Action>> = (0..found.count).map(|_| Vec::new()).collect();
         for pair in 0..pairs.list.len() as u32 {
-            let own = &mut groups[found.group[pair as usize] as usize];
+            let own = found.group[pair as usize];
             for choice in pairs.choices.of(pair) {
-                let edges = pairs.choices.start[choice] as usize..pairs.choices.start[choice + 1] as usize;
-                if found.inside[choice] && pairs.gains[choice].iter().any(|&gain| gain != zero) {
+                let gains = &pairs.gains[choice];
+                if !found.inside[choice] {
+                    groups[own as usize].push(pairs.action((own, choice), &found.group, &mut fractions));
+                    continue;
+                }
+                if gains.iter().any(|&gain| gain != zero) {
                     let state = arena.program.show_state(&arena.state(pairs.list[pair as usize].0 as usize));
                     return Err(Error::Usage(format!(
                         "several objectives need rewards that end: a reward can be earned for all time from the state {state}"
                     )));
                 }
-                own.push(match found.inside[choice] {
-                    true => Action { edges: Vec::new(), gains: vec![zero; objectives.len()] },
-                    false => {
-                        let group = |at: usize| found.group[pairs.choices.to[at] as usize];
-                        let edges = edges.map(|at| (group(at), pairs.weights[at])).collect();
-                        Action { edges, gains: pairs.gains[choice].clone() }
-                    }
-                });
+                groups[own as usize].push(Action { edges: Vec::new(), gains: gains.clone() });
             }
         }
         let mask = pairs.list[0].1;
-        let first = objectives
-            .iter()
-            .enumerate()
-            .map(|(at, own)| signed(Ratio::from_integer((mask >> at & 1).into()), own.1));
-        let (first, start) = (first.collect(), found.group[0] as usize);
-        let mut weighted = Weighted { groups, fractions, start, first, steps: f64::INFINITY };
-        weighted.steps = weighted.steps_until_end(meter)?;
-        Ok(weighted)
+        let first = |(at, own): (usize, &(Counted<'_>, Optimum))| {
+            signed(Ratio::from_integer((mask >> at & 1).into()), own.1)
+        };
+        let first = objectives.iter().enumerate().map(first).collect();
+        Ok(Weighted { groups, fractions, start: found.group[0] as usize, first })
     }
 
-    /// Returns an upper bound of the expected number of steps from the start until the path stops.
-    fn steps_until_end(&self, meter: &mut Meter<'_>) -> Result<f64> {
-        let before = meter.bytes();
-        let mut graph = Graph::default();
-        graph.known.clone_from(&self.fractions);
-        let one = graph.fraction(Ratio::one());
-        graph.add_node(Rank::default(), false, meter)?;
-        for _ in &self.groups {
-            graph.add_node(Rank { positive: EVERY, sure: EVERY }, false, meter)?;
-        }
-        for (node, actions) in (1..).zip(&self.groups) {
-            graph.begin(node, meter)?;
-            for (position, action) in (0..).zip(actions) {
-                graph.add_choice(position, one);
-                if action.edges.is_empty() {
-                    graph.add_edge(Edge::new(0, one, true));
-                }
-                action.edges.iter().for_each(|&(to, p)| graph.add_edge(Edge::new(to + 1, p, false)));
+    /// Returns the rows of the actions, and their gains.
+    fn rows<N: Entry>(&self, numbers: &[N]) -> (Rows<N>, Vec<Vec<N>>) {
+        let (mut rows, mut gains) = (Rows::empty(Sense::Max), Vec::new());
+        for (group, actions) in (0..).zip(&self.groups) {
+            rows.begin(group);
+            for action in actions {
+                let edges = action.edges.iter().map(|&(to, p)| (to, numbers[p as usize].clone()));
+                // To stop is to leave.
+                let escape = if action.edges.is_empty() { N::one() } else { N::zero() };
+                let constant = Constant { low: N::zero(), high: N::zero(), most: 0.0, escape };
+                rows.push(gains.len() as u32, edges, constant);
+                gains.push(action.gains.iter().map(|&gain| numbers[gain as usize].clone()).collect());
             }
-            graph.end(node, meter)?;
         }
-        let (solution, end) = solved::<Interval>(&graph, Quantity::Reward, None, meter)?;
-        end?;
-        meter.release_to(before);
-        Ok(solution.get(self.start as u32 + 1).map_or(f64::INFINITY, |steps| steps.upper))
+        rows.begin(self.groups.len() as u32);
+        (rows, gains)
     }
 
-    /// Returns a point with nearly the greatest weighted sum, by doubles.
+    /// Returns a point with nearly the greatest weighted sum, by doubles; one that says nothing if none is found.
     ///
     /// # Errors
     /// A limit is reached.
     pub(crate) fn near(&self, weights: &[Ratio], meter: &mut Meter<'_>) -> Result<Point> {
         let numbers: Vec<f64> = self.fractions.list().iter().map(nearest).collect();
-        let weights: Vec<f64> = weights.iter().map(nearest).collect();
-        let better = |q: &f64, than: &f64| *q > than + BETTER * than.abs().max(1.0);
-        let (policy, x) = self.improved(&numbers, &weights, better, ROUNDS, meter)?;
-        Ok(self.bounded(&policy, &x, &weights, &numbers))
+        let exact = |x: f64| Ratio::from_float(x);
+        let found = match self.confirmed(&numbers, &weights.iter().map(nearest).collect::<Vec<_>>(), meter) {
+            Ok(found) => found,
+            Err(Stop::Limit(error)) => return Err(error),
+            Err(_) => None,
+        };
+        let found = found.and_then(|(gains, most)| {
+            let gains = gains.into_iter().zip(&self.first).map(|(gain, first)| Some(exact(gain)? + first));
+            Some(Point {
+                gains: gains.collect::<Option<_>>()?,
+                most: exact(most)? + rate(&self.first, weights),
+            })
+        });
+        let unknown = || exact(f64::MAX).unwrap_or_default();
+        Ok(found.unwrap_or_else(|| Point { gains: vec![-unknown(); weights.len()], most: unknown() }))
+    }
+
+    /// Returns lower bounds of the gains of a policy from the start, and an upper bound of the weighted sum of all
+    /// policies: solutions with a margin per step that one step confirms. As every policy stops almost surely, they are
+    /// bounds.
+    fn confirmed(
+        &self,
+        numbers: &[f64],
+        weights: &[f64],
+        meter: &mut Meter<'_>,
+    ) -> Turn<Option<(Vec<f64>, f64)>> {
+        let (rows, gains) = self.rows(numbers);
+        let rated: Vec<f64> = gains.iter().map(|gains| rate(gains, weights)).collect();
+        let mut policies = Policies::new(&rows);
+        policies.begin(&[], usize::MAX, meter)?;
+        let x = policies.improve(&rated, f64::slack, meter)?;
+        let mut margin = MARGIN * f64::EPSILON * greatest(&x).max(1.0);
+        while margin < BETTER.sqrt() * greatest(&x).max(1.0) {
+            let more: Vec<f64> = rated.iter().map(|gain| gain + margin).collect();
+            let high = policies.improve(&more, |_| margin / MARGIN, meter)?;
+            let less = |gains: &Vec<f64>| gains.iter().map(|gain| gain - margin).collect();
+            let low = policies.evaluate(&gains.iter().map(less).collect::<Vec<Vec<f64>>>(), meter)?;
+            let is_above = |group: usize, action: usize| {
+                let terms = gains[action].iter().zip(weights).map(|(gain, w)| (gain * w).abs());
+                let (q, error) = rounded(&rows, action, (rated[action], terms.sum()), |to| high[to]);
+                q + error + f64::EPSILON * high[group].abs() <= high[group]
+            };
+            let is_below = |group: usize, at: usize| {
+                let (action, own) = (policies.policy[group], low[group][at]);
+                let gain = gains[action][at];
+                let (q, error) = rounded(&rows, action, (gain, gain.abs()), |to| low[to][at]);
+                own + f64::EPSILON * own.abs() <= q - error
+            };
+            let holds = |group: usize| {
+                rows.actions(group).all(|action| is_above(group, action))
+                    && (0..weights.len()).all(|at| is_below(group, at))
+            };
+            if (0..rows.groups()).all(holds) {
+                return Ok(Some((low[self.start].clone(), high[self.start])));
+            }
+            margin *= MARGIN;
+        }
+        Ok(None)
     }
 
     /// Returns the point of the best policy, exactly.
@@ -235,142 +296,43 @@ impl Weighted {
     /// # Errors
     /// A limit is reached.
     pub(crate) fn exact(&self, weights: &[Ratio], meter: &mut Meter<'_>) -> Result<Point> {
-        let numbers = self.fractions.list();
-        let (_, x) = self.improved(numbers, weights, |q, than| q > than, usize::MAX, meter)?;
+        let (rows, gains) = self.rows(self.fractions.list());
+        let rated: Vec<Ratio> = gains.iter().map(|gains| rate(gains, weights)).collect();
+        let mut policies = Policies::new(&rows);
+        let mut solve = || {
+            policies.begin(&[], usize::MAX, meter)?;
+            policies.improve(&rated, Ratio::slack, meter)?;
+            policies.evaluate(&gains, meter)
+        };
+        let x = solve().map_err(|stop| match stop {
+            Stop::Limit(error) => error,
+            _ => Limit::Size { what: "the objectives of a strategy have no values".to_owned() }.into(),
+        })?;
         let gains: Vec<Ratio> = x[self.start].iter().zip(&self.first).map(|(x, y)| x + y).collect();
         let most = rate(&gains, weights);
         Ok(Point { gains, most })
     }
-
-    /// Improves a policy until no other action is better, at most some times; returns it with its values.
-    fn improved<N: Weight>(
-        &self,
-        numbers: &[N],
-        weights: &[N],
-        better: impl Fn(&N, &N) -> bool,
-        rounds: usize,
-        meter: &mut Meter<'_>,
-    ) -> Result<(Vec<usize>, Vec<Vec<N>>)> {
-        let mut policy = vec![0; self.groups.len()];
-        let mut x = self.evaluated(&policy, numbers, meter)?;
-        for _ in 0..rounds {
-            let v: Vec<N> = x.iter().map(|x| rate(x, weights)).collect();
-            let mut changed = false;
-            for (group, actions) in self.groups.iter().enumerate() {
-                let mut best = v[group].clone();
-                for (number, action) in actions.iter().enumerate() {
-                    meter.step()?;
-                    let q = action.value(numbers, &v).plus(&rate(&action.gained(numbers), weights));
-                    if better(&q, &best) {
-                        (best, policy[group], changed) = (q, number, true);
-                    }
-                }
-            }
-            if !changed {
-                break;
-            }
-            x = self.evaluated(&policy, numbers, meter)?;
-        }
-        Ok((policy, x))
-    }
-
-    /// Returns the expected gains of each group under a policy, by elimination.
-    fn evaluated<N: Weight>(
-        &self,
-        policy: &[usize],
-        numbers: &[N],
-        meter: &mut Meter<'_>,
-    ) -> Result<Vec<Vec<N>>> {
-        let row = |(group, &number): (usize, &usize)| {
-            let action = &self.groups[group][number];
-            let mut edges: Vec<(u32, N)> = Vec::new();
-            let mut sorted = action.edges.clone();
-            sorted.sort_unstable_by_key(|edge| edge.0);
-            for (to, p) in sorted.into_iter().filter(|edge| edge.0 as usize != group) {
-                let p = &numbers[p as usize];
-                match edges.last_mut() {
-                    Some((last, sum)) if *last == to => *sum = sum.plus(p),
-                    _ => edges.push((to, p.clone())),
-                }
-            }
-            // To stop is to leave.
-            let escape = if action.edges.is_empty() { self.one(numbers) } else { N::zero() };
-            Row { edges, escape, constant: action.gained(numbers) }
-        };
-        let mut left = usize::MAX;
-        let rows = policy.iter().enumerate().map(row).collect();
-        let mut found = eliminate::solve(rows, &mut left, meter).map_err(|stop| match stop {
-            Stop::Limit(error) => error,
-            _ => Limit::Size { what: "the objectives of a strategy have no values".to_owned() }.into(),
-        })?;
-        found.iter_mut().for_each(|x| x.resize(self.first.len(), N::zero()));
-        Ok(found)
-    }
-
-    fn one<N: Weight>(&self, numbers: &[N]) -> N {
-        let one = self.fractions.list().iter().position(One::is_one);
-        one.map_or_else(N::zero, |one| numbers[one].clone())
-    }
-
-    /// Returns bounds from the values of a policy, by how much they miss the equations.
-    fn bounded(&self, policy: &[usize], x: &[Vec<f64>], weights: &[f64], numbers: &[f64]) -> Point {
-        let v: Vec<f64> = x.iter().map(|x| x.iter().zip(weights).map(|(x, w)| x * w).sum()).collect();
-        let (mut missed, mut more) = (vec![0.0f64; weights.len()], 0.0f64);
-        for (group, actions) in self.groups.iter().enumerate() {
-            for (number, action) in actions.iter().enumerate() {
-                let error = (action.edges.len() + weights.len() + 8) as f64 * f64::EPSILON;
-                let gains = action.gained(numbers);
-                let size = |x: &dyn Fn(usize) -> f64, gain: f64| {
-                    let terms = action.edges.iter();
-                    let all: f64 = terms.map(|&(to, p)| numbers[p as usize] * x(to as usize).abs()).sum();
-                    (all + gain.abs() + x(group).abs()) * 2.0 * error
-                };
-                let rated: f64 = gains.iter().zip(weights).map(|(x, w)| x * w).sum();
-                let largest = gains.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-                let rounding = size(&|at| v[at], rated) + largest * error;
-                more = more.max(action.value(numbers, &v) + rated - v[group] + rounding);
-                if number != policy[group] {
-                    continue;
-                }
-                for (at, missed) in missed.iter_mut().enumerate() {
-                    let sum = action
-                        .edges
-                        .iter()
-                        .fold(gains[at], |sum, &(to, p)| sum + numbers[p as usize] * x[to as usize][at]);
-                    let rounding = size(&|to| x[to][at], gains[at]);
-                    *missed = missed.max((sum - x[group][at]).abs() + rounding);
-                }
-            }
-        }
-        let exact = |x: f64| Ratio::from_float(x);
-        let below = |at: usize| {
-            exact((x[self.start][at] - missed[at] * self.steps * (1.0 + f64::EPSILON)).next_down())
-        };
-        let gains = (0..weights.len()).map(|at| below(at).map(|x| x + &self.first[at]));
-        let first: Ratio = self.first.iter().zip(weights).filter_map(|(x, &w)| Some(x * exact(w)?)).sum();
-        let most = exact((v[self.start] + more * self.steps * (1.0 + f64::EPSILON)).next_up());
-        let unknown = || Ratio::from_float(f64::MAX).unwrap_or_default();
-        Point {
-            gains: gains.map(|gain| gain.unwrap_or_else(|| -unknown())).collect(),
-            most: most.map_or_else(unknown, |most| most + first),
-        }
-    }
 }
 
-impl Action {
-    /// Returns Σ p · v.
-    fn value<N: Weight>(&self, numbers: &[N], v: &[N]) -> N {
-        let term = |sum: N, &(to, p): &(u32, u32)| sum.plus(&numbers[p as usize].times(&v[to as usize]));
-        self.edges.iter().fold(N::zero(), term)
+/// Returns the value of an action to the nearest, and a bound of its error; `gain` is given with the sum of the sizes of
+/// its terms.
+fn rounded(
+    rows: &Rows<f64>,
+    action: usize,
+    (gain, size): (f64, f64),
+    x: impl Fn(usize) -> f64,
+) -> (f64, f64) {
+    let (mut sum, mut sizes, mut terms) = (gain, size, 8.0);
+    for (to, p) in rows.row(action) {
+        sum += p * x(to as usize);
+        sizes += p * x(to as usize).abs();
+        terms += 1.0;
     }
-
-    fn gained<N: Clone>(&self, numbers: &[N]) -> Vec<N> {
-        self.gains.iter().map(|&gain| numbers[gain as usize].clone()).collect()
-    }
+    (sum, (terms + 32.0) * f64::EPSILON * sizes)
 }
 
 /// Returns a weighted sum.
-fn rate<N: Weight>(gains: &[N], weights: &[N]) -> N {
+pub(crate) fn rate<N: Weight>(gains: &[N], weights: &[N]) -> N {
     gains.iter().zip(weights).fold(N::zero(), |sum, (x, w)| sum.plus(&x.times(w)))
 }
 

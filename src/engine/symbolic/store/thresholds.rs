@@ -33,8 +33,6 @@ pub struct Thresholds {
     pub main_cache: u64,
     /// Minimum number of nodes at which garbage is collected.
     pub first_collection: usize,
-    /// The number of states from which several threads list the choices of quantities.
-    pub nodes_for_threads: usize,
 }
 
 impl Default for Thresholds {
@@ -48,7 +46,6 @@ impl Default for Thresholds {
             work_before_diagrams: 1 << 16,
             main_cache: 1 << 20,
             first_collection: 16_000_000,
-            nodes_for_threads: 10_000,
         }
     }
 }

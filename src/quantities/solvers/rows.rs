@@ -1,6 +1,6 @@
-//! A component in compressed rows of doubles, and its optimality equations rounded outwards.
+//! The equations of a component in compressed rows: with doubles, rounded outwards, or with fractions.
 //!
-//! The result of a row with m edges is computed to the nearest and then moved outwards by
+//! With doubles, the result of a row with m edges is computed to the nearest and then moved outwards by
 //! (m + 8) · 2^-52 of it: all terms are at least 0, so this covers the rounding of probabilities,
 //! products and sums.
 //!
@@ -16,12 +16,9 @@ use crate::equations::meter::Meter;
 use crate::equations::number::{Interval, Number, Weight};
 use crate::equations::solution::Solution;
 use crate::equations::system::{Sense, System};
-use crate::solvers::groups::{AsIntervals, Equation, Groups};
+use crate::solvers::groups::{Entry, Equation, Groups};
 use meliora_base::error::Result;
-
-/// The smallest relative improvement for which a policy is changed: more than the error of elimination
-/// in most components. If it is not, the policy changes without end and is given up.
-pub(crate) const BETTER: f64 = 1e-12;
+use meliora_base::exact::Ratio;
 
 /// The width of narrow bounds, absolute below 1; twice the width of the bounds at the exits is added.
 const WIDE: f64 = 1e-7;
@@ -31,10 +28,10 @@ pub(crate) const TINY: f64 = 1e-280;
 
 /// The bounds of the groups.
 #[derive(Debug)]
-pub(crate) struct Found {
-    pub(crate) low: Vec<f64>,
+pub(crate) struct Found<N = f64> {
+    pub(crate) low: Vec<N>,
     /// The upper bounds; infinite if none are known.
-    pub(crate) high: Vec<f64>,
+    pub(crate) high: Vec<N>,
     /// The choice by which each group is left, or [`NONE`].
     pub(crate) picks: Vec<u32>,
 }
@@ -54,9 +51,17 @@ impl Found {
     }
 }
 
+impl Found<Ratio> {
+    /// Returns the fractions as doubles, rounded outwards.
+    pub(crate) fn rounded(self) -> Found {
+        let low = self.low.iter().map(|x| Interval::around(x).lower).collect();
+        Found { low, high: self.high.iter().map(|x| Interval::around(x).upper).collect(), picks: self.picks }
+    }
+}
+
 /// A component in compressed rows.
 #[derive(Debug)]
-pub(crate) struct Sparse {
+pub(crate) struct Rows<N> {
     pub(crate) sense: Sense,
     /// The actions of group g are `first[g]..first[g+1]`.
     first: Vec<u32>,
@@ -64,11 +69,11 @@ pub(crate) struct Sparse {
     start: Vec<u32>,
     /// The group that each edge enters, and its probability.
     to: Vec<u32>,
-    probabilities: Vec<f64>,
-    constants: Vec<Constant>,
+    probabilities: Vec<N>,
+    constants: Vec<Constant<N>>,
     /// The choice of each action.
     pub(crate) choices: Vec<u32>,
-    /// The relative error of a row.
+    /// The relative error of a row of doubles.
     pub(crate) error: f64,
     /// The width of the bounds at the exits.
     pub(crate) inherited: f64,
@@ -77,21 +82,21 @@ pub(crate) struct Sparse {
 }
 
 /// The parts of an action besides its edges.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Constant {
+#[derive(Debug, Clone)]
+pub(crate) struct Constant<N = f64> {
     /// The bounds of its gain or payment, values at exits included.
-    pub(crate) low: f64,
-    pub(crate) high: f64,
+    pub(crate) low: N,
+    pub(crate) high: N,
     /// The greatest upper bound at an exit; infinite if more is gained or paid.
     pub(crate) most: f64,
     /// The probability to leave the component.
-    pub(crate) escape: f64,
+    pub(crate) escape: N,
 }
 
-impl Sparse {
+impl<N: Entry> Rows<N> {
     /// Creates a component without groups.
     pub(crate) fn empty(sense: Sense) -> Self {
-        Sparse {
+        Rows {
             sense,
             first: vec![0],
             start: vec![0],
@@ -106,20 +111,20 @@ impl Sparse {
     }
 
     /// Copies the rows of a component, divided by the probabilities to leave the groups.
-    pub(crate) fn new<N: Number>(
-        system: &System<'_, N>,
+    pub(crate) fn new<M: Number>(
+        system: &System<'_, M>,
         groups: &Groups<'_>,
-        solution: &Solution<N>,
+        solution: &Solution<M>,
         meter: &mut Meter<'_>,
     ) -> Result<Self> {
-        let (mut sparse, mut equation) = (Sparse::empty(system.sense()), Equation::empty());
+        let (mut rows, mut equation) = (Rows::empty(system.sense()), Equation::empty());
         groups.visit(system, meter, |group, choice| {
-            sparse.begin(group);
-            groups.write::<N, AsIntervals>(system, (group, choice), solution, &mut equation);
-            sparse.add(choice, &equation);
+            rows.begin(group);
+            groups.write::<M, N>(system, (group, choice), solution, &mut equation);
+            rows.add(choice, &equation);
         })?;
-        sparse.begin(groups.count() as u32);
-        Ok(sparse)
+        rows.begin(groups.count() as u32);
+        Ok(rows)
     }
 
     /// Ends the groups before a group.
@@ -128,7 +133,7 @@ impl Sparse {
     }
 
     /// Adds an action to the last group.
-    pub(crate) fn push(&mut self, choice: u32, edges: impl Iterator<Item = (u32, f64)>, constant: Constant) {
+    pub(crate) fn push(&mut self, choice: u32, edges: impl Iterator<Item = (u32, N)>, constant: Constant<N>) {
         for (to, p) in edges {
             self.to.push(to);
             self.probabilities.push(p);
@@ -139,47 +144,42 @@ impl Sparse {
     }
 
     /// Adds the equation of a choice to the last group, unless the choice never leaves its group.
-    fn add(&mut self, choice: u32, equation: &Equation<Interval>) {
-        let &Equation { ref row, high, whole, most, width } = equation;
-        let leaving = if whole { Interval::ONE } else { row.leaving() };
-        self.inherited = self.inherited.max(width);
+    fn add(&mut self, choice: u32, equation: &Equation<N::Read>) {
+        let Equation { row, high, whole, most, width } = equation;
+        let leaving = if *whole { N::Read::one() } else { row.leaving() };
+        self.inherited = self.inherited.max(*width);
         if leaving.is_zero() {
             return;
         }
-        let parts = row.edges.iter().map(|edge| &edge.1).chain([&row.escape]);
-        self.least = parts.filter(|p| !p.is_zero()).fold(self.least, |least, p| least.min(p.lower));
-        let mut constant = Interval { lower: row.constant.lower, upper: high.upper };
-        let mut error = (row.edges.len() + 8) as f64 * f64::EPSILON;
-        let mut divisor = 1.0;
-        if !whole {
-            constant = constant.over(&leaving);
+        if !N::EXACT {
+            let parts = row.edges.iter().map(|edge| &edge.1).chain([&row.escape]);
+            let parts = parts.filter(|p| !p.is_zero()).map(|p| p.bounds().lower);
+            self.least = parts.fold(self.least, f64::min);
             // The quotients are within the width of the divisor.
-            error += 4.0 * (leaving.upper / leaving.lower - 1.0);
-            divisor = leaving.lower;
+            let Interval { lower, upper } = leaving.bounds();
+            let error = (row.edges.len() + 8) as f64 * f64::EPSILON + 4.0 * (upper / lower - 1.0);
+            self.error = self.error.max(error);
         }
-        self.error = self.error.max(error);
-        let edges = row.edges.iter().map(|(to, p)| (*to, p.lower / divisor));
-        let (low, high, escape) = (constant.lower, constant.upper, row.escape.lower / divisor);
-        self.push(choice, edges, Constant { low, high, most, escape });
+        let divisor = N::of(&leaving.low());
+        let edges = row.edges.iter().map(|(to, p)| (*to, N::of(p).over(&divisor)));
+        let constant = Constant {
+            low: N::of(&row.constant.over(&leaving)),
+            high: N::of(&high.over(&leaving).high()),
+            most: *most,
+            escape: N::of(&row.escape).over(&divisor),
+        };
+        self.push(choice, edges, constant);
     }
 
     /// Returns the bytes of the rows, and of the iteration over them.
     pub(crate) fn bytes(&self) -> usize {
-        let action = size_of::<Constant>() + 2 * size_of::<u32>();
-        self.to.len() * (size_of::<u32>() + size_of::<f64>())
-            + self.choices.len() * action
-            + 36 * self.first.len()
+        let action = 3 * N::BYTES + 4 * size_of::<u32>();
+        self.to.len() * (size_of::<u32>() + N::BYTES) + self.choices.len() * action + 36 * self.first.len()
     }
 
     /// Returns the number of entries of all rows: the work of a sweep.
     pub(crate) fn entries(&self) -> usize {
         self.to.len() + self.choices.len()
-    }
-
-    /// Returns whether bounds of the groups are as near to each other as those at the exits allow.
-    pub(crate) fn is_narrow(&self, low: &[f64], high: &[f64]) -> bool {
-        let most = |low: f64| WIDE * low.max(1.0) + 2.0 * self.inherited;
-        low.iter().zip(high).all(|(low, high)| high - low <= most(*low))
     }
 
     pub(crate) fn groups(&self) -> usize {
@@ -192,15 +192,27 @@ impl Sparse {
     }
 
     /// Returns what an action has besides its edges.
-    pub(crate) fn constant(&self, action: usize) -> &Constant {
+    pub(crate) fn constant(&self, action: usize) -> &Constant<N> {
         &self.constants[action]
+    }
+
+    /// Returns the lower or the upper bounds of the constants of all actions.
+    pub(crate) fn constants(&self, upper: bool) -> Vec<N> {
+        let side = |own: &Constant<N>| if upper { own.high.clone() } else { own.low.clone() };
+        self.constants.iter().map(side).collect()
     }
 
     /// Returns the groups that the edges of an action enter, and their probabilities.
     #[inline]
-    pub(crate) fn row(&self, action: usize) -> impl Iterator<Item = (u32, f64)> {
+    pub(crate) fn row(&self, action: usize) -> impl Iterator<Item = (u32, &N)> {
         let edges = self.start[action] as usize..self.start[action + 1] as usize;
-        self.to[edges.clone()].iter().copied().zip(self.probabilities[edges].iter().copied())
+        self.to[edges.clone()].iter().copied().zip(&self.probabilities[edges])
+    }
+
+    /// Returns `constant` + Σ p · x of an action.
+    #[inline]
+    pub(crate) fn value(&self, action: usize, constant: &N, x: &[N]) -> N {
+        self.row(action).fold(constant.clone(), |sum, (to, p)| sum.plus(&p.times(&x[to as usize])))
     }
 
     /// Returns an action of each group, so that the component is left almost surely: each leads out, or to a group that
@@ -209,8 +221,8 @@ impl Sparse {
     ///
     /// # Errors
     /// The work is cancelled.
-    pub(crate) fn leaving_policy(&self, meter: &mut Meter<'_>) -> Result<Option<Vec<u32>>> {
-        let mut policy = vec![NONE; self.groups()];
+    pub(crate) fn leaving_policy(&self, meter: &mut Meter<'_>) -> Result<Option<Vec<usize>>> {
+        let mut policy = vec![usize::MAX; self.groups()];
         let mut open: Vec<u32> = (0..self.groups() as u32).collect();
         while !open.is_empty() {
             let before = open.len();
@@ -220,12 +232,12 @@ impl Sparse {
                     end = meter.step();
                 }
                 let leaves = |&action: &usize| {
-                    self.constant(action).escape > 0.0
-                        || self.row(action).any(|(to, _)| policy[to as usize] != NONE)
+                    !self.constant(action).escape.is_zero()
+                        || self.row(action).any(|(to, _)| policy[to as usize] != usize::MAX)
                 };
                 let found = self.actions(group as usize).find(leaves);
-                policy[group as usize] = found.map_or(NONE, |action| action as u32);
-                policy[group as usize] == NONE
+                policy[group as usize] = found.unwrap_or(usize::MAX);
+                policy[group as usize] == usize::MAX
             });
             end?;
             if open.len() == before {
@@ -235,32 +247,25 @@ impl Sparse {
         }
         Ok(Some(policy))
     }
+}
+
+impl Rows<f64> {
+    /// Returns whether bounds of the groups are as near to each other as those at the exits allow.
+    pub(crate) fn is_narrow(&self, low: &[f64], high: &[f64]) -> bool {
+        let most = |low: f64| WIDE * low.max(1.0) + 2.0 * self.inherited;
+        low.iter().zip(high).all(|(low, high)| high - low <= most(*low))
+    }
 
     /// Returns a lower bound of c + Σ p · x of an action.
-    pub(crate) fn below(&self, action: usize, x: &[f64]) -> f64 {
-        self.lowered(self.sum(action, false, x))
-    }
-
-    /// Returns c + Σ p · x of an action to the nearest double, with the lower or upper bound of the constant.
     #[inline]
-    pub(crate) fn sum(&self, action: usize, upper: bool, x: &[f64]) -> f64 {
-        let Constant { low, high, .. } = self.constants[action];
-        let constant = if upper { high } else { low };
-        self.row(action).fold(constant, |sum, (to, p)| sum + p * x[to as usize])
-    }
-
-    /// Returns whether a value is clearly better than another one.
-    pub(crate) fn is_better(&self, q: f64, than: f64) -> bool {
-        match self.sense {
-            Sense::Max => q > than * (1.0 + BETTER),
-            Sense::Min => q < than * (1.0 - BETTER),
-        }
+    pub(crate) fn below(&self, action: usize, x: &[f64]) -> f64 {
+        self.lowered(self.value(action, &self.constants[action].low, x))
     }
 
     /// Returns an upper bound of c + Σ p · x of an action.
     #[inline]
     fn above(&self, action: usize, x: &[f64]) -> f64 {
-        let Constant { high, most, .. } = self.constants[action];
+        let &Constant { high, most, .. } = &self.constants[action];
         let (mut sum, mut greatest) = (high, most);
         for (to, p) in self.row(action) {
             let value = x[to as usize];
@@ -273,42 +278,18 @@ impl Sparse {
     /// Returns a lower or upper bound of the optimum of a group, and the action that attains it.
     #[inline]
     pub(crate) fn best(&self, group: usize, upper: bool, x: &[f64]) -> (f64, usize) {
-        let mut best = self.worst(group);
+        let greatest = self.sense == Sense::Max;
+        let mut best = (if greatest { 0.0 } else { f64::INFINITY }, self.first[group] as usize);
         for action in self.actions(group) {
-            let q = if upper { self.above(action, x) } else { self.sum(action, false, x) };
-            self.choose(&mut best, (q, action));
+            let q = match upper {
+                true => self.above(action, x),
+                false => self.value(action, &self.constants[action].low, x),
+            };
+            if if greatest { q > best.0 } else { q < best.0 } {
+                best = (q, action);
+            }
         }
         if upper { best } else { (self.lowered(best.0), best.1) }
-    }
-
-    /// Returns the bounds of the only group, which all of its actions leave, and the action that attains them; `None` if
-    /// there are more groups, or no actions.
-    pub(crate) fn alone(&self) -> Option<([f64; 2], usize)> {
-        let actions = if self.groups() == 1 { self.actions(0) } else { 0..0 };
-        let bounds = |action: usize| (self.constants[action].low, self.constants[action].high, action);
-        actions
-            .map(bounds)
-            .reduce(|(low, high, action), (other, more, next)| match self.sense {
-                Sense::Max => (low.max(other), high.max(more), if other > low { next } else { action }),
-                Sense::Min => (low.min(other), high.min(more), if more < high { next } else { action }),
-            })
-            .map(|(low, high, action)| ([low, high], action))
-    }
-
-    fn worst(&self, group: usize) -> (f64, usize) {
-        let value = if self.sense == Sense::Max { 0.0 } else { f64::INFINITY };
-        (value, self.first[group] as usize)
-    }
-
-    #[inline]
-    fn choose(&self, best: &mut (f64, usize), other: (f64, usize)) {
-        let better = match self.sense {
-            Sense::Max => other.0 > best.0,
-            Sense::Min => other.0 < best.0,
-        };
-        if better {
-            *best = other;
-        }
     }
 
     #[inline]
