@@ -27,35 +27,24 @@
 //!
 //! Every value is an interval that contains the true value of the model as it is written.
 //! Probabilities are exact fractions ([`Program::exact_steps`](meliora_model::Program::exact_steps)).
-//! Components are solved after those that they reach. Most models are almost acyclic: most
-//! components are single states, whose best action is computed directly.
 //!
-//! *Elimination* evaluates one policy after the other. It does not depend on how many steps a component takes to be left,
-//! but rows fill in. It computes with doubles and without subtraction; then one step that is rounded outwards confirms
-//! bounds near the values.
+//! 1. *Graph.* States are explored by their codes into one kind of graph: choices in compressed rows, with exact
+//!    probabilities and costs.
+//! 2. *Equations.* A quantity gives a system: greatest or least values, costs or none, and values of the level below where
+//!    a step counts. Several objectives are a weighted sum.
+//! 3. *Components.* Strongly connected components are solved after those that they reach; one state is solved directly. In
+//!    a larger one, end components without gain or cost become one group, and what is left are the rows of its groups.
+//! 4. *Bounds.* Optimistic value iteration and policy iteration with doubles take turns at the rows, with budgets that
+//!    double. Both claim only what one step, rounded outwards, confirms. Up to 1000 groups policy iteration comes first,
+//!    since its bounds are narrower.
+//! 5. *Fractions.* Where doubles have too few digits, the same policy iteration goes on with fractions. `--exact` uses them
+//!    everywhere.
+//! 6. *Games.* The side that wants to reach the target leads. A strategy of it leaves equations of one player; it is
+//!    changed where another choice is clearly better. Its values and those of the best answer bound the value of the game.
+//!    With fractions, the strategy is improved until its values are those of the game.
+//! 7. *Steps.* Bounds on the number of steps are steps backward over vectors.
 //!
-//! *Optimistic value iteration* needs as many sweeps as values take to settle. Lower bounds are iterated from 0, and show
-//! where the values lead; a candidate beyond is an upper bound if one more step raises none of its values.
-//!
-//! The faster one depends on the model, so they take turns with budgets that double, counted in the entries of rows.
-//! Up to 1000 groups elimination comes first, since its bounds are narrower; in larger components iteration does, which
-//! needs less memory. The work is at most a fixed multiple of that of the faster method.
-//!
-//! *Fractions* come last: where a component is left so rarely that doubles have too few digits, the policy of elimination
-//! is evaluated, and improved, with fractions. `--exact` uses them everywhere.
-//!
-//! *Games:* the side that wants to reach the target leads. A strategy of this side leaves equations of one player, which
-//! the methods above solve, end components included; it is changed where another choice is clearly better. Its values and
-//! those of the best answer bound the value of the game. With fractions, the strategy is improved until its values are
-//! those of the game.
-//!
-//! *Bounds on the number of steps* are steps backward over vectors. *Several objectives* are weighted sums, each optimised
-//! by policies.
-//!
-//! `docs/tuning.md` has figures for each method.
-//!
-//! *Threads:* several threads list the states and their choices. Nodes get their numbers in the same order with each
-//! number of threads, and so the values are the same.
+//! `docs/tuning.md` has figures for the methods.
 //!
 //! The levels give qualitative facts for free: P_k > 0 on level k of SPI, and P_k = 1 on level k of
 //! SASI (under `transition`: of SASI under `action`). Only states between the two have equations.
@@ -94,8 +83,6 @@
 //! ```
 
 pub mod answers;
-#[cfg(test)]
-mod checks;
 pub mod equations;
 mod solvers;
 

@@ -125,9 +125,40 @@ pub fn answer<E: Engine>(
     if decided.value.is_some() {
         return Ok(decided);
     }
-    if engine.is_game() {
-        return in_game(engine, asked, quantity, regions, precision);
+    let compute = match engine.is_game() {
+        true => in_game(engine, asked, quantity, regions)?,
+        false => of_paths(engine, asked, quantity, regions)?,
+    };
+    of_values(compute, quantity, asked.over, precision)
+}
+
+/// Computes the values of the initial states up to a precision, or with fractions if it is 0.
+type Compute<'a> = Box<dyn FnMut(f64) -> Result<path_values::Answer> + 'a>;
+
+/// Answers a question from the values of the initial states; where bounds contain that of the property, fractions decide.
+fn of_values(mut compute: Compute<'_>, quantity: &Quantity, part: Over, precision: f64) -> Result<Answer> {
+    let decided = |found: &[Value]| quantity.bound.as_ref().map(|bound| truth(found, bound));
+    let mut found = compute(precision)?;
+    if found.end.is_ok() && decided(&found.values) == Some(None) {
+        match compute(0.0) {
+            Ok(exact) => found = exact,
+            Err(e) => found.end = Err(e),
+        }
     }
+    let holds = decided(&found.values).flatten();
+    Ok(Answer { value: over(&found.values, part), holds, no_value: None, end: found.end })
+}
+
+/// Prepares the states between the regions that the initial states reach.
+///
+/// # Errors
+/// A limit is reached, or a reward is wrong.
+fn of_paths<'a, E: Engine>(
+    engine: &'a E,
+    asked: &Asked<'_>,
+    quantity: &Quantity,
+    regions: &Regions<Option<E::States>>,
+) -> Result<Compute<'a>> {
     let program = asked.program;
     let target = match asked.target {
         Some(target) => engine.states_where(target)?,
@@ -142,45 +173,41 @@ pub fn answer<E: Engine>(
     if states.len() > MOST_STATES {
         return Err(Limit::Listed(MOST_STATES as u64).into());
     }
-    let optimum = optimum(quantity, program);
     let wanted = wanted(program, quantity, &target)?;
-    let mut paths = Paths::explore(engine, program, (&wanted, optimum), regions, &states)?;
-    let mut found = paths.values(false)?;
-    // The values of several states may be far apart; each has narrow bounds of its own.
-    let is_narrow = |found: &[Value]| found.iter().all(|value| bound(value.interval()).width() <= precision);
-    let is_decided =
-        |found: &[Value]| quantity.bound.as_ref().is_none_or(|bound| truth(found, bound).is_some());
-    // Where bounds are too wide, or contain the bound of the property, exact numbers decide.
-    if found.end.is_ok() && !(is_narrow(&found.values) && is_decided(&found.values)) {
-        match paths.values(true).and_then(|exact| exact.end.map(|()| exact.values)) {
-            Ok(exact) => found.values = exact,
-            Err(e) => found.end = Err(e),
+    let mut paths = Paths::explore(engine, program, (&wanted, optimum(quantity, program)), regions, &states)?;
+    Ok(Box::new(move |precision| {
+        let found = paths.values(precision <= 0.0)?;
+        // The values of several states may be far apart; each has narrow bounds of its own.
+        let is_narrow = found.values.iter().all(|value| bound(value.interval()).width() <= precision);
+        if precision <= 0.0 || found.end.is_err() || is_narrow {
+            return Ok(found);
         }
-    }
-    let holds = quantity.bound.as_ref().and_then(|bound| truth(&found.values, bound));
-    Ok(Answer { value: over(&found.values, asked.over), holds, no_value: None, end: found.end })
+        match paths.values(true).and_then(|exact| exact.end.map(|()| exact.values)) {
+            Ok(values) => Ok(path_values::Answer { values, end: Ok(()) }),
+            Err(e) => Ok(path_values::Answer { end: Err(e), ..found }),
+        }
+    }))
 }
 
-/// Answers a property of a game: the optimum is ours, and the opponent looks for the other one.
+/// Prepares a game: the optimum is ours, and the opponent looks for the other one.
 ///
 /// # Errors
 /// A limit is reached, or a reward is wrong.
-fn in_game<E: Engine>(
-    engine: &E,
-    asked: &Asked<'_>,
+fn in_game<'a, E: Engine>(
+    engine: &'a E,
+    asked: &Asked<'a>,
     quantity: &Quantity,
     regions: &Regions<Option<E::States>>,
-    precision: f64,
-) -> Result<Answer> {
+) -> Result<Compute<'a>> {
     let optimum = optimum(quantity, asked.program);
-    let (arena, goal) = (&Arena::new(engine, asked.program)?, Goal::against(optimum));
+    let (arena, goal) = (Arena::new(engine, asked.program)?, Goal::against(optimum));
     let members = |set: &E::States| arena.members(engine, set);
     let initial = members(&engine.initial_states())?;
-    let values = |found: path_values::Answer| {
-        let values = initial.iter_ones().map(|state| found.values[state].clone()).collect::<Vec<_>>();
-        (values, found.end)
+    let of_initial = move |found: path_values::Answer| {
+        let values = initial.iter_ones().map(|state| found.values[state].clone()).collect();
+        path_values::Answer { values, end: found.end }
     };
-    let compute: Box<dyn Fn(f64) -> Result<path_values::Answer> + '_> = match &quantity.measure {
+    Ok(match &quantity.measure {
         Measure::Probability => {
             let (one, positive) = match optimum {
                 Optimum::Max => (Which::PmaxOne, Which::PmaxPositive),
@@ -189,26 +216,18 @@ fn in_game<E: Engine>(
             // The value is the probability to reach the states in which it is 1.
             let (right, left) = (members(regions.known(one)?)?, members(regions.known(positive)?)?);
             let until = Until { left, right, least: 0, most: None };
-            Box::new(move |precision| vector::probability(arena, &until, goal, precision))
+            Box::new(move |precision| vector::probability(&arena, &until, goal, precision).map(&of_initial))
         }
         Measure::Reward(rewards) => {
             let structure = rewards.find(asked.program).ok_or_else(unknown_rewards)?;
             let target = asked.target.map_or_else(|| Ok(engine.no_states()), |t| engine.states_where(t))?;
             let until = Accumulation::Until(members(&target)?);
             let rewards = arena.rewards(engine, structure)?;
-            Box::new(move |precision| vector::reward(arena, &rewards, &until, goal, precision))
+            Box::new(move |precision| {
+                vector::reward(&arena, &rewards, &until, goal, precision).map(&of_initial)
+            })
         }
-    };
-    let (mut found, mut end) = values(compute(precision)?);
-    let decided = |found: &[Value]| quantity.bound.as_ref().map(|bound| truth(found, bound));
-    if end.is_ok() && decided(&found) == Some(None) {
-        match compute(0.0).map(values) {
-            Ok(exact) => (found, end) = exact,
-            Err(e) => end = Err(e),
-        }
-    }
-    let holds = decided(&found).flatten();
-    Ok(Answer { value: over(&found, asked.over), holds, no_value: None, end })
+    })
 }
 
 fn unknown_rewards() -> Error {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ahash::AHashSet;
 
-use crate::answers::all_states::AllStates;
+use crate::answers::all_states::{AllStates, MOST_STATES};
 use crate::{Aim, Choose, Chooser, Steps};
 use meliora_base::error::Result;
 use meliora_engine::Engine;
@@ -13,8 +13,6 @@ use meliora_model::preference::ObjectiveSet;
 use meliora_model::{Program, State};
 use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, Memory, Rank};
 
-/// Maximum number of nodes that are searched for the objectives that improvements lead to.
-const MOST_NODES: usize = 4096;
 /// Maximum number of initial states with an outlook.
 pub const LISTED: usize = 3;
 
@@ -190,7 +188,7 @@ struct Followed {
 
 impl Followed {
     /// Searches the states until the last of `improvements` improvements; without a rule, the strategy
-    /// takes the first action that makes progress. Cost: at most [`MOST_NODES`] states are explained.
+    /// takes the first action that makes progress. Cost: at most [`MOST_STATES`] states are explained.
     fn new<E: Engine>(
         analysis: &Analysis<E>,
         program: &Arc<Program>,
@@ -224,7 +222,7 @@ fn after<E: Engine>(
         if made == improvements {
             continue;
         }
-        if seen.len() > MOST_NODES {
+        if seen.len() > MOST_STATES {
             return Ok(Vec::new());
         }
         let at = strategy.explain(&state, memory)?;

@@ -15,6 +15,7 @@ use crate::equations::number::{Bounds, Interval, Number};
 use crate::equations::reached::{Coded, END, Growing, Reached};
 use crate::equations::solution::Solution;
 use crate::equations::system::{Quantity, System};
+use crate::solvers::reaching::values_at;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_engine::Engine;
@@ -158,37 +159,13 @@ impl<'e> Paths<'e> {
     }
 
     fn computed<N: Number>(&mut self) -> Result<Answer> {
-        let (solution, end) = solved::<N>(&self.graph, self.quantity, None, &mut self.meter)?;
+        let mut found = values_at::<N>(&self.graph, &self.starts, self.quantity, &mut self.meter)?;
+        if self.is_negated {
+            found = found.complemented();
+        }
         let is_cost = !matches!(self.quantity, Quantity::Probability(_));
-        let value = |node: &u32| match *node {
-            END => Value::Finite(Bounds::of(&if is_cost { N::zero() } else { N::one() })),
-            LOST if is_cost => Value::Infinite,
-            LOST => Value::Finite(Bounds::of(&N::zero())),
-            node => Value::Finite(match solution.get(node).map(Bounds::of) {
-                None => anything(is_cost),
-                Some(bounds) if is_cost => bounds,
-                Some(bounds) => bounds.at_most_one(),
-            }),
-        };
-        let values = self.starts.iter().map(value);
-        let values = match self.is_negated {
-            true => values.map(complemented).collect(),
-            false => values.collect(),
-        };
-        Ok(Answer { values, end })
+        Ok(found.answer(if is_cost { f64::INFINITY } else { 1.0 }))
     }
-}
-
-/// Returns the bounds of a value of which nothing is known.
-fn anything(is_cost: bool) -> Bounds {
-    let upper = if is_cost { f64::INFINITY } else { 1.0 };
-    Bounds { interval: Interval { lower: 0.0, upper }, exact: None }
-}
-
-/// Returns 1 minus a probability.
-fn complemented(value: Value) -> Value {
-    let Value::Finite(Bounds { interval, exact }) = value else { return value };
-    Value::Finite(Bounds { interval: interval.complement(), exact: exact.map(|x| x.complement()) })
 }
 
 /// The greatest probabilities with which some states achieve an objective, and the choices that attain

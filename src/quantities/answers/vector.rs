@@ -126,7 +126,7 @@ impl<N: Number> Vector<N> {
         Vector { values: values.into_iter().map(Some).collect(), end: Ok(()) }
     }
 
-    fn answer(self, most: f64) -> Answer {
+    pub(crate) fn answer(self, most: f64) -> Answer {
         let value = |x: Option<N>| match x {
             None => Value::Infinite,
             Some(x) => {

@@ -70,7 +70,8 @@ impl Codes {
 
     /// Returns the bytes of a code.
     pub(crate) fn width(&self) -> usize {
-        size_of::<u64>() * self.words + self.keys.width() + PLACES
+        // A hash table has up to twice as many places of five bytes.
+        size_of::<u64>() * self.words + self.keys.width() + 2 * (size_of::<u32>() + 1)
     }
 }
 
@@ -78,9 +79,6 @@ impl Codes {
 fn words(codes: &[u64], position: u32, words: usize) -> impl Iterator<Item = u64> {
     codes[position as usize * words..][..words].iter().copied()
 }
-
-/// The bytes of a code in a hash table: it has up to twice as many places of five bytes.
-const PLACES: usize = 10;
 
 /// Returns the hash of a code with a key.
 fn hash(hasher: &RandomState, key: u32, code: impl Iterator<Item = u64>) -> u64 {

@@ -14,9 +14,6 @@ use num_traits::Zero;
 /// The node of all states where the path ends.
 pub(crate) const END: u32 = 0;
 
-/// The key of all codes.
-const KEY: u32 = 0;
-
 /// A part of the states of the engine.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Part {
@@ -66,7 +63,7 @@ impl Coded {
 
     /// Returns the node of a state that was found.
     pub(crate) fn node(&self, code: &[u64]) -> Option<u32> {
-        self.codes.find(KEY, code).map(|number| self.nodes[number as usize])
+        self.codes.find(0, code).map(|number| self.nodes[number as usize])
     }
 
     /// Adds a state that was not found yet.
@@ -75,7 +72,7 @@ impl Coded {
     /// The memory limit is reached.
     pub(crate) fn add(&mut self, code: &[u64], node: u32, meter: &mut Meter<'_>) -> Result<()> {
         meter.take(size_of::<u32>())?;
-        self.codes.add(KEY, code, meter)?;
+        self.codes.add(0, code, meter)?;
         self.nodes.push(node);
         Ok(())
     }

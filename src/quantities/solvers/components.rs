@@ -18,9 +18,9 @@ pub(crate) struct Successors<P, A> {
     pub(crate) at: A,
 }
 
-/// The number of a node that was not visited, and of one whose component is complete.
-const NEW: u32 = 0;
+/// The number of a node whose component is complete; that of one that was not visited is 0.
 const DONE: u32 = u32::MAX;
+
 /// The number of nodes without a component or group.
 const NONE: u32 = u32::MAX;
 
@@ -41,11 +41,6 @@ impl Components {
     /// Returns the nodes of a component.
     pub(crate) fn get(&self, number: usize) -> &[u32] {
         &self.nodes[self.start(number)..self.ends[number] as usize]
-    }
-
-    /// Returns the nodes of a component and of all after it.
-    pub(crate) fn from(&self, number: usize) -> &[u32] {
-        &self.nodes[self.start(number)..]
     }
 
     /// Returns the components in their order.
@@ -69,9 +64,9 @@ pub(crate) fn components<P: Fn(u32) -> Range<u32>, A: Fn(u32) -> Option<u32>>(
     graph: &Successors<P, A>,
     roots: impl Iterator<Item = u32>,
 ) -> Components {
-    let mut search = Search { number: vec![NEW; graph.nodes], next: 1, ..Search::default() };
+    let mut search = Search { number: vec![0; graph.nodes], next: 1, ..Search::default() };
     for root in roots {
-        if search.number[root as usize] == NEW {
+        if search.number[root as usize] == 0 {
             search.run(graph, root);
         }
     }
@@ -122,7 +117,7 @@ impl Search {
                 Some(position) => {
                     let Some(to) = at(position) else { continue };
                     match self.number[to as usize] {
-                        NEW => self.enter(positions, to),
+                        0 => self.enter(positions, to),
                         number => self.number[node] = self.number[node].min(number),
                     }
                 }
@@ -350,7 +345,7 @@ mod tests {
         };
         let sorted: Vec<_> = found.iter().map(sorted).collect();
         assert_eq!(sorted, [vec![3, 4], vec![1, 2], vec![0], vec![5]]);
-        assert_eq!((found.get(2), found.from(2).len()), (&[0][..], 2));
+        assert_eq!(found.get(2), [0]);
     }
 
     #[test]

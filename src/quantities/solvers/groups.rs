@@ -1,8 +1,6 @@
 //! The nodes of a strongly connected component, grouped by the end components in which nothing can
 //! be gained or paid.
 
-use std::collections::VecDeque;
-
 use crate::equations::graph::{Edge, LOST, NONE};
 use crate::equations::meter::Meter;
 use crate::equations::number::{Interval, Number, Weight};
@@ -10,7 +8,7 @@ use crate::equations::solution::Solution;
 use crate::equations::system::{End, System};
 use crate::solvers::components::{self, Choices, EndComponents};
 use crate::solvers::eliminate::Row;
-use crate::solvers::policies::{BETTER, ROUNDS, greatest};
+use crate::solvers::policies::{BETTER, greatest};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 
@@ -19,10 +17,6 @@ pub(crate) trait Entry: Weight + PartialOrd {
     /// The numbers with which rows are computed.
     type Read: Number;
     const EXACT: bool;
-    /// The changes of a policy after which it is not expected to settle.
-    const ROUNDS: usize;
-    /// Sweeps of value iteration between two evaluations of policies.
-    const SWEEPS: usize;
     /// Returns a fraction of the graph.
     fn fraction<N: Number>(system: &System<'_, N>, position: u32) -> Self::Read;
     /// Returns the lower and the upper bound of a number; the upper one is finite for fractions.
@@ -38,8 +32,6 @@ pub(crate) trait Entry: Weight + PartialOrd {
 impl Entry for Ratio {
     type Read = Ratio;
     const EXACT: bool = true;
-    const ROUNDS: usize = usize::MAX;
-    const SWEEPS: usize = 1;
 
     fn fraction<N: Number>(system: &System<'_, N>, position: u32) -> Ratio {
         system.graph.fractions()[position as usize].clone()
@@ -69,8 +61,6 @@ impl Entry for Ratio {
 impl Entry for f64 {
     type Read = Interval;
     const EXACT: bool = false;
-    const ROUNDS: usize = ROUNDS;
-    const SWEEPS: usize = 8;
 
     fn fraction<N: Number>(system: &System<'_, N>, position: u32) -> Interval {
         system.fractions[position as usize].bounds()
@@ -332,20 +322,22 @@ impl<'n> Groups<'n> {
         }
     }
 
-    /// Lets the other nodes of each group move towards the one that leaves it.
+    /// Lets the other nodes of each group move towards the one that leaves it, in sweeps by turns in both directions.
     fn approach<N: Number>(&self, solution: &mut Solution<N>) {
-        let has_pick = |&i: &u32| solution.pick(self.nodes[i as usize]) != NONE;
-        let mut layer: VecDeque<u32> = (0..self.nodes.len() as u32).filter(has_pick).collect();
-        let (rows, into, owner) = self.free.reversed();
-        while let Some(to) = layer.pop_front() {
-            for &choice in &into[rows[to as usize] as usize..rows[to as usize + 1] as usize] {
-                let index = owner[choice as usize];
-                let node = self.nodes[index as usize];
-                if self.found.inside[choice as usize] && solution.pick(node) == NONE {
-                    solution.set_pick(node, self.numbers[choice as usize]);
-                    layer.push_back(index);
-                }
-            }
+        let Groups { nodes, free, found, numbers, .. } = self;
+        let unknown = |&index: &u32| solution.pick(nodes[index as usize]) == NONE;
+        let mut open: Vec<u32> = (0..nodes.len() as u32).filter(unknown).collect();
+        let mut before = usize::MAX;
+        while open.len() < before {
+            before = open.len();
+            open.retain(|&index| {
+                let known = |&to: &u32| solution.pick(nodes[to as usize]) != NONE;
+                let leads =
+                    |&choice: &usize| found.inside[choice] && free.successors(choice).iter().any(known);
+                let choice = free.of(index).find(leads);
+                choice.inspect(|&choice| solution.set_pick(nodes[index as usize], numbers[choice])).is_none()
+            });
+            open.reverse();
         }
     }
 }

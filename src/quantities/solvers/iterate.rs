@@ -20,19 +20,14 @@
 
 use crate::equations::graph::NONE;
 use crate::equations::meter::{Meter, Stop, Turn};
+use crate::equations::number::PRECISION;
 use crate::equations::system::Sense;
+use crate::solvers::policies::{MARGIN, SWEEPS};
 use crate::solvers::rows::{Found, Rows, TINY};
 
 /// The relative width of the bounds that are sought, and the part that is added to a candidate.
 const WIDTH: f64 = 1e-9;
-/// The least number of sweeps that may make an upper bound of a candidate, and after which the next one is tried.
-const SOON: usize = 8;
-/// Changes of smaller values are compared with this.
-const FLOOR: f64 = 1e-6;
-/// A relative change that rounding may hide.
-const STILL: f64 = 1e-15;
-
-/// The greatest change of a sweep, relative to the values from [`FLOOR`] on.
+/// The greatest change of a sweep, relative to the values from [`PRECISION`] on.
 #[derive(Default)]
 struct Change(f64);
 
@@ -40,7 +35,7 @@ impl Change {
     /// Counts a change of a value.
     #[inline]
     fn note(&mut self, by: f64, value: f64) {
-        let scale = value.max(FLOOR);
+        let scale = value.max(PRECISION);
         // Most changes are smaller, and then a product is faster than a quotient.
         if by > self.0 * scale {
             self.0 = by / scale;
@@ -65,9 +60,9 @@ impl Trend {
         self.sweeps += 1;
     }
 
-    /// Returns whether the values hardly change.
+    /// Returns whether the values change no more than rounding may hide.
     fn is_still(&self) -> bool {
-        self.sweeps > 0 && self.changes[4] <= STILL
+        self.sweeps > 0 && self.changes[4] <= MARGIN * f64::EPSILON
     }
 
     /// Returns the sum of all further changes, divided by the last one; infinite if they do not shrink.
@@ -88,7 +83,7 @@ impl Trend {
 
     /// Returns the number of sweeps that a candidate may take: those without a result take a part of all.
     fn patience(&self) -> usize {
-        SOON.max(self.sweeps / 4)
+        SWEEPS.max(self.sweeps / 4)
     }
 }
 
@@ -154,7 +149,7 @@ impl<'s> Iteration<'s> {
         let (greatest, policy) = (self.sparse.sense == Sense::Max, &mut self.policy);
         self.sparse.sweep(false, &mut self.low, meter, |group, x, (q, action)| {
             if q > *x {
-                change.note(if *x == 0.0 { q.max(FLOOR) } else { q - *x }, q);
+                change.note(if *x == 0.0 { q.max(PRECISION) } else { q - *x }, q);
                 *x = q;
                 if greatest {
                     policy[group] = action as u32;
@@ -176,7 +171,7 @@ impl<'s> Iteration<'s> {
         }
         let factor = 2.0 * self.trend.still_to_come();
         let candidate =
-            |(x, before): (&f64, &f64)| x + factor * (x - before) + inherited + WIDTH * x.max(FLOOR);
+            |(x, before): (&f64, &f64)| x + factor * (x - before) + inherited + WIDTH * x.max(PRECISION);
         let candidates = self.low.iter().zip(before).map(candidate).collect();
         Ok(self.confirm(candidates, meter)? && self.is_narrow())
     }

@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | `solve`, `solved` | the equations of each quantity and level, solved component by component |
 //! | `components`, `groups` | strongly connected components, and the end components in them |
-//! | `turns` | the methods for a component, with budgets that double |
+//! | `turns` | the two methods for a component, with budgets that double, and fractions |
 //! | `rows` | the equations of a component, in doubles that are rounded outwards or in fractions |
 //! | `iterate` | optimistic value iteration |
 //! | `policies` | policy iteration by elimination of states, with bounds that one step confirms, or with fractions |
@@ -35,3 +35,6 @@ pub(crate) mod solved;
 pub(crate) mod total;
 pub(crate) mod turns;
 pub(crate) mod weighted;
+
+#[cfg(test)]
+mod tests;

@@ -31,6 +31,9 @@ pub(crate) const BETTER: f64 = 1e-12;
 /// Changes of a policy of doubles after which it is not expected to settle, and sweeps that are worth one change.
 pub(crate) const ROUNDS: usize = 64;
 
+/// Sweeps that are worth less than an evaluation of a policy, or an upper bound of a candidate of iteration.
+pub(crate) const SWEEPS: usize = 8;
+
 /// The margin of a step, in rounding errors, that is tried first, and the factor for the next attempts.
 pub(crate) const MARGIN: f64 = 4.0;
 
@@ -81,7 +84,7 @@ impl<'r, N: Entry> Policies<'r, N> {
         slack: impl Fn(&[N]) -> N,
         meter: &mut Meter<'_>,
     ) -> Turn<Vec<N>> {
-        for _ in 0..N::ROUNDS {
+        for _ in 0..rounds::<N>() {
             let x = match self.evaluate(constants, meter) {
                 Err(Stop::Never) => {
                     let leaving = self.rows.leaving_policy(meter)?.ok_or(Stop::Never)?;
@@ -108,10 +111,10 @@ impl<'r, N: Entry> Policies<'r, N> {
     /// whether there are any.
     fn change(&mut self, constants: &[N], mut x: Vec<N>, slack: &N, meter: &mut Meter<'_>) -> Result<bool> {
         let (rows, before) = (self.rows, self.policy.clone());
-        for _ in 0..N::SWEEPS {
+        for _ in 0..sweeps::<N>() {
             let mut settled = true;
             for group in 0..x.len() {
-                for action in rows.actions(group).filter(|_| rows.actions(group).len() > 1 || N::SWEEPS > 1) {
+                for action in rows.actions(group).filter(|_| rows.actions(group).len() > 1 || !N::EXACT) {
                     meter.step()?;
                     let q = rows.value(action, &constants[action], &x);
                     let is_better = match rows.sense {
@@ -211,7 +214,7 @@ impl Policies<'_, f64> {
     /// Replaces the values of the policy by those that its equations yield. Along the elimination, errors of rounding
     /// add up; what counts is only by how much each equation is missed.
     fn smooth(&self, constants: &[f64], x: &mut [f64], meter: &mut Meter<'_>) -> Result<()> {
-        for _ in 0..f64::SWEEPS {
+        for _ in 0..SWEEPS {
             for (group, &action) in self.policy.iter().enumerate() {
                 meter.step()?;
                 x[group] = self.rows.value(action, &constants[action], x);
@@ -234,6 +237,16 @@ impl Policies<'_, f64> {
         }
         Ok(true)
     }
+}
+
+/// Returns the number of changes of a policy after which it is not expected to settle: fractions always do.
+pub(crate) fn rounds<N: Entry>() -> usize {
+    if N::EXACT { usize::MAX } else { ROUNDS }
+}
+
+/// Returns the number of sweeps of value iteration between two evaluations of policies: fractions would become long.
+pub(crate) fn sweeps<N: Entry>() -> usize {
+    if N::EXACT { 1 } else { SWEEPS }
 }
 
 /// Returns the greatest distance from 0.

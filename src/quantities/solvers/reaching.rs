@@ -14,10 +14,10 @@ use bitvec::vec::BitVec;
 use super::back::Back;
 use super::components;
 use super::groups::Entry;
-use super::policies::ROUNDS;
+use super::policies::{ROUNDS, rounds};
 use super::sides::Sides;
 use crate::equations::arena::{Arena, Goal, Rewards, opposite};
-use crate::equations::graph::LOST;
+use crate::equations::graph::{Graph, LOST};
 use crate::equations::meter::Meter;
 use crate::equations::number::{Interval, Number};
 use crate::equations::part::Part;
@@ -163,13 +163,10 @@ impl Reaching<'_> {
             (None, Optimum::Min) => (!positive, !one, Quantity::Probability(1)),
         };
         let part = Part::between(self.arena, (&end, &inside), allowed, self.rewards);
-        let found = values::<N>(&part, quantity, meter);
+        let found = part.values::<N>(quantity, meter);
         meter.release_to(before);
-        let mut found = found?;
-        if self.rewards.is_none() && optimum == Optimum::Min {
-            found.values.iter_mut().for_each(|x| *x = x.take().map(|x| x.complement()));
-        }
-        Ok(found)
+        let is_negated = self.rewards.is_none() && optimum == Optimum::Min;
+        found.map(|found| if is_negated { found.complemented() } else { found })
     }
 
     /// Finds the states where the target is reached almost surely, and possibly. For rewards, almost surely by those
@@ -257,7 +254,7 @@ impl<E: Entry> Step<'_, E> {
         meter: &mut Meter<'_>,
     ) -> Result<Vector<E::Read>> {
         let mut best: Option<(Vec<E>, Vector<E::Read>)> = None;
-        for _ in 0..E::ROUNDS {
+        for _ in 0..rounds::<E>() {
             let found: Vector<E::Read> = self.of.alone(answer, strategy, meter)?;
             let (mut x, finite) = found.side::<E>(answer);
             let slack = E::slack(&x);
@@ -272,7 +269,12 @@ impl<E: Entry> Step<'_, E> {
             }
             let own = x.clone();
             let goes_on = found.end.is_ok()
-                && self.improve((strategy, side), (&mut x, &finite), 8 * E::SWEEPS, meter)?;
+                && self.improve(
+                    (strategy, side),
+                    (&mut x, &finite),
+                    if E::EXACT { 1 } else { ROUNDS },
+                    meter,
+                )?;
             best = Some((own, found));
             if !goes_on {
                 break;
@@ -283,6 +285,11 @@ impl<E: Entry> Step<'_, E> {
 }
 
 impl<N: Number> Vector<N> {
+    /// Returns 1 minus each probability.
+    pub(crate) fn complemented(self) -> Self {
+        Vector { values: self.values.iter().map(|x| x.as_ref().map(N::complement)).collect(), end: self.end }
+    }
+
     /// Returns the bounds that a strategy guarantees against the best answers, and the states where they are finite.
     fn side<E: Entry<Read = N>>(&self, answer: Optimum) -> (Vec<E>, BitVec) {
         let side = |x: &N| E::of(&if answer == Optimum::Min { x.low() } else { x.high() });
@@ -292,16 +299,16 @@ impl<N: Number> Vector<N> {
     }
 }
 
-/// Returns the values of all states of an arena from the solution of a part with one exit.
-pub(crate) fn values<N: Number>(
-    part: &Part<'_>,
+/// Returns the values of some nodes of a graph whose first node is the end of paths.
+pub(crate) fn values_at<N: Number>(
+    graph: &Graph,
+    nodes: &[u32],
     quantity: Quantity,
     meter: &mut Meter<'_>,
 ) -> Result<Vector<N>> {
-    let graph = part.graph(meter)?;
-    let (solution, end) = solved::<N>(&graph, quantity, None, meter)?;
+    let (solution, end) = solved::<N>(graph, quantity, None, meter)?;
     let end = if N::EXACT { Ok(end?) } else { end };
-    let is_reward = part.rewards.is_some();
+    let is_reward = !matches!(quantity, Quantity::Probability(_));
     let most = if is_reward { f64::INFINITY } else { 1.0 };
     let value = |&node: &u32| match node {
         0 => Some(if is_reward { N::zero() } else { N::one() }),
@@ -309,5 +316,5 @@ pub(crate) fn values<N: Number>(
         LOST => Some(N::zero()),
         node => solution.get(node).cloned().or_else(|| N::rounded(Interval { lower: 0.0, upper: most })),
     };
-    Ok(Vector { values: part.nodes.iter().map(value).collect(), end })
+    Ok(Vector { values: nodes.iter().map(value).collect(), end })
 }

@@ -20,10 +20,6 @@ use crate::solvers::rows::{Found, Rows};
 use meliora_base::error::{Error, Limit, Result};
 use meliora_base::exact::Ratio;
 
-/// The number of nodes up to which bounds are passed on after a limit is reached: this must not delay
-/// the end noticeably.
-const PASSED_ON: usize = 1 << 22;
-
 impl<N: Number> System<'_, N> {
     /// Solves the equations of all open nodes, the components that others depend on first.
     ///
@@ -78,9 +74,6 @@ impl<N: Number> System<'_, N> {
     /// successors. Their best choices remain unknown.
     fn pass_on(&self, components: &Components, first: usize, solution: &mut Solution<N>) {
         let Ok(anything) = self.anything() else { return };
-        if components.from(first).len() > PASSED_ON {
-            return;
-        }
         for component in components.iter().skip(first) {
             let open = |&node: &u32| self.is_open(node) && !solution.knows(node);
             let open: Vec<u32> = component.iter().copied().filter(open).collect();

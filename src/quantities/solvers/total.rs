@@ -3,7 +3,7 @@
 use bitvec::vec::BitVec;
 
 use super::components;
-use super::reaching::{Reaching, Vector, values};
+use super::reaching::{Reaching, Vector};
 use super::sides::Sides;
 use crate::equations::arena::{Arena, Goal, Rewards};
 use crate::equations::meter::Meter;
@@ -50,7 +50,7 @@ pub(crate) fn values_of<N: Number>(
     let sides = Sides::new(&arena.choices, &every, &all, meter)?;
     let (infinite, earning) = (sides.positive(&recurring, &every), sides.positive(&earning, &every));
     let (end, inside) = (!earning, !infinite);
-    values(&Part::between(arena, (&end, &inside), &all, Some(rewards)), Quantity::Reward, meter)
+    Part::between(arena, (&end, &inside), &all, Some(rewards)).values(Quantity::Reward, meter)
 }
 
 /// Returns the greatest set of states that choices without rewards need not leave.

@@ -221,11 +221,11 @@ fn widened(solution: &mut Solution<Interval>, graph: &Graph, draw: &mut Draw) {
     }
 }
 
-/// Whatever the bounds are, the choices attain the values up to the precision, and if these are narrow, need no more
-/// steps than the best of those that attain them exactly.
+/// Whatever the bounds are, the choices attain the values up to the precision, and need no more steps than
+/// the best of those that attain them exactly.
 #[test]
 fn ties_are_decided_by_steps_and_cost_no_more_than_the_precision() {
-    let (mut decided, mut fewer, mut more) = (0, 0, 0);
+    let (mut decided, mut fewer) = (0, 0);
     for seed in 0..600 {
         let mut draw = Draw::new(seed);
         let nodes = 3 + draw.below(9);
@@ -261,27 +261,24 @@ fn ties_are_decided_by_steps_and_cost_no_more_than_the_precision() {
         for node in (0..graph.nodes() as u32).filter(|&node| graph.rank(node).positive > 0) {
             let number = |solution: &Solution<Ratio>| solution.get(node).unwrap().bounds().upper;
             let what = format!("seed {seed}, node {node}");
-            // Where bounds are far apart, choices that attain the values may have been left out.
-            let has_more = number(&steps) > number(&least) * (1.0 + 1e-6);
-            assert!(!has_more || seed % 2 == 0, "{what}: more steps");
-            more += usize::from(has_more);
+            assert!(number(&steps) <= number(&least) * (1.0 + 1e-6), "{what}: more steps");
             fewer += usize::from(ties.pick(node, 0) != known[usize::from(is_sure(node))].pick(node));
             let (value, bounds) =
                 (number(&own[usize::from(is_sure(node))]), known[usize::from(is_sure(node))].get(node));
-            let (bounds, [loss, extra]) = (bounds.unwrap(), ties.loss(node, 0));
+            let (bounds, [loss, more]) = (bounds.unwrap(), ties.loss(node, 0));
             match is_sure(node) {
                 false => {
                     assert!(value >= bounds.lower - loss - 1e-15 && value >= bounds.upper - 1e-6, "{what}")
                 }
                 true => assert!(
-                    value <= (bounds.upper + extra) * (1.0 + 1e-15)
+                    value <= (bounds.upper + more) * (1.0 + 1e-15)
                         && value <= bounds.lower + 1e-6 * bounds.lower.max(1.0),
                     "{what}"
                 ),
             }
         }
     }
-    assert!(decided > 100 && fewer > 50 && more <= decided / 50, "{decided} {fewer} {more}");
+    assert!(decided > 100 && fewer > 50, "{decided} {fewer}");
 }
 
 /// Stops the work when it is asked once more than this number of times.
