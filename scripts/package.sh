@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Checks what would be published on crates.io, without publishing:
 #
-#   scripts/package.sh [--install]
+#   scripts/package.sh [--install [OPTIONS OF cargo install]]
 #
 # 1. Each crate has a description, a licence, an address and a README.
 # 2. `cargo package` makes the archives of all crates, in the order in which they have to be published.
@@ -20,7 +20,7 @@ order=$(cargo metadata --format-version 1 --no-deps --locked | python3 -c '
 import json, sys
 packages = {p["name"]: p for p in json.load(sys.stdin)["packages"] if p["publish"] != []}
 for name, p in packages.items():
-    lacking = [f for f in ("description", "license", "homepage", "repository", "readme") if not p[f]]
+    lacking = [f for f in ("description", "license", "homepage", "readme") if not p[f]]
     if lacking:
         sys.exit(f"{name} has no {lacking}")
 placed = {}
@@ -34,7 +34,7 @@ for name, p in placed.items():
 ')
 cargo package --workspace --locked --no-verify --allow-dirty --quiet
 while read -r name version; do
-  [ -f "target/package/$name-$version.crate" ] || { echo "there is no archive of $name" >&2; exit 1; }
+  [ -f "target/package/$name-$version.crate" ] || { echo "$name has no archive" >&2; exit 1; }
 done <<<"$order"
 
 if [ "${1:-}" = --install ]; then
@@ -48,8 +48,9 @@ if [ "${1:-}" = --install ]; then
   command=$work/meliora-$(sed -n 's/^meliora //p' <<<"$order")
   mkdir "$work/home"
   # The toolchain stays; settings, caches and installed programs are those of a new user.
+  shift
   env -u CARGO_TARGET_DIR HOME="$work/home" CARGO_HOME="$work/home/cargo" RUSTUP_HOME="${RUSTUP_HOME:-$HOME/.rustup}" \
-    cargo --config "$work/patch.toml" install --path "$command" --root "$work/home" --locked
+    cargo --config "$work/patch.toml" install --path "$command" --root "$work/home" --locked "$@"
   (cd "$work/home" && env -i PATH= "$work/home/bin/meliora" check "$command/models/drone.prism" "$command/models/drone.pref")
 fi
 

@@ -10,7 +10,7 @@
 #
 # The targets are by default x86_64-unknown-linux-musl and aarch64-unknown-linux-musl on Linux, elsewhere this machine's.
 # `--targets host` builds for this machine alone, with its own C library. A target that cannot be built here is skipped,
-# and the last line names it with what is missing. FOLDER is target/dist if it is not given; what an earlier run left there
+# and the last line names it and the missing part. FOLDER is target/dist if it is not given; what an earlier run left there
 # is replaced. PROFILE is the profile of the wheel: release, or dev for a test of this script. Needs Rust and Python 3.9;
 # for another processor also a C compiler for it, such as aarch64-linux-gnu-gcc (Debian: gcc-aarch64-linux-gnu).
 set -euo pipefail
@@ -36,7 +36,7 @@ trap 'rm -rf "$work"' EXIT
 export CARGO_TARGET_DIR="$PWD/target"
 skipped=()
 
-# Prints what is missing for a target; nothing if it can be built.
+# Prints the part that a target lacks here; nothing if it can be built.
 missing() {
   [ "$1" = "$host" ] && return
   if ! [ -d "$(rustc --print sysroot)/lib/rustlib/$1" ] && ! rustup target add "$1" >/dev/null 2>&1; then
@@ -66,7 +66,7 @@ build() {
   cargo rustc --release --locked ${options[@]+"${options[@]}"} -p meliora --bin meliora -- "${flags[@]}"
 }
 
-# Fills a folder with what is the same for all targets, written by a command that runs here.
+# Fills a folder with the files that all targets share, written by a command that runs here.
 fill() {
   local meliora=$1 folder=$2 shell command
   mkdir -p "$folder"/{completions,man,models,gallery}

@@ -29,7 +29,7 @@ enum Block {
     Command { arguments: String, output: Vec<String> },
 }
 
-/// Returns the blocks between fences: what stands after the opening fence, and the text.
+/// Returns the blocks between fences: the words after the opening fence, and the text.
 fn fenced(page: &str) -> impl Iterator<Item = (&str, &str)> {
     let parts = page.split("\n```").skip(1).step_by(2);
     parts.map(|part| part.split_once('\n').unwrap_or((part, "")))
