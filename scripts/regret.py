@@ -1,14 +1,21 @@
 #!/usr/bin/env python3
 """Measures the regret of the automatic choices: the time of `auto` over that of the best choice by hand.
 
-usage: regret.py INSTANCES… [--root FOLDER] [--half tuned|held-out|both] [--part N] [--limit 15] [--floor 0.2]
-                 [--choices auto,explicit,…] [--json FILE] [--markdown FILE] [--meliora BINARY]
+usage: regret.py SOURCE… [--root FOLDER] [--half tuned|held-out|both] [--part N] [--minutes N] [--limit 15]
+                 [--floor 0.2] [--choices auto,explicit,…] [--json FILE] [--markdown FILE] [--meliora BINARY]
 
-INSTANCES is a JSON list of objects with `id`, `model` (relative to --root, or else to the list), `constants`, and
-`target` or `property`; or a folder of PRISM models with a label `goal`, which are asked for a strong cyclic plan,
-Pmax>=1 [ F "goal" ]. Each choice is a `meliora reach` of its own with --limit seconds of processor time, and `auto`
-with four times as many, so a busy machine does not matter much. --part N leaves all but one in N instances out. An instance belongs to the half that a hash of its name says: choose rules on the
-tuned half only, and judge them by both. Times below --floor count as --floor.
+SOURCE is one collection, NAME=PATH or PATH:
+  a JSON list     objects with `id`, `model` (relative to --root, or else to the list), `constants`, and `target`,
+                  `property`, or `targets` (a list as in an oracle.json, whose last target is asked for)
+  models          a folder of PRISM models with a label `goal`, which are asked for a strong cyclic plan,
+                  Pmax>=1 [ F "goal" ]
+  networks        a folder with Boolean networks (`*.bnet`), which are asked for the states that reach their last variable
+
+Each choice is a `meliora reach` of its own with --limit seconds of processor time, and `auto` with four times as many, so
+a busy machine does not matter much. Times below --floor count as --floor, so nothing else is run if `auto` takes less.
+An instance belongs to the half that a hash of its name says: choose rules on the tuned half only, and judge them by
+both. The collections take turns, each in the order of the hash, so an interrupted run has a random part of each: --part
+N leaves all but one in N instances out, and no instance begins after --minutes.
 Exit status: 0 done, 1 two choices differ in an answer, 2 usage.
 """
 
@@ -20,10 +27,13 @@ import json
 import math
 import sys
 import tempfile
+import time
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, Iterator
 
+import boolean_networks
 import harness
 
 HALVES = ("tuned", "held-out")
@@ -39,6 +49,7 @@ CHOICES = ("auto", "explicit", *ORDERS, *(f"{order}+all" for order in ORDERS))
 class Instance:
     """A model and a question."""
 
+    collection: str
     name: str
     model: Path
     question: tuple[str, ...]
@@ -60,17 +71,35 @@ class Run:
     found: Any
 
 
-def instances(source: Path, root: Path | None) -> Iterator[Instance]:
-    """The instances of a list, or of a folder of planning problems."""
-    if source.is_dir():
-        for model in sorted(source.glob("*.prism")):
-            yield Instance(model.stem, model, ("--property", PLAN))
+def instances(source: str, root: Path | None, folder: Path) -> Iterator[Instance]:
+    """The instances of a collection. Models of networks are written to a folder."""
+    name, _, path_ = source.rpartition("=")
+    path = Path(path_)
+    collection = name or path.stem
+    if path.is_dir():
+        for model in sorted(path.glob("*.prism")):
+            yield Instance(collection, model.stem, model, ("--property", PLAN))
+        for number, file in boolean_networks.files(path):
+            network = boolean_networks.Network.read(number, file)
+            if network.functions:
+                model = folder / f"network-{number}.prism"
+                model.write_text(network.prism(), encoding="utf-8")
+                target = f"n_{list(network.functions)[-1]}"
+                yield Instance(collection, f"network-{number}", model, ("--target", target))
         return
-    for entry in harness.read_json(source):
+    for entry in harness.read_json(path):
+        if "targets" in entry:
+            entry |= {"target": entry["targets"][-1]["target"] if entry["targets"] else "true"}
         asked = "target" if "target" in entry else "property"
         constants = ("--const", entry["constants"]) if entry.get("constants") else ()
-        model = (root or source.parent) / entry["model"]
-        yield Instance(entry["id"], model, (f"--{asked}", entry[asked], *constants))
+        model = (root or path.parent) / entry["model"]
+        yield Instance(collection, entry["id"], model, (f"--{asked}", entry[asked], *constants))
+
+
+def in_turns(collections: list[list[Instance]]) -> list[Instance]:
+    """The instances of all collections, each in the order of the hash."""
+    ordered = (sorted(own, key=lambda instance: instance.hash) for own in collections)
+    return [instance for row in zip_longest(*ordered) for instance in row if instance is not None]
 
 
 class Choices:
@@ -88,6 +117,13 @@ class Choices:
         # A property that does not hold has status 1.
         found = answer(report) if finished.status in (0, 1) else None
         return Run(finished.cpu_seconds, found)
+
+    def runs(self, instance: Instance, choices: list[str], floor: float) -> dict[str, Run]:
+        """Runs the choices, `auto` first; only that if it takes less than `floor`."""
+        runs = {"auto": self.run(instance, "auto")}
+        if runs["auto"].found is None or runs["auto"].seconds > floor:
+            runs |= {choice: self.run(instance, choice) for choice in choices if choice != "auto"}
+        return runs
 
     def options(self, instance: Instance, choice: str) -> list[str]:
         if choice in ("auto", "explicit"):
@@ -131,40 +167,54 @@ def row(name: str, half: str, runs: dict[str, Run], floor: float) -> str:
     return f"| {name} | {half} | {own} | {best} | {seconds:.2f} | {ratio:.1f} |"
 
 
-def summary(results: list[tuple[Instance, dict[str, Run]]], half: str, floor: float) -> str:
-    own = [runs for instance, runs in results if instance.half == half]
+def summary(name: str, own: list[dict[str, Run]], floor: float) -> str:
+    """A row of the table of docs/benchmarks.md."""
     answered = [runs for runs in own if any(run.found is not None for run in runs.values())]
     ratios = [regret(runs, floor)[2] for runs in answered]
     finite = [ratio for ratio in ratios if math.isfinite(ratio)]
     mean = math.exp(sum(map(math.log, finite)) / len(finite)) if finite else math.nan
-    return (
-        f"{half}: {len(own)} instances; some choice answers {len(answered)}, auto {len(finite)}; "
-        f"regret {mean:.2f} in the geometric mean, {max(finite, default=math.nan):.1f} at most"
-    )
+    slow = sum(len(runs) > 1 for runs in own)
+    cells = [name, len(own), slow, len(answered), len(finite), f"{mean:.2f}", f"{max(finite, default=math.nan):.1f}"]
+    return "| " + " | ".join(map(str, cells)) + " |"
 
 
-def measure(options: argparse.Namespace) -> int:
+def table(results: list[tuple[Instance, dict[str, Run]]], floor: float) -> list[str]:
+    """The rows of all collections, by halves."""
+    head = f"instances | above {floor:g} s | answered by some choice | by `auto` | geometric mean | worst |"
+    lines = [f"| collection, half | {head}", "| --- " * 7 + "|"]
+    for collection in [*dict.fromkeys(i.collection for i, _ in results), None]:
+        for half in HALVES:
+            own = [runs for i, runs in results if i.half == half and collection in (i.collection, None)]
+            lines.append(summary(f"{collection or 'all'}, {half}", own, floor))
+    return lines
+
+
+def measure(options: argparse.Namespace, folder: Path) -> int:
     meliora = harness.find_meliora(options.meliora)
-    wanted = [i for source in options.instances for i in instances(source, options.root)]
-    wanted = [i for i in wanted if options.half in ("both", i.half) and i.hash[1] % options.part == 0]
+    collections = [list(instances(source, options.root, folder)) for source in options.sources]
+    wanted = [i for i in in_turns(collections) if options.half in ("both", i.half)]
+    wanted = [i for i in wanted if i.hash[1] % options.part == 0]
     results: list[tuple[Instance, dict[str, Run]]] = []
     differ = 0
     lines = ["| instance | half | `auto`, s | best choice | s | regret |", "| --- | --- | --- | --- | --- | --- |"]
-    with tempfile.TemporaryDirectory() as folder:
-        choices = Choices(meliora, options.limit, Path(folder))
-        for instance in wanted:
-            runs = {choice: choices.run(instance, choice) for choice in options.choices}
-            found = {run.found for run in runs.values() if run.found is not None}
-            if len(found) > 1:
-                differ += 1
-                print(f"{instance.name}: the choices differ: {found}", file=sys.stderr)
-            results.append((instance, runs))
+    choices = Choices(meliora, options.limit, folder)
+    end = time.monotonic() + 60.0 * options.minutes
+    for instance in wanted:
+        if time.monotonic() > end:
+            break
+        runs = choices.runs(instance, options.choices, options.floor)
+        found = {run.found for run in runs.values() if run.found is not None}
+        if len(found) > 1:
+            differ += 1
+            print(f"{instance.name}: the choices differ: {found}", file=sys.stderr)
+        results.append((instance, runs))
+        if len(runs) > 1:
             lines.append(row(instance.name, instance.half, runs, options.floor))
             print(lines[-1], flush=True)
-    for half in HALVES:
-        print(summary(results, half, options.floor))
+    rows = table(results, options.floor)
+    print("\n".join(rows))
     if options.markdown:
-        options.markdown.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        options.markdown.write_text("\n".join([*rows, "", *lines]) + "\n", encoding="utf-8")
     if options.json:
         times = {i.name: {c: (r.seconds, r.found is not None) for c, r in runs.items()} for i, runs in results}
         options.json.write_text(json.dumps(times, indent=1) + "\n", encoding="utf-8")
@@ -174,10 +224,11 @@ def measure(options: argparse.Namespace) -> int:
 def main() -> int:
     assert __doc__ is not None
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("instances", nargs="+", type=Path)
+    parser.add_argument("sources", nargs="+")
     parser.add_argument("--root", type=Path)
     parser.add_argument("--half", choices=(*HALVES, "both"), default="both")
     parser.add_argument("--part", type=int, default=1, help="one in this many instances")
+    parser.add_argument("--minutes", type=float, default=math.inf, help="begin no instance later")
     parser.add_argument("--limit", type=int, default=15, help="seconds of processor time of each choice")
     parser.add_argument("--floor", type=float, default=0.2, help="times below count as this many seconds")
     parser.add_argument("--choices", type=lambda text: text.split(","), default=list(CHOICES))
@@ -188,7 +239,8 @@ def main() -> int:
     unknown = set(options.choices) - set(CHOICES)
     if unknown or "auto" not in options.choices:
         harness.stop(f"--choices: `auto` and some of {', '.join(CHOICES[1:])}")
-    return measure(options)
+    with tempfile.TemporaryDirectory() as folder:
+        return measure(options, Path(folder))
 
 
 if __name__ == "__main__":

@@ -29,14 +29,6 @@ pub(super) struct Field {
     width: u64,
 }
 
-/// The bits of a variable in a packed code.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Bits {
-    word: u32,
-    shift: u32,
-    mask: u64,
-}
-
 /// The layout of codes.
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
@@ -168,34 +160,15 @@ impl Field {
         *word = word.wrapping_add(difference);
     }
 
-    /// Returns the number of values of the variable; 0 for 2^64.
-    pub(super) fn values(&self) -> u64 {
-        self.width.wrapping_add(1)
-    }
-
-    /// Returns the bits of the variable in a packed code.
-    #[inline]
-    pub(super) fn bits(&self) -> Bits {
-        let mask = u64::MAX.checked_shr(self.width.leading_zeros()).unwrap_or(0);
-        Bits { word: self.word, shift: self.shift, mask }
-    }
-
     #[inline]
     fn packed_value(&self, code: &[u64]) -> i64 {
-        self.low.wrapping_add(self.bits().of(code) as i64)
+        let mask = u64::MAX.checked_shr(self.width.leading_zeros()).unwrap_or(0);
+        self.low.wrapping_add((code[self.word as usize] >> self.shift & mask) as i64)
     }
 
     #[inline]
     fn radix_value(&self, code: &[u64]) -> i64 {
         self.low.wrapping_add((code[0] / self.weight % (self.width + 1)) as i64)
-    }
-}
-
-impl Bits {
-    /// Returns the value of the variable, from 0 on.
-    #[inline]
-    pub(super) fn of(&self, code: &[u64]) -> u64 {
-        code[self.word as usize] >> self.shift & self.mask
     }
 }
 

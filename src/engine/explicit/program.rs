@@ -5,7 +5,7 @@ use ahash::AHashMap;
 use super::bounds::Bounds;
 use super::by_value::{ByValue, Need, of_alternatives};
 use super::compile::Compiler;
-use super::guard_index::{Division, GuardIndex};
+use super::guards::{Candidates, Guards};
 use super::layout::{Field, Layout};
 use super::machine::{Code, Entry};
 use super::numbers::Numbers;
@@ -40,8 +40,7 @@ pub(super) struct Prepared {
 
 /// The commands of a participant.
 pub(super) struct Factor {
-    /// The table of the commands that may be enabled.
-    pub(super) guard_index: GuardIndex,
+    pub(super) candidates: Candidates,
     /// True if guards and probabilities of all its commands are valid in every state.
     pub(super) is_sound: bool,
 }
@@ -91,12 +90,10 @@ impl Prepared {
         let mut poll = Poll::new(sink);
         let bounds = Bounds::new(program);
         let (participants, synchronisations) = participants(program);
-        let mut divide = |commands: &&[CommandId]| {
-            Division::new(program, &bounds, commands, participants.len(), &mut poll)
-        };
-        let divisions: Vec<Division> = participants.iter().map(&mut divide).collect::<Result<_>>()?;
+        let mut read = |commands: &&[CommandId]| Guards::new(program, &bounds, commands, &mut poll);
+        let guards: Vec<Guards> = participants.iter().map(&mut read).collect::<Result<_>>()?;
         let mut roots = roots(program);
-        roots.extend(divisions.iter().flat_map(Division::roots));
+        roots.extend(guards.iter().flat_map(Guards::roots));
         let mut compiler = Compiler::new(program, &program.pool, &roots, &mut poll)?;
         let mut commands: Vec<Ready> = Vec::with_capacity(program.commands.len());
         for command in &program.commands {
@@ -108,12 +105,12 @@ impl Prepared {
             bounds.is_total(program.commands[c.index()].guard)
                 && commands[c.index()].chances == Chances::Sound
         };
-        let mut factors = Vec::with_capacity(divisions.len());
-        for (division, own) in divisions.iter().zip(&participants) {
-            let guard_index = division.compile(program, &mut compiler, &mut poll)?;
-            factors.push(Factor { guard_index, is_sound: own.iter().all(sound) });
+        let mut factors = Vec::with_capacity(guards.len());
+        for (guards, own) in guards.iter().zip(&participants) {
+            let candidates = guards.compile(&mut compiler, &mut poll)?;
+            factors.push(Factor { candidates, is_sound: own.iter().all(sound) });
         }
-        let needs = divisions.iter().map(|division| of_alternatives(division.needs.iter()));
+        let needs = guards.iter().map(|guards| of_alternatives(guards.needs.iter()));
         let by_value = by_value(&synchronisations, &factors, &needs.collect::<Vec<_>>());
         let watching = program.monitors.as_ref();
         let field = |v: &VarId| (v.index(), layout.field(v.index()));

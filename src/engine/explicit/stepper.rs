@@ -2,7 +2,7 @@
 
 use smallvec::SmallVec;
 
-use super::guard_index::Rows;
+use super::guards::Candidate;
 use super::layout::Layout;
 use super::machine::Machine;
 use super::program::{Chances, Prepared, Ready, Update};
@@ -53,8 +53,6 @@ pub(super) struct Stepper<'a, const W: usize> {
     prepared: &'a Prepared,
     machine: Machine,
     now: u64,
-    /// For each factor, the filled part of its guard index.
-    rows: Vec<Rows>,
     /// For each factor, the range of its enabled commands in `enabled`.
     factors: Vec<Slice>,
     enabled: Vec<u32>,
@@ -81,7 +79,6 @@ impl<'a, const W: usize> Stepper<'a, W> {
             prepared,
             machine: Machine::new(&prepared.code),
             now: 0,
-            rows: prepared.factors.iter().map(|_| Rows::default()).collect(),
             factors: vec![Slice::default(); prepared.factors.len()],
             enabled: Vec::new(),
             commands: vec![Slice::default(); prepared.commands.len()],
@@ -266,25 +263,35 @@ impl<'a, const W: usize> Stepper<'a, W> {
         }
         let prepared = self.prepared;
         let start = self.enabled.len() as u32;
-        let guard_index = &prepared.factors[index].guard_index;
-        let (from, to) = self.rows[index].of(guard_index, &mut self.machine, &prepared.code)?;
-        for at in from..to {
-            let candidate = &guard_index.candidates[self.rows[index].members[at as usize] as usize];
-            if !candidate.rest.map_or(Ok(true), |rest| self.machine.run(&prepared.code, rest.start))? {
-                continue;
+        let candidates = &prepared.factors[index].candidates;
+        match &candidates.by_value {
+            Some(lists) => {
+                let value = self.machine.regs[lists.variable];
+                lists.of(value).try_for_each(|at| self.test(&candidates.all[at as usize]))?;
             }
-            let ready = &prepared.commands[candidate.command as usize];
-            match ready.chances {
-                Chances::Sound => {}
-                Chances::Rounded => self.rounded = true,
-                Chances::Broken => return Err(Broken::Fault),
-                Chances::Vary => self.check_probabilities(ready)?,
-            }
-            self.enabled.push(candidate.command);
+            None => candidates.all.iter().try_for_each(|candidate| self.test(candidate))?,
         }
         let found = Slice { stamp: self.now, start, end: self.enabled.len() as u32 };
         self.factors[index] = found;
         Ok(found)
+    }
+
+    /// Adds a command to the enabled ones if its guard is true, after checking its probabilities.
+    #[inline]
+    fn test(&mut self, candidate: &Candidate) -> Result<(), Broken> {
+        let prepared = self.prepared;
+        if !candidate.guard.map_or(Ok(true), |guard| self.machine.run(&prepared.code, guard.start))? {
+            return Ok(());
+        }
+        let ready = &prepared.commands[candidate.command as usize];
+        match ready.chances {
+            Chances::Sound => {}
+            Chances::Rounded => self.rounded = true,
+            Chances::Broken => return Err(Broken::Fault),
+            Chances::Vary => self.check_probabilities(ready)?,
+        }
+        self.enabled.push(candidate.command);
+        Ok(())
     }
 
     fn check_probabilities(&mut self, ready: &Ready) -> Result<(), Broken> {

@@ -1,6 +1,6 @@
 //! The choices of single states with exact probabilities, by the compiled program.
 //!
-//! [`Program::exact_steps`] evaluates every guard and adds fractions. Here the guard index finds the
+//! [`Program::exact_steps`] evaluates every guard and adds fractions. Here the values of variables list the
 //! enabled commands, and probabilities are numbers of fractions, each of which is stored once. The
 //! probabilities of commands that do not depend on the state are read once. The successors of all choices
 //! of a state are written to buffers that are used again for the next state.
@@ -12,7 +12,6 @@ use super::explore::fixed;
 pub use super::fractions::Fractions;
 pub use super::layout::Code;
 use super::layout::Layout;
-pub use super::numbering::Numbering;
 use super::program::{Chances, Prepared};
 use super::stepper::{Stepper, sum};
 pub use super::steps::{Steps, Taken};
@@ -41,12 +40,6 @@ impl Codec {
     /// Returns the number of words of a code.
     pub fn words(&self) -> usize {
         self.layout.words()
-    }
-
-    /// Numbers the states of the program of the codes; `None` if there are 2^64 valuations or more, or if more than
-    /// 16 variables have several values.
-    pub fn numbering(&self, program: &Program) -> Option<Numbering> {
-        Numbering::new(program, &self.layout)
     }
 
     /// Returns the code of a state; `None` if a value is out of range.

@@ -3,11 +3,13 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
+use super::encoding::transitions::Piece;
 use super::fixpoints::attractor::Removed;
 use super::fixpoints::parts::{self, Part};
 use super::losing::Losing;
 use super::relations::combinations::stay_few;
 use super::relations::lists::RelationList;
+use super::relations::partial_relation::PartialRelation;
 use super::store::diagram::Bdd;
 use super::store::walk::Direction;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
@@ -124,7 +126,7 @@ pub(super) fn can_reach(
     dropped: &[(Bdd, Bdd)],
 ) -> Result<Bdd> {
     let (store, how) = (&engine.store, (Direction::Backward, "backward reachability"));
-    let confined = || engine.clusters.confined(store, &engine.confinement(allowed), dropped);
+    let confined = || confined(engine, &engine.confinement(allowed), dropped);
     if !engine.has_few_parts()? {
         return store.reach(how, confined()?.as_ref(), target, &engine.states.0);
     }
@@ -148,6 +150,32 @@ pub(super) fn can_reach(
         store.reach_as_before((how.0, Some(how.1)), turn.steps, list, (target, &engine.states.0))
     })?;
     found.ok_or_else(|| store.full())
+}
+
+/// Returns the relations with the steps of each group restricted to its allowed states (`None` allows all) and without
+/// the dropped edges.
+fn confined(
+    engine: &SymbolicEngine,
+    allowed: &[Option<Bdd>],
+    dropped: &[(Bdd, Bdd)],
+) -> Result<Arc<RelationList>> {
+    let store = &engine.store;
+    let mut entries = Vec::with_capacity(engine.transitions.pieces.len());
+    for Piece { group, steps } in &engine.transitions.pieces {
+        let PartialRelation { support, relation } = steps;
+        let mut left = match &allowed[*group] {
+            None => relation.clone(),
+            Some(states) => store.and(relation, states)?,
+        };
+        for (from, to) in dropped {
+            let sources = store.and(&left, from)?;
+            if !store.is_zero(&sources) {
+                left = store.minus(&left, &store.and(&sources, &store.primed(support, to)?)?)?;
+            }
+        }
+        entries.push(PartialRelation { relation: left, support: support.clone() });
+    }
+    engine.lists.of(store, entries)
 }
 
 /// The choices that are left, split by edge labels.

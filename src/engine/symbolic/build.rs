@@ -194,7 +194,7 @@ impl Explored {
     pub(crate) fn engine(self) -> Result<SymbolicEngine> {
         let Explored { mut draft, mut states, rounded } = self;
         draft.size_to(&mut states)?;
-        let Draft { program, settings, encoding, store, lists, domain, translated, clusters } = draft;
+        let Draft { program, settings, encoding, store, lists, domain, translated, list } = draft;
         let Translated { transitions, initial, .. } = translated;
         let (enabled, looping) = enabled(&store, &transitions, &states)?;
         let deadlocks = deadlocks(&program, &encoding, &store, &states)?.unwrap_or(looping);
@@ -211,7 +211,7 @@ impl Explored {
             lists,
             groups,
             few_parts: OnceLock::new(),
-            clusters: Arc::new(clusters),
+            list,
             domain,
             states: StateSet(states),
             initial: StateSet(initial),

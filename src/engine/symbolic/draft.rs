@@ -6,10 +6,9 @@ use super::encoding::Encoding;
 use super::encoding::command::CommandBuilder;
 use super::encoding::transitions::{Builder, Transitions};
 use super::encoding::translate::Translator;
-use super::fixpoints::clusters::Clusters;
 use super::order::Bit;
 use super::pick;
-use super::relations::lists::Lists;
+use super::relations::lists::{Lists, RelationList};
 use super::store::Store;
 use super::store::diagram::Bdd;
 use super::store::tables::cache_for_nodes;
@@ -29,7 +28,8 @@ pub(super) struct Draft {
     pub(super) lists: Arc<Lists>,
     pub(super) domain: Bdd,
     pub(super) translated: Translated,
-    pub(super) clusters: Clusters,
+    /// The relations of all groups.
+    pub(super) list: Arc<RelationList>,
 }
 
 impl Draft {
@@ -39,8 +39,8 @@ impl Draft {
         let lists = Lists::new(&store);
         let domain = encoding.domain(&store)?;
         let translated = translate(&program, &encoding, &store, &domain)?;
-        let clusters = Clusters::new(&store, &lists, &translated.transitions.pieces)?;
-        Ok(Draft { program, settings, encoding, store, lists, domain, translated, clusters })
+        let list = translated.transitions.list(&store, &lists)?;
+        Ok(Draft { program, settings, encoding, store, lists, domain, translated, list })
     }
 
     /// Computes the states of the scope. If this takes more than a few steps, it starts again in a
@@ -65,7 +65,13 @@ impl Draft {
         let Some(start) = beginnings(program, encoding, store, self.settings.scope, sets)? else {
             return Ok(Some(domain.clone()));
         };
-        let Some(reached) = self.clusters.forward(store, &start, domain, steps)? else { return Ok(None) };
+        let phase = "reachable states";
+        store.progress(phase);
+        // Variable orders take turns, so methods do not: the recursion was faster wherever both ended.
+        let how = (Direction::Forward, Some(phase));
+        let Some(reached) = store.fixpoint(false, how, steps, &self.list, (&start, domain))? else {
+            return Ok(None);
+        };
         match &program.monitors {
             Some(o) if o.begin == Begin::Everywhere => {
                 let bits = encoding.bits_of(store, &o.variables)?;
@@ -100,7 +106,7 @@ impl Draft {
     pub(super) fn meaningful(&self) -> Result<Option<Bdd>> {
         let Draft { store, domain, translated, .. } = self;
         let how = (Direction::Backward, "states without a meaning");
-        let failing = store.reach(how, self.clusters.list(), &self.without_meaning(domain)?, domain)?;
+        let failing = store.reach(how, &self.list, &self.without_meaning(domain)?, domain)?;
         if !store.is_zero(&store.and(&failing, &translated.initial)?) {
             return Ok(None);
         }
@@ -122,10 +128,10 @@ impl Draft {
         let Some(larger) = self.store.larger(entries, &self.settings) else { return Ok(()) };
         let Translated { transitions, initial, initial_fails, rounded } = &mut self.translated;
         let single = [&mut self.domain, initial, initial_fails, rounded].into_iter().chain(states);
-        let all = single.chain(transitions.diagrams()).chain(self.clusters.diagrams());
+        let all = single.chain(transitions.diagrams());
         larger.adopt_all(&self.store, all)?;
         let lists = Lists::new(&larger);
-        self.clusters.relist(&larger, &lists)?;
+        self.list = transitions.list(&larger, &lists)?;
         (self.store, self.lists) = (larger, lists);
         Ok(())
     }

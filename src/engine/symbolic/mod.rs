@@ -56,7 +56,6 @@ use super::membership::{Each, Membership};
 use super::settings::{Count, Settings, Usage};
 use encoding::transitions::Transitions;
 use encoding::translate::Translator;
-use fixpoints::clusters::Clusters;
 use games::Game;
 use meliora_base::error::Result;
 use meliora_model::predicate::Predicate;
@@ -95,7 +94,8 @@ pub struct SymbolicEngine {
     quiet: OnceLock<Arc<Quiet>>,
     /// The result of [`SymbolicEngine::has_few_parts`] once it has been computed.
     few_parts: OnceLock<bool>,
-    clusters: Arc<Clusters>,
+    /// The relations of all groups as one list, for reachability.
+    list: Arc<RelationList>,
     domain: Bdd,
     states: StateSet,
     initial: StateSet,
@@ -311,7 +311,7 @@ impl Engine for SymbolicEngine {
         {
             let how = (Direction::Backward, "backward reachability");
             let within = self.store.or(&states, from)?;
-            return Ok(StateSet(self.store.reach(how, self.clusters.list(), from, &within)?));
+            return Ok(StateSet(self.store.reach(how, &self.list, from, &within)?));
         }
         attempts::can_reach(self, from, bound, &dropped).map(StateSet)
     }
@@ -323,7 +323,7 @@ impl Engine for SymbolicEngine {
         }
         let (from, bound) = (self.diagram_of(target)?, self.diagram_of(bound)?);
         let (how, within) = ((Direction::Backward, "backward reachability"), self.store.or(bound, from)?);
-        Ok(StateSet(self.store.reach(how, self.clusters.list(), from, &within)?))
+        Ok(StateSet(self.store.reach(how, &self.list, from, &within)?))
     }
 
     fn can_win(

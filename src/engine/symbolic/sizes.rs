@@ -14,8 +14,6 @@ pub struct DiagramSizes {
     pub transition: usize,
     /// The nodes of the set of states.
     pub states: usize,
-    /// The number of relations used for reachability.
-    pub clusters: usize,
     /// The number of groups of choices.
     pub groups: usize,
 }
@@ -27,7 +25,6 @@ impl SymbolicEngine {
         Ok(DiagramSizes {
             transition: relations.sum::<Result<_>>()?,
             states: self.store.size(&self.states.0)?,
-            clusters: self.clusters.len(),
             groups: self.transitions.guards.len(),
         })
     }

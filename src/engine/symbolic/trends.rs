@@ -11,7 +11,6 @@ use std::sync::{Arc, OnceLock};
 use num_traits::Zero;
 
 use super::encoding::transitions::Piece;
-use super::fixpoints::clusters::Clusters;
 use super::relations::partial_relation::PartialRelation;
 use super::relations::support::Support;
 use super::store::diagram::Bdd;
@@ -133,7 +132,7 @@ impl SymbolicEngine {
         Ok(SymbolicEngine {
             game,
             groups: transitions.lists(&self.store, &self.lists)?,
-            clusters: Arc::new(Clusters::new(&self.store, &self.lists, &transitions.pieces)?),
+            list: transitions.list(&self.store, &self.lists)?,
             transitions: Arc::new(transitions),
             has_loops: false,
             tuple: OnceLock::new(),
@@ -266,7 +265,7 @@ impl SymbolicEngine {
     /// A limit, or the set belongs to another engine.
     pub fn reached_from(&self, start: &StateSet) -> Result<StateSet> {
         let (start, how) = (self.diagram_of(start)?, (Direction::Forward, "reachable states"));
-        self.store.reach(how, self.clusters.list(), start, &self.states.0).map(StateSet)
+        self.store.reach(how, &self.list, start, &self.states.0).map(StateSet)
     }
 
     /// Returns the choices of `c` that have an edge; see [`SymbolicEngine::with_trend`].

@@ -1,15 +1,14 @@
 //! A search for the initial states that does not enumerate all valuations.
 //!
-//! A *box* gives each variable a range. What the condition implies for the variables narrows the box
-//! (`narrow`); a condition that is true in some of its states splits it in two. So every state is found
-//! once, and boxes without one are left out as a whole.
+//! A *box* gives each variable a range. A condition that may be true in some of its states splits it in two. So every
+//! state is found once, and boxes without one are left out as a whole.
 
-mod narrow;
 mod net;
 #[cfg(test)]
 mod tests;
 mod values;
 
+use std::cmp::Reverse;
 use std::sync::Arc;
 
 use super::explore::PATIENCE;
@@ -17,7 +16,6 @@ use meliora_base::error::Result;
 use meliora_base::progress::ProgressSink;
 use meliora_model::Program;
 use meliora_model::expr::ExprId;
-use narrow::narrow;
 use net::{Net, Op};
 use values::Values;
 
@@ -27,7 +25,7 @@ pub(super) struct Search {
     net: Arc<Net>,
     /// The first and the last value of each variable.
     ranges: Vec<(i64, i64)>,
-    /// The ranges that were narrowed, with their variables, oldest first.
+    /// The ranges that were halved, with their variables, oldest first.
     trail: Vec<(usize, (i64, i64))>,
     /// The boxes that wait.
     waiting: Vec<Waiting>,
@@ -66,9 +64,7 @@ enum Found {
     Nowhere,
     /// … in all of them, …
     Everywhere,
-    /// … or perhaps in some: the box has become smaller, …
-    Less,
-    /// … or it is split by this variable.
+    /// … or perhaps in some: the box is split by this variable.
     Perhaps(usize),
 }
 
@@ -115,7 +111,6 @@ impl Search {
                 Next::Box => match self.look() {
                     Found::Nowhere => Next::Back,
                     Found::Everywhere => Next::State(self.ranges.iter().map(|&(low, _)| low).collect()),
-                    Found::Less => Next::Box,
                     Found::Perhaps(variable) => self.split(variable),
                 },
                 Next::State(state) => {
@@ -141,7 +136,7 @@ impl Search {
         Ok(())
     }
 
-    /// Looks at a box: narrows it, and decides what to do with it.
+    /// Looks at a box, and decides what to do with it.
     fn look(&mut self) -> Found {
         self.work += 1;
         self.evaluate();
@@ -157,11 +152,8 @@ impl Search {
             self.evaluate();
             open = self.net.open(&self.values);
         }
-        match self.narrowed() {
-            None => Found::Nowhere,
-            Some(true) => Found::Less,
-            Some(false) => self.narrowest(&open).map_or(Found::Less, Found::Perhaps),
-        }
+        // The condition is known where all variables that decide it have one value.
+        self.widest(&open).map_or(Found::Nowhere, Found::Perhaps)
     }
 
     fn evaluate(&mut self) {
@@ -169,30 +161,15 @@ impl Search {
         self.steps += self.net.items.len();
     }
 
-    /// Narrows the box to the states in which the condition may be true. Returns whether a range was
-    /// halved; `None` if the condition is true nowhere.
-    fn narrowed(&mut self) -> Option<bool> {
-        let Search { net, ranges, trail, values, .. } = self;
-        let mut is_halved = false;
-        let found = narrow(net, values, |variable, range| {
-            let old = ranges[variable];
-            if range != old {
-                is_halved |= width(range) <= width(old) / 2;
-                trail.push((variable, old));
-                ranges[variable] = range;
-            }
-        });
-        found.ok().map(|()| is_halved)
-    }
-
-    /// Returns the variable with the fewest values, but more than one, of the open ones.
-    fn narrowest(&self, open: &[bool]) -> Option<usize> {
+    /// Returns the variable with the most values, and more than one, of the open ones: if a narrow one were split to its
+    /// end first, a part of the condition about a wide one would be tested late.
+    fn widest(&self, open: &[bool]) -> Option<usize> {
         let items = self.net.items.iter().zip(open).filter(|(_, open)| **open);
         let variables = items.filter_map(|(item, _)| match item.op {
             Op::Var(v) if width(self.ranges[v]) > 0 => Some(v),
             _ => None,
         });
-        variables.min_by_key(|&v| (width(self.ranges[v]), v))
+        variables.max_by_key(|&v| (width(self.ranges[v]), Reverse(v)))
     }
 
     /// Halves the range of a variable. The upper half waits.

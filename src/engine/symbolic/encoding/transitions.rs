@@ -259,6 +259,11 @@ impl Transitions {
             .chain([&mut self.bad])
     }
 
+    /// Returns the list of the pieces of all groups.
+    pub(in crate::symbolic) fn list(&self, store: &Store, lists: &Arc<Lists>) -> Result<Arc<RelationList>> {
+        lists.of(store, self.pieces.iter().map(|piece| piece.steps.clone()).collect())
+    }
+
     /// Returns the list of the pieces of each group.
     pub(in crate::symbolic) fn lists(
         &self,

@@ -4,10 +4,8 @@
 //! `reach` and `saturation` compute the states that are reachable within a bound. `parts` are groups
 //! of choices, each with a bound of its own; `confined` and `attractor` are recursions over them. `lose` removes
 //! losing states without a bound per group.
-//! `clusters` are the relations united for reachability.
 
 pub(in crate::symbolic) mod attractor;
-pub(in crate::symbolic) mod clusters;
 pub(in crate::symbolic) mod confined;
 pub(in crate::symbolic) mod lose;
 pub(in crate::symbolic) mod parts;

@@ -169,11 +169,6 @@ impl RelationList {
         links.flat_map(|list| list.here.iter())
     }
 
-    /// Returns the table of all lists.
-    pub(in crate::symbolic) fn all(&self) -> &Arc<Lists> {
-        &self.lists
-    }
-
     /// Moves the lists that this one keeps alive to `lists`.
     fn take_lists_below(&mut self, lists: &mut Vec<Arc<RelationList>>) {
         lists.extend(self.cofactors.take().into_iter().flat_map(|all| all.0).flatten());

@@ -9,8 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 /// inside it, or a node that was made without such a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Thresholds {
-    /// Number of nodes of a small relation. Small relations with the same support are united, and relations with
-    /// the same first bit if the union is small, or at most twice as large as the two together.
+    /// Number of nodes of a small relation. Small relations with the same support are united.
     pub small_relation: usize,
     /// Maximum number of relation lists that are remembered. Then all are forgotten except those in
     /// use.
