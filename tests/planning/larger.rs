@@ -53,16 +53,9 @@ fn counts<E: Engine>(engine: &E, preferences: &Preferences) -> Vec<String> {
 /// Thresholds that send small work each way.
 fn thresholds() -> [Thresholds; 4] {
     let usual = Thresholds::default();
-    // All methods take turns, and relations are not united.
-    let hasty = Thresholds { first_turn: 20, small_relation: 10, ..usual };
-    let narrow = Thresholds {
-        small_relation: 0,
-        most_lists: 20,
-        relations_per_bit: 0,
-        first_turn: 80,
-        first_collection: 2_000,
-        ..usual
-    };
+    // All methods take turns.
+    let hasty = Thresholds { first_turn: 20, ..usual };
+    let narrow = Thresholds { relations_per_bit: 0, first_turn: 80, first_collection: 2_000, ..usual };
     // Garbage is collected within all recursions.
     let early = Thresholds { first_collection: 2_000, ..usual };
     [usual, hasty, narrow, early]

@@ -45,16 +45,12 @@ pub(super) fn thresholds(
     counters
 }
 
-/// Maximum number of nodes searched in an update. A counter's sum is near the root, and large
-/// shared formulas are not searched repeatedly.
-const MOST_NODES: usize = 100;
-
-/// Returns true if the first nodes of the expression have a sum or difference of the variable
-/// itself.
+/// Returns true if the value of the expression may be a sum or difference of the variable itself: below choices, `min`,
+/// `max` and `mod`.
 pub(super) fn counts(program: &Program, variable: VarId, e: ExprId) -> bool {
     let (mut stack, mut seen) = (vec![e], AHashSet::new());
     while let Some(e) = stack.pop() {
-        if seen.len() == MOST_NODES || !seen.insert(e) {
+        if !seen.insert(e) {
             continue;
         }
         match program.pool.node(e) {
@@ -63,10 +59,10 @@ pub(super) fn counts(program: &Program, variable: VarId, e: ExprId) -> bool {
             {
                 return true;
             }
-            Node::Binary(_, a, b) => stack.extend([a, b]),
-            Node::Unary(_, a) => stack.push(a),
-            Node::Ite(c, a, b) => stack.extend([c, a, b]),
-            Node::Literal(_) | Node::Var(_) => {}
+            Node::Binary(Binary::Min | Binary::Max | Binary::Mod, a, b) | Node::Ite(_, a, b) => {
+                stack.extend([a, b]);
+            }
+            _ => {}
         }
     }
     false

@@ -10,7 +10,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ahash::AHashMap;
 
-use crate::symbolic::store::Store;
 use meliora_base::error::Result;
 
 /// A link of a chain; its operands are of type `Operand`.
@@ -47,14 +46,11 @@ impl<N, L> Default for Known<N, L> {
 }
 
 impl<N: Hash + Eq, L> Known<N, L> {
-    /// Returns the link with a name, or makes it. Forgets all names if there are too many.
-    pub(super) fn get(&self, store: &Store, name: N, make: impl FnOnce() -> Result<L>) -> Result<Arc<L>> {
+    /// Returns the link with a name, or makes it.
+    pub(super) fn get(&self, name: N, make: impl FnOnce() -> Result<L>) -> Result<Arc<L>> {
         let mut known = self.names();
         if let Some(found) = known.get(&name) {
             return Ok(found.clone());
-        }
-        if known.len() >= store.thresholds().most_lists {
-            known.clear();
         }
         let made = Arc::new(make()?);
         known.insert(name, made.clone());

@@ -12,7 +12,7 @@ use super::partial_relation::PartialRelation;
 use crate::symbolic::store::charge::Charge;
 use crate::symbolic::store::diagram::Bdd;
 use crate::symbolic::store::{Forgets, Store};
-use meliora_base::error::{Error, Result};
+use meliora_base::error::Result;
 
 /// Bytes of a list without its entries: the list, its reference counts, its name and the overhead
 /// of the allocations.
@@ -246,8 +246,11 @@ impl Links<RelationList> for Linked<'_> {
         self.0.shared(|m| entry.top(m))
     }
 
-    fn simplified(&self, entries: Vec<PartialRelation>) -> Result<Vec<PartialRelation>> {
-        united(self.0, entries)
+    fn simplified(&self, mut entries: Vec<PartialRelation>) -> Result<Vec<PartialRelation>> {
+        entries.retain(|entry| !self.0.is_zero(&entry.relation));
+        entries.sort_unstable();
+        entries.dedup();
+        Ok(entries)
     }
 
     fn link(
@@ -257,7 +260,7 @@ impl Links<RelationList> for Linked<'_> {
     ) -> Result<Arc<RelationList>> {
         let &Linked(store, lists) = self;
         let name = (here.clone(), below.as_ref().map(|list| list.number));
-        lists.known.get(store, name, || RelationList::new(store, lists, here, below))
+        lists.known.get(name, || RelationList::new(store, lists, here, below))
     }
 }
 
@@ -297,38 +300,4 @@ impl Forgets for Lists {
     fn forget(&self) {
         self.known.forget();
     }
-}
-
-/// Returns the non-empty ones of the relations of a link, sorted; small relations with the same support are
-/// united.
-fn united(store: &Store, mut entries: Vec<PartialRelation>) -> Result<Vec<PartialRelation>> {
-    entries.retain(|e| !store.is_zero(&e.relation));
-    entries.sort_unstable();
-    entries.dedup();
-    let is_small = |f: &Bdd| Ok::<_, Error>(!store.has_nodes(f, store.thresholds().small_relation)?);
-    let mut all: Vec<PartialRelation> = Vec::with_capacity(entries.len());
-    for same in entries.chunk_by(|a, b| a.support == b.support) {
-        if let [only] = same {
-            all.push(only.clone());
-            continue;
-        }
-        let mut gathered: Option<PartialRelation> = None;
-        for entry in same {
-            if !is_small(&entry.relation)? {
-                all.push(entry.clone());
-                continue;
-            }
-            let Some(union) = &mut gathered else {
-                gathered = Some(entry.clone());
-                continue;
-            };
-            union.relation = store.or(&union.relation, &entry.relation)?;
-            if !is_small(&union.relation)? {
-                all.extend(gathered.take());
-            }
-        }
-        all.extend(gathered);
-    }
-    all.sort_unstable();
-    Ok(all)
 }

@@ -206,7 +206,7 @@ impl Links<ListTuple> for Linked<'_> {
         let below = below.filter(|_| !stays);
         let numbers = here.iter().map(|group| group.list.number).collect();
         let name = (numbers, below.as_ref().map(|tuple| tuple.number));
-        tuples.known.get(store, name, || {
+        tuples.known.get(name, || {
             let mut charge = store.charge();
             charge.add(BYTES_PER_TUPLE + BYTES_PER_LIST * here.len());
             Ok(ListTuple {

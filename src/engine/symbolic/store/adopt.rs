@@ -6,22 +6,20 @@ use oxidd::{Function, HasLevel, InnerNode, Manager, Node};
 
 use super::Store;
 use super::diagram::{Bdd, Diagram, Edge, Held, ManagerOf};
-use super::tables::{cache_entries, cache_for_bits};
+use super::tables::cache_entries;
 use super::walk::{ByNode, PATIENCE};
 use crate::settings::Settings;
 use meliora_base::error::Result;
 
 impl Store {
-    /// Creates a store with an operation cache of `entries` entries, or fewer if fewer suffice for
-    /// the bits of a state. Returns `None` if this store has as many, or if the system does not
+    /// Creates a store with an operation cache of `entries` entries. Returns `None` if this store has as many, or if the system does not
     /// grant the memory. A new store is needed because OxiDD's tables do not grow.
     pub(in crate::symbolic) fn larger(&self, entries: u64, settings: &Settings) -> Option<Self> {
-        let wanted = entries.min(cache_for_bits(self.width()));
-        if cache_entries(settings.memory, wanted) <= self.cache_entries {
+        if cache_entries(settings.memory, entries) <= self.cache_entries {
             return None;
         }
         // If the system does not grant more, this store continues.
-        let mut larger = Store::sized(self.width(), settings, wanted).ok()?;
+        let mut larger = Store::sized(self.width(), settings, entries).ok()?;
         self.note_peak(self.nodes());
         larger.replaced_peak = self.peak.load(Relaxed).max(self.replaced_peak);
         larger.work.add(&self.work);

@@ -11,12 +11,10 @@ pub(in crate::symbolic) const BYTES_PER_NODE: u64 = 32;
 /// Bytes per entry of the operation cache.
 pub(in crate::symbolic) const BYTES_PER_ENTRY: u64 = 20;
 
-/// OxiDD gives nodes to the threads that use it in blocks of this size, and no other thread can use
-/// the nodes of a block. Its number of nodes lags behind by at most a block per thread.
-const BLOCK: u64 = 1 << 16;
-/// The nodes that the table of OxiDD must have in addition to those allowed. Each thread may keep
-/// two blocks to itself: that of the caller, that of the collector, and one more.
-pub(in crate::symbolic) const SPARE_NODES: u64 = 3 * 2 * BLOCK;
+/// The nodes that the table of OxiDD must have in addition to those allowed. OxiDD gives nodes to the threads that use
+/// it in blocks of 2^16, and no other thread can use the nodes of a block. Its number of nodes lags behind by at most a
+/// block per thread. Each thread may keep two blocks to itself: that of the caller, that of the collector, and one more.
+pub(in crate::symbolic) const SPARE_NODES: u64 = (3 * 2) << 16;
 
 /// The stack of a table's thread, and 64 MiB for the rest of the process.
 const THREAD_BYTES: usize = (1 << 30) + (64 << 20);
@@ -25,12 +23,6 @@ const THREAD_BYTES: usize = (1 << 30) + (64 << 20);
 /// another 2 ms and so on, 0.5 s in all.
 const MOST_WAITS: u64 = 31;
 
-/// The stack of a thread that only waits.
-const PAUSE_BYTES: usize = 64 << 10;
-
-/// Limits the operation cache to 2^(bits of a state + this number) entries: for a narrow model,
-/// clearing a large cache costs more than it saves.
-const CACHE_BITS_MORE: u32 = 6;
 /// Entries of the operation cache per node of the set of states, and, in a small model, also of the relations.
 const CACHE_PER_NODE: u64 = 400;
 /// Maximum number of entries of the operation cache; more bring no gain.
@@ -62,7 +54,7 @@ pub(in crate::symbolic) fn manager(nodes: u64, cache_entries: u64) -> Result<BDD
 
 /// Waits in another thread: the C library keeps the stack of a thread that has ended until another one ends.
 fn pause(time: Duration) {
-    let waiting = std::thread::Builder::new().stack_size(PAUSE_BYTES).spawn(move || std::thread::sleep(time));
+    let waiting = std::thread::Builder::new().spawn(move || std::thread::sleep(time));
     match waiting {
         Ok(thread) => drop(thread.join()),
         Err(_) => std::thread::sleep(time),
@@ -105,11 +97,6 @@ fn no_thread() -> Limit {
 /// asks for meanwhile does nothing. The system maps pages of the table only when they are used.
 fn table_size(nodes: u64) -> u64 {
     (nodes + SPARE_NODES) / 15 * 16 + 16
-}
-
-/// Returns the number of entries of the operation cache that suffices for states of `width` bits.
-pub(in crate::symbolic) fn cache_for_bits(width: usize) -> u64 {
-    1u64.checked_shl(width as u32 + CACHE_BITS_MORE).unwrap_or(u64::MAX)
 }
 
 /// Returns the number of entries of the operation cache for states and relations with these numbers

@@ -9,11 +9,6 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 /// inside it, or a node that was made without such a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Thresholds {
-    /// Number of nodes of a small relation. Small relations with the same support are united.
-    pub small_relation: usize,
-    /// Maximum number of relation lists that are remembered. Then all are forgotten except those in
-    /// use.
-    pub most_lists: usize,
     /// The recursions over groups of choices with their bounds take the first turn (losing states, reachability by
     /// allowed choices) if there are at most this many different cases per bit of a state. A case is a combination
     /// of the relation lists that remain below bits that keep their values. With more cases, they take no turn.
@@ -37,8 +32,6 @@ pub struct Thresholds {
 impl Default for Thresholds {
     fn default() -> Self {
         Thresholds {
-            small_relation: 1_000,
-            most_lists: 1 << 18,
             relations_per_bit: 4,
             first_turn: 1 << 19,
             first_cache: 1 << 17,

@@ -29,7 +29,7 @@ fn store(width: usize, thresholds: Thresholds) -> (Store, Arc<Lists>) {
 
 /// Returns thresholds with which work of any size uses every method.
 fn least() -> Thresholds {
-    Thresholds { small_relation: 0, most_lists: 2, first_turn: 3, ..Thresholds::default() }
+    Thresholds { first_turn: 3, ..Thresholds::default() }
 }
 
 /// Returns a bit of a state's number; bit 0 is the most significant.
