@@ -5,15 +5,18 @@ A property is a tuple. Conditions are `("is", text)`, `("not", c)`, `("and", c, 
 `("filter", function, c, states)`. Numbers are `("number", fraction)`, `("+", n, m)`, `("-", n, m)`, `("*", n, m)`,
 `("value", operator)` and `("filter", function, n, states)`. An operator is `("P", ours, optimum, path)` or
 `("R", ours, optimum, structure, accumulated)` with `("F", c)`, `("C", steps)` or `("I", steps)`; `ours` are the players
-of a game who choose, None elsewhere. A path is `("X", c)` or `(name, least, most, c)` for F and G, and
-`(name, least, most, c, d)` for U, W and R; `most` is None without a bound.
+of a game who choose, None if all choose together. Of a `dtmc`, `("S", None, optimum, c)` is the probability of c in the
+long run, and rewards are accumulated by `("S", None)` and `("C", None)`, too. A path is `("X", c)` or `(name, least, most, c)` for F and G, and
+`(name, least, most, c, d)` for U, W and R; `most` is None without a bound. `("ltl", text, c, d)` is a formula with the
+places {0} and {1}.
 """
 
 import itertools
 import math
 from fractions import Fraction
 
-from reference.questions import into, rewards
+from reference.equations import Action, evaluate, solve
+from reference.questions import Question, into, rewards
 
 ZERO, ONE = Fraction(0), Fraction(1)
 SIGNS = {
@@ -25,6 +28,7 @@ SIGNS = {
     "!=": lambda a, b: a != b,
 }
 MOST_STRATEGIES = 200
+MOST_PAIRS = 3000
 
 
 class TooLarge(Exception):
@@ -34,8 +38,8 @@ class TooLarge(Exception):
 class Nested:
     """The values of properties in all states of an explicit model."""
 
-    def __init__(self, mdp):
-        self.mdp, self.all = mdp, set(mdp.states)
+    def __init__(self, mdp, scope="reachable"):
+        self.mdp, self.all, self.scope = mdp, set(mdp.states), scope
 
     def holds(self, c):
         """The states that satisfy a condition."""
@@ -91,7 +95,14 @@ class Nested:
         kind, ours, optimum, *rest = operator
         if kind == "P":
             return self.probability(ours, optimum, rest[0])
+        if kind == "S":
+            inside = self.holds(rest[0])
+            return self.average({s: Fraction(s in inside) for s in self.all})
         structure, accumulated = rest
+        if accumulated == ("S", None):
+            return self.average({s: self.mdp.choices[s][0].costs[structure] for s in self.all})
+        if accumulated == ("C", None):
+            return self.total({s: self.mdp.choices[s][0].costs[structure] for s in self.all})
         if accumulated[0] == "F":
             least, most = rewards(self.mdp, self.holds(accumulated[1]), structure)
             return most if optimum == "max" else least
@@ -119,7 +130,65 @@ class Nested:
             s: (max if self.maximises(ours, optimum, s) else min)(map(after, self.mdp.choices[s])) for s in self.all
         }
 
+    def ends(self):
+        """The bottom components of a chain, and the states that each state reaches."""
+        steps = {s: set(self.mdp.choices[s][0].to) for s in self.all}
+        reached = {}
+        for s in self.all:
+            reached[s], open_ = {s}, [s]
+            while open_:
+                new = steps[open_.pop()] - reached[s]
+                reached[s] |= new
+                open_ += new
+        ends = {frozenset(own) for s, own in reached.items() if all(s in reached[t] for t in own)}
+        return ends, reached
+
+    def average(self, values):
+        """The average of a value per step in the long run of a chain."""
+        result = dict.fromkeys(self.all, ZERO)
+        for end in self.ends()[0]:
+            first, *others = sorted(end)
+            weight = {s: self.mdp.choices[s][0].to for s in end}
+            equations = {
+                t: (weight[first].get(t, ZERO), {s: weight[s][t] for s in others if t in weight[s]}) for t in others
+            }
+            visits = {first: ONE, **solve(equations)}
+            average = sum(visits[s] * values[s] for s in end) / sum(visits.values())
+            for s, p in into(self.mdp, set(end), set()).items():
+                result[s] += p * average
+        return result
+
+    def total(self, costs):
+        """The expected sum of the costs of all steps of a chain."""
+        ends, reached = self.ends()
+        recurring = {s for end in ends for s in end if costs[s] > 0}
+        finite = {s for s in self.all if not reached[s] & recurring}
+        policy = {s: Action(costs[s], [(p, t) for t, p in self.mdp.choices[s][0].to.items()], False) for s in finite}
+        return {**dict.fromkeys(self.all, math.inf), **evaluate(policy)}
+
+    def temporal(self, ours, optimum, text, conditions):
+        """The probability of a formula of linear temporal logic, by the monitors of its leaves."""
+        names = [variable.name for variable in self.mdp.program.variables]
+
+        def written(states):
+            each = ("&".join(self.equation(n, v) for n, v in zip(names, self.mdp.plain(s))) for s in sorted(states))
+            return f"({' | '.join(f'({one})' for one in each) or 'false'})"
+
+        formula = text.format(*(written(self.holds(c)) for c in conditions))
+        if not self.mdp.program.players:
+            question = Question(self.mdp.program, self.scope, formula, limit=MOST_PAIRS)
+            return question.most() if optimum == "max" else question.least()
+        coalition = frozenset(range(len(self.mdp.program.players))) if ours is None else ours
+        question = Question(self.mdp.program, self.scope, formula, limit=MOST_PAIRS, coalition=coalition)
+        return question.contested(f"p{optimum}")
+
+    @staticmethod
+    def equation(name, value):
+        return f"{'' if value else '!'}{name}" if isinstance(value, bool) else f"{name}={value}"
+
     def probability(self, ours, optimum, path):
+        if path[0] == "ltl":
+            return self.temporal(ours, optimum, path[1], path[2:])
         other = {"max": "min", "min": "max"}[optimum]
         if path[0] in ("G", "W", "R"):
             return {s: 1 - p for s, p in self.probability(ours, other, self.negated(path)).items()}

@@ -11,6 +11,15 @@ from reference.nested import Nested, TooLarge
 MOST_STATES = 40
 AMOUNT = 4
 TEMPORAL = ("X", "F", "F", "G", "U", "U", "W", "R")
+# Formulas that a finite part of a path decides; only these have values other than 0 and 1 in games.
+DECIDED = (
+    "(F {0}) & (F {1})", "F ({0} & X {1})", "X X {0}", "(F<=2 {0}) & (F {1})", "(F {0}) | (X {1})", "{0} U (X {1})",
+    "G ({0} | X {1})", "(G {0}) & (X {1})", "(G {0}) | (G {1})",
+)  # fmt: skip
+RECURRING = (
+    "G F {0}", "F G {0}", "(G F {0}) & (F {1})", "(G F {0}) | (F G {1})", "G ({0} => F {1})", "(F G {0}) & (G F {1})",
+    "(F {0}) & (G {1})", "(G F {0}) & (G F {1})",
+)  # fmt: skip
 
 
 class Draw:
@@ -20,6 +29,7 @@ class Draw:
         self.context, self.rng = context, rng
         self.game = context.source.players or None
         self.structures = list(context.source.rewards)
+        self.is_chain = context.case.kind == "dtmc"
 
     def condition(self, depth):
         rng = self.rng
@@ -33,7 +43,10 @@ class Draw:
             return (kind, self.condition(depth - 1), self.condition(depth - 1))
         if kind == "bound":
             bounds = [Fraction(0), Fraction(1), Fraction(1, 2), Fraction(rng.randint(1, 9), 10)]
-            return (kind, self.probability(depth), rng.choice(["<=", "<", ">=", ">"]), rng.choice(bounds))
+            sign = rng.choice(["<=", "<", ">=", ">"])
+            if self.structures and rng.random() < 0.2:
+                return (kind, self.reward(depth, True), sign, rng.choice([*bounds, Fraction(3), Fraction(7, 2)]))
+            return (kind, self.likely(depth), sign, rng.choice(bounds))
         if kind in ("A", "E"):
             return (kind, self.path(depth - 1))
         if kind == "filter":
@@ -54,7 +67,7 @@ class Draw:
         kind = rng.choice(["+", "-", "*", "value", "value", "filter"])
         if kind == "value":
             earns = self.structures and rng.random() < 0.4
-            return (kind, self.reward() if earns else self.probability(depth))
+            return (kind, self.reward(depth, False) if earns else self.likely(depth))
         if kind == "filter":
             function = rng.choice(["min", "max", "sum", "avg", "count"])
             of = self.condition(depth - 1) if function == "count" else self.number(depth - 1)
@@ -62,18 +75,32 @@ class Draw:
         return (kind, self.number(depth - 1), self.number(depth - 1))
 
     def players(self):
-        if not self.game:
+        if not self.game or self.rng.random() < 0.15:
             return None
         return frozenset(at for at, _ in enumerate(self.game) if self.rng.random() < 0.6)
 
-    def probability(self, depth):
-        return ("P", self.players(), self.rng.choice(["max", "min"]), self.path(depth - 1))
+    def likely(self, depth):
+        """A probability: of a path, or of a chain in the long run."""
+        if self.is_chain and self.rng.random() < 0.25:
+            return ("S", None, "max", self.condition(depth - 1))
+        path = self.formula(depth - 1) if self.rng.random() < 0.3 else self.path(depth - 1)
+        return ("P", self.players(), self.rng.choice(["max", "min"]), path)
 
-    def reward(self):
-        """Rewards of a number of steps: their sums, and those of the last state."""
-        name = self.rng.choice(self.structures)
-        accumulated = (self.rng.choice(["C", "I"]), self.rng.randint(0, 4))
-        return ("R", self.players(), self.rng.choice(["max", "min"]), name, accumulated)
+    def reward(self, depth, infinite):
+        """Rewards of a number of steps, of the last state, and of the long run; those of all steps, and until a target,
+        may be infinite."""
+        rng, name = self.rng, self.rng.choice(self.structures)
+        kinds = ["C", "I"] + ["average"] * self.is_chain + ["total"] * (self.is_chain and infinite)
+        kind = rng.choice(kinds + ["until"] * (infinite and not self.game))
+        accumulated = {"average": ("S", None), "total": ("C", None)}.get(kind) or (kind, rng.randint(0, 4))
+        if kind == "until":
+            accumulated = ("F", self.condition(depth - 1))
+        return ("R", self.players(), rng.choice(["max", "min"]), name, accumulated)
+
+    def formula(self, depth):
+        """A formula with several temporal operators."""
+        text = self.rng.choice(DECIDED if self.game else DECIDED + RECURRING)
+        return ("ltl", text, *(self.condition(min(depth, 1)) for _ in range(text.count("{"))))
 
     def path(self, depth):
         name = self.rng.choice(TEMPORAL)
@@ -131,11 +158,18 @@ class Text:
         assert ours is None or sign == "=" or lower == (optimum == "max")
         if kind == "P":
             return f"{before}P{named}{end} [ {self.path(rest[0])} ]"
+        if kind == "S":
+            return f"S{end} [ {self.condition(rest[0])} ]"
         structure, (what, steps) = rest
+        if what == "F" or steps is None:
+            inside = f"F {self.condition(steps)}" if what == "F" else what
+            return f'{before}R{{"{structure}"}}{named}{end} [ {inside} ]'
         return f'{before}R{{"{structure}"}}{named}{end} [ {what}{"<=" if what == "C" else "="}{steps} ]'
 
     def path(self, path):
         name = path[0]
+        if name == "ltl":
+            return path[1].format(*map(self.condition, path[2:]))
         if name == "X":
             return f"X {self.condition(path[1])}"
         _, least, most, *sides = path
@@ -150,7 +184,7 @@ def decided(c, game):
     if not isinstance(c, tuple) or not game:
         return c
     parts = tuple(decided(part, game) for part in c)
-    if parts[0] == "bound":
+    if parts[0] == "bound" and parts[1][1] is not None:
         operator = list(parts[1])
         operator[2] = "max" if parts[2] in (">", ">=") else "min"
         return ("bound", tuple(operator), *parts[2:])
@@ -165,7 +199,7 @@ def nested(context):
     if len(mdp.values) > MOST_STATES:
         return
     rng = random.Random(context.case.seed)
-    draw, text, known = Draw(context, rng), Text(context), Nested(mdp)
+    draw, text, known = Draw(context, rng), Text(context), Nested(mdp, context.case.settings["scope"])
     file, expected = context.program.folder / "nested.props", []
     for at in range(AMOUNT):
         try:
@@ -177,7 +211,7 @@ def nested(context):
                 expected.append((text.number(drawn), [values[s] for s in mdp.initial]))
             else:
                 expected.append((text.condition(drawn), set(mdp.initial) <= known.holds(drawn)))
-        except TooLarge:
+        except (TooLarge, OverflowError):
             continue
     if not expected:
         return
