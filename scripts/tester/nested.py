@@ -14,11 +14,11 @@ TEMPORAL = ("X", "F", "F", "G", "U", "U", "W", "R")
 # Formulas that a finite part of a path decides; only these have values other than 0 and 1 in games.
 DECIDED = (
     "(F {0}) & (F {1})", "F ({0} & X {1})", "X X {0}", "(F<=2 {0}) & (F {1})", "(F {0}) | (X {1})", "{0} U (X {1})",
-    "G ({0} | X {1})", "(G {0}) & (X {1})", "(G {0}) | (G {1})",
+    "G ({0} | X {1})", "(G {0}) | (G {1})",
 )  # fmt: skip
 RECURRING = (
     "G F {0}", "F G {0}", "(G F {0}) & (F {1})", "(G F {0}) | (F G {1})", "G ({0} => F {1})", "(F G {0}) & (G F {1})",
-    "(F {0}) & (G {1})", "(G F {0}) & (G F {1})",
+    "(F {0}) & (G {1})", "(G F {0}) & (G F {1})", "(G {0}) & (X {1})",
 )  # fmt: skip
 
 

@@ -59,6 +59,17 @@ pub enum Condition<M = Predicate> {
     Any(Vec<Self>),
 }
 
+impl<M> Condition<M> {
+    /// Returns whether every leaf asks the same of its mark.
+    pub fn only_asks(&self, asks: Asks) -> bool {
+        match self {
+            Condition::Constant(_) => true,
+            Condition::Leaf(own, _) => *own == asks,
+            Condition::All(parts) | Condition::Any(parts) => parts.iter().all(|part| part.only_asks(asks)),
+        }
+    }
+}
+
 /// One way to satisfy a condition: some marks never change their sign from some step on, others
 /// occur infinitely often.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]

@@ -180,6 +180,32 @@ fn without_players_all_players_of_a_game_choose_together() {
     );
 }
 
+/// We may wait in x=0 for nothing, or go where each step earns 1 until chance or the opponent ends it.
+const EARNING: &str = "smg\nplayer us [wait], [go] endplayer\nplayer them [on], [end] endplayer\nmodule m\n\
+     x : [0..3] init 0;\n [wait] x=0 -> true;\n [go] x=0 -> (x'=1);\n [on] x=1 -> 1/2: true + 1/2: (x'=2);\n\
+     [end] x=1 -> 1/4: (x'=1) + 3/4: (x'=3);\nendmodule\nrewards \"r\" x=1 : 1; endrewards\n";
+
+#[test]
+fn rewards_of_a_game_may_be_kept_where_the_target_is_not_reached() {
+    expect(
+        EARNING,
+        &[
+            // The opponent ends it: 1 + 1/4 of the same.
+            ("<<us>> R{\"r\"}max=? [ C ]", json!(4.0 / 3.0)),
+            ("<<us>> R{\"r\"}min=? [ C ]", json!(0)),
+            ("<<us,them>> R{\"r\"}max=? [ C ]", json!(2)),
+            ("<<us>> R{\"r\"}max=? [ Fc x=2 ]", json!(4.0 / 3.0)),
+            ("<<us>> R{\"r\"}max=? [ Fc x=1 ]", json!(0)),
+            ("filter(max, <<them>> R{\"r\"}max=? [ Fc x=2 ], x=1)", json!(2)),
+            ("<<us>> R{\"r\"}>=1.3 [ Fc x=2 ]", json!(true)),
+            // Formulas that each finite part of a path decides, taken together.
+            ("<<us>> Pmax=? [ (F x=1) & (F x=2) ]", json!(0)),
+            ("<<us,them>> Pmax=? [ (F x=1) & (F x=2) ]", json!(1)),
+            ("<<them>> Pmax=? [ (G x<2) | (G x!=3) ]", json!(1)),
+        ],
+    );
+}
+
 #[test]
 fn min_and_max_accept_one_argument() {
     expect(CHAIN, &[("min(P=? [ F<=2 x=3 ])", json!(1.0 / 6.0)), ("max(3) + min(2,1)", json!(4))]);

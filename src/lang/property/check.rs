@@ -262,6 +262,7 @@ impl<'a> Checker<'a> {
     fn accumulated(&mut self, accumulated: &Accumulated) -> Result<term::Accumulated> {
         Ok(match accumulated {
             Accumulated::Until(formula) => term::Accumulated::Until(Box::new(self.path(formula)?)),
+            Accumulated::Anyway(states) => term::Accumulated::Anyway(self.condition(states)?),
             Accumulated::Within(steps) => term::Accumulated::Within(self.steps(steps)?),
             Accumulated::Total => term::Accumulated::Total,
             Accumulated::At(steps) => term::Accumulated::At(self.steps(steps)?),

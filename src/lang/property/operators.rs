@@ -53,6 +53,8 @@ pub(crate) struct Asked {
 pub(crate) enum Accumulated {
     /// Until a formula is satisfied.
     Until(Formula),
+    /// `Fc φ`: until a state is reached, or of all steps.
+    Anyway(Expr),
     /// `C<=k`
     Within(Expr),
     /// `C`
@@ -227,6 +229,10 @@ impl Parser<'_> {
             "C" if next == Token::RightBracket => {
                 self.advance();
                 Ok(Accumulated::Total)
+            }
+            "Fc" => {
+                self.advance();
+                Ok(Accumulated::Anyway(self.tree(Self::expression)?))
             }
             "C" if next == Token::LeftBrace => Err(self.discounted()),
             "C" if next == Token::Le => {

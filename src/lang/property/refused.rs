@@ -51,16 +51,15 @@ impl Parser<'_> {
         Failed
     }
 
-    /// Reports the rewards that only PRISM-games has: `Fc`, `F0` and `F*`.
+    /// Reports the rewards that only PRISM-games has: `F0` and `F*`.
     pub(super) fn rewards_of_games(&mut self) -> Parsed<()> {
         let span = self.here();
         let is_star = self.text(span) == "F" && self.peek_at(1) == Token::Star;
-        if !is_star && !["Fc", "F0"].contains(&self.text(span)) {
+        if !is_star && self.text(span) != "F0" {
             return Ok(());
         }
-        let message = "of the rewards of PRISM-games, those until a target are supported that are infinite where it is \
-                       not reached";
-        let help = "PRISM-games computes those of `Fc`, `F0` and `F*`";
+        let message = "rewards that are lost where the target is not reached are not supported";
+        let help = "PRISM-games computes those of `F0`; `F` is infinite there, and `Fc` keeps what is earned";
         self.report(self.unsupported(span, message).label("expected `F condition`").help(help));
         Err(Failed)
     }

@@ -75,6 +75,8 @@ pub enum Measure {
 pub enum Accumulated {
     /// Until a formula is satisfied.
     Until(Box<Path>),
+    /// Until one of some states is reached, or of all steps if none is.
+    Anyway(Term),
     /// Rewards of the first steps.
     Within(u64),
     /// Rewards of all steps.

@@ -13,7 +13,7 @@ use crate::solvers::groups::Entry;
 use crate::solvers::long_run;
 use crate::solvers::reaching::{Reaching, Vector};
 use crate::solvers::total;
-use meliora_base::error::{Error, Result};
+use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 
 /// The paths that reach a state of `right` through states of `left`, after at least `least` and at most `most` steps.
@@ -34,6 +34,8 @@ pub struct Until {
 pub enum Accumulation {
     /// Until a state of the set is reached: `F t`. Infinite where that is not sure.
     Until(BitVec),
+    /// Until a state of the set is reached, and in all steps where none is: `Fc t`.
+    Anyway(BitVec),
     /// In the first steps: `C<=k`.
     Within(u64),
     /// In all steps: `C`. Infinite if a positive reward recurs with positive probability.
@@ -194,10 +196,10 @@ fn reward_of<E: Entry>(
         Accumulation::Total if arena.is_uniform(goal) => {
             total::values_of(arena, rewards, goal.ours, &mut meter)
         }
-        Accumulation::Total => Err(Error::Usage(
-            "the reward of all steps is not supported for games: ask for it until a target, or within a number of steps"
-                .to_owned(),
-        )),
+        Accumulation::Total => {
+            total::in_game(arena, (rewards, &BitVec::repeat(false, arena.states())), goal, &mut meter)
+        }
+        Accumulation::Anyway(target) => total::in_game(arena, (rewards, target), goal, &mut meter),
         Accumulation::LongRun => long_run::values(arena, rewards, &mut meter),
     }
 }

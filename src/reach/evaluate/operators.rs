@@ -112,14 +112,15 @@ impl<E: Engine> Evaluator<'_, '_, E> {
     /// Returns the probabilities of a formula of a game that a finite part of a path satisfies or violates.
     fn product_of_game(&self, asked: &Operator<'_, E::States>, path: &Path) -> Result<Vec<Number>> {
         let product = self.product(asked.term, path, asked.measured.coalition.as_ref())?;
-        let Some(Condition::Leaf(asks @ (Asks::Accept | Asks::Avoid), _)) = product.condition() else {
-            return self.zero_or_one(asked, path);
-        };
+        let asks = [Asks::Accept, Asks::Avoid]
+            .into_iter()
+            .find(|asks| product.condition().is_some_and(|condition| condition.only_asks(*asks)));
+        let Some(asks) = asks else { return self.zero_or_one(asked, path) };
         let (one, zero) = match asked.measured.optimum {
             Optimum::Max => (Which::PmaxOne, Which::PmaxPositive),
             Optimum::Min => (Which::PminOne, Which::PminPositive),
         };
-        let safe = *asks == Asks::Avoid;
+        let safe = asks == Asks::Avoid;
         let (regions, states) =
             self.parts_of_product(&product, &[if safe { zero } else { one }], &asked.at.list)?;
         let (engine, goal) = (&*product.engine, goal(asked.measured.optimum, true));
@@ -176,6 +177,15 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             Accumulated::Until(path) => return self.reward_until(asked, structure, path),
             Accumulated::Within(steps) => Accumulation::Within(*steps),
             Accumulated::Total => Accumulation::Total,
+            Accumulated::Anyway(states) => {
+                let target = self.states(states, &self.engine.all_states())?;
+                let goal = goal(asked.measured.optimum, self.engine.is_game());
+                return self.in_arena(asked, |arena, engine| {
+                    let anyway = Accumulation::Anyway(arena.members(engine, &target)?);
+                    let rewards = arena.rewards(engine, structure)?;
+                    vector::reward(arena, &rewards, &anyway, goal, asked.precision)
+                });
+            }
             Accumulated::At(steps) => Accumulation::At(*steps),
             Accumulated::LongRun => Accumulation::LongRun,
         };

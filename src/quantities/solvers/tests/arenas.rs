@@ -192,11 +192,18 @@ impl Made {
     }
 
     pub(super) fn total(&self, pure: &Pure) -> Vec<Option<Ratio>> {
-        let (n, every) = (self.states(), vec![true; self.states()]);
-        let recurrent = self.recurrent(pure);
-        let recurring: Vec<bool> = (0..n).map(|s| recurrent[s] && !self.gain(s, pure).is_zero()).collect();
-        let infinite = self.reaching(pure, &recurring, &every);
-        let inside: Vec<bool> = (0..n).map(|s| !infinite[s] && !recurrent[s]).collect();
+        self.total_until(pure, &vec![false; self.states()])
+    }
+
+    /// Returns the rewards until some states, and those of all steps where these are not reached.
+    fn total_until(&self, pure: &Pure, target: &[bool]) -> Vec<Option<Ratio>> {
+        let (n, left) = (self.states(), target.iter().map(|inside| !inside).collect::<Vec<_>>());
+        let (recurrent, ending) =
+            (self.recurrent(pure), self.reaching(pure, target, &vec![true; self.states()]));
+        let stays = |s: usize| recurrent[s] && !ending[s];
+        let recurring: Vec<bool> = (0..n).map(|s| stays(s) && !self.gain(s, pure).is_zero()).collect();
+        let infinite = self.reaching(pure, &recurring, &left);
+        let inside: Vec<bool> = (0..n).map(|s| !infinite[s] && left[s] && !stays(s)).collect();
         let found = self.solve(pure, &inside, &vec![Ratio::zero(); n], true);
         found.into_iter().zip(infinite).map(|(x, infinite)| (!infinite).then_some(x)).collect()
     }
@@ -360,9 +367,9 @@ impl Asked<'_> {
         self.check("C<=3", &ask(Accumulation::Within(3)), &self.after(3, &nothing, true));
         let last = |s: usize, to_go: u64| (to_go == 0).then(|| Ratio::from_integer(made.of_state[s].into()));
         self.check("I=2", &ask(Accumulation::At(2)), &self.after(2, &last, false));
-        if arena.is_uniform(*goal) {
-            self.check("C", &ask(Accumulation::Total), &made.value(*goal, &|pure| made.total(pure)));
-        }
+        self.check("C", &ask(Accumulation::Total), &made.value(*goal, &|pure| made.total(pure)));
+        let expected = made.value(*goal, &|pure| made.total_until(pure, target));
+        self.check("Fc", &ask(Accumulation::Anyway(bits(target))), &expected);
         if made.choices.iter().all(|choices| choices.len() == 1) {
             let average = made.average(&vec![0; made.states()]);
             self.check("S", &ask(Accumulation::LongRun), &average.into_iter().map(Some).collect::<Vec<_>>());
