@@ -79,6 +79,29 @@ fn rewards_of_steps_and_of_the_long_run_are_numbers() {
 }
 
 #[test]
+fn several_objectives_recur_and_have_bounds_on_steps() {
+    let model = "mdp\nmodule m\n x : [0..3] init 0;\n [] x=0 -> (x'=1);\n [] x=0 -> (x'=2);\n\
+         [] x=1 -> (x'=3);\n [] x=1 -> true;\n [] x=2 -> true;\n [] x=3 -> (x'=1);\nendmodule\n\
+         rewards \"a\" x=1 : 1; endrewards\nrewards \"b\" x=2 : 1; endrewards\n";
+    expect(
+        model,
+        &[
+            ("multi(P>=1 [ G F x=1 ], P>=1 [ G F x=3 ])", json!(true)),
+            ("multi(P>=0.4 [ G F x=1 ], P>=0.6 [ G F x=2 ])", json!(true)),
+            ("multi(P>=0.5 [ G F x=1 ], P>=0.6 [ G F x=2 ])", json!(false)),
+            ("multi(Pmax=? [ G F x=2 ], P>=0.25 [ G F x=3 ])", json!(0.75)),
+            ("multi(P>=0.5 [ F G x=1 ], P>=0.5 [ G F x=3 ])", json!(true)),
+            ("multi(P>=0.75 [ F G x=1 ], P>=0.5 [ G F x=3 ])", json!(false)),
+            ("multi(Pmin=? [ G F x=3 ], P>=0.75 [ F x=1 ])", json!(0)),
+            ("multi(Pmax=? [ x!=1 U x=2 ], P>=0.25 [ F x=3 ])", json!(0.75)),
+            ("multi(R{\"a\"}max=? [ C<=2 ], R{\"b\"}>=0.25 [ C<=2 ])", json!(0.75)),
+            ("multi(R{\"a\"}>=1 [ C<=3 ], R{\"b\"}>=0.5 [ C<=2 ])", json!(true)),
+            ("multi(R{\"a\"}>=1.25 [ C<=3 ], R{\"b\"}>=0.5 [ C<=2 ])", json!(false)),
+        ],
+    );
+}
+
+#[test]
 fn every_path_and_some_path_are_not_every_strategy_and_some_strategy() {
     expect(
         CHAIN,

@@ -45,10 +45,10 @@ impl Checker<'_> {
 
     /// Checks a formula.
     pub(super) fn path(&mut self, formula: &Formula) -> Result<Path> {
-        let single = self.single(formula)?;
+        let (single, recurring) = (self.single(formula)?, self.recurring(formula)?);
         let (mut formula, mut nested) = (formula.clone(), Vec::new());
         self.known(&mut formula, &mut nested)?;
-        Ok(Path { single, formula, predicates: self.predicates.clone(), nested })
+        Ok(Path { single, recurring, formula, predicates: self.predicates.clone(), nested })
     }
 
     /// Replaces the conditions and the bounds of a formula.
@@ -119,6 +119,28 @@ impl Checker<'_> {
             _ => return Ok(None),
         };
         Ok(Some(Single { negated, step }))
+    }
+
+    /// Returns the condition of `G F φ`, or of its negation; `None` for other formulas.
+    fn recurring(&mut self, formula: &Formula) -> Result<Option<(Term, bool)>> {
+        use FormulaKind::{Always, Eventually, Not};
+        let unbounded = |steps: &Steps| *steps == Steps::default();
+        Ok(match &formula.kind {
+            Not(a) => self.recurring(a)?.map(|(term, negated)| (term, !negated)),
+            Always(steps, a) if unbounded(steps) => match &a.kind {
+                Eventually(steps, a) if unbounded(steps) && is_condition(a) => {
+                    Some((self.conjoined(a)?, false))
+                }
+                _ => None,
+            },
+            Eventually(steps, a) if unbounded(steps) => match &a.kind {
+                Always(steps, a) if unbounded(steps) && is_condition(a) => {
+                    Some((not(self.conjoined(a)?), true))
+                }
+                _ => None,
+            },
+            _ => None,
+        })
     }
 
     fn until(&mut self, left: Option<Term>, right: Term, steps: &Steps, formula: &Formula) -> Result<Step> {

@@ -92,6 +92,8 @@ pub enum Accumulated {
 pub struct Path {
     /// This formula with at most one temporal operator; `None` if it has more.
     pub single: Option<Single>,
+    /// The condition that recurs if this formula is `G F φ`, and whether the formula is the negation, `F G !φ`.
+    pub recurring: Option<(Term, bool)>,
     /// The formula. Its conditions are [known](crate::ltl::FormulaKind::Known) in the pool or
     /// [nested](crate::ltl::FormulaKind::Nested).
     pub formula: Formula,

@@ -14,7 +14,7 @@ use bitvec::vec::BitVec;
 use super::back::Back;
 use super::components;
 use super::groups::Entry;
-use super::policies::{ROUNDS, rounds};
+use super::policies::{ROUNDS, rounds, sweeps};
 use super::sides::Sides;
 use crate::equations::arena::{Arena, Goal, Rewards, opposite};
 use crate::equations::graph::{Graph, LOST};
@@ -226,17 +226,24 @@ impl<E: Entry> Step<'_, E> {
             for state in order().filter(is_open) {
                 meter.step()?;
                 let Some((q, pick)) = self.best(state, (x, finite)) else { continue };
-                let more = |a: &E, b: &E| if self.back.maximisers[state] { a > b } else { b > a };
-                let least =
-                    if self.back.maximisers[state] { x[state].plus(&slack) } else { x[state].clone() };
-                let own = if self.back.maximisers[state] { q.clone() } else { q.plus(&slack) };
-                if side[state] && more(&own, &least) {
-                    self.take(strategy, state, pick);
-                    (x[state], changed, settled) = (q, true, false);
-                } else if !side[state] && more(&x[state], &q) {
+                let is_max = self.back.maximisers[state];
+                let more = |a: &E, b: &E| if is_max { *a > b.plus(&slack) } else { *b > a.plus(&slack) };
+                // A choice that is merely as good never replaces another one.
+                let choices = self.of.arena.choices.of(state as u32);
+                let taken = choices.clone().find(|&choice| strategy[choice]).filter(|_| side[state]);
+                let own = taken.map(|taken| self.back.mean(taken, x));
+                let value = match own {
+                    Some(own) if more(&q, &own) => {
+                        choices.for_each(|choice| strategy.set(choice, choice == pick));
+                        changed = true;
+                        q
+                    }
+                    Some(own) if more(&own, &x[state]) => own,
                     // The values move towards what the side gains.
-                    x[state] = q;
-                }
+                    None if more(&x[state], &q) => q,
+                    _ => continue,
+                };
+                (x[state], settled) = (value, false);
             }
             if settled {
                 break;
@@ -269,12 +276,7 @@ impl<E: Entry> Step<'_, E> {
             }
             let own = x.clone();
             let goes_on = found.end.is_ok()
-                && self.improve(
-                    (strategy, side),
-                    (&mut x, &finite),
-                    if E::EXACT { 1 } else { ROUNDS },
-                    meter,
-                )?;
+                && self.improve((strategy, side), (&mut x, &finite), sweeps::<E>(), meter)?;
             best = Some((own, found));
             if !goes_on {
                 break;

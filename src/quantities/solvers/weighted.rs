@@ -1,8 +1,8 @@
 //! The greatest weighted sum of several objectives from one state of an arena without an opponent.
 //!
-//! States are paired with the sets that their path has visited, so that each objective is a sum of gains of choices;
-//! a gain is negative if the objective is to be small. End components in which nothing is gained become one group, in
-//! which a path may stop. Then every strategy stops almost surely, and equations of which one step confirms the solution
+//! States are paired with what the path has decided, so that each objective is a sum of gains of choices; a gain is
+//! negative if the objective is to be small. End components in which nothing is gained become one group, in which a path
+//! may stop; what recurs in the part where it stays is gained then. Then every strategy stops almost surely, and equations of which one step confirms the solution
 //! have bounds.
 
 use ahash::AHashMap;
@@ -13,7 +13,7 @@ use meliora_engine::explicit::weighted::Fractions;
 use meliora_model::Optimum;
 use num_traits::{Signed, ToPrimitive};
 
-use super::components::{self, Choices};
+use super::components::{self, Choices, EndComponents};
 use super::groups::Entry;
 use super::policies::{BETTER, MARGIN, Policies, greatest};
 use super::rows::{Constant, Rows};
@@ -27,8 +27,14 @@ use crate::equations::system::Sense;
 pub enum Counted<'a> {
     /// 1 if the path visits the set.
     Visit(&'a BitVec),
+    /// 1 if the path visits the second set through states of the first one.
+    Until(&'a BitVec, &'a BitVec),
+    /// 1 if the path visits the set infinitely often.
+    Recur(&'a BitVec),
     /// The rewards of all steps.
     Total(&'a Rewards),
+    /// The rewards of the first steps.
+    Within(&'a Rewards, u32),
 }
 
 /// A choice of a group, divided by the probability to leave the group.
@@ -56,10 +62,19 @@ pub(crate) struct Point {
     pub(crate) most: Ratio,
 }
 
-/// States with the sets that were visited before.
+/// What the objectives need to know of the steps before.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct Memory {
+    /// The objectives that are decided, as bits.
+    decided: u32,
+    /// The number of steps, as far as it counts.
+    steps: u32,
+}
+
+/// States with memory.
 struct Pairs {
-    list: Vec<(u32, u32)>,
-    numbers: AHashMap<(u32, u32), u32>,
+    list: Vec<(u32, Memory)>,
+    numbers: AHashMap<(u32, Memory), u32>,
     choices: Choices,
     /// The numbers of the probabilities of the successors, and of the gains of each choice.
     weights: Vec<u32>,
@@ -67,7 +82,7 @@ struct Pairs {
 }
 
 impl Pairs {
-    fn number(&mut self, pair: (u32, u32)) -> u32 {
+    fn number(&mut self, pair: (u32, Memory)) -> u32 {
         let Pairs { list, numbers, .. } = self;
         *numbers.entry(pair).or_insert_with(|| {
             list.push(pair);
@@ -90,25 +105,34 @@ impl Pairs {
             weights: Vec::new(),
             gains: Vec::new(),
         };
-        pairs.number((start as u32, visited(objectives, start)));
+        let within = objectives.iter().map(|(counted, _)| match counted {
+            Counted::Within(_, steps) => *steps,
+            _ => 0,
+        });
+        let most = within.max().unwrap_or_default();
+        pairs.number((start as u32, Memory { decided: decided(objectives, start).0, steps: 0 }));
         let mut next = 0;
-        while let Some(&(state, mask)) = pairs.list.get(next) {
-            meter.take(size_of::<(u32, u32)>() * 4)?;
+        while let Some(&(state, memory)) = pairs.list.get(next) {
+            meter.take(size_of::<(u32, Memory)>() * 4)?;
             next += 1;
             for choice in arena.choices.of(state) {
                 let mut gains: Vec<Ratio> = objectives
                     .iter()
                     .map(|(counted, _)| match counted {
-                        Counted::Visit(_) => Ratio::default(),
                         Counted::Total(rewards) => rewards.choice(choice).clone(),
+                        Counted::Within(rewards, steps) if memory.steps < *steps => {
+                            rewards.choice(choice).clone()
+                        }
+                        _ => Ratio::default(),
                     })
                     .collect();
                 for (to, weight) in arena.edges(choice) {
                     let p = &arena.fractions.list()[weight as usize];
-                    let own = visited(objectives, to as usize);
-                    let new = own & !mask;
+                    let (own, satisfied) = decided(objectives, to as usize);
+                    let new = satisfied & !memory.decided;
                     (0..objectives.len()).filter(|at| new >> at & 1 == 1).for_each(|at| gains[at] += p);
-                    let to = pairs.number((to, mask | own));
+                    let steps = most.min(memory.steps + 1);
+                    let to = pairs.number((to, Memory { decided: memory.decided | own, steps }));
                     pairs.choices.to.push(to);
                     pairs.weights.push(weight);
                 }
@@ -120,6 +144,55 @@ impl Pairs {
             pairs.choices.first.push(pairs.choices.start.len() as u32 - 1);
         }
         Ok(pairs)
+    }
+
+    /// Returns a pair of each end component in which a path may stay, with the objectives of [`Counted::Recur`] that it
+    /// satisfies there: all states of the component are visited infinitely often. Some of the sets that are to be avoided
+    /// are left out, in all ways.
+    fn ends(
+        &self,
+        objectives: &[(Counted<'_>, Optimum)],
+        found: &EndComponents,
+        meter: &mut Meter<'_>,
+    ) -> Result<Vec<(u32, u32)>> {
+        let recurring = objectives.iter().enumerate().filter_map(|(at, own)| match own.0 {
+            Counted::Recur(set) => Some((at, set, own.1)),
+            _ => None,
+        });
+        let recurring: Vec<_> = recurring.collect();
+        let avoided: Vec<usize> =
+            recurring.iter().filter(|own| own.2 == Optimum::Min).map(|own| own.0).collect();
+        let hits = |pair: u32| {
+            let state = self.list[pair as usize].0 as usize;
+            recurring.iter().fold(0u32, |hits, &(at, set, _)| hits | u32::from(set[state]) << at)
+        };
+        let mut ends = Vec::new();
+        for subset in 0..1u32 << avoided.len() {
+            let left_out = avoided.iter().enumerate().filter(|(bit, _)| subset >> bit & 1 == 1);
+            let left_out = left_out.fold(0u32, |bits, (_, at)| bits | 1 << at);
+            let stays = |pair: u32| hits(pair) & left_out == 0;
+            let mut choices = Choices::default();
+            for pair in 0..self.list.len() as u32 {
+                for choice in self.choices.of(pair).filter(|&choice| found.inside[choice] && stays(pair)) {
+                    let successors = self.choices.successors(choice);
+                    if successors.iter().all(|&to| stays(to)) {
+                        choices.to.extend_from_slice(successors);
+                        choices.start.push(choices.to.len() as u32);
+                    }
+                }
+                choices.first.push(choices.start.len() as u32 - 1);
+            }
+            let parts = components::end_components(&choices, meter)?;
+            let mut hit: AHashMap<u32, (u32, u32)> = AHashMap::new();
+            let inside =
+                (0..self.list.len() as u32).filter(|&pair| choices.of(pair).any(|own| parts.inside[own]));
+            for pair in inside {
+                hit.entry(parts.group[pair as usize]).or_insert((pair, 0)).1 |= hits(pair);
+            }
+            ends.extend(hit.into_values());
+        }
+        ends.sort_unstable();
+        Ok(ends)
     }
 
     /// Returns the action of a choice that leaves its group `own`.
@@ -149,13 +222,19 @@ impl Pairs {
     }
 }
 
-/// Returns the objectives that a state satisfies, as bits.
-fn visited(objectives: &[(Counted<'_>, Optimum)], state: usize) -> u32 {
-    let is_in = |(at, (counted, _)): (usize, &(Counted<'_>, Optimum))| match counted {
-        Counted::Visit(set) => u32::from(set[state]) << at,
-        Counted::Total(_) => 0,
-    };
-    objectives.iter().enumerate().map(is_in).sum()
+/// Returns the objectives that a state decides if none of the states before does, and those that it satisfies, as bits.
+fn decided(objectives: &[(Counted<'_>, Optimum)], state: usize) -> (u32, u32) {
+    let (mut decided, mut satisfied) = (0, 0);
+    for (at, (counted, _)) in objectives.iter().enumerate() {
+        let (left, right) = match counted {
+            Counted::Visit(right) => (true, right[state]),
+            Counted::Until(left, right) => (left[state], right[state]),
+            Counted::Recur(_) | Counted::Total(_) | Counted::Within(..) => continue,
+        };
+        satisfied |= u32::from(right) << at;
+        decided |= u32::from(right || !left) << at;
+    }
+    (decided, satisfied)
 }
 
 fn signed(gain: Ratio, optimum: Optimum) -> Ratio {
@@ -185,23 +264,29 @@ impl Weighted {
         for pair in 0..pairs.list.len() as u32 {
             let own = found.group[pair as usize];
             for choice in pairs.choices.of(pair) {
-                let gains = &pairs.gains[choice];
                 if !found.inside[choice] {
                     groups[own as usize].push(pairs.action((own, choice), &found.group, &mut fractions));
-                    continue;
-                }
-                if gains.iter().any(|&gain| gain != zero) {
+                } else if pairs.gains[choice].iter().any(|&gain| gain != zero) {
                     let state = arena.program.show_state(&arena.state(pairs.list[pair as usize].0 as usize));
                     return Err(Error::Usage(format!(
                         "several objectives need rewards that end: a reward can be earned for all time from the state {state}"
                     )));
                 }
-                groups[own as usize].push(Action { edges: Vec::new(), gains: gains.clone() });
             }
         }
-        let mask = pairs.list[0].1;
+        for (pair, hit) in pairs.ends(objectives, &found, meter)? {
+            let gains = objectives.iter().enumerate().map(|(at, own)| {
+                fractions.number(signed(Ratio::from_integer((hit >> at & 1).into()), own.1))
+            });
+            let stop = Action { edges: Vec::new(), gains: gains.collect() };
+            let own = &mut groups[found.group[pair as usize] as usize];
+            if !own.iter().any(|action| action.edges.is_empty() && action.gains == stop.gains) {
+                own.push(stop);
+            }
+        }
+        let (_, satisfied) = decided(objectives, start);
         let first = |(at, own): (usize, &(Counted<'_>, Optimum))| {
-            signed(Ratio::from_integer((mask >> at & 1).into()), own.1)
+            signed(Ratio::from_integer((satisfied >> at & 1).into()), own.1)
         };
         let first = objectives.iter().enumerate().map(first).collect();
         Ok(Weighted { groups, fractions, start: found.group[0] as usize, first })

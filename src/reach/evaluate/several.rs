@@ -11,10 +11,17 @@ use meliora_model::State;
 use meliora_quantities::equations::arena::Arena;
 use meliora_quantities::several::{Counted, Objective, Several, several};
 
-/// An objective, with the position of its set or its rewards.
+/// The positions of the sets or of the rewards of an objective.
+enum Of {
+    Until(usize, usize),
+    Recur(usize),
+    Total(usize),
+    Within(usize, u32),
+}
+
+/// An objective.
 struct Read {
-    is_set: bool,
-    at: usize,
+    of: Of,
     optimum: Optimum,
     bound: Option<Ratio>,
     /// The number asked for is 1 minus that of the objective.
@@ -83,29 +90,49 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             let (optimum, bound) = self.wanted(objective, measured)?;
             match &measured.measure {
                 Measure::Probability(path) => {
-                    let Some((target, negated)) = self.visited(path.single.as_ref(), state)? else {
-                        return Err(self.of_other_kind(objective));
+                    let (targets, negated) = match (&path.recurring, path.single.as_ref()) {
+                        (Some((term, negated)), _) => {
+                            (vec![self.states(term, &self.engine.all_states())?], *negated)
+                        }
+                        (None, single) => match self.visited(single, state)? {
+                            Some((left, right, negated)) => (vec![left, right], negated),
+                            None => return Err(self.of_other_kind(objective)),
+                        },
                     };
-                    sets.push(arena.members(self.engine, &target)?);
+                    for target in &targets {
+                        sets.push(arena.members(self.engine, target)?);
+                    }
+                    let last = sets.len() - 1;
+                    let of = if targets.len() == 1 { Of::Recur(last) } else { Of::Until(last - 1, last) };
                     let flipped = if optimum == Optimum::Max { Optimum::Min } else { Optimum::Max };
                     let optimum = if negated { flipped } else { optimum };
                     let one = Ratio::from_integer(1.into());
                     let bound = bound.map(|bound| if negated { one - bound } else { bound });
-                    read.push(Read { is_set: true, at: sets.len() - 1, optimum, bound, negated });
+                    read.push(Read { of, optimum, bound, negated });
                 }
-                Measure::Reward(structure, Accumulated::Total) => {
+                Measure::Reward(structure, accumulated) => {
                     let unknown = || Error::Usage("unknown reward structure".to_owned());
                     let structure = structure.find(self.program).ok_or_else(unknown)?;
+                    let of = match accumulated {
+                        Accumulated::Total => Of::Total(rewards.len()),
+                        Accumulated::Within(steps) => {
+                            let steps = u32::try_from(*steps).map_err(|_| self.of_other_kind(objective))?;
+                            Of::Within(rewards.len(), steps)
+                        }
+                        _ => return Err(self.of_other_kind(objective)),
+                    };
                     rewards.push(arena.rewards(self.engine, structure)?);
-                    read.push(Read { is_set: false, at: rewards.len() - 1, optimum, bound, negated: false });
+                    read.push(Read { of, optimum, bound, negated: false });
                 }
                 _ => return Err(self.of_other_kind(objective)),
             }
         }
         let objective = |own: &Read| {
-            let counted = match own.is_set {
-                true => Counted::Visit(&sets[own.at]),
-                false => Counted::Total(&rewards[own.at]),
+            let counted = match own.of {
+                Of::Until(left, right) => Counted::Until(&sets[left], &sets[right]),
+                Of::Recur(at) => Counted::Recur(&sets[at]),
+                Of::Total(at) => Counted::Total(&rewards[at]),
+                Of::Within(at, steps) => Counted::Within(&rewards[at], steps),
             };
             Objective { counted, optimum: own.optimum, bound: own.bound.clone() }
         };
@@ -131,23 +158,31 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         }
     }
 
-    /// Returns the states that a formula asks to visit, or never to visit; `None` for other formulas.
-    fn visited(&self, single: Option<&Single>, state: &State) -> Result<Option<(E::States, bool)>> {
+    /// Returns the states through which a formula asks to visit others, these, and whether the formula is negated; `None`
+    /// for other formulas.
+    fn visited(
+        &self,
+        single: Option<&Single>,
+        state: &State,
+    ) -> Result<Option<(E::States, E::States, bool)>> {
         let all = self.engine.all_states();
         let Some(Single { negated, step }) = single else { return Ok(None) };
-        let target = match step {
-            Step::Until { left: None, right, least: 0, most: None } => self.states(right, &all)?,
+        let (left, right) = match step {
+            Step::Until { left, right, least: 0, most: None } => {
+                let left = left.as_ref().map(|left| self.states(left, &all)).transpose()?;
+                (left.unwrap_or_else(|| all.clone()), self.states(right, &all)?)
+            }
             Step::Now(now) => match self.engine.contains(&self.states(now, &all)?, state)? {
-                true => all,
-                false => self.engine.no_states(),
+                true => (all.clone(), all),
+                false => (all, self.engine.no_states()),
             },
             _ => return Ok(None),
         };
-        Ok(Some((target, *negated)))
+        Ok(Some((left, right, *negated)))
     }
 
     fn of_other_kind(&self, term: &Term) -> Error {
-        let message = "objectives of `multi` are `P` with `F` or `G` over states, and `R` with `C`";
-        self.unsupported(term, message, "PRISM and Storm compute other formulas and numbers of steps")
+        let message = "objectives of `multi` are `P` with `F`, `G`, `U`, `G F` or `F G` over states, and `R` with `C` or `C<=k`";
+        self.unsupported(term, message, "PRISM and Storm compute other formulas")
     }
 }

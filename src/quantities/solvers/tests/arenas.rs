@@ -191,6 +191,15 @@ impl Made {
         (0..n).map(|s| (0..n).all(|t| !reach[t][s] || reach[s][t])).collect()
     }
 
+    /// Returns the states in components that a chain never leaves and that have a state in a set.
+    pub(super) fn recurring(&self, pure: &Pure, set: &dyn Fn(usize) -> bool) -> Vec<bool> {
+        let (n, every) = (self.states(), vec![true; self.states()]);
+        let recurrent = self.recurrent(pure);
+        let inside: Vec<bool> = (0..n).map(|s| recurrent[s] && set(s)).collect();
+        let reaching = self.reaching(pure, &inside, &every);
+        (0..n).map(|s| recurrent[s] && reaching[s]).collect()
+    }
+
     pub(super) fn total(&self, pure: &Pure) -> Vec<Option<Ratio>> {
         self.total_until(pure, &vec![false; self.states()])
     }

@@ -31,9 +31,22 @@ fn remembering(made: &Made, sets: &[Vec<bool>; 2]) -> Made {
     }
 }
 
+/// The second objective: to visit the second set, infinitely often, or before the first one.
+#[derive(Debug, Clone, Copy)]
+enum Second {
+    Visit,
+    Recur,
+    Before,
+}
+
 /// Returns the points of all pure strategies; `None` if some reward is infinite, or if there are fewer
 /// than 4 or more than 100.
-fn points(made: &Made, sets: &[Vec<bool>; 2], wanted: [Optimum; 3]) -> Option<Vec<Vec<Ratio>>> {
+fn points(
+    made: &Made,
+    sets: &[Vec<bool>; 2],
+    second: Second,
+    wanted: [Optimum; 3],
+) -> Option<Vec<Vec<Ratio>>> {
     let memory = remembering(made, sets);
     let start = usize::from(sets[0][0]) + 2 * usize::from(sets[1][0]);
     let every = vec![true; memory.states()];
@@ -53,9 +66,13 @@ fn points(made: &Made, sets: &[Vec<bool>; 2], wanted: [Optimum; 3]) -> Option<Ve
     let mut found = Vec::new();
     for pure in memory.strategies(|pair| reached[pair]) {
         let mut point: Vec<Ratio> = Vec::new();
-        for bit in 0..2 {
-            point.push(memory.until(&pure, &visited(bit), &every)[start].clone()?);
-        }
+        point.push(memory.until(&pure, &visited(0), &every)[start].clone()?);
+        let (target, left) = match second {
+            Second::Visit => (visited(1), every.clone()),
+            Second::Recur => (memory.recurring(&pure, &|pair| sets[1][pair / 4]), every.clone()),
+            Second::Before => (visited(1), visited(0).iter().map(|visited| !visited).collect()),
+        };
+        point.push(memory.until(&pure, &target, &left)[start].clone()?);
         point.push(memory.total(&pure)[start].clone()?);
         let signed = point.into_iter().zip(wanted);
         found.push(signed.map(|(x, own)| if own == Optimum::Max { x } else { -x }).collect());
@@ -157,7 +174,7 @@ impl Case<'_> {
 #[test]
 fn several_objectives_are_those_of_means_of_pure_strategies() {
     let (mut counts, mut fronts) = ([0; 4], 0);
-    for seed in 0..120 {
+    for seed in 0..240 {
         let draw = &mut Draw::new(seed);
         let mut made = Made::draw(draw, "mdp");
         if seed % 4 > 0 {
@@ -165,21 +182,29 @@ fn several_objectives_are_those_of_means_of_pure_strategies() {
         }
         let sets = [(); 2].map(|()| (0..made.states()).map(|_| draw.below(3) == 0).collect::<Vec<bool>>());
         let wanted = [(); 3].map(|()| if draw.below(3) == 0 { Optimum::Min } else { Optimum::Max });
-        let Some(all) = points(&made, &sets, wanted) else { continue };
+        let second = [Second::Visit, Second::Recur, Second::Before][seed as usize % 3];
+        let Some(all) = points(&made, &sets, second, wanted) else { continue };
         let program = load(&made.text("mdp"));
         let settings = Settings { storage: Storage::Explicit, ..Settings::default() };
         let engine = AnyEngine::new(Arc::new(program.clone()), settings).unwrap();
         let arena = &Arena::new(&engine, &program).unwrap();
         let rewards = arena.rewards(&engine, 0).unwrap();
         let bits = sets.each_ref().map(|set| set.iter().copied().collect::<BitVec>());
-        let counted = [Counted::Visit(&bits[0]), Counted::Visit(&bits[1]), Counted::Total(&rewards)];
+        let others = !bits[0].clone();
+        let own = match second {
+            Second::Visit => Counted::Visit(&bits[1]),
+            Second::Recur => Counted::Recur(&bits[1]),
+            Second::Before => Counted::Until(&others, &bits[1]),
+        };
+        let counted = [Counted::Visit(&bits[0]), own, Counted::Total(&rewards)];
         let few = 2 + draw.below(2);
         let (counted, wanted) = (&counted[..few], &wanted[..few]);
         let all: Vec<Vec<Ratio>> = all.into_iter().map(|point| point[..few].to_vec()).collect();
         let more = |draw: &mut Draw| Ratio::new((draw.below(9) as i64 - 4).into(), 12.into());
         let bounds: Vec<Ratio> = (0..few).map(|at| &all[draw.below(all.len())][at] + more(draw)).collect();
         let precision = [1e-6, 0.0][seed as usize % 2];
-        let what = format!("seed {seed}, {wanted:?}, {bounds:?}, {precision}\n{}", made.text("mdp"));
+        let what =
+            format!("seed {seed}, {second:?}, {wanted:?}, {bounds:?}, {precision}\n{}", made.text("mdp"));
         let case = Case { arena, counted, wanted, bounds, all, precision, what };
         counts[usize::from(case.achievable())] += 1;
         counts[2 + usize::from(case.best())] += 1;
