@@ -2,22 +2,28 @@
 """Coverage of Meliora on a collection of planning problems in PDDL.
 
     python3 scripts/planning.py FOLDER [--meliora PATH] [--seconds 10] [--memory 2GiB] [--domains REGEX]
-                                [--every 1] [--list]
+                                [--every 1] [--first 0] [--results FILE.csv] [--list | --table]
 
 FOLDER contains one folder per domain, as the public collection AI-Planning/fond-domains does. Each problem is
 paired with its domain: in the same file, or the file that its name or `(:domain NAME)` tells. `meliora reach`
-is asked for a strong cyclic plan. The table has one row per domain: problems, those with a plan, those proved to
-have none, those that ended at the limit of CPU time or memory, and errors. `--list` prints the pairs only.
+is asked for a strong cyclic plan within limits of CPU time and memory. If there is one, it is asked for a policy
+within the same limits, and `meliora verify` checks the policy. The results are appended to a file with one line per
+problem; problems that it contains are not asked again. The table has one row per domain: problems, those with a
+plan, their policies that were written and verified, problems proved to have no plan, those that ended at a limit,
+and errors. `--list` prints the pairs only, `--table` the table of the results only.
 """
 
 import argparse
+import csv
 import json
 import re
 import resource
 import subprocess
-import sys
+import tempfile
 import time
 from pathlib import Path
+
+FIELDS = ("domain", "problem", "verdict", "seconds", "policy", "states", "message")
 
 
 def text_of(path):
@@ -59,55 +65,109 @@ def pairs(folder):
             yield [min(domains, key=rank), path]
 
 
-def limited(seconds):
-    """Returns a function that limits the CPU time of a process."""
-    return lambda: resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
+class Asking:
+    """Runs of the program within limits."""
+
+    def __init__(self, options):
+        self.options = options
+
+    def run(self, command, *arguments):
+        """Runs a command with `--json`. Returns the finished process and its seconds of CPU time."""
+        seconds, memory = self.options.seconds, ("--memory", self.options.memory)
+        limit = lambda: resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
+        used = lambda: sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
+        start = used()
+        words = [self.options.meliora, command, *map(str, arguments), "--json", *memory]
+        done = subprocess.run(words, capture_output=True, text=True, preexec_fn=limit, check=False)
+        return done, used() - start
+
+    def answer(self, files):
+        """Returns the verdict of a problem, the seconds, what became of its policy, its states, and a message."""
+        done, spent = self.run("reach", *files, "--threads", "1")
+        if done.returncode not in (0, 1):
+            lines = done.stderr.strip().splitlines() or [""]
+            at_limit = done.returncode in (4, -9, -24)
+            return ("limit" if at_limit else "error"), spent, "", "", lines[-1 if at_limit else 0]
+        verdict = {True: "plan", False: "none", None: "limit"}[json.loads(done.stdout)["plan"]["strong_cyclic"]]
+        return verdict, spent, *(self.policy(files) if verdict == "plan" else ("", "")), ""
+
+    def policy(self, files):
+        """Returns whether a policy is written and verified, and its states."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "policy.txt")
+            done, _ = self.run("reach", *files, "--threads", "1", "--policy", path)
+            if done.returncode != 0:
+                return "limit" if done.returncode in (4, -9, -24) else "error", ""
+            states = json.loads(done.stdout)["plan"]["policy_states"]
+            done, _ = self.run("verify", path, *files)
+            named = {0: "verified", 1: "refused", 4: "limit", -9: "limit", -24: "limit"}
+            return named.get(done.returncode, "error"), states
 
 
-def solve(meliora, files, seconds, memory):
-    """Asks for a strong cyclic plan. Returns the verdict, the message of an error, and the seconds of wall time."""
-    command = [meliora, "reach", *map(str, files), "--json", "--memory", memory, "--threads", "1"]
-    start = time.monotonic()
-    done = subprocess.run(command, capture_output=True, text=True, preexec_fn=limited(seconds), check=False)
-    spent = time.monotonic() - start
-    if done.returncode not in (0, 1):
-        return ("limit" if done.returncode in (4, -9, -24) else "error"), done.stderr.strip(), spent
-    plan = json.loads(done.stdout)["plan"]["strong_cyclic"]
-    return {True: "plan", False: "none", None: "limit"}[plan], "", spent
+def read(path):
+    """Returns the lines of the results by domain and problem."""
+    if not path or not path.exists():
+        return {}
+    with path.open(newline="") as lines:
+        return {(line["domain"], line["problem"]): line for line in csv.DictReader(lines)}
+
+
+def append(path, line):
+    is_new = not path.exists()
+    with path.open("a", newline="") as lines:
+        writer = csv.DictWriter(lines, FIELDS)
+        if is_new:
+            writer.writeheader()
+        writer.writerow(line)
+
+
+def table(results):
+    """Prints one row per domain, and their sum."""
+    domains = {}
+    for (domain, _), line in sorted(results.items()):
+        domains.setdefault(domain, []).append(line)
+    count = lambda lines, field, value: sum(line[field] == value for line in lines)
+    rows = []
+    for domain, lines in domains.items():
+        verdicts = [count(lines, "verdict", verdict) for verdict in ("plan", "none", "limit", "error")]
+        rows.append((domain, len(lines), verdicts[0], count(lines, "policy", "verified"), *verdicts[1:]))
+    rows.append(("all", *(sum(row[at] for row in rows) for at in range(1, 7))))
+    print("| domain | problems | plan | policy verified | no plan | limit | error |")
+    print("| --- | ---: | ---: | ---: | ---: | ---: | ---: |")
+    for row in rows:
+        print("| " + " | ".join(map(str, row)) + " |")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--meliora", default="meliora")
-    parser.add_argument("--seconds", type=int, default=10, help="CPU time for each problem")
+    parser.add_argument("--seconds", type=int, default=10, help="CPU time for each run of the program")
     parser.add_argument("--memory", default="2GiB")
     parser.add_argument("--domains", default="", help="a regular expression")
-    parser.add_argument("--every", type=int, default=1, help="asks about every n-th problem")
+    parser.add_argument("--every", type=int, default=1, help="asks about every n-th problem of all domains")
+    parser.add_argument("--first", type=int, default=0, help="the number of the first one, from 0")
+    parser.add_argument("--results", type=Path, default=Path("planning.csv"))
     parser.add_argument("--list", action="store_true")
+    parser.add_argument("--table", action="store_true")
     options = parser.parse_args()
+    results = read(options.results)
+    if options.table:
+        return table(results)
     folders = sorted({path.parent for path in options.folder.rglob("*.pddl")})
-    for folder in folders:
-        name = str(folder.relative_to(options.folder))
-        if not re.search(options.domains, name):
+    found = [(str(folder.relative_to(options.folder)), files) for folder in folders for files in pairs(folder)]
+    asking = Asking(options)
+    for domain, files in found[options.first :: options.every]:
+        if not re.search(options.domains, domain):
             continue
-        problems = list(pairs(folder))[:: options.every]
         if options.list:
-            for files in problems:
-                print(*files)
-            continue
-        counts = dict.fromkeys(("plan", "none", "limit", "error"), 0)
-        slowest = 0.0
-        for files in problems:
-            verdict, message, spent = solve(options.meliora, files, options.seconds, options.memory)
-            counts[verdict] += 1
-            slowest = max(slowest, spent if verdict in ("plan", "none") else 0)
-            if verdict in ("none", "error"):
-                detail = message.splitlines()[0] if message else ""
-                print(f"{files[-1].relative_to(options.folder)}: {verdict} {detail}", file=sys.stderr)
-        if problems:
-            row = [name, len(problems), *counts.values(), f"{slowest:.1f}"]
-            print("| " + " | ".join(map(str, row)) + " |", flush=True)
+            print(*files)
+        elif (domain, files[-1].name) not in results:
+            verdict, spent, policy, states, message = asking.answer(files)
+            line = (domain, files[-1].name, verdict, f"{spent:.2f}", policy, states, message)
+            append(options.results, dict(zip(FIELDS, line)))
+    if not options.list:
+        table(read(options.results))
 
 
 if __name__ == "__main__":
