@@ -100,6 +100,13 @@ def tasks(context):
     if reference.initial in cyclic:
         entries = [(entry["state"], entry["action"]) for entry in json.loads(policy.read_text())]
         context.same("the policy of a task is a plan", True, planning.is_plan(reference, entries))
+        report = context.program.ask("verify", policy, *paths)
+        context.same("the policy of a task is accepted", True, report["accepted"])
+        visited = {frozenset(facts) for facts, _ in entries}
+        context.same("states of the policy of a task", str(len(visited)), report["states"])
+        steps = "--runs", "5", "--steps", "100000"
+        runs = context.program.ask("simulate", *paths, "--policy", policy, *steps)["runs"]
+        context.same("runs of the policy of a task", 5, runs["reached"])
         policy.unlink()
 
 

@@ -108,6 +108,10 @@ fn variable(program: &Program, variable: &Variable) -> Json {
     if !variable.values.is_empty() {
         all["values"] = json!(variable.values);
     }
+    let facts = program.facts_of(variable);
+    if !facts.is_empty() {
+        all["facts"] = json!(facts);
+    }
     if program.monitors.as_ref().is_some_and(|monitors| variable.module == Some(monitors.module)) {
         all["observer"] = json!(true);
     }

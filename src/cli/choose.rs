@@ -56,6 +56,19 @@ impl ChooseArgs {
         }
     }
 
+    /// Returns the objective of a policy, if one is named.
+    ///
+    /// # Errors
+    /// [`Error::Usage`]: the options do not ask for achieving one objective.
+    pub(super) fn objective(&self) -> Result<Option<String>> {
+        let is_other = self.kind.is_some_and(|kind| kind != StrategyKind::Achieve);
+        if is_other || self.choose != Choose::First {
+            let message = "`--policy` writes a policy that achieves one objective: `--kind` is `achieve`, without `--choose`";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        Ok(self.objective.clone())
+    }
+
     /// Refuses options that do not fit together.
     ///
     /// # Errors

@@ -19,6 +19,7 @@ mod phases;
 mod plan;
 mod planning;
 mod policy;
+mod policy_file;
 mod progress;
 mod properties;
 mod signals;

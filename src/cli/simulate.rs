@@ -14,6 +14,7 @@ use meliora_planning::{
 use meliora_quantities::Choose;
 use meliora_quantities::cost::Costs;
 use meliora_report::SimulateReport;
+use meliora_report::policy_report::PolicyRuns;
 use meliora_report::simulate::RunsReport;
 use meliora_report::simulate_csv::{RunLines, RunStart};
 
@@ -25,6 +26,7 @@ use super::files::{Pieces, Target};
 use super::load::Question;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, Arguments};
+use super::policy_file::{Checking, optional_with_policy, without_preferences};
 use super::supervise::{Job, supervise};
 use super::terminal;
 
@@ -35,6 +37,7 @@ use super::terminal;
 /// After each improvement a run continues at the level of the new state. The default, a plan, makes
 /// all guaranteed improvements and then achieves a most preferred objective.
 #[derive(Debug, Clone, Args)]
+#[command(mut_arg("preferences", optional_with_policy))]
 #[command(after_help = "Examples:
   meliora simulate models/robot5x5.prism models/robot5x5.pref
   meliora simulate models/robot5x5.prism models/robot5x5.pref --kind spi --scheduler permissive --seed 7")]
@@ -43,6 +46,15 @@ pub(super) struct SimulateArgs {
     model: ModelArgs,
     #[command(flatten)]
     preferences: PreferenceArgs,
+
+    /// Run this policy until it reaches the goal, from the initial state: a file that `reach --policy` or a
+    /// planner for FOND problems has written; PREFS is left out
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["at", "csv", "statistics", "opponent"])]
+    policy: Option<PathBuf>,
+
+    /// Goal of the policy [default: the goal of the planning problem]
+    #[arg(long, value_name = "EXPR", requires = "policy", allow_hyphen_values = true)]
+    target: Option<String>,
 
     #[command(flatten)]
     choose: ChooseArgs,
@@ -96,6 +108,16 @@ pub(super) struct SimulateArgs {
 const MOST_STEPS: u64 = 1_000_000;
 
 impl SimulateArgs {
+    /// Runs a policy.
+    fn follow(&self, policy: &Path) -> Result<Status, Error> {
+        without_preferences(&self.preferences)?;
+        let (model, bounds) = (self.model.model.as_path(), [self.model.bounds()]);
+        let following = Checking { policy, model, bounds: &bounds, limits: self.model.limits() };
+        let runs = PolicyRuns { runs: self.runs, limit: self.steps, seed: self.seed, ..Default::default() };
+        let constants = [self.model.constants()];
+        following.simulate((self.target.clone(), &constants), runs, &self.shown)
+    }
+
     fn setup(&self) -> Setup {
         Setup { scheduler: self.scheduler, runs: self.runs, steps: self.steps, seed: self.seed }
     }
@@ -106,6 +128,9 @@ impl SimulateArgs {
 /// # Errors
 /// The input is wrong, or a limit is hit.
 pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
+    if let Some(policy) = &args.policy {
+        return args.follow(policy);
+    }
     args.engine.validate(&args.model)?;
     args.choose.validate()?;
     validate_scheduler(args.choose.choose, args.scheduler)?;

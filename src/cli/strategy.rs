@@ -26,6 +26,8 @@ use super::files::{Pieces, Target};
 use super::load::Question;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, Arguments};
+use super::policy::{OfObjective, policy_of};
+use super::policy_file::optional_with_policy;
 use super::supervise::{Job, supervise};
 use super::terminal;
 
@@ -38,6 +40,7 @@ const MOST_NODES: usize = 60;
 /// successors, and the reason why the strategy permits the action or not. In a game, a state of the
 /// opponent has all its actions, with what each of them leads to.
 #[derive(Debug, Clone, Args)]
+#[command(mut_arg("preferences", optional_with_policy))]
 #[command(after_help = "Examples:
   meliora strategy models/robot5x5.prism models/robot5x5.pref --rank 1 --limit 20 --csv states.csv
   meliora strategy models/drone.prism models/drone.pref --choose likely")]
@@ -46,6 +49,11 @@ pub(super) struct StrategyArgs {
     model: ModelArgs,
     #[command(flatten)]
     preferences: PreferenceArgs,
+
+    /// Write a policy that achieves the objective `goal`, or that of --objective, from the initial states almost
+    /// surely, in the format of `reach --policy`; without PREFS, the objectives are those of the planning problem
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["at", "rank", "all", "csv", "dot"])]
+    policy: Option<PathBuf>,
 
     #[command(flatten)]
     choose: ChooseArgs,
@@ -109,6 +117,14 @@ fn rank(text: &str) -> Result<Asked, String> {
 /// # Errors
 /// The input is wrong, or a limit is hit.
 pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
+    if let Some(policy) = args.policy.clone() {
+        let StrategyArgs { model, preferences, choose, engine, shown, .. } = args;
+        return policy_of(
+            OfObjective { model, preferences, objective: choose.objective()?, engine },
+            policy,
+            &shown,
+        );
+    }
     args.engine.validate(&args.model)?;
     args.choose.validate()?;
     let kind = args.choose.kind(StrategyKind::Sasi)?;

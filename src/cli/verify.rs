@@ -15,10 +15,14 @@ use meliora_report::VerifyReport;
 use super::exit::Status;
 use super::load;
 use super::options::ShownArgs;
+use super::policy_file;
 use super::query::LimitArgs;
 use super::supervise::{Job, supervise};
 
-/// Check a dump against the model by one-step conditions, without the fixpoint code
+/// Check a dump against the model by one-step conditions, without the fixpoint code; or check a policy
+///
+/// A policy is a file that `reach --policy` or a planner for FOND problems has written. Each state that it
+/// visits needs an enabled action, and the goal must stay reachable.
 ///
 /// Uses the constants, scope, safety and variable order of the dump; in a game, every choice of the
 /// opponent is checked. If a condition is violated,
@@ -27,19 +31,27 @@ use super::supervise::{Job, supervise};
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Examples:
   meliora verify toy.dump models/toy.prism models/toy.pref
-  meliora verify toy.dump models/toy.prism models/toy.pref --json")]
+  meliora verify toy.dump models/toy.prism models/toy.pref --json
+  meliora verify policy.txt models/responders.pddl")]
 pub(super) struct VerifyArgs {
-    /// Directory of the dump
+    /// Directory of the dump, or file of a policy
     #[arg(value_name = "DIR")]
     directory: PathBuf,
 
-    /// Model that the dump was made from
+    /// Model that the dump, or the policy, was made from
     #[arg(value_name = "MODEL")]
     model: PathBuf,
 
-    /// Preference file that the dump was made from
+    /// Preference file that the dump was made from; none for a policy
     #[arg(value_name = "PREFS")]
-    preferences: PathBuf,
+    preferences: Option<PathBuf>,
+
+    #[command(flatten)]
+    policy: super::policy_file::PolicyArgs,
+
+    /// Check that the policy is strong, too: every path reaches the goal within a bound
+    #[arg(long)]
+    strong: bool,
 
     /// Bounds of integers that are unbounded in a JANI model, the same as for `export` (repeatable)
     #[arg(long, value_name = "NAME=LOW..HIGH,…")]
@@ -61,12 +73,25 @@ pub(super) struct VerifyArgs {
 /// # Errors
 /// The dump or the input is wrong, or a limit is hit.
 pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
+    let Some(preferences) = args.preferences.clone() else {
+        let checking = policy_file::Checking {
+            policy: &args.directory,
+            model: &args.model,
+            bounds: &args.bounds,
+            limits: args.limits.limits(),
+        };
+        return checking.run(&args.policy, args.strong, &args.shown);
+    };
+    if args.strong || args.policy.is_given() {
+        let message = "`--strong`, `--target` and `--const` are for policies, which have no PREFS";
+        return Err(Error::Usage(message.to_owned()));
+    }
     let report = VerifyReport::of_directory(&args.directory.display().to_string());
     let (limits, shown) = (args.limits.limits(), args.shown.clone());
-    supervise(report, limits, &shown, move |job| work(job, &args))
+    supervise(report, limits, &shown, move |job| work(job, &args, &preferences))
 }
 
-fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
+fn work(job: &Job<VerifyReport>, args: &VerifyArgs, preferences: &Path) -> Result<(), Error> {
     let (dump, picture) =
         job.timed("load", || certify::read(load::dump(&args.directory)?, job.sink.as_ref()), |_, _| ())?;
     let manifest = &dump.manifest;
@@ -80,9 +105,10 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
         bounds: SourceFile::new("--bounds", args.bounds.join(",")),
     };
     let model = (&*args.model, args.coalition.as_deref());
-    let question = || load::certified(model, &args.preferences, &given, &job.sink);
-    let question =
-        job.timed("parse", question, |_, _| ()).map_err(|error| explained(error, args, manifest))?;
+    let question = || load::certified(model, preferences, &given, &job.sink);
+    let question = job
+        .timed("parse", question, |_, _| ())
+        .map_err(|error| explained(error, (args, preferences), manifest))?;
     if dump.certificate.is_none() {
         let message = "the dump has no certificate; `meliora export` without `--region` and `--no-certificate` writes one";
         return Err(wrong(&args.directory, message.to_owned()));
@@ -105,16 +131,16 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs) -> Result<(), Error> {
 }
 
 /// Explains an error in a text that is not the one the dump was made from.
-fn explained(error: Error, args: &VerifyArgs, manifest: &Manifest) -> Error {
+fn explained(error: Error, (args, preferences): (&VerifyArgs, &Path), manifest: &Manifest) -> Error {
     let differs = |file: &Path, expected: &str| {
         load::read(file).is_ok_and(|source| sha256(source.original().as_bytes()) != expected)
     };
     let (what, file, made_from) = match error {
         Error::Input(_) if differs(&args.model, &manifest.model.sha256) => {
-            ("model", &args.model, &manifest.model.path)
+            ("model", &*args.model, &manifest.model.path)
         }
-        Error::Input(_) if differs(&args.preferences, &manifest.preferences.sha256) => {
-            ("preference file", &args.preferences, &manifest.preferences.path)
+        Error::Input(_) if differs(preferences, &manifest.preferences.sha256) => {
+            ("preference file", preferences, &manifest.preferences.path)
         }
         error => return error,
     };

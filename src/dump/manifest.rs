@@ -179,6 +179,10 @@ pub struct Variable {
     /// The names of its values from `low` on; locations have such names.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub values: Vec<String>,
+    /// In a planning problem, the facts that its values stand for, from `low` on; empty texts for values
+    /// without a fact.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub facts: Vec<String>,
     /// True if the variable is the state of a monitor, which follows an objective over whole paths.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub observer: bool,

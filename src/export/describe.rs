@@ -164,6 +164,7 @@ fn encoding(engine: &SymbolicEngine) -> Encoding {
             names: (0..v.bits()).map(bit).collect(),
             initial: v.initial,
             values: v.values.clone(),
+            facts: engine.program().facts_of(v),
             observer: watching.is_some() && v.module == watching,
         }
     };

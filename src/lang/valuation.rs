@@ -144,11 +144,15 @@ impl Parser<'_> {
             if !bindings.is_empty() || !free.is_empty() {
                 self.expect(Token::Comma)?;
             }
-            let name = match self.atom_variable(program) {
-                Some(name) => name,
-                None => self.ident("a name")?,
+            let fact = self.fact(program);
+            let name = match (&fact, self.atom_variable(program)) {
+                (Some(fact), _) => fact.name.clone(),
+                (None, Some(name)) => name,
+                (None, None) => self.ident("a name")?,
             };
-            self.expect(Token::Eq)?;
+            if fact.is_none() {
+                self.expect(Token::Eq)?;
+            }
             if let Some(first) =
                 bindings.iter().map(|b| &b.name).chain(&free).find(|other| other.name == name.name)
             {
@@ -156,13 +160,43 @@ impl Parser<'_> {
                 let first = first.span.range();
                 self.report(diagnostic.related(first, "given here first"));
             }
-            if any && self.eat(Token::Star) {
+            if let Some(fact) = fact {
+                bindings.push(fact);
+            } else if any && self.eat(Token::Star) {
                 free.push(name);
             } else {
                 bindings.push(self.binding(name, program)?);
             }
         }
         Ok((bindings, free))
+    }
+
+    /// Takes a fact of a planning problem, such as `at(robot,kitchen)`: the value of its variable. `!` stands
+    /// before facts alone, which are Boolean variables.
+    fn fact(&mut self, program: Option<&Program>) -> Option<Binding> {
+        let program = program?;
+        let planning = program.planning.as_ref()?;
+        let mut depth = 0usize;
+        let text = self.rest_of_text();
+        let end = text.find(|c: char| {
+            depth = (depth + usize::from(c == '(')).saturating_sub(usize::from(c == ')'));
+            c == ',' && depth == 0
+        });
+        let text = text[..end.unwrap_or(text.len())].trim_end();
+        let name = text.strip_prefix('!');
+        let fact = planning.fact(name.unwrap_or(text))?;
+        let variable = &program.variables[fact.variable.index()];
+        let value = match (variable.ty, name) {
+            (Type::Bool, negated) => Exact::Bool(negated.is_none()),
+            (_, None) => Exact::Int(fact.value),
+            (_, Some(_)) => return None,
+        };
+        let start = self.here().start();
+        let span = Span::new(start, start + text.len());
+        while self.peek() != Token::End && self.here().start() < span.end() {
+            self.advance();
+        }
+        Some(Binding { name: Ident { name: variable.name.clone(), span }, value, span })
     }
 
     /// Takes the name of a variable that is not an identifier, such as `at(robot)`: all up to `=`.

@@ -2,8 +2,8 @@
 
 use ahash::AHashMap;
 
-use super::VarId;
 use super::expr::ExprId;
+use super::{Program, VarId, Variable};
 
 /// The names of a planning problem: its objectives, and the atoms that formulas can name.
 #[derive(Debug, Clone, Default)]
@@ -41,9 +41,15 @@ pub enum Named {
 }
 
 impl Planning {
+    /// Returns the fact with a name, in which spaces and capitals do not count.
+    pub fn fact(&self, text: &str) -> Option<&PlannedFact> {
+        let name = plain(text);
+        self.facts.iter().find(|fact| plain(&fact.name) == name)
+    }
+
     /// Returns the atom with a name, in which spaces and capitals do not count; `None` if it is none.
     pub fn named(&self, text: &str) -> Option<Named> {
-        let name: String = text.to_lowercase().split_whitespace().collect();
+        let name = plain(text);
         if let Some(&id) = self.atoms.get(&name) {
             return Some(Named::Atom(id));
         }
@@ -58,5 +64,30 @@ impl Planning {
             |(given, known): (&&str, &Vec<String>)| known.iter().any(|name| name.eq_ignore_ascii_case(given));
         let is_atom = arguments.len() == parameters.len() && arguments.iter().zip(parameters).all(fits);
         is_atom.then_some(Named::Never)
+    }
+}
+
+/// Returns a name without spaces and capitals, which do not count.
+fn plain(name: &str) -> String {
+    name.to_lowercase().split_whitespace().collect()
+}
+
+impl Program {
+    /// Returns the names of the facts that the values of a variable stand for, from `low` to `high`, empty texts
+    /// for values without a fact; no texts if there are no facts.
+    pub fn facts_of(&self, variable: &Variable) -> Vec<String> {
+        let mut names = Vec::new();
+        for fact in self.planning.iter().flat_map(|planning| &planning.facts) {
+            let at = usize::try_from(fact.value - variable.low).ok();
+            let is_of = self.variables[fact.variable.index()].name == variable.name;
+            let Some(at) = at.filter(|_| is_of) else { continue };
+            if names.is_empty() {
+                names = vec![String::new(); usize::try_from(variable.high - variable.low + 1).unwrap_or(0)];
+            }
+            if let Some(name) = names.get_mut(at) {
+                name.clone_from(&fact.name);
+            }
+        }
+        names
     }
 }

@@ -1,5 +1,7 @@
 //! The variables and constants of a manifest, as a program without commands.
 
+use std::sync::Arc;
+
 use serde_json::Value as Json;
 
 use meliora_base::decimal;
@@ -7,8 +9,9 @@ use meliora_base::error::{Error, Result, SourceFile};
 use meliora_base::exact::{Exact, Real};
 use meliora_base::value::{Type, Value};
 use meliora_dump::Manifest;
-use meliora_model::expr::ExprPool;
-use meliora_model::{ModelKind, Program, Variable};
+use meliora_model::expr::{Binary, ExprPool};
+use meliora_model::planning::{PlannedFact, Planning};
+use meliora_model::{ModelKind, Program, VarId, Variable};
 
 /// Rebuilds the program; messages call the manifest `name`.
 ///
@@ -43,6 +46,7 @@ pub(super) fn rebuild(name: &str, manifest: &Manifest) -> Result<Program> {
         values: v.values.clone(),
         span: 0..0,
     };
+    let planning = planning(manifest, &mut pool);
     Ok(Program {
         source: SourceFile::new(name, ""),
         kind: ModelKind::Mdp,
@@ -60,10 +64,29 @@ pub(super) fn rebuild(name: &str, manifest: &Manifest) -> Result<Program> {
         rewards: Vec::new(),
         inexact: None,
         monitors: None,
-        planning: None,
+        planning: planning.map(Arc::new),
         stop: None,
         players: None,
     })
+}
+
+/// Returns the facts of a planning problem; `None` for dumps of other models.
+fn planning(manifest: &Manifest, pool: &mut ExprPool) -> Option<Planning> {
+    let mut planning = Planning::default();
+    for (id, of) in (0..).map(VarId).zip(&manifest.encoding.variables) {
+        for (value, name) in (of.low..).zip(&of.facts).filter(|(_, name)| !name.is_empty()) {
+            let holds = match of.is_bool() {
+                true => pool.var(id, Type::Bool),
+                false => {
+                    let (variable, value) = (pool.var(id, Type::Int), pool.value(Value::Int(value)));
+                    pool.binary(Binary::Eq, variable, value)
+                }
+            };
+            planning.atoms.insert(name.to_lowercase(), holds);
+            planning.facts.push(PlannedFact { name: name.clone(), variable: id, value });
+        }
+    }
+    (!planning.facts.is_empty()).then_some(planning)
 }
 
 fn real(x: f64) -> Exact {

@@ -38,7 +38,14 @@ impl Asking {
     /// # Errors
     /// The text or a requirement is wrong; each error has its place.
     pub fn target(program: &Program, source: &Arc<SourceFile>, required: &[Required]) -> Result<Self> {
-        let target = lower_target(program, source, &parse_expression(source)?)?;
+        Asking::states(program, lower_target(program, source, &parse_expression(source)?)?, required)
+    }
+
+    /// Asks for reaching some states.
+    ///
+    /// # Errors
+    /// A requirement is wrong; each error has its place.
+    pub fn states(program: &Program, target: Predicate, required: &[Required]) -> Result<Self> {
         Ok(Asking {
             goal: Goal::reach(program, target, required)?,
             question: None,

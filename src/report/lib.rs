@@ -32,6 +32,8 @@ pub mod page;
 pub mod players;
 pub mod plot;
 pub mod policy;
+pub mod policy_file;
+pub mod policy_report;
 pub mod properties;
 pub mod query;
 pub mod reach;
@@ -69,6 +71,7 @@ pub use header::Header;
 pub use info::InfoReport;
 pub use number::Number;
 pub use page::PageReport;
+pub use policy_report::PolicyReport;
 pub use query::QueryReport;
 pub use reach::ReachReport;
 pub use report::FailureKind;
@@ -90,6 +93,7 @@ const REPORTS: &[(&str, Raw)] = &[
     ("export", schema::raw::<ExportReport>),
     ("export", schema::raw::<ExplicitReport>),
     ("info", schema::raw::<InfoReport>),
+    ("policy", schema::raw::<PolicyReport>),
     ("query", schema::raw::<QueryReport>),
     ("reach", schema::raw::<ReachReport>),
     ("report", schema::raw::<PageReport>),

@@ -1,4 +1,4 @@
-//! Policies as text, as planners write them, and as JSON.
+//! Policies as text, as planners write and read them, and as JSON.
 
 use std::fmt::Write;
 

@@ -154,6 +154,9 @@ const COMMANDS: &[(i32, &str)] = &[
     (0, "reach OUT/paid.prism --property Pmax=?[F(x=1)]"),
     (0, "reach models/toy.prism --target s=3 --out OUT/regions"),
     (0, "reach models/responders.pddl --strong --policy OUT/policy.txt"),
+    (0, "verify OUT/policy.txt models/responders.pddl"),
+    (1, "verify OUT/policy.txt models/responders.pddl --strong"),
+    (0, "simulate models/responders.pddl --policy OUT/policy.txt --runs 3"),
     (0, "info OUT/paid.prism"),
     (0, "info OUT/rounded.prism"),
     (0, "info OUT/third.prism -c p=1/3"),
@@ -227,7 +230,7 @@ fn notices(validator: &Validator, fields: &BTreeMap<String, Field>, report: &Val
 fn examples<'n>(names: impl Iterator<Item = &'n &'static str>) -> Vec<String> {
     let is_new = |name: &&&str| {
         let has_run = COMMANDS.iter().any(|(_, command)| command.split(' ').next() == Some(**name));
-        !has_run && ![COMMON, "error", "sweep"].contains(*name)
+        !has_run && ![COMMON, "error", "sweep", "policy"].contains(*name)
     };
     let help = |name: &&str| run(&format!("{name} --help")).expect(0).stdout;
     let texts: Vec<String> = names.filter(is_new).map(help).collect();

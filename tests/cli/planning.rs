@@ -165,3 +165,141 @@ fn numbers_say_that_probabilities_are_assumed() {
     assert!(assumed.stderr.contains("equal ones are assumed"), "{}", assumed.stderr);
     assert!(!run(&format!("reach {RIVER}")).expect(0).stderr.contains("assumed"));
 }
+
+#[test]
+fn policies_are_verified_state_by_state_and_faults_are_named() {
+    let scratch = Scratch::new(&[]);
+    for name in ["policy.txt", "policy.json"] {
+        let policy = scratch.show(name);
+        run(&format!("reach {RIVER} --policy {policy}")).expect(0);
+        let report = run(&format!("verify {policy} {RIVER} --json")).expect(0).json();
+        assert_eq!((&report["accepted"], &report["states"]), (&json!(true), &json!("11")));
+        assert_eq!(report["longest"], json!(null));
+        let strong = run(&format!("verify {policy} {RIVER} --strong --json")).expect(1).json();
+        assert!(strong["violation"]["condition"].as_str().unwrap().contains("may visit a state again"));
+    }
+    let text = std::fs::read_to_string(scratch.path("policy.txt")).unwrap();
+    let changed = scratch.show("changed.txt");
+    let refused = |text: &str| {
+        std::fs::write(&changed, text).unwrap();
+        let report = run(&format!("verify {changed} {RIVER} --json")).expect(1).json();
+        assert_eq!(report["accepted"], false);
+        report["violation"]["condition"].as_str().unwrap().to_owned()
+    };
+    let entries: Vec<&str> = text.trim().split("\n\n").collect();
+    assert!(refused(entries[0]).contains("has no action in a state"));
+    let other = text.replacen("drive(station,school)", "drive(school,station)", 1);
+    assert!(refused(&other).contains("takes `drive(school,station)` in a state where this is not enabled"));
+    // Between two places for ever: the rules come first.
+    let there = "If holds: at(station)\nExecute: drive(station,school)\nIf holds: at(school)\nExecute: drive(school,station)\n";
+    assert!(refused(there).contains("no path of the policy leads from a state that it visits to the goal"));
+    std::fs::write(&changed, "Policy:\nIf holds: at(moon)\nExecute: wait\n").unwrap();
+    let unknown = run(&format!("verify {changed} {RIVER}")).expect(3).stderr;
+    assert!(unknown.contains("changed.txt:2:1") && unknown.contains("`at(moon)` is not a fact"), "{unknown}");
+}
+
+#[test]
+fn rules_of_planners_hold_wherever_their_facts_do() {
+    let scratch = Scratch::new(&DOORS);
+    let doors = format!("{} {}", scratch.show("d.pddl"), scratch.show("p.pddl"));
+    let policy = scratch.show("policy.txt");
+    let text = "If holds: not(hand-free)\nExecute: Drop / SC / d=3\n
+If holds: robot-at(l-1)\nExecute: go( l-1, l-2 ) / SC / d=2\n
+If holds: robot-at(l-2)\nExecute: go(l-2,init) / SC / d=1\n";
+    std::fs::write(&policy, text).unwrap();
+    let report = run(&format!("verify {policy} {doors} --strong --json")).expect(0).json();
+    // The way behind the robot may be lost in each of its two steps.
+    assert_eq!(report["longest"], "3");
+    // Models of other languages have values in place of facts.
+    run(&format!("reach models/drone.prism --target at=1 --policy {policy}")).expect(0);
+    run(&format!("verify {policy} models/drone.prism --target at=1")).expect(0);
+    let missing = run(&format!("verify {policy} models/drone.prism")).expect(2).stderr;
+    assert!(missing.contains("--target"), "{missing}");
+}
+
+#[test]
+fn policies_are_simulated_until_they_reach_the_goal() {
+    let scratch = Scratch::new(&[]);
+    let policy = scratch.show("policy.txt");
+    run(&format!("reach {RIVER} --policy {policy}")).expect(0);
+    let report = run(&format!("simulate {RIVER} --policy {policy} --runs 50 --json")).expect(0).json();
+    assert_eq!((&report["runs"]["reached"], &report["runs"]["given_up"]), (&json!(50), &json!(0)));
+    assert_eq!(report["runs"]["first"][0]["action"], "drive(station,school)");
+    let few = run(&format!("simulate {RIVER} --policy {policy} --runs 50 --steps 2 --json")).expect(0).json();
+    assert_eq!((&few["runs"]["reached"], &few["runs"]["given_up"]), (&json!(0), &json!(50)));
+    std::fs::write(&policy, "If holds: at(station)\nExecute: drive(station,school)\n").unwrap();
+    let ends = run(&format!("simulate {RIVER} --policy {policy} --runs 1 --json")).expect(1).json();
+    assert!(ends["violation"]["condition"].as_str().unwrap().contains("has no action in a state"));
+    run(&format!("simulate {RIVER}")).expect(2);
+}
+
+#[test]
+fn strategy_writes_the_policies_of_objectives_with_and_without_preferences() {
+    let scratch = Scratch::new(&[]);
+    let (one, other) = (scratch.show("one.txt"), scratch.show("other.txt"));
+    run(&format!("reach {RIVER} --policy {one}")).expect(0);
+    run(&format!("strategy {RIVER} --policy {other}")).expect(0);
+    let read = |name: &str| std::fs::read_to_string(scratch.path(name)).unwrap();
+    assert_eq!(read("one.txt"), read("other.txt"));
+    let school =
+        format!("strategy {RIVER} models/responders.pref --objective School --policy {other} --json");
+    assert_eq!(run(&school).expect(0).json()["plan"]["strong_cyclic"], true);
+    run(&format!("verify {other} {RIVER} --target saved(school)")).expect(0);
+    assert_ne!(read("one.txt"), read("other.txt"));
+    let fed = format!("strategy {HOUSE} --objective fed --policy {one}");
+    assert!(run(&fed).expect(0).stderr.contains("no strong cyclic plan exists"));
+    let unknown = run(&format!("strategy {RIVER} models/responders.pref --objective No --policy {other}"));
+    assert!(unknown.expect(2).stderr.contains("unknown objective `No`"));
+}
+
+#[test]
+fn states_are_named_by_atoms_with_and_without_the_model() {
+    let scratch = Scratch::new(&[]);
+    let dump = scratch.show("dump");
+    let at = |text: &str| {
+        let mut command = meliora();
+        command.arg("strategy").args(HOUSE.split(' ')).args([
+            "models/household.pref",
+            "--json",
+            "--at",
+            text,
+        ]);
+        crate::common::Finished::of(&mut command).expect(0).json()["states"].clone()
+    };
+    assert_eq!(at("at(kitchen)"), at("at=kitchen"));
+    assert_eq!(
+        at("At( kitchen ),has(tin), clean(hall)"),
+        at("at=kitchen,closed|has|fed=has(tin),clean(hall)=true")
+    );
+    assert_eq!(at("at(kitchen),!clean(hall)"), at("at=kitchen,clean(hall)=false"));
+    run(&format!("export {HOUSE} models/household.pref --out {dump}")).expect(0);
+    run(&format!("verify {dump} {HOUSE} models/household.pref")).expect(0);
+    let count = |condition: &str| {
+        let mut command = meliora();
+        command.args(["query", &dump, "reachable", "--json", "--where", condition]);
+        crate::common::Finished::of(&mut command).expect(0).json()["count"].clone()
+    };
+    assert_eq!(count("at(kitchen) & !clean(hall)"), count("at=1 & !clean(hall)"));
+    assert_ne!(count("at(kitchen)"), count("true"));
+    let mut contains = meliora();
+    contains.args(["query", &dump, "almost-sure:fed", "--contains", "at(kitchen),has(tin)"]);
+    crate::common::Finished::of(&mut contains).expect(0);
+}
+
+#[test]
+fn no_plan_is_proved_by_the_dump_of_the_losing_region() {
+    let scratch = Scratch::new(&DOORS);
+    std::fs::write(scratch.path("d.pddl"), DOORS[0].1.replace("(robot-at ?y)", "")).unwrap();
+    std::fs::write(scratch.path("none.pref"), "").unwrap();
+    let inputs = ["d.pddl", "p.pddl", "none.pref"].map(|name| scratch.show(name)).join(" ");
+    let dump = scratch.show("dump");
+    run(&format!("export {inputs} --out {dump}")).expect(0);
+    let checked = run(&format!("verify {dump} {inputs}")).expect(0).stdout;
+    assert!(
+        checked.contains("almost-sure:goal                 no wrong states, no missing states"),
+        "{checked}"
+    );
+    let mut query = meliora();
+    query.args(["query", &dump, "initial & !almost-sure:goal", "--json"]);
+    assert_eq!(crate::common::Finished::of(&mut query).expect(0).json()["count"], "1");
+}

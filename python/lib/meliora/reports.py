@@ -569,6 +569,91 @@ class InfoReport(TypedDict):
     """Why the run is not complete; absent in complete reports."""
 
 
+class PolicyViolation(TypedDict):
+    """The first fault; `null` if there is none, or if it is unknown."""
+
+    condition: str
+    """The condition."""
+    state: Union[State, None]
+    """A state for which it fails; `null` if the condition is not about a state."""
+
+
+class PolicyRunsFirst(TypedDict):
+    """A step of a run."""
+
+    state: State
+    """The state before it."""
+    action: str
+    """The action."""
+
+
+class PolicyRuns(TypedDict):
+    """The runs of `simulate`; absent with `verify`."""
+
+    runs: int
+    """Their number."""
+    limit: int
+    """The number of steps after which a run is given up."""
+    seed: int
+    """The seed of the random numbers."""
+    reached: int
+    """The runs that reached the goal."""
+    given_up: int
+    """The runs that were given up after `limit` steps."""
+    mean_steps: Union[float, None]
+    """The mean number of steps of the runs that reached the goal; `null` if none did."""
+    most_steps: Union[int, None]
+    """The largest number of these steps; `null` if no run reached the goal."""
+    first: List[PolicyRunsFirst]
+    """The steps of the first run."""
+    last: Union[State, None]
+    """The state in which the first run ends."""
+
+
+class PolicyTime(TypedDict):
+    """Seconds by phase; a phase that did not end is `null`."""
+
+    parse: Union[float, None]
+    """Reading the model and the policy; `null` if not finished."""
+    answer: Union[float, None]
+    """Checking or running the policy; `null` if not finished."""
+    total: float
+    """Seconds of the whole run."""
+
+
+class PolicyReport(TypedDict):
+    """A report, in the order of the JSON fields."""
+
+    schema: Literal["meliora.policy/1"]
+    """The kind and version of the object."""
+    complete: NotRequired[bool]
+    """`false`: the run hit a limit or was interrupted, and the object has the results so far; absent in
+    complete reports."""
+    model: Model
+    """The model."""
+    policy: str
+    """The file of the policy."""
+    accepted: NotRequired[bool]
+    """`verify`: the policy reaches the goal surely from all initial states, with `--strong` within a bound;
+    `null` if unknown, absent with `simulate`."""
+    states: Union[Count, None]
+    """The number of states outside the goal that the policy visits; `null` if unknown, or if it is refused."""
+    goal_states: Union[Count, None]
+    """The number of states of the goal in which it ends; as `states`."""
+    longest: Union[Count, None]
+    """The number of steps of the longest path; `null` if no bound exists, or as `states`."""
+    violation: Union[PolicyViolation, None]
+    """The first fault; `null` if there is none, or if it is unknown."""
+    runs: NotRequired[PolicyRuns]
+    """The runs of `simulate`; absent with `verify`."""
+    time: PolicyTime
+    """Seconds by phase; a phase that did not end is `null`."""
+    memory: Memory
+    """The memory used."""
+    error: NotRequired[ErrorReport]
+    """Why the run is not complete; absent in complete reports."""
+
+
 class QueryContains(TypedDict):
     """A state with the answer whether it is in the selection."""
 

@@ -7,6 +7,7 @@ pub mod finite_memory;
 pub mod lasso;
 pub mod policy;
 mod pursue;
+pub mod rules;
 mod standing;
 pub mod strategy;
 mod threat;

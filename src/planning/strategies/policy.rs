@@ -1,12 +1,8 @@
 //! Policies of planners: one action for each state that they visit, and strong plans.
 
-use ahash::AHashMap;
-
 use meliora_base::error::{Error, Limit, Result};
 use meliora_base::progress::Poll;
-use meliora_base::value::Value;
 use meliora_engine::Engine;
-use meliora_model::predicate::Predicate;
 use meliora_model::step::Step;
 use meliora_model::{Program, State};
 
@@ -26,20 +22,6 @@ pub struct PolicyEntry {
     pub action: String,
     /// The least number of steps to the goal, among all actions that keep the goal sure.
     pub distance: usize,
-}
-
-/// A reason why a policy does not surely reach its goal.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum PolicyFault {
-    /// The policy has no action in a state that it visits.
-    #[error("the policy visits the state {0}, for which it has no action")]
-    Open(String),
-    /// The action is not enabled in the state.
-    #[error("the policy takes `{1}` in the state {0}, where it is not enabled")]
-    Disabled(String, String),
-    /// The goal is not reachable from the state by the policy.
-    #[error("no path of the policy leads from the state {0} to the goal")]
-    Lost(String),
 }
 
 /// Returns μX. G ∪ { s : we can choose a pair with all successors in X }: the states from which every
@@ -88,52 +70,6 @@ impl Policy {
         let found = Layers { engine, program, choices: &region.choices, layers: &layers };
         let initial = engine.list_states(&engine.initial_states(), limit)?;
         found.unfold(initial, limit).map(Some)
-    }
-
-    /// Checks that every path of the policy from the initial states stays in its states until it reaches
-    /// the goal, and that the goal is reachable from each of them: then it is reached almost surely. Uses
-    /// the program alone, state by state.
-    ///
-    /// # Errors
-    /// The first fault in the order of the entries.
-    pub fn check(
-        &self,
-        program: &Program,
-        initial: &[State],
-        goal: &Predicate,
-    ) -> std::result::Result<(), PolicyFault> {
-        let known: AHashMap<&State, usize> =
-            self.entries.iter().zip(0..).map(|(e, at)| (&e.state, at)).collect();
-        let is_goal = |state: &State| goal.eval(state) == Ok(Value::Bool(true));
-        let open = |state: &State| PolicyFault::Open(program.show_state(state));
-        if let Some(state) = initial.iter().find(|state| !known.contains_key(state) && !is_goal(state)) {
-            return Err(open(state));
-        }
-        let mut before: Vec<Vec<usize>> = vec![Vec::new(); self.entries.len()];
-        let mut near: Vec<usize> = Vec::new();
-        for (at, entry) in self.entries.iter().enumerate() {
-            let steps = program.exact_steps(&entry.state).unwrap_or_default();
-            let Some(step) = steps.into_iter().find(|step| step.name == entry.action) else {
-                return Err(PolicyFault::Disabled(program.show_state(&entry.state), entry.action.clone()));
-            };
-            for (next, _) in &step.successors {
-                match known.get(next) {
-                    _ if is_goal(next) => near.push(at),
-                    Some(&next) => before[next].push(at),
-                    None => return Err(open(next)),
-                }
-            }
-        }
-        let mut reaches = vec![false; self.entries.len()];
-        while let Some(at) = near.pop() {
-            if !std::mem::replace(&mut reaches[at], true) {
-                near.extend(&before[at]);
-            }
-        }
-        match reaches.iter().position(|reaches| !reaches) {
-            Some(at) => Err(PolicyFault::Lost(program.show_state(&self.entries[at].state))),
-            None => Ok(()),
-        }
     }
 }
 

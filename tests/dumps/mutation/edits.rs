@@ -145,6 +145,11 @@ pub(super) const EDITS: &[(&str, Edit)] = &[
         let named = d.manifest.encoding.variables.iter_mut().filter(|v| v.values.len() > 1);
         named.choose(r).map(|v| v.values.swap(0, 1)).is_some()
     }),
+    ("a value stands for another fact", |d, r| {
+        let variable = d.manifest.encoding.variables.choose_mut(r).unwrap();
+        variable.facts.push("other".to_owned());
+        true
+    }),
     ("a node that no region has", |d, _| {
         let level = d.manifest.choices.order.len() as u32;
         d.regions.push(level, Edge::TRUE, Edge::FALSE).is_ok()

@@ -29,7 +29,9 @@ fn optional(place: &str) -> Vec<(&'static str, Json)> {
         "regions.roots[]" | "certificate.roots[]" => {
             vec![("dot", json!("reachable.dot")), ("trend", json!("falling")), ("trend", json!("rising"))]
         }
-        "encoding.variables[]" => vec![("values", json!(["a", "b"])), ("observer", json!(true))],
+        "encoding.variables[]" => {
+            vec![("values", json!(["a", "b"])), ("facts", json!(["", "a"])), ("observer", json!(true))]
+        }
         _ => Vec::new(),
     }
 }

@@ -1,0 +1,190 @@
+//! Files of policies: `meliora verify POLICY MODEL` and `meliora simulate MODEL --policy POLICY`.
+
+use std::path::{Path, PathBuf};
+
+use clap::builder::{OsStringValueParser, TypedValueParser as _};
+use clap::{Arg, Args};
+use meliora::reach::{Asking, Target as Goal};
+use meliora_base::error::{Error, SourceFile};
+use meliora_base::random::Draw;
+use meliora_lang::{Checked, Given};
+use meliora_model::predicate::Predicate;
+use meliora_model::{Program, State};
+use meliora_planning::rules::Rules;
+use meliora_report::policy_report::PolicyRuns;
+use meliora_report::{Header, PolicyReport, policy_file};
+
+use super::exit::Status;
+use super::load;
+use super::options::{PreferenceArgs, ShownArgs};
+use super::supervise::{Job, Limits, supervise};
+
+/// The options about the goal of a policy.
+#[derive(Debug, Clone, Args)]
+pub(super) struct PolicyArgs {
+    /// Goal of the policy, the same as for `reach` [default: the goal of the planning problem]
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    target: Option<String>,
+
+    /// Values of undefined constants for a policy, such as K=4,N=3 (repeatable)
+    #[arg(short, long = "const", value_name = "NAME=VALUE,…")]
+    constants: Vec<String>,
+}
+
+impl PolicyArgs {
+    /// Returns whether an option is given.
+    pub(super) fn is_given(&self) -> bool {
+        self.target.is_some() || !self.constants.is_empty()
+    }
+}
+
+/// Lets PREFS be left out if `--policy` is given.
+pub(super) fn optional_with_policy(preferences: Arg) -> Arg {
+    let any = OsStringValueParser::new().map(PathBuf::from);
+    let preferences = preferences.required(false).required_unless_present("policy");
+    preferences.value_parser(any).default_value("").hide_default_value(true)
+}
+
+/// Refuses preferences that would have no meaning.
+///
+/// # Errors
+/// Preferences are given.
+pub(super) fn without_preferences(args: &PreferenceArgs) -> Result<(), Error> {
+    if args.preferences.as_os_str().is_empty() {
+        return Ok(());
+    }
+    let message = "a policy has no preferences: leave out PREFS, or `--policy`";
+    Err(Error::Usage(message.to_owned()))
+}
+
+/// A policy that is checked or run.
+pub(super) struct Checking<'a> {
+    pub(super) policy: &'a Path,
+    pub(super) model: &'a Path,
+    pub(super) bounds: &'a [String],
+    pub(super) limits: Limits,
+}
+
+/// A policy with its problem.
+struct Read {
+    program: Program,
+    goal: Predicate,
+    rules: Rules,
+    initial: State,
+}
+
+impl Checking<'_> {
+    /// Checks the policy.
+    ///
+    /// # Errors
+    /// A file is wrong; a limit.
+    pub(super) fn run(self, args: &PolicyArgs, is_strong: bool, shown: &ShownArgs) -> Result<Status, Error> {
+        let (read, report, limits) = self.prepared((args.target.clone(), &args.constants), true);
+        supervise(report, limits, shown, move |job| {
+            let read = job.timed("parse", || read.read(job), |r, s| r.time.add("parse", s))?;
+            let initial = std::slice::from_ref(&read.initial);
+            let check = || {
+                Ok(read.rules.check((&read.program, &read.goal), initial, is_strong, job.sink.as_ref())?)
+            };
+            let found = job.timed("answer", check, |r, s| r.time.add("answer", s))?;
+            job.update(|r| r.set(&read.program, found));
+            Ok(())
+        })
+    }
+
+    /// Runs the policy.
+    ///
+    /// # Errors
+    /// A file is wrong; a limit.
+    pub(super) fn simulate(
+        self,
+        (target, constants): (Option<String>, &[String]),
+        runs: PolicyRuns,
+        shown: &ShownArgs,
+    ) -> Result<Status, Error> {
+        let (read, mut report, limits) = self.prepared((target, constants), false);
+        let (count, limit, seed) = (runs.runs, runs.limit, runs.seed);
+        report.runs = Some(runs);
+        supervise(report, limits, shown, move |job| {
+            let read = job.timed("parse", || read.read(job), |r, s| r.time.add("parse", s))?;
+            let all = || {
+                for number in 0..count {
+                    job.sink.check()?;
+                    let mut draw = Draw::numbered(seed, number);
+                    let run = read.rules.run((&read.program, &read.goal), &read.initial, limit, &mut draw);
+                    job.update(|r| r.add(&read.program, run));
+                }
+                Ok(())
+            };
+            job.timed("answer", all, |r, s| r.time.add("answer", s))
+        })
+    }
+
+    fn prepared(
+        self,
+        (target, constants): (Option<String>, &[String]),
+        is_check: bool,
+    ) -> (Reading, PolicyReport, Limits) {
+        let header = Header::of_model(&self.model.display().to_string());
+        let report = PolicyReport::of_file(header, &self.policy.display().to_string(), is_check);
+        let reading = Reading {
+            policy: self.policy.to_owned(),
+            model: self.model.to_owned(),
+            constants: constants.join(","),
+            bounds: self.bounds.join(","),
+            target,
+        };
+        (reading, report, self.limits)
+    }
+}
+
+/// The inputs of a policy, owned by the worker.
+struct Reading {
+    policy: PathBuf,
+    model: PathBuf,
+    constants: String,
+    bounds: String,
+    target: Option<String>,
+}
+
+impl Reading {
+    fn read(&self, job: &Job<PolicyReport>) -> Result<Read, Error> {
+        let given = Given {
+            constants: SourceFile::new("--const", self.constants.as_str()),
+            bounds: SourceFile::new("--bounds", self.bounds.as_str()),
+        };
+        let document = load::document(&self.model)?;
+        let document = if self.target.is_none() { document.for_goals() } else { document };
+        let Checked { program, warnings, .. } = document.load(&given, job.sink.as_ref())?;
+        job.sink.warn_at(&warnings);
+        let goal = goal(&program, self.target.as_deref())?;
+        job.update(|r| r.header.read(&program));
+        let initial: Option<State> = program.variables.iter().map(|variable| variable.initial).collect();
+        let Some(initial) = initial else {
+            let message = "a policy is followed from one initial state; this model has `init … endinit`";
+            return Err(Error::Usage(message.to_owned()));
+        };
+        let rules = policy_file::read(&load::read(&self.policy)?, &program)?;
+        Ok(Read { program, goal, rules, initial })
+    }
+}
+
+/// Returns the states that a target means, or the goal of the planning problem.
+///
+/// # Errors
+/// There is neither; the target is wrong; the model is a game.
+fn goal(program: &Program, target: Option<&str>) -> Result<Predicate, Error> {
+    let wrong = |message: &str| Err(Error::Usage(message.to_owned()));
+    if program.players.is_some() {
+        return wrong("policies are about models with one player; `strategy` is for games");
+    }
+    let text = match target {
+        Some(text) => text,
+        None if program.planning.is_some() => "\"goal\"",
+        None => return wrong("this model has no goal of its own: `--target EXPR` gives one"),
+    };
+    match Asking::target(program, &SourceFile::new("--target", text), &[])?.goal.target {
+        Goal::States(goal) => Ok(goal),
+        Goal::Formula(_) => wrong("`--target` is a condition on states"),
+    }
+}

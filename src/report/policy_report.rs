@@ -1,0 +1,194 @@
+//! The report of `meliora verify` and `meliora simulate` on a policy.
+
+use std::fmt::Write;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::envelope::{Envelope, Findings, Phase};
+use super::header::Header;
+use super::number::grouped;
+use super::verify::Violated;
+use super::{Number, Style};
+use meliora_base::escape;
+use meliora_model::valuation::Valuation;
+use meliora_model::{Program, State};
+use meliora_planning::rules::{PolicyFault, PolicyRun, Visited};
+
+/// Maximum number of steps of the first run that the text shows.
+const SHOWN: usize = 60;
+
+/// The results of checking or running a policy.
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[schemars(rename = "policy")]
+pub struct PolicyFindings {
+    /// The file of the policy.
+    pub policy: String,
+    /// `verify`: the policy reaches the goal surely from all initial states, with `--strong` within a bound;
+    /// `null` if unknown, absent with `simulate`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<bool>")]
+    pub accepted: Option<Option<bool>>,
+    /// The number of states outside the goal that the policy visits; `null` if unknown, or if it is refused.
+    pub states: Option<Number>,
+    /// The number of states of the goal in which it ends; as `states`.
+    pub goal_states: Option<Number>,
+    /// The number of steps of the longest path; `null` if no bound exists, or as `states`.
+    pub longest: Option<Number>,
+    /// The first fault; `null` if there is none, or if it is unknown.
+    pub violation: Option<Violated>,
+    /// The runs of `simulate`; absent with `verify`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub runs: Option<PolicyRuns>,
+}
+
+/// The runs of a policy.
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+pub struct PolicyRuns {
+    /// Their number.
+    pub runs: u64,
+    /// The number of steps after which a run is given up.
+    pub limit: u64,
+    /// The seed of the random numbers.
+    pub seed: u64,
+    /// The runs that reached the goal.
+    pub reached: u64,
+    /// The runs that were given up after `limit` steps.
+    pub given_up: u64,
+    /// The mean number of steps of the runs that reached the goal; `null` if none did.
+    pub mean_steps: Option<f64>,
+    /// The largest number of these steps; `null` if no run reached the goal.
+    pub most_steps: Option<u64>,
+    /// The steps of the first run.
+    pub first: Vec<PolicyStep>,
+    /// The state in which the first run ends.
+    pub last: Option<Valuation>,
+}
+
+/// A step of a run.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct PolicyStep {
+    /// The state before it.
+    pub state: Valuation,
+    /// The action.
+    pub action: String,
+}
+
+/// The report with times and memory.
+pub type PolicyReport = Envelope<PolicyFindings>;
+
+impl PolicyReport {
+    /// Creates a report without results.
+    pub fn of_file(header: Header, policy: &str, is_check: bool) -> Self {
+        let accepted = is_check.then_some(None);
+        Envelope::of(header, PolicyFindings { policy: policy.to_owned(), accepted, ..Default::default() })
+    }
+
+    /// Adds the result of a check.
+    pub fn set(&mut self, program: &Program, found: Result<Visited, PolicyFault>) {
+        let number = |n: usize| Some(Number::from(n as u64));
+        self.accepted = Some(Some(found.is_ok()));
+        match found {
+            Ok(Visited { states, goals, longest }) => {
+                (self.states, self.goal_states) = (number(states), number(goals));
+                self.longest = longest.and_then(number);
+            }
+            Err(fault) => self.violate(program, &fault),
+        }
+    }
+
+    fn violate(&mut self, program: &Program, fault: &PolicyFault) {
+        let state = Some(Valuation::of(program, &fault.state));
+        self.violation = Some(Violated { condition: fault.kind.to_string(), state });
+    }
+
+    /// Adds a run.
+    pub fn add(&mut self, program: &Program, run: PolicyRun) {
+        let (steps, is_reached) = (run.steps.len() as u64, matches!(run.end, Some(Ok(()))));
+        let is_given_up = run.end.is_none();
+        if let Some(Err(kind)) = run.end
+            && self.violation.is_none()
+        {
+            self.violate(program, &PolicyFault { state: run.last.clone(), kind });
+        }
+        let Some(runs) = &mut self.runs else { return };
+        if runs.last.is_none() {
+            let step = |(state, action): (State, String)| PolicyStep {
+                state: Valuation::of(program, &state),
+                action,
+            };
+            runs.first = run.steps.into_iter().map(step).collect();
+            runs.last = Some(Valuation::of(program, &run.last));
+        }
+        runs.given_up += u64::from(is_given_up);
+        if is_reached {
+            let sum = runs.mean_steps.unwrap_or(0.0) * runs.reached as f64 + steps as f64;
+            runs.reached += 1;
+            runs.mean_steps = Some(sum / runs.reached as f64);
+            runs.most_steps = runs.most_steps.max(Some(steps));
+        }
+    }
+}
+
+impl Findings for PolicyFindings {
+    const SCHEMA: &str = "meliora.policy/1";
+    const HEADER: (&[&str], &[&str]) = (&["model"], &[]);
+    const PHASES: &[Phase] = &[
+        Phase::new("parse", "Reading the model and the policy"),
+        Phase::new("answer", "Checking or running the policy"),
+    ];
+
+    fn body(report: &PolicyReport, style: Style) -> String {
+        let mut out = String::new();
+        if let (Some(states), Some(goals)) = (&report.states, &report.goal_states) {
+            let _ = writeln!(out, "\nstates with an action  {}", states.grouped());
+            let _ = writeln!(out, "states of the goal     {}", goals.grouped());
+            let how = match &report.longest {
+                Some(longest) => {
+                    format!("every path reaches the goal after at most {} steps", longest.grouped())
+                }
+                None => "the goal is reached almost surely; no bound limits the paths".to_owned(),
+            };
+            let _ = writeln!(out, "\n{}: {how}", style.good("accepted"));
+        }
+        if let Some(runs) = &report.runs {
+            out.push_str(&runs.text(style));
+        }
+        if let Some(violation) = &report.violation {
+            let _ = writeln!(out, "\n{}: {}", style.bad("refused"), escape::line(&violation.condition));
+            if let Some(state) = &violation.state {
+                let _ = writeln!(out, "  the first one: {state}");
+            }
+        }
+        out
+    }
+
+    fn is_no(&self) -> bool {
+        self.violation.is_some()
+    }
+}
+
+impl PolicyRuns {
+    fn text(&self, style: Style) -> String {
+        let title = format!("{} runs, {} reach the goal", grouped(self.runs), grouped(self.reached));
+        let mut out = format!("\n{}\n", style.bold(&title));
+        if let (Some(mean), Some(most)) = (self.mean_steps, self.most_steps) {
+            let _ = writeln!(out, "  steps: {mean:.2} on average, at most {}", grouped(most));
+        }
+        if self.given_up > 0 {
+            let _ =
+                writeln!(out, "  {} given up after {} steps", grouped(self.given_up), grouped(self.limit));
+        }
+        let _ = writeln!(out, "\n  The first run");
+        for (number, step) in self.first.iter().take(SHOWN).enumerate() {
+            let _ = writeln!(out, "  {:>4}  {}  {}", number + 1, escape::line(&step.action), step.state);
+        }
+        if self.first.len() > SHOWN {
+            let _ = writeln!(out, "  {} further steps", grouped((self.first.len() - SHOWN) as u64));
+        }
+        if let Some(last) = &self.last {
+            let _ = writeln!(out, "   end  {last}");
+        }
+        out
+    }
+}
