@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Checks what would be published on crates.io, without publishing:
 #
-#   scripts/package.sh [--install [OPTIONS OF cargo install]]
+#   scripts/package.sh [--check | --install] [OPTIONS OF cargo]
 #
 # 1. Each crate has a description, a licence, an address and a README.
 # 2. `cargo package` makes the archives of all crates, in the order in which they have to be published.
-# 3. With --install, `cargo install` builds the command from the unpacked archives alone, in an empty home, as a stranger
-#    would who gets them from the registry: the crates of the workspace are found among the archives, all others in the
-#    registry.
+# 3. With --check, `cargo check` compiles the command from the unpacked archives alone: no file is missing in them. With
+#    --install, `cargo install` builds and installs it in an empty home, as a stranger would who gets the crates from the
+#    registry. In both, the crates of the workspace are found among the archives, all others in the registry.
 # The last lines are the order, one `cargo publish` each.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -37,7 +37,9 @@ while read -r name version; do
   [ -f "target/package/$name-$version.crate" ] || { echo "$name has no archive" >&2; exit 1; }
 done <<<"$order"
 
-if [ "${1:-}" = --install ]; then
+if [ $# -gt 0 ]; then
+  mode=$1
+  shift
   {
     echo "[patch.crates-io]"
     while read -r name version; do
@@ -46,9 +48,13 @@ if [ "${1:-}" = --install ]; then
     done <<<"$order"
   } >"$work/patch.toml"
   command=$work/meliora-$(sed -n 's/^meliora //p' <<<"$order")
+  if [ "$mode" = --check ]; then
+    cargo --config "$work/patch.toml" check --manifest-path "$command/Cargo.toml" "$@"
+    sed 's/^\([^ ]*\) .*/cargo publish -p \1/' <<<"$order"
+    exit
+  fi
   mkdir "$work/home"
   # The toolchain stays; settings, caches and installed programs are those of a new user.
-  shift
   env -u CARGO_TARGET_DIR HOME="$work/home" CARGO_HOME="$work/home/cargo" RUSTUP_HOME="${RUSTUP_HOME:-$HOME/.rustup}" \
     cargo --config "$work/patch.toml" install --path "$command" --root "$work/home" --locked "$@"
   (cd "$work/home" && env -i PATH= "$work/home/bin/meliora" check "$command/models/drone.prism" "$command/models/drone.pref")
