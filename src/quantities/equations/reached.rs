@@ -192,7 +192,13 @@ impl<'a, 'm> Growing<'a, 'm> {
     fn target(&self, code: &[u64]) -> Result<Option<Target>> {
         Ok(match self.found.node(code) {
             Some(node) => Some(Target::Found(node)),
-            None => Part::of(self.parts.of(&self.codec.decode(code))?).map(Target::New),
+            None => {
+                let marks = match self.parts.numbers() {
+                    Some(numbers) => numbers.number(code).map_or(0, |number| numbers.marks(number)),
+                    None => self.parts.of(&self.codec.decode(code))?,
+                };
+                Part::of(marks).map(Target::New)
+            }
         })
     }
 
