@@ -6,11 +6,11 @@ import re
 from fractions import Fraction
 
 from reference.equations import ONE, ZERO, Action, cheapest, greatest
-from reference.games import LeftOut, almost_surely
+from reference.games import LeftOut, almost_surely, conditions_in_game, leaves_of
 from reference.model import almost_sure, can_stay, explore, reachability
 from reference.prism import InputError
 from reference.product import formulas_watched, product, satisfaction, secured
-from reference.temporal import TRUE, conjunction, negated, parse, parts
+from reference.temporal import TRUE, conjunction, is_cosafe, is_safe, negated, parse, parts
 
 
 class Question:
@@ -37,12 +37,30 @@ class Question:
 
     def contested(self, side):
         """The probability of the formula in each state of a game: the greatest ("pmax") or least ("pmin") that we can
-        enforce."""
+        enforce. Only what a finite part of a path decides has one that is not 0 or 1 in all initial states."""
         found = satisfaction(self.product, self.mdp, self.formula)
-        theirs = set(self.mdp.theirs)
-        maximising = set(self.mdp.states) - theirs if side == "pmax" else theirs
-        values = contested(self.mdp, found[f"{side}_one"], found[f"{side}_positive"], maximising)
-        return {s: values[s] for s in self.whole.states}
+        one, positive = found[f"{side}_one"], found[f"{side}_positive"]
+        everything, theirs = set(self.mdp.states), set(self.mdp.theirs)
+        maximising = everything - theirs if side == "pmax" else theirs
+        kind = self.decided()
+        if kind == "safe":
+            # Who stays where nothing is decided satisfies a safe formula, so its violation is reached or not.
+            least = contested(self.mdp, everything - positive, everything - one, everything - maximising)
+            return {s: 1 - least[s] for s in self.whole.states}
+        if kind == "co-safe":
+            values = contested(self.mdp, one, positive, maximising)
+            return {s: values[s] for s in self.whole.states}
+        if not (set(self.whole.initial) <= one or positive.isdisjoint(self.whole.initial)):
+            raise LeftOut("values of a formula that is neither safe nor co-safe")
+        return {s: Fraction(s in one) for s in self.whole.states}
+
+    def decided(self):
+        """Whether all leaves of the formula are co-safe, or all others safe; None for a mixture."""
+        leaves = [formula for _, formula in leaves_of(conditions_in_game(self.formula))]
+        cosafe = [is_cosafe(formula) for formula in leaves]
+        if all(cosafe):
+            return "co-safe"
+        return "safe" if not any(cosafe) and all(map(is_safe, leaves)) else None
 
     def unsafe(self):
         return {s for s in self.whole.states if s in self.mdp.unsafe}

@@ -6,6 +6,7 @@ import random
 from fractions import Fraction
 
 from reference.model import explore
+from reference.games import LeftOut
 from reference.nested import Nested, TooLarge
 
 MOST_STATES = 40
@@ -211,7 +212,7 @@ def nested(context):
                 expected.append((text.number(drawn), [values[s] for s in mdp.initial]))
             else:
                 expected.append((text.condition(drawn), set(mdp.initial) <= known.holds(drawn)))
-        except (TooLarge, OverflowError):
+        except (TooLarge, OverflowError, LeftOut):
             continue
     if not expected:
         return

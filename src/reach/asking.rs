@@ -139,13 +139,13 @@ impl Asking {
 
     /// Returns the question over the program of the goal.
     pub(super) fn asked<'a>(&'a self, model: &'a Arc<Program>) -> answer::Asked<'a> {
-        let target = match &self.goal.target {
-            Target::States(target) => Some(target),
-            Target::Formula(_) => None,
+        let (target, condition) = match &self.goal.target {
+            Target::States(target) => (Some(target), None),
+            Target::Formula(condition) => (None, Some(condition)),
         };
         let program = &**self.goal.program(model);
         let (question, wrong) = (self.question.as_ref(), self.wrong.as_ref());
-        answer::Asked { program, question, over: self.over, target, wrong }
+        answer::Asked { program, question, over: self.over, target, condition, wrong }
     }
 
     /// Reads a target `x = 3`, a formula `F x = 3`, or a property `P>=1 [ F x = 3 ]`.

@@ -208,6 +208,26 @@ const EARNING: &str = "smg\nplayer us [wait], [go] endplayer\nplayer them [on], 
      x : [0..3] init 0;\n [wait] x=0 -> true;\n [go] x=0 -> (x'=1);\n [on] x=1 -> 1/2: true + 1/2: (x'=2);\n\
      [end] x=1 -> 1/4: (x'=1) + 3/4: (x'=3);\nendmodule\nrewards \"r\" x=1 : 1; endrewards\n";
 
+/// We may wait in x=0 forever; the opponent may wait in x=2, or go on to x=1.
+const WAITING: &str = "smg\nplayer us [a], [b] endplayer\nplayer them [c], [d] endplayer\nmodule m\n x : [0..2] init 0;\n\
+     [a] x=0 -> true;\n [b] x=0 -> 0.85: (x'=2) + 0.15: (x'=1);\n [c] x=2 -> true;\n [d] x=2 -> (x'=1);\nendmodule\n";
+
+#[test]
+fn who_waits_forever_satisfies_a_safe_formula_of_a_game() {
+    expect(
+        WAITING,
+        &[
+            ("<<us>> Pmin=? [ G x!=1 ]", json!(0.85)),
+            ("<<them>> Pmax=? [ G x!=1 ]", json!(0.85)),
+            ("<<us>> Pmax=? [ F x=1 ]", json!(0.15)),
+            ("<<us>> Pmin=? [ (x!=1) W false ]", json!(0.85)),
+            ("<<us>> Pmax=? [ G x!=1 ]", json!(1)),
+            ("<<them>> P>=0.85 [ G x!=1 ]", json!(true)),
+            ("<<them>> P>0.85 [ G x!=1 ]", json!(false)),
+        ],
+    );
+}
+
 #[test]
 fn rewards_of_a_game_may_be_kept_where_the_target_is_not_reached() {
     expect(

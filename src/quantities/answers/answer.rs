@@ -15,9 +15,14 @@ use meliora_engine::Engine;
 use meliora_engine::regions::{Regions, Which, deciding, holds};
 use meliora_model::predicate::Predicate;
 use meliora_model::property::{Bound as Likely, Inequality, Measure, Over, Quantity, Question, Strategies};
+use meliora_model::temporal::{Asks, Condition};
 use meliora_model::{Optimum, Program};
 
 pub use crate::equations::number::PRECISION;
+
+/// The reason why a game has no value.
+const NEITHER: &str = "values of a game other than 0 and 1 are not supported for a formula that is neither safe nor \
+    co-safe; ask whether it is 0 or 1, by `P>=1` and `P>0`";
 
 /// Maximum number of initial states with values.
 const MOST_STATES: usize = 1 << 20;
@@ -56,8 +61,22 @@ pub struct Asked<'a> {
     pub over: Over,
     /// The target of the paths; `None` for a temporal formula.
     pub target: Option<&'a Predicate>,
+    /// The condition of a temporal formula on its monitors.
+    pub condition: Option<&'a Condition>,
     /// The states in which the rewards that the question names are wrong.
     pub wrong: Option<&'a Predicate>,
+}
+
+impl Asked<'_> {
+    /// Returns whether the formula is safe; false if it is co-safe, `None` if it is neither.
+    fn is_safe(&self) -> Option<bool> {
+        match self.condition {
+            Some(condition) if !condition.only_asks(Asks::Accept) => {
+                condition.only_asks(Asks::Avoid).then_some(true)
+            }
+            _ => Some(false),
+        }
+    }
 }
 
 /// Returns the regions that a question needs; a target without a question needs all four.
@@ -124,6 +143,9 @@ pub fn answer<E: Engine>(
     let Some(Question::Quantity(quantity)) = asked.question else { return Ok(decided) };
     if decided.value.is_some() {
         return Ok(decided);
+    }
+    if engine.is_game() && quantity.measure == Measure::Probability && asked.is_safe().is_none() {
+        return Ok(Answer::without_value(NEITHER));
     }
     let compute = match engine.is_game() {
         true => in_game(engine, asked, quantity, regions)?,
@@ -213,9 +235,18 @@ fn in_game<'a, E: Engine>(
                 Optimum::Max => (Which::PmaxOne, Which::PmaxPositive),
                 Optimum::Min => (Which::PminOne, Which::PminPositive),
             };
+            let (one, positive) = (members(regions.known(one)?)?, members(regions.known(positive)?)?);
+            if asked.is_safe() == Some(true) {
+                // 1 minus the value of reaching the states in which it is 0: whoever stays elsewhere satisfies it.
+                let until = Until { left: !one, right: !positive, least: 0, most: None };
+                return Ok(Box::new(move |precision| {
+                    let mut found = vector::probability(&arena, &until, goal.opposite(), precision)?;
+                    found.values.iter_mut().for_each(Value::complement);
+                    Ok(of_initial(found))
+                }));
+            }
             // The value is the probability to reach the states in which it is 1.
-            let (right, left) = (members(regions.known(one)?)?, members(regions.known(positive)?)?);
-            let until = Until { left, right, least: 0, most: None };
+            let until = Until { left: positive, right: one, least: 0, most: None };
             Box::new(move |precision| vector::probability(&arena, &until, goal, precision).map(&of_initial))
         }
         Measure::Reward(rewards) => {

@@ -50,6 +50,14 @@ impl Value {
             Value::Infinite => Interval::point(f64::INFINITY),
         }
     }
+
+    /// Replaces a probability by 1 minus it.
+    pub(crate) fn complement(&mut self) {
+        if let Value::Finite(Bounds { interval, exact }) = self {
+            *interval = interval.complement();
+            *exact = exact.take().map(|exact| exact.complement());
+        }
+    }
 }
 
 /// The values of some states.
