@@ -276,7 +276,14 @@ mod tests {
         let mut b = Analysis::new(&right.1, &right.2, Options::default());
         a.run(&mut |_| ()).unwrap();
         b.run(&mut |_| ()).unwrap();
-        let shown = ShownArgs { json: false, verbose: 0, quiet: true, color: Color::Never, csv: false };
+        let shown = ShownArgs {
+            json: false,
+            verbose: 0,
+            quiet: true,
+            color: Color::Never,
+            csv: false,
+            instance: false,
+        };
         let sink = TerminalSink::new(&Arc::default(), &shown);
         compare(&a, &b, &left.0, 100, &sink).unwrap().difference.unwrap_or_default()
     }

@@ -52,20 +52,20 @@ pub(super) struct CheckArgs {
 /// The input is wrong, or a limit is hit.
 pub(super) fn run(args: CheckArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
+    let mut report = CheckReport::new(args.engine.header(args.preferences.header(&args.model)));
+    report.levels = args.preferences.options().max_level.unwrap_or_default();
     if let Some(status) = args.sweep.run(
         &args.model,
         &[&args.preferences.preferences],
         |ends| {
             let read = |loaded| load::with_preferences(loaded, &args.preferences.preferences).map(drop);
             load::check_each(&args.model, ends, read)?;
-            Ok(sweep::Job::check(args.preferences.options().max_level))
+            Ok(sweep::Job::new("check", &report, &[]))
         },
         &args.shown,
     )? {
         return Ok(status);
     }
-    let header = args.engine.header(args.preferences.header(&args.model));
-    let report = CheckReport::new(header);
     let (limits, shown) = (args.model.limits(), args.shown.of(&args.model));
     supervise(report, limits, &shown, move |job| work(job, &args))
 }

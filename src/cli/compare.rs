@@ -55,19 +55,19 @@ pub(super) struct CompareArgs {
 /// # Errors
 /// The input is wrong, or a limit is hit.
 pub(super) fn run(args: CompareArgs) -> Result<Status, Error> {
+    let report = CompareReport::new(args.preferences.header(&args.model));
     if let Some(status) = args.sweep.run(
         &args.model,
         &[&args.preferences.preferences],
         |ends| {
             let read = |loaded| load::with_preferences(loaded, &args.preferences.preferences).map(drop);
             load::check_each(&args.model, ends, read)?;
-            Ok(sweep::Job::Compare)
+            Ok(sweep::Job::new("compare", &report, &[]))
         },
         &args.shown,
     )? {
         return Ok(status);
     }
-    let report = CompareReport::new(args.preferences.header(&args.model));
     let (limits, shown) = (args.model.limits(), args.shown.of(&args.model));
     supervise(report, limits, &shown, move |job| work(job, &args))
 }

@@ -57,6 +57,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use meliora_base::error::Error;
 
 use exit::Status;
+use options::Form;
 
 /// Exit statuses at the end of `--help`.
 const EXIT_STATUS: &str = "Exit status:
@@ -110,15 +111,15 @@ fn parser() -> clap::Command {
 /// returns its exit status. This function reads the clock, the environment and files, prints, and
 /// handles signals. The process is expected to end after it: a thread may be left behind.
 pub(crate) fn command(args: &[OsString]) -> ExitCode {
-    let (args, json) = (args.to_vec(), asks_for_json(args));
-    watch::run(move || run(&args, json), |error| fail(error, json)).into()
+    let (args, form) = (args.to_vec(), form(args));
+    watch::run(move || run(&args, form), |error| fail(error, form)).into()
 }
 
-fn run(args: &[OsString], json: bool) -> Status {
+fn run(args: &[OsString], form: Form) -> Status {
     signals::prepare();
     let cli = match parsed(args) {
         Ok(cli) => cli,
-        Err(error) => return terminal::show_clap(&tips::with_tip(error, args), json),
+        Err(error) => return terminal::show_clap(&tips::with_tip(error, args), form),
     };
     let outcome = match cli.command {
         Command::Check(args) => check::run(args),
@@ -138,15 +139,15 @@ fn run(args: &[OsString], json: bool) -> Status {
     };
     match outcome {
         Ok(status) => status,
-        Err(error) => fail(&error, json),
+        Err(error) => fail(&error, form),
     }
 }
 
 /// Shows an error that ends the run without a report.
-fn fail(error: &Error, json: bool) -> Status {
+fn fail(error: &Error, form: Form) -> Status {
     let failure = advice::failure(error);
     terminal::show_error(error, None);
-    if json && !terminal::has_printed() && terminal::print_json(&failure).is_err() {
+    if !terminal::has_printed() && terminal::print_failure(&failure, form).is_err() {
         return Status::Limit;
     }
     Status::of(error)
@@ -171,9 +172,14 @@ fn with_options_of_prism(args: &[OsString]) -> Vec<OsString> {
     args[..end].iter().map(own).chain(args[end..].iter().cloned()).collect()
 }
 
-/// Returns whether the arguments ask for JSON; also works for arguments that do not parse.
-fn asks_for_json(args: &[OsString]) -> bool {
-    args.iter().skip(1).take_while(|a| *a != "--").any(|a| a == "--json" || a == "--instance")
+/// Returns the form of results that the arguments ask for; also works for arguments that do not parse.
+fn form(args: &[OsString]) -> Form {
+    let has = |option: &str| args.iter().skip(1).take_while(|a| *a != "--").any(|a| a == option);
+    match (has("--instance"), has("--json")) {
+        (true, _) => Form::Instance,
+        (_, true) => Form::Json,
+        _ => Form::Text,
+    }
 }
 
 #[cfg(test)]

@@ -65,7 +65,7 @@ pub(super) struct ModelArgs {
     #[arg(help_heading = LIMITS, long, value_name = "DURATION", value_parser = parse_duration)]
     timeout: Option<Duration>,
 
-    /// The constants of one instance of a sweep, instead of `--const`; implies `--json`
+    /// The constants of one instance of a sweep, instead of `--const`; prints what the sweep reads
     #[arg(long, hide = true, value_name = "NAME=VALUE,…")]
     pub(super) instance: Option<String>,
 
@@ -245,6 +245,10 @@ pub(super) struct ShownArgs {
     /// True if standard output has comma-separated values in place of the text.
     #[arg(skip)]
     pub(super) csv: bool,
+
+    /// True for an instance of a sweep, which hands over its report and its row.
+    #[arg(skip)]
+    pub(super) instance: bool,
 }
 
 impl ShownArgs {
@@ -261,13 +265,33 @@ impl ShownArgs {
         Ok(ShownArgs { csv, ..self.clone() })
     }
 
+    /// Returns the form of results on standard output.
+    pub(super) fn form(&self) -> Form {
+        match (self.instance, self.json) {
+            (true, _) => Form::Instance,
+            (_, true) => Form::Json,
+            _ => Form::Text,
+        }
+    }
+
     /// Returns the options for a model: an instance of a sweep prints JSON, and warns only on
     /// request.
     pub(super) fn of(&self, model: &ModelArgs) -> Self {
-        let is_instance = model.instance.is_some();
-        let quiet = self.quiet || (is_instance && self.verbose == 0);
-        ShownArgs { json: self.json || is_instance, quiet, ..self.clone() }
+        let instance = model.instance.is_some();
+        let quiet = self.quiet || (instance && self.verbose == 0);
+        ShownArgs { json: self.json || instance, instance, quiet, ..self.clone() }
     }
+}
+
+/// The form of results on standard output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    /// Text for people.
+    Text,
+    /// One JSON object.
+    Json,
+    /// The message of an instance to its sweep.
+    Instance,
 }
 
 /// The use of colours.

@@ -87,7 +87,7 @@ pub(super) struct ReachArgs {
 
 impl ReachArgs {
     /// Returns what the rows of a sweep contain, given the constants of the first and the last instance.
-    fn rows(&self, ends: [&str; 2]) -> Result<sweep::Job, Error> {
+    fn rows(&self, report: &ReachReport, ends: [&str; 2]) -> Result<sweep::Job, Error> {
         self.plan.checked(false, &[])?;
         if self.out.is_some() {
             let message = "`--out` writes the regions of one instance; a sweep has several";
@@ -106,7 +106,7 @@ impl ReachArgs {
                 loaded.questions(self.target.as_deref(), (&self.property, &self.require), false).map(drop)
             }
         })?;
-        Ok(sweep::Job::Reach { regions: self.target.is_some() || self.property.len() == 1, properties })
+        Ok(sweep::Job::new("reach", report, &properties))
     }
 
     /// Checks that `--only` has properties to choose from. The parser does not: it takes one question only.
@@ -188,14 +188,15 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
     args.check_stop()?;
     let inputs: Vec<&Path> = args.properties.iter().map(PathBuf::as_path).collect();
     args.regions()?;
-    if let Some(status) = args.sweep.run(&args.model, &inputs, |first| args.rows(first), &args.shown)? {
-        return Ok(status);
-    }
     let mut report = ReachReport::new(args.engine.header(args.model.header()));
     report.header.file = args.properties.as_ref().map(|file| file.display().to_string());
     report.stops_at_target = args.stop_at_target;
     report.one =
         args.is_one().then(|| OneQuestion { is_target: args.target.is_some(), ..Default::default() });
+    let rows = |ends: [&str; 2]| args.rows(&report, ends);
+    if let Some(status) = args.sweep.run(&args.model, &inputs, rows, &args.shown)? {
+        return Ok(status);
+    }
     let (limits, shown) = (args.model.limits(), args.shown.of(&args.model));
     let has_plan = args.is_one() && args.require.is_empty() && args.out.is_none() && !args.stop_at_target;
     let policy = args.plan.checked(has_plan, &[args.model.model.as_path()])?;

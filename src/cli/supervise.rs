@@ -10,10 +10,11 @@ use std::time::{Duration, Instant};
 
 use meliora::supervise::{Failure, Supervisor, TimeLimit, lock, memory, spawn};
 use meliora_base::error::Error;
+use meliora_report::sweep::Outcome;
 use meliora_report::{Failure as Failed, FailureKind, Report};
 
 use super::exit::Status;
-use super::options::ShownArgs;
+use super::options::{Form, ShownArgs};
 use super::progress::TerminalSink;
 use super::{advice, signals, terminal, watch};
 
@@ -144,20 +145,17 @@ fn try_lock<R>(report: &Mutex<R>) -> Option<MutexGuard<'_, R>> {
 }
 
 fn show(report: &impl Report, shown: &ShownArgs) -> Result<(), Error> {
-    if shown.csv {
-        Ok(())
-    } else if shown.json {
-        terminal::print_json(report)
-    } else {
-        terminal::print_report(report, terminal::stdout_style())
+    match shown.form() {
+        _ if shown.csv => Ok(()),
+        Form::Text => terminal::print_report(report, terminal::stdout_style()),
+        Form::Json => terminal::print_json(report),
+        Form::Instance => terminal::print_json(&Outcome { report, row: report.row() }),
     }
 }
 
 fn internal(message: &str, shown: &ShownArgs) -> Result<Status, Error> {
     terminal::show_internal(message);
-    if shown.json {
-        terminal::print_json(&Failed::new(FailureKind::Internal, message))?;
-    }
+    terminal::print_failure(&Failed::new(FailureKind::Internal, message), shown.form())?;
     Ok(Status::Internal)
 }
 

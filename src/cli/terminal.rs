@@ -6,12 +6,13 @@ use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 use meliora_base::error::{Diagnostic, Error, Limit, render};
 use meliora_base::{escape, json};
+use meliora_report::sweep::Outcome;
 use meliora_report::{Failure, FailureKind, Report, Style};
 use serde::Serialize;
 
 use super::advice;
 use super::exit::Status;
-use super::options::Color;
+use super::options::{Color, Form};
 
 /// The value of `--color`, for messages after the options are out of reach.
 static COLOR: AtomicU8 = AtomicU8::new(0);
@@ -126,6 +127,18 @@ pub(super) fn print_json(value: &impl Serialize) -> Result<(), Error> {
     })
 }
 
+/// Writes an error in JSON, if results have that form.
+///
+/// # Errors
+/// The errors of [`print`].
+pub(super) fn print_failure(failure: &Failure, form: Form) -> Result<(), Error> {
+    match form {
+        Form::Text => Ok(()),
+        Form::Json => print_json(failure),
+        Form::Instance => print_json(&Outcome::failed(failure)),
+    }
+}
+
 /// Writes a line to stderr and ignores errors.
 pub(super) fn message(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", stderr_style().finished(text));
@@ -176,7 +189,7 @@ fn one_line(text: &str) -> String {
 }
 
 /// Shows the messages of clap: help and version on stdout, usage errors on stderr.
-pub(super) fn show_clap(error: &clap::Error, json: bool) -> Status {
+pub(super) fn show_clap(error: &clap::Error, form: Form) -> Status {
     if !error.use_stderr() {
         return match error.print() {
             Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Status::Limit,
@@ -189,11 +202,8 @@ pub(super) fn show_clap(error: &clap::Error, json: bool) -> Status {
         Cow::Borrowed(_) => drop(error.print()),
         Cow::Owned(text) => message(text.trim_end()),
     }
-    if json {
-        let failure = Failure::new(FailureKind::Usage, one_line(&text));
-        if print_json(&failure).is_err() {
-            return Status::Limit;
-        }
+    match print_failure(&Failure::new(FailureKind::Usage, one_line(&text)), form) {
+        Ok(()) => Status::Usage,
+        Err(_) => Status::Limit,
     }
-    Status::Usage
 }

@@ -9,13 +9,14 @@ use super::cycle::Cycle;
 use super::envelope::{Envelope, Findings, Phase};
 use super::number::grouped;
 use super::players::{self, PlayerSummary};
+use super::sweep::{Column, Place};
 use super::text::{self, Grid};
 use super::{Header, Style, ranks, unsafe_start};
 use meliora_base::error::Result;
 use meliora_engine::{Engine, Storage};
 use meliora_model::Program;
 use meliora_model::preference::{Empty, History};
-use meliora_planning::result::{ClassCount, LevelCounts, Plan, Prospects};
+use meliora_planning::result::{ClassCount, LevelCounts, ModelCounts, Plan, Prospects};
 use meliora_planning::{Analysis, AnalysisResult, Rank};
 
 /// The results of `check`, in the order of the JSON fields.
@@ -33,6 +34,9 @@ pub struct CheckFindings {
     /// The cycles behind unbounded ranks of these states, for texts; empty if they were not asked for.
     #[serde(skip)]
     pub cycles: Vec<Option<Cycle>>,
+    /// The largest level to compute, for the columns of a sweep; 0 without a limit.
+    #[serde(skip)]
+    pub levels: usize,
 }
 
 /// The report with times and memory.
@@ -75,6 +79,37 @@ impl CheckReport {
     }
 }
 
+/// Maximum number of levels with a column. The header of a sweep does not depend on the results, so
+/// that the files of several sweeps fit together.
+const LEVELS: usize = 16;
+
+impl CheckFindings {
+    /// Returns the columns of the levels of one kind.
+    fn level_columns(&self, kind: &str, of: fn(&AnalysisResult) -> &LevelCounts) -> Vec<Column<Self>> {
+        let levels = if self.levels == 0 { LEVELS } else { self.levels.min(LEVELS) };
+        let level = |k: usize| {
+            let cell = move |r: &CheckReport| of(&r.result).levels.get(k - 1).map(ToString::to_string);
+            let column = Column::new(format!("{kind}_{k}"), cell);
+            match k {
+                1 => column.at(Place::Room(5)).plotted(),
+                2 => column.at(Place::Room(3)),
+                // A terminal has no room for more.
+                _ => column.at(Place::File),
+            }
+        };
+        let unbounded = move |r: &CheckReport| of(&r.result).unbounded().map(|count| count.to_string());
+        let found = move |r: &CheckReport| {
+            let levels = of(&r.result);
+            levels.is_begun().then(|| levels.levels.len().to_string())
+        };
+        let last = [
+            Column::new(format!("{kind}_unbounded"), unbounded).at(Place::Room(4)),
+            Column::new(format!("{kind}_levels"), found),
+        ];
+        (1..=levels).map(level).chain(last).collect()
+    }
+}
+
 impl Findings for CheckFindings {
     const SCHEMA: &str = "meliora.check/1";
     const HEADER: (&[&str], &[&str]) =
@@ -87,6 +122,27 @@ impl Findings for CheckFindings {
         Phase::new("sasi", "Levels of SASI").labelled("SASI"),
         Phase::new("spi", "Levels of SPI").labelled("SPI"),
     ];
+
+    fn counts(&self) -> Option<&ModelCounts> {
+        self.result.counts.as_ref()
+    }
+
+    fn columns(&self) -> Vec<Column<Self>> {
+        let rank = |name: &str, of: fn(&Prospects) -> Option<&Plan>| {
+            let cell = move |r: &CheckReport| {
+                Some(match of(r.initial.first()?)?.rank {
+                    Rank::Finite(k) | Rank::AtLeast(k) => k.to_string(),
+                    Rank::Unbounded => "unbounded".to_owned(),
+                })
+            };
+            Column::new(name, cell).wide("unbounded").plotted()
+        };
+        let mut columns = self.level_columns("sasi", |result| &result.sasi);
+        columns.extend(self.level_columns("spi", |result| &result.spi));
+        columns.push(rank("sasi_rank", |initial| initial.sasi.as_ref()));
+        columns.push(rank("spi_rank", |initial| initial.spi.as_ref()));
+        columns
+    }
 
     fn body(report: &CheckReport, style: Style) -> String {
         let escape = report.initial.iter().find_map(|initial| initial.escape.as_ref());

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::check::CheckFindings;
 use super::envelope::{Envelope, Findings, Times};
 use super::number::grouped;
+use super::sweep::{Column, Place};
 use super::text::{self, Grid};
 use super::{Number, Style};
 use meliora_engine::Storage;
@@ -110,6 +111,27 @@ impl Findings for CompareFindings {
 
     fn is_no(&self) -> bool {
         self.equal == Some(false)
+    }
+
+    fn counts(&self) -> Option<&ModelCounts> {
+        self.counts.as_ref()
+    }
+
+    fn columns(&self) -> Vec<Column<Self>> {
+        let seconds = |storage: Storage| {
+            let cell = move |r: &CompareReport| {
+                let own = r.engines.iter().find(|own| own.engine == storage.name())?;
+                Some(own.time.total.to_string())
+            };
+            Column::new(format!("seconds_{}", storage.name()), cell).plotted()
+        };
+        vec![
+            Column::new("equal", |r: &CompareReport| r.equal.map(|equal| equal.to_string())).verdict(),
+            seconds(Storage::Symbolic),
+            seconds(Storage::Explicit).at(Place::Room(7)),
+            Column::new("prefer", |r: &CompareReport| Some(r.prefer.as_ref()?.engine.to_owned()))
+                .wide("symbolic"),
+        ]
     }
 
     fn body(report: &CompareReport, style: Style) -> String {

@@ -9,7 +9,9 @@ use serde_json::{Map, Value as Json, json};
 use super::header::Header;
 use super::report::{Failure, MemoryUse, Report};
 use super::style::Style;
+use super::sweep::{Column, Row};
 use super::text;
+use meliora_planning::result::ModelCounts;
 
 /// The results of a command.
 pub trait Findings: Serialize + JsonSchema + Sized {
@@ -31,6 +33,21 @@ pub trait Findings: Serialize + JsonSchema + Sized {
     /// Renders the whole report as text.
     fn text(report: &Envelope<Self>, style: Style) -> String {
         report.full_text(style)
+    }
+
+    /// Returns the sizes of the model for a sweep.
+    fn counts(&self) -> Option<&ModelCounts> {
+        None
+    }
+
+    /// Returns the columns of a sweep in addition to those of all commands, for these settings.
+    fn columns(&self) -> Vec<Column<Self>> {
+        Vec::new()
+    }
+
+    /// Returns the answers to properties for a sweep, each with the reason if there is none.
+    fn answers(&self) -> Vec<(String, Option<String>)> {
+        Vec::new()
     }
 
     /// Returns whether the question was a yes/no question and the answer is no.
@@ -247,6 +264,10 @@ impl<F: Findings> Report for Envelope<F> {
 
     fn text(&self, style: Style) -> String {
         style.finished(&F::text(self, style))
+    }
+
+    fn row(&self) -> Row {
+        self.row_of_sweep()
     }
 
     fn is_no(&self) -> bool {

@@ -105,6 +105,27 @@ impl PropertyAnswer {
         self.holds.is_none() && self.value.is_none() && self.front.is_none() && self.reason.is_none()
     }
 
+    /// Returns the cell of a sweep: a verdict, the bounds of a value, a front, or why there is none. It is empty
+    /// if a limit or an error came first.
+    pub(super) fn cell(&self) -> String {
+        match (self.holds, &self.value, &self.front) {
+            (Some(holds), ..) => holds.to_string(),
+            (_, Some(Some(Bound { lower, upper, .. })), _) if lower == upper => lower.to_string(),
+            (_, Some(Some(Bound { lower, upper, .. })), _) => format!("{lower}..{upper}"),
+            (_, _, Some(_)) => self.text(),
+            (_, Some(None), _) if self.reason.is_some() => "no value".to_owned(),
+            _ if self.reason.is_some() => "not answered".to_owned(),
+            _ => String::new(),
+        }
+    }
+
+    /// Says why there is no answer, or no value; `None` if there are both.
+    pub(super) fn note(&self) -> Option<String> {
+        let reason = self.reason.as_ref()?;
+        let text = self.property.split_whitespace().collect::<Vec<_>>().join(" ");
+        Some(format!("no answer to {text}: {reason}"))
+    }
+
     /// Formats the answer: the verdict, the value, or both.
     pub(super) fn text(&self) -> String {
         let holds = self.holds.map(|holds| if holds { "holds" } else { "does not hold" }.to_owned());

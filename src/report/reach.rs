@@ -10,6 +10,7 @@ use super::envelope::{Envelope, Findings, Phase};
 use super::export::WrittenRegions;
 use super::fields::is_nullable;
 use super::properties::{self, PropertyAnswer, Sizes, shown};
+use super::sweep::{Column, Place};
 use super::text::Grid;
 use super::{Number, Style, unsafe_start};
 use meliora_engine::regions::Regions;
@@ -162,6 +163,31 @@ impl Findings for ReachFindings {
 
     fn is_no(&self) -> bool {
         self.properties.iter().any(|p| p.holds == Some(false))
+    }
+
+    fn counts(&self) -> Option<&ModelCounts> {
+        self.counts.as_ref()
+    }
+
+    fn columns(&self) -> Vec<Column<Self>> {
+        let of = |of: fn(&OneQuestion) -> &Option<Number>| {
+            move |r: &ReachReport| of(r.one.as_ref()?).as_ref().map(ToString::to_string)
+        };
+        let region = |name: &'static str, size| Column::new(name, of(size)).yielding();
+        if self.one.is_none() {
+            return Vec::new();
+        }
+        vec![
+            region("target", |one| &one.target).at(Place::Room(6)),
+            region("pmax_one", |one| &one.sizes.pmax_one).plotted(),
+            region("pmax_positive", |one| &one.sizes.pmax_positive).plotted(),
+            region("pmin_one", |one| &one.sizes.pmin_one).plotted(),
+            region("pmin_positive", |one| &one.sizes.pmin_positive).plotted(),
+        ]
+    }
+
+    fn answers(&self) -> Vec<(String, Option<String>)> {
+        self.properties.iter().map(|property| (property.cell(), property.note())).collect()
     }
 
     fn is_unread(&self) -> bool {

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::style::Style;
+use super::sweep::Row;
 use meliora_base::error::{Error, Limit};
 
 /// The result of a command as plain data.
@@ -23,6 +24,11 @@ pub trait Report: Serialize {
     /// The output cannot be written.
     fn write(&self, style: Style, out: &mut dyn io::Write) -> io::Result<()> {
         out.write_all(self.text(style).as_bytes())
+    }
+
+    /// Returns the row of a sweep; empty for commands without sweeps.
+    fn row(&self) -> Row {
+        Row::default()
     }
 
     /// Returns whether the question was a yes/no question and the answer is no.

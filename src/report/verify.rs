@@ -61,7 +61,7 @@ impl VerifyReport {
             None => verdict.is_accepted().then_some(true),
         };
         self.violation = verdict.violation.as_ref().map(|v| Violated {
-            condition: v.condition.clone(),
+            condition: v.condition.to_string(),
             state: v.state.as_ref().map(|s| Valuation::of(program, s)),
         });
     }

@@ -1,7 +1,8 @@
 //! Sweeps: one run per combination of values of constants, one row per instance.
 //!
 //! Each instance is a process of its own: the same command line with `--instance` appended. A
-//! limit, an error or the memory of one instance does not affect the others.
+//! limit, an error or the memory of one instance does not affect the others. The process hands over its
+//! report and, made from the same type, the row of the table.
 
 mod file;
 mod json;
@@ -20,7 +21,7 @@ use std::time::Duration;
 
 use clap::Args;
 use meliora_base::error::{Error, Limit};
-use meliora_report::sweep::Instance as Finished;
+use meliora_report::sweep::{Instance as Finished, Row};
 use serde_json::{Map, Value as Json};
 
 use super::exit::Status;
@@ -116,8 +117,8 @@ struct Sweep {
     told: BTreeSet<String>,
 }
 
-/// The ways in which instances have ended, with the kinds of their errors as far as they are known.
-type Kinds = BTreeSet<(Ended, Option<String>)>;
+/// The ways in which instances have ended, with the exit statuses of their processes as far as they are known.
+type Kinds = BTreeSet<(Ended, Option<i32>)>;
 
 /// The instances that have ended, those of which the file had the rows not counted.
 struct Ends {
@@ -135,10 +136,8 @@ impl Sweep {
         let mut sweep =
             Sweep { ranges: ranges.into(), kind, count, skipped, known, file: None, plot, jobs, told };
         if let Some(path) = &args.csv {
-            let row = sweep.kind.row(&Json::Null, Ended::Done);
-            let names = sweep.ranges.iter().map(|r| r.name.as_str());
-            let mut file =
-                CsvFile::new(path, inputs, names.chain(row.columns()).map(str::to_owned).collect())?;
+            let names = sweep.ranges.iter().map(|r| r.name.as_str()).chain(sweep.kind.columns());
+            let mut file = CsvFile::new(path, inputs, names.map(str::to_owned).collect())?;
             match args.resume {
                 true => sweep.resume(&mut file)?,
                 false => file.open()?,
@@ -178,15 +177,10 @@ impl Sweep {
     }
 
     /// Says why properties have no answer: the cells of a row are too narrow for that.
-    fn tell_unanswered(&mut self, report: &Json) {
-        for property in report["properties"].as_array().into_iter().flatten() {
-            let Some(reason) = property["reason"].as_str() else { continue };
-            let text = property["property"].as_str().unwrap_or_default();
-            let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-            let note = format!("note: no answer to {text}: {reason}");
-            if !self.told.contains(&note) {
-                terminal::message(&note);
-                self.told.insert(note);
+    fn tell_unanswered(&mut self, row: &Row) {
+        for note in &row.notes {
+            if self.told.insert(note.clone()) {
+                terminal::message(&format!("note: {note}"));
             }
         }
     }
@@ -235,13 +229,13 @@ impl Sweep {
         while ends.count < left {
             match outcomes.recv_timeout(TICK) {
                 Ok(Outcome { ended: None, .. }) => break,
-                Ok(Outcome { instance, report, ended: Some(ended) }) => {
-                    self.note(instance.position, &report, ended, table)?;
+                Ok(Outcome { instance, report, row, ended: Some(ended), code }) => {
+                    self.note(instance.position, &row, ended, table)?;
                     if !shown.quiet && !shown.json {
-                        self.tell_unanswered(&report);
+                        self.tell_unanswered(&row);
                     }
                     ends.count += 1;
-                    ends.kinds.insert((ended, report["kind"].as_str().map(str::to_owned)));
+                    ends.kinds.insert((ended, code));
                     let only_prints =
                         self.file.as_ref().is_none_or(CsvFile::is_stdout) && self.plot.is_none();
                     if only_prints && terminal::is_closed() {
@@ -280,37 +274,30 @@ impl Sweep {
     }
 
     /// Writes a row to the file, and shows it in the table.
-    fn note(
-        &mut self,
-        position: usize,
-        report: &Json,
-        ended: Ended,
-        table: Option<&Table>,
-    ) -> Result<(), Error> {
-        let row = self.kind.row(report, ended);
+    fn note(&mut self, position: usize, row: &Row, ended: Ended, table: Option<&Table>) -> Result<(), Error> {
+        let cells = self.kind.cells(row, ended);
         if let Some(table) = table {
-            let mut text = table.line(&constants(&self.ranges, position), &row) + "\n";
-            if let Some(message) = row::failure(report) {
-                text += &format!("  {message}\n");
+            let mut text = table.line(&constants(&self.ranges, position), &cells) + "\n";
+            if let Some(problem) = &row.problem {
+                text += &format!("  {problem}\n");
             }
             terminal::print(&text)?;
         }
-        if let Some(plot) = &mut self.plot {
-            plot.rows.insert(position, row.cells().map(str::to_owned).collect());
-        }
         if let Some(file) = &mut self.file {
             let values = ranges::instance(&self.ranges, position).into_iter();
-            file.add(position, values.chain(row.cells()))?;
+            file.add(position, values.chain(cells.iter().map(String::as_str)))?;
+        }
+        if let Some(plot) = &mut self.plot {
+            plot.rows.insert(position, cells);
         }
         Ok(())
     }
 
     fn table(&self) -> Table {
-        let row = self.kind.row(&Json::Null, Ended::Done);
         let longest = |r: &Range| r.values.iter().map(|v| v.chars().count()).max().unwrap_or(0);
         let constants =
             self.ranges.iter().map(|r| r.name.chars().count() + "=,".len() + longest(r)).sum::<usize>();
-        Table::new(&row, constants.saturating_sub(1), terminal::stdout_style().width)
+        Table::new(&self.kind, constants.saturating_sub(1), terminal::stdout_style().width)
     }
 
     fn finished(&self, position: usize, result: Json, ended: Ended) -> Finished {
@@ -322,7 +309,7 @@ impl Sweep {
     fn runs(&self) -> Result<Runs, Error> {
         let varying = self.ranges.iter().filter(|r| r.varies);
         let ranges = varying.map(|r| (r.name.clone(), r.values.iter().map(|v| value(v)).collect())).collect();
-        Runs::begin((&self.kind).into(), ranges)
+        Runs::begin(self.kind.command, ranges)
     }
 }
 
@@ -347,16 +334,16 @@ fn value(text: &str) -> Json {
 /// it decides the status.
 fn status(ends: &Kinds) -> Status {
     let ended = |wanted: Ended| ends.iter().any(|(e, _)| *e == wanted);
-    let failed = |wanted: &str| ends.iter().any(|(_, kind)| kind.as_deref() == Some(wanted));
+    let failed = |wanted: Status| ends.iter().any(|(_, code)| *code == Some(wanted.code().into()));
     if ended(Ended::No) {
         Status::No
     } else if ended(Ended::Done) || ends.is_empty() {
         Status::Done
     } else if ended(Ended::Limit) {
         Status::Limit
-    } else if failed("usage") {
+    } else if failed(Status::Usage) {
         Status::Usage
-    } else if failed("internal") {
+    } else if failed(Status::Internal) {
         Status::Internal
     } else {
         // An error in the input, or a report of properties none of which could be read.

@@ -8,7 +8,7 @@ use meliora_report::plot::{Curve, Panel, Plot, Point};
 
 use super::super::files::Target;
 use super::ranges::{Range, instance};
-use super::row::{Ended, Job};
+use super::row::Job;
 
 /// The file of a plot, and the rows that it will show.
 pub(super) struct Plotted {
@@ -46,8 +46,7 @@ impl Plotted {
 
     fn plot(&self, ranges: &[Range], kind: &Job) -> Plot {
         let curves = self.curves(ranges);
-        let row = kind.row(&serde_json::Value::Null, Ended::Done);
-        let titles: Vec<&str> = row.columns().collect();
+        let titles: Vec<&str> = kind.columns().collect();
         let curve = |found: &Found<'_>, column: usize| Curve {
             name: found.name.clone(),
             points: found.rows.iter().filter_map(|(at, cells)| point(*at, &cells[column])).collect(),

@@ -1,4 +1,10 @@
 //! Instances as processes, so that an instance that fails does not end the others.
+//!
+//! The limit of an instance is the size of its process. The engines bound their own tables, but not what is
+//! read, grounded, solved and written, which only the size of a process covers; instances that run at the
+//! same time in one process could not be told apart. Work that does not ask whether to stop is left behind
+//! on its thread, and only the end of a process returns its memory. A row also has the largest size of its
+//! process.
 
 use std::ffi::OsString;
 use std::io::Read;
@@ -8,8 +14,9 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::sync::{Arc, Mutex};
 
 use meliora::supervise::lock;
+use meliora_report::sweep::{Outcome as FromProcess, Row};
 use meliora_report::{Failure, FailureKind};
-use serde_json::{Map, Value as Json};
+use serde_json::Value as Json;
 
 use super::row::Ended;
 
@@ -26,8 +33,12 @@ pub(crate) struct Outcome {
     pub(crate) instance: Instance,
     /// The report or the error.
     pub(crate) report: Json,
+    /// Its row.
+    pub(crate) row: Row,
     /// The end of the instance; `None` if it was interrupted.
     pub(crate) ended: Option<Ended>,
+    /// The exit status of its process; `None` if a signal ended it.
+    pub(crate) code: Option<i32>,
 }
 
 /// The running processes, and the request to stop.
@@ -73,11 +84,11 @@ impl Pool {
     }
 
     fn one(&self, instance: Instance, arguments: &[OsString]) -> Outcome {
-        let (read, status) = match self.output(instance.index, arguments) {
-            Ok((text, status)) => (report(&text), status),
+        let (read, code) = match self.output(instance.index, arguments) {
+            Ok((text, code)) => (read(&text), code),
             Err(e) => (Err(format!("the process could not be run: {e}")), None),
         };
-        let ended = match status {
+        let ended = match code {
             Some(130) => None,
             None if self.is_stopped() => None,
             Some(0) if read.is_ok() => Some(Ended::Done),
@@ -85,10 +96,12 @@ impl Pool {
             Some(4) => Some(Ended::Limit),
             _ => Some(Ended::Error),
         };
-        let report = read.unwrap_or_else(|message| {
-            serde_json::to_value(Failure::new(FailureKind::Internal, message)).unwrap_or_default()
+        let FromProcess { report, row } = read.unwrap_or_else(|message| {
+            let failure = Failure::new(FailureKind::Internal, message);
+            let FromProcess { report, row } = FromProcess::failed(&failure);
+            FromProcess { report: serde_json::to_value(report).unwrap_or_default(), row }
         });
-        Outcome { instance, report, ended }
+        Outcome { instance, report, row, ended, code }
     }
 
     /// Runs a process. Returns its output and its exit status.
@@ -114,10 +127,9 @@ impl Pool {
     }
 }
 
-/// Reads the report of an instance.
-fn report(text: &str) -> Result<Json, String> {
-    let report = serde_json::from_str::<Map<String, Json>>(text);
-    report.map(Json::Object).map_err(|e| format!("the process ended without a report ({e})"))
+/// Reads what the process of an instance has printed.
+fn read(text: &str) -> Result<FromProcess<Json>, String> {
+    serde_json::from_str(text).map_err(|e| format!("the process ended without a report ({e})"))
 }
 
 #[cfg(test)]
@@ -150,6 +162,7 @@ mod tests {
         let outcome = Pool::default().one(Instance { index: 0, position: 0 }, &["--help".into()]);
         assert_eq!(outcome.ended, Some(Ended::Error));
         assert_eq!(outcome.report["kind"], "internal");
+        assert!(outcome.row.problem.is_some_and(|problem| problem.contains("without a report")));
         let keys: Vec<&str> = outcome.report.as_object().unwrap().keys().map(String::as_str).collect();
         assert_eq!(keys, ["schema", "kind", "message", "file", "line", "column"]);
     }

@@ -2,29 +2,15 @@
 
 use meliora_base::decimal::rounded;
 
-use super::row::{REGIONS, Row};
+use meliora_report::sweep::{Heading, Place};
+
+use super::row::Job;
 
 /// The width of the table if standard output is not a terminal.
 const WIDTH: usize = 100;
 
 /// Maximum number of characters of a title in the heading; longer ones are listed above the table.
 const TITLE: usize = 24;
-
-/// The columns that are left out until the others fit, the least important first.
-const OPTIONAL: [&str; 12] = [
-    "choices",
-    "peak_rss_bytes",
-    "peak_nodes",
-    "transitions",
-    "sasi_2",
-    "spi_2",
-    "sasi_unbounded",
-    "spi_unbounded",
-    "sasi_1",
-    "spi_1",
-    "target",
-    "seconds_explicit",
-];
 
 /// The columns of a table.
 pub(crate) struct Table {
@@ -38,49 +24,46 @@ pub(crate) struct Table {
 struct Column {
     /// The position in the row.
     position: usize,
-    /// The name; `None` for the answer to a property, which has no fixed one.
-    name: Option<String>,
+    place: Place,
+    is_answer: bool,
     /// The two lines of the heading.
     heading: [String; 2],
     width: usize,
 }
 
 impl Column {
-    fn new(position: usize, name: Option<&str>, heading: [&str; 2]) -> Self {
+    fn new(position: usize, of: &Heading, heading: [&str; 2], is_answer: bool) -> Self {
         let words = heading.iter().map(|word| word.chars().count());
-        let width = words.fold(name.map_or(USUAL, usual).len(), usize::max);
-        Column { position, name: name.map(str::to_owned), heading: heading.map(str::to_owned), width }
+        let width = words.fold(of.width, usize::max);
+        Column { position, place: of.place, is_answer, heading: heading.map(str::to_owned), width }
     }
 }
 
 impl Table {
     /// Selects columns of a row for a terminal of this width.
-    pub(crate) fn new(row: &Row, constants: usize, width: Option<u16>) -> Self {
+    pub(crate) fn new(job: &Job, constants: usize, width: Option<u16>) -> Self {
         let constants = constants.max("constants".len());
         let room = width.map_or(WIDTH, usize::from);
         let (mut columns, mut titles) = (Vec::new(), Vec::new());
-        let answers = row.answers();
-        for (position, name) in row.columns().enumerate() {
-            if !answers.contains(&position) {
-                // Levels above the second have too many columns for any terminal.
-                let is_shown = !is_level(name) || OPTIONAL.contains(&name);
-                if is_shown && (answers.is_empty() || !REGIONS.contains(&name)) {
-                    let (first, second) = name.split_once('_').unwrap_or(("", name));
-                    columns.push(Column::new(position, Some(name), [first, second]));
+        for (position, heading) in job.headings.iter().enumerate() {
+            let name = heading.name.as_str();
+            if job.answers.contains(&position) {
+                if name.chars().count() > TITLE {
+                    let number = (position - job.answers.start + 1).to_string();
+                    titles.push(format!("property {number}: {name}"));
+                    columns.push(Column::new(position, heading, ["property", &number], true));
+                } else {
+                    columns.push(Column::new(position, heading, ["", name], true));
                 }
-            } else if name.chars().count() > TITLE {
-                let number = (position - answers.start + 1).to_string();
-                titles.push(format!("property {number}: {name}"));
-                columns.push(Column::new(position, None, ["property", &number]));
-            } else {
-                columns.push(Column::new(position, None, ["", name]));
+            } else if heading.place != Place::File && !job.does_without(heading) {
+                let (first, second) = name.split_once('_').unwrap_or(("", name));
+                columns.push(Column::new(position, heading, [first, second], false));
             }
         }
-        for name in OPTIONAL {
-            let used: usize = columns.iter().map(|column| column.width + 2).sum();
-            if constants + used > room || OPTIONAL[..2].contains(&name) {
-                columns.retain(|column| column.name.as_deref() != Some(name));
-            }
+        while constants + columns.iter().map(|column| column.width + 2).sum::<usize>() > room
+            && let Some(least) = least(&columns)
+        {
+            columns.remove(least);
         }
         Table { constants, columns, titles }
     }
@@ -95,11 +78,13 @@ impl Table {
     }
 
     /// Returns the line of a row.
-    pub(crate) fn line(&self, constants: &str, row: &Row) -> String {
-        let answers = row.answers();
-        let show = |(position, cell)| if answers.contains(&position) { answered(cell) } else { brief(cell) };
-        let cells: Vec<String> = row.cells().enumerate().map(show).collect();
-        self.join(constants, self.columns.iter().map(|column| cells[column.position].as_str()))
+    pub(crate) fn line(&self, constants: &str, cells: &[String]) -> String {
+        let show = |column: &Column| {
+            let cell = &cells[column.position];
+            if column.is_answer { answered(cell) } else { brief(cell) }
+        };
+        let cells: Vec<String> = self.columns.iter().map(show).collect();
+        self.join(constants, cells.iter().map(String::as_str))
     }
 
     fn join<'c>(&self, first: &str, cells: impl Iterator<Item = &'c str>) -> String {
@@ -111,21 +96,14 @@ impl Table {
     }
 }
 
-/// A usual value; a column has at least its width.
-const USUAL: &str = "1000000";
-
-/// Returns a usual value of a column.
-fn usual(name: &str) -> &'static str {
-    match name {
-        "sasi_rank" | "spi_rank" => "unbounded",
-        "prefer" => "symbolic",
-        _ => USUAL,
-    }
-}
-
-/// Returns whether a column is a level, such as `sasi_1`.
-fn is_level(name: &str) -> bool {
-    name.rsplit_once('_').is_some_and(|(_, k)| k.parse::<usize>().is_ok())
+/// Returns the position of the column that is left out first; `None` if all are always shown.
+fn least(columns: &[Column]) -> Option<usize> {
+    let importance = |column: &Column| match column.place {
+        Place::Room(importance) => Some(importance),
+        _ => None,
+    };
+    let ranked = columns.iter().enumerate().filter_map(|(at, column)| Some((importance(column)?, at)));
+    ranked.min().map(|(_, at)| at)
 }
 
 /// Formats seconds with three decimals.
@@ -148,34 +126,41 @@ fn answered(cell: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use serde_json::Value as Json;
+    use meliora_report::reach::OneQuestion;
+    use meliora_report::sweep::Row;
+    use meliora_report::{CheckReport, CompareReport, Header, ReachReport};
 
-    use super::super::row::{Ended, Job};
+    use super::super::row::Ended;
     use super::*;
 
     #[test]
     fn the_table_fits_a_terminal_of_80_columns_and_shows_more_in_a_wider_one() {
-        let reach = Job::Reach { regions: true, properties: Vec::new() };
-        for job in [Job::check(None), reach, Job::Compare] {
-            let row = job.row(&Json::Null, Ended::Done);
-            let line = |width| Table::new(&row, 5, Some(width)).heading()[1].clone();
-            assert!(line(80).len() <= 80, "{job:?}: {}", line(80));
-            assert!(line(80).len() < line(200).len(), "{job:?}: {}", line(200));
+        let header = || Header::of_model("m");
+        let mut reach = ReachReport::new(header());
+        reach.one = Some(OneQuestion::default());
+        for job in [
+            Job::new("check", &CheckReport::new(header()), &[]),
+            Job::new("reach", &reach, &[]),
+            Job::new("compare", &CompareReport::new(header()), &[]),
+        ] {
+            let line = |width| Table::new(&job, 5, Some(width)).heading()[1].clone();
+            assert!(line(80).len() <= 80, "{}: {}", job.command, line(80));
+            assert!(line(80).len() < line(200).len(), "{}: {}", job.command, line(200));
         }
     }
+
     #[test]
     fn long_properties_are_listed_above_and_answers_are_short() {
         let long = "Pmax=? [ F \"the end of all\" ]".to_owned();
-        let job = Job::Reach { regions: false, properties: vec!["sure".to_owned(), long.clone()] };
-        let report = serde_json::json!({"properties": [
-            {"holds": true}, {"holds": null, "value": {"lower": 0.333_333_331, "upper": 0.333_333_332}}
-        ]});
-        let row = job.row(&report, Ended::Done);
-        let table = Table::new(&row, 5, Some(100));
+        let reach = ReachReport::new(Header::of_model("m"));
+        let job = Job::new("reach", &reach, &["sure".to_owned(), long.clone()]);
+        let answers = ["true", "0.333333331..0.333333332"].map(str::to_owned).to_vec();
+        let cells = job.cells(&Row { answers, ..Row::default() }, Ended::Done);
+        let table = Table::new(&job, 5, Some(100));
         let heading = table.heading();
         assert_eq!(heading[0], format!("property 2: {long}"));
         assert!(heading[1].contains("property") && heading[2].contains("sure"), "{heading:?}");
-        let line = table.line("N=1", &row);
+        let line = table.line("N=1", &cells);
         assert!(line.contains("true") && line.contains("  0.333333  "), "{line}");
     }
 
