@@ -136,7 +136,9 @@ pub use meliora_quantities::{Achiever, Choose, Chooser, ValuedRule};
 /// The check of a dump, from [`meliora_certify`].
 pub mod certify {
     #[doc(inline)]
-    pub use meliora_certify::{Checked, Hashes, INFORMATIVE, Verdict, Violation, pictures, read, verify};
+    pub use meliora_certify::{
+        Checked, Condition, Hashes, INFORMATIVE, Verdict, Violation, pictures, read, verify,
+    };
 }
 
 /// The format of dumps, from [`meliora_dump`].

@@ -202,7 +202,7 @@ pub(crate) fn verify(
         accepted: verdict.is_accepted(),
         checked: PyTuple::new(py, verdict.checked.iter().map(|checked| checked.region.as_str()))?.unbind(),
         uncertified: PyTuple::new(py, &verdict.uncertified)?.unbind(),
-        violation: verdict.violation.map(|violation| violation.condition),
+        violation: verdict.violation.map(|violation| violation.condition.to_string()),
         state: state.map(Bound::unbind),
     })
 }

@@ -1,6 +1,7 @@
 //! The arenas of the checker: kept choices, goal edges, dropped edges.
 
 use super::checker::Checker;
+use super::condition::Condition;
 use super::error::CheckResult;
 use super::outcomes::Class;
 use super::safe::Avoided;
@@ -101,8 +102,7 @@ fn without_bad_states(checker: &mut Checker<'_>, c: ChoiceSet) -> CheckResult<Ch
     let own = engine.choices_in(&engine.all_choices(), &theirs)?;
     let weakening = engine.sources(&engine.difference(&own, &c)?)?;
     let leading = engine.union(&weakening, &engine.sources(&engine.pre(&own, &bad)?)?)?;
-    let condition =
-        || format!("each state in which the opponent can weaken, or step into `{name}`, is in it");
+    let condition = || Condition::BadStates { region: name.clone() };
     checker.subset(&leading, &bad, condition)?;
     checker.layers(name, &bad, &weakening, |layer| {
         let own = engine.choices_in(&own, layer.states)?;
@@ -122,9 +122,8 @@ fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> CheckResult<Vec<Arena>
     for class in sides {
         let name = RegionName::Safe(class.name.clone());
         let safe = checker.proof.states(&name)?;
-        let condition = || format!("no state of `{name}` weakens the class");
-        let quoted = format!("`{name}`");
-        let avoided = Avoided { name: &name, safe: &quoted, bad: &class.worse, does: "weakens" };
+        let condition = || Condition::NotWeakening { region: name.clone() };
+        let avoided = Avoided { name: &name, bad: &class.worse };
         let kept = avoided.check(checker, &safe, condition)?;
         let engine = &checker.engine;
         let goal = engine.intersection(&class.better, &safe)?;

@@ -18,6 +18,7 @@ use num_traits::{One, Zero};
 use super::arena::Arena;
 use super::bounds::{Entry, Table};
 use super::checker::Checker;
+use super::condition::Condition;
 use super::error::{CheckError, CheckResult};
 use meliora_base::exact::Ratio;
 use meliora_dump::bounds::{Bounds, Number};
@@ -166,7 +167,7 @@ fn costs<'e>(entry: Option<&'e Entry<'_>>, k: usize) -> Option<&'e Bounds> {
 
 impl Table<'_> {
     /// Checks the bounds of P_k; returns a condition that is violated.
-    fn probability(&self, entry: &Entry<'_>, k: usize, choices: &[Kept<'_>]) -> Option<String> {
+    fn probability(&self, entry: &Entry<'_>, k: usize, choices: &[Kept<'_>]) -> Option<Condition> {
         if k > entry.positive || k <= entry.sure && !self.shows_ones {
             return None;
         }
@@ -179,20 +180,18 @@ impl Table<'_> {
             value(choice, Side::Upper).is_some_and(|(sum, _)| at_most(sum.as_ref(), upper.as_ref()))
         };
         if !choices.iter().all(below) {
-            return Some(format!("no kept choice has more than the upper bound of P_{k}"));
+            return Some(Condition::UpperProbability { level: k });
         }
         let reaches = |choice: &Kept<'_>| {
             let found = value(choice, Side::Lower);
             found.is_some_and(|(sum, rank)| at_most(lower.as_ref(), sum.as_ref()) && rank < bounds.rank)
         };
         let holds = lower.as_ref().is_some_and(Zero::is_zero) || choices.iter().any(reaches);
-        (!holds).then(|| {
-            format!("some kept choice has at least the lower bound of P_{k}, and enters a smaller rank")
-        })
+        (!holds).then(|| Condition::LowerProbability { level: k })
     }
 
     /// Checks the bounds of C_k; returns a condition that is violated.
-    fn cost(&self, entry: &Entry<'_>, k: usize, choices: &[Kept<'_>]) -> Option<String> {
+    fn cost(&self, entry: &Entry<'_>, k: usize, choices: &[Kept<'_>]) -> Option<Condition> {
         let bounds = entry.row.costs[k - 1].as_ref()?;
         let (lower, upper) = (bounds.lower.exact(), bounds.upper.exact());
         let value = |choice: &Kept<'_>, side: Side| {
@@ -203,16 +202,14 @@ impl Table<'_> {
             value(choice, Side::Lower).is_none_or(|(sum, _)| at_most(lower.as_ref(), sum.as_ref()))
         };
         if !choices.iter().all(above) {
-            return Some(format!("no permitted choice costs less than the lower bound of C_{k}"));
+            return Some(Condition::LowerCost { level: k });
         }
         let reaches = |choice: &Kept<'_>| {
             let found = value(choice, Side::Upper);
             found.is_some_and(|(sum, rank)| at_most(sum.as_ref(), upper.as_ref()) && rank < bounds.rank)
         };
         let holds = upper.is_none() || choices.iter().any(reaches);
-        (!holds).then(|| {
-            format!("some permitted choice costs at most the upper bound of C_{k}, and enters a smaller rank")
-        })
+        (!holds).then(|| Condition::UpperCost { level: k })
     }
 
     /// Returns a bound of P_k after an edge, and its rank.

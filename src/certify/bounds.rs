@@ -12,6 +12,7 @@ use num_traits::{One, Zero};
 use super::arena::Arena;
 use super::bellman::{self, Costs};
 use super::checker::Checker;
+use super::condition::Condition;
 use super::error::{CheckError, CheckResult};
 use super::levels::{Known, Levels};
 use super::safety;
@@ -54,17 +55,17 @@ pub(super) fn check(checker: &mut Checker<'_>, arenas: &[Arena], known: &[Levels
     let (file, rows) = match (&checker.manifest.values, checker.values) {
         (None, None) => return Ok(()),
         (Some(file), Some(rows)) => (file, rows),
-        _ => return Err(CheckError::violated("the manifest names `values.csv` if it is there", None)),
+        _ => return Err(CheckError::violated(Condition::ValuesNamed, None)),
     };
     if checker.manifest.max_level.is_some_and(|max| file.levels > max) {
-        return Err(CheckError::violated("the values have no more levels than the dump", None));
+        return Err(CheckError::violated(Condition::ValueLevels, None));
     }
     let program = std::sync::Arc::clone(checker.engine.program());
     let costs = match program.reward_structure(Some(&file.reward)) {
         _ if file.reward == STEPS => Costs::Steps,
         Some(at) => Costs::Rewards(&program.rewards[at]),
         None => {
-            let condition = format!("`{}` is a reward structure of the model", file.reward.escape_debug());
+            let condition = Condition::RewardStructure { name: file.reward.clone() };
             return Err(CheckError::violated(condition, None));
         }
     };
@@ -102,19 +103,19 @@ impl<'a> Table<'a> {
         let numbers: AHashMap<String, usize> = arenas.iter().map(named).zip(0..).collect();
         for row in rows {
             let Some(&arena) = numbers.get(&row.arena) else {
-                let condition = format!("`{}` is an arena of the dump", row.arena.escape_debug());
+                let condition = Condition::ArenaOfDump { name: row.arena.clone() };
                 return Err(CheckError::violated(condition, None));
             };
-            let wrong = |condition: &str| Err(CheckError::violated(condition, Some(row.state.clone())));
+            let wrong = |condition| Err(CheckError::violated(condition, Some(row.state.clone())));
             if [row.probabilities.len(), row.costs.len()] != [levels; 2] {
-                return wrong("each row of `values.csv` has the values of all levels");
+                return wrong(Condition::AllLevels);
             }
             if !checker.engine.contains(&table.possible[arena], &row.state)? {
-                return wrong("each row of `values.csv` is about a state with P_1 > 0");
+                return wrong(Condition::PossibleRow);
             }
             let (positive, is_exact) = table.rank(checker, 1, arena, &row.state)?;
             if !is_exact {
-                return wrong(&format!("the levels say whether P_{} is 0 in each row", positive + 1));
+                return wrong(Condition::KnownZero { level: positive + 1 });
             }
             let sure = match shows_ones {
                 true => row.probabilities.iter().take_while(|p| is_one(&p.lower)).count(),
@@ -122,7 +123,7 @@ impl<'a> Table<'a> {
             };
             let number = table.entries.len();
             if table.index.insert((arena, &row.state), number).is_some() {
-                return wrong("each state has one row per arena in `values.csv`");
+                return wrong(Condition::OneRow);
             }
             table.entries.push(Entry { row, arena, positive, sure });
         }
@@ -163,9 +164,7 @@ impl<'a> Table<'a> {
             }
             let count = engine.count(&own)?;
             if count != meliora_engine::Count::from(rows) {
-                let condition = format!(
-                    "each of the {count} states with P_1 > 0 has a row in `values.csv`: {rows} have one"
-                );
+                let condition = Condition::AllRows { states: count.to_string(), rows };
                 return Err(CheckError::violated(condition, None));
             }
         }
@@ -183,8 +182,7 @@ impl<'a> Table<'a> {
             return Ok(Some(&self.entries[number]));
         }
         if checker.engine.contains(&self.possible[arena], state)? {
-            let condition = "each state with P_1 > 0 that a row depends on has a row in `values.csv`";
-            return Err(CheckError::violated(condition, Some(state.to_vec())));
+            return Err(CheckError::violated(Condition::NeededRow, Some(state.to_vec())));
         }
         Ok(None)
     }
@@ -211,27 +209,27 @@ fn is_zero(number: &Number) -> bool {
 impl Entry<'_> {
     /// Checks the row against the levels, and the order of its bounds.
     fn consistent(&self, table: &Table<'_>) -> CheckResult {
-        let wrong = |condition: String| Err(CheckError::violated(condition, Some(self.row.state.clone())));
+        let wrong = |condition| Err(CheckError::violated(condition, Some(self.row.state.clone())));
         for (k, (p, c)) in (1..).zip(self.row.probabilities.iter().zip(&self.row.costs)) {
             if k > self.positive && !(is_zero(&p.lower) && is_zero(&p.upper)) {
-                return wrong(format!("P_{k} is 0 outside of `spi:{k}`"));
+                return wrong(Condition::ZeroOutside { level: k });
             }
             if k <= self.sure && !(is_one(&p.lower) && is_one(&p.upper)) {
-                return wrong(format!("P_{k} is 1 where {k} improvements are certain"));
+                return wrong(Condition::OneInside { level: k });
             }
             if table.shows_ones && k > self.sure && is_one(&p.upper) {
-                return wrong(format!("P_{k} has bounds of 1, or an upper bound below 1"));
+                return wrong(Condition::BelowOne { level: k });
             }
             if c.is_some() != (k <= self.sure) {
-                return wrong(format!("C_{k} is given exactly where P_{k} is 1"));
+                return wrong(Condition::CostIfCertain { level: k });
             }
             for (what, bounds) in [("P", Some(p)), ("C", c.as_ref())] {
                 if bounds.is_some_and(|bounds| !is_ordered(bounds)) {
-                    return wrong(format!("the bounds of {what}_{k} are finite below and in order"));
+                    return wrong(Condition::OrderedBounds { what, level: k });
                 }
             }
             if p.upper.exact().is_none_or(|x| x > num_traits::One::one()) {
-                return wrong(format!("P_{k} is at most 1"));
+                return wrong(Condition::AtMostOne { level: k });
             }
         }
         Ok(())

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::Checked;
+use super::condition::Condition;
 use super::error::{CheckError, CheckResult};
 use super::sets::Sets;
 use super::trends::Trends;
@@ -67,14 +68,14 @@ impl<'a> Checker<'a> {
     ) -> CheckResult<Self> {
         let manifest = &dump.manifest;
         let Some(order) = Encoding::order_of(program, &manifest.encoding.order) else {
-            return Err(CheckError::violated("the order contains exactly the bits of the model", None));
+            return Err(CheckError::violated(Condition::Order, None));
         };
         let root = manifest.regions.root("reachable").filter(|r| r.kind == RootKind::States);
         let Some(all) = root.map(|r| r.node) else {
-            return Err(CheckError::violated("the dump has the region `reachable`", None));
+            return Err(CheckError::violated(Condition::HasReachable, None));
         };
         let (Some(file), Some(certificate)) = (&manifest.certificate, &dump.certificate) else {
-            return Err(CheckError::violated("the dump has a certificate", None));
+            return Err(CheckError::violated(Condition::HasCertificate, None));
         };
         let engine = SymbolicEngine::with_states(Arc::clone(program), order, settings, &dump.regions, all)?;
         let regions = Sets::load(&engine, &manifest.regions, &dump.regions)?;
@@ -99,7 +100,7 @@ impl<'a> Checker<'a> {
         &self,
         x: &StateSet,
         y: &StateSet,
-        condition: impl FnOnce() -> String,
+        condition: impl FnOnce() -> Condition,
     ) -> CheckResult {
         let bad = self.engine.difference(x, y)?;
         if self.engine.is_empty(&bad)? {
@@ -110,7 +111,7 @@ impl<'a> Checker<'a> {
     }
 
     /// Checks X = Y.
-    pub(super) fn equal(&self, x: &StateSet, y: &StateSet, condition: impl Fn() -> String) -> CheckResult {
+    pub(super) fn equal(&self, x: &StateSet, y: &StateSet, condition: impl Fn() -> Condition) -> CheckResult {
         self.subset(x, y, &condition)?;
         self.subset(y, x, &condition)
     }
@@ -120,7 +121,7 @@ impl<'a> Checker<'a> {
         &self,
         c: &ChoiceSet,
         d: &ChoiceSet,
-        condition: impl Fn() -> String,
+        condition: impl Fn() -> Condition,
     ) -> CheckResult {
         for (more, less) in [(c, d), (d, c)] {
             let bad = self.engine.sources(&self.engine.difference(more, less)?)?;
@@ -143,29 +144,32 @@ impl<'a> Checker<'a> {
         let engine = &self.engine;
         let (mut open, mut earlier) = (region.clone(), engine.no_states());
         for (j, (layer, trend)) in self.proof.sequence(|j| name.layer(j))?.iter().enumerate() {
-            self.some(layer, || format!("layer {j} of `{name}` has a state"))?;
-            let condition = || format!("layer {j} of `{name}` has further states of this region");
+            self.some(layer, || Condition::LayerNotEmpty { layer: j, region: name.clone() })?;
+            let condition = || Condition::LayerNew { layer: j, region: name.clone() };
             self.subset(layer, &open, condition)?;
             let until = engine.union(&earlier, layer)?;
             if j == 0 {
-                let condition = || format!("layer 0 of `{name}` are the states at its goal");
+                let condition = || Condition::FirstLayer { region: name.clone() };
                 self.equal(layer, &engine.intersection(start, region)?, condition)?;
                 if trend.is_some() {
-                    let condition = format!("layer 0 of `{name}` has no trend");
+                    let condition = Condition::FirstLayerTrend { region: name.clone() };
                     return Err(CheckError::violated(condition, None));
                 }
             } else {
                 let within = trend.map(|trend| self.trends.of_layer(trend)).transpose()?;
                 let found = leading(&Layer { states: layer, earlier: &earlier, until: &until, within })?;
-                let step = trend.map_or("step into an earlier layer".to_owned(), |trend| {
-                    format!("{} step into this layer or an earlier one", trend.name())
-                });
-                self.subset(layer, &found, || format!("each state in layer {j} of `{name}` has a {step}"))?;
+                let condition = || match trend {
+                    None => Condition::LayerLeads { layer: j, region: name.clone() },
+                    Some(trend) => {
+                        Condition::LayerLeadsByTrend { layer: j, region: name.clone(), trend: trend.name() }
+                    }
+                };
+                self.subset(layer, &found, condition)?;
             }
             open = engine.difference(&open, layer)?;
             earlier = until;
         }
-        let condition = || format!("each state of `{name}` is in one of its layers");
+        let condition = || Condition::InSomeLayer { region: name.clone() };
         self.subset(&open, &engine.no_states(), condition)
     }
 
@@ -200,8 +204,8 @@ impl<'a> Checker<'a> {
         let mut left = x.clone();
         for (number, (lost, trend)) in self.proof.sequence(|j| name.round(j))?.iter().enumerate() {
             let within = trend.map(|trend| self.trends.of_round(trend)).transpose()?;
-            self.some(lost, || format!("round {number} of `{name}` has a state"))?;
-            let condition = || format!("no state lost in round {number} of `{name}` was lost before");
+            self.some(lost, || Condition::RoundNotEmpty { round: number, region: name.clone() })?;
+            let condition = || Condition::RoundNew { round: number, region: name.clone() };
             self.subset(lost, &left, condition)?;
             let rest = self.engine.difference(&left, lost)?;
             check(&Round { number, lost, left: &left, rest: &rest, within })?;
@@ -211,7 +215,7 @@ impl<'a> Checker<'a> {
     }
 
     /// Checks X ≠ ∅.
-    fn some(&self, x: &StateSet, condition: impl FnOnce() -> String) -> CheckResult {
+    fn some(&self, x: &StateSet, condition: impl FnOnce() -> Condition) -> CheckResult {
         if self.engine.is_empty(x)? { Err(CheckError::violated(condition(), None)) } else { Ok(()) }
     }
 
@@ -220,18 +224,16 @@ impl<'a> Checker<'a> {
     pub(super) fn scope(&mut self) -> CheckResult {
         let engine = &self.engine;
         let all = self.regions.states(&RegionName::Reachable)?;
-        self.subset(&all, &engine.valuations(), || {
-            "each state of `reachable` has values in range".to_owned()
-        })?;
+        self.subset(&all, &engine.valuations(), || Condition::InRange)?;
         for (name, x) in self.regions.all_states().chain(self.proof.all_states()) {
-            self.subset(x, &all, || format!("each state of `{name}` is one of `reachable`"))?;
+            self.subset(x, &all, || Condition::IsReachable { name: name.clone() })?;
         }
         let initial = engine.initial_states();
         let is_proved = !self.lacks(|name| *name == RegionName::Reachable);
         if let Some(start) = engine.beginnings()? {
-            self.subset(&start, &all, || "each state in which paths start is in `reachable`".to_owned())?;
+            self.subset(&start, &all, || Condition::HasStart)?;
             let next = engine.post(&engine.all_choices())?;
-            self.subset(&next, &all, || "each successor of a state of `reachable` is in it".to_owned())?;
+            self.subset(&next, &all, || Condition::HasSuccessors)?;
             if is_proved {
                 self.layers(&RegionName::Reachable, &all, &start, |layer| {
                     let (by, from) = layer.within.map_or((engine, layer.earlier), |by| (by, layer.until));
@@ -239,14 +241,12 @@ impl<'a> Checker<'a> {
                 })?;
             }
         } else {
-            let condition = || "`reachable` contains all valuations, as the scope `all` requires".to_owned();
-            self.equal(&all, &engine.valuations(), condition)?;
+            self.equal(&all, &engine.valuations(), || Condition::AllValuations)?;
         }
-        let condition = || "`initial` are the initial states".to_owned();
-        self.equal(&self.regions.states(&RegionName::Initial)?, &initial, condition)?;
-        let condition = || "`choices` are the enabled ones".to_owned();
+        self.equal(&self.regions.states(&RegionName::Initial)?, &initial, || Condition::Initial)?;
+        let condition = || Condition::EnabledChoices;
         self.equal_choices(&self.regions.choices(&RegionName::Choices)?, &engine.all_choices(), condition)?;
-        let condition = || "`deadlock` are the states where nothing is enabled".to_owned();
+        let condition = || Condition::Deadlocks;
         self.equal(&self.regions.states(&RegionName::Deadlock)?, &engine.deadlock_states(), condition)?;
         self.checked.push(Checked {
             region: RegionName::Reachable.to_string(),
@@ -265,7 +265,7 @@ impl<'a> Checker<'a> {
         let players = program.players.iter().flat_map(|players| &players.list);
         for (player, states) in players.zip(self.engine.player_states()) {
             let name = RegionName::Player(player.name.clone());
-            let condition = || format!("`{name}` are the states in which this player chooses");
+            let condition = || Condition::PlayerStates { region: name.clone() };
             self.equal(&self.regions.states(&name)?, &states, condition)?;
             self.passed(&name);
         }
@@ -286,9 +286,10 @@ impl<'a> Checker<'a> {
         let regions = self.manifest.regions.roots.iter().map(|root| (root, &self.regions));
         for (root, sets) in regions.chain(proof.map(|root| (root, &self.proof))) {
             let count = sets.count(&self.engine, root)?;
-            if count.to_string() != root.count {
-                let said = root.count.escape_debug();
-                let condition = format!("`{}` has {said} members: it has {count}", root.name);
+            let found = count.to_string();
+            if found != root.count {
+                let (name, said) = (root.name.clone(), root.count.clone());
+                let condition = Condition::Members { name, said, found };
                 return Err(CheckError::violated(condition, None));
             }
         }
@@ -299,18 +300,13 @@ impl<'a> Checker<'a> {
     pub(super) fn nothing_else(&self) -> CheckResult {
         let regions = &self.manifest.regions;
         if let Some(name) = self.uncertified.iter().find(|name| regions.root(name).is_none()) {
-            let condition = format!(
-                "the certificate leaves out regions of the dump only: `{}` is none",
-                name.escape_debug()
-            );
+            let condition = Condition::UncertifiedRegion { name: name.clone() };
             return Err(CheckError::violated(condition, None));
         }
         let others = self.regions.unknown().find(|name| !self.uncertified.contains(name));
         match others.or_else(|| self.proof.unknown().next()) {
             None => Ok(()),
-            Some(name) => {
-                Err(CheckError::violated(format!("`{name}` belongs to a dump with these options"), None))
-            }
+            Some(name) => Err(CheckError::violated(Condition::NothingElse { name: name.clone() }, None)),
         }
     }
 }

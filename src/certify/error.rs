@@ -1,6 +1,6 @@
 //! The result of a check.
 
-use super::Violation;
+use super::{Condition, Violation};
 use meliora_base::error::Error;
 use meliora_model::State;
 
@@ -20,8 +20,8 @@ impl From<Error> for CheckError {
 
 impl CheckError {
     /// Reports a violated condition, with a state that violates it.
-    pub(super) fn violated(condition: impl Into<String>, state: Option<State>) -> Self {
-        CheckError::Violation(Violation { condition: condition.into(), state })
+    pub(super) fn violated(condition: Condition, state: Option<State>) -> Self {
+        CheckError::Violation(Violation { condition, state })
     }
 }
 

@@ -3,6 +3,7 @@
 
 use super::arena::{Arena, arenas};
 use super::checker::Checker;
+use super::condition::Condition;
 use super::error::{CheckError, CheckResult};
 use super::outcomes::Class;
 use meliora_engine::symbolic::{ChoiceSet, StateSet, SymbolicEngine};
@@ -70,10 +71,7 @@ pub(super) fn check(checker: &mut Checker<'_>, classes: Vec<Class>) -> CheckResu
     }
     let Ok([(sasi, sasi_levels), (spi, spi_levels)]) = <[_; 2]>::try_from(found) else { return Ok(None) };
     match checker.manifest.max_level {
-        Some(max) if sasi.max(spi) != max => Err(CheckError::violated(
-            format!("the search for levels stopped at the maximum level {max}"),
-            None,
-        )),
+        Some(max) if sasi.max(spi) != max => Err(CheckError::violated(Condition::MaxLevel { max }, None)),
         _ => Ok(Some((arenas, [sasi_levels, spi_levels]))),
     }
 }
@@ -99,12 +97,11 @@ fn levels(checker: &mut Checker<'_>, arenas: &[Arena], kind: Kind) -> CheckResul
         let level = Level { kind, number: LevelNumber::Finite(k as u64), entered, below };
         let name = level.name();
         let states = checker.regions.states(&name)?;
-        let condition = || format!("`{name}` has a state, and fewer than the level below");
+        let condition = || Condition::LevelSmaller { region: name.clone() };
         if checker.engine.is_empty(&states)? || checker.engine.same(&states, &level.entered)? && k > 1 {
             return Err(CheckError::violated(condition(), None));
         }
-        checker
-            .subset(&states, &level.entered, || format!("each state of `{name}` is in the level below"))?;
+        checker.subset(&states, &level.entered, || Condition::LevelWithin { region: name.clone() })?;
         below = whole(checker, arenas, &level, &states)?;
         found.iter_mut().zip(&below).for_each(|(own, states)| own.push(states.clone()));
         entered = states;
@@ -124,12 +121,12 @@ fn ending(checker: &mut Checker<'_>, arenas: &[Arena], found: usize, unbounded: 
     let name = &unbounded.name();
     let states = checker.regions.states(name)?;
     if !checker.engine.is_empty(&states)? {
-        checker.equal(&states, &unbounded.entered, || format!("`{name}` is the last level"))?;
+        checker.equal(&states, &unbounded.entered, || Condition::LastLevel { region: name.clone() })?;
         return Ok(Rest::Same(whole(checker, arenas, &unbounded, &states)?));
     }
     let nobody = checker.engine.no_states();
     let strategy = name.strategy();
-    let condition = || format!("`{strategy}` has no choice, as `{name}` has no state");
+    let condition = || Condition::NoChoices { region: name.clone() };
     checker.equal_choices(&checker.regions.choices(&strategy)?, &checker.engine.no_choices(), condition)?;
     checker.passed(name);
     checker.passed(&strategy);
@@ -142,7 +139,7 @@ fn ending(checker: &mut Checker<'_>, arenas: &[Arena], found: usize, unbounded: 
         };
         outside(checker, arena, &next, below, &upper)?;
         let winning = checker.engine.intersection(&upper, &arena.start)?;
-        checker.subset(&winning, &nobody, || format!("no state wins `{}`", next.name()))?;
+        checker.subset(&winning, &nobody, || Condition::NoWinner { region: next.name() })?;
         most.push(upper);
     }
     Ok(Rest::AtMost(most))
@@ -170,9 +167,9 @@ fn whole(
         permitted = engine.union(&permitted, &engine.choices_in(&strategy, &arena.start)?)?;
         regions.push(region);
     }
-    checker.equal(states, &won, || format!("`{name}` is what its reference classes win"))?;
+    checker.equal(states, &won, || Condition::WonByClasses { region: name.clone() })?;
     let strategy = name.strategy();
-    let condition = || format!("`{strategy}` is what its reference classes permit");
+    let condition = || Condition::PermittedByClasses { region: strategy.clone() };
     checker.equal_choices(&checker.regions.choices(&strategy)?, &permitted, condition)?;
     checker.passed(name);
     checker.passed(&strategy);
@@ -240,7 +237,7 @@ fn inside(
         let goals = level.goals(checker, arena, &kept)?;
         ahead(checker, arena, &goals, (engine, &kept), region)?
     };
-    let condition = || format!("`strategy:{name}` are the kept choices that keep winning");
+    let condition = || Condition::KeptChoices { region: name.clone() };
     checker.equal_choices(strategy, &checker.ours(&expected)?, condition)?;
     let goals = level.goals(checker, arena, &expected)?;
     checker.layers(name, region, &engine.can_choose(&goals)?, |layer| {
@@ -267,8 +264,7 @@ fn outside(
     };
     if level.kind == Kind::Spi {
         let entering = engine.can_choose(&ahead(&arena.kept, region)?)?;
-        return checker
-            .subset(&entering, region, || format!("each state with a step towards `{name}` is in it"));
+        return checker.subset(&entering, region, || Condition::HasStepsTowards { region: name.clone() });
     }
     let left = checker.rounds(&name, below, |round| {
         let gone = engine.difference(&engine.all_states(), round.left)?;
@@ -280,10 +276,8 @@ fn outside(
             }
             None => ahead(&safe, round.rest)?,
         };
-        let condition = || {
-            format!("no state lost in round {} of `{name}` has a safe step out of the round", round.number)
-        };
+        let condition = || Condition::RoundSafeStep { round: round.number, region: name.clone() };
         checker.subset(&engine.can_choose(&saved)?, &engine.no_states(), condition)
     })?;
-    checker.subset(&left, region, || format!("each state outside of `{name}` is lost in some round"))
+    checker.subset(&left, region, || Condition::OutsideLost { region: name.clone() })
 }

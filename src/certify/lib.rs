@@ -73,6 +73,7 @@ mod arena;
 mod bellman;
 mod bounds;
 mod checker;
+mod condition;
 mod description;
 mod error;
 mod evaluation;
@@ -93,6 +94,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use checker::Checker;
+pub use condition::Condition;
 use error::CheckError;
 pub use manifest_check::INFORMATIVE;
 use meliora_base::error::{Error, Result};
@@ -138,7 +140,7 @@ pub struct Checked {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Violation {
     /// The condition.
-    pub condition: String,
+    pub condition: Condition,
     /// A state that violates it, if the condition is about states.
     pub state: Option<State>,
 }
@@ -198,10 +200,7 @@ pub fn pictures(directory: &Path, dump: &Dump, sink: &dyn ProgressSink) -> Resul
     let wrong = found.map_err(|e| sink.stop().map_or(Error::writing(directory, &e), Error::from))?;
     let named = dump.manifest.certificate.iter().flat_map(|f| &f.roots).find(|r| r.dot.is_some());
     let wrong = wrong.or(named.map(|root| root.name.as_str()));
-    Ok(wrong.map(|name| Violation {
-        condition: format!("the DOT file that the manifest names for `{name}` is its picture"),
-        state: None,
-    }))
+    Ok(wrong.map(|name| Violation { condition: Condition::Picture { name: name.to_owned() }, state: None }))
 }
 
 fn run(

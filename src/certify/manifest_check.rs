@@ -6,6 +6,7 @@
 use serde_json::Value as Json;
 
 use super::Hashes;
+use super::condition::Condition;
 use super::description;
 use super::error::{CheckError, CheckResult};
 use super::safety;
@@ -27,10 +28,8 @@ pub(super) fn inputs(manifest: &Manifest, hashes: Hashes<'_>) -> CheckResult {
         ("preferences", hashes.preferences, &manifest.preferences.sha256),
     ] {
         if now != then {
-            let condition = format!(
-                "the SHA-256 of the {what} is the one that the dump was made from: it is {now}, the dump says {}",
-                then.escape_debug()
-            );
+            let (now, then) = (now.to_owned(), then.clone());
+            let condition = Condition::Hash { what, now, then };
             return Err(CheckError::violated(condition, None));
         }
     }
@@ -40,20 +39,10 @@ pub(super) fn inputs(manifest: &Manifest, hashes: Hashes<'_>) -> CheckResult {
 /// Compares the players of a game, and those of them who we are, with those of the dump.
 pub(super) fn players(program: &Program, manifest: &Manifest) -> CheckResult {
     let [players, coalition] = description::players(program);
-    let named = |names: &[String]| match names {
-        [] => "none".to_owned(),
-        names => names.iter().map(|name| format!("`{}`", name.escape_debug())).collect::<Vec<_>>().join(", "),
-    };
     let condition = if manifest.players != players {
-        let (expected, said) = (named(&players), named(&manifest.players));
-        format!("the players of the model are {expected}: the dump says {said}")
+        Condition::Players { expected: players, said: manifest.players.clone() }
     } else if manifest.coalition != coalition {
-        let (expected, said) = (named(&coalition), named(&manifest.coalition));
-        let option = manifest.coalition.join(",");
-        format!(
-            "the coalition is {expected}: the dump was made for {said}; `--coalition {}` checks it for these players",
-            option.escape_debug()
-        )
+        Condition::Coalition { expected: coalition, said: manifest.coalition.clone() }
     } else {
         return Ok(());
     };
@@ -71,11 +60,11 @@ pub(super) fn is_supported(
         return Ok(());
     }
     let wrong = if safety::drops_edges(manifest.safety) {
-        "a game is not analysed with safety `transition`"
+        Condition::NoTransitionSafety
     } else if preferences.objectives.iter().any(over_paths) {
-        "a dump of a game has no temporal objectives"
+        Condition::NoTemporalObjectives
     } else if manifest.values.is_some() {
-        "a dump of a game has no values, which are not computed against an opponent"
+        Condition::NoValues
     } else {
         return Ok(());
     };
@@ -97,13 +86,14 @@ pub(super) fn all(
     match difference(&expected, &said, String::new()) {
         None => Ok(()),
         Some((path, expected, said)) => {
-            Err(CheckError::violated(format!("`{path}` is {expected}: the manifest says {said}"), None))
+            Err(CheckError::violated(Condition::Field { path, expected, said }, None))
         }
     }
 }
 
 fn json(manifest: &Manifest) -> CheckResult<Json> {
-    let failed = |error| CheckError::violated(format!("the manifest can be written as JSON: {error}"), None);
+    let failed =
+        |error: serde_json::Error| CheckError::violated(Condition::Json { problem: error.to_string() }, None);
     serde_json::to_value(manifest).map_err(failed)
 }
 

@@ -1,6 +1,7 @@
 //! Checks of targets, positive and almost-sure regions, and classes.
 
 use super::checker::{Checker, Round};
+use super::condition::Condition;
 use super::error::CheckResult;
 use super::temporal;
 use meliora_engine::symbolic::{ChoiceSet, StateSet};
@@ -26,15 +27,18 @@ pub(super) fn check(checker: &mut Checker<'_>) -> CheckResult<Option<Vec<Class>>
         if checker.lacks(|name| name.is_of_objective(&objective.name)) {
             continue;
         }
-        let (target, what) = match &objective.goal {
-            Goal::Reach(target) => (checker.engine.states_where(target)?, "in which the target holds"),
+        let (target, is_secured) = match &objective.goal {
+            Goal::Reach(target) => (checker.engine.states_where(target)?, false),
             Goal::Satisfy { condition, .. } => {
-                (temporal::secured(checker, &objective.name, condition)?, "in which the objective is secured")
+                (temporal::secured(checker, &objective.name, condition)?, true)
             }
         };
         let own = || objective.name.clone();
         let name = RegionName::Target(own());
-        let condition = || format!("`{name}` are the states {what}");
+        let condition = || match is_secured {
+            true => Condition::SecuredStates { region: name.clone() },
+            false => Condition::TargetStates { region: name.clone() },
+        };
         checker.equal(&checker.regions.states(&name)?, &target, condition)?;
         checker.passed(&name);
         positive(checker, &RegionName::Positive(own()), &target)?;
@@ -50,9 +54,9 @@ pub(super) fn check(checker: &mut Checker<'_>) -> CheckResult<Option<Vec<Class>>
 fn positive(checker: &mut Checker<'_>, region: &RegionName, target: &StateSet) -> CheckResult {
     let engine = &checker.engine;
     let x = checker.regions.states(region)?;
-    checker.subset(target, &x, || format!("each state of the target is in `{region}`"))?;
+    checker.subset(target, &x, || Condition::HasTarget { region: region.clone() })?;
     let entering = engine.can_choose(&engine.pre(&engine.all_choices(), &x)?)?;
-    checker.subset(&entering, &x, || format!("each state with a step into `{region}` is in it"))?;
+    checker.subset(&entering, &x, || Condition::HasSteps { region: region.clone() })?;
     leading_to(checker, region, (&x, target), &engine.all_choices())?;
     checker.passed(region);
     Ok(())
@@ -78,27 +82,26 @@ pub(super) fn leading_to(
 fn almost_sure(checker: &mut Checker<'_>, region: &RegionName, target: &StateSet) -> CheckResult<StateSet> {
     let engine = &checker.engine;
     let x = checker.regions.states(region)?;
-    checker.subset(target, &x, || format!("each state of the target is in `{region}`"))?;
+    checker.subset(target, &x, || Condition::HasTarget { region: region.clone() })?;
     let staying =
         engine.choices_in(&engine.pre_within(&engine.all_choices(), &x)?, &engine.difference(&x, target)?)?;
     let strategy = region.strategy();
-    let condition = || format!("`{strategy}` are the choices that stay in `{region}`");
+    let condition = || Condition::StayingChoices { region: region.clone() };
     checker.equal_choices(&checker.regions.choices(&strategy)?, &checker.ours(&staying)?, condition)?;
     leading_to(checker, region, (&x, target), &staying)?;
     let left = checker.rounds(region, &engine.all_states(), |round| {
         let &Round { number, lost, .. } = round;
-        let condition = || format!("no state lost in round {number} of `{region}` is in the target");
+        let condition = || Condition::RoundTarget { round: number, region: region.clone() };
         checker.subset(&engine.intersection(lost, target)?, &engine.no_states(), condition)?;
         let safe = engine.pre_within(&engine.choices_in(&engine.all_choices(), lost)?, round.left)?;
         let saved = match round.within {
             Some(within) => engine.difference(&safe, &within.pre(&safe, lost)?)?,
             None => engine.pre(&safe, round.rest)?,
         };
-        let condition =
-            || format!("no state lost in round {number} of `{region}` has a safe step out of the round");
+        let condition = || Condition::RoundSafeStep { round: number, region: region.clone() };
         checker.subset(&engine.can_choose(&saved)?, &engine.no_states(), condition)
     })?;
-    checker.subset(&left, &x, || format!("each state outside of `{region}` is lost in some round"))?;
+    checker.subset(&left, &x, || Condition::OutsideLost { region: region.clone() })?;
     checker.passed(region);
     checker.passed(&strategy);
     Ok(x)
@@ -109,13 +112,13 @@ fn classes(checker: &mut Checker<'_>, sure: &[StateSet]) -> CheckResult<Vec<Clas
     let classes = most_preferred(checker, sure)?;
     for class in &classes {
         let name = RegionName::Class(class.name.clone());
-        let condition = || format!("`{name}` are the states with these most preferred outcomes");
+        let condition = || Condition::ClassStates { region: name.clone() };
         checker.equal(&checker.regions.states(&name)?, &class.states, condition)?;
         checker.passed(&name);
     }
     let nothing = RegionName::Class(NOTHING.to_owned());
     if !classes.iter().any(|c| c.members.is_empty()) {
-        let condition = || format!("`{nothing}` has no state");
+        let condition = || Condition::EmptyClass { region: nothing.clone() };
         checker.subset(&checker.regions.states(&nothing)?, &checker.engine.no_states(), condition)?;
         checker.passed(&nothing);
     }

@@ -1,21 +1,18 @@
 //! Checks of the states from which a strategy avoids bad states forever, and of the requirements.
 
 use super::checker::Checker;
+use super::condition::Condition;
 use super::error::CheckResult;
 use meliora_engine::symbolic::{ChoiceSet, StateSet};
 use meliora_engine::{Algebra, Engine, Region};
 use meliora_model::region::RegionName;
 
-/// Bad states, and the words for them and for the states from which they are avoided.
+/// Bad states, and the region that says from where they are avoided.
 pub(super) struct Avoided<'a> {
     /// The region whose rounds are in the certificate.
     pub(super) name: &'a RegionName,
-    /// The states from which a strategy avoids the bad states, in words.
-    pub(super) safe: &'a str,
     /// The bad states.
     pub(super) bad: &'a StateSet,
-    /// A verb for a bad state.
-    pub(super) does: &'a str,
 }
 
 impl Avoided<'_> {
@@ -29,12 +26,12 @@ impl Avoided<'_> {
         &self,
         checker: &Checker<'_>,
         safe: &StateSet,
-        condition: impl FnOnce() -> String,
+        condition: impl FnOnce() -> Condition,
     ) -> CheckResult<ChoiceSet> {
         let (engine, name) = (&checker.engine, self.name);
         checker.subset(&engine.intersection(safe, self.bad)?, &engine.no_states(), condition)?;
         let staying = engine.choices_in(&engine.pre_within(&engine.all_choices(), safe)?, safe)?;
-        let condition = || format!("each state of {} has a choice that stays in it", self.safe);
+        let condition = || Condition::StaysIn { region: name.clone() };
         checker.subset(safe, &engine.can_choose(&staying)?, condition)?;
         let left = checker.rounds(name, &engine.all_states(), |round| {
             let choices = engine.choices_in(&engine.all_choices(), round.lost)?;
@@ -42,15 +39,11 @@ impl Avoided<'_> {
             if let Some(within) = round.within {
                 staying = engine.difference(&staying, &within.pre(&staying, round.lost)?)?;
             }
-            let condition = || {
-                let (j, does) = (round.number, self.does);
-                format!("each state lost in round {j} of `{name}` {does}, or must risk an earlier round")
-            };
+            let condition = || Condition::RoundAvoided { round: round.number, region: name.clone() };
             let saved = engine.difference(&engine.can_choose(&staying)?, self.bad)?;
             checker.subset(&saved, &engine.no_states(), condition)
         })?;
-        checker
-            .subset(&left, safe, || format!("each state outside of {} is lost in some round", self.safe))?;
+        checker.subset(&left, safe, || Condition::OutsideLost { region: name.clone() })?;
         Ok(staying)
     }
 }
@@ -70,10 +63,8 @@ pub(super) fn requirements(checker: &mut Checker<'_>) -> CheckResult {
         bad = engine.union(&bad, &violated)?;
     }
     let states = engine.difference(&all, &checker.regions.states(&RegionName::Unsafe)?)?;
-    let condition = || "each state that violates a requirement is in `unsafe`".to_string();
-    let (safe, does) = ("the complement of `unsafe`", "violates a requirement");
-    let avoided = Avoided { name: &RegionName::Unsafe, safe, bad: &bad, does };
-    let choices = avoided.check(checker, &states, condition)?;
+    let avoided = Avoided { name: &RegionName::Unsafe, bad: &bad };
+    let choices = avoided.check(checker, &states, || Condition::HasViolations)?;
     checker.engine = checker.engine.restricted_to(&Region { states, choices })?;
     checker.passed(&RegionName::Unsafe);
     Ok(())

@@ -4,6 +4,7 @@
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::condition::Condition;
 use super::error::{CheckError, CheckResult};
 use meliora_dump::manifest::{File, Root, RootKind};
 use meliora_dump::{Diagram, Edge};
@@ -39,17 +40,16 @@ impl Sets {
         let numbers = engine.numbered_choices().len();
         for root in choices {
             let Some(set) = engine.load_choices(diagram, root.node, numbers)? else {
-                return Err(CheckError::violated(
-                    format!("`{}` has only choices of the model", root.name),
-                    None,
-                ));
+                let condition = Condition::ModelChoices { name: root.name.clone() };
+                return Err(CheckError::violated(condition, None));
             };
             sets.choices.insert(root.name.clone(), set);
         }
         let edges: Vec<Edge> = file.roots.iter().map(|r| r.node).collect();
         for (root, nodes) in file.roots.iter().zip(diagram.sizes(&edges)) {
             if root.nodes != nodes {
-                let condition = format!("`{}` has {} nodes: it has {nodes}", root.name, root.nodes);
+                let (name, said) = (root.name.clone(), root.nodes);
+                let condition = Condition::Nodes { name, said, found: nodes };
                 return Err(CheckError::violated(condition, None));
             }
         }
@@ -110,6 +110,6 @@ impl Sets {
     }
 }
 
-fn missing(name: &str, kind: &str) -> CheckError {
-    CheckError::violated(format!("the dump has `{name}`, a set of {kind}, which this check needs"), None)
+fn missing(name: &str, kind: &'static str) -> CheckError {
+    CheckError::violated(Condition::HasSet { name: name.to_owned(), kind }, None)
 }

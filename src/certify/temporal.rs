@@ -17,18 +17,19 @@
 //! and never visit R_di. Without any R_di, all states count as one.
 
 use super::checker::Checker;
+use super::condition::Condition;
 use super::error::CheckResult;
 use super::outcomes::leading_to;
 use meliora_engine::symbolic::{ChoiceSet, StateSet};
 use meliora_engine::{Algebra, Engine};
 use meliora_model::region::RegionName;
-use meliora_model::temporal::{Condition, Disjunct};
+use meliora_model::temporal::{Condition as Temporal, Disjunct};
 
 /// Checks the region of each disjunct of a condition; returns ⋃_d U_d.
 pub(super) fn secured(
     checker: &mut Checker<'_>,
     objective: &str,
-    condition: &Condition,
+    condition: &Temporal,
 ) -> CheckResult<StateSet> {
     let mut all = checker.engine.no_states();
     for (case, disjunct) in condition.disjuncts()?.iter().enumerate() {
@@ -73,14 +74,13 @@ impl SecuredRegion {
 
     fn inside(&self, checker: &Checker<'_>) -> CheckResult {
         let (engine, name) = (&checker.engine, &self.name);
-        let condition =
-            || format!("each state of `{name}` satisfies the conditions that must always hold there");
+        let condition = || Condition::Always { region: name.clone() };
         checker.subset(&self.region, &self.allowed, condition)?;
         let staying =
             engine.choices_in(&engine.pre_within(&engine.all_choices(), &self.region)?, &self.region)?;
-        let condition = || format!("`{}` are the choices that stay in `{name}`", name.strategy());
+        let condition = || Condition::StayingChoices { region: name.clone() };
         checker.equal_choices(&self.strategy, &staying, condition)?;
-        let condition = || format!("each state of `{name}` has a choice that stays in it");
+        let condition = || Condition::StaysIn { region: name.clone() };
         checker.subset(&self.region, &engine.can_choose(&staying)?, condition)?;
         for (index, mark) in self.again.iter().enumerate() {
             let start = engine.intersection(mark, &self.region)?;
@@ -99,8 +99,7 @@ impl SecuredRegion {
                 Some(within) => engine.difference(&safe, &within.pre(&safe, round.lost)?)?,
                 None => engine.pre(&safe, round.rest)?,
             };
-            let condition =
-                || format!("no state lost in round {j} of `{name}` has a safe step out of the round");
+            let condition = || Condition::RoundSafeStep { round: j, region: name.clone() };
             checker.subset(&engine.can_choose(&saved)?, &engine.no_states(), condition)?;
             if round.within.is_some() {
                 return Ok(());
@@ -111,12 +110,9 @@ impl SecuredRegion {
                     return Ok(());
                 }
             }
-            let condition = || {
-                format!("paths that stay in round {j} of `{name}` violate a condition that must hold infinitely often")
-            };
+            let condition = || Condition::RoundAgain { round: j, region: name.clone() };
             checker.subset(&moving, &engine.no_states(), condition)
         })?;
-        checker
-            .subset(&left, &self.region, || format!("each state outside of `{name}` is lost in some round"))
+        checker.subset(&left, &self.region, || Condition::OutsideLost { region: name.clone() })
     }
 }

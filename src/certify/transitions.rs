@@ -12,6 +12,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 
 use super::checker::Checker;
+use super::condition::Condition;
 use super::error::{CheckError, CheckResult};
 use super::evaluation::{Evaluation, agrees};
 use super::sample;
@@ -51,7 +52,7 @@ pub(super) fn check(checker: &Checker<'_>) -> CheckResult {
 fn constants(pool: &ExprPool) -> CheckResult {
     match pool.folds().all(|(operation, literal)| agrees(pool, operation, literal)) {
         true => Ok(()),
-        false => Err(CheckError::violated("a second evaluation gives the same constants", None)),
+        false => Err(CheckError::violated(Condition::Constants, None)),
     }
 }
 
@@ -59,28 +60,24 @@ fn constants(pool: &ExprPool) -> CheckResult {
 /// some expression. `numbered` are the numbered choices of the engine.
 fn step(engine: &SymbolicEngine, numbered: &[Numbered], program: &Program, state: &State) -> CheckResult {
     let Some(expected) = Stepper::new(program, state).choices()? else { return Ok(()) };
-    let wrong = |condition: &str| Err(CheckError::violated(condition, Some(state.clone())));
+    let wrong = |condition| Err(CheckError::violated(condition, Some(state.clone())));
     let here = engine.choices_in(&engine.all_choices(), &engine.singleton(state)?)?;
     if engine.count(&here)? != Count::from(expected.len()) {
-        return wrong("each state has the choices that a second evaluation finds");
+        return wrong(Condition::StateChoices);
     }
     if !has_owner(engine, state, expected.iter().map(|(choice, _)| choice))? {
-        return wrong(
-            "each state of a game belongs to the player to whom a second evaluation gives its choices",
-        );
+        return wrong(Condition::StateOwner);
     }
     for (choice, successors) in expected {
         let enabled = engine.contains_choice(&here, state, &choice)?;
         let number = numbered.iter().position(|numbered| stands_for(numbered, &choice));
         let Some(number) = number.filter(|_| enabled) else {
-            return wrong("each state has the choices that a second evaluation finds");
+            return wrong(Condition::StateChoices);
         };
         let next = engine.post(&engine.intersection(&here, &engine.only(number))?)?;
         let next = engine.list_states(&next, successors.len() + 1)?;
         if next.into_iter().collect::<BTreeSet<State>>() != successors {
-            return wrong(
-                "each choice has the branches whose probability is positive by a second evaluation",
-            );
+            return wrong(Condition::Branches);
         }
     }
     Ok(())
@@ -218,8 +215,7 @@ impl<'p> Stepper<'p> {
             sum = if p.is_negative() { -BigRational::one() } else { sum + p };
         }
         if (sum - BigRational::one()).abs() > BigRational::new(TOLERATED.into(), 1_000_000_000.into()) {
-            let condition = "the probabilities of each enabled command sum to 1 by a second evaluation";
-            return Err(CheckError::violated(condition, Some(self.state.clone())));
+            return Err(CheckError::violated(Condition::Distribution, Some(self.state.clone())));
         }
         Ok(Some(taken))
     }
@@ -254,7 +250,7 @@ mod tests {
     }
 
     /// Returns the condition that the relation of one model violates for another one.
-    fn violated(truth: &str, other: &str) -> Option<String> {
+    fn violated(truth: &str, other: &str) -> Option<Condition> {
         let (truth, other) = (program(truth), Arc::new(program(other)));
         let engine = SymbolicEngine::new(other, Settings::default()).unwrap();
         let numbered = engine.numbered_choices();
@@ -266,9 +262,6 @@ mod tests {
             Ok(()) => None,
         })
     }
-
-    const BRANCH: &str = "each choice has the branches whose probability is positive by a second evaluation";
-    const CHOICE: &str = "each state has the choices that a second evaluation finds";
 
     #[test]
     fn a_branch_too_many_or_too_few_is_found_however_small_its_probability() {
@@ -284,7 +277,7 @@ mod tests {
             ("mod(x+5,3)-2", "0.1"),
         ] {
             let (truth, other) = (with(truth), with(other));
-            assert_eq!(violated(&truth, &other).as_deref(), Some(BRANCH), "{truth} {other}");
+            assert_eq!(violated(&truth, &other), Some(Condition::Branches), "{truth} {other}");
             assert_eq!(violated(&truth, &truth), None, "{truth}");
             assert_eq!(violated(&other, &other), None, "{other}");
         }
@@ -295,8 +288,8 @@ mod tests {
         let guarded = |guard: &str| format!("[a] {guard} -> (x'=2); [b] x>0 & x<4 -> (x'=x+1);");
         for guard in ["0.1+0.2>0.3", "0.1*3!=0.3", "ceil(x*0.1)=2", "min(x,2)>x"] {
             let (truth, other) = (guarded(guard), guarded("true"));
-            assert_eq!(violated(&truth, &other).as_deref(), Some(CHOICE), "{guard}");
-            assert_eq!(violated(&other, &truth).as_deref(), Some(CHOICE), "{guard}");
+            assert_eq!(violated(&truth, &other), Some(Condition::StateChoices), "{guard}");
+            assert_eq!(violated(&other, &truth), Some(Condition::StateChoices), "{guard}");
             assert_eq!(violated(&truth, &truth), None, "{guard}");
         }
     }
@@ -304,8 +297,7 @@ mod tests {
     #[test]
     fn probabilities_that_do_not_sum_to_1_are_found() {
         let with = |p: &str| format!("[a] x=0 -> 0.5:(x'=1) + {p}:(x'=2); [b] x>0 -> true;");
-        let condition = "the probabilities of each enabled command sum to 1 by a second evaluation";
-        assert_eq!(violated(&with("0.499"), &with("0.5")).as_deref(), Some(condition));
+        assert_eq!(violated(&with("0.499"), &with("0.5")), Some(Condition::Distribution));
         assert_eq!(violated(&with("0.4999999"), &with("0.5")), None);
     }
 

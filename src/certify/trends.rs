@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::condition::Condition;
 use super::error::{CheckError, CheckResult};
 use meliora_dump::Manifest;
 use meliora_dump::manifest::{self, File, Root};
@@ -31,7 +32,7 @@ impl Trends {
         let is_proof = |root: &Root| is_round(root) || matches!(name(root), RegionName::Layer(..));
         let mut others = dump.regions.roots.iter().chain(file.roots.iter().filter(|root| !is_proof(root)));
         if let Some(root) = others.find(|root| root.trend.is_some()) {
-            let condition = format!("`{}` has no trend: it is neither a layer nor a round", root.name);
+            let condition = Condition::NoTrend { name: root.name.clone() };
             return Err(CheckError::violated(condition, None));
         }
         let used = |is_meant: &dyn Fn(&Root) -> bool| {
@@ -42,14 +43,13 @@ impl Trends {
         let has_own = !file.order_of_rounds.is_empty();
         let in_rounds = used(&is_round);
         let shared = used(&|root| !(has_own && is_round(root)));
-        let condition = "the certificate orders each variable of the model once if a layer or round has a trend, else none";
+
         let is_used = !shared.is_empty() || !in_rounds.is_empty();
-        let order = checked(engine, &file.order, is_used, condition)?;
-        let condition =
-            "an order of rounds has each variable of the model once, and only rounds with a trend have one";
-        let own = checked(engine, &file.order_of_rounds, has_own && !in_rounds.is_empty(), condition)?;
+        let order = checked(engine, &file.order, is_used, Condition::OrderOfVariables)?;
+        let is_used = has_own && !in_rounds.is_empty();
+        let own = checked(engine, &file.order_of_rounds, is_used, Condition::OrderOfRounds)?;
         if !dump.regions.order.is_empty() || !dump.regions.order_of_rounds.is_empty() {
-            return Err(CheckError::violated("only the certificate orders the variables", None));
+            return Err(CheckError::violated(Condition::OrderInCertificate, None));
         }
         let of_rounds = has_own.then(|| engines(engine, &own, &in_rounds)).transpose()?;
         Ok(Trends { shared: engines(engine, &order, &shared)?, of_rounds })
@@ -68,7 +68,7 @@ impl Trends {
 
 fn find(engines: &Engines, trend: Trend) -> CheckResult<&SymbolicEngine> {
     let found = engines.iter().find(|(own, _)| *own == trend).map(|(_, engine)| engine);
-    found.ok_or_else(|| CheckError::violated("only layers and rounds have a trend", None))
+    found.ok_or_else(|| CheckError::violated(Condition::TrendOfProof, None))
 }
 
 fn engines(engine: &SymbolicEngine, order: &[Digit], used: &[Trend]) -> CheckResult<Engines> {
@@ -80,7 +80,7 @@ fn checked(
     engine: &SymbolicEngine,
     names: &[manifest::Digit],
     is_used: bool,
-    condition: &str,
+    condition: Condition,
 ) -> CheckResult<Vec<Digit>> {
     let program = engine.program();
     let digit = |named: &manifest::Digit| {
@@ -110,6 +110,6 @@ fn orders_values(variable: &Variable, values: &[i64]) -> CheckResult {
     if values.is_empty() || has_all {
         return Ok(());
     }
-    let condition = format!("an order of the values of `{}` has each of them once", variable.name);
+    let condition = Condition::OrderOfValues { variable: variable.name.clone() };
     Err(CheckError::violated(condition, None))
 }

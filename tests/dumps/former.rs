@@ -32,7 +32,7 @@ fn a_dump_with_layers_by_distance_is_accepted_and_refused_if_changed() {
     }
     let violation = verify(&program, &preferences, hashes, &dump, Settings::default()).unwrap().violation;
     assert_eq!(
-        violation.unwrap().condition,
+        violation.unwrap().condition.to_string(),
         "each state in layer 1 of `positive:H` has a step into an earlier layer"
     );
 }

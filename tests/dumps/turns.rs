@@ -71,7 +71,7 @@ fn only_the_order_of_the_values_proves_these_rounds() {
         for other in &others {
             let violation = verify(other).violation.expect("a round with another order");
             assert!(
-                violation.condition.contains("has a safe step out of the round"),
+                violation.condition.to_string().contains("has a safe step out of the round"),
                 "{}",
                 violation.condition
             );

@@ -91,7 +91,7 @@ impl Case {
     pub(super) fn violated(&self, dump: &Dump) -> Option<String> {
         let scope = if dump.manifest.scope == "all" { Scope::All } else { Scope::Reachable };
         let verdict = verify(&self.program, &self.preferences, HASHES, dump, settings(scope)).unwrap();
-        verdict.violation.map(|violation| violation.condition)
+        verdict.violation.map(|violation| violation.condition.to_string())
     }
 
     /// Returns the condition that an edited dump violates.

@@ -65,5 +65,5 @@ fn accepted(case: &Case, dump: &Dump, options: &str) {
 fn refused(case: &Case, dump: &Dump, condition: &str, options: &str) {
     let violation = case.verify(dump).unwrap().violation;
     let violation = violation.unwrap_or_else(|| panic!("{options}: accepted, but not: {condition}"));
-    assert_eq!(violation.condition, condition, "{options}");
+    assert_eq!(violation.condition.to_string(), condition, "{options}");
 }

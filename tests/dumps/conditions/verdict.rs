@@ -227,7 +227,8 @@ fn pictures_are_those_of_the_regions() {
     let directory = scratch.path().join("dump");
     write_directory(case.dump.clone(), &directory, true, &NoProgress).unwrap();
     let mut dump = read_directory(&directory, true, &NoProgress).unwrap();
-    let condition = |dump: &Dump| pictures(&directory, dump, &NoProgress).unwrap().map(|v| v.condition);
+    let condition =
+        |dump: &Dump| pictures(&directory, dump, &NoProgress).unwrap().map(|v| v.condition.to_string());
     assert_eq!(condition(&dump), None);
     let root = dump.manifest.regions.root("sasi:1").unwrap();
     let (picture, name) = (directory.join(root.dot.as_ref().unwrap()), "sasi:1");
