@@ -163,7 +163,8 @@ impl Arena {
     pub(super) fn into(
         &self,
         checker: &Checker<'_>,
-        (by, c): (&SymbolicEngine, &ChoiceSet),
+        by: &SymbolicEngine,
+        c: &ChoiceSet,
         target: impl Fn(&EdgeLabels<StateSet>) -> CheckResult<StateSet>,
     ) -> CheckResult<ChoiceSet> {
         let engine = &checker.engine;

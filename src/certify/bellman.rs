@@ -88,7 +88,7 @@ pub(super) fn check(
         if let Some(limit) = sink.stop() {
             return Err(CheckError::Error(limit.into()));
         }
-        let choices = kept(checker, table, entry, (program, costs))?;
+        let choices = kept(checker, table, entry, program, costs)?;
         for k in 1..=table.levels {
             let violated = table.probability(entry, k, &choices).or_else(|| table.cost(entry, k, &choices));
             if let Some(condition) = violated {
@@ -104,7 +104,8 @@ fn kept<'t>(
     checker: &Checker<'_>,
     table: &'t Table<'t>,
     entry: &Entry<'_>,
-    (program, costs): (&Program, &Costs<'_>),
+    program: &Program,
+    costs: &Costs<'_>,
 ) -> CheckResult<Vec<Kept<'t>>> {
     let (arena, state) = (&table.arenas[entry.arena], &entry.row.state);
     let steps = program.exact_steps(state).map_err(|e| fault::error(program, &e, state))?;
@@ -116,7 +117,7 @@ fn kept<'t>(
         let cost = costs.of(program, state, &step.choice)?;
         let mut edges = Vec::with_capacity(step.successors.len());
         for (to, p) in step.successors {
-            edges.push((p, edge(checker, table, (entry.arena, arena), state, &to)?));
+            edges.push((p, edge(checker, table, entry.arena, arena, state, &to)?));
         }
         choices.push(Kept { cost, edges });
     }
@@ -126,7 +127,8 @@ fn kept<'t>(
 fn edge<'t>(
     checker: &Checker<'_>,
     table: &'t Table<'t>,
-    (number, arena): (usize, &Arena),
+    number: usize,
+    arena: &Arena,
     from: &[i64],
     to: &[i64],
 ) -> CheckResult<Edge<'t>> {

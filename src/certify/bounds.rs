@@ -69,7 +69,7 @@ pub(super) fn check(checker: &mut Checker<'_>, arenas: &[Arena], known: &[Levels
             return Err(CheckError::violated(condition, None));
         }
     };
-    let table = Table::new(checker, (arenas, known), file.levels, rows)?;
+    let table = Table::new(checker, arenas, known, file.levels, rows)?;
     table.complete(checker)?;
     for entry in &table.entries {
         entry.consistent(&table)?;
@@ -85,7 +85,8 @@ pub(super) fn check(checker: &mut Checker<'_>, arenas: &[Arena], known: &[Levels
 impl<'a> Table<'a> {
     fn new(
         checker: &Checker<'_>,
-        (arenas, known): (&'a [Arena], &'a [Levels; 2]),
+        arenas: &'a [Arena],
+        known: &'a [Levels; 2],
         levels: usize,
         rows: &'a [Row],
     ) -> CheckResult<Self> {

@@ -176,9 +176,6 @@ fn whole(
     Ok(regions)
 }
 
-/// Edges of an engine, from a set of choices.
-type Edges<'a> = (&'a SymbolicEngine, &'a ChoiceSet);
-
 impl Level {
     /// Returns its name as a region: `sasi:1`, `sasi:2`, … or `sasi:unbounded`.
     fn name(&self) -> RegionName {
@@ -188,34 +185,36 @@ impl Level {
     /// Returns the choices of C with a goal edge: an edge that improves and enters the level below.
     fn goals(&self, checker: &Checker<'_>, arena: &Arena, c: &ChoiceSet) -> CheckResult<ChoiceSet> {
         let engine = &checker.engine;
-        arena.into(checker, (engine, c), |part| Ok(engine.intersection(&part.goal, &self.entered)?))
+        arena.into(checker, engine, c, |part| Ok(engine.intersection(&part.goal, &self.entered)?))
     }
 
-    /// Returns the choices with a kept edge into X that is not a goal edge.
+    /// Returns the choices of C with a kept edge of the engine `by` into X that is not a goal edge.
     fn straying(
         &self,
         checker: &Checker<'_>,
         arena: &Arena,
-        edges: Edges<'_>,
+        by: &SymbolicEngine,
+        c: &ChoiceSet,
         x: &StateSet,
     ) -> CheckResult<ChoiceSet> {
         let engine = &checker.engine;
-        arena.into(checker, edges, |part| {
+        arena.into(checker, by, c, |part| {
             let goal = engine.intersection(&part.goal, &self.entered)?;
             Ok(engine.difference(&engine.difference(x, &goal)?, &part.dropped)?)
         })
     }
 }
 
-/// Returns `goals`, and the choices with a kept edge into X.
+/// Returns `goals`, and the choices of C with a kept edge of the engine `by` into X.
 fn ahead(
     checker: &Checker<'_>,
     arena: &Arena,
     goals: &ChoiceSet,
-    edges: Edges<'_>,
+    by: &SymbolicEngine,
+    c: &ChoiceSet,
     x: &StateSet,
 ) -> CheckResult<ChoiceSet> {
-    let moving = arena.into(checker, edges, |part| Ok(checker.engine.difference(x, &part.dropped)?))?;
+    let moving = arena.into(checker, by, c, |part| Ok(checker.engine.difference(x, &part.dropped)?))?;
     Ok(checker.engine.union(goals, &moving)?)
 }
 
@@ -232,10 +231,10 @@ fn inside(
     let kept = engine.choices_in(&arena.kept, region)?;
     let expected = if level.kind == Kind::Sasi {
         let out = engine.difference(&engine.all_states(), region)?;
-        engine.difference(&kept, &level.straying(checker, arena, (engine, &kept), &out)?)?
+        engine.difference(&kept, &level.straying(checker, arena, engine, &kept, &out)?)?
     } else {
         let goals = level.goals(checker, arena, &kept)?;
-        ahead(checker, arena, &goals, (engine, &kept), region)?
+        ahead(checker, arena, &goals, engine, &kept, region)?
     };
     let condition = || Condition::KeptChoices { region: name.clone() };
     checker.equal_choices(strategy, &checker.ours(&expected)?, condition)?;
@@ -243,7 +242,7 @@ fn inside(
     checker.layers(name, region, &engine.can_choose(&goals)?, |layer| {
         let permitted = engine.choices_in(&expected, layer.states)?;
         let goals = engine.choices_in(&goals, layer.states)?;
-        checker.leading(layer, |by, x| ahead(checker, arena, &goals, (by, &permitted), x))
+        checker.leading(layer, |by, x| ahead(checker, arena, &goals, by, &permitted, x))
     })
 }
 
@@ -260,7 +259,7 @@ fn outside(
     let name = arena.name(level.kind, level.number);
     let ahead = |c: &ChoiceSet, x: &StateSet| {
         let goals = level.goals(checker, arena, c)?;
-        ahead(checker, arena, &goals, (engine, c), x)
+        ahead(checker, arena, &goals, engine, c, x)
     };
     if level.kind == Kind::Spi {
         let entering = engine.can_choose(&ahead(&arena.kept, region)?)?;
@@ -269,11 +268,9 @@ fn outside(
     let left = checker.rounds(&name, below, |round| {
         let gone = engine.difference(&engine.all_states(), round.left)?;
         let own = engine.choices_in(&arena.kept, round.lost)?;
-        let safe = engine.difference(&own, &level.straying(checker, arena, (engine, &own), &gone)?)?;
+        let safe = engine.difference(&own, &level.straying(checker, arena, engine, &own, &gone)?)?;
         let saved = match round.within {
-            Some(by) => {
-                engine.difference(&safe, &level.straying(checker, arena, (by, &safe), round.lost)?)?
-            }
+            Some(by) => engine.difference(&safe, &level.straying(checker, arena, by, &safe, round.lost)?)?,
             None => ahead(&safe, round.rest)?,
         };
         let condition = || Condition::RoundSafeStep { round: round.number, region: name.clone() };

@@ -57,7 +57,7 @@ fn positive(checker: &mut Checker<'_>, region: &RegionName, target: &StateSet) -
     checker.subset(target, &x, || Condition::HasTarget { region: region.clone() })?;
     let entering = engine.can_choose(&engine.pre(&engine.all_choices(), &x)?)?;
     checker.subset(&entering, &x, || Condition::HasSteps { region: region.clone() })?;
-    leading_to(checker, region, (&x, target), &engine.all_choices())?;
+    leading_to(checker, region, &x, target, &engine.all_choices())?;
     checker.passed(region);
     Ok(())
 }
@@ -66,7 +66,8 @@ fn positive(checker: &mut Checker<'_>, region: &RegionName, target: &StateSet) -
 pub(super) fn leading_to(
     checker: &Checker<'_>,
     name: &RegionName,
-    (region, target): (&StateSet, &StateSet),
+    region: &StateSet,
+    target: &StateSet,
     choices: &ChoiceSet,
 ) -> CheckResult {
     checker.layers(name, region, target, |layer| {
@@ -88,7 +89,7 @@ fn almost_sure(checker: &mut Checker<'_>, region: &RegionName, target: &StateSet
     let strategy = region.strategy();
     let condition = || Condition::StayingChoices { region: region.clone() };
     checker.equal_choices(&checker.regions.choices(&strategy)?, &checker.ours(&staying)?, condition)?;
-    leading_to(checker, region, (&x, target), &staying)?;
+    leading_to(checker, region, &x, target, &staying)?;
     let left = checker.rounds(region, &engine.all_states(), |round| {
         let &Round { number, lost, .. } = round;
         let condition = || Condition::RoundTarget { round: number, region: region.clone() };

@@ -84,7 +84,7 @@ impl SecuredRegion {
         checker.subset(&self.region, &engine.can_choose(&staying)?, condition)?;
         for (index, mark) in self.again.iter().enumerate() {
             let start = engine.intersection(mark, &self.region)?;
-            leading_to(checker, &name.recurring(index + 1), (&self.region, &start), &staying)?;
+            leading_to(checker, &name.recurring(index + 1), &self.region, &start, &staying)?;
         }
         Ok(())
     }

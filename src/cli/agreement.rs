@@ -54,8 +54,8 @@ pub(super) fn compare<E: Engine, F: Engine>(
 ) -> Result<Agreement, Error> {
     let mut tally = Tally::default();
     // The rest of the reports names the engine, and says what it took.
-    let mine = CheckReport::of_analysis(left, (program, Storage::Symbolic), "")?.findings;
-    let theirs = CheckReport::of_analysis(right, (program, Storage::Explicit), "")?.findings;
+    let mine = CheckReport::of_analysis(left, program, Storage::Symbolic, "")?.findings;
+    let theirs = CheckReport::of_analysis(right, program, Storage::Explicit, "")?.findings;
     tally.compare("", Some(&json(&mine)), Some(&json(&theirs)));
     let mut membership = None;
     if tally.difference.is_none() && few(left, most) {

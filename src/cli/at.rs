@@ -56,7 +56,8 @@ impl At {
         &self,
         engine: &E,
         program: &Program,
-        (scope, limit): (Scope, usize),
+        scope: Scope,
+        limit: usize,
         sink: &TerminalSink,
     ) -> Result<Vec<State>, Error> {
         let all = engine.all_states();

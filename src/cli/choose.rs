@@ -48,6 +48,18 @@ pub(super) struct ChooseArgs {
     levels: Option<u32>,
 }
 
+/// The input of a command about strategies.
+pub(super) struct Prepared {
+    pub(super) question: Question,
+    pub(super) engine: Arc<AnyEngine>,
+    /// The kind of the strategy.
+    pub(super) kind: StrategyKind,
+    /// The states of `--at`.
+    pub(super) at: At,
+    /// The cost of a step.
+    pub(super) costs: Costs,
+}
+
 impl ChooseArgs {
     /// Adds the time for values, if the choice needs any.
     pub(super) fn count(&self, times: &mut Times, seconds: f64) {
@@ -137,8 +149,8 @@ impl ChooseArgs {
         at: &[String],
         kind: StrategyKind,
         check: impl FnOnce(&Program) -> Result<()>,
-    ) -> Result<(Question, Arc<AnyEngine>, (At, Costs))> {
-        plan::prepared(job, given, |question| {
+    ) -> Result<Prepared> {
+        let read = |question: &mut Question| {
             if self.choose != Choose::First {
                 let help =
                     "the probabilities and costs of a game are not computed; `--choose first` needs none";
@@ -148,7 +160,9 @@ impl ChooseArgs {
             let at = At::read(&question.program, at)?;
             self.objectives(kind, &question.preferences)?;
             Ok((at, self.costs(&question.program, &job.sink)?))
-        })
+        };
+        let (question, engine, (at, costs)) = plan::prepared(job, given, read)?;
+        Ok(Prepared { question, engine, kind, at, costs })
     }
 
     fn objectives(&self, kind: StrategyKind, preferences: &Preferences) -> Result<ObjectiveSet> {
@@ -194,7 +208,8 @@ impl ChooseArgs {
     /// A reward is wrong in some state, or a limit is reached.
     pub(super) fn attach<E: Engine>(
         &self,
-        (analysis, costs): (&Analysis<E>, &Costs),
+        analysis: &Analysis<E>,
+        costs: &Costs,
         program: &Program,
         states: &[State],
         strategy: &mut FiniteMemoryStrategy<E>,

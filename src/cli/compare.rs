@@ -77,8 +77,8 @@ fn work(job: &Job<CompareReport>, args: &CompareArgs) -> Result<(), Error> {
     let mut parsed = 0.0;
     let question = job.timed("parse", read, |_, seconds| parsed = seconds)?;
     job.update(|r| r.header.read_both(&question.program, &question.preferences));
-    let left = analysed(job, args, &question, (Storage::Symbolic, "symbolic: build"), parsed)?;
-    let right = analysed(job, args, &question, (Storage::Explicit, "explicit: build"), parsed)?;
+    let left = analysed(job, args, &question, Storage::Symbolic, "symbolic: build", parsed)?;
+    let right = analysed(job, args, &question, Storage::Explicit, "explicit: build", parsed)?;
     conclude(job, args, &question, &left, &right)
 }
 
@@ -87,7 +87,8 @@ fn analysed(
     job: &Job<CompareReport>,
     args: &CompareArgs,
     question: &Question,
-    (storage, phase): (Storage, &'static str),
+    storage: Storage,
+    phase: &'static str,
     parsed: f64,
 ) -> Result<Analysis<AnyEngine>, Error> {
     let start = Instant::now();
@@ -96,7 +97,7 @@ fn analysed(
     let mut time = Times::of::<CheckFindings>();
     time.add("build", start.elapsed().as_secs_f64());
     let mut analysis = Analysis::new(&engine, &question.preferences, args.preferences.options());
-    analyse(job, storage.name(), (time, parsed), &mut analysis)?;
+    analyse(job, storage.name(), time, parsed, &mut analysis)?;
     Ok(analysis)
 }
 
@@ -104,7 +105,8 @@ fn analysed(
 fn analyse<E: Engine>(
     job: &Job<CompareReport>,
     name: &'static str,
-    (mut time, parsed): (Times, f64),
+    mut time: Times,
+    parsed: f64,
     analysis: &mut Analysis<E>,
 ) -> Result<(), Error> {
     phases::run(analysis, Phase::ALL, &job.sink, &mut |event| phases::note(&mut time, event))?;

@@ -86,7 +86,8 @@ pub(super) struct ValuesArgs {
 impl ValuesArgs {
     fn quantities<E: Engine>(
         &self,
-        (analysis, program): (&Analysis<E>, &Program),
+        analysis: &Analysis<E>,
+        program: &Program,
         graph: &Graph,
         costs: Costs,
         limit: usize,
@@ -129,11 +130,11 @@ fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
     let graph = job.timed("states", list, |_, _| ())?;
     let mut quantities = None;
     if let Some((args, costs)) = wanted.values.as_ref().zip(costs) {
-        let compute = || args.quantities((&analysis, &question.program), &graph, costs, wanted.limit);
+        let compute = || args.quantities(&analysis, &question.program, &graph, costs, wanted.limit);
         quantities = Some(job.timed("values", compute, |_, _| ())?);
     }
     let program = &question.program;
-    let write = || folder.write(&contents(wanted, &graph, (&analysis, program), quantities.as_ref())?);
+    let write = || folder.write(&contents(wanted, &graph, &analysis, program, quantities.as_ref())?);
     let names = job.timed("write", write, |_, _| ())?;
     let peak = engine.usage().peak_nodes;
     job.update(|r| {
@@ -184,7 +185,8 @@ fn names(wanted: &Wanted) -> Vec<String> {
 fn contents<E: Engine>(
     wanted: &Wanted,
     graph: &Graph,
-    (analysis, program): (&Analysis<E>, &Program),
+    analysis: &Analysis<E>,
+    program: &Program,
     quantities: Option<&Quantities>,
 ) -> Result<Vec<Vec<u8>>, Error> {
     let mut contents = match wanted.format {

@@ -69,7 +69,8 @@ impl Stated {
 impl Asked {
     pub(super) fn new(
         mut program: Program,
-        (questions, is_list): (Vec<Stated>, bool),
+        questions: Vec<Stated>,
+        is_list: bool,
         overlap: Option<Predicate>,
     ) -> Self {
         note_inexact(&mut program, questions.iter().flat_map(|q| q.asking.goal.predicates()));
@@ -213,7 +214,8 @@ impl Loaded {
     pub(super) fn questions(
         &self,
         target: Option<&str>,
-        (properties, texts): (&[String], &[String]),
+        properties: &[String],
+        texts: &[String],
         regions: bool,
     ) -> Result<(Vec<Stated>, Vec<StatedTerm>), Error> {
         let program = &self.program;
@@ -244,7 +246,7 @@ impl Loaded {
                     let source = SourceFile::new("--property", text.as_str());
                     let property = lang::parse_property(&source)?;
                     let asks = asks(&property, program, &source, &Named::default())?;
-                    match asking(asks, (program, &source), &required, regions)? {
+                    match asking(asks, program, &source, &required, regions)? {
                         Ok(asking) => asking,
                         Err(term) => {
                             terms.push(StatedTerm { position, source, term });
@@ -266,7 +268,8 @@ impl Loaded {
 /// A requirement is wrong, or the property is not one operator and cannot be asked under requirements.
 pub(super) fn asking(
     asks: Asks,
-    (program, source): (&Program, &Arc<SourceFile>),
+    program: &Program,
+    source: &Arc<SourceFile>,
     required: &[Required],
     regions: bool,
 ) -> Result<Result<Asking, Term>, Error> {
@@ -359,7 +362,8 @@ pub(super) fn with_preferences(loaded: Loaded, preferences: &Path) -> Result<Que
 /// # Errors
 /// A file, the constants or the bounds are wrong.
 pub(super) fn certified(
-    (model, coalition): (&Path, Option<&str>),
+    model: &Path,
+    coalition: Option<&str>,
     preferences: &Path,
     given: &Given,
     sink: &TerminalSink,
@@ -376,14 +380,15 @@ pub(super) fn certified(
 pub(super) fn asked(
     args: &ModelArgs,
     target: Option<&str>,
-    (properties, texts): (&[String], &[String]),
+    properties: &[String],
+    texts: &[String],
     regions: bool,
     sink: &TerminalSink,
 ) -> Result<Asked, Error> {
     let for_goals = target.is_none() && properties.is_empty() && texts.is_empty();
     let loaded = parsed_for(args, for_goals, sink)?;
-    let (questions, terms) = loaded.questions(target, (properties, texts), regions)?;
-    Ok(Asked { terms, ..Asked::new(loaded.program, (questions, false), loaded.overlap) })
+    let (questions, terms) = loaded.questions(target, properties, texts, regions)?;
+    Ok(Asked { terms, ..Asked::new(loaded.program, questions, false, loaded.overlap) })
 }
 
 /// Reads the model, and a target or a property whose paths stop where it is decided.
@@ -392,7 +397,8 @@ pub(super) fn asked(
 /// A file, the constants, the bounds or an expression is wrong; no state decides the property.
 pub(super) fn stopping(
     args: &ModelArgs,
-    (target, property): (Option<&str>, Option<&str>),
+    target: Option<&str>,
+    property: Option<&str>,
     sink: &TerminalSink,
 ) -> Result<Asked, Error> {
     let Loaded { program, named, .. } = parsed(args, sink)?;
@@ -406,7 +412,7 @@ pub(super) fn stopping(
     };
     let overlap = overlap(&program);
     let question = Stated { position: 0, text: text.to_owned(), asking };
-    Ok(Asked::new(program, (vec![question], false), overlap))
+    Ok(Asked::new(program, vec![question], false, overlap))
 }
 
 /// Lets reports name an expression of the conditions that is not exact, if all of the model are.

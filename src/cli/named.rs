@@ -51,7 +51,7 @@ pub(super) fn named(
         all.push((name.clone(), asking.as_ref().err().cloned()));
         questions.extend(asking.ok().map(|asking| Stated { position, text: name, asking }));
     }
-    Ok((Asked { terms, ..Asked::new(program, (questions, true), overlap) }, all))
+    Ok((Asked { terms, ..Asked::new(program, questions, true, overlap) }, all))
 }
 
 /// Makes an error in the text of a property the reason against this property alone.

@@ -132,7 +132,8 @@ impl PlanArgs {
         job: &Job<ReachReport>,
         engine: &E,
         program: &Program,
-        (asking, out): (&Asking, Option<&Target>),
+        asking: &Asking,
+        out: Option<&Target>,
     ) -> Result<(), Error> {
         let Goal::States(target) = &asking.goal.target else {
             let message = "`--strong` and `--policy` are about reaching a target, not about other formulas";
@@ -152,7 +153,7 @@ impl PlanArgs {
             update(job, |plan| (plan.strong, plan.strong_states) = (Some(exists), Some(Number::from(count))));
         }
         let Some(out) = out else { return Ok(()) };
-        let find = || self.find(engine, program, (&goal, target));
+        let find = || self.find(engine, program, &goal, target);
         let found = job.timed("policy", find, |r, s| r.time.add("policy", s))?;
         update(job, |plan| plan.strong_cyclic = Some(found.is_some()));
         let Some(found) = found else {
@@ -174,7 +175,8 @@ impl PlanArgs {
         &self,
         engine: &E,
         program: &Program,
-        (goal, target): (&E::States, &meliora_model::predicate::Predicate),
+        goal: &E::States,
+        target: &meliora_model::predicate::Predicate,
     ) -> Result<Option<Policy>, Error> {
         let Some(found) = Policy::find(engine, program, goal, MOST_STATES)? else { return Ok(None) };
         let initial = engine.list_states(&engine.initial_states(), MOST_STATES)?;

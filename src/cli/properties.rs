@@ -88,7 +88,7 @@ pub(super) fn read(
     for (position, Properties { name, text, asks, source }) in stated.into_iter().enumerate() {
         let own = match asks {
             Ok(asks) => {
-                named::alone(&source, load::asking(asks, (&program, &source), &required, chosen.regions))?
+                named::alone(&source, load::asking(asks, &program, &source, &required, chosen.regions))?
             }
             Err(refusal) => Err(refusal),
         };
@@ -99,7 +99,7 @@ pub(super) fn read(
             Err(_) => {}
         }
     }
-    Ok((Asked { terms, ..Asked::new(program, (questions, true), overlap) }, entries))
+    Ok((Asked { terms, ..Asked::new(program, questions, true, overlap) }, entries))
 }
 
 /// Returns the entry of a property in the report, with the reason for no answer.

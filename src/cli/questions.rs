@@ -60,15 +60,15 @@ pub(super) fn work(job: &Job<ReachReport>, given: &Given<'_>, asked: &Asked) -> 
     });
     let all = || asked.questions.iter().map(|q| (&q.asking, q.position));
     if let Some(out) = &given.out {
-        return write_regions(job, (given, out), asked, &Vec::from_iter(all()));
+        return write_regions(job, given, out, asked, &Vec::from_iter(all()));
     }
     let plain: Vec<_> = all().filter(|(q, _)| q.goal.watched.is_none()).collect();
     if !plain.is_empty() || (asked.questions.is_empty() && asked.terms.is_empty()) {
-        run_engine(job, (given, &selected), asked, &asked.program, &plain)?;
+        run_engine(job, given, &selected, asked, &asked.program, &plain)?;
     }
     for question in all() {
         if let Some(watched) = &question.0.goal.watched {
-            run_engine(job, (given, &selected), asked, &watched.program, &[question])?;
+            run_engine(job, given, &selected, asked, &watched.program, &[question])?;
         }
     }
     terms::work(job, given, &selected, asked)
@@ -77,7 +77,8 @@ pub(super) fn work(job: &Job<ReachReport>, given: &Given<'_>, asked: &Asked) -> 
 /// Answers properties with one engine of diagrams, and writes their regions.
 fn write_regions(
     job: &Job<ReachReport>,
-    (given, out): (&Given<'_>, &Regions<'_>),
+    given: &Given<'_>,
+    out: &Regions<'_>,
     asked: &Asked,
     questions: &[(&Asking, usize)],
 ) -> Result<(), Error> {
@@ -91,7 +92,7 @@ fn write_regions(
     )?;
     let questions = answerable(job, &*engine, asked, questions)?;
     let mut kept = Some(Vec::new());
-    let unsafe_states = answer(job, &*engine, asked, &questions, (given, &mut kept))?;
+    let unsafe_states = answer(job, &*engine, asked, &questions, given, &mut kept)?;
     let place = |(at, which, states)| {
         let position = questions.iter().position(|(_, position)| *position == at)?;
         Some((position, which, states))
@@ -105,7 +106,7 @@ fn write_regions(
         };
         named.extend(questions.iter().map(entry));
     });
-    let write = || out.write((&engine, asked), &named, &found, unsafe_states.as_ref(), &job.sink);
+    let write = || out.write(&engine, asked, &named, &found, unsafe_states.as_ref(), &job.sink);
     let written = job.timed("write", write, |_, _| ())?;
     job.update(|r| r.written = Some(written));
     Ok(())
@@ -113,7 +114,8 @@ fn write_regions(
 
 fn run_engine(
     job: &Job<ReachReport>,
-    (given, selected): (&Given<'_>, &Selection),
+    given: &Given<'_>,
+    selected: &Selection,
     asked: &Asked,
     program: &Arc<Program>,
     questions: &[(&Asking, usize)],
@@ -146,9 +148,9 @@ fn run_engine(
         }
     };
     let questions = answerable(job, &*engine, asked, questions)?;
-    answer(job, &*engine, asked, &questions, (given, &mut None))?;
+    answer(job, &*engine, asked, &questions, given, &mut None)?;
     match (given.plan, questions.as_slice()) {
-        (Some((plan, out)), [(asking, _)]) => plan.work(job, &*engine, program, (asking, out)),
+        (Some((plan, out)), [(asking, _)]) => plan.work(job, &*engine, program, asking, out),
         _ => Ok(()),
     }
 }
@@ -184,7 +186,8 @@ fn answer<E: Engine>(
     engine: &E,
     asked: &Asked,
     questions: &[(&Asking, usize)],
-    (given, kept): (&Given<'_>, &mut Option<Found<E::States>>),
+    given: &Given<'_>,
+    kept: &mut Option<Found<E::States>>,
 ) -> Result<Option<E::States>, Error> {
     let Some((first, _)) = questions.first() else {
         let all = engine.all_states();

@@ -102,9 +102,7 @@ impl ReachArgs {
             Some(file) => properties::check(file, loaded.program),
             // The model names them, and each has its own reason if it is not answered.
             None if self.all_properties => Ok(()),
-            None => {
-                loaded.questions(self.target.as_deref(), (&self.property, &self.require), false).map(drop)
-            }
+            None => loaded.questions(self.target.as_deref(), &self.property, &self.require, false).map(drop),
         })?;
         Ok(sweep::Job::new("reach", report, &properties))
     }
@@ -164,10 +162,9 @@ impl ReachArgs {
         }
         let target = self.target.as_deref();
         let asked = match self.stop_at_target {
-            true => load::stopping(&self.model, (target, self.property.first().map(String::as_str)), sink)?,
+            true => load::stopping(&self.model, target, self.property.first().map(String::as_str), sink)?,
             false => {
-                let asked = (&self.property[..], &self.require[..]);
-                load::asked(&self.model, target, asked, self.out.is_some(), sink)?
+                load::asked(&self.model, target, &self.property, &self.require, self.out.is_some(), sink)?
             }
         };
         let texts = target.into_iter().map(str::to_owned).chain(self.property.iter().cloned());

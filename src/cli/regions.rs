@@ -63,7 +63,8 @@ impl<'a> Regions<'a> {
     /// A limit is hit, or the directory cannot be written.
     pub(super) fn write(
         &self,
-        (engine, asked): (&SymbolicEngine, &Asked),
+        engine: &SymbolicEngine,
+        asked: &Asked,
         questions: &[(&Asking, Option<String>, String)],
         found: &Found<StateSet>,
         unsafe_states: Option<&StateSet>,

@@ -193,7 +193,7 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
     check::read(job, &question);
     let build = || engines::symbolic(&question.program, &args.model, &job.sink);
     let engine = job.timed("build", build, |r, s| r.check.time.add("build", s))?;
-    let start = at.states(&*engine, &question.program, (args.model.scope, 1), &job.sink)?.pop();
+    let start = at.states(&*engine, &question.program, args.model.scope, 1, &job.sink)?.pop();
     let analysis = check::analyse(job, &engine, &question, &args.preferences)?;
     check::cycles(job, &analysis, &question, 1)?;
     let start = match start {

@@ -12,15 +12,14 @@ use meliora_planning::{
     Analysis, Kind, Opponent, Phase, Rank, Scheduler, Setup, Simulation, StrategyKind, improvable,
 };
 use meliora_quantities::Choose;
-use meliora_quantities::cost::Costs;
 use meliora_report::SimulateReport;
 use meliora_report::policy_report::PolicyRuns;
 use meliora_report::simulate::RunsReport;
 use meliora_report::simulate_csv::{RunLines, RunStart};
 
-use super::at::{self, At};
+use super::at;
 use super::by_name::by_name;
-use super::choose::{ChooseArgs, validate_scheduler};
+use super::choose::{ChooseArgs, Prepared, validate_scheduler};
 use super::exit::Status;
 use super::files::{Pieces, Target};
 use super::load::Question;
@@ -136,7 +135,7 @@ pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
     validate_scheduler(args.choose.choose, args.scheduler)?;
     let kind = args.choose.kind(StrategyKind::Plan)?;
     let header = args.engine.header(args.preferences.header(&args.model));
-    let report = SimulateReport::of_setup(header, (kind, args.choose.shown()), args.setup());
+    let report = SimulateReport::of_setup(header, kind, args.choose.shown(), args.setup());
     let inputs = [args.model.model.as_path(), args.preferences.preferences.as_path()];
     let target = |file: &Option<PathBuf>| Target::maybe(file.as_deref(), &inputs);
     let (csv, statistics) = (target(&args.csv)?, target(&args.statistics)?);
@@ -167,9 +166,9 @@ fn work(
         job.update(|r| r.opponent = opponent);
         Ok(())
     };
-    let (question, engine, (at, costs)) = args.choose.prepared(job, given, &args.at, kind, check)?;
-    simulate(job, &engine, (&question, kind, costs), args, (&at, csv))?;
-    Ok(question.program)
+    let prepared = args.choose.prepared(job, given, &args.at, kind, check)?;
+    simulate(job, &prepared, args, csv)?;
+    Ok(prepared.question.program)
 }
 
 /// Returns the choices of the opponent; `None` if the model is not a game.
@@ -184,18 +183,19 @@ pub(super) fn opponent(program: &Program, given: Option<Opponent>) -> Result<Opt
     }
 }
 
-fn simulate<E: Engine>(
+fn simulate(
     job: &Job<SimulateReport>,
-    engine: &Arc<E>,
-    (question, kind, costs): (&Question, StrategyKind, Costs),
+    prepared: &Prepared,
     args: &SimulateArgs,
-    (at, csv): (&At, Option<&Target>),
+    csv: Option<&Target>,
 ) -> Result<(), Error> {
+    let Prepared { question, engine, kind, at, costs } = prepared;
+    let kind = *kind;
     let limit = args.limit as usize;
     let starts = if at.is_empty() {
         at::listed(&**engine, &engine.initial_states(), limit, &|text| job.sink.note(text))?.0
     } else {
-        at.states(&**engine, &question.program, (args.model.scope, limit), &job.sink)?
+        at.states(&**engine, &question.program, args.model.scope, limit, &job.sink)?
     };
     let asked: &[Phase] = match args.choose.choose {
         Choose::First => &[Phase::levels(args.choose.choose.levels(kind))],
@@ -204,7 +204,7 @@ fn simulate<E: Engine>(
     let levels = || plan::analysis(engine, question, &args.preferences, asked, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
     let mut strategy = args.choose.strategy(&analysis, &question.program, kind)?;
-    let attach = || args.choose.attach((&analysis, &costs), &question.program, &starts, &mut strategy);
+    let attach = || args.choose.attach(&analysis, costs, &question.program, &starts, &mut strategy);
     let chooser = job.timed("values", attach, |r, s| args.choose.count(&mut r.time, s))?;
     let opponent = args.opponent.unwrap_or_default();
     let mut simulation = Simulation::new(&mut strategy, args.setup()).against(opponent);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use clap::Args;
 use meliora_base::error::{Error, Limit};
-use meliora_engine::{Count, Engine};
+use meliora_engine::{Algebra, Count, Engine};
 use meliora_model::{Program, State};
 use meliora_planning::induced_model::{Node, Unfolding};
 use meliora_planning::{
@@ -18,9 +18,9 @@ use meliora_report::reason::Words;
 use meliora_report::state::{Place, StateReport};
 use meliora_report::{Number, StrategyReport, Style, Written, strategy_table};
 
-use super::at::{self, At};
+use super::at;
 use super::check;
-use super::choose::ChooseArgs;
+use super::choose::{ChooseArgs, Prepared};
 use super::exit::Status;
 use super::files::{Pieces, Target};
 use super::load::Question;
@@ -143,19 +143,9 @@ fn work(
     csv: Option<&Target>,
 ) -> Result<(), Error> {
     let given = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
-    let (question, engine, (at, costs)) = args.choose.prepared(job, given, &args.at, kind, |_| Ok(()))?;
-    answer(job, &engine, (&question, kind, costs), args, (&at, csv))
-}
-
-fn answer<E: Engine>(
-    job: &Job<StrategyReport>,
-    engine: &Arc<E>,
-    (question, kind, costs): (&Question, StrategyKind, Costs),
-    args: &StrategyArgs,
-    (at, csv): (&At, Option<&Target>),
-) -> Result<(), Error> {
-    let most = (args.model.scope, args.limit());
-    let states = at.states(&**engine, &question.program, most, &job.sink)?;
+    let prepared = args.choose.prepared(job, given, &args.at, kind, |_| Ok(()))?;
+    let Prepared { question, engine, at, costs, .. } = &prepared;
+    let states = at.states(&**engine, &question.program, args.model.scope, args.limit(), &job.sink)?;
     if args.all {
         // Levels may take much longer than counting.
         refuse_more(&engine.count(&engine.all_states())?, args.limit())?;
@@ -194,7 +184,7 @@ struct Answering<'a, E: Engine> {
     csv: Option<&'a Target>,
     analysis: &'a Analysis<E>,
     strategy: FiniteMemoryStrategy<E>,
-    costs: Costs,
+    costs: &'a Costs,
     /// The decision rule of the strategy, if it depends on values.
     chooser: Option<Arc<dyn ValuedRule>>,
 }
@@ -207,9 +197,8 @@ impl<'a, E: Engine> Answering<'a, E> {
             false => given,
         };
         let choose = &self.args.choose;
-        let attach = || {
-            choose.attach((self.analysis, &self.costs), &self.question.program, &states, &mut self.strategy)
-        };
+        let attach =
+            || choose.attach(self.analysis, self.costs, &self.question.program, &states, &mut self.strategy);
         self.chooser = self.job.timed("values", attach, |r, s| choose.count(&mut r.time, s))?;
         if self.args.dot {
             return self.draw(&states);

@@ -123,8 +123,8 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
     let build = || engines::engine_for(&question.program, &args.model, &mut selected, false, &job.sink);
     let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
     job.update(|r| r.header.select(&selected));
-    let most = (args.model.scope, args.limit as usize);
-    let given = at.states(&*engine, &question.program, most, &job.sink)?;
+    let (scope, limit) = (args.model.scope, args.limit as usize);
+    let given = at.states(&*engine, &question.program, scope, limit, &job.sink)?;
     let phases = [Phase::Counts, Phase::Sasi, Phase::Spi];
     let levels = || plan::analysis(&engine, &question, &args.preferences, &phases, &job.sink);
     let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;

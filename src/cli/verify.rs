@@ -104,11 +104,11 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs, preferences: &Path) -> Resul
         constants: SourceFile::new("the constants of the dump", manifest.given_constants()),
         bounds: SourceFile::new("--bounds", args.bounds.join(",")),
     };
-    let model = (&*args.model, args.coalition.as_deref());
-    let question = || load::certified(model, preferences, &given, &job.sink);
+    let coalition = args.coalition.as_deref();
+    let question = || load::certified(&args.model, coalition, preferences, &given, &job.sink);
     let question = job
         .timed("parse", question, |_, _| ())
-        .map_err(|error| explained(error, (args, preferences), manifest))?;
+        .map_err(|error| explained(error, args, preferences, manifest))?;
     if dump.certificate.is_none() {
         let message = "the dump has no certificate; `meliora export` without `--region` and `--no-certificate` writes one";
         return Err(wrong(&args.directory, message.to_owned()));
@@ -131,7 +131,7 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs, preferences: &Path) -> Resul
 }
 
 /// Explains an error in a text that is not the one the dump was made from.
-fn explained(error: Error, (args, preferences): (&VerifyArgs, &Path), manifest: &Manifest) -> Error {
+fn explained(error: Error, args: &VerifyArgs, preferences: &Path, manifest: &Manifest) -> Error {
     let differs = |file: &Path, expected: &str| {
         load::read(file).is_ok_and(|source| sha256(source.original().as_bytes()) != expected)
     };

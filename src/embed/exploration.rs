@@ -82,7 +82,8 @@ impl Reached {
     /// Answers a question about a program; the engine is that of its goal.
     pub(super) fn of(
         asking: &Asking,
-        (program, engine): (&Arc<Program>, AnyEngine),
+        program: &Arc<Program>,
+        engine: AnyEngine,
         precision: f64,
         named: Option<Vec<bool>>,
     ) -> Result<Self> {
@@ -249,7 +250,7 @@ impl Exploration {
             None => self.engine.clone(),
             Some(watched) => AnyEngine::new(Arc::clone(&watched.program), self.engine.settings().clone())?,
         };
-        Reached::of(&asking, (program, engine), precision, self.named.clone())
+        Reached::of(&asking, program, engine, precision, self.named.clone())
     }
 
     /// Prepares an analysis under the preferences of a text, without computing anything. With

@@ -133,7 +133,7 @@ impl Model {
         let program = Arc::new(program);
         let engine = AnyEngine::new(Arc::clone(asking.goal.program(&program)), settings)?;
         check_start(&engine, &self.program)?;
-        Reached::of(&asking, (&program, engine), PRECISION, self.named.clone())
+        Reached::of(&asking, &program, engine, PRECISION, self.named.clone())
     }
 
     /// Parses a state: `r=2,c=2,d=false`. Missing variables get their initial values.

@@ -32,7 +32,7 @@ impl Analysis {
     /// [`meliora_report::Report::text`] formats it as text; it can also be written as JSON. Cost:
     /// see [`meliora_planning::Analysis::prospects`].
     pub fn report(&self, source: &str) -> Result<CheckReport> {
-        CheckReport::of_analysis(self, (self.program(), self.engine().storage()), source)
+        CheckReport::of_analysis(self, self.program(), self.engine().storage(), source)
     }
 
     /// Draws a page or a picture; `source` is the name of the preference file. Maps span the integer variables that `grid` names, rows first:

@@ -254,7 +254,7 @@ fn levels(
             }
             let winning = winning(engine, &choices, &game.edge_labels)?;
             let goal = engine.can_choose(&winning)?;
-            let towards = trends.towards(engine, (&goal, &winning), &choices, &game.edge_labels)?;
+            let towards = trends.towards(engine, &goal, &winning, &choices, &game.edge_labels)?;
             layers(named, &name, towards);
             if kind == Kind::Sasi {
                 let (_, lost) = level_rounds(engine, trends, arena, &game.edge_labels, &before)?;
@@ -263,7 +263,7 @@ fn levels(
             }
         }
         if matches!(analysis.levels(kind).end, Some(End::Empty)) {
-            last_level(engine, trends, analysis, kind, (arena, &before), named)?;
+            last_level(engine, trends, analysis, kind, arena, &before, named)?;
         }
     }
     Ok(())
@@ -276,7 +276,8 @@ fn last_level(
     trends: &Trends,
     analysis: &Of<'_>,
     kind: Kind,
-    (arena, before): (&Arena<SymbolicEngine>, &StateSet),
+    arena: &Arena<SymbolicEngine>,
+    before: &StateSet,
     named: &mut Vec<Named>,
 ) -> Result<()> {
     let found = &analysis.levels(kind).found;

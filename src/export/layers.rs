@@ -83,7 +83,7 @@ impl Trends {
         target: &StateSet,
         within: &ChoiceSet,
     ) -> Result<Proof> {
-        self.towards(engine, (target, &engine.no_choices()), within, &[])
+        self.towards(engine, target, &engine.no_choices(), within, &[])
     }
 
     /// Computes the layers of the states that reach a target by the given choices, or take one of the
@@ -94,7 +94,8 @@ impl Trends {
     pub(super) fn towards(
         &self,
         engine: &SymbolicEngine,
-        (target, winning): (&StateSet, &ChoiceSet),
+        target: &StateSet,
+        winning: &ChoiceSet,
         within: &ChoiceSet,
         edge_labels: &[EdgeLabels<StateSet>],
     ) -> Result<Proof> {
@@ -174,10 +175,10 @@ pub(super) fn of_all_players(engine: &SymbolicEngine) -> Result<SymbolicEngine> 
 
 /// Names the layers of a region.
 pub(super) fn layers(named: &mut Vec<Named>, region: &RegionName, sets: Proof) {
-    named.extend(sets.into_iter().enumerate().map(|(j, set)| Named::proof(region.layer(j), set)));
+    named.extend(sets.into_iter().enumerate().map(|(j, (x, trend))| Named::proof(region.layer(j), x, trend)));
 }
 
 /// Names the rounds of a region.
 pub(super) fn rounds(named: &mut Vec<Named>, region: &RegionName, sets: Proof) {
-    named.extend(sets.into_iter().enumerate().map(|(j, set)| Named::proof(region.round(j), set)));
+    named.extend(sets.into_iter().enumerate().map(|(j, (x, trend))| Named::proof(region.round(j), x, trend)));
 }

@@ -90,7 +90,7 @@ impl Named {
     }
 
     /// A layer or round.
-    fn proof(name: RegionName, (x, trend): (meliora_engine::symbolic::StateSet, Option<Trend>)) -> Self {
+    fn proof(name: RegionName, x: meliora_engine::symbolic::StateSet, trend: Option<Trend>) -> Self {
         Named { name, set: Set::States(x), trend }
     }
 }

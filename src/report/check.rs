@@ -56,7 +56,8 @@ impl CheckReport {
     /// A limit is reached.
     pub fn of_analysis<E: Engine>(
         analysis: &Analysis<E>,
-        (program, storage): (&Program, Storage),
+        program: &Program,
+        storage: Storage,
         preferences: &str,
     ) -> Result<Self> {
         let (engine, read) = (analysis.engine(), analysis.preferences());

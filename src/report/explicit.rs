@@ -73,7 +73,7 @@ impl ExplicitReport {
         self.values = written.map(|(quantities, precision)| {
             let rows = quantities.list.first().map_or(0, |q| q.bounds.len());
             let width = quantities.widest();
-            ExportedValues::new((rows, quantities.levels), &quantities.reward, width, precision)
+            ExportedValues::new(rows, quantities.levels, &quantities.reward, width, precision)
         });
     }
 }

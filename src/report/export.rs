@@ -125,9 +125,8 @@ impl ExportReport {
     /// Adds the bounds that were written, with the greatest width of one.
     pub fn set_values(&mut self, manifest: &Manifest, width: Option<f64>, precision: f64) {
         let values = manifest.values.as_ref().zip(width);
-        self.values = values.map(|(file, width)| {
-            ExportedValues::new((file.rows, file.levels), &file.reward, width, precision)
-        });
+        self.values = values
+            .map(|(file, width)| ExportedValues::new(file.rows, file.levels, &file.reward, width, precision));
     }
 }
 
@@ -160,7 +159,7 @@ impl Findings for ExportFindings {
 }
 
 impl ExportedValues {
-    pub(super) fn new((rows, levels): (usize, usize), reward: &str, width: f64, precision: f64) -> Self {
+    pub(super) fn new(rows: usize, levels: usize, reward: &str, width: f64, precision: f64) -> Self {
         let (widest, narrow) = (width.is_finite().then_some(width), width <= precision);
         ExportedValues { rows, levels, reward: reward.to_owned(), widest, narrow }
     }

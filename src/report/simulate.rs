@@ -341,7 +341,7 @@ fn turn(words: Words<'_>, before: &[i64], turn: &Turn) -> TurnReport {
 
 impl SimulateReport {
     /// Creates a report without results.
-    pub fn of_setup(header: Header, (kind, choosing): (StrategyKind, Choosing), setup: Setup) -> Self {
+    pub fn of_setup(header: Header, kind: StrategyKind, choosing: Choosing, setup: Setup) -> Self {
         let Setup { scheduler: strategy, runs, steps, seed } = setup;
         Envelope::of(
             header,

@@ -59,7 +59,7 @@ pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
         out += &cycle.text(style);
     }
     if let Some(unfolded) = &state.unfolded {
-        out += &paths_text((words, state.choosing.choose), unfolded, style);
+        out += &paths_text(words, state.choosing.choose, unfolded, style);
     }
     out
 }
@@ -187,7 +187,7 @@ fn level(words: Words<'_>, node: &Node) -> String {
 }
 
 /// Renders the paths under the progress strategy, one line per node.
-fn paths_text((words, choose): (Words<'_>, Choose), unfolded: &InducedModel, style: Style) -> String {
+fn paths_text(words: Words<'_>, choose: Choose, unfolded: &InducedModel, style: Style) -> String {
     let is_game = words.program.players.is_some();
     let by: &[&str] = if is_game { &["to move"] } else { &[] };
     let heading = [&["", "state", "most preferred", "level"], by, &["next"]].concat();

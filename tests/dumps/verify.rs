@@ -79,7 +79,7 @@ impl Case {
         align(&mut dump);
         let verdict = self.verify(&dump).unwrap();
         let violation = verdict.violation.expect("a changed dump was accepted");
-        violation.condition
+        violation.condition.to_string()
     }
 }
 

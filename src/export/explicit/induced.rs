@@ -52,7 +52,7 @@ pub fn induced<E: Engine>(
     }
     let keys = found.keys;
     let achieves = strategy.kind().achieves();
-    let labels = labels(analysis, program, (&unfolded, &keys), achieves)?;
+    let labels = labels(analysis, program, &unfolded, &keys, achieves)?;
     let states = keys.iter().map(|key| values(&unfolded, *key, achieves)).collect();
     let is_dtmc = scheduler == Scheduler::Progress && program.players.is_none();
     let players = program.players.as_ref().filter(|_| scheduler == Scheduler::Permissive);
@@ -149,7 +149,8 @@ fn values(unfolded: &InducedModel, (node, improved): Key, achieves: bool) -> Sta
 fn labels<E: Engine>(
     analysis: &Analysis<E>,
     program: &Program,
-    (unfolded, keys): (&InducedModel, &[Key]),
+    unfolded: &InducedModel,
+    keys: &[Key],
     achieves: bool,
 ) -> Result<Vec<(String, Vec<usize>)>> {
     let numbered = |holds: &dyn Fn(&Key) -> bool| -> Vec<usize> {

@@ -102,7 +102,7 @@ pub fn build<E: Dumpable>(
         classes: sets.classes.into_iter().map(|(class, _)| (class, next())).collect(),
         targets: sets.targets.iter().map(|_| next()).collect(),
         labels: sets.labels.into_iter().map(|(name, _)| (name, next())).collect(),
-        game: sets.game.map(|game| game.view(engine.program(), (plane, &engine.coalition()), &mut next)),
+        game: sets.game.map(|game| game.view(engine.program(), plane, &engine.coalition(), &mut next)),
         choices,
         projected,
         diagram: Diagram { roots: Vec::new(), ..diagram },
@@ -125,7 +125,7 @@ impl Sets {
         let is_empty = unsafe_states.as_ref().map_or(Ok(true), |states| engine.is_empty(states))?;
         let whole = analysis.whole_engine().diagrams()?;
         let levels = [&*ladders[0].levels, &*ladders[1].levels];
-        let game = GameSets::of((whole, engine), &neighbours(analysis)?, levels, choices)?;
+        let game = GameSets::of(whole, engine, &neighbours(analysis)?, levels, choices)?;
         Ok(Sets {
             scope: engine.all_states(),
             unsafe_states: unsafe_states.filter(|_| !is_empty),

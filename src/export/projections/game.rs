@@ -82,7 +82,8 @@ impl GameSets {
     /// safe states, `whole` that of all states, `levels` are those of SASI and SPI. Cost: one pre-image per
     /// rank of both kinds, and four per class.
     pub(super) fn of(
-        (whole, engine): (&SymbolicEngine, &SymbolicEngine),
+        whole: &SymbolicEngine,
+        engine: &SymbolicEngine,
         classes: &[Neighbours],
         levels: [&[StateSet]; 2],
         choices: usize,
@@ -115,7 +116,8 @@ impl GameSets {
     pub(super) fn view(
         self,
         program: &Program,
-        (plane, coalition): (Plane, &[bool]),
+        plane: Plane,
+        coalition: &[bool],
         next: &mut impl FnMut() -> Edge,
     ) -> GameView {
         let names = program.players.iter().flat_map(|players| &players.list);

@@ -93,7 +93,7 @@ struct Ticks {
 }
 
 /// Selects the values that have room.
-fn ticks(projections: &Projections, variable: VarId, (values, room): (&[i64], f64), sizes: Sizes) -> Ticks {
+fn ticks(projections: &Projections, variable: VarId, values: &[i64], room: f64, sizes: Sizes) -> Ticks {
     let step = nice(room / sizes.side, 1);
     let coarse = nice(room / sizes.phone.min(sizes.side), step);
     let words = !projections.variables[variable.index()].values.is_empty();
@@ -147,10 +147,10 @@ fn both(projections: &Projections, sizes: Sizes) -> (Ticks, Ticks) {
     let room =
         if slanted(projections) { FONT + 4.0 } else { widest(projections, column, &columns) + BETWEEN };
     let down = match projections.plane.row {
-        Some(row) => ticks(projections, row, (&rows, FONT + 4.0), sizes),
+        Some(row) => ticks(projections, row, &rows, FONT + 4.0, sizes),
         None => Ticks { least: 0.0, all: Vec::new() },
     };
-    (down, ticks(projections, column, (&columns, room), sizes))
+    (down, ticks(projections, column, &columns, room, sizes))
 }
 
 /// Returns the names of the axes with their directions.

@@ -34,7 +34,7 @@ pub(super) fn part(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -
     let words =
         Words { id: picture.name().to_owned(), title: picture.title().to_owned(), hint: hint(picture) };
     let legend = legend(content, paint, picture);
-    figure(content, paint, (Layer::Ranks(picture), paint.smallest(picture)), &words, &legend)
+    figure(content, paint, Layer::Ranks(picture), paint.smallest(picture), &words, &legend)
 }
 
 /// Renders the maps of values as parts of the page.
@@ -45,7 +45,7 @@ pub(super) fn values(content: &Content<'_>, paint: &Paint<'_>, heat: &Heat<'_>) 
             @let measure = table.measure;
             @let words = Words { id: measure.id(), title: measure.title(), hint: measure.hint() };
             @let smallest = table.looks.iter().map(|look| axes::size(&look.text)).max().unwrap_or(0);
-            (figure(content, paint, (Layer::Values(looks), smallest), &words, &plain_legend(&table.legend())))
+            (figure(content, paint, Layer::Values(looks), smallest, &words, &plain_legend(&table.legend())))
         }
     }
 }
@@ -94,7 +94,8 @@ fn legend(content: &Content<'_>, paint: &Paint<'_>, picture: Picture) -> Markup 
 fn figure(
     content: &Content<'_>,
     paint: &Paint<'_>,
-    (layer, smallest): (Layer<'_>, usize),
+    layer: Layer<'_>,
+    smallest: usize,
     words: &Words,
     legend: &Markup,
 ) -> Markup {
@@ -214,7 +215,7 @@ pub(super) fn cells(layer: Layer<'_>, paint: &Paint<'_>, sizes: Sizes) -> Markup
         } }
         @for (i, row) in paint.cells.iter().enumerate() {
             @for (j, found) in row.iter().enumerate() {
-                (cell(layer, paint, (i * row.len() + j, sizes.side >= axes::TINY), (SIDE * j, SIDE * i), found))
+                (cell(layer, paint, i * row.len() + j, sizes.side >= axes::TINY, SIDE * j, SIDE * i, found))
             }
         }
         (game::pieces(projections, &paint.opening, |row, column| corner(projections, row, column)))
@@ -237,8 +238,10 @@ fn corner(projections: &Projections, row: i64, column: i64) -> Option<(usize, us
 fn cell(
     layer: Layer<'_>,
     paint: &Paint<'_>,
-    (number, has_texts): (usize, bool),
-    (x, y): (usize, usize),
+    number: usize,
+    has_texts: bool,
+    x: usize,
+    y: usize,
     found: &Found,
 ) -> Markup {
     let look = match layer {

@@ -32,7 +32,7 @@ impl Entry {
 /// Renders a map.
 pub(super) fn svg(content: &Content<'_>, projections: &Projections, picture: Picture) -> Markup {
     let (paint, sizes) = (Paint::new(content, projections), Sizes::alone(projections));
-    let legend = legend(content, (&paint, sizes), picture);
+    let legend = legend(content, &paint, sizes, picture);
     let view = map::view_text(projections, &paint.opening);
     let view: Vec<String> = view.split_inclusive(", ").map(str::to_owned).collect();
     let names = axes::names(projections).into_iter().map(|name| name + "  ").collect::<Vec<_>>();
@@ -71,7 +71,7 @@ pub(super) fn svg(content: &Content<'_>, projections: &Projections, picture: Pic
 }
 
 /// Returns everything that the map shows.
-fn legend(content: &Content<'_>, (paint, sizes): (&Paint<'_>, Sizes), picture: Picture) -> Vec<Entry> {
+fn legend(content: &Content<'_>, paint: &Paint<'_>, sizes: Sizes, picture: Picture) -> Vec<Entry> {
     let colour = |(color, label): (_, String)| Entry {
         fill: Some(palette::css(color)),
         glyph: String::new(),
