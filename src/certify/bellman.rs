@@ -16,10 +16,10 @@
 use num_traits::{One, Zero};
 
 use super::arena::Arena;
-use super::bounds::{Entry, Table};
 use super::checker::Checker;
 use super::condition::Condition;
 use super::error::{CheckError, CheckResult};
+use super::table::{Entry, Table};
 use meliora_base::exact::Ratio;
 use meliora_dump::bounds::{Bounds, Number};
 use meliora_engine::Engine;

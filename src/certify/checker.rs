@@ -193,6 +193,20 @@ impl<'a> Checker<'a> {
         Ok(engine.can_choose(&engine.union(&on, &into(engine, layer.earlier)?)?)?)
     }
 
+    /// Checks that layers of a region lead to a target by given choices.
+    pub(super) fn leading_to(
+        &self,
+        name: &RegionName,
+        region: &StateSet,
+        target: &StateSet,
+        choices: &ChoiceSet,
+    ) -> CheckResult {
+        self.layers(name, region, target, |layer| {
+            let own = self.engine.choices_in(choices, layer.states)?;
+            self.leading(layer, |by, x| Ok(by.pre(&own, x)?))
+        })
+    }
+
     /// Checks the rounds that remove states from X. Each round is non-empty and disjoint from
     /// earlier rounds. Calls `check` with each round. Returns the rest of X after the last round.
     pub(super) fn rounds(

@@ -84,6 +84,7 @@ mod safe;
 mod safety;
 mod sample;
 mod sets;
+mod table;
 mod temporal;
 mod transitions;
 mod trends;

@@ -4,7 +4,7 @@ use super::checker::{Checker, Round};
 use super::condition::Condition;
 use super::error::CheckResult;
 use super::temporal;
-use meliora_engine::symbolic::{ChoiceSet, StateSet};
+use meliora_engine::symbolic::StateSet;
 use meliora_engine::{Algebra, Engine};
 use meliora_model::preference::{Goal, ObjectiveSet};
 use meliora_model::region::{NOTHING, RegionName, members as members_of};
@@ -57,23 +57,9 @@ fn positive(checker: &mut Checker<'_>, region: &RegionName, target: &StateSet) -
     checker.subset(target, &x, || Condition::HasTarget { region: region.clone() })?;
     let entering = engine.can_choose(&engine.pre(&engine.all_choices(), &x)?)?;
     checker.subset(&entering, &x, || Condition::HasSteps { region: region.clone() })?;
-    leading_to(checker, region, &x, target, &engine.all_choices())?;
+    checker.leading_to(region, &x, target, &engine.all_choices())?;
     checker.passed(region);
     Ok(())
-}
-
-/// Checks that layers of a region lead to a target by given choices.
-pub(super) fn leading_to(
-    checker: &Checker<'_>,
-    name: &RegionName,
-    region: &StateSet,
-    target: &StateSet,
-    choices: &ChoiceSet,
-) -> CheckResult {
-    checker.layers(name, region, target, |layer| {
-        let own = checker.engine.choices_in(choices, layer.states)?;
-        checker.leading(layer, |by, x| Ok(by.pre(&own, x)?))
-    })
 }
 
 /// Checks an almost-sure region, and returns it. Inside: the strategy stays in it, and under it
@@ -89,7 +75,7 @@ fn almost_sure(checker: &mut Checker<'_>, region: &RegionName, target: &StateSet
     let strategy = region.strategy();
     let condition = || Condition::StayingChoices { region: region.clone() };
     checker.equal_choices(&checker.regions.choices(&strategy)?, &checker.ours(&staying)?, condition)?;
-    leading_to(checker, region, &x, target, &staying)?;
+    checker.leading_to(region, &x, target, &staying)?;
     let left = checker.rounds(region, &engine.all_states(), |round| {
         let &Round { number, lost, .. } = round;
         let condition = || Condition::RoundTarget { round: number, region: region.clone() };

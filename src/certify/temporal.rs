@@ -19,7 +19,6 @@
 use super::checker::Checker;
 use super::condition::Condition;
 use super::error::CheckResult;
-use super::outcomes::leading_to;
 use meliora_engine::symbolic::{ChoiceSet, StateSet};
 use meliora_engine::{Algebra, Engine};
 use meliora_model::region::RegionName;
@@ -84,7 +83,7 @@ impl SecuredRegion {
         checker.subset(&self.region, &engine.can_choose(&staying)?, condition)?;
         for (index, mark) in self.again.iter().enumerate() {
             let start = engine.intersection(mark, &self.region)?;
-            leading_to(checker, &name.recurring(index + 1), &self.region, &start, &staying)?;
+            checker.leading_to(&name.recurring(index + 1), &self.region, &start, &staying)?;
         }
         Ok(())
     }

@@ -258,7 +258,8 @@ mod tests {
     use meliora_planning::Options;
     use serde_json::json;
 
-    use super::super::options::{Color, ShownArgs};
+    use super::super::options::ShownArgs;
+    use super::super::terminal::Color;
     use super::*;
 
     /// Returns the difference that is found between two different inputs.

@@ -1,6 +1,5 @@
 //! `meliora export --format explicit|drn|umb`: models state by state.
 
-use std::path::Path;
 use std::str::FromStr;
 use std::sync::Arc;
 
@@ -111,7 +110,7 @@ pub(super) fn run(wanted: Wanted, shown: &ShownArgs) -> Result<Status, Error> {
 }
 
 fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
-    let inputs: [&Path; 2] = [&wanted.model.model, &wanted.preferences.preferences];
+    let inputs = wanted.preferences.inputs(&wanted.model);
     let folder = Folder::new(&wanted.out, names(wanted), &inputs)?;
     let read = || {
         let question = load::question(&wanted.model, &wanted.preferences, &job.sink)?;

@@ -9,7 +9,6 @@ use meliora_base::error::Error;
 use meliora_base::files::{Installed, Replacement, folder};
 
 use super::terminal;
-use meliora_formats::two_paths;
 
 /// The path that stands for standard output.
 pub(super) const STDOUT: &str = "-";
@@ -46,11 +45,7 @@ impl Target {
             Ok(old) if !old.is_file() => Place::Stream,
             Ok(old) => {
                 let is_same = |path: &Path| fs::metadata(path).is_ok_and(|input| is_same(&old, &input));
-                let is_input = |input: &&&Path| match two_paths(input, Path::is_file) {
-                    Some(parts) => parts.iter().any(|part| is_same(part)),
-                    None => is_same(input),
-                };
-                if let Some(input) = inputs.iter().find(is_input) {
+                if let Some(input) = inputs.iter().find(|input| is_same(input)) {
                     let message = format!("`{}` is an input of this run, `{}`", shown(given), shown(input));
                     return Err(Error::Usage(message + "; write the results to another file"));
                 }

@@ -11,8 +11,8 @@ use meliora_model::Program;
 use meliora_quantities::answer::Answer;
 use meliora_report::reach::Share;
 
+use super::given::Given;
 use super::load::Asked;
-use super::questions::Given;
 
 /// The answer to a property, without counts.
 pub(super) struct Judged {

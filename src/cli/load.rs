@@ -9,7 +9,7 @@ use meliora::reach::{Asking, Required, Stopping};
 use meliora_base::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora_dump::manifest;
 use meliora_engine::NoProgress;
-use meliora_formats::{Document, two_paths};
+use meliora_formats::Document;
 use meliora_lang::ltl;
 use meliora_lang::named::Property;
 use meliora_lang::property::{Named, Term};
@@ -19,10 +19,11 @@ use meliora_model::predicate::Predicate;
 use meliora_model::preference::Preferences;
 use meliora_model::{ModelKind, Program};
 
-use super::named::{of_model, without_question};
+use super::model_files::ModelFiles;
 use super::options::{ModelArgs, PreferenceArgs};
 use super::progress::TerminalSink;
-use super::sweep::ranges;
+use super::ranges;
+use super::unanswered::{of_model, without_question};
 
 /// True once standard input has been read.
 static INPUT_READ: AtomicBool = AtomicBool::new(false);
@@ -118,19 +119,34 @@ pub(super) fn read(path: &Path) -> Result<Arc<SourceFile>, Error> {
     SourceFile::read(STANDARD_INPUT, standard_input()?)
 }
 
-/// Reads a model file; `-` is standard input.
+/// Reads a model; `-` is standard input.
 ///
 /// # Errors
-/// See [`Document::open`].
-pub(super) fn document(path: &Path) -> Result<Document, Error> {
-    let is_file = |path: &Path| path == Path::new("-") || path.is_file();
-    if let Some([domain, problem]) = two_paths(path, is_file) {
-        return Ok(Document::of_parts([read(&domain)?, read(&problem)?]));
+/// See [`Document::open`]; two files are not the two halves of a planning problem.
+pub(super) fn document(files: &ModelFiles) -> Result<Document, Error> {
+    match Vec::from_iter(files.paths())[..] {
+        [one, other] => halves([one, other]),
+        [path] if path != Path::new("-") => Document::open(path),
+        _ => Document::read(STANDARD_INPUT, standard_input()?),
     }
-    if path != Path::new("-") {
-        return Document::open(path);
+}
+
+/// Reads the two files of a planning problem, which stand in any order.
+fn halves(paths: [&Path; 2]) -> Result<Document, Error> {
+    if paths == [Path::new("-"); 2] {
+        return Err(Error::Usage("standard input is one file; give the other one a path".to_owned()));
     }
-    Document::read(STANDARD_INPUT, standard_input()?)
+    let [one, other] = [read(paths[0])?, read(paths[1])?];
+    for source in [&one, &other] {
+        if !meliora_pddl::is_pddl(&source.text) {
+            let message = format!(
+                "`{}` is not a part of a planning problem; only a planning problem has two files",
+                source.name
+            );
+            return Err(Error::Usage(message));
+        }
+    }
+    Ok(Document::of_parts([one, other]))
 }
 
 fn standard_input() -> Result<io::Stdin, Error> {
@@ -362,7 +378,7 @@ pub(super) fn with_preferences(loaded: Loaded, preferences: &Path) -> Result<Que
 /// # Errors
 /// A file, the constants or the bounds are wrong.
 pub(super) fn certified(
-    model: &Path,
+    model: &ModelFiles,
     coalition: Option<&str>,
     preferences: &Path,
     given: &Given,

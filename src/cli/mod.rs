@@ -12,22 +12,25 @@ mod engines;
 mod exit;
 mod files;
 mod folder;
+mod given;
 mod load;
+mod model_files;
 mod named;
 mod options;
 mod phases;
 mod plan;
-mod planning;
 mod policy;
 mod policy_file;
 mod progress;
 mod properties;
+mod ranges;
 mod signals;
 mod supervise;
 mod sweep;
 mod terminal;
 mod terms;
 mod tips;
+mod unanswered;
 mod watch;
 
 mod check;
@@ -57,7 +60,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use meliora_base::error::Error;
 
 use exit::Status;
-use options::Form;
+use terminal::Form;
 
 /// Exit statuses at the end of `--help`.
 const EXIT_STATUS: &str = "Exit status:
@@ -155,8 +158,7 @@ fn fail(error: &Error, form: Form) -> Status {
 
 /// Parses the arguments, in which options of PRISM may stand for ours.
 fn parsed(args: &[OsString]) -> Result<Cli, clap::Error> {
-    let args = planning::with_problems(with_options_of_prism(args));
-    let matches = parser().try_get_matches_from(args)?;
+    let matches = parser().try_get_matches_from(with_options_of_prism(args))?;
     Cli::from_arg_matches(&matches)
 }
 

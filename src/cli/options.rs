@@ -1,6 +1,6 @@
 //! Options that several commands share.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
@@ -13,20 +13,28 @@ use meliora_report::Header;
 
 use super::by_name::by_name;
 use super::files::Target;
-use super::supervise::Limits;
-use super::sweep::ranges;
+use super::model_files::ModelFiles;
+use super::ranges;
+use super::terminal::{Color, Form};
 
 /// Heading in `--help`, below the options of the command itself.
 pub(super) const LIMITS: &str = "Engine and limits";
 const OUTPUT: &str = "Output";
 
+/// The limits of a run.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Limits {
+    /// `--timeout`
+    pub(super) timeout: Option<Duration>,
+    /// `--memory`, in bytes.
+    pub(super) memory: u64,
+}
+
 /// The model and the options for its construction.
 #[derive(Debug, Clone, Args)]
 pub(super) struct ModelArgs {
-    /// Model in PRISM's language, JANI, UMB, DRN or as PRISM's .tra, or a planning problem in PDDL (the domain
-    /// and the problem, one after the other); `-` reads standard input
-    #[arg(value_name = "MODEL")]
-    pub(super) model: PathBuf,
+    #[command(flatten)]
+    pub(super) model: ModelFiles,
 
     /// Values of undefined constants, such as K=4,N=3 (repeatable)
     #[arg(short = 'c', long = "const", value_name = "NAME=VALUE,…", value_parser = constant_list)]
@@ -82,7 +90,7 @@ impl ModelArgs {
 
     /// Returns the path of the model as reports show it.
     pub(super) fn path(&self) -> String {
-        self.model.display().to_string()
+        self.model.shown()
     }
 
     /// Returns the memory limit of the engine, in bytes.
@@ -217,6 +225,11 @@ impl PreferenceArgs {
         Options { safety: self.safety, max_level }
     }
 
+    /// Returns the files of a model and these preferences.
+    pub(super) fn inputs<'a>(&'a self, model: &'a ModelArgs) -> Vec<&'a Path> {
+        model.model.paths().chain([self.preferences.as_path()]).collect()
+    }
+
     /// Returns the path of the preference file as reports show it.
     pub(super) fn path(&self) -> String {
         self.preferences.display().to_string()
@@ -281,30 +294,6 @@ impl ShownArgs {
         let quiet = self.quiet || (instance && self.verbose == 0);
         ShownArgs { json: self.json || instance, instance, quiet, ..self.clone() }
     }
-}
-
-/// The form of results on standard output.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Form {
-    /// Text for people.
-    Text,
-    /// One JSON object.
-    Json,
-    /// The message of an instance to its sweep.
-    Instance,
-}
-
-/// The use of colours.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-#[repr(u8)]
-pub(super) enum Color {
-    /// On a terminal, unless `NO_COLOR` is set
-    #[default]
-    Auto,
-    /// Always
-    Always,
-    /// Never
-    Never,
 }
 
 /// Parses the argument of `--precision`.

@@ -15,6 +15,7 @@ use meliora_report::policy_report::PolicyRuns;
 use meliora_report::{Header, PolicyReport, policy_file};
 
 use super::exit::Status;
+use super::model_files::ModelFiles;
 use super::load;
 use super::options::{PreferenceArgs, ShownArgs};
 use super::supervise::{Job, Limits, supervise};
@@ -60,7 +61,7 @@ pub(super) fn without_preferences(args: &PreferenceArgs) -> Result<(), Error> {
 /// A policy that is checked or run.
 pub(super) struct Checking<'a> {
     pub(super) policy: &'a Path,
-    pub(super) model: &'a Path,
+    pub(super) model: &'a ModelFiles,
     pub(super) bounds: &'a [String],
     pub(super) limits: Limits,
 }
@@ -125,11 +126,11 @@ impl Checking<'_> {
         (target, constants): (Option<String>, &[String]),
         is_check: bool,
     ) -> (Reading, PolicyReport, Limits) {
-        let header = Header::of_model(&self.model.display().to_string());
+        let header = Header::of_model(&self.model.shown());
         let report = PolicyReport::of_file(header, &self.policy.display().to_string(), is_check);
         let reading = Reading {
             policy: self.policy.to_owned(),
-            model: self.model.to_owned(),
+            model: self.model.clone(),
             constants: constants.join(","),
             bounds: self.bounds.join(","),
             target,
@@ -141,7 +142,7 @@ impl Checking<'_> {
 /// The inputs of a policy, owned by the worker.
 struct Reading {
     policy: PathBuf,
-    model: PathBuf,
+    model: ModelFiles,
     constants: String,
     bounds: String,
     target: Option<String>,

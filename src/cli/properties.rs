@@ -4,7 +4,6 @@ use std::path::Path;
 use std::sync::Arc;
 
 use meliora_base::error::{Error, SourceFile};
-use meliora_formats::Document;
 use meliora_lang::property_file::Stated as Properties;
 use meliora_lang::refusal::Refusal;
 use meliora_lang::{open_constants, outline_properties, parse_properties, refuse_values, split_constants};
@@ -68,9 +67,9 @@ pub(super) fn read(
     let given = SourceFile::new("--const", model.constants());
     refuse_values(&source, &given)?;
     let mut open = open_constants(&source)?;
-    if !open.is_empty() && model.model != Path::new("-") {
+    if !open.is_empty() && !model.model.has_stdin() {
         // A constant that both declare is refused at its place in the file.
-        let declared = Document::open(&model.model)?.constants();
+        let declared = load::document(&model.model)?.constants();
         open.retain(|name| !declared.contains(name));
     }
     let [theirs, others] = split_constants(&given, &open)?;

@@ -16,8 +16,8 @@ use meliora_report::query::{Contained, Rows};
 use super::exit::Status;
 use super::files::Target;
 use super::load;
-use super::options::{self, ShownArgs};
-use super::supervise::{Job, Limits, supervise};
+use super::options::{self, Limits, ShownArgs};
+use super::supervise::{Job, supervise};
 
 /// Count and list regions of a dump, or look up states, without the model
 #[derive(Debug, Clone, Args)]

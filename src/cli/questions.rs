@@ -19,28 +19,12 @@ use meliora_report::ReachReport;
 use meliora_report::properties::PropertyAnswer;
 use meliora_report::reach::Share;
 
-use super::engines;
-use super::files::Target;
+use super::given::Given;
 use super::judging::{self, Judged};
 use super::load::Asked;
-use super::named;
-use super::options::{EngineArgs, ModelArgs};
-use super::policy::PlanArgs;
 use super::regions::{Found, Regions};
 use super::supervise::Job;
-use super::terms;
-
-/// The arguments for the engine and the answers, and where the regions are written.
-pub(super) struct Given<'a> {
-    pub(super) model: &'a ModelArgs,
-    pub(super) engine: EngineArgs,
-    pub(super) out: Option<Regions<'a>>,
-    pub(super) precision: f64,
-    /// True for one question, whose fields the report has.
-    pub(super) is_one: bool,
-    /// The plans that are asked for, and where the policy is written.
-    pub(super) plan: Option<(&'a PlanArgs, Option<&'a Target>)>,
-}
+use super::{engines, terms, unanswered};
 
 /// Answers the reachability properties with one engine, then each formula with its own, and then the
 /// expressions over states.
@@ -172,7 +156,7 @@ fn answerable<'a, E: Engine>(
             Some(reason) if asked.is_list => job.update(|r| r.properties[position].reason = Some(reason)),
             Some(reason) => {
                 let text = asked.questions.iter().find(|q| q.position == position).map_or("", |q| &q.text);
-                return Err(named::not_answered(text, &reason));
+                return Err(unanswered::not_answered(text, &reason));
             }
         }
     }

@@ -12,13 +12,14 @@ use meliora_report::reach::OneQuestion;
 
 use super::exit::Status;
 use super::files::Target;
+use super::given::Given;
 use super::load::{self, Asked};
 use super::named;
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::policy::PlanArgs;
 use super::progress::TerminalSink;
 use super::properties::{self, Chosen};
-use super::questions::{self, Given};
+use super::questions;
 use super::regions::Regions;
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
@@ -196,7 +197,7 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
     }
     let (limits, shown) = (args.model.limits(), args.shown.of(&args.model));
     let has_plan = args.is_one() && args.require.is_empty() && args.out.is_none() && !args.stop_at_target;
-    let policy = args.plan.checked(has_plan, &[args.model.model.as_path()])?;
+    let policy = args.plan.checked(has_plan, &Vec::from_iter(args.model.model.paths()))?;
     supervise(report, limits, &shown, move |job| work(job, &args, policy.as_ref()))
 }
 

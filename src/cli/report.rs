@@ -169,7 +169,8 @@ impl ReportArgs {
 }
 
 fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
-    let inputs = [args.model.model.as_path(), &args.preferences.preferences, Path::new(&args.model.order)];
+    let mut inputs = args.preferences.inputs(&args.model);
+    inputs.push(Path::new(&args.model.order));
     let target = args.out.as_ref().map(|out| Target::new(out, &inputs)).transpose()?;
     if args.shown.json && target.as_ref().is_some_and(Target::is_stdout) {
         let message = "`--json` writes to standard output; write the page to a file (`--out FILE`)";

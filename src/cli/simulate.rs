@@ -136,7 +136,7 @@ pub(super) fn run(args: SimulateArgs) -> Result<Status, Error> {
     let kind = args.choose.kind(StrategyKind::Plan)?;
     let header = args.engine.header(args.preferences.header(&args.model));
     let report = SimulateReport::of_setup(header, kind, args.choose.shown(), args.setup());
-    let inputs = [args.model.model.as_path(), args.preferences.preferences.as_path()];
+    let inputs = args.preferences.inputs(&args.model);
     let target = |file: &Option<PathBuf>| Target::maybe(file.as_deref(), &inputs);
     let (csv, statistics) = (target(&args.csv)?, target(&args.statistics)?);
     if [&csv, &statistics].iter().all(|target| target.as_ref().is_some_and(Target::is_stdout)) {

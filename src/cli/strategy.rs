@@ -130,7 +130,7 @@ pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
     let kind = args.choose.kind(StrategyKind::Sasi)?;
     let header = args.engine.header(args.preferences.header(&args.model));
     let report = StrategyReport::of_kind(header, kind, args.choose.shown());
-    let inputs = [args.model.model.as_path(), args.preferences.preferences.as_path()];
+    let inputs = args.preferences.inputs(&args.model);
     let csv = Target::maybe(args.csv.as_deref(), &inputs)?;
     let (limits, shown) = (args.model.limits(), args.shown.with_csv(csv.as_ref())?);
     supervise(report, limits, &shown, move |job| work(job, &args, kind, csv.as_ref()))

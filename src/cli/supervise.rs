@@ -14,21 +14,13 @@ use meliora_report::sweep::Outcome;
 use meliora_report::{Failure as Failed, FailureKind, Report};
 
 use super::exit::Status;
-use super::options::{Form, ShownArgs};
+use super::options::{Limits, ShownArgs};
 use super::progress::TerminalSink;
+use super::terminal::Form;
 use super::{advice, signals, terminal, watch};
 
 /// The number of times that the report is tried to be locked, and the time between them.
 const TRIALS: (usize, Duration) = (50, Duration::from_millis(5));
-
-/// The limits of a run.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Limits {
-    /// `--timeout`
-    pub(super) timeout: Option<Duration>,
-    /// `--memory`, in bytes.
-    pub(super) memory: u64,
-}
 
 /// The report that the worker fills in, and the sink of its progress.
 pub(super) struct Job<R> {

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
+use clap::ValueEnum;
 use meliora_base::error::{Diagnostic, Error, Limit, render};
 use meliora_base::{escape, json};
 use meliora_report::sweep::Outcome;
@@ -12,7 +13,30 @@ use serde::Serialize;
 
 use super::advice;
 use super::exit::Status;
-use super::options::{Color, Form};
+
+/// The form of results on standard output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    /// Text for people.
+    Text,
+    /// One JSON object.
+    Json,
+    /// The message of an instance to its sweep.
+    Instance,
+}
+
+/// The use of colours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+#[repr(u8)]
+pub(super) enum Color {
+    /// On a terminal, unless `NO_COLOR` is set
+    #[default]
+    Auto,
+    /// Always
+    Always,
+    /// Never
+    Never,
+}
 
 /// The value of `--color`, for messages after the options are out of reach.
 static COLOR: AtomicU8 = AtomicU8::new(0);

@@ -15,8 +15,8 @@ use meliora_report::properties::ListedState;
 use meliora_report::reach::Share;
 
 use super::engines;
+use super::given::Given;
 use super::load::{Asked, StatedTerm};
-use super::questions::Given;
 use super::supervise::Job;
 
 /// Answers all of them with one engine. A property without an answer leaves the others of a file.

@@ -96,7 +96,7 @@ pub(super) struct ValuesArgs {
 /// The input is wrong, or a limit is hit.
 pub(super) fn run(args: ValuesArgs) -> Result<Status> {
     args.engine.validate(&args.model)?;
-    let inputs = [args.model.model.as_path(), args.preferences.preferences.as_path()];
+    let inputs = args.preferences.inputs(&args.model);
     let csv = Target::maybe(args.csv.as_deref(), &inputs)?;
     let header = args.engine.header(args.preferences.header(&args.model));
     let report = ValuesReport::of_cost(header, &args.reward, args.precision);

@@ -14,6 +14,7 @@ use meliora_report::VerifyReport;
 
 use super::exit::Status;
 use super::load;
+use super::model_files::ModelFiles;
 use super::options::ShownArgs;
 use super::policy_file;
 use super::query::LimitArgs;
@@ -38,9 +39,8 @@ pub(super) struct VerifyArgs {
     #[arg(value_name = "DIR")]
     directory: PathBuf,
 
-    /// Model that the dump, or the policy, was made from
-    #[arg(value_name = "MODEL")]
-    model: PathBuf,
+    #[command(flatten)]
+    model: ModelFiles,
 
     /// Preference file that the dump was made from; none for a policy
     #[arg(value_name = "PREFS")]
@@ -132,19 +132,18 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs, preferences: &Path) -> Resul
 
 /// Explains an error in a text that is not the one the dump was made from.
 fn explained(error: Error, args: &VerifyArgs, preferences: &Path, manifest: &Manifest) -> Error {
-    let differs = |file: &Path, expected: &str| {
-        load::read(file).is_ok_and(|source| sha256(source.original().as_bytes()) != expected)
-    };
+    let differs = |source: &SourceFile, expected: &str| sha256(source.original().as_bytes()) != expected;
+    let model = load::document(&args.model).is_ok_and(|read| differs(read.source(), &manifest.model.sha256));
+    let wishes =
+        || load::read(preferences).is_ok_and(|source| differs(&source, &manifest.preferences.sha256));
     let (what, file, made_from) = match error {
-        Error::Input(_) if differs(&args.model, &manifest.model.sha256) => {
-            ("model", &*args.model, &manifest.model.path)
-        }
-        Error::Input(_) if differs(preferences, &manifest.preferences.sha256) => {
-            ("preference file", preferences, &manifest.preferences.path)
+        Error::Input(_) if model => ("model", args.model.shown(), &manifest.model.path),
+        Error::Input(_) if wishes() => {
+            ("preference file", preferences.display().to_string(), &manifest.preferences.path)
         }
         error => return error,
     };
-    let (file, made_from) = (file.display(), made_from.escape_debug());
+    let made_from = made_from.escape_debug();
     let message = format!(
         "the dump was made from another {what}, `{made_from}`, whose text differs from that of `{file}`"
     );

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use crate::table::{self, Frame};
@@ -29,13 +29,6 @@ pub struct Document {
     for_goals: bool,
 }
 
-/// Splits `domain.pddl problem.pddl` into its two paths; `is_file` tells paths of files.
-pub fn two_paths(path: &Path, is_file: impl Fn(&Path) -> bool) -> Option<[PathBuf; 2]> {
-    let text = path.to_str().filter(|_| !is_file(path))?;
-    let halves = text.match_indices(' ').map(|(at, _)| [&text[..at], &text[at + 1..]].map(PathBuf::from));
-    halves.into_iter().find(|halves| halves.iter().all(|half| is_file(half)))
-}
-
 impl Document {
     /// Reads a file. For transitions in PRISM's explicit format (`model.tra`), reads `model.sta` and
     /// `model.lab` as well if they exist, unless the file has states or labels itself (`model.pexp`).
@@ -43,12 +36,7 @@ impl Document {
     /// # Errors
     /// A file cannot be read, has more than 256 MiB, or is neither an archive nor UTF-8; a file next to
     /// the transitions is not a regular one.
-    ///
-    /// The two files of a planning problem are given with a space between: `domain.pddl problem.pddl`.
     pub fn open(path: &Path) -> Result<Self> {
-        if let Some([domain, problem]) = two_paths(path, Path::is_file) {
-            return Ok(Self::of_parts([SourceFile::open(&domain)?, SourceFile::open(&problem)?]));
-        }
         let file = File::open(path).map_err(|e| Error::reading(path, &e))?;
         let mut document = Self::read(path.display().to_string(), file)?;
         let source = &document.source;
@@ -103,6 +91,11 @@ impl Document {
     /// Returns the files next to the transitions of PRISM: the values and the labels of states.
     pub fn beside(&self) -> &[Option<Arc<SourceFile>>; 2] {
         &self.beside
+    }
+
+    /// Returns the text; for an archive, a text with its hash.
+    pub fn source(&self) -> &SourceFile {
+        &self.source
     }
 
     /// Returns the bytes of an archive; `None` for a text.

@@ -31,7 +31,7 @@ use meliora_lang::names::displayed;
 use meliora_lang::{Checked, Given};
 use table::Frame;
 
-pub use document::{Document, two_paths};
+pub use document::Document;
 
 /// Reads a model from a text and flattens it: in PRISM's language, in JANI, state by state (Storm's
 /// DRN, or PRISM's transitions), or as a planning problem in PDDL. `constants` has the form `K=4,N=3` and may be empty.

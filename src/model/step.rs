@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
 use super::expr::ExprId;
+pub use super::weight::StepError;
 use super::weight::Weight;
 use super::{CommandId, ModelKind, Program, State, VarId};
-use meliora_base::exact::{Ratio, Real};
+use meliora_base::exact::Ratio;
 use meliora_base::rounding::Sum;
 use meliora_base::value::{EvalError, Value};
 
@@ -39,19 +40,6 @@ pub struct Step<W = f64> {
     pub name: String,
     /// Each successor once, with its probability.
     pub successors: Vec<(State, W)>,
-}
-
-/// The reasons why a step has no meaning in a state.
-#[derive(Debug, Clone, PartialEq)]
-pub enum StepError {
-    /// The expression of a guard, a probability or an update has no value.
-    Eval(CommandId, EvalError),
-    /// The sum of a command's probabilities, or one of them, is this invalid number.
-    Probability(CommandId, Real),
-    /// An update assigns this value, which is outside the variable's range.
-    OutOfRange(CommandId, VarId, i64),
-    /// There are more choices or successors than [`MOST_WAYS`].
-    TooMany,
 }
 
 /// Maximum number of choices of a state, and of ways to take their branches: synchronised commands

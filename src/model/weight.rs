@@ -1,15 +1,24 @@
 //! Probabilities of steps: doubles, or exact fractions.
-//!
-//! This file and `step` import each other: steps multiply weights, and the faults found while the
-//! branches of a command are weighed are those of steps.
 
 use num_traits::{One, Zero};
 
-use super::step::StepError;
-use super::{Branch, Command, CommandId, Program};
+use super::{Branch, Command, CommandId, Program, VarId};
 use meliora_base::exact::{Exact, Ratio, Real};
 use meliora_base::rounding::{Sum, judged};
 use meliora_base::value::EvalError;
+
+/// The reasons why a step has no meaning in a state.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StepError {
+    /// The expression of a guard, a probability or an update has no value.
+    Eval(CommandId, EvalError),
+    /// The sum of a command's probabilities, or one of them, is this invalid number.
+    Probability(CommandId, Real),
+    /// An update assigns this value, which is outside the variable's range.
+    OutOfRange(CommandId, VarId, i64),
+    /// There are more choices or successors than [`MOST_WAYS`](super::step::MOST_WAYS).
+    TooMany,
+}
 
 /// The smallest positive double.
 const LEAST: f64 = f64::from_bits(1);

@@ -5,11 +5,11 @@ use std::fmt::Write;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::columns::{Column, Place};
 use super::cycle::Cycle;
 use super::envelope::{Envelope, Findings, Phase};
 use super::number::grouped;
 use super::players::{self, PlayerSummary};
-use super::sweep::{Column, Place};
 use super::text::{self, Grid};
 use super::{Header, Style, ranks, unsafe_start};
 use meliora_base::error::Result;
@@ -86,7 +86,11 @@ const LEVELS: usize = 16;
 
 impl CheckFindings {
     /// Returns the columns of the levels of one kind.
-    fn level_columns(&self, kind: &str, of: fn(&AnalysisResult) -> &LevelCounts) -> Vec<Column<Self>> {
+    fn level_columns(
+        &self,
+        kind: &str,
+        of: fn(&AnalysisResult) -> &LevelCounts,
+    ) -> Vec<Column<Envelope<Self>>> {
         let levels = if self.levels == 0 { LEVELS } else { self.levels.min(LEVELS) };
         let level = |k: usize| {
             let cell = move |r: &CheckReport| of(&r.result).levels.get(k - 1).map(ToString::to_string);
@@ -128,7 +132,7 @@ impl Findings for CheckFindings {
         self.result.counts.as_ref()
     }
 
-    fn columns(&self) -> Vec<Column<Self>> {
+    fn columns(&self) -> Vec<Column<Envelope<Self>>> {
         let rank = |name: &str, of: fn(&Prospects) -> Option<&Plan>| {
             let cell = move |r: &CheckReport| {
                 Some(match of(r.initial.first()?)?.rank {

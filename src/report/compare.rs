@@ -6,9 +6,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::check::CheckFindings;
+use super::columns::{Column, Place};
 use super::envelope::{Envelope, Findings, Times};
 use super::number::grouped;
-use super::sweep::{Column, Place};
 use super::text::{self, Grid};
 use super::{Number, Style};
 use meliora_engine::Storage;
@@ -117,7 +117,7 @@ impl Findings for CompareFindings {
         self.counts.as_ref()
     }
 
-    fn columns(&self) -> Vec<Column<Self>> {
+    fn columns(&self) -> Vec<Column<Envelope<Self>>> {
         let seconds = |storage: Storage| {
             let cell = move |r: &CompareReport| {
                 let own = r.engines.iter().find(|own| own.engine == storage.name())?;

@@ -6,11 +6,12 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value as Json, json};
 
+use super::columns::{Column, Heading, Place, Row};
 use super::header::Header;
 use super::report::{Failure, MemoryUse, Report};
 use super::style::Style;
-use super::sweep::{Column, Row};
 use super::text;
+use meliora_engine::Count;
 use meliora_planning::result::ModelCounts;
 
 /// The results of a command.
@@ -41,7 +42,7 @@ pub trait Findings: Serialize + JsonSchema + Sized {
     }
 
     /// Returns the columns of a sweep in addition to those of all commands, for these settings.
-    fn columns(&self) -> Vec<Column<Self>> {
+    fn columns(&self) -> Vec<Column<Envelope<Self>>> {
         Vec::new()
     }
 
@@ -230,6 +231,46 @@ impl<F: Findings> Envelope<F> {
     }
 }
 
+impl<F: Findings> Envelope<F> {
+    /// Returns the columns of the table, which depend on the settings and not on the results. The answers to
+    /// properties stand before the columns of the second list.
+    fn columns(&self) -> [Vec<Column<Envelope<F>>>; 2] {
+        let counts = |name, place, of: fn(&ModelCounts) -> &Count| {
+            Column::new(name, move |r: &Envelope<F>| r.findings.counts().map(|counts| of(counts).to_string()))
+                .at(place)
+        };
+        let mut first = vec![
+            counts("states", Place::Always, |counts| &counts.states),
+            counts("choices", Place::File, |counts| &counts.choices),
+            counts("transitions", Place::Room(2), |counts| &counts.transitions),
+        ];
+        first.extend(self.findings.columns());
+        let used = vec![
+            Column::new("seconds", |r: &Envelope<F>| Some(r.time.total.to_string())),
+            Column::new("peak_nodes", |r: &Envelope<F>| Some(r.memory.peak_nodes.to_string()))
+                .at(Place::Room(1)),
+            Column::new("peak_rss_bytes", |r: &Envelope<F>| Some(r.memory.peak_rss_bytes.to_string()))
+                .at(Place::File),
+        ];
+        [first, used]
+    }
+
+    /// Returns the headings of the table: those before and after the answers to properties.
+    pub fn headings(&self) -> [Vec<Heading>; 2] {
+        self.columns().map(|columns| columns.into_iter().map(|column| column.heading).collect())
+    }
+
+    /// Returns the row of the table.
+    pub(super) fn row_of_sweep(&self) -> Row {
+        let known = |column: Column<Envelope<F>>| Some((column.heading.name, (column.cell)(self)?));
+        let cells = self.columns().into_iter().flatten().filter_map(known).collect();
+        let problem = self.error.as_ref().map(|failure| failure.message.clone());
+        let (answers, notes) = self.findings.answers().into_iter().unzip();
+        let notes: Vec<Option<String>> = notes;
+        Row { cells, answers, notes: notes.into_iter().flatten().collect(), problem }
+    }
+}
+
 impl<F: Findings + Default> Envelope<F> {
     /// Creates a report without results.
     pub fn new(header: Header) -> Self {
@@ -289,4 +330,85 @@ pub(super) fn incomplete(failure: Option<&Failure>, style: Style) -> String {
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands out references")]
 pub(super) fn is_true(flag: &bool) -> bool {
     *flag
+}
+
+#[cfg(test)]
+mod tests {
+    use meliora_model::valuation::Valuation;
+    use meliora_planning::Rank;
+    use meliora_planning::result::{LevelCounts, LevelsEnd, Plan, Prospects};
+    use meliora_quantities::state_values::Bound;
+
+    use crate::properties::PropertyAnswer;
+    use crate::{CheckReport, Header};
+
+    #[test]
+    fn levels_stand_in_their_columns() {
+        let mut report = CheckReport::new(Header::of_model("m"));
+        let sizes = |levels: &[u32]| levels.iter().map(|&n| n.into()).collect();
+        report.result.sasi = LevelCounts { levels: sizes(&[5, 3]), end: LevelsEnd::Empty };
+        report.result.spi = LevelCounts { levels: sizes(&[6]), end: LevelsEnd::Unbounded(6u32.into()) };
+        let plan = |rank| Some(Plan { rank, actions: Vec::new() });
+        let (sasi, spi) = (plan(Rank::Finite(2)), plan(Rank::Unbounded));
+        report.initial = vec![Prospects {
+            state: Vec::new().into(),
+            owner: None,
+            values: Valuation::default(),
+            escape: None,
+            sure: None,
+            possible: None,
+            most_preferred: Vec::new(),
+            jointly: None,
+            sasi,
+            spi,
+        }];
+        report.time.total = 0.5;
+        let row = report.row_of_sweep();
+        let cell = |name: &str| row.cells.iter().find(|(own, _)| own == name).map(|(_, cell)| cell.as_str());
+        for (name, expected) in [
+            ("states", None),
+            ("sasi_1", Some("5")),
+            ("sasi_2", Some("3")),
+            ("sasi_3", None),
+            ("sasi_unbounded", Some("0")),
+            ("sasi_levels", Some("2")),
+            ("spi_unbounded", Some("6")),
+            ("sasi_rank", Some("2")),
+            ("spi_rank", Some("unbounded")),
+            ("seconds", Some("0.5")),
+        ] {
+            assert_eq!(cell(name), expected, "{name}");
+        }
+        report.levels = 2;
+        let names: Vec<String> = report.headings()[0].iter().skip(3).map(|h| h.name.clone()).collect();
+        assert_eq!(names[..4], ["sasi_1", "sasi_2", "sasi_unbounded", "sasi_levels"]);
+        assert_eq!(names[8..], ["sasi_rank", "spi_rank"]);
+    }
+
+    /// The cell of a Pareto front was empty, although the property was answered.
+    #[test]
+    fn answers_are_verdicts_or_bounds_and_never_empty_without_a_limit() {
+        let open =
+            |reason: Option<&str>| PropertyAnswer::open(None, "p".to_owned(), reason.map(str::to_owned));
+        let answer = |holds, bounds: Option<(f64, f64)>| {
+            let value = bounds.map(|(lower, upper)| Some(Bound { lower, upper, exact: None }));
+            PropertyAnswer { holds, value, ..open(None) }
+        };
+        for (property, expected) in [
+            (answer(Some(true), None), "true"),
+            (answer(Some(false), Some((0.5, 0.5))), "false"),
+            (answer(None, Some((0.5, 0.5))), "0.5"),
+            (answer(None, Some((0.25, f64::INFINITY))), "0.25..inf"),
+            (answer(None, Some((f64::INFINITY, f64::INFINITY))), "inf"),
+            (
+                PropertyAnswer { front: Some(vec![[0.0, 1.0], [0.5, 0.25]]), ..open(None) },
+                "(0, 1) (0.5, 0.25)",
+            ),
+            (PropertyAnswer { value: Some(None), ..open(Some("unsafe")) }, "no value"),
+            (open(Some("unknown name")), "not answered"),
+            (open(None), ""),
+        ] {
+            assert_eq!(property.cell(), expected, "{property:?}");
+        }
+    }
 }

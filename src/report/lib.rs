@@ -19,6 +19,7 @@
 
 pub mod check;
 pub mod choose;
+pub mod columns;
 pub mod compare;
 pub mod cycle;
 pub mod envelope;

@@ -6,11 +6,11 @@ use schemars::{JsonSchema, Schema};
 use serde::Serialize;
 use serde_json::Value as Json;
 
+use super::columns::{Column, Place};
 use super::envelope::{Envelope, Findings, Phase};
 use super::export::WrittenRegions;
 use super::fields::is_nullable;
 use super::properties::{self, PropertyAnswer, Sizes, shown};
-use super::sweep::{Column, Place};
 use super::text::Grid;
 use super::{Number, Style, unsafe_start};
 use meliora_engine::regions::Regions;
@@ -169,7 +169,7 @@ impl Findings for ReachFindings {
         self.counts.as_ref()
     }
 
-    fn columns(&self) -> Vec<Column<Self>> {
+    fn columns(&self) -> Vec<Column<Envelope<Self>>> {
         let of = |of: fn(&OneQuestion) -> &Option<Number>| {
             move |r: &ReachReport| of(r.one.as_ref()?).as_ref().map(ToString::to_string)
         };

@@ -5,8 +5,8 @@ use std::io;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::columns::Row;
 use super::style::Style;
-use super::sweep::Row;
 use meliora_base::error::{Error, Limit};
 
 /// The result of a command as plain data.

@@ -8,7 +8,6 @@ mod file;
 mod json;
 mod plot;
 mod process;
-pub(super) mod ranges;
 mod row;
 mod table;
 
@@ -21,18 +20,19 @@ use std::time::Duration;
 
 use clap::Args;
 use meliora_base::error::{Error, Limit};
-use meliora_report::sweep::{Instance as Finished, Row};
+use meliora_report::columns::Row;
+use meliora_report::sweep::Instance as Finished;
 use serde_json::{Map, Value as Json};
 
 use super::exit::Status;
 use super::files::Target;
 use super::options::{ModelArgs, ShownArgs};
+use super::ranges::{self, Positions, Range};
 use super::{signals, terminal, watch};
 use file::CsvFile;
 use json::Runs;
 use plot::Plotted;
 use process::{Instance, Outcome, Pool};
-use ranges::{Positions, Range};
 use row::Ended;
 pub(super) use row::Job;
 use table::Table;
@@ -89,7 +89,8 @@ impl SweepArgs {
         }
         terminal::set_color(shown.color);
         watch::limit_memory(model.memory());
-        let inputs = [inputs, &[model.model.as_path(), Path::new(&model.order)]].concat();
+        let own = model.model.paths().chain([Path::new(&model.order)]);
+        let inputs: Vec<&Path> = inputs.iter().copied().chain(own).collect();
         if inputs.contains(&Path::new("-")) {
             let message = "a sweep reads its files once per instance; give files instead of standard input";
             return Err(Error::Usage(message.to_owned()));

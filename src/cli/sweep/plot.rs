@@ -7,7 +7,7 @@ use meliora_base::error::Error;
 use meliora_report::plot::{Curve, Panel, Plot, Point};
 
 use super::super::files::Target;
-use super::ranges::{Range, instance};
+use super::super::ranges::{Range, instance};
 use super::row::Job;
 
 /// The file of a plot, and the rows that it will show.

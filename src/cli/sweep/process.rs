@@ -14,7 +14,8 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::sync::{Arc, Mutex};
 
 use meliora::supervise::lock;
-use meliora_report::sweep::{Outcome as FromProcess, Row};
+use meliora_report::columns::Row;
+use meliora_report::sweep::Outcome as FromProcess;
 use meliora_report::{Failure, FailureKind};
 use serde_json::Value as Json;
 

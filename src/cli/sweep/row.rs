@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
+use meliora_report::columns::{Heading, Row};
 use meliora_report::envelope::{Envelope, Findings};
-use meliora_report::sweep::{Heading, Row};
 use strum::IntoStaticStr;
 
 /// The end of an instance, by its name in the file.

@@ -2,7 +2,7 @@
 
 use meliora_base::decimal::rounded;
 
-use meliora_report::sweep::{Heading, Place};
+use meliora_report::columns::{Heading, Place};
 
 use super::row::Job;
 
@@ -126,8 +126,8 @@ fn answered(cell: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use meliora_report::columns::Row;
     use meliora_report::reach::OneQuestion;
-    use meliora_report::sweep::Row;
     use meliora_report::{CheckReport, CompareReport, Header, ReachReport};
 
     use super::super::row::Ended;
