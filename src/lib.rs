@@ -181,7 +181,7 @@ pub mod lang {
     pub use meliora_formats::{Document, load, load_given, load_with_progress};
     #[doc(inline)]
     pub use meliora_lang::{
-        Checked, Given, flat, load_preferences, lower_target, outline_preferences, parse_coalition,
+        Checked, Given, Question, flat, load_preferences, lower_target, outline_preferences, parse_coalition,
         parse_constants, parse_expression, parse_model, parse_preferences, parse_property, parse_state,
     };
 }

@@ -18,15 +18,15 @@
 //!
 //! # fn main() -> Result<(), Error> {
 //! let none = SourceFile::new("constants", "");
-//! let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
+//! let program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
 //! let wishes = SourceFile::new("toy.pref", tutorial::WISHES);
-//! let preferences = lang::load_preferences(&wishes, &mut program)?;
+//! let lang::Question { program, preferences } = lang::load_preferences(&wishes, program)?;
 //! assert_eq!(program.variables[0].name, "s");
 //! assert_eq!(preferences.objectives.len(), 3);
 //!
 //! // A mistake has a place, and often advice.
 //! let wrong = SourceFile::new("wrong.pref", "objective Fourth = F (t = 4);");
-//! match lang::load_preferences(&wrong, &mut program) {
+//! match lang::load_preferences(&wrong, program) {
 //!     Err(Error::Input(mistakes)) => assert_eq!(mistakes[0].position(), (1, 23)),
 //!     _ => panic!("there is no variable t"),
 //! }
@@ -47,8 +47,8 @@
 //!
 //! # fn main() -> Result<(), Error> {
 //! # let none = SourceFile::new("constants", "");
-//! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
-//! # let preferences = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?;
+//! # let program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
+//! # let lang::Question { program, preferences } = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), program)?;
 //! let (first, second, third) = (0, 1, 2);
 //! let sure: ObjectiveSet = [first, second, third].into_iter().collect();
 //! assert_eq!(preferences.names(&preferences.most_preferred(&sure)), ["Second", "Third"]);
@@ -89,8 +89,8 @@
 //!
 //! # fn main() -> Result<(), Error> {
 //! # let none = SourceFile::new("constants", "");
-//! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
-//! # let preferences = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?;
+//! # let program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
+//! # let lang::Question { program, preferences } = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), program)?;
 //! let program = Arc::new(program);
 //! let symbolic = SymbolicEngine::new(program.clone(), Settings::default())?;
 //! let explicit = ExplicitEngine::new(program.clone(), Settings::default())?;
@@ -117,8 +117,9 @@
 //!
 //! # fn main() -> Result<(), Error> {
 //! # let none = SourceFile::new("constants", "");
-//! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
-//! # let preferences = Arc::new(lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?);
+//! # let program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
+//! # let lang::Question { program, preferences } = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), program)?;
+//! # let preferences = Arc::new(preferences);
 //! # let program = Arc::new(program);
 //! # let engine = Arc::new(SymbolicEngine::new(program.clone(), Settings::default())?);
 //! let mut analysis = Analysis::new(&engine, &preferences, Options::default());
@@ -153,8 +154,9 @@
 //!
 //! # fn main() -> Result<(), Error> {
 //! # let none = SourceFile::new("constants", "");
-//! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
-//! # let preferences = Arc::new(lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?);
+//! # let program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
+//! # let lang::Question { program, preferences } = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), program)?;
+//! # let preferences = Arc::new(preferences);
 //! # let program = Arc::new(program);
 //! # let engine = Arc::new(SymbolicEngine::new(program.clone(), Settings::default())?);
 //! # let mut analysis = Analysis::new(&engine, &preferences, Options::default());
@@ -197,9 +199,10 @@
 //!
 //! # fn main() -> Result<(), Error> {
 //! # let none = SourceFile::new("constants", "");
-//! let mut program = lang::load(&SourceFile::new("lateral.prism", tutorial::GAMBLE), &none)?.program;
+//! let program = lang::load(&SourceFile::new("lateral.prism", tutorial::GAMBLE), &none)?.program;
 //! let wishes = SourceFile::new("lateral.pref", tutorial::STAKES);
-//! let preferences = Arc::new(lang::load_preferences(&wishes, &mut program)?);
+//! let lang::Question { program, preferences } = lang::load_preferences(&wishes, program)?;
+//! let preferences = Arc::new(preferences);
 //! let engine = Arc::new(ExplicitEngine::new(Arc::new(program), Settings::default())?);
 //! let rank = |safety: Safety| -> Result<Rank, Error> {
 //!     let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
@@ -239,8 +242,9 @@
 //!
 //! # fn main() -> Result<(), Error> {
 //! # let none = SourceFile::new("constants", "");
-//! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
-//! # let preferences = Arc::new(lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?);
+//! # let program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
+//! # let lang::Question { program, preferences } = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), program)?;
+//! # let preferences = Arc::new(preferences);
 //! let button = Arc::new(Button::default());
 //! let settings = Settings { sink: button.clone(), ..Settings::default() };
 //! # let program = Arc::new(program);
@@ -278,8 +282,9 @@
 //!
 //! # fn main() -> Result<(), Error> {
 //! # let none = SourceFile::new("constants", "");
-//! # let mut program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
-//! # let preferences = Arc::new(lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), &mut program)?);
+//! # let program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
+//! # let lang::Question { program, preferences } = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), program)?;
+//! # let preferences = Arc::new(preferences);
 //! # let program = Arc::new(program);
 //! # let engine = Arc::new(SymbolicEngine::new(program.clone(), Settings::default())?);
 //! # let mut analysis = Analysis::new(&engine, &preferences, Options::default());

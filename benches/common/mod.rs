@@ -40,9 +40,9 @@ pub struct Case {
 impl Case {
     fn new(name: String, model: String, preferences: String, constants: &str, scope: Scope) -> Self {
         let constants = SourceFile::new("constants", constants);
-        let mut program = lang::load(&SourceFile::new(&name, model), &constants).unwrap().program;
+        let program = lang::load(&SourceFile::new(&name, model), &constants).unwrap().program;
         let source = SourceFile::new(&name, preferences);
-        let preferences = lang::load_preferences(&source, &mut program).unwrap();
+        let lang::Question { program, preferences } = lang::load_preferences(&source, program).unwrap();
         Case { name, program: Arc::new(program), preferences: Arc::new(preferences), scope }
     }
 

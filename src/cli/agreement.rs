@@ -266,11 +266,11 @@ mod tests {
     fn difference(left: (&str, &str), right: (&str, &str)) -> String {
         let read = |(model, preferences): (&str, &str)| {
             let none = SourceFile::new("constants", "");
-            let mut program = lang::load(&SourceFile::new("m", model), &none).unwrap().program;
-            let preferences = lang::load_preferences(&SourceFile::new("p", preferences), &mut program);
-            let program = Arc::new(program);
+            let program = lang::load(&SourceFile::new("m", model), &none).unwrap().program;
+            let question = lang::load_preferences(&SourceFile::new("p", preferences), program).unwrap();
+            let program = Arc::new(question.program);
             let engine = ExplicitEngine::new(program.clone(), Settings::default()).unwrap();
-            (program, Arc::new(engine), Arc::new(preferences.unwrap()))
+            (program, Arc::new(engine), Arc::new(question.preferences))
         };
         let (left, right) = (read(left), read(right));
         let mut a = Analysis::new(&left.1, &left.2, Options::default());

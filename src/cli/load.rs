@@ -366,9 +366,9 @@ fn preferred(loaded: Loaded, preferences: &Path, sink: &TerminalSink) -> Result<
 /// # Errors
 /// The file cannot be read, or is wrong.
 pub(super) fn with_preferences(loaded: Loaded, preferences: &Path) -> Result<Question, Error> {
-    let Loaded { mut program, overlap, .. } = loaded;
+    let Loaded { program, overlap, .. } = loaded;
     let source = read(preferences)?;
-    let preferences = lang::load_preferences(&source, &mut program)?;
+    let lang::Question { mut program, preferences } = lang::load_preferences(&source, program)?;
     note_inexact(&mut program, preferences.predicates());
     Ok(Question { program: Arc::new(program), preferences: Arc::new(preferences), source, overlap })
 }

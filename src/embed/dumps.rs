@@ -55,8 +55,8 @@ impl Model {
         settings: Settings,
     ) -> Result<(Arc<Program>, Verdict)> {
         let (dump, picture) = certify::read(directory, &*settings.sink)?;
-        let mut program = Program::clone(self.program());
-        let own = lang::load_preferences(preferences, &mut program)?;
+        let program = Program::clone(self.program());
+        let lang::Question { mut program, preferences: own } = lang::load_preferences(preferences, program)?;
         if let Some(coalition) = &self.named {
             program.play_as(coalition);
         }

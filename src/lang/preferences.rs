@@ -26,23 +26,30 @@ const MOST_OBJECTIVES: usize = 1_000;
 /// Maximum number of pairs of objectives that the statements of a preference file relate.
 const MOST_PAIRS: usize = 1_000_000;
 
+/// A question of planning: a model and the preferences about its states.
+#[derive(Debug, Clone)]
+pub struct Question<P = Program> {
+    /// The model as the preferences see it: the product with the monitors of whole paths, the game in which the
+    /// coalition is ours, or else the given program.
+    pub program: P,
+    /// The preferences.
+    pub preferences: Preferences,
+}
+
 /// Parses a preference file, and checks it: targets refer to names of the model, objectives are known
-/// and declared once, and the order has no contradiction. Targets have pools of their own. With
-/// monitors, as for `history = play`, the program is replaced by its product with them; with a
-/// coalition, by the game in which these players are ours.
+/// and declared once, and the order has no contradiction. Targets have pools of their own. Returns the
+/// preferences with the program that they are about: with monitors, as for `history = play`, it is the
+/// product with them; with a coalition, the game in which these players are ours.
 ///
 /// # Errors
 /// Returns as many errors as can be distinguished: syntax errors, or else errors of meaning, each with
 /// its place; a contradiction with the statements of its cycle.
 pub fn load_preferences<P: Borrow<Program> + From<Program>>(
     source: &Arc<SourceFile>,
-    program: &mut P,
-) -> Result<Preferences> {
-    let (preferences, product) = lower_preferences(source, (*program).borrow())?;
-    if let Some(product) = product {
-        *program = product.into();
-    }
-    Ok(preferences)
+    program: P,
+) -> Result<Question<P>> {
+    let (preferences, replaced) = lower_preferences(source, program.borrow())?;
+    Ok(Question { program: replaced.map_or(program, P::from), preferences })
 }
 
 /// Returns the preferences of a file and, for whole paths or a coalition, the program that replaces the

@@ -140,6 +140,34 @@ pub struct Program {
     pub planning: Option<Arc<planning::Planning>>,
 }
 
+impl Program {
+    /// Returns a program without variables, commands and names, to which others are added. `initial` is an
+    /// expression of the pool.
+    pub fn empty(source: Arc<SourceFile>, kind: ModelKind, pool: Arc<ExprPool>, initial: ExprId) -> Self {
+        Program {
+            source,
+            kind,
+            constants: Vec::new(),
+            given_constants: Vec::new(),
+            pool,
+            variables: Vec::new(),
+            modules: Vec::new(),
+            initial,
+            actions: Vec::new(),
+            commands: Vec::new(),
+            synchronisations: Vec::new(),
+            labels: Vec::new(),
+            formulas: Vec::new(),
+            rewards: Vec::new(),
+            inexact: None,
+            monitors: None,
+            players: None,
+            stop: None,
+            planning: None,
+        }
+    }
+}
+
 /// A variable with its range.
 #[derive(Debug, Clone)]
 pub struct Variable {

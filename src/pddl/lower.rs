@@ -62,25 +62,15 @@ pub(crate) fn lower(task: &Task, ground: &GroundTask, groups: &[Group]) -> Resul
     let planning = lowering.planning(&variables);
     let labels = lowering.labels();
     Ok(Program {
-        source: Arc::clone(&task.source),
-        kind: ModelKind::Mdp,
-        constants: Vec::new(),
-        given_constants: Vec::new(),
-        pool: lowering.pool.into(),
         variables,
         modules: vec![MODULE.to_owned()],
-        initial,
         synchronisations: synchronisations(&commands),
         actions,
         commands,
         labels,
-        formulas: Vec::new(),
         rewards: rewards(task, costs),
-        inexact: None,
-        monitors: None,
-        players: None,
-        stop: None,
         planning: Some(Arc::new(planning)),
+        ..Program::empty(Arc::clone(&task.source), ModelKind::Mdp, lowering.pool.into(), initial)
     })
 }
 

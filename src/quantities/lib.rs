@@ -69,8 +69,8 @@
 //! let model = "mdp module m x : [0..2] init 0; [] x=0 -> 1/4: (x'=1) + 3/4: (x'=2); [] x>0 -> true; endmodule";
 //! let wishes = "objective Lucky = F x=1;";
 //! let none = SourceFile::new("--const", "");
-//! let mut program = meliora_lang::load(&SourceFile::new("m.prism", model), &none)?.program;
-//! let preferences = meliora_lang::load_preferences(&SourceFile::new("m.pref", wishes), &mut program)?;
+//! let program = meliora_lang::load(&SourceFile::new("m.prism", model), &none)?.program;
+//! let meliora_lang::Question { program, preferences } = meliora_lang::load_preferences(&SourceFile::new("m.pref", wishes), program)?;
 //! let program = Arc::new(program);
 //! let engine = ExplicitEngine::new(Arc::clone(&program), Settings::default())?;
 //! let mut analysis = Analysis::new(&Arc::new(engine), &Arc::new(preferences), Options::default());

@@ -46,28 +46,10 @@ pub(super) fn rebuild(name: &str, manifest: &Manifest) -> Result<Program> {
         values: v.values.clone(),
         span: 0..0,
     };
-    let planning = planning(manifest, &mut pool);
-    Ok(Program {
-        source: SourceFile::new(name, ""),
-        kind: ModelKind::Mdp,
-        constants,
-        given_constants: Vec::new(),
-        pool: pool.into(),
-        variables: manifest.encoding.variables.iter().map(variable).collect(),
-        modules: Vec::new(),
-        initial,
-        actions: Vec::new(),
-        commands: Vec::new(),
-        synchronisations: Vec::new(),
-        labels: Vec::new(),
-        formulas: Vec::new(),
-        rewards: Vec::new(),
-        inexact: None,
-        monitors: None,
-        planning: planning.map(Arc::new),
-        stop: None,
-        players: None,
-    })
+    let planning = planning(manifest, &mut pool).map(Arc::new);
+    let variables = manifest.encoding.variables.iter().map(variable).collect();
+    let empty = Program::empty(SourceFile::new(name, ""), ModelKind::Mdp, pool.into(), initial);
+    Ok(Program { constants, variables, planning, ..empty })
 }
 
 /// Returns the facts of a planning problem; `None` for dumps of other models.

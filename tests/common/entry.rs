@@ -214,7 +214,7 @@ fn counts<E: Engine>(engine: Result<E, Error>) -> Result<[String; 4], Error> {
 
 /// A preference file for [`MODEL`].
 pub fn preferences(text: &str) {
-    seen(lang::load_preferences(&source(text), &mut program()));
+    seen(lang::load_preferences(&source(text), program()));
 }
 
 /// Text that an argument may contain: a state, an expression, a property, constants, a region of a dump.
@@ -378,8 +378,10 @@ thread_local! {
 
 /// The dump of [`MODEL`] in memory.
 pub fn exported() -> directory::Dump {
-    let mut program = program();
-    let preferences = Arc::new(lang::load_preferences(&source(PREFERENCES), &mut program).unwrap());
+    let program = program();
+    let lang::Question { program, preferences } =
+        lang::load_preferences(&source(PREFERENCES), program).unwrap();
+    let preferences = Arc::new(preferences);
     let program = Arc::new(program);
     let settings = Settings { memory: 16 << 20, ..Settings::default() };
     let engine = Arc::new(SymbolicEngine::new(program.clone(), settings).unwrap());

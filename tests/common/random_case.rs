@@ -37,9 +37,9 @@ impl RandomCase {
     pub fn load(&self) -> (Arc<Program>, Arc<Preferences>) {
         let none = SourceFile::new("--const", "");
         let model = SourceFile::new("m.prism", self.model.as_str());
-        let mut program = lang::load(&model, &none).unwrap().program;
+        let program = lang::load(&model, &none).unwrap().program;
         let preferences = SourceFile::new("m.pref", self.preferences.as_str());
-        let preferences = lang::load_preferences(&preferences, &mut program).unwrap();
+        let lang::Question { program, preferences } = lang::load_preferences(&preferences, program).unwrap();
         (Arc::new(program), Arc::new(preferences))
     }
 }

@@ -119,9 +119,9 @@ fn certified(text: &str, read: &Program, safety: Safety) {
     for coalition in ["", "coalition p1; ", "coalition p2; "] {
         let players = names(read);
         let of = coalition.replace("p1", players[0]).replace("p2", players[1]);
-        let mut program = read.clone();
+        let program = read.clone();
         let source = SourceFile::new("p.pref", format!("{of}{wishes}"));
-        let preferences = lang::load_preferences(&source, &mut program).unwrap();
+        let lang::Question { program, preferences } = lang::load_preferences(&source, program).unwrap();
         let case = Case::of(program, preferences, Scope::Reachable, safety);
         let verdict = case.verify(&case.dump).unwrap();
         assert_eq!(verdict.violation, None, "{text} {safety} {coalition}");

@@ -373,7 +373,7 @@ fn many_labels_modules_actions_and_updates_are_read_in_linear_time() {
 
 /// The messages for preferences that are refused.
 fn refused_preferences(text: &str) -> Vec<String> {
-    match lang::load_preferences(&SourceFile::new("m.pref", text), &mut entry::program()) {
+    match lang::load_preferences(&SourceFile::new("m.pref", text), entry::program()) {
         Err(Error::Input(diagnostics)) => diagnostics.into_iter().map(|d| d.message).collect(),
         other => panic!("{:?}", other.map(|_| ())),
     }
@@ -395,7 +395,7 @@ fn a_name_said_many_times_on_both_sides_of_a_preference_counts_once() {
     let again = "A,".repeat(20_000) + "A";
     let text =
         format!("objective A = F x=1; objective B = F x=2; prefer {again} > {};", again.replace('A', "B"));
-    assert!(lang::load_preferences(&SourceFile::new("p", text), &mut entry::program()).is_ok());
+    assert!(lang::load_preferences(&SourceFile::new("p", text), entry::program()).is_ok());
 }
 
 #[test]

@@ -44,8 +44,9 @@ struct Case {
 impl Case {
     fn new(wishes: &str, safety: Safety) -> Self {
         let none = SourceFile::new("--const", "");
-        let mut program = lang::load(&SourceFile::new("m", factory(3)), &none).unwrap().program;
-        let preferences = lang::load_preferences(&SourceFile::new("p", wishes), &mut program).unwrap();
+        let program = lang::load(&SourceFile::new("m", factory(3)), &none).unwrap().program;
+        let lang::Question { program, preferences } =
+            lang::load_preferences(&SourceFile::new("p", wishes), program).unwrap();
         let (program, preferences) = (Arc::new(program), Arc::new(preferences));
         let sink = Arc::new(Share::default());
         let settings = Settings { sink: Arc::clone(&sink) as _, ..Settings::default() };

@@ -24,8 +24,9 @@ fn under_the_manifest_of(truth: &Dump, other: &Dump) -> Dump {
 /// A program with its preferences.
 pub(super) fn read(model: &str, preferences: &str) -> (Program, Preferences) {
     let source = SourceFile::new("m.prism", model);
-    let mut program = lang::load(&source, &SourceFile::new("--const", "")).unwrap().program;
-    let preferences = lang::load_preferences(&SourceFile::new("p.pref", preferences), &mut program).unwrap();
+    let program = lang::load(&source, &SourceFile::new("--const", "")).unwrap().program;
+    let lang::Question { program, preferences } =
+        lang::load_preferences(&SourceFile::new("p.pref", preferences), program).unwrap();
     (program, preferences)
 }
 

@@ -14,8 +14,9 @@ use crate::verify::{Case, replace};
 fn case(model: &str, constants: &str, preferences: &str, scope: Scope, safety: Safety) -> Case {
     let path = format!("models/{model}.prism");
     let source = SourceFile::new("m.prism", fs::read_to_string(path).unwrap());
-    let mut program = lang::load(&source, &SourceFile::new("--const", constants)).unwrap().program;
-    let preferences = lang::load_preferences(&SourceFile::new("p.pref", preferences), &mut program).unwrap();
+    let program = lang::load(&source, &SourceFile::new("--const", constants)).unwrap().program;
+    let lang::Question { program, preferences } =
+        lang::load_preferences(&SourceFile::new("p.pref", preferences), program).unwrap();
     Case::of(program, preferences, scope, safety)
 }
 

@@ -18,9 +18,9 @@ const PREFERENCES: &str = "objective A = F x=1; objective B = F x=4; prefer B > 
 
 fn case(preferences: &str, scope: Scope, safety: Safety) -> Case {
     let source = SourceFile::new("m.prism", MODEL);
-    let mut program = lang::load(&source, &SourceFile::new("--const", "")).unwrap().program;
+    let program = lang::load(&source, &SourceFile::new("--const", "")).unwrap().program;
     let source = SourceFile::new("p.pref", format!("{PREFERENCES}{preferences}"));
-    let preferences = lang::load_preferences(&source, &mut program).unwrap();
+    let lang::Question { program, preferences } = lang::load_preferences(&source, program).unwrap();
     Case::of(program, preferences, scope, safety)
 }
 

@@ -17,8 +17,9 @@ const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
 /// Returns the dump of a model, and its verifier.
 fn dump(model: String, wishes: &str, safety: Safety) -> (Dump, impl Fn(&Dump) -> Verdict) {
     let none = SourceFile::new("--const", "");
-    let mut program = lang::load(&SourceFile::new("m", model), &none).unwrap().program;
-    let preferences = lang::load_preferences(&SourceFile::new("p", wishes), &mut program).unwrap();
+    let program = lang::load(&SourceFile::new("m", model), &none).unwrap().program;
+    let lang::Question { program, preferences } =
+        lang::load_preferences(&SourceFile::new("p", wishes), program).unwrap();
     let (program, preferences) = (Arc::new(program), Arc::new(preferences));
     let settings = || Settings { memory: 256 << 20, ..Settings::default() };
     let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings()).unwrap());

@@ -65,8 +65,10 @@ fn settings(scope: Scope) -> Settings {
 impl Case {
     pub(super) fn of([model, preferences]: [&str; 2], scope: Scope, safety: Safety, reward: &str) -> Self {
         let source = |text: &str| SourceFile::new("text", text);
-        let mut program = lang::load(&source(model), &source("")).unwrap().program;
-        let preferences = Arc::new(lang::load_preferences(&source(preferences), &mut program).unwrap());
+        let program = lang::load(&source(model), &source("")).unwrap().program;
+        let lang::Question { program, preferences } =
+            lang::load_preferences(&source(preferences), program).unwrap();
+        let preferences = Arc::new(preferences);
         let program = Arc::new(program);
         let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings(scope)).unwrap());
         let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });

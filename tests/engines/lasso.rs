@@ -222,10 +222,11 @@ fn engines(program: Program) -> (Arc<SymbolicEngine>, Arc<ExplicitEngine>) {
 
 /// Returns for both engines whether an objective over whole paths is among the most preferred ones at the
 /// start.
-fn achievable(mut program: Program, formula: &str) -> [bool; 2] {
+fn achievable(program: Program, formula: &str) -> [bool; 2] {
     let text = format!("objective A = X ({formula}); history = play;\n");
-    let preferences =
-        Arc::new(lang::load_preferences(&SourceFile::new("p", text.as_str()), &mut program).unwrap());
+    let lang::Question { program, preferences } =
+        lang::load_preferences(&SourceFile::new("p", text.as_str()), program).unwrap();
+    let preferences = Arc::new(preferences);
     let (symbolic, explicit) = engines(program.clone());
     [at_start(&symbolic, &program, &preferences), at_start(&explicit, &program, &preferences)]
 }
@@ -312,9 +313,10 @@ fn brackets_of_arithmetic_stand_beside_temporal_formulas() {
 /// An objective may have the name of a variable: its monitor gets another one.
 #[test]
 fn an_objective_may_be_called_as_a_variable_is() {
-    let mut program = load("mdp module m s:[0..1] init 0; [] true -> (s'=1-s); endmodule");
+    let program = load("mdp module m s:[0..1] init 0; [] true -> (s'=1-s); endmodule");
     let text = SourceFile::new("p", "objective s = G (s=0 => X s=1);");
-    let preferences = Arc::new(lang::load_preferences(&text, &mut program).unwrap());
+    let lang::Question { program, preferences } = lang::load_preferences(&text, program).unwrap();
+    let preferences = Arc::new(preferences);
     let names: std::collections::BTreeSet<&String> = program.variables.iter().map(|v| &v.name).collect();
     assert_eq!(names.len(), program.variables.len(), "{names:?}");
     let (symbolic, explicit) = engines(program.clone());

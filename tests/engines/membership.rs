@@ -129,10 +129,9 @@ fn a_state_of_a_chain_has_one_choice_and_none_by_command() {
 fn the_step_of_monitors_in_a_deadlock_of_a_chain_is_its_choice() {
     let model = "dtmc module m s : [0..1] init 0; endmodule";
     let none = SourceFile::new("constants", "");
-    let mut program = lang::load(&SourceFile::new("m", model), &none).unwrap().program;
+    let program = lang::load(&SourceFile::new("m", model), &none).unwrap().program;
     let preferences = SourceFile::new("p", "objective O = F (s=1 & X s=1);");
-    lang::load_preferences(&preferences, &mut program).unwrap();
-    let program = Arc::new(program);
+    let program = Arc::new(lang::load_preferences(&preferences, program).unwrap().program);
     let (symbolic, explicit) = (
         SymbolicEngine::new(program.clone(), settings(Scope::Reachable)).unwrap(),
         ExplicitEngine::new(program.clone(), settings(Scope::Reachable)).unwrap(),

@@ -54,9 +54,10 @@ fn ways((length, width): Size) -> (Arc<Program>, Arc<Preferences>) {
         [flip] x=L -> 0.5: (x'=L+1) + 0.5: (x'=L+2); endmodule init x=0 endinit"
     );
     let none = SourceFile::new("constants", "");
-    let mut program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
+    let program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
     let text = "objective B = F x=L+1; objective C = F x=L+2;";
-    let preferences = lang::load_preferences(&SourceFile::new("p", text), &mut program).unwrap();
+    let lang::Question { program, preferences } =
+        lang::load_preferences(&SourceFile::new("p", text), program).unwrap();
     (Arc::new(program), Arc::new(preferences))
 }
 

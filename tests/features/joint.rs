@@ -26,8 +26,8 @@ fn together(case: &RandomCase, formulas: &[usize], settings: Settings) -> Option
     let required: Vec<&str> = case.preferences.lines().filter(|line| line.starts_with("require")).collect();
     let wish = format!("history = play; objective all = {};\n{}", parts.join(" & "), required.join("\n"));
     let (model, wish) = (SourceFile::new("m", case.model.as_str()), SourceFile::new("p", wish));
-    let mut program = lang::load(&model, &SourceFile::new("c", "")).unwrap().program;
-    let preferences = lang::load_preferences(&wish, &mut program).ok()?;
+    let program = lang::load(&model, &SourceFile::new("c", "")).unwrap().program;
+    let lang::Question { program, preferences } = lang::load_preferences(&wish, program).ok()?;
     let of = Analysed::new((&Arc::new(program), &Arc::new(preferences)), settings, case.safety);
     let (engine, regions) = (of.analysis.engine(), of.analysis.outcomes().unwrap().get(0).unwrap());
     let starts = engine.intersection(&engine.initial_states(), &regions.almost_sure).unwrap();

@@ -159,8 +159,8 @@ pub(crate) fn program(text: &str) -> Program {
 
 /// Reads a game and preferences.
 pub(crate) fn loaded(text: &str, preferences: &str) -> (Arc<Program>, Arc<Preferences>) {
-    let mut program = program(text);
-    let preferences =
-        lang::load_preferences(&SourceFile::new("preferences", preferences), &mut program).unwrap();
+    let program = program(text);
+    let lang::Question { program, preferences } =
+        lang::load_preferences(&SourceFile::new("preferences", preferences), program).unwrap();
     (Arc::new(program), Arc::new(preferences))
 }

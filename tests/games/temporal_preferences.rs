@@ -24,8 +24,7 @@ fn preferences(formulas: &[String], required: &str) -> String {
 
 /// Reads a game and preferences; `None` if some formula is refused.
 fn accepted(text: &str, preferences: &str) -> Option<(Arc<Program>, Arc<Preferences>)> {
-    let mut program = program(text);
-    match meliora::lang::load_preferences(&SourceFile::new("preferences", preferences), &mut program) {
+    match meliora::lang::load_preferences(&SourceFile::new("preferences", preferences), program(text)) {
         Ok(_) => Some(loaded(text, preferences)),
         Err(Error::Input(all)) => {
             assert!(

@@ -13,7 +13,7 @@ fn program() -> Program {
 }
 
 fn load(text: &str) -> Result<Preferences, Error> {
-    lang::load_preferences(&SourceFile::new("p.pref", text), &mut program())
+    Ok(lang::load_preferences(&SourceFile::new("p.pref", text), program())?.preferences)
 }
 
 /// The rendered errors of a text.

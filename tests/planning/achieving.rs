@@ -106,8 +106,9 @@ impl Drawn {
         for (i, j) in self.above.iter().filter(|(i, j)| i > j && *i < self.formulas.len()) {
             wishes += &format!("prefer o{i} > o{j};\n");
         }
-        let mut program = lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program;
-        let preferences = lang::load_preferences(&SourceFile::new("p", wishes), &mut program).unwrap();
+        let program = lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program;
+        let lang::Question { program, preferences } =
+            lang::load_preferences(&SourceFile::new("p", wishes), program).unwrap();
         (Arc::new(program), Arc::new(preferences))
     }
 

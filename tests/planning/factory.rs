@@ -15,9 +15,9 @@ use crate::machines::{OVER_PATHS, PREFERENCES, factory};
 
 fn read(machines: usize, preferences: &str) -> (Arc<Program>, Arc<Preferences>) {
     let none = SourceFile::new("--const", "");
-    let mut program = lang::load(&SourceFile::new("m", factory(machines)), &none).unwrap().program;
+    let program = lang::load(&SourceFile::new("m", factory(machines)), &none).unwrap().program;
     let preferences = SourceFile::new("p", preferences.to_owned());
-    let preferences = lang::load_preferences(&preferences, &mut program).unwrap();
+    let lang::Question { program, preferences } = lang::load_preferences(&preferences, program).unwrap();
     (Arc::new(program), Arc::new(preferences))
 }
 

@@ -24,8 +24,9 @@ fn analysed_within(
         wishes += &format!("objective o{i} = {formula};\n");
     }
     let none = SourceFile::new("c", "");
-    let mut program = lang::load(&SourceFile::new("m", model), &none).unwrap().program;
-    let preferences = lang::load_preferences(&SourceFile::new("p", wishes), &mut program).unwrap();
+    let program = lang::load(&SourceFile::new("m", model), &none).unwrap().program;
+    let lang::Question { program, preferences } =
+        lang::load_preferences(&SourceFile::new("p", wishes), program).unwrap();
     let settings = Settings { storage, scope, memory: 16 << 20, ..Settings::default() };
     let engine = Arc::new(AnyEngine::new(Arc::new(program), settings).unwrap());
     let mut analysis = Analysis::new(&engine, &Arc::new(preferences), Options::default());

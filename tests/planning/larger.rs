@@ -27,9 +27,9 @@ fn world(seed: u64) -> (Arc<Program>, Arc<Preferences>) {
     let choices = Choices { seed, ..Choices::default() };
     let written = gridworld(&parameters, &choices).unwrap();
     let none = SourceFile::new("constants", "");
-    let mut program = lang::load(&SourceFile::new("m", written.model), &none).unwrap().program;
+    let program = lang::load(&SourceFile::new("m", written.model), &none).unwrap().program;
     let preferences = SourceFile::new("p", written.preferences);
-    let preferences = lang::load_preferences(&preferences, &mut program).unwrap();
+    let lang::Question { program, preferences } = lang::load_preferences(&preferences, program).unwrap();
     (Arc::new(program), Arc::new(preferences))
 }
 

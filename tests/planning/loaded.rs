@@ -19,9 +19,10 @@ pub(crate) struct Loaded {
 impl Loaded {
     pub(crate) fn new(model: &str, preferences: &str) -> Self {
         let none = SourceFile::new("constants", "");
-        let mut program = lang::load(&SourceFile::new("model", model), &none).unwrap().program;
+        let program = lang::load(&SourceFile::new("model", model), &none).unwrap().program;
         let source = SourceFile::new("preferences", preferences);
-        let preferences = Arc::new(lang::load_preferences(&source, &mut program).unwrap());
+        let lang::Question { program, preferences } = lang::load_preferences(&source, program).unwrap();
+        let preferences = Arc::new(preferences);
         let program = Arc::new(program);
         let engine = Arc::new(ExplicitEngine::new(program.clone(), Settings::default()).unwrap());
         Loaded { program, preferences, engine }

@@ -43,8 +43,9 @@ fn program(
         preferences += &format!("prefer o{i} > o{j};\n");
     }
     preferences += &format!("empty = {empty};\n");
-    let mut program = lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program;
-    let preferences = lang::load_preferences(&SourceFile::new("p", preferences), &mut program).unwrap();
+    let program = lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program;
+    let lang::Question { program, preferences } =
+        lang::load_preferences(&SourceFile::new("p", preferences), program).unwrap();
     (program, preferences)
 }
 
@@ -240,9 +241,10 @@ fn a_choice_that_is_not_safe_names_the_successor_that_is_not() {
     let text = "mdp module m x : [0..2] init 0; [stay] x=0 -> true; [go] x=0 -> 0.5: true + 0.5: (x'=1);\n\
         [on] x=1 -> (x'=2); endmodule";
     let none = SourceFile::new("constants", "");
-    let mut program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
+    let program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
     let preferences = SourceFile::new("p", "objective A = F x=1;");
-    let preferences = Arc::new(lang::load_preferences(&preferences, &mut program).unwrap());
+    let lang::Question { program, preferences } = lang::load_preferences(&preferences, program).unwrap();
+    let preferences = Arc::new(preferences);
     let program = Arc::new(program);
     let settings = Settings { order: Order::Declared, ..Settings::default() };
     let engine = Arc::new(SymbolicEngine::new(program.clone(), settings).unwrap());

@@ -18,9 +18,11 @@ fn with_projections(
     test: impl Fn(&SymbolicEngine, &Analysis<SymbolicEngine>, &Projections),
 ) {
     let read = |name: &str| SourceFile::new(name, fs::read_to_string(name).unwrap());
-    let mut program =
+    let program =
         lang::load(&read("models/robot5x5.prism"), &SourceFile::new("constants", "")).unwrap().program;
-    let preferences = Arc::new(lang::load_preferences(&read("models/robot5x5.pref"), &mut program).unwrap());
+    let lang::Question { program, preferences } =
+        lang::load_preferences(&read("models/robot5x5.pref"), program).unwrap();
+    let preferences = Arc::new(preferences);
     let plane = Plane::guess(&program).unwrap();
     let program = Arc::new(program);
     let settings = Settings { scope, memory: 256 << 20, ..Settings::default() };

@@ -121,8 +121,9 @@ fn levels_say_where_probabilities_are_positive_and_one_in_all_models() {
         let constants = SourceFile::new("constants", family.map_or("", |family| family.1));
         // Large families are left out.
         let Ok(loaded) = lang::load(&read(&path), &constants) else { continue };
-        let mut program = loaded.program;
-        let preferences = lang::load_preferences(&read(&path.with_extension("pref")), &mut program).unwrap();
+        let program = loaded.program;
+        let lang::Question { program, preferences } =
+            lang::load_preferences(&read(&path.with_extension("pref")), program).unwrap();
         let (program, preferences) = (Arc::new(program), Arc::new(preferences));
         let settings = || Settings { memory: 256 << 20, ..Settings::default() };
         let symbolic = Arc::new(SymbolicEngine::new(program.clone(), settings()).unwrap());

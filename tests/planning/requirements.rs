@@ -23,8 +23,9 @@ const MODEL: &str = "mdp
 
 fn analysis(storage: Storage, preferences: &str) -> (Analysis, Arc<Program>) {
     let none = SourceFile::new("--const", "");
-    let mut program = lang::load(&SourceFile::new("m", MODEL), &none).unwrap().program;
-    let preferences = lang::load_preferences(&SourceFile::new("p", preferences), &mut program).unwrap();
+    let program = lang::load(&SourceFile::new("m", MODEL), &none).unwrap().program;
+    let lang::Question { program, preferences } =
+        lang::load_preferences(&SourceFile::new("p", preferences), program).unwrap();
     let program = Arc::new(program);
     let settings = Settings { storage, memory: 16 << 20, ..Settings::default() };
     let engine = Arc::new(AnyEngine::new(Arc::clone(&program), settings).unwrap());

@@ -117,26 +117,15 @@ impl Frame<'_> {
     /// Returns a program without an initial state, labels, rewards and expressions.
     fn program(&self, table: Table, variables: Vec<Variable>, commands: Vec<Command>) -> Program {
         let mut pool = ExprPool::default();
+        let initial = pool.value(Value::Bool(false));
         Program {
-            source: Arc::clone(self.source),
-            kind: table.kind,
-            constants: Vec::new(),
-            given_constants: Vec::new(),
-            initial: pool.value(Value::Bool(false)),
-            pool: pool.into(),
             variables,
             players: (table.kind == ModelKind::Smg).then(|| players(&table)),
             modules: modules(&table),
             synchronisations: synchronisations(&commands),
             actions: table.actions,
             commands,
-            labels: Vec::new(),
-            formulas: Vec::new(),
-            rewards: Vec::new(),
-            inexact: None,
-            monitors: None,
-            planning: None,
-            stop: None,
+            ..Program::empty(Arc::clone(self.source), table.kind, pool.into(), initial)
         }
     }
 }

@@ -40,8 +40,8 @@ impl Shop {
     }
 
     fn program(&self, constants: &str) -> Result<(Arc<Program>, Arc<Preferences>)> {
-        let mut program = lang::load(&self.model, &SourceFile::new("--const", constants))?.program;
-        let preferences = lang::load_preferences(&self.preferences, &mut program)?;
+        let program = lang::load(&self.model, &SourceFile::new("--const", constants))?.program;
+        let lang::Question { program, preferences } = lang::load_preferences(&self.preferences, program)?;
         Ok((Arc::new(program), Arc::new(preferences)))
     }
 
