@@ -14,11 +14,11 @@ use meliora_report::players::PlayerSummary;
 
 use super::engines;
 use super::exit::Status;
-use super::load::{self, Question};
+use super::load::Question;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, Arguments};
 use super::supervise::{Job, supervise};
-use super::sweep::{self, SweepArgs};
+use super::sweep::SweepArgs;
 
 /// Compute from which states the prospects can improve, and how many times in a row (SASI, SPI)
 ///
@@ -54,16 +54,10 @@ pub(super) fn run(args: CheckArgs) -> Result<Status, Error> {
     args.engine.validate(&args.model)?;
     let mut report = CheckReport::new(args.engine.header(args.preferences.header(&args.model)));
     report.levels = args.preferences.options().max_level.unwrap_or_default();
-    if let Some(status) = args.sweep.run(
-        &args.model,
-        &[&args.preferences.preferences],
-        |ends| {
-            let read = |loaded| load::with_preferences(loaded, &args.preferences.preferences).map(drop);
-            load::check_each(&args.model, ends, read)?;
-            Ok(sweep::Job::new("check", &report, &[]))
-        },
-        &args.shown,
-    )? {
+    let preferences = &args.preferences.preferences;
+    if let Some(status) =
+        args.sweep.run_preferences("check", &args.model, preferences, &report, &args.shown)?
+    {
         return Ok(status);
     }
     let (limits, shown) = (args.model.limits(), args.shown.of(&args.model));

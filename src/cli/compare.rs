@@ -18,7 +18,7 @@ use super::load::{self, Question};
 use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
 use super::phases;
 use super::supervise::{Job, supervise};
-use super::sweep::{self, SweepArgs};
+use super::sweep::SweepArgs;
 
 /// Below this factor, two times count as about equal.
 const CLEARLY: f64 = 1.25;
@@ -56,16 +56,10 @@ pub(super) struct CompareArgs {
 /// The input is wrong, or a limit is hit.
 pub(super) fn run(args: CompareArgs) -> Result<Status, Error> {
     let report = CompareReport::new(args.preferences.header(&args.model));
-    if let Some(status) = args.sweep.run(
-        &args.model,
-        &[&args.preferences.preferences],
-        |ends| {
-            let read = |loaded| load::with_preferences(loaded, &args.preferences.preferences).map(drop);
-            load::check_each(&args.model, ends, read)?;
-            Ok(sweep::Job::new("compare", &report, &[]))
-        },
-        &args.shown,
-    )? {
+    let preferences = &args.preferences.preferences;
+    if let Some(status) =
+        args.sweep.run_preferences("compare", &args.model, preferences, &report, &args.shown)?
+    {
         return Ok(status);
     }
     let (limits, shown) = (args.model.limits(), args.shown.of(&args.model));

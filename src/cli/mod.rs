@@ -22,6 +22,7 @@ mod plan;
 mod policy;
 mod policy_file;
 mod progress;
+mod progress_line;
 mod properties;
 mod ranges;
 mod signals;

@@ -3,13 +3,13 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use meliora::supervise::{Supervisor, lock};
 use meliora_base::error::{Diagnostic, Limit};
 use meliora_base::escape;
 use meliora_engine::ProgressSink;
 
 use super::options::ShownArgs;
+use super::progress_line::ProgressLine;
 use super::terminal;
 
 /// Progress is shown after this time.
@@ -24,7 +24,7 @@ pub(super) struct TerminalSink {
     open: Mutex<Vec<&'static str>>,
     /// The end of the last phase; before the first one, the start.
     last_end: Mutex<Instant>,
-    line: Mutex<Option<ProgressBar>>,
+    line: Mutex<Option<ProgressLine>>,
     quiet: bool,
     verbose: u8,
 }
@@ -127,10 +127,11 @@ impl TerminalSink {
 
     /// Hides the progress line while something else is written.
     fn beside_line(&self, write: impl FnOnce()) {
-        match &*lock(&self.line) {
-            Some(line) => line.suspend(write),
-            None => write(),
+        let mut line = lock(&self.line);
+        if let Some(line) = &mut *line {
+            line.clear();
         }
+        write();
     }
 
     fn say_with_time(&self, text: &str) {
@@ -149,34 +150,23 @@ impl TerminalSink {
 
     /// Shows progress once the work has taken a while.
     pub(super) fn tick(&self) {
-        let elapsed = self.supervisor.elapsed();
-        if !self.quiet && elapsed > QUIET_AT_FIRST {
-            lock(&self.line).get_or_insert_with(|| progress_line(elapsed));
+        if !self.quiet && self.supervisor.elapsed() > QUIET_AT_FIRST {
+            lock(&self.line).get_or_insert_with(ProgressLine::new);
         }
         self.refresh();
     }
 
     fn refresh(&self) {
-        if let Some(line) = &*lock(&self.line) {
-            line.set_message(escape::line(&self.supervisor.position().line()).into_owned());
-            line.tick();
+        if let Some(line) = &mut *lock(&self.line) {
+            line.draw(self.supervisor.elapsed(), &escape::line(&self.supervisor.position().line()));
         }
     }
 
     /// Removes the progress from the terminal.
     pub(super) fn clear(&self) {
-        if let Some(line) = lock(&self.line).take() {
-            line.finish_and_clear();
+        if let Some(mut line) = lock(&self.line).take() {
+            line.clear();
         }
-    }
-}
-
-/// Creates the progress line on stderr, which only a terminal shows.
-fn progress_line(elapsed: Duration) -> ProgressBar {
-    let line = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()).with_elapsed(elapsed);
-    match ProgressStyle::with_template("{spinner} {elapsed} {wide_msg}") {
-        Ok(style) => line.with_style(style),
-        Err(_) => line,
     }
 }
 

@@ -21,6 +21,7 @@ use std::time::Duration;
 use clap::Args;
 use meliora_base::error::{Error, Limit};
 use meliora_report::columns::Row;
+use meliora_report::envelope::{Envelope, Findings};
 use meliora_report::sweep::Instance as Finished;
 use serde_json::{Map, Value as Json};
 
@@ -28,7 +29,7 @@ use super::exit::Status;
 use super::files::Target;
 use super::options::{ModelArgs, ShownArgs};
 use super::ranges::{self, Positions, Range};
-use super::{signals, terminal, watch};
+use super::{load, signals, terminal, watch};
 use file::CsvFile;
 use json::Runs;
 use plot::Plotted;
@@ -99,6 +100,27 @@ impl SweepArgs {
         let ends = [0, ranges::count(&ranges)?.saturating_sub(1)].map(|at| constants(&ranges, at));
         let kind = kind(ends.each_ref().map(String::as_str))?;
         Sweep::new(self, &inputs, ranges, kind)?.run(&shown).map(Some)
+    }
+}
+
+impl SweepArgs {
+    /// Runs the sweep of a command about a model and preferences, as [`SweepArgs::run`] does.
+    ///
+    /// # Errors
+    /// The errors of [`SweepArgs::run`]; the preferences are wrong for all instances.
+    pub(super) fn run_preferences<F: Findings>(
+        &self,
+        command: &'static str,
+        model: &ModelArgs,
+        preferences: &Path,
+        report: &Envelope<F>,
+        shown: &ShownArgs,
+    ) -> Result<Option<Status>, Error> {
+        let kind = |ends: [&str; 2]| {
+            load::check_each(model, ends, |loaded| load::with_preferences(loaded, preferences).map(drop))?;
+            Ok(Job::new(command, report, &[]))
+        };
+        self.run(model, &[preferences], kind, shown)
     }
 }
 
