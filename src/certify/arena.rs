@@ -102,9 +102,9 @@ fn without_bad_states(checker: &mut Checker<'_>, c: ChoiceSet) -> CheckResult<Ch
     let own = engine.choices_in(&engine.all_choices(), &theirs)?;
     let weakening = engine.sources(&engine.difference(&own, &c)?)?;
     let leading = engine.union(&weakening, &engine.sources(&engine.pre(&own, &bad)?)?)?;
-    let condition = || Condition::BadStates { region: name.clone() };
+    let condition = Condition::BadStates { region: name.clone() };
     checker.subset(&leading, &bad, condition)?;
-    checker.layers(name, &bad, &weakening, |layer| {
+    checker.layers(name, &bad, &weakening, &|layer| {
         let own = engine.choices_in(&own, layer.states)?;
         let (by, x) = layer.within.map_or((engine, layer.earlier), |by| (by, layer.until));
         Ok(engine.sources(&by.pre(&own, x)?)?)
@@ -122,7 +122,7 @@ fn prefix(checker: &mut Checker<'_>, sides: Vec<Side>) -> CheckResult<Vec<Arena>
     for class in sides {
         let name = RegionName::Safe(class.name.clone());
         let safe = checker.proof.states(&name)?;
-        let condition = || Condition::NotWeakening { region: name.clone() };
+        let condition = Condition::NotWeakening { region: name.clone() };
         let avoided = Avoided { name: &name, bad: &class.worse };
         let kept = avoided.check(checker, &safe, condition)?;
         let engine = &checker.engine;

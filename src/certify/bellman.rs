@@ -189,7 +189,7 @@ impl Table<'_> {
             found.is_some_and(|(sum, rank)| at_most(lower.as_ref(), sum.as_ref()) && rank < bounds.rank)
         };
         let holds = lower.as_ref().is_some_and(Zero::is_zero) || choices.iter().any(reaches);
-        (!holds).then(|| Condition::LowerProbability { level: k })
+        (!holds).then_some(Condition::LowerProbability { level: k })
     }
 
     /// Checks the bounds of C_k; returns a condition that is violated.
@@ -211,7 +211,7 @@ impl Table<'_> {
             found.is_some_and(|(sum, rank)| at_most(sum.as_ref(), upper.as_ref()) && rank < bounds.rank)
         };
         let holds = upper.is_none() || choices.iter().any(reaches);
-        (!holds).then(|| Condition::UpperCost { level: k })
+        (!holds).then_some(Condition::UpperCost { level: k })
     }
 
     /// Returns a bound of P_k after an edge, and its rank.

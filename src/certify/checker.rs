@@ -96,36 +96,26 @@ impl<'a> Checker<'a> {
     }
 
     /// Checks X ⊆ Y; a violation shows a state of X \ Y.
-    pub(super) fn subset(
-        &self,
-        x: &StateSet,
-        y: &StateSet,
-        condition: impl FnOnce() -> Condition,
-    ) -> CheckResult {
+    pub(super) fn subset(&self, x: &StateSet, y: &StateSet, condition: Condition) -> CheckResult {
         let bad = self.engine.difference(x, y)?;
         if self.engine.is_empty(&bad)? {
             return Ok(());
         }
         let example = self.engine.list_states(&bad, 1)?.pop();
-        Err(CheckError::violated(condition(), example))
+        Err(CheckError::violated(condition, example))
     }
 
     /// Checks X = Y.
-    pub(super) fn equal(&self, x: &StateSet, y: &StateSet, condition: impl Fn() -> Condition) -> CheckResult {
-        self.subset(x, y, &condition)?;
-        self.subset(y, x, &condition)
+    pub(super) fn equal(&self, x: &StateSet, y: &StateSet, condition: Condition) -> CheckResult {
+        self.subset(x, y, condition.clone())?;
+        self.subset(y, x, condition)
     }
 
     /// Checks C = D.
-    pub(super) fn equal_choices(
-        &self,
-        c: &ChoiceSet,
-        d: &ChoiceSet,
-        condition: impl Fn() -> Condition,
-    ) -> CheckResult {
+    pub(super) fn equal_choices(&self, c: &ChoiceSet, d: &ChoiceSet, condition: Condition) -> CheckResult {
         for (more, less) in [(c, d), (d, c)] {
             let bad = self.engine.sources(&self.engine.difference(more, less)?)?;
-            self.subset(&bad, &self.engine.no_states(), &condition)?;
+            self.subset(&bad, &self.engine.no_states(), condition.clone())?;
         }
         Ok(())
     }
@@ -139,17 +129,17 @@ impl<'a> Checker<'a> {
         name: &RegionName,
         region: &StateSet,
         start: &StateSet,
-        leading: impl Fn(&Layer<'_>) -> CheckResult<StateSet>,
+        leading: &dyn Fn(&Layer<'_>) -> CheckResult<StateSet>,
     ) -> CheckResult {
         let engine = &self.engine;
         let (mut open, mut earlier) = (region.clone(), engine.no_states());
         for (j, (layer, trend)) in self.proof.sequence(|j| name.layer(j))?.iter().enumerate() {
-            self.some(layer, || Condition::LayerNotEmpty { layer: j, region: name.clone() })?;
-            let condition = || Condition::LayerNew { layer: j, region: name.clone() };
+            self.some(layer, Condition::LayerNotEmpty { layer: j, region: name.clone() })?;
+            let condition = Condition::LayerNew { layer: j, region: name.clone() };
             self.subset(layer, &open, condition)?;
             let until = engine.union(&earlier, layer)?;
             if j == 0 {
-                let condition = || Condition::FirstLayer { region: name.clone() };
+                let condition = Condition::FirstLayer { region: name.clone() };
                 self.equal(layer, &engine.intersection(start, region)?, condition)?;
                 if trend.is_some() {
                     let condition = Condition::FirstLayerTrend { region: name.clone() };
@@ -158,7 +148,7 @@ impl<'a> Checker<'a> {
             } else {
                 let within = trend.map(|trend| self.trends.of_layer(trend)).transpose()?;
                 let found = leading(&Layer { states: layer, earlier: &earlier, until: &until, within })?;
-                let condition = || match trend {
+                let condition = match trend {
                     None => Condition::LayerLeads { layer: j, region: name.clone() },
                     Some(trend) => {
                         Condition::LayerLeadsByTrend { layer: j, region: name.clone(), trend: trend.name() }
@@ -169,7 +159,7 @@ impl<'a> Checker<'a> {
             open = engine.difference(&open, layer)?;
             earlier = until;
         }
-        let condition = || Condition::InSomeLayer { region: name.clone() };
+        let condition = Condition::InSomeLayer { region: name.clone() };
         self.subset(&open, &engine.no_states(), condition)
     }
 
@@ -179,7 +169,7 @@ impl<'a> Checker<'a> {
     pub(super) fn leading(
         &self,
         layer: &Layer<'_>,
-        into: impl Fn(&SymbolicEngine, &StateSet) -> CheckResult<ChoiceSet>,
+        into: &dyn Fn(&SymbolicEngine, &StateSet) -> CheckResult<ChoiceSet>,
     ) -> CheckResult<StateSet> {
         let engine = &self.engine;
         let Some(within) = layer.within else { return Ok(engine.can_choose(&into(engine, layer.earlier)?)?) };
@@ -201,9 +191,9 @@ impl<'a> Checker<'a> {
         target: &StateSet,
         choices: &ChoiceSet,
     ) -> CheckResult {
-        self.layers(name, region, target, |layer| {
+        self.layers(name, region, target, &|layer| {
             let own = self.engine.choices_in(choices, layer.states)?;
-            self.leading(layer, |by, x| Ok(by.pre(&own, x)?))
+            self.leading(layer, &|by, x| Ok(by.pre(&own, x)?))
         })
     }
 
@@ -213,13 +203,13 @@ impl<'a> Checker<'a> {
         &self,
         name: &RegionName,
         x: &StateSet,
-        check: impl Fn(&Round<'_>) -> CheckResult,
+        check: &dyn Fn(&Round<'_>) -> CheckResult,
     ) -> CheckResult<StateSet> {
         let mut left = x.clone();
         for (number, (lost, trend)) in self.proof.sequence(|j| name.round(j))?.iter().enumerate() {
             let within = trend.map(|trend| self.trends.of_round(trend)).transpose()?;
-            self.some(lost, || Condition::RoundNotEmpty { round: number, region: name.clone() })?;
-            let condition = || Condition::RoundNew { round: number, region: name.clone() };
+            self.some(lost, Condition::RoundNotEmpty { round: number, region: name.clone() })?;
+            let condition = Condition::RoundNew { round: number, region: name.clone() };
             self.subset(lost, &left, condition)?;
             let rest = self.engine.difference(&left, lost)?;
             check(&Round { number, lost, left: &left, rest: &rest, within })?;
@@ -229,8 +219,8 @@ impl<'a> Checker<'a> {
     }
 
     /// Checks X ≠ ∅.
-    fn some(&self, x: &StateSet, condition: impl FnOnce() -> Condition) -> CheckResult {
-        if self.engine.is_empty(x)? { Err(CheckError::violated(condition(), None)) } else { Ok(()) }
+    fn some(&self, x: &StateSet, condition: Condition) -> CheckResult {
+        if self.engine.is_empty(x)? { Err(CheckError::violated(condition, None)) } else { Ok(()) }
     }
 
     /// Checks the states and the enabled choices. All values are in range; the states are all
@@ -238,29 +228,29 @@ impl<'a> Checker<'a> {
     pub(super) fn scope(&mut self) -> CheckResult {
         let engine = &self.engine;
         let all = self.regions.states(&RegionName::Reachable)?;
-        self.subset(&all, &engine.valuations(), || Condition::InRange)?;
+        self.subset(&all, &engine.valuations(), Condition::InRange)?;
         for (name, x) in self.regions.all_states().chain(self.proof.all_states()) {
-            self.subset(x, &all, || Condition::IsReachable { name: name.clone() })?;
+            self.subset(x, &all, Condition::IsReachable { name: name.clone() })?;
         }
         let initial = engine.initial_states();
         let is_proved = !self.lacks(|name| *name == RegionName::Reachable);
         if let Some(start) = engine.beginnings()? {
-            self.subset(&start, &all, || Condition::HasStart)?;
+            self.subset(&start, &all, Condition::HasStart)?;
             let next = engine.post(&engine.all_choices())?;
-            self.subset(&next, &all, || Condition::HasSuccessors)?;
+            self.subset(&next, &all, Condition::HasSuccessors)?;
             if is_proved {
-                self.layers(&RegionName::Reachable, &all, &start, |layer| {
+                self.layers(&RegionName::Reachable, &all, &start, &|layer| {
                     let (by, from) = layer.within.map_or((engine, layer.earlier), |by| (by, layer.until));
                     Ok(by.post(&engine.choices_in(&engine.all_choices(), from)?)?)
                 })?;
             }
         } else {
-            self.equal(&all, &engine.valuations(), || Condition::AllValuations)?;
+            self.equal(&all, &engine.valuations(), Condition::AllValuations)?;
         }
-        self.equal(&self.regions.states(&RegionName::Initial)?, &initial, || Condition::Initial)?;
-        let condition = || Condition::EnabledChoices;
+        self.equal(&self.regions.states(&RegionName::Initial)?, &initial, Condition::Initial)?;
+        let condition = Condition::EnabledChoices;
         self.equal_choices(&self.regions.choices(&RegionName::Choices)?, &engine.all_choices(), condition)?;
-        let condition = || Condition::Deadlocks;
+        let condition = Condition::Deadlocks;
         self.equal(&self.regions.states(&RegionName::Deadlock)?, &engine.deadlock_states(), condition)?;
         self.checked.push(Checked {
             region: RegionName::Reachable.to_string(),
@@ -279,7 +269,7 @@ impl<'a> Checker<'a> {
         let players = program.players.iter().flat_map(|players| &players.list);
         for (player, states) in players.zip(self.engine.player_states()) {
             let name = RegionName::Player(player.name.clone());
-            let condition = || Condition::PlayerStates { region: name.clone() };
+            let condition = Condition::PlayerStates { region: name.clone() };
             self.equal(&self.regions.states(&name)?, &states, condition)?;
             self.passed(&name);
         }

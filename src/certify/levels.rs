@@ -97,11 +97,11 @@ fn levels(checker: &mut Checker<'_>, arenas: &[Arena], kind: Kind) -> CheckResul
         let level = Level { kind, number: LevelNumber::Finite(k as u64), entered, below };
         let name = level.name();
         let states = checker.regions.states(&name)?;
-        let condition = || Condition::LevelSmaller { region: name.clone() };
+        let condition = Condition::LevelSmaller { region: name.clone() };
         if checker.engine.is_empty(&states)? || checker.engine.same(&states, &level.entered)? && k > 1 {
-            return Err(CheckError::violated(condition(), None));
+            return Err(CheckError::violated(condition, None));
         }
-        checker.subset(&states, &level.entered, || Condition::LevelWithin { region: name.clone() })?;
+        checker.subset(&states, &level.entered, Condition::LevelWithin { region: name.clone() })?;
         below = whole(checker, arenas, &level, &states)?;
         found.iter_mut().zip(&below).for_each(|(own, states)| own.push(states.clone()));
         entered = states;
@@ -121,12 +121,12 @@ fn ending(checker: &mut Checker<'_>, arenas: &[Arena], found: usize, unbounded: 
     let name = &unbounded.name();
     let states = checker.regions.states(name)?;
     if !checker.engine.is_empty(&states)? {
-        checker.equal(&states, &unbounded.entered, || Condition::LastLevel { region: name.clone() })?;
+        checker.equal(&states, &unbounded.entered, Condition::LastLevel { region: name.clone() })?;
         return Ok(Rest::Same(whole(checker, arenas, &unbounded, &states)?));
     }
     let nobody = checker.engine.no_states();
     let strategy = name.strategy();
-    let condition = || Condition::NoChoices { region: name.clone() };
+    let condition = Condition::NoChoices { region: name.clone() };
     checker.equal_choices(&checker.regions.choices(&strategy)?, &checker.engine.no_choices(), condition)?;
     checker.passed(name);
     checker.passed(&strategy);
@@ -139,7 +139,7 @@ fn ending(checker: &mut Checker<'_>, arenas: &[Arena], found: usize, unbounded: 
         };
         outside(checker, arena, &next, below, &upper)?;
         let winning = checker.engine.intersection(&upper, &arena.start)?;
-        checker.subset(&winning, &nobody, || Condition::NoWinner { region: next.name() })?;
+        checker.subset(&winning, &nobody, Condition::NoWinner { region: next.name() })?;
         most.push(upper);
     }
     Ok(Rest::AtMost(most))
@@ -167,9 +167,9 @@ fn whole(
         permitted = engine.union(&permitted, &engine.choices_in(&strategy, &arena.start)?)?;
         regions.push(region);
     }
-    checker.equal(states, &won, || Condition::WonByClasses { region: name.clone() })?;
+    checker.equal(states, &won, Condition::WonByClasses { region: name.clone() })?;
     let strategy = name.strategy();
-    let condition = || Condition::PermittedByClasses { region: strategy.clone() };
+    let condition = Condition::PermittedByClasses { region: strategy.clone() };
     checker.equal_choices(&checker.regions.choices(&strategy)?, &permitted, condition)?;
     checker.passed(name);
     checker.passed(&strategy);
@@ -236,13 +236,13 @@ fn inside(
         let goals = level.goals(checker, arena, &kept)?;
         ahead(checker, arena, &goals, engine, &kept, region)?
     };
-    let condition = || Condition::KeptChoices { region: name.clone() };
+    let condition = Condition::KeptChoices { region: name.clone() };
     checker.equal_choices(strategy, &checker.ours(&expected)?, condition)?;
     let goals = level.goals(checker, arena, &expected)?;
-    checker.layers(name, region, &engine.can_choose(&goals)?, |layer| {
+    checker.layers(name, region, &engine.can_choose(&goals)?, &|layer| {
         let permitted = engine.choices_in(&expected, layer.states)?;
         let goals = engine.choices_in(&goals, layer.states)?;
-        checker.leading(layer, |by, x| ahead(checker, arena, &goals, by, &permitted, x))
+        checker.leading(layer, &|by, x| ahead(checker, arena, &goals, by, &permitted, x))
     })
 }
 
@@ -263,9 +263,9 @@ fn outside(
     };
     if level.kind == Kind::Spi {
         let entering = engine.can_choose(&ahead(&arena.kept, region)?)?;
-        return checker.subset(&entering, region, || Condition::HasStepsTowards { region: name.clone() });
+        return checker.subset(&entering, region, Condition::HasStepsTowards { region: name.clone() });
     }
-    let left = checker.rounds(&name, below, |round| {
+    let left = checker.rounds(&name, below, &|round| {
         let gone = engine.difference(&engine.all_states(), round.left)?;
         let own = engine.choices_in(&arena.kept, round.lost)?;
         let safe = engine.difference(&own, &level.straying(checker, arena, engine, &own, &gone)?)?;
@@ -273,8 +273,8 @@ fn outside(
             Some(by) => engine.difference(&safe, &level.straying(checker, arena, by, &safe, round.lost)?)?,
             None => ahead(&safe, round.rest)?,
         };
-        let condition = || Condition::RoundSafeStep { round: round.number, region: name.clone() };
+        let condition = Condition::RoundSafeStep { round: round.number, region: name.clone() };
         checker.subset(&engine.can_choose(&saved)?, &engine.no_states(), condition)
     })?;
-    checker.subset(&left, region, || Condition::OutsideLost { region: name.clone() })
+    checker.subset(&left, region, Condition::OutsideLost { region: name.clone() })
 }

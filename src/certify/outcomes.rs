@@ -35,7 +35,7 @@ pub(super) fn check(checker: &mut Checker<'_>) -> CheckResult<Option<Vec<Class>>
         };
         let own = || objective.name.clone();
         let name = RegionName::Target(own());
-        let condition = || match is_secured {
+        let condition = match is_secured {
             true => Condition::SecuredStates { region: name.clone() },
             false => Condition::TargetStates { region: name.clone() },
         };
@@ -54,9 +54,9 @@ pub(super) fn check(checker: &mut Checker<'_>) -> CheckResult<Option<Vec<Class>>
 fn positive(checker: &mut Checker<'_>, region: &RegionName, target: &StateSet) -> CheckResult {
     let engine = &checker.engine;
     let x = checker.regions.states(region)?;
-    checker.subset(target, &x, || Condition::HasTarget { region: region.clone() })?;
+    checker.subset(target, &x, Condition::HasTarget { region: region.clone() })?;
     let entering = engine.can_choose(&engine.pre(&engine.all_choices(), &x)?)?;
-    checker.subset(&entering, &x, || Condition::HasSteps { region: region.clone() })?;
+    checker.subset(&entering, &x, Condition::HasSteps { region: region.clone() })?;
     checker.leading_to(region, &x, target, &engine.all_choices())?;
     checker.passed(region);
     Ok(())
@@ -69,26 +69,26 @@ fn positive(checker: &mut Checker<'_>, region: &RegionName, target: &StateSet) -
 fn almost_sure(checker: &mut Checker<'_>, region: &RegionName, target: &StateSet) -> CheckResult<StateSet> {
     let engine = &checker.engine;
     let x = checker.regions.states(region)?;
-    checker.subset(target, &x, || Condition::HasTarget { region: region.clone() })?;
+    checker.subset(target, &x, Condition::HasTarget { region: region.clone() })?;
     let staying =
         engine.choices_in(&engine.pre_within(&engine.all_choices(), &x)?, &engine.difference(&x, target)?)?;
     let strategy = region.strategy();
-    let condition = || Condition::StayingChoices { region: region.clone() };
+    let condition = Condition::StayingChoices { region: region.clone() };
     checker.equal_choices(&checker.regions.choices(&strategy)?, &checker.ours(&staying)?, condition)?;
     checker.leading_to(region, &x, target, &staying)?;
-    let left = checker.rounds(region, &engine.all_states(), |round| {
+    let left = checker.rounds(region, &engine.all_states(), &|round| {
         let &Round { number, lost, .. } = round;
-        let condition = || Condition::RoundTarget { round: number, region: region.clone() };
+        let condition = Condition::RoundTarget { round: number, region: region.clone() };
         checker.subset(&engine.intersection(lost, target)?, &engine.no_states(), condition)?;
         let safe = engine.pre_within(&engine.choices_in(&engine.all_choices(), lost)?, round.left)?;
         let saved = match round.within {
             Some(within) => engine.difference(&safe, &within.pre(&safe, lost)?)?,
             None => engine.pre(&safe, round.rest)?,
         };
-        let condition = || Condition::RoundSafeStep { round: number, region: region.clone() };
+        let condition = Condition::RoundSafeStep { round: number, region: region.clone() };
         checker.subset(&engine.can_choose(&saved)?, &engine.no_states(), condition)
     })?;
-    checker.subset(&left, &x, || Condition::OutsideLost { region: region.clone() })?;
+    checker.subset(&left, &x, Condition::OutsideLost { region: region.clone() })?;
     checker.passed(region);
     checker.passed(&strategy);
     Ok(x)
@@ -99,13 +99,13 @@ fn classes(checker: &mut Checker<'_>, sure: &[StateSet]) -> CheckResult<Vec<Clas
     let classes = most_preferred(checker, sure)?;
     for class in &classes {
         let name = RegionName::Class(class.name.clone());
-        let condition = || Condition::ClassStates { region: name.clone() };
+        let condition = Condition::ClassStates { region: name.clone() };
         checker.equal(&checker.regions.states(&name)?, &class.states, condition)?;
         checker.passed(&name);
     }
     let nothing = RegionName::Class(NOTHING.to_owned());
     if !classes.iter().any(|c| c.members.is_empty()) {
-        let condition = || Condition::EmptyClass { region: nothing.clone() };
+        let condition = Condition::EmptyClass { region: nothing.clone() };
         checker.subset(&checker.regions.states(&nothing)?, &checker.engine.no_states(), condition)?;
         checker.passed(&nothing);
     }

@@ -26,24 +26,24 @@ impl Avoided<'_> {
         &self,
         checker: &Checker<'_>,
         safe: &StateSet,
-        condition: impl FnOnce() -> Condition,
+        condition: Condition,
     ) -> CheckResult<ChoiceSet> {
         let (engine, name) = (&checker.engine, self.name);
         checker.subset(&engine.intersection(safe, self.bad)?, &engine.no_states(), condition)?;
         let staying = engine.choices_in(&engine.pre_within(&engine.all_choices(), safe)?, safe)?;
-        let condition = || Condition::StaysIn { region: name.clone() };
+        let condition = Condition::StaysIn { region: name.clone() };
         checker.subset(safe, &engine.can_choose(&staying)?, condition)?;
-        let left = checker.rounds(name, &engine.all_states(), |round| {
+        let left = checker.rounds(name, &engine.all_states(), &|round| {
             let choices = engine.choices_in(&engine.all_choices(), round.lost)?;
             let mut staying = engine.pre_within(&choices, round.left)?;
             if let Some(within) = round.within {
                 staying = engine.difference(&staying, &within.pre(&staying, round.lost)?)?;
             }
-            let condition = || Condition::RoundAvoided { round: round.number, region: name.clone() };
+            let condition = Condition::RoundAvoided { round: round.number, region: name.clone() };
             let saved = engine.difference(&engine.can_choose(&staying)?, self.bad)?;
             checker.subset(&saved, &engine.no_states(), condition)
         })?;
-        checker.subset(&left, safe, || Condition::OutsideLost { region: name.clone() })?;
+        checker.subset(&left, safe, Condition::OutsideLost { region: name.clone() })?;
         Ok(staying)
     }
 }
@@ -64,7 +64,7 @@ pub(super) fn requirements(checker: &mut Checker<'_>) -> CheckResult {
     }
     let states = engine.difference(&all, &checker.regions.states(&RegionName::Unsafe)?)?;
     let avoided = Avoided { name: &RegionName::Unsafe, bad: &bad };
-    let choices = avoided.check(checker, &states, || Condition::HasViolations)?;
+    let choices = avoided.check(checker, &states, Condition::HasViolations)?;
     checker.engine = checker.engine.restricted_to(&Region { states, choices })?;
     checker.passed(&RegionName::Unsafe);
     Ok(())

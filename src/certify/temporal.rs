@@ -73,13 +73,13 @@ impl SecuredRegion {
 
     fn inside(&self, checker: &Checker<'_>) -> CheckResult {
         let (engine, name) = (&checker.engine, &self.name);
-        let condition = || Condition::Always { region: name.clone() };
+        let condition = Condition::Always { region: name.clone() };
         checker.subset(&self.region, &self.allowed, condition)?;
         let staying =
             engine.choices_in(&engine.pre_within(&engine.all_choices(), &self.region)?, &self.region)?;
-        let condition = || Condition::StayingChoices { region: name.clone() };
+        let condition = Condition::StayingChoices { region: name.clone() };
         checker.equal_choices(&self.strategy, &staying, condition)?;
-        let condition = || Condition::StaysIn { region: name.clone() };
+        let condition = Condition::StaysIn { region: name.clone() };
         checker.subset(&self.region, &engine.can_choose(&staying)?, condition)?;
         for (index, mark) in self.again.iter().enumerate() {
             let start = engine.intersection(mark, &self.region)?;
@@ -90,7 +90,7 @@ impl SecuredRegion {
 
     fn outside(&self, checker: &Checker<'_>) -> CheckResult {
         let (engine, name) = (&checker.engine, &self.name);
-        let left = checker.rounds(name, &engine.all_states(), |round| {
+        let left = checker.rounds(name, &engine.all_states(), &|round| {
             let j = round.number;
             let open = engine.intersection(round.lost, &self.allowed)?;
             let safe = engine.pre_within(&engine.choices_in(&engine.all_choices(), &open)?, round.left)?;
@@ -98,7 +98,7 @@ impl SecuredRegion {
                 Some(within) => engine.difference(&safe, &within.pre(&safe, round.lost)?)?,
                 None => engine.pre(&safe, round.rest)?,
             };
-            let condition = || Condition::RoundSafeStep { round: j, region: name.clone() };
+            let condition = Condition::RoundSafeStep { round: j, region: name.clone() };
             checker.subset(&engine.can_choose(&saved)?, &engine.no_states(), condition)?;
             if round.within.is_some() {
                 return Ok(());
@@ -109,9 +109,9 @@ impl SecuredRegion {
                     return Ok(());
                 }
             }
-            let condition = || Condition::RoundAgain { round: j, region: name.clone() };
+            let condition = Condition::RoundAgain { round: j, region: name.clone() };
             checker.subset(&moving, &engine.no_states(), condition)
         })?;
-        checker.subset(&left, &self.region, || Condition::OutsideLost { region: name.clone() })
+        checker.subset(&left, &self.region, Condition::OutsideLost { region: name.clone() })
     }
 }
