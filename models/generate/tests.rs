@@ -188,9 +188,9 @@ proptest! {
             other => other.unwrap(),
         };
         prop_assert_eq!(&generated, &gridworld(&parameters, &choices).unwrap());
-        let mut program = program(&generated.model);
+        let program = program(&generated.model);
         let preferences = SourceFile::new("preferences", generated.preferences.as_str());
-        prop_assert!(lang::load_preferences(&preferences, &mut program).is_ok());
+        prop_assert!(lang::load_preferences(&preferences, program).is_ok());
     }
 
     /// A condition is satisfied in the cells of the set, and only there.
