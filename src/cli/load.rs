@@ -139,10 +139,8 @@ fn halves(paths: [&Path; 2]) -> Result<Document, Error> {
     let [one, other] = [read(paths[0])?, read(paths[1])?];
     for source in [&one, &other] {
         if !meliora_pddl::is_pddl(&source.text) {
-            let message = format!(
-                "`{}` is not a part of a planning problem; only a planning problem has two files",
-                source.name
-            );
+            let message =
+                format!("`{}` is not in PDDL, and only a planning problem has two files", source.name);
             return Err(Error::Usage(message));
         }
     }

@@ -19,6 +19,7 @@ mod named;
 mod options;
 mod phases;
 mod plan;
+mod planning;
 mod policy;
 mod policy_file;
 mod progress;
@@ -159,7 +160,8 @@ fn fail(error: &Error, form: Form) -> Status {
 
 /// Parses the arguments, in which options of PRISM may stand for ours.
 fn parsed(args: &[OsString]) -> Result<Cli, clap::Error> {
-    let matches = parser().try_get_matches_from(with_options_of_prism(args))?;
+    let args = planning::with_problems(with_options_of_prism(args));
+    let matches = parser().try_get_matches_from(args)?;
     Cli::from_arg_matches(&matches)
 }
 

@@ -9,14 +9,18 @@ use clap::Args;
 pub(super) struct ModelFiles {
     /// Model in PRISM's language, JANI, UMB, DRN or as PRISM's .tra, or a planning problem in PDDL (the domain
     /// and the problem, one after the other); `-` reads standard input
-    #[arg(value_name = "MODEL", num_args = 1..=2, required = true)]
-    model: Vec<PathBuf>,
+    #[arg(value_name = "MODEL")]
+    model: PathBuf,
+
+    /// The other half of a planning problem, which may also stand after MODEL
+    #[arg(long, hide = true, value_name = "FILE", allow_hyphen_values = true)]
+    problem: Option<PathBuf>,
 }
 
 impl ModelFiles {
     /// Returns the paths.
     pub(super) fn paths(&self) -> impl Iterator<Item = &Path> {
-        self.model.iter().map(PathBuf::as_path)
+        [Some(&self.model), self.problem.as_ref()].into_iter().flatten().map(PathBuf::as_path)
     }
 
     /// Returns whether a file is read from standard input.

@@ -44,6 +44,10 @@ fn two_files_in_any_order_one_file_and_standard_input_are_one_model() {
     assert!(lone.contains("the problem is missing"), "{lone}");
     let missing = run(&format!("info {domain} nosuch.pddl")).expect(3).stderr;
     assert!(missing.contains("nosuch.pddl: no such file"), "{missing}");
+    let missing = run(&format!("info {domain} nosuch")).expect(3).stderr;
+    assert!(missing.contains("nosuch: no such file"), "{missing}");
+    let two = run(&format!("info {domain} --problem models/toy.prism")).expect(2).stderr;
+    assert!(two.contains("`models/toy.prism` is not in PDDL"), "{two}");
 }
 
 #[test]
