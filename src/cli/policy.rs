@@ -17,9 +17,10 @@ use meliora_report::{Number, ReachReport, policy};
 
 use super::exit::Status;
 use super::files::Target;
+use super::given::Given;
 use super::load::{self, Asked, Question, Stated};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
-use super::questions::{self, Given};
+use super::questions;
 use super::supervise::{Job, supervise};
 
 /// Maximum number of states of a policy: each takes about as much memory as a line of its text.
@@ -57,7 +58,7 @@ pub(super) fn policy_of(args: OfObjective, policy: PathBuf, shown: &ShownArgs) -
     let preferences = args.preferences.preferences.as_path();
     let is_target = args.objective.is_some() || !preferences.as_os_str().is_empty();
     report.one = Some(OneQuestion { is_target, ..Default::default() });
-    let inputs = [args.model.model.as_path(), preferences];
+    let inputs = args.preferences.inputs(&args.model);
     let plan = PlanArgs { strong: false, policy: Some(policy) };
     let out = plan.checked(true, &inputs)?;
     let (limits, shown) = (args.model.limits(), shown.of(&args.model));
@@ -78,7 +79,7 @@ impl OfObjective {
         let asked = if self.preferences.preferences.as_os_str().is_empty() {
             let label = format!("\"{name}\"");
             let target = self.objective.as_ref().map(|_| label.as_str());
-            load::asked(&self.model, target, (&[], &[]), false, sink)?
+            load::asked(&self.model, target, &[], &[], false, sink)?
         } else {
             let Question { program, preferences, overlap, .. } =
                 load::question(&self.model, &self.preferences, sink)?;

@@ -15,10 +15,10 @@ use meliora_report::policy_report::PolicyRuns;
 use meliora_report::{Header, PolicyReport, policy_file};
 
 use super::exit::Status;
-use super::model_files::ModelFiles;
 use super::load;
-use super::options::{PreferenceArgs, ShownArgs};
-use super::supervise::{Job, Limits, supervise};
+use super::model_files::ModelFiles;
+use super::options::{Limits, PreferenceArgs, ShownArgs};
+use super::supervise::{Job, supervise};
 
 /// The options about the goal of a policy.
 #[derive(Debug, Clone, Args)]

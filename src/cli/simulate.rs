@@ -110,7 +110,7 @@ impl SimulateArgs {
     /// Runs a policy.
     fn follow(&self, policy: &Path) -> Result<Status, Error> {
         without_preferences(&self.preferences)?;
-        let (model, bounds) = (self.model.model.as_path(), [self.model.bounds()]);
+        let (model, bounds) = (&self.model.model, [self.model.bounds()]);
         let following = Checking { policy, model, bounds: &bounds, limits: self.model.limits() };
         let runs = PolicyRuns { runs: self.runs, limit: self.steps, seed: self.seed, ..Default::default() };
         let constants = [self.model.constants()];
