@@ -351,7 +351,7 @@ mod tests {
         let plan = |rank| Some(Plan { rank, actions: Vec::new() });
         let (sasi, spi) = (plan(Rank::Finite(2)), plan(Rank::Unbounded));
         report.initial = vec![Prospects {
-            state: Vec::new().into(),
+            state: Vec::new(),
             owner: None,
             values: Valuation::default(),
             escape: None,

@@ -95,7 +95,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                             (vec![self.states(term, &self.engine.all_states())?], *negated)
                         }
                         (None, single) => match self.visited(single, state)? {
-                            Some((left, right, negated)) => (vec![left, right], negated),
+                            Some((passed_and_visited, negated)) => (Vec::from(passed_and_visited), negated),
                             None => return Err(self.of_other_kind(objective)),
                         },
                     };
@@ -160,11 +160,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
 
     /// Returns the states through which a formula asks to visit others, these, and whether the formula is negated; `None`
     /// for other formulas.
-    fn visited(
-        &self,
-        single: Option<&Single>,
-        state: &State,
-    ) -> Result<Option<(E::States, E::States, bool)>> {
+    fn visited(&self, single: Option<&Single>, state: &State) -> Result<Option<([E::States; 2], bool)>> {
         let all = self.engine.all_states();
         let Some(Single { negated, step }) = single else { return Ok(None) };
         let (left, right) = match step {
@@ -178,7 +174,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             },
             _ => return Ok(None),
         };
-        Ok(Some((left, right, *negated)))
+        Ok(Some(([left, right], *negated)))
     }
 
     fn of_other_kind(&self, term: &Term) -> Error {

@@ -91,7 +91,7 @@ fn elements_are_read_and_assigned_at_an_index() {
 #[test]
 fn an_index_outside_of_the_array_is_an_error_with_a_state() {
     let next = (json!("x"), op("+", json!("x"), json!(1)));
-    let reads = edge(op("=", at(json!("a"), json!("x")), json!(0)), &[next.clone()]);
+    let reads = edge(op("=", at(json!("a"), json!("x")), json!(0)), std::slice::from_ref(&next));
     let writes = edge(op("<", json!("x"), json!(3)), &[(at(json!("a"), json!("x")), json!(1)), next]);
     for edge in [reads, writes] {
         for (initial, state) in [(json!([0]), "x=1,a_0="), (json!([0, 0]), "x=2,a_0=")] {

@@ -184,11 +184,10 @@ impl<'a> Lowering<'a> {
         let before = values.last.get(&step.slot).filter(|(i, ..)| *i == index).copied();
         let (mut condition, mut either) = (hit, hit);
         match before {
-            Some((_, first, None)) if hit.is_none() => {
-                if values.given.get(&step.slot) != Some(&id) {
-                    return self.twice(step, first);
-                }
+            Some((_, first, None)) if hit.is_none() && values.given.get(&step.slot) != Some(&id) => {
+                return self.twice(step, first);
             }
+            Some((_, _, None)) if hit.is_none() => {}
             Some((_, _, other)) => {
                 let always = self.lowerer.literal(Value::Bool(true))?;
                 condition = Some(self.apart(hit.unwrap_or(always), other, span)?);
