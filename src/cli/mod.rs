@@ -213,12 +213,12 @@ mod tests {
     }
 
     #[test]
-    fn every_command_has_two_examples_that_it_takes() {
+    fn every_command_has_examples_that_it_takes() {
         let command = parser();
         for sub in command.get_subcommands().filter(|sub| sub.get_name() != "help") {
             let help = sub.get_after_help().map(ToString::to_string).unwrap_or_default();
             let lines: Vec<&str> = help.lines().map(str::trim).filter(|l| l.starts_with("meliora")).collect();
-            assert_eq!(lines.len(), 2, "{}: {help}", sub.get_name());
+            assert!(lines.len() >= 2, "{}: {help}", sub.get_name());
             for line in lines {
                 let parsed = command.clone().try_get_matches_from(words(line));
                 assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());

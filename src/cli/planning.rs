@@ -31,7 +31,7 @@ pub(super) fn with_problems(args: Vec<OsString>) -> Vec<OsString> {
             || (is_input && (is_half(left) || is_half(right)))
     };
     let mut named: Vec<OsString> = Vec::with_capacity(args.len() + 1);
-    // The parts of the last argument; none of what has its second half, which fits nothing.
+    // The parts of the last argument; none if it has its second half, as it fits nothing then.
     let mut last = Parts::default();
     for arg in args {
         let own = of(&arg);

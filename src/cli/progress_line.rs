@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 const INTERVAL: Duration = Duration::from_millis(50);
 /// The width of a terminal that does not tell its own.
 const WIDTH: usize = 80;
-/// The characters that turn while the work goes on.
+/// The characters that turn during the work.
 const TURNING: [char; 4] = ['|', '/', '-', '\\'];
 
 /// A line that is drawn again and again at the same place.
@@ -49,7 +49,7 @@ impl ProgressLine {
         }
     }
 
-    /// Replaces what is shown; blanks cover the rest of it.
+    /// Replaces the text; blanks cover the rest of the old one.
     fn write(&mut self, line: &str) {
         let length = line.chars().count();
         let rest = " ".repeat(self.shown.saturating_sub(length));

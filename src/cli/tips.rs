@@ -15,7 +15,7 @@ const OTHER_COMMANDS: &[(&str, &str)] = &[
 ];
 
 /// Options of `export` whose values a dump contains.
-const OF_DUMP: &[&str] = &["-c", "--const", "--scope", "--safety", "--order"];
+const OF_DUMP: &[&str] = &["--scope", "--safety", "--order"];
 
 /// Adds a tip to an error of the parser, if there is one.
 pub(super) fn with_tip(mut error: clap::Error, args: &[OsString]) -> clap::Error {
@@ -97,7 +97,7 @@ mod tests {
             ("m Cargo.toml b", "a file comes after a command"),
             ("m -c N=3 check a b", "options come after the command"),
             ("m reach a Cargo.toml", "given by `--properties FILE`"),
-            ("m verify d a b -c N=3", "of the dump"),
+            ("m verify d a b --scope all", "of the dump"),
             ("m check a b --property P>0[F(x=1)]", "answers targets and properties"),
             ("m check a", "preferences are a file"),
             ("m strategy a --rank 1", "preferences are a file"),

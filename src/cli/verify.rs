@@ -83,7 +83,8 @@ pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
         return checking.run(&args.policy, args.strong, &args.shown);
     };
     if args.strong || args.policy.is_given() {
-        let message = "`--strong`, `--target` and `--const` are for policies, which have no PREFS";
+        let message = "`--strong`, `--target` and `--const` are for policies, which have no PREFS; a dump is verified \
+                       with the constants of the dump";
         return Err(Error::Usage(message.to_owned()));
     }
     let report = VerifyReport::of_directory(&args.directory.display().to_string());

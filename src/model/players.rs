@@ -37,7 +37,7 @@ pub struct Player {
 pub enum Unlisted {
     /// The player at this position, who has another choice in the state.
     With(u32),
-    /// No player has another choice in the state: the first player, if this is its only choice.
+    /// The first player's in a state where it is the only choice.
     Alone,
 }
 

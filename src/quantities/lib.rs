@@ -33,11 +33,11 @@
 //! 2. *Equations.* A quantity gives a system: greatest or least values, costs or none, and values of the level below where
 //!    a step counts. Several objectives are a weighted sum.
 //! 3. *Components.* Strongly connected components are solved after those that they reach; one state is solved directly. In
-//!    a larger one, end components without gain or cost become one group, and what is left are the rows of its groups.
+//!    a larger one, end components without gain or cost become one group; the rows of the groups remain.
 //! 4. *Bounds.* Optimistic value iteration and policy iteration with doubles take turns at the rows, with budgets that
-//!    double. Both claim only what one step, rounded outwards, confirms. Up to 1000 groups policy iteration comes first,
+//!    double. Both claim only bounds that one step, rounded outwards, confirms. Up to 1000 groups policy iteration comes first,
 //!    since its bounds are narrower.
-//! 5. *Fractions.* Where doubles have too few digits, the same policy iteration goes on with fractions. `--exact` uses them
+//! 5. *Fractions.* Where doubles have too few digits, the same policy iteration continues with fractions. `--exact` uses them
 //!    everywhere.
 //! 6. *Games.* The side that wants to reach the target leads. A strategy of it leaves equations of one player; it is
 //!    changed where another choice is clearly better. Its values and those of the best answer bound the value of the game.

@@ -17,7 +17,7 @@ pub struct Heading {
     pub width: usize,
     /// True if a plot shows it.
     pub is_plotted: bool,
-    /// True if the answer of the instance is no where the cell is `false`.
+    /// True if a cell `false` means that the instance does not have the property.
     pub is_verdict: bool,
     /// True if a table or plot with answers to properties does without it.
     pub yields: bool,

@@ -62,11 +62,9 @@ fn exported_models_have_the_names_of_the_author() {
         assert!(actions.iter().any(|action| action["name"] == "go left"), "{format}: {found}");
         if format != "explicit" {
             let asked = ["reach", &written, "--property", "R{\"my cost\"}min=? [ F \"at goal\" ]", "--json"];
-            assert_eq!(
-                run(&asked).json()["properties"][0]["value"],
-                json!({"lower": 3.0, "upper": 3.0}),
-                "{format}"
-            );
+            let value = run(&asked).json()["properties"][0]["value"].clone();
+            let [lower, upper] = ["lower", "upper"].map(|side| value[side].as_f64().unwrap());
+            assert!(lower <= 3.0 && 3.0 <= upper && upper - lower < 1e-6, "{format}: {value}");
         }
     }
 }

@@ -194,7 +194,7 @@ fn policies_are_verified_state_by_state_and_faults_are_named() {
     assert!(refused(entries[0]).contains("has no action in a state"));
     let other = text.replacen("drive(station,school)", "drive(school,station)", 1);
     assert!(refused(&other).contains("takes `drive(school,station)` in a state where this is not enabled"));
-    // Between two places for ever: the rules come first.
+    // A policy that moves between two places without end: its rules come first.
     let there = "If holds: at(station)\nExecute: drive(station,school)\nIf holds: at(school)\nExecute: drive(school,station)\n";
     assert!(refused(there).contains("no path of the policy leads from a state that it visits to the goal"));
     std::fs::write(&changed, "Policy:\nIf holds: at(moon)\nExecute: wait\n").unwrap();

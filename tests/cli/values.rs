@@ -7,10 +7,12 @@ use crate::models::{MODELS, given};
 
 /// The numbers of states with P_k > 0 and with P_k = 1, for k = 1, 2, …
 fn counts(report: &Value) -> [Vec<usize>; 2] {
-    let states = report["states"].as_array().unwrap();
+    // From an unsafe state nothing is promised, so it has no levels.
+    let safe = report["states"].as_array().unwrap().iter().filter(|state| state["unsafe"].is_null());
+    let states: Vec<&Value> = safe.collect();
     let levels = states[0]["levels"].as_array().unwrap().len();
     let count = |bound: &str, limit: f64, k: usize| {
-        let p = |state: &&Value| state["levels"][k]["probability"][bound].as_f64().unwrap();
+        let p = |state: &Value| state["levels"][k]["probability"][bound].as_f64().unwrap();
         states
             .iter()
             .filter(|state| if bound == "upper" { p(state) > limit } else { p(state) >= limit })

@@ -99,6 +99,6 @@ fn properties_are_answered_for_the_players_that_they_name() {
         assert_eq!(listed(&game.reach(&target).unwrap().pmin_one), [1, 2]);
         let value = game.reach_where("<<us>> Pmax=? [ F x=2 ]").unwrap().value.unwrap();
         assert!(value.lower <= 0.5 && value.upper >= 0.5 && value.upper - value.lower < 1e-6, "{value:?}");
-        assert!(matches!(game.reach_where("P>=1 [ F x=2 ]"), Err(Error::Input(_))));
+        assert_eq!(one("P>=1 [ F x=2 ]"), (Some(false), vec![0, 1, 2], vec![2]));
     }
 }

@@ -1,6 +1,6 @@
 //! The choices of a game that no player lists: they belong to the player who has other choices in the state.
 //!
-//! Which player that is depends on the state. So each synchronisation stands in the program once per player,
+//! This player depends on the state. So each synchronisation stands in the program once per player,
 //! and once for the states in which no player has a choice; its guard contains the case.
 
 use super::lowerer::Lowerer;

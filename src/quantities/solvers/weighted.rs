@@ -62,7 +62,7 @@ pub(crate) struct Point {
     pub(crate) most: Ratio,
 }
 
-/// What the objectives need to know of the steps before.
+/// The memory that the objectives need of the steps before.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 struct Memory {
     /// The objectives that are decided, as bits.

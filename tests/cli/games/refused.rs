@@ -111,12 +111,11 @@ fn formulas_and_properties_that_games_do_not_have_are_refused_by_name() {
                 3,
                 "combines recurrence and persistence",
             ),
-            (&["reach", "@g.prism", "--property", "P>=1 [ F x=2 ]"], 3, "names the players"),
             (&["reach", "@g.prism", "--property", "<<us>> Pmax>=1 [ F x=2 ]"], 3, "`<<p1>> P>=1"),
             (
-                &["reach", "@g.prism", "--property", "<<us>> R{\"r\"}min=? [ Fc x=2 ]"],
+                &["reach", "@g.prism", "--property", "<<us>> R{\"r\"}min=? [ F0 x=2 ]"],
                 3,
-                "infinite where it is not reached",
+                "PRISM-games computes those of `F0`",
             ),
         ],
     );

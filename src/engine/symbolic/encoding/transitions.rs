@@ -306,7 +306,7 @@ impl Transitions {
         self.by_group(program, false, is_alone)
     }
 
-    /// Returns for each group a property of its synchronisation.
+    /// Returns a property of the synchronisation of each group.
     fn by_group<T: Clone>(&self, program: &Program, none: T, of: impl Fn(&Synchronisation) -> T) -> Vec<T> {
         let mut found = vec![none; self.guards.len()];
         for ((first, colourings), synchronisation) in self.colours.iter().zip(&program.synchronisations) {
