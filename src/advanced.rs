@@ -31,6 +31,13 @@ pub mod names {
     pub use meliora_model::region::{RegionName, members};
 }
 
+/// Policies of planners, read from files and checked.
+#[cfg(feature = "output")]
+pub mod policies {
+    pub use meliora_planning::rules::{PolicyFault, Rules, Visited};
+    pub use meliora_report::policy_file::read;
+}
+
 /// Comma-separated values.
 pub mod csv {
     pub use meliora_base::csv::{Lines, cell, lines, text};

@@ -38,10 +38,9 @@
 //!
 //! The library never prints, reads the clock or the environment, or ends the process; only the
 //! command does (feature `cli`). A computation that runs out of memory or time returns
-//! [`error::Limit`] and keeps its results. A [`progress::ProgressSink`] cancels the work. An analysis
-//! starts threads only if [`Settings::threads`](engine::Settings::threads) allows it, and ends them
-//! before it returns. Only `supervise`, a feature for the command and the Python package, keeps
-//! threads, and measures time and memory.
+//! [`error::Limit`] and keeps its results. A [`progress::ProgressSink`] cancels the work. One
+//! thread does all work on a model. Only `supervise`, a feature for the command and the Python package,
+//! keeps threads, and measures time and memory.
 //!
 //! # The crates
 //!

@@ -387,7 +387,6 @@ impl Model {
     ///         the machine's memory.
     ///     order: The order of the bits in diagrams: "auto", "declared", or names of variables or
     ///         bits from the root down.
-    ///     threads: Maximum number of threads; all work on a model is done by one now.
     ///     timeout: Seconds, or a text such as "5s", after which the work ends with OutOfTime.
     ///     progress: Called with a Progress at intervals, from the calling thread; an exception
     ///         raised by it ends the work.
@@ -395,19 +394,17 @@ impl Model {
     /// Raises:
     ///     InputError: An expression has no value in some state; the error shows an example.
     ///     LimitError: A limit was reached.
-    #[pyo3(signature = (*, scope="reachable", engine="symbolic", memory=None, order=None, threads=1, timeout=None, progress=None))]
-    #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
+    #[pyo3(signature = (*, scope="reachable", engine="symbolic", memory=None, order=None, timeout=None, progress=None))]
     fn explore(
         slf: &Bound<'_, Self>,
         scope: &str,
         engine: &str,
         memory: Option<&Bound<'_, PyAny>>,
         order: Option<&Bound<'_, PyAny>>,
-        threads: u32,
         timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Exploration> {
-        let asked = Asked { scope, engine, memory, order, threads };
+        let asked = Asked { scope, engine, memory, order };
         Model::explored(slf, &asked, &Call::new(timeout, progress)?)
     }
 
@@ -420,12 +417,12 @@ impl Model {
     ///     safety: How to treat actions that may weaken: "action", "transition" (the paper's
     ///         definition to the letter) or "prefix".
     ///     max_level: The search for levels ends after this level.
-    ///     scope, engine, memory, order, threads, timeout, progress: As in `explore`.
+    ///     scope, engine, memory, order, timeout, progress: As in `explore`.
     ///
     /// Raises:
     ///     InputError: The preferences are invalid; each problem has its place.
     ///     LimitError: A limit was reached; its `analysis` has the results so far.
-    #[pyo3(signature = (preferences, *, scope="reachable", safety="action", engine="symbolic", max_level=None, memory=None, order=None, threads=1, timeout=None, progress=None))]
+    #[pyo3(signature = (preferences, *, scope="reachable", safety="action", engine="symbolic", max_level=None, memory=None, order=None, timeout=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
     fn check(
         slf: &Bound<'_, Self>,
@@ -436,12 +433,11 @@ impl Model {
         max_level: Option<usize>,
         memory: Option<&Bound<'_, PyAny>>,
         order: Option<&Bound<'_, PyAny>>,
-        threads: u32,
         timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Analysis> {
         let py = slf.py();
-        let asked = Asked { scope, engine, memory, order, threads };
+        let asked = Asked { scope, engine, memory, order };
         let options = options::planning(safety, max_level)?;
         let call = Call::new(timeout, progress)?;
         let preferences: Py<Preferences> = preferences::given(py, preferences)?;
@@ -457,11 +453,11 @@ impl Model {
     ///     stop_at_target: Do not explore the states behind those that decide the question. In the initial
     ///         states the answer is the same; the regions are those of the part explored. Only with the
     ///         scope "reachable".
-    ///     scope, engine, memory, order, threads, timeout, progress: As in `explore`.
+    ///     scope, engine, memory, order, timeout, progress: As in `explore`.
     ///
     /// Raises:
     ///     InputError: The text is wrong; with `stop_at_target`, also if no state decides it, as for `G F`.
-    #[pyo3(signature = (target, *, stop_at_target=false, scope="reachable", engine="symbolic", memory=None, order=None, threads=1, timeout=None, progress=None))]
+    #[pyo3(signature = (target, *, stop_at_target=false, scope="reachable", engine="symbolic", memory=None, order=None, timeout=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
     fn reach(
         slf: &Bound<'_, Self>,
@@ -471,11 +467,10 @@ impl Model {
         engine: &str,
         memory: Option<&Bound<'_, PyAny>>,
         order: Option<&Bound<'_, PyAny>>,
-        threads: u32,
         timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Reachability> {
-        let asked = Asked { scope, engine, memory, order, threads };
+        let asked = Asked { scope, engine, memory, order };
         let call = Call::new(timeout, progress)?;
         if stop_at_target {
             let model = slf.get();

@@ -73,7 +73,6 @@ pub(crate) struct Asked<'a, 'py> {
     pub(crate) engine: &'a str,
     pub(crate) memory: Option<&'a Bound<'py, PyAny>>,
     pub(crate) order: Option<&'a Bound<'py, PyAny>>,
-    pub(crate) threads: u32,
 }
 
 impl Asked<'_, '_> {
@@ -87,10 +86,6 @@ impl Asked<'_, '_> {
         if storage == Storage::Explicit && order != Order::Auto {
             return Err(usage("`order` orders bits of diagrams: the engine \"explicit\" has none"));
         }
-        if self.threads == 0 {
-            return Err(usage("threads=0: one thread at least does the work"));
-        }
-        let most = std::thread::available_parallelism().map_or(1, usize::from);
         let memory = self.memory.map_or_else(|| Ok(default_memory()), memory)?;
         let worker = Worker::new(memory);
         let settings = Settings {
@@ -98,7 +93,6 @@ impl Asked<'_, '_> {
             storage,
             memory,
             order,
-            threads: self.threads.min(u32::try_from(most).unwrap_or(u32::MAX)),
             sink: Arc::clone(&worker.supervisor) as _,
             ..Settings::default()
         };

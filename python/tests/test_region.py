@@ -210,10 +210,10 @@ def test_the_order_of_bits_can_be_given(robot: meliora.Model) -> None:
     assert explored.order is not None and explored.order[0] == "ch" and explored.order[-1] == "r.0"
     declared = robot.explore(order="declared").order
     assert declared is not None and declared[0] == "r.2"
-    assert explored.states.count() == robot.explore(threads=2).states.count() == 294
+    assert explored.states.count() == robot.explore().states.count() == 294
     with pytest.raises(meliora.InputError) as caught:
         robot.explore(order=["ch", "nowhere"])
     assert caught.value.file == "order"
-    for wrong in ({"order": "upwards"}, {"order": "declared", "engine": "explicit"}, {"engine": "quantum"}, {"scope": "some"}, {"threads": 0}):
+    for wrong in ({"order": "upwards"}, {"order": "declared", "engine": "explicit"}, {"engine": "quantum"}, {"scope": "some"}):
         with pytest.raises(meliora.UsageError):
             robot.explore(**wrong)

@@ -35,7 +35,6 @@ pub(super) fn settings(
         storage,
         memory: args.memory(),
         order,
-        threads: args.threads(),
         sink: Arc::clone(sink) as _,
         ..Settings::default()
     })

@@ -64,10 +64,9 @@ pub(super) struct ModelArgs {
     #[arg(help_heading = LIMITS, long, value_name = "SIZE", value_parser = memory::parse)]
     pub(super) memory: Option<u64>,
 
-    /// Maximum number of threads for a model (never more than the machine has); all work on a model is done by one now
-    /// [default: all of the machine]
+    /// Maximum number of threads for a model; one thread does all work on a model now
     #[arg(help_heading = LIMITS, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub(super) threads: Option<u16>,
+    threads: Option<u16>,
 
     /// Stop after this time, such as 30s or 5m, and print the partial results
     #[arg(help_heading = LIMITS, long, value_name = "DURATION", value_parser = parse_duration)]
@@ -101,15 +100,6 @@ impl ModelArgs {
     /// Returns the limits of a run.
     pub(super) fn limits(&self) -> Limits {
         Limits { timeout: self.timeout, memory: self.memory() }
-    }
-
-    /// Returns the maximum number of threads; instances of a sweep that run at the same time share
-    /// those of the machine.
-    pub(super) fn threads(&self) -> u32 {
-        let most = std::thread::available_parallelism().map_or(1, usize::from);
-        let most = u32::try_from(most).unwrap_or(u32::MAX);
-        let share = (u64::from(most) / self.sharing).max(1) as u32;
-        self.threads.map_or(share, |asked| u32::from(asked).min(most))
     }
 
     /// Returns all values of `--const` as one list.

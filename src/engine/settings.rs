@@ -47,8 +47,6 @@ pub struct Settings {
     pub memory: u64,
     /// The order of the bits in decision diagrams.
     pub order: Order,
-    /// Maximum number of threads for a model, at least 1; all work is done by one now.
-    pub threads: u32,
     /// The thresholds at which the symbolic engine switches between methods with the same result.
     pub thresholds: Thresholds,
     /// The progress sink, which also cancels work.
@@ -62,7 +60,6 @@ impl Default for Settings {
             storage: Storage::Symbolic,
             memory: 2 << 30,
             order: Order::Auto,
-            threads: 1,
             thresholds: Thresholds::default(),
             sink: Arc::new(NoProgress),
         }

@@ -154,7 +154,11 @@ impl Header {
         }
         let width = style.width.map_or(usize::MAX, usize::from);
         let settings = wrapped(&settings, "", width);
-        format!("{}\n{}\n", style.bold(&escape::line(&files)), style.dim(settings.trim_end()))
+        let files = style.bold(&escape::line(&files)).to_string();
+        match settings.trim_end() {
+            "" => files + "\n",
+            settings => format!("{files}\n{}\n", style.dim(settings)),
+        }
     }
 
     /// Renders type, variables, constants and sizes of the model; empty until it is read.

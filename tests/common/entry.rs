@@ -13,6 +13,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use meliora::advanced::lang::ltl::Monitoring;
 use meliora::advanced::lang::property::{Named, Simple};
 use meliora::advanced::lang::property_file::{open_constants, parse_properties};
+use meliora::advanced::policies;
 use meliora::advanced::symbolic::order;
 use meliora::dump::{Diagram, Manifest, bounds, dddmp, directory};
 use meliora::engine::ExplicitEngine;
@@ -26,6 +27,7 @@ use meliora::model::temporal::Begin;
 use meliora::model::{Program, State};
 use meliora::planning::{Analysis, Options, Shield};
 use meliora::query::Archive;
+use meliora::reach::{Asking, Target};
 use tempfile::TempDir;
 
 /// A model with something of everything that names can refer to.
@@ -123,6 +125,19 @@ pub fn planning(text: &str) {
     if let Some(checked) = seen(document.load(&given, &sink)) {
         accepted(&checked.program);
     }
+}
+
+/// A policy of a fixed planning problem: reads it, checks it.
+pub fn policy(text: &str) {
+    let problem = SourceFile::new("responders.pddl", include_str!("../../models/responders.pddl"));
+    let given = lang::Given { constants: source(""), bounds: source("") };
+    let sink = Patience(AtomicU32::new(0));
+    let program = lang::Document::of(problem).load(&given, &sink).unwrap().program;
+    let Some(rules) = seen(policies::read(&source(text), &program)) else { return };
+    let initial: State = program.variables.iter().map(|v| v.initial.unwrap()).collect();
+    let asked = Asking::target(&program, &source("\"goal\""), &[]).unwrap();
+    let Target::States(goal) = asked.goal.target else { panic!("a goal is a condition") };
+    let _ = rules.check((&program, &goal), &[initial], false, &sink);
 }
 
 /// A UMB archive: reads it, writes the model, takes the steps of one state.

@@ -23,6 +23,7 @@ fn run(target: &str, bytes: &[u8]) {
         "model" => entry::model,
         "order_file" => entry::order_file,
         "planning" => entry::planning,
+        "policy" => entry::policy,
         "preferences" => entry::preferences,
         "properties" => entry::properties,
         "tables" => entry::tables,

@@ -18,7 +18,6 @@ mod values;
 
 use std::sync::Arc;
 
-use meliora::advanced::symbolic::Thresholds;
 use meliora::engine::{AnyEngine, Engine, Order, Settings, Storage};
 use meliora::model::preference::Preferences;
 use meliora::model::{Program, State};
@@ -27,12 +26,11 @@ use proptest::prelude::ProptestConfig;
 
 use random_case::RandomCase;
 
-/// The same analysis by each engine, and by the symbolic one with threads.
+/// The same analysis by each engine, and by the symbolic one with the declared order.
 fn settings(case: &RandomCase) -> [Settings; 3] {
     let one = |storage| Settings { scope: case.scope, storage, memory: 16 << 20, ..Settings::default() };
-    let thresholds = Thresholds::default();
-    let threads = Settings { threads: 2, thresholds, order: Order::Declared, ..one(Storage::Symbolic) };
-    [one(Storage::Symbolic), one(Storage::Explicit), threads]
+    let declared = Settings { order: Order::Declared, ..one(Storage::Symbolic) };
+    [one(Storage::Symbolic), one(Storage::Explicit), declared]
 }
 
 fn config(cases: u32) -> ProptestConfig {

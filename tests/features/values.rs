@@ -1,7 +1,5 @@
 //! Quantities are facts about levels, and the same by each engine.
 
-use meliora::advanced::symbolic::Thresholds;
-use meliora::engine::Settings;
 use meliora::model::State;
 use meliora::planning::{Kind, Rank, Safety, StrategyKind};
 use meliora::quantities::{Aim, Bounds, Earned, ValueOptions, Values};
@@ -44,17 +42,13 @@ fn check(case: &RandomCase) {
     let strict = (case.safety == Safety::Transition).then(|| analysed(settings.clone(), Safety::Action));
     let strict = strict.as_ref().unwrap_or(&one);
     let (values, others) = (solved(&one), solved(&other));
-    let thresholds = Thresholds::default();
-    let several = solved(&analysed(Settings { threads: 3, thresholds, ..settings }, case.safety));
     let mut strategy = one.strategy(StrategyKind::Spi, None);
     for state in one.safe_states() {
         let memory = strategy.start(&state).unwrap();
         let actions = strategy.explain(&state, memory).unwrap().actions;
         let (node, same) = (values.start(&state).unwrap(), others.start(&state).unwrap());
-        assert_eq!(several.start(&state), Some(node), "several threads number the nodes in another way");
         for k in 1..=LEVELS {
             let p = values.probability(node, k);
-            assert_eq!((&several.probability(node, k), several.cost(node, k)), (&p, values.cost(node, k)));
             overlap("P", &p, &others.probability(same, k));
             let (possible, sure) =
                 (at_least(&one, Kind::Spi, &state, k), at_least(strict, Kind::Sasi, &state, k));
@@ -72,7 +66,6 @@ fn check(case: &RandomCase) {
             }
         }
         overlap("N", &values.number(node), &others.number(same));
-        assert_eq!(several.number(node), values.number(node));
     }
 }
 

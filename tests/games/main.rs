@@ -39,7 +39,7 @@ fn thresholds() -> [Thresholds; 5] {
 }
 
 fn settings(scope: Scope, thresholds: Thresholds) -> Settings {
-    Settings { scope, memory: 64 << 20, thresholds, threads: 1, ..Settings::default() }
+    Settings { scope, memory: 64 << 20, thresholds, ..Settings::default() }
 }
 
 /// A game of up to `states` states, an even number, with up to `choices` choices each and at most 4096 pairs of

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use meliora::advanced::symbolic::Thresholds;
 use meliora::engine::ExplicitEngine;
 use meliora::engine::{Engine, Settings};
 use meliora::engine::{Order, SymbolicEngine};
@@ -278,9 +277,8 @@ fn both(world: &World) {
     let settings = || Settings { scope: world.scope, memory: 64 << 20, ..Settings::default() };
     let explicit = Arc::new(ExplicitEngine::new(world.program.clone(), settings()).unwrap());
     check(&explicit, world, &reference);
-    for (order, threads) in [(Order::Auto, 1), (Order::Declared, 2)] {
-        let thresholds = Thresholds::default();
-        let settings = Settings { order, threads, thresholds, ..settings() };
+    for order in [Order::Auto, Order::Declared] {
+        let settings = Settings { order, ..settings() };
         let symbolic = SymbolicEngine::new(world.program.clone(), settings).unwrap();
         check(&Arc::new(symbolic), world, &reference);
     }

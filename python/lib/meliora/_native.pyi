@@ -241,7 +241,6 @@ class Model:
         engine: _Engine = "symbolic",
         memory: int | str | None = None,
         order: _Order | None = None,
-        threads: int = 1,
         timeout: _Timeout | None = None,
         progress: _Progress | None = None,
     ) -> Exploration:
@@ -255,7 +254,6 @@ class Model:
                 the machine's memory.
             order: The order of the bits in diagrams: "auto", "declared", or names of variables or
                 bits from the root down.
-            threads: Maximum number of threads; all work on a model is done by one now.
             timeout: Seconds, or a text such as "5s", after which the work ends with OutOfTime.
             progress: Called with a Progress at intervals, from the calling thread; an exception
                 raised by it ends the work.
@@ -274,7 +272,6 @@ class Model:
         max_level: int | None = None,
         memory: int | str | None = None,
         order: _Order | None = None,
-        threads: int = 1,
         timeout: _Timeout | None = None,
         progress: _Progress | None = None,
     ) -> Analysis:
@@ -287,7 +284,7 @@ class Model:
             safety: How to treat actions that may weaken: "action", "transition" (the paper's
                 definition to the letter) or "prefix".
             max_level: The search for levels ends after this level.
-            scope, engine, memory, order, threads, timeout, progress: As in `explore`.
+            scope, engine, memory, order, timeout, progress: As in `explore`.
 
         Raises:
             InputError: The preferences are invalid; each problem has its place.
@@ -302,7 +299,6 @@ class Model:
         engine: _Engine = "symbolic",
         memory: int | str | None = None,
         order: _Order | None = None,
-        threads: int = 1,
         timeout: _Timeout | None = None,
         progress: _Progress | None = None,
     ) -> Reachability:
@@ -315,7 +311,7 @@ class Model:
             stop_at_target: Do not explore the states behind those that decide the question. In the initial
                 states the answer is the same; the regions are those of the part explored. Only with the
                 scope "reachable".
-            scope, engine, memory, order, threads, timeout, progress: As in `explore`.
+            scope, engine, memory, order, timeout, progress: As in `explore`.
 
         Raises:
             InputError: The text is wrong; with `stop_at_target`, also if no state decides it, as for `G F`.
