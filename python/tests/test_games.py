@@ -78,10 +78,10 @@ def test_regions_are_those_that_a_coalition_enforces(game: meliora.Model, engine
     both = explored.reach("<<them>> P>=1 [ F x=2 ]").pmax_one & explored.reach("x=2").pmax_one
     assert both.states() == [{"x": 2}]
     assert explored.reach("<<us>> P>=1 [ G F x=2 ]").holds is False
-    mixed = "<<us>> P>=1 [ (G F x=2) => (G F x=1) ]"
-    for wrong, message in [("P>=1 [ F x=2 ]", "names the players"), (mixed, "recurrence and persistence")]:
-        with pytest.raises(meliora.InputError, match=message):
-            explored.reach(wrong)
+    # Without players, the formula is to hold for each strategy of all players together.
+    assert explored.reach("P>=1 [ F x=2 ]").holds is False
+    with pytest.raises(meliora.InputError, match="recurrence and persistence"):
+        explored.reach("<<us>> P>=1 [ (G F x=2) => (G F x=1) ]")
     value = explored.reach("<<us>> Pmax=? [ F x=2 ]").value
     assert value is not None and value[0] <= 0.5 <= value[1] and value[1] - value[0] < 1e-6
 
