@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from typing import Any
 
 import pytest
 
@@ -214,6 +215,9 @@ def test_the_order_of_bits_can_be_given(robot: meliora.Model) -> None:
     with pytest.raises(meliora.InputError) as caught:
         robot.explore(order=["ch", "nowhere"])
     assert caught.value.file == "order"
-    for wrong in ({"order": "upwards"}, {"order": "declared", "engine": "explicit"}, {"engine": "quantum"}, {"scope": "some"}):
+    mistakes: list[dict[str, Any]] = [
+        {"order": "upwards"}, {"order": "declared", "engine": "explicit"}, {"engine": "quantum"}, {"scope": "some"}
+    ]
+    for wrong in mistakes:
         with pytest.raises(meliora.UsageError):
             robot.explore(**wrong)

@@ -44,7 +44,7 @@
 //!    With fractions, the strategy is improved until its values are those of the game.
 //! 7. *Steps.* Bounds on the number of steps are steps backward over vectors.
 //!
-//! `TUNING.md` has figures for the methods.
+//! `benches/tuning.md` has figures for the methods.
 //!
 //! The levels give qualitative facts for free: P_k > 0 on level k of SPI, and P_k = 1 on level k of
 //! SASI (under `transition`: of SASI under `action`). Only states between the two have equations.

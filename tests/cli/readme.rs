@@ -252,7 +252,7 @@ fn has_heading(page: &Path, wanted: &str) -> bool {
 fn links_lead_to_files_and_headings() {
     let mut followed = 0;
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let others = ["CHANGELOG.md", "CONTRIBUTING.md", "TUNING.md", "models/README.md"];
+    let others = ["CHANGELOG.md", "CONTRIBUTING.md", "benches/tuning.md", "models/README.md"];
     for page in pages().into_iter().chain(others.map(|name| root.join(name))) {
         let text = std::fs::read_to_string(&page).unwrap();
         for link in text.split("](").skip(1).map(|rest| rest.split(')').next().unwrap()) {
