@@ -231,6 +231,19 @@ impl ExprPool {
         self.intern(Node::Binary(op, a, b), ty)
     }
 
+    /// Joins conditions by `&` or `|`, pair by pair, so that the height is the logarithm of their number; without any,
+    /// returns the neutral element.
+    pub fn joined(&mut self, op: Binary, mut row: Vec<ExprId>) -> ExprId {
+        while row.len() > 1 {
+            let join = |pair: &[ExprId]| match *pair {
+                [a, b] => self.binary(op, a, b),
+                _ => pair[0],
+            };
+            row = row.chunks(2).map(join).collect();
+        }
+        row.first().copied().unwrap_or_else(|| self.value(Value::Bool(op == Binary::And)))
+    }
+
     /// Returns the value of `a op b` on two literals.
     fn folded(&self, op: Binary, a: ExprId, b: ExprId) -> Option<Result<Exact, EvalError>> {
         Some(exact::binary(op, &self.exact_literal(a)?, &self.exact_literal(b)?))

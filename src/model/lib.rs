@@ -45,7 +45,7 @@ use meliora_base::error::{Diagnostic, SourceFile};
 use meliora_base::escape;
 use meliora_base::exact::Exact;
 use meliora_base::span::Span;
-use meliora_base::value::Type;
+use meliora_base::value::{Binary, Type};
 use players::Players;
 use rewards::RewardStructure;
 
@@ -245,6 +245,15 @@ pub struct Synchronisation {
     pub action: Option<usize>,
     /// The alternative commands of each participant.
     pub factors: Vec<Vec<CommandId>>,
+}
+
+impl Synchronisation {
+    /// Returns the condition under which some combination of the commands is enabled.
+    pub fn enabled_where(&self, pool: &mut ExprPool, commands: &[Command]) -> ExprId {
+        let guards = |factor: &Vec<CommandId>| factor.iter().map(|c| commands[c.index()].guard).collect();
+        let factors = self.factors.iter().map(|factor| pool.joined(Binary::Or, guards(factor))).collect();
+        pool.joined(Binary::And, factors)
+    }
 }
 
 impl Program {

@@ -83,7 +83,7 @@ impl Program {
             let not = pool.unary(Unary::Not, right);
             wrong.push(pool.binary(Binary::And, guard, not));
         }
-        let some = joined(pool, Binary::Or, wrong);
+        let some = pool.joined(Binary::Or, wrong);
         predicates.get(some)
     }
 
@@ -98,7 +98,7 @@ impl Program {
             some.push(pool.binary(Binary::And, item.guard, earned));
         }
         let some = match structure.errors.is_empty() {
-            true => joined(pool, Binary::Or, some),
+            true => pool.joined(Binary::Or, some),
             false => pool.value(Value::Bool(true)),
         };
         predicates.get(some)
@@ -110,22 +110,11 @@ impl Program {
             Earner::State => pool.value(Value::Bool(true)),
             Earner::Command(command) => self.commands[command.index()].guard,
             Earner::Action(action) => {
-                let with: Vec<usize> = (0..self.synchronisations.len())
-                    .filter(|&s| self.synchronisations[s].action == action)
-                    .collect();
-                let enabled = with.into_iter().map(|s| self.enabled_where(pool, s)).collect();
-                joined(pool, Binary::Or, enabled)
+                let with = self.synchronisations.iter().filter(|s| s.action == action);
+                let enabled = with.map(|s| s.enabled_where(pool, &self.commands)).collect();
+                pool.joined(Binary::Or, enabled)
             }
         }
-    }
-
-    /// Returns the states in which a synchronisation has an enabled combination.
-    fn enabled_where(&self, pool: &mut ExprPool, synchronisation: usize) -> ExprId {
-        let guards =
-            |factor: &Vec<CommandId>| factor.iter().map(|c| self.commands[c.index()].guard).collect();
-        let factors = self.synchronisations[synchronisation].factors.iter();
-        let factors = factors.map(|factor| joined(pool, Binary::Or, guards(factor))).collect();
-        joined(pool, Binary::And, factors)
     }
 
     /// Returns what a choice of a state earns: the sum of the rewards of the state, of the action of
@@ -221,16 +210,4 @@ impl Program {
         let message = format!("the reward structure {title} has no value in the state {at}: {reason}");
         Diagnostic::new(&self.source, item.span.range(), message).label(reason.to_string()).into()
     }
-}
-
-/// Joins conditions pair by pair; without any, returns the neutral element.
-fn joined(pool: &mut ExprPool, op: Binary, mut row: Vec<ExprId>) -> ExprId {
-    while row.len() > 1 {
-        let join = |pair: &[ExprId]| match *pair {
-            [a, b] => pool.binary(op, a, b),
-            _ => pair[0],
-        };
-        row = row.chunks(2).map(join).collect();
-    }
-    row.first().copied().unwrap_or_else(|| pool.value(Value::Bool(op == Binary::And)))
 }

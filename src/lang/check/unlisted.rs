@@ -5,7 +5,7 @@
 
 use super::lowerer::Lowerer;
 use super::system::MAX_SYNCHRONISATIONS;
-use meliora_base::value::{Binary, Unary, Value};
+use meliora_base::value::{Binary, Unary};
 use meliora_model::expr::ExprId;
 use meliora_model::players::{Players, Unlisted};
 use meliora_model::{Command, CommandId, Synchronisation};
@@ -25,10 +25,10 @@ impl Lowerer<'_> {
         let mut cases = Vec::new();
         for player in 0..players.list.len() {
             let own = synchronisations.iter().zip(&of).filter(|(_, owner)| **owner == Some(player));
-            let guards: Vec<_> = own.map(|(own, _)| self.enabled(commands, own)).collect();
-            cases.extend((!guards.is_empty()).then(|| (Some(player), self.all_or_some(false, guards))));
+            let guards: Vec<_> = own.map(|(own, _)| own.enabled_where(&mut self.pool, commands)).collect();
+            cases.extend((!guards.is_empty()).then(|| (Some(player), self.pool.joined(Binary::Or, guards))));
         }
-        let some = self.all_or_some(false, cases.iter().map(|case| case.1).collect());
+        let some = self.pool.joined(Binary::Or, cases.iter().map(|case| case.1).collect());
         cases.push((None, self.pool.unary(Unary::Not, some)));
         let size = synchronisations.len().saturating_mul(cases.len());
         if size > MAX_SYNCHRONISATIONS {
@@ -48,23 +48,6 @@ impl Lowerer<'_> {
         }
         made.without_originals(commands, synchronisations);
         Some(())
-    }
-
-    /// Returns the condition under which a synchronisation has a choice.
-    fn enabled(&mut self, commands: &[Command], own: &Synchronisation) -> ExprId {
-        let mut factors = Vec::new();
-        for factor in &own.factors {
-            let guards = factor.iter().map(|id| commands[id.index()].guard).collect();
-            factors.push(self.all_or_some(false, guards));
-        }
-        self.all_or_some(true, factors)
-    }
-
-    /// Returns the conjunction or the disjunction of some conditions.
-    fn all_or_some(&mut self, all: bool, parts: Vec<ExprId>) -> ExprId {
-        let op = if all { Binary::And } else { Binary::Or };
-        let joined = parts.into_iter().reduce(|a, b| self.pool.binary(op, a, b));
-        joined.unwrap_or_else(|| self.pool.value(Value::Bool(all)))
     }
 }
 
