@@ -145,14 +145,17 @@ impl Parser<'_> {
                 self.expect(Token::Comma)?;
             }
             let fact = self.fact(program);
-            let name = match (&fact, self.atom_variable(program)) {
-                (Some(fact), _) => fact.name.clone(),
-                (None, Some(name)) => name,
-                (None, None) => self.ident("a name")?,
+            let name = match &fact {
+                Some(fact) => fact.name.clone(),
+                None => {
+                    let name = match self.atom_variable(program) {
+                        Some(name) => name,
+                        None => self.ident("a name")?,
+                    };
+                    self.expect(Token::Eq)?;
+                    name
+                }
             };
-            if fact.is_none() {
-                self.expect(Token::Eq)?;
-            }
             if let Some(first) =
                 bindings.iter().map(|b| &b.name).chain(&free).find(|other| other.name == name.name)
             {

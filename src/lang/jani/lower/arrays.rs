@@ -4,7 +4,7 @@ use super::super::read::model::{Assignment, Target, Variable as Declaration};
 use super::super::read::types::Bounds;
 use super::scope::{Meaning, Place, Slot};
 use super::state::Lowering;
-use crate::ast::{BinaryOp, Comprehension, Span};
+use crate::ast::{BinaryOp, Comprehension, Ident, Span};
 use crate::check::Lowered;
 use ahash::AHashMap;
 use meliora_base::error::Severity;
@@ -160,15 +160,15 @@ impl<'a> Lowering<'a> {
         parts.map(&mut |_| made.next())
     }
 
-    /// Returns the variables of an array.
-    pub(super) fn slots(&self, array: usize) -> Vec<Slot> {
+    /// Returns the elements of an array.
+    pub(super) fn elements_in(&self, array: usize) -> Vec<Element> {
         let mut elements = Vec::new();
         self.arrays[array].paths(&[], &mut elements);
-        let variable = |id| match self.lowerer.pool.node(id) {
-            Node::Var(v) => Some(Slot::Variable(v)),
-            _ => None,
+        let element = |(path, id)| {
+            let Node::Var(v) = self.lowerer.pool.node(id) else { return None };
+            Some(Element { slot: Slot::Variable(v), ty: self.lowerer.pool.ty(id), path })
         };
-        elements.into_iter().filter_map(|(_, id)| variable(id)).collect()
+        elements.into_iter().filter_map(element).collect()
     }
 
     /// Returns the elements of an array after assignments.
@@ -288,25 +288,9 @@ impl<'a> Lowering<'a> {
         let found = match self.meaning(&name.name, Some(instance)) {
             Some(Meaning::Variable(v, ty)) => whole(Slot::Variable(v), ty),
             Some(Meaning::Transient(t)) => whole(Slot::Transient(t), self.transients[t].variable.ty.ty),
-            Some(Meaning::Array(array)) => {
-                let mut elements = Vec::new();
-                self.arrays[array].paths(&[], &mut elements);
-                let element = |(path, id)| {
-                    let Node::Var(v) = self.lowerer.pool.node(id) else { return None };
-                    Some(Element { slot: Slot::Variable(v), ty: self.lowerer.pool.ty(id), path })
-                };
-                elements.into_iter().filter_map(element).collect()
-            }
-            Some(Meaning::Constant(_)) => {
-                return self
-                    .lowerer
-                    .fail(name.span, format!("`{}` cannot be assigned: it is a constant", name.name));
-            }
-            None => {
-                return self
-                    .lowerer
-                    .fail(name.span, format!("`{}` cannot be assigned: it is unknown", name.name));
-            }
+            Some(Meaning::Array(array)) => self.elements_in(array),
+            Some(Meaning::Constant(_)) => return self.not_assigned(name, "it is a constant"),
+            None => return self.not_assigned(name, "it is unknown"),
         };
         if found.iter().any(|element| element.path.len() < to.indices.len()) {
             return self
@@ -314,6 +298,10 @@ impl<'a> Lowering<'a> {
                 .fail(name.span, format!("`{}` has fewer arrays in each other than indices", name.name));
         }
         Some(found)
+    }
+
+    fn not_assigned<T>(&mut self, name: &Ident, why: &str) -> Option<T> {
+        self.lowerer.fail(name.span, format!("`{}` cannot be assigned: {why}", name.name))
     }
 
     /// Returns the condition that the indices of an assignment are those of an element; `None` for a whole variable.

@@ -181,7 +181,9 @@ impl<'a> Lowering<'a> {
                 NodeKind::Name(name) => match self.meaning(name, instance) {
                     Some(Meaning::Variable(v, _)) => drop(slots.insert(Slot::Variable(v))),
                     Some(Meaning::Transient(t)) => drop(slots.insert(Slot::Transient(t))),
-                    Some(Meaning::Array(array)) => slots.extend(self.slots(array)),
+                    Some(Meaning::Array(array)) => {
+                        slots.extend(self.elements_in(array).into_iter().map(|element| element.slot))
+                    }
                     _ => {}
                 },
                 NodeKind::Comprehension(made) => {
