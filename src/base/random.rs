@@ -47,6 +47,18 @@ impl Draw {
         (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
     }
 
+    /// Draws the position of one of some probabilities; the last one if their sum is slightly below 1 because of
+    /// rounding.
+    pub fn by_probability(&mut self, probabilities: impl ExactSizeIterator<Item = f64>) -> usize {
+        let (drawn, last) = (self.unit(), probabilities.len().saturating_sub(1));
+        let mut sum = 0.0;
+        let reached = probabilities.into_iter().position(|p| {
+            sum += p;
+            drawn < sum
+        });
+        reached.unwrap_or(last)
+    }
+
     /// Shuffles the items.
     pub fn shuffle<T>(&mut self, items: &mut [T]) {
         for last in (1..items.len()).rev() {

@@ -67,8 +67,8 @@ impl Planning {
     }
 }
 
-/// Returns a name without spaces and capitals, which do not count.
-fn plain(name: &str) -> String {
+/// Returns the name of an atom or an action without spaces and capitals, which do not count.
+pub fn plain(name: &str) -> String {
     name.to_lowercase().split_whitespace().collect()
 }
 

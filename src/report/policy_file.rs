@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use meliora_base::error::{Diagnostic, Result, SourceFile};
 use meliora_base::value::Type;
-use meliora_model::planning::Named;
+use meliora_model::planning::{Named, plain};
 use meliora_model::{Program, State, VarId};
 use meliora_planning::rules::{Literal, Rules};
 
@@ -38,10 +38,6 @@ pub fn read(source: &Arc<SourceFile>, program: &Program) -> Result<Rules> {
 fn facts(program: &Program) -> AHashMap<String, (VarId, i64)> {
     let facts = program.planning.iter().flat_map(|planning| &planning.facts);
     facts.map(|fact| (plain(&fact.name), (fact.variable, fact.value))).collect()
-}
-
-fn plain(name: &str) -> String {
-    name.to_lowercase().split_whitespace().collect()
 }
 
 struct Reader<'a> {

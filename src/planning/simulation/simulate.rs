@@ -234,14 +234,8 @@ impl<'b, E: Engine> Simulation<'b, E> {
             }
         };
         let action = &at.actions[action];
-        let drawn = draw.unit();
-        let mut sum = 0.0;
-        let reached = action.successors.iter().find(|s| {
-            sum += s.probability;
-            drawn < sum
-        });
-        // The sum may be slightly below 1 because of rounding.
-        let to = reached.or(action.successors.last())?;
+        let to =
+            action.successors.get(draw.by_probability(action.successors.iter().map(|s| s.probability)))?;
         let commits = course.commit(at);
         let mut gives_up = at.gives_up(to);
         gives_up = gives_up.iter().filter(|&objective| !course.given_up.contains(objective)).collect();

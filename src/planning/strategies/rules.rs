@@ -10,6 +10,7 @@ use meliora_base::error::{Limit, Result};
 use meliora_base::progress::{Poll, ProgressSink};
 use meliora_base::random::Draw;
 use meliora_base::value::Value;
+use meliora_model::planning::plain;
 use meliora_model::predicate::Predicate;
 use meliora_model::step::{Step, StepError};
 use meliora_model::{Program, State, VarId};
@@ -99,11 +100,6 @@ struct Walk {
 
 fn holds(goal: &Predicate, state: &State) -> bool {
     goal.eval(state) == Ok(Value::Bool(true))
-}
-
-/// Returns a name without spaces and capitals, which do not count.
-fn plain(name: &str) -> String {
-    name.to_lowercase().split_whitespace().collect()
 }
 
 impl Rules {
@@ -214,9 +210,7 @@ impl Rules {
             match self.step(&last, program.steps(&last)) {
                 Err(fault) => end = Some(Err(fault)),
                 Ok(step) => {
-                    let mut rest = draw.unit();
-                    let drawn = step.successors.iter().position(|(_, p)| (rest -= p, rest < 0.0).1);
-                    let drawn = drawn.unwrap_or(step.successors.len() - 1);
+                    let drawn = draw.by_probability(step.successors.iter().map(|(_, p)| *p));
                     let next = step.successors[drawn].0.clone();
                     steps.push((std::mem::replace(&mut last, next), step.name));
                 }
