@@ -1,6 +1,6 @@
 //! Files of policies: `meliora verify POLICY MODEL` and `meliora simulate MODEL --policy POLICY`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::builder::{OsStringValueParser, TypedValueParser as _};
 use clap::{Arg, Args};
@@ -25,11 +25,11 @@ use super::supervise::{Job, supervise};
 pub(super) struct PolicyArgs {
     /// Goal of the policy, the same as for `reach` [default: the goal of the planning problem]
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
-    target: Option<String>,
+    pub(super) target: Option<String>,
 
     /// Values of undefined constants for a policy, such as K=4,N=3 (repeatable)
     #[arg(short, long = "const", value_name = "NAME=VALUE,…")]
-    constants: Vec<String>,
+    pub(super) constants: Vec<String>,
 }
 
 impl PolicyArgs {
@@ -58,15 +58,17 @@ pub(super) fn without_preferences(args: &PreferenceArgs) -> Result<(), Error> {
     Err(Error::Usage(message.to_owned()))
 }
 
-/// A policy that is checked or run.
-pub(super) struct Checking<'a> {
-    pub(super) policy: &'a Path,
-    pub(super) model: &'a ModelFiles,
-    pub(super) bounds: &'a [String],
+/// A policy that is checked or run, with its problem.
+pub(super) struct PolicyFile {
+    pub(super) policy: PathBuf,
+    pub(super) model: ModelFiles,
+    pub(super) constants: String,
+    pub(super) bounds: String,
+    pub(super) target: Option<String>,
     pub(super) limits: Limits,
 }
 
-/// A policy with its problem.
+/// What is read from the files.
 struct Read {
     program: Program,
     goal: Predicate,
@@ -74,15 +76,14 @@ struct Read {
     initial: State,
 }
 
-impl Checking<'_> {
+impl PolicyFile {
     /// Checks the policy.
     ///
     /// # Errors
     /// A file is wrong; a limit.
-    pub(super) fn run(self, args: &PolicyArgs, is_strong: bool, shown: &ShownArgs) -> Result<Status, Error> {
-        let (read, report, limits) = self.prepared((args.target.clone(), &args.constants), true);
-        supervise(report, limits, shown, move |job| {
-            let read = job.timed("parse", || read.read(job), |r, s| r.time.add("parse", s))?;
+    pub(super) fn check(self, is_strong: bool, shown: &ShownArgs) -> Result<Status, Error> {
+        supervise(self.report(true), self.limits, shown, move |job| {
+            let read = job.timed("parse", || self.read(job), |r, s| r.time.add("parse", s))?;
             let initial = std::slice::from_ref(&read.initial);
             let check = || {
                 Ok(read.rules.check((&read.program, &read.goal), initial, is_strong, job.sink.as_ref())?)
@@ -97,17 +98,12 @@ impl Checking<'_> {
     ///
     /// # Errors
     /// A file is wrong; a limit.
-    pub(super) fn simulate(
-        self,
-        (target, constants): (Option<String>, &[String]),
-        runs: PolicyRuns,
-        shown: &ShownArgs,
-    ) -> Result<Status, Error> {
-        let (read, mut report, limits) = self.prepared((target, constants), false);
+    pub(super) fn simulate(self, runs: PolicyRuns, shown: &ShownArgs) -> Result<Status, Error> {
         let (count, limit, seed) = (runs.runs, runs.limit, runs.seed);
+        let mut report = self.report(false);
         report.runs = Some(runs);
-        supervise(report, limits, shown, move |job| {
-            let read = job.timed("parse", || read.read(job), |r, s| r.time.add("parse", s))?;
+        supervise(report, self.limits, shown, move |job| {
+            let read = job.timed("parse", || self.read(job), |r, s| r.time.add("parse", s))?;
             let all = || {
                 for number in 0..count {
                     job.sink.check()?;
@@ -121,34 +117,11 @@ impl Checking<'_> {
         })
     }
 
-    fn prepared(
-        self,
-        (target, constants): (Option<String>, &[String]),
-        is_check: bool,
-    ) -> (Reading, PolicyReport, Limits) {
+    fn report(&self, is_check: bool) -> PolicyReport {
         let header = Header::of_model(&self.model.shown());
-        let report = PolicyReport::of_file(header, &self.policy.display().to_string(), is_check);
-        let reading = Reading {
-            policy: self.policy.to_owned(),
-            model: self.model.clone(),
-            constants: constants.join(","),
-            bounds: self.bounds.join(","),
-            target,
-        };
-        (reading, report, self.limits)
+        PolicyReport::of_file(header, &self.policy.display().to_string(), is_check)
     }
-}
 
-/// The inputs of a policy, owned by the worker.
-struct Reading {
-    policy: PathBuf,
-    model: ModelFiles,
-    constants: String,
-    bounds: String,
-    target: Option<String>,
-}
-
-impl Reading {
     fn read(&self, job: &Job<PolicyReport>) -> Result<Read, Error> {
         let given = Given {
             constants: SourceFile::new("--const", self.constants.as_str()),

@@ -25,7 +25,7 @@ use super::files::{Pieces, Target};
 use super::load::Question;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, Arguments};
-use super::policy_file::{Checking, optional_with_policy, without_preferences};
+use super::policy_file::{PolicyFile, optional_with_policy, without_preferences};
 use super::supervise::{Job, supervise};
 use super::terminal;
 
@@ -110,11 +110,16 @@ impl SimulateArgs {
     /// Runs a policy.
     fn follow(&self, policy: &Path) -> Result<Status, Error> {
         without_preferences(&self.preferences)?;
-        let (model, bounds) = (&self.model.model, [self.model.bounds()]);
-        let following = Checking { policy, model, bounds: &bounds, limits: self.model.limits() };
+        let following = PolicyFile {
+            policy: policy.to_owned(),
+            model: self.model.model.clone(),
+            constants: self.model.constants(),
+            bounds: self.model.bounds(),
+            target: self.target.clone(),
+            limits: self.model.limits(),
+        };
         let runs = PolicyRuns { runs: self.runs, limit: self.steps, seed: self.seed, ..Default::default() };
-        let constants = [self.model.constants()];
-        following.simulate((self.target.clone(), &constants), runs, &self.shown)
+        following.simulate(runs, &self.shown)
     }
 
     fn setup(&self) -> Setup {

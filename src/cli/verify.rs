@@ -74,13 +74,15 @@ pub(super) struct VerifyArgs {
 /// The dump or the input is wrong, or a limit is hit.
 pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
     let Some(preferences) = args.preferences.clone() else {
-        let checking = policy_file::Checking {
-            policy: &args.directory,
-            model: &args.model,
-            bounds: &args.bounds,
+        let checked = policy_file::PolicyFile {
+            policy: args.directory,
+            model: args.model,
+            constants: args.policy.constants.join(","),
+            bounds: args.bounds.join(","),
+            target: args.policy.target,
             limits: args.limits.limits(),
         };
-        return checking.run(&args.policy, args.strong, &args.shown);
+        return checked.check(args.strong, &args.shown);
     };
     if args.strong || args.policy.is_given() {
         let message = "`--strong`, `--target` and `--const` are for policies, which have no PREFS; a dump is verified \
