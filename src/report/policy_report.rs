@@ -27,7 +27,7 @@ pub struct PolicyFindings {
     /// `verify`: the policy reaches the goal surely from all initial states, with `--strong` within a bound;
     /// `null` if unknown, absent with `simulate`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(with = "Option<bool>")]
+    #[schemars(extend("nullable" = true))]
     pub accepted: Option<Option<bool>>,
     /// The number of states outside the goal that the policy visits; `null` if unknown, or if it is refused.
     pub states: Option<Number>,

@@ -633,7 +633,7 @@ class PolicyReport(TypedDict):
     """The model."""
     policy: str
     """The file of the policy."""
-    accepted: NotRequired[bool]
+    accepted: NotRequired[Union[bool, None]]
     """`verify`: the policy reaches the goal surely from all initial states, with `--strong` within a bound;
     `null` if unknown, absent with `simulate`."""
     states: Union[Count, None]
