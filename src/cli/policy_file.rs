@@ -68,7 +68,7 @@ pub(super) struct PolicyFile {
     pub(super) limits: Limits,
 }
 
-/// What is read from the files.
+/// The contents of the files.
 struct Read {
     program: Program,
     goal: Predicate,

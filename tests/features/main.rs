@@ -26,7 +26,7 @@ use proptest::prelude::ProptestConfig;
 
 use random_case::RandomCase;
 
-/// The same analysis by each engine, and by the symbolic one with the declared order.
+/// Settings for each engine, and for the symbolic one with the declared order.
 fn settings(case: &RandomCase) -> [Settings; 3] {
     let one = |storage| Settings { scope: case.scope, storage, memory: 16 << 20, ..Settings::default() };
     let declared = Settings { order: Order::Declared, ..one(Storage::Symbolic) };
