@@ -3,7 +3,7 @@
 use num_bigint::BigInt;
 use num_traits::{One, Pow, Signed, Zero};
 
-use super::real::{MOST_BITS, Ratio, bounded};
+use super::ratio::{MOST_BITS, Ratio, is_short};
 
 /// Largest number of decimal digits, and largest decimal exponent, of a number with at most
 /// [`MOST_BITS`] bits.
@@ -51,7 +51,7 @@ pub fn decimal(text: &str) -> Result<Ratio, NoDecimal> {
     }
     let power = Pow::pow(BigInt::from(10), exponent.unsigned_abs());
     let exact = if exponent < 0 { Ratio::new(digits, power) } else { Ratio::from(digits * power) };
-    bounded(exact.clone()).map(|_| exact).map_err(|_| NoDecimal::TooLong)
+    if is_short(&exact) { Ok(exact) } else { Err(NoDecimal::TooLong) }
 }
 
 /// Returns the shortest decimal that rounds to a double; `None` if the double is not finite.

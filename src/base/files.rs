@@ -14,6 +14,11 @@ pub fn folder(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
+/// Returns true for a regular file, false for a link, a pipe, or nothing.
+pub fn is_regular(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|found| found.is_file())
+}
+
 /// The content of a regular file in a temporary file next to it, with a copy of the old file.
 pub struct Replacement<'p> {
     path: &'p Path,

@@ -28,6 +28,7 @@ pub mod members;
 mod named;
 pub mod progress;
 pub mod random;
+mod ratio;
 pub mod reading;
 pub mod real;
 pub mod rounding;

@@ -12,18 +12,13 @@ use std::fmt;
 use std::hash::{Hash, Hasher};
 
 use num_bigint::BigInt;
-use num_rational::BigRational;
 use num_traits::{One, Pow, Signed, ToPrimitive, Zero};
 
 use super::decimal::{readable, shortest};
+use super::ratio::is_short;
+pub use super::ratio::{MOST_BITS, Ratio};
 use super::short::{self, Short};
 use super::value::{Binary, EvalError, Unary};
-
-/// An exact fraction.
-pub type Ratio = BigRational;
-
-/// Maximum number of bits of the numerator and of the denominator of a fraction.
-pub const MOST_BITS: u64 = 1 << 14;
 
 /// A real number. Equality is that of representations, so that numbers can be keys: an undefined
 /// number equals itself.
@@ -207,13 +202,8 @@ fn short(op: Binary, x: &Ratio, y: &Ratio) -> Option<Ratio> {
 }
 
 /// Returns a fraction, unless it has too many bits.
-pub(crate) fn bounded(x: Ratio) -> Result<Real, EvalError> {
+fn bounded(x: Ratio) -> Result<Real, EvalError> {
     if is_short(&x) { Ok(Real::Finite(x)) } else { Err(EvalError::TooLong) }
-}
-
-/// Returns whether a fraction has at most [`MOST_BITS`] bits.
-pub(crate) fn is_short(x: &Ratio) -> bool {
-    x.numer().bits().max(x.denom().bits()) <= MOST_BITS
 }
 
 fn quotient(x: &Ratio, y: &Ratio) -> Result<Real, EvalError> {

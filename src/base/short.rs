@@ -7,7 +7,7 @@ use num_bigint::BigInt;
 use num_integer::Integer;
 use num_traits::ToPrimitive;
 
-use super::real::Ratio;
+use super::ratio::Ratio;
 use super::value::{Binary, Unary};
 
 /// A fraction in lowest terms. Its denominator is positive.

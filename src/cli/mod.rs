@@ -16,6 +16,7 @@ mod given;
 mod load;
 mod model_files;
 mod named;
+mod objective_policy;
 mod options;
 mod phases;
 mod plan;

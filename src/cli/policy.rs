@@ -1,5 +1,4 @@
-//! `meliora reach --strong --policy` and `meliora strategy --policy`: plans for one target, as planners ask
-//! for them.
+//! Plans for one target, as planners ask for them: `--strong` and `--policy`.
 
 use std::path::{Path, PathBuf};
 
@@ -10,18 +9,10 @@ use meliora_engine::Engine;
 use meliora_model::Program;
 use meliora_planning::policy::{Policy, strong_region};
 use meliora_planning::rules::Rules;
-use meliora_quantities::answer::PRECISION;
-use meliora_report::properties::PropertyAnswer;
-use meliora_report::reach::OneQuestion;
 use meliora_report::{Number, ReachReport, policy};
 
-use super::exit::Status;
 use super::files::Target;
-use super::given::Given;
-use super::load::{self, Asked, Question, Stated};
-use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
-use super::questions;
-use super::supervise::{Job, supervise};
+use super::supervise::Job;
 
 /// Maximum number of states of a policy: each takes about as much memory as a line of its text.
 const MOST_STATES: usize = 1_000_000;
@@ -38,66 +29,6 @@ pub(super) struct PlanArgs {
     /// output
     #[arg(long, value_name = "FILE")]
     pub(super) policy: Option<PathBuf>,
-}
-
-/// The objective that a policy achieves: `meliora strategy --policy`.
-pub(super) struct OfObjective {
-    pub(super) model: ModelArgs,
-    pub(super) preferences: PreferenceArgs,
-    pub(super) objective: Option<String>,
-    pub(super) engine: EngineArgs,
-}
-
-/// Writes a policy that achieves an objective.
-///
-/// # Errors
-/// The input is wrong, or a limit is hit.
-pub(super) fn policy_of(args: OfObjective, policy: PathBuf, shown: &ShownArgs) -> Result<Status, Error> {
-    args.engine.validate(&args.model)?;
-    let mut report = ReachReport::new(args.engine.header(args.model.header()));
-    let preferences = args.preferences.preferences.as_path();
-    let is_target = args.objective.is_some() || !preferences.as_os_str().is_empty();
-    report.one = Some(OneQuestion { is_target, ..Default::default() });
-    let inputs = args.preferences.inputs(&args.model);
-    let plan = PlanArgs { strong: false, policy: Some(policy) };
-    let out = plan.checked(true, &inputs)?;
-    let (limits, shown) = (args.model.limits(), shown.of(&args.model));
-    supervise(report, limits, &shown, move |job| {
-        let asked = job.timed("parse", || args.asked(job), |r, s| r.time.add("parse", s))?;
-        let (model, engine) = (&args.model, args.engine);
-        let plan = Some((&plan, out.as_ref()));
-        let given = Given { model, engine, out: None, precision: PRECISION, is_one: true, plan };
-        questions::work(job, &given, &asked)
-    })
-}
-
-impl OfObjective {
-    /// Reads the model, and the objective as a question.
-    fn asked(&self, job: &Job<ReachReport>) -> Result<Asked, Error> {
-        let name = self.objective.as_deref().unwrap_or("goal");
-        let sink = &job.sink;
-        let asked = if self.preferences.preferences.as_os_str().is_empty() {
-            let label = format!("\"{name}\"");
-            let target = self.objective.as_ref().map(|_| label.as_str());
-            load::asked(&self.model, target, &[], &[], false, sink)?
-        } else {
-            let Question { program, preferences, overlap, .. } =
-                load::question(&self.model, &self.preferences, sink)?;
-            let objective = preferences.objectives.iter().find(|objective| objective.name == name);
-            let wrong = |message: String| Error::Usage(message);
-            let objective = objective
-                .ok_or_else(|| wrong(format!("unknown objective `{name}`: `--objective NAME` names one")))?;
-            let Some(target) = objective.target().filter(|_| preferences.requirements.is_empty()) else {
-                let message = "`--policy` is for objectives `F condition` without requirements; `--all --csv FILE` writes the strategies of others";
-                return Err(wrong(message.to_owned()));
-            };
-            let asking = Asking::states(&program, target.clone(), &[])?;
-            let questions = vec![Stated { position: 0, text: name.to_owned(), asking }];
-            Asked { program, questions, terms: Vec::new(), is_list: false, overlap }
-        };
-        job.update(|r| r.properties = vec![PropertyAnswer::open(None, name.to_owned(), None)]);
-        Ok(asked)
-    }
 }
 
 impl PlanArgs {

@@ -13,7 +13,7 @@ use super::place::{Place, Sort};
 use super::streams::{Hashing, Watched};
 use super::{Diagram, dddmp, dot};
 use meliora_base::error::{Error, Result, ensure};
-use meliora_base::files::NewDirectory;
+use meliora_base::files::{NewDirectory, is_regular};
 use meliora_base::progress::{NoProgress, ProgressSink};
 pub use meliora_base::reading::sha256;
 use meliora_base::reading::{hex, regular};
@@ -62,11 +62,6 @@ fn own_files(directory: &Path) -> Option<BTreeSet<String>> {
 fn drained(input: &mut impl Read) -> Result<()> {
     let failed = |e: io::Error| Error::Io { path: String::new(), message: e.to_string() };
     io::copy(input, &mut io::sink()).map(drop).map_err(failed)
-}
-
-/// Returns true for a regular file, false for a link, a pipe, or nothing.
-pub(super) fn is_regular(path: &Path) -> bool {
-    fs::symlink_metadata(path).is_ok_and(|found| found.is_file())
 }
 
 /// Writes a dump into a directory that does not exist yet, is empty, or contains only a dump, which

@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
-use super::directory::is_regular;
 use super::streams::Watched;
 use super::{Diagram, Edge, manifest};
 use meliora_base::escape;
-use meliora_base::files::NewDirectory;
+use meliora_base::files::{NewDirectory, is_regular};
 use meliora_base::progress::ProgressSink;
 use meliora_base::reading::regular;
 

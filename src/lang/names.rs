@@ -21,8 +21,18 @@ pub struct Names {
     kept: AHashSet<String>,
     /// For each name, the number at which the search for a free name continues.
     next: AHashMap<String, usize>,
-    /// Names that had to be changed, with their replacements and places.
-    pub changed: Vec<(String, String, Span)>,
+    /// The names that had to be changed.
+    pub changed: Vec<Changed>,
+}
+
+/// A name of a model that had to be changed.
+pub struct Changed {
+    /// The name in the model.
+    pub name: String,
+    /// The name in its place.
+    pub replacement: String,
+    /// The place of the name.
+    pub at: Span,
 }
 
 impl Names {
@@ -41,7 +51,7 @@ impl Names {
     pub fn add_of_model(&mut self, wanted: &str, at: Span) -> String {
         let name = self.add(wanted);
         if name != wanted {
-            self.changed.push((wanted.to_owned(), name.clone(), at));
+            self.changed.push(Changed { name: wanted.to_owned(), replacement: name.clone(), at });
         }
         name
     }
@@ -88,8 +98,8 @@ impl Names {
 }
 
 /// Returns the replacement of a name as a warning.
-pub fn renamed(source: &Arc<SourceFile>, (name, new, at): &(String, String, Span)) -> Diagnostic {
-    let message = format!("`{name}` is renamed to `{new}`: it is not a name in PRISM's language");
+pub fn renamed(source: &Arc<SourceFile>, Changed { name, replacement, at }: &Changed) -> Diagnostic {
+    let message = format!("`{name}` is renamed to `{replacement}`: it is not a name in PRISM's language");
     Diagnostic::new(source, at.range(), message).severity(Severity::Warning)
 }
 

@@ -10,9 +10,9 @@
 use ahash::AHashMap;
 
 use crate::expr::{ExprId, ExprPool, Node};
-use meliora_base::exact::{Exact, Ratio, Real, binary, unary};
+use meliora_base::exact::{self, Exact, Ratio, Real, binary, unary};
 use meliora_base::stack;
-use meliora_base::value::{self, Binary, EvalError, Type, Value};
+use meliora_base::value::{Binary, EvalError, Type, Value};
 
 /// Maximum number of operators, counted once per use, of an expression whose parts are not
 /// remembered.
@@ -133,11 +133,11 @@ impl ExprPool {
                 (Binary::And, Plain::Bool(false)) => Exact::Bool(false),
                 (Binary::Or, Plain::Bool(true)) => Exact::Bool(true),
                 (op, Plain::Bool(a)) => match value(b)? {
-                    Plain::Bool(b) => value::logical(op, a, b),
+                    Plain::Bool(b) => exact::logical(op, a, b),
                     Plain::Int(_) => return None,
                 },
                 (op, Plain::Int(a)) => match value(b)? {
-                    Plain::Int(b) => value::whole(op, a, b).ok()??,
+                    Plain::Int(b) => exact::whole(op, a, b).ok()??,
                     Plain::Bool(_) => return None,
                 },
             },

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::memory;
+use super::memory::{self, ALLOWANCE};
 use meliora_base::error::Limit;
 use meliora_base::progress::ProgressSink;
 
@@ -13,9 +13,6 @@ const OUT_OF_TIME: u8 = 1;
 const OUT_OF_MEMORY: u8 = 2;
 const OUT_OF_SHARE: u8 = 3;
 
-/// The memory that a process may use in addition to its limit, in bytes: for the program, texts and
-/// results.
-pub(super) const ALLOWANCE: u64 = 64 << 20;
 /// The memory by which work may exceed its limit before it is left behind, in bytes. Work that asks
 /// whether to stop exceeds it by less.
 const GROWTH: u64 = 32 << 20;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
+use super::memory::STACK;
 use super::supervisor::{CHECKS, Position, Supervisor};
 use meliora_base::error::{Error, Limit, Result};
 
@@ -13,9 +14,6 @@ use meliora_base::error::{Error, Limit, Result};
 const GRACE: Duration = Duration::from_millis(250);
 /// The interval at which the waiting thread is called.
 const TICK: Duration = Duration::from_millis(50);
-/// The stack of a worker thread, in bytes. Recursion is as deep as expressions and diagrams; the
-/// system maps pages of the stack only when they are used.
-pub(super) const STACK: usize = 512 << 20;
 
 /// The reason why work has no result. `X` is the error with which the waiting thread cancels.
 #[derive(Debug)]

@@ -96,7 +96,7 @@ impl Frame<'_> {
         table.players.iter_mut().for_each(|name| *name = players.add_of_model(name, Span::default()));
         let mut warnings: Vec<Diagnostic> = table.warnings.iter().map(|w| self.warning(w)).collect();
         for changed in names.changed.iter().chain(&players.changed) {
-            let place = table.columns.iter().find(|column| column.name == changed.0);
+            let place = table.columns.iter().find(|column| column.name == changed.name);
             let place = place.and_then(|column| column.place.as_ref());
             warnings.push(renamed(place.map_or(self.source, |(source, _)| source), changed));
         }

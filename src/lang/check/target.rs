@@ -43,11 +43,7 @@ pub(crate) fn lower_condition(
     target: &Expr,
 ) -> Result<ExprId> {
     let target = &*with_labels(program, source, target);
-    let is_deadlock = |node: &Node| matches!(&node.kind, NodeKind::Label(name) if **name == *DEADLOCK);
-    let with_deadlock = target.nodes.iter().any(is_deadlock);
-    lowered(program, (pool, with_deadlock, target), source, |lowerer| {
-        lowerer.condition(target, NO_RENAMING, "a target")
-    })
+    lowered(program, pool, target, source, |lowerer| lowerer.condition(target, NO_RENAMING, "a target"))
 }
 
 /// Same as [`lower_condition`], for an expression of any type.
@@ -61,7 +57,7 @@ pub(crate) fn lower_value(
     value: &Expr,
 ) -> Result<ExprId> {
     let value = &*with_labels(program, source, value);
-    lowered(program, (pool, true, value), source, |lowerer| {
+    lowered(program, pool, value, source, |lowerer| {
         let id = lowerer.expr(value, NO_RENAMING)?;
         lowerer.whole(id, value.span())
     })
@@ -71,7 +67,8 @@ pub(crate) fn lower_value(
 /// label "deadlock" is as large as the program, and made only where it is needed.
 fn lowered(
     program: &Program,
-    (pool, with_deadlock, expression): (&mut ExprPool, bool, &Expr),
+    pool: &mut ExprPool,
+    expression: &Expr,
     source: &Arc<SourceFile>,
     lower: impl FnOnce(&mut Lowerer<'_>) -> Option<ExprId>,
 ) -> Result<ExprId> {
@@ -79,6 +76,8 @@ fn lowered(
     let mut lowerer = Lowerer::new(source, scope, std::mem::take(pool), &NoProgress);
     let mut labels: AHashMap<String, ExprId> = program.labels.iter().cloned().collect();
     labels.insert("init".to_owned(), program.initial);
+    let is_deadlock = |node: &Node| matches!(&node.kind, NodeKind::Label(name) if **name == *DEADLOCK);
+    let with_deadlock = expression.nodes.iter().any(is_deadlock);
     // Errors list the label in any case.
     let deadlock = if with_deadlock { deadlock(program, &mut lowerer) } else { Some(program.initial) };
     labels.extend(deadlock.map(|deadlock| (DEADLOCK.to_owned(), deadlock)));

@@ -26,10 +26,13 @@ impl Lowerer<'_> {
         for player in 0..players.list.len() {
             let own = synchronisations.iter().zip(&of).filter(|(_, owner)| **owner == Some(player));
             let guards: Vec<_> = own.map(|(own, _)| own.enabled_where(&mut self.pool, commands)).collect();
-            cases.extend((!guards.is_empty()).then(|| (Some(player), self.pool.joined(Binary::Or, guards))));
+            cases.extend(
+                (!guards.is_empty())
+                    .then(|| Case { player: Some(player), condition: self.pool.joined(Binary::Or, guards) }),
+            );
         }
-        let some = self.pool.joined(Binary::Or, cases.iter().map(|case| case.1).collect());
-        cases.push((None, self.pool.unary(Unary::Not, some)));
+        let some = self.pool.joined(Binary::Or, cases.iter().map(|case| case.condition).collect());
+        cases.push(Case { player: None, condition: self.pool.unary(Unary::Not, some) });
         let size = synchronisations.len().saturating_mul(cases.len());
         if size > MAX_SYNCHRONISATIONS {
             let message =
@@ -42,8 +45,8 @@ impl Lowerer<'_> {
                 synchronisations.push(own);
                 continue;
             }
-            for &(player, case) in &cases {
-                synchronisations.push(made.copy(self, commands, &own, (player, case)));
+            for &case in &cases {
+                synchronisations.push(made.copy(self, commands, &own, case));
             }
         }
         made.without_originals(commands, synchronisations);
@@ -59,6 +62,13 @@ fn listed(players: &Players, commands: &[Command], own: &Synchronisation) -> Opt
     }
 }
 
+/// The states in which a player has other choices, or none has.
+#[derive(Clone, Copy)]
+struct Case {
+    player: Option<usize>,
+    condition: ExprId,
+}
+
 /// The commands that stand in the program once per case.
 #[derive(Default)]
 struct Copies(ahash::AHashMap<(CommandId, Option<usize>), CommandId>);
@@ -70,13 +80,13 @@ impl Copies {
         lowerer: &mut Lowerer<'_>,
         commands: &mut Vec<Command>,
         own: &Synchronisation,
-        (player, case): (Option<usize>, ExprId),
+        Case { player, condition }: Case,
     ) -> Synchronisation {
         let mut own = own.clone();
         for id in own.factors.first_mut().into_iter().flatten() {
             *id = *self.0.entry((*id, player)).or_insert_with(|| {
                 let old = &commands[id.index()];
-                let guard = lowerer.pool.binary(Binary::And, old.guard, case);
+                let guard = lowerer.pool.binary(Binary::And, old.guard, condition);
                 let unlisted = Some(player.map_or(Unlisted::Alone, |player| Unlisted::With(player as u32)));
                 let copy = Command { guard, unlisted, ..old.clone() };
                 commands.push(copy);

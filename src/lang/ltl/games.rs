@@ -17,7 +17,8 @@ use meliora_model::temporal::Asks;
 /// The formula combines recurrence and persistence of several monitors; the error points at one of each.
 pub(super) fn in_a_game(
     all: &mut Formulas,
-    (source, formula): (&Arc<SourceFile>, &Formula),
+    source: &Arc<SourceFile>,
+    formula: &Formula,
     tree: Tree,
 ) -> Result<Tree> {
     let mut undecided = Vec::new();

@@ -8,7 +8,7 @@ use ahash::AHashMap;
 use super::formula::Formula;
 use super::games;
 use super::normaliser::{Meaning, Normaliser};
-use super::wording::{text_of, wording};
+use super::wording::{Purpose, text_of, wording};
 use crate::ast::{Expr, NodeKind, Span};
 use crate::check::{lower_condition, lower_value};
 use crate::names::Names;
@@ -74,7 +74,7 @@ impl<'p> Monitoring<'p> {
         let normal = self.normal(source, formula)?;
         let mut tree = leaves(&mut self.formulas, normal).map_err(|found| too_large(source, found))?;
         if self.program.players.is_some() {
-            tree = games::in_a_game(&mut self.formulas, (source, formula), tree)?;
+            tree = games::in_a_game(&mut self.formulas, source, formula, tree)?;
         }
         let condition = self.condition(&tree, name).map_err(|found| too_large(source, found))?;
         for (which, condition) in [("formula", &condition), ("negation of the formula", &condition.negated())]
@@ -130,13 +130,13 @@ impl<'p> Monitoring<'p> {
             return Ok(known);
         }
         let monitor = Monitor::of(&self.formulas, watched)?;
-        let owes = !self.formulas.only_lasts(watched);
-        let mark = self.install(monitor, (asks, owes), name)?;
+        let purpose = Purpose { asks, owes: !self.formulas.only_lasts(watched) };
+        let mark = self.install(monitor, purpose, name)?;
         self.marks.insert(watched, mark);
         Ok(mark)
     }
 
-    fn install(&mut self, monitor: Monitor, (asks, owes): (Asks, bool), name: &str) -> Result<ExprId> {
+    fn install(&mut self, monitor: Monitor, purpose: Purpose, name: &str) -> Result<ExprId> {
         if let Some(same) = self.installed.iter().find(|w| w.monitor.is_same(&monitor)) {
             return Ok(same.mark);
         }
@@ -149,7 +149,7 @@ impl<'p> Monitoring<'p> {
         let variable = (monitor.states.len() > 1)
             .then(|| VarId(u32::try_from(self.program.variables.len() + variables).unwrap_or(u32::MAX)));
         let mark = Values { pool: self.predicates.pool(), monitor: &monitor, variable }.mark();
-        let words = wording(&monitor, (asks, owes), &self.texts);
+        let words = wording(&monitor, purpose, &self.texts);
         self.installed.push(Installed { monitor, variable, mark, name: name.to_owned(), words });
         Ok(mark)
     }

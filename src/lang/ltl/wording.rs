@@ -13,23 +13,30 @@ const MOST_PARTS: usize = 4;
 /// A partial assignment of atoms.
 type Cube = Vec<(u32, bool)>;
 
-/// Returns a distinct name for each state; `owes` says that something is owed at the start.
+/// What a monitor observes for: the acceptance, and whether something is owed at the start.
+#[derive(Clone, Copy)]
+pub(super) struct Purpose {
+    pub(super) asks: Asks,
+    pub(super) owes: bool,
+}
+
+/// Returns a distinct name for each state.
 pub(super) fn wording(
     monitor: &Monitor,
-    (asks, owes): (Asks, bool),
+    purpose: Purpose,
     texts: &AHashMap<(ExprId, bool), String>,
 ) -> Vec<String> {
     let settled = Settled::of(monitor);
     let mut names: Vec<String> = Vec::with_capacity(monitor.states.len());
     for (state, &decision) in monitor.states.iter().enumerate() {
-        let wanted = match asks {
+        let wanted = match purpose.asks {
             Asks::Accept if settled.surely[state] => "done".to_owned(),
             Asks::Accept if settled.never[state] => "lost".to_owned(),
             Asks::Avoid if settled.surely[state] => "violated".to_owned(),
             Asks::Avoid if settled.never[state] => "kept for good".to_owned(),
             Asks::Avoid => "kept so far".to_owned(),
             Asks::Again | Asks::Settle if settled.never[state] => "stuck".to_owned(),
-            Asks::Again | Asks::Settle if state == 0 && !owes => "nothing owed".to_owned(),
+            Asks::Again | Asks::Settle if state == 0 && !purpose.owes => "nothing owed".to_owned(),
             Asks::Accept => {
                 let good = |next: usize, mark: bool| mark || (next != state && !settled.never[next]);
                 waiting(monitor, decision, texts, &good)

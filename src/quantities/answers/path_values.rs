@@ -12,14 +12,16 @@ use crate::equations::cost::Earned;
 use crate::equations::graph::{Graph, LOST, NONE};
 use crate::equations::meter::Meter;
 use crate::equations::number::{Bounds, Interval, Number};
-use crate::equations::reached::{Coded, END, Growing, Reached};
+use crate::equations::reached::{Coded, END, Reached};
+use crate::equations::search::Search;
 use crate::equations::solution::Solution;
-use crate::equations::system::{Quantity, System};
-use crate::solvers::reaching::values_at;
+use crate::equations::system::Quantity;
+use crate::solvers::at_nodes::values_at;
+use crate::solvers::solve::solved;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_engine::Engine;
-use meliora_engine::explicit::weighted::{Codec, Walker};
+use meliora_engine::explicit::weighted::Codec;
 use meliora_engine::regions::{Regions, Which};
 use meliora_model::property::Measure;
 use meliora_model::{Optimum, Program, State};
@@ -244,48 +246,4 @@ impl Likely {
             .filter(|choice| *choice != NONE)
             .map(|choice| self.graph.position(choice))
     }
-}
-
-/// A search for the states that have equations.
-pub(crate) struct Search<'a, E: Engine> {
-    pub(crate) engine: &'a E,
-    pub(crate) program: &'a Program,
-    /// The states where the path ends: with the probability 1, or without further reward.
-    pub(crate) end: E::States,
-    /// The states in which the path goes on; it fails where it leaves them.
-    pub(crate) inside: E::States,
-    pub(crate) cost: Option<Earned<'a>>,
-}
-
-impl<'a, E: Engine> Search<'a, E> {
-    /// Compiles the program.
-    pub(crate) fn walker(&self) -> Result<Walker<'a>> {
-        Walker::new(self.program, &*self.engine.settings().sink)
-    }
-
-    /// Finds the states that some states reach.
-    pub(crate) fn explored(
-        &self,
-        states: &[State],
-        walker: &Walker<'_>,
-        meter: &mut Meter<'_>,
-    ) -> Result<Reached> {
-        let all = self.engine.all_states();
-        let parts = self.engine.membership(&[&self.end, &self.inside, &all])?;
-        Growing::new(&*parts, walker.codec(), self.cost, meter)?.run(states, &mut *walker.walk())
-    }
-}
-
-/// Solves the equations of a graph. Returns the solution, and an error if a limit was reached.
-pub(crate) fn solved<N: Number>(
-    graph: &Graph,
-    quantity: Quantity,
-    below: Option<&Solution<N>>,
-    meter: &mut Meter<'_>,
-) -> Result<(Solution<N>, Result<()>)> {
-    let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
-    let system = System::new(graph, quantity, below, &fractions);
-    let mut solution = system.start(meter)?;
-    let end = system.solve(&mut solution, meter);
-    Ok((solution, end))
 }

@@ -12,14 +12,14 @@ use meliora_model::rewards::Earner;
 use meliora_model::{Optimum, Program, State};
 use num_traits::{One, Zero};
 
+use super::choices::Choices;
 use super::codes::Codes;
 use super::cost::check_rewards;
 use super::graph::Graph;
 use super::meter::Meter;
 use super::narrow::Narrow;
 use super::reached::Reached;
-use crate::path_values::Search;
-use crate::solvers::components::Choices;
+use super::search::Search;
 
 /// The extremes that the players of a game look for; without a game, ours counts alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

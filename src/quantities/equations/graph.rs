@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use ahash::AHashMap;
 
+use crate::equations::choices::Choices;
 use crate::equations::meter::Meter;
 use crate::equations::narrow::Narrow;
-use crate::solvers::components::Choices;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_engine::explicit::weighted::Fractions;

@@ -13,6 +13,7 @@
 //! | `reached` | the graph of the states that some states reach, by their codes |
 
 pub mod arena;
+pub(crate) mod choices;
 pub(crate) mod codes;
 pub mod cost;
 pub(crate) mod explore;
@@ -24,5 +25,6 @@ pub(crate) mod number;
 pub(crate) mod part;
 pub(crate) mod places;
 pub(crate) mod reached;
+pub(crate) mod search;
 pub(crate) mod solution;
 pub(crate) mod system;

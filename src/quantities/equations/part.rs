@@ -5,9 +5,6 @@ use bitvec::vec::BitVec;
 use super::arena::{Arena, Rewards};
 use super::graph::{EVERY, Edge, Graph, LOST, Rank};
 use super::meter::Meter;
-use super::number::Number;
-use super::system::Quantity;
-use crate::solvers::reaching::{Vector, values_at};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 
@@ -44,14 +41,6 @@ impl<'a> Part<'a> {
         };
         let nodes = (0..arena.states()).map(node).collect();
         Part { arena, nodes, exits: 1, allowed, rewards }
-    }
-
-    /// Returns the values of all states, for a part with one exit.
-    ///
-    /// # Errors
-    /// A limit is reached before anything is known.
-    pub(crate) fn values<N: Number>(&self, quantity: Quantity, meter: &mut Meter<'_>) -> Result<Vector<N>> {
-        values_at(&self.graph(meter)?, &self.nodes, quantity, meter)
     }
 
     /// Returns the graph. Steps into exits are counted. Cost: linear.

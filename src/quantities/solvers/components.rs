@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use bitvec::vec::BitVec;
 
+use crate::equations::choices::{Choices, Reversed};
 use crate::equations::meter::Meter;
 use meliora_base::error::Result;
 
@@ -146,33 +147,7 @@ impl Search {
     }
 }
 
-/// Choices of numbered nodes, in compressed rows.
-#[derive(Debug)]
-pub(crate) struct Choices {
-    /// The choices of node n are `first[n]..first[n+1]`.
-    pub(crate) first: Vec<u32>,
-    /// The successors of choice c are `to[start[c]..start[c+1]]`.
-    pub(crate) start: Vec<u32>,
-    pub(crate) to: Vec<u32>,
-}
-
-impl Default for Choices {
-    fn default() -> Self {
-        Choices { first: vec![0], start: vec![0], to: Vec::new() }
-    }
-}
-
 impl Choices {
-    /// Returns the choices of a node.
-    pub(crate) fn of(&self, node: u32) -> Range<usize> {
-        self.first[node as usize] as usize..self.first[node as usize + 1] as usize
-    }
-
-    /// Returns the successors of a choice.
-    pub(crate) fn successors(&self, choice: usize) -> &[u32] {
-        &self.to[self.start[choice] as usize..self.start[choice + 1] as usize]
-    }
-
     /// Returns the strongly connected components of the nodes and choices for which `keeps` holds.
     pub(crate) fn components(
         &self,
@@ -185,34 +160,6 @@ impl Choices {
         };
         let at = |position: u32| keeps(position).then(|| self.to[position as usize]);
         components(&Successors { nodes: self.first.len() - 1, positions, at }, roots)
-    }
-
-    /// Returns the bytes of the rows.
-    pub(crate) fn bytes(&self) -> usize {
-        4 * (self.first.len() + self.start.len() + self.to.len())
-    }
-
-    /// Returns the choices that enter each node, as rows, and the node of each choice.
-    pub(crate) fn reversed(&self) -> (Vec<u32>, Vec<u32>, Vec<u32>) {
-        let nodes = self.first.len() - 1;
-        let mut rows = vec![0; nodes + 1];
-        self.to.iter().for_each(|&to| rows[to as usize] += 1);
-        let mut end = 0;
-        for row in &mut rows {
-            end += *row;
-            *row = end;
-        }
-        let (mut into, mut owner) = (vec![0; self.to.len()], vec![0; self.start.len() - 1]);
-        for node in 0..nodes as u32 {
-            for choice in self.of(node) {
-                owner[choice] = node;
-                for &to in self.successors(choice) {
-                    rows[to as usize] -= 1;
-                    into[rows[to as usize] as usize] = choice as u32;
-                }
-            }
-        }
-        (rows, into, owner)
     }
 }
 
@@ -283,16 +230,11 @@ pub(crate) fn end_components(choices: &Choices, meter: &mut Meter<'_>) -> Result
 }
 
 /// Removes the choices into lost nodes, and the nodes that have no other.
-fn cascade(
-    (rows, into, owner): &(Vec<u32>, Vec<u32>, Vec<u32>),
-    inside: &mut [bool],
-    left: &mut [u32],
-    mut lost: Vec<u32>,
-) {
+fn cascade(reversed: &Reversed, inside: &mut [bool], left: &mut [u32], mut lost: Vec<u32>) {
     while let Some(node) = lost.pop() {
-        for &choice in &into[rows[node as usize] as usize..rows[node as usize + 1] as usize] {
+        for &choice in reversed.entering(node) {
             if std::mem::replace(&mut inside[choice as usize], false) {
-                let owner = owner[choice as usize];
+                let owner = reversed.owner[choice as usize];
                 left[owner as usize] -= 1;
                 if left[owner as usize] == 0 {
                     lost.push(owner);

@@ -1,16 +1,20 @@
 //! The nodes of a strongly connected component, grouped by the end components in which nothing can
 //! be gained or paid.
 
+use crate::equations::choices::Choices;
 use crate::equations::graph::{Edge, LOST, NONE};
 use crate::equations::meter::Meter;
 use crate::equations::number::{Interval, Number, Weight};
 use crate::equations::solution::Solution;
 use crate::equations::system::{End, System};
-use crate::solvers::components::{self, Choices, EndComponents};
+use crate::solvers::components::{self, EndComponents};
 use crate::solvers::eliminate::Row;
-use crate::solvers::policies::{BETTER, greatest};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
+
+/// The part of the greatest value by which an action must be better, for doubles: more than the error of elimination in
+/// most components.
+pub(crate) const BETTER: f64 = 1e-12;
 
 /// A number in the rows of a component: a double, or a fraction.
 pub(crate) trait Entry: Weight + PartialOrd {
@@ -86,6 +90,11 @@ impl Entry for f64 {
     fn slack(x: &[Self]) -> Self {
         BETTER * greatest(x)
     }
+}
+
+/// Returns the greatest distance from 0.
+pub(crate) fn greatest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |most, x| x.abs().max(most))
 }
 
 /// The equation of a choice.

@@ -3,9 +3,10 @@
 //! In a bottom component, the average is the reward until a state is entered again, divided by the number of steps until
 //! then. Both come from one elimination of all other states, without subtraction.
 
+use super::at_nodes::Vector;
 use super::components;
 use super::eliminate::{self, Row};
-use super::reaching::Vector;
+use super::solve::solved;
 use crate::equations::arena::{Arena, Rewards};
 use crate::equations::graph::NONE;
 use crate::equations::meter::{Meter, Stop};
@@ -13,7 +14,6 @@ use crate::equations::number::{Interval, Number};
 use crate::equations::part::Part;
 use crate::equations::solution::Solution;
 use crate::equations::system::Quantity;
-use crate::path_values::solved;
 use bitvec::vec::BitVec;
 use meliora_base::error::{Error, Limit, Result};
 

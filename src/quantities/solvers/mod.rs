@@ -17,6 +17,7 @@
 //! | `weighted`, `hull` | weighted sums of several objectives, and the points that they show |
 //! | `inductive` | bounds that one step confirms |
 
+pub(crate) mod at_nodes;
 pub(crate) mod back;
 pub(crate) mod components;
 pub(crate) mod eliminate;

@@ -19,14 +19,10 @@
 use crate::equations::meter::{Meter, Stop, Turn};
 use crate::equations::system::Sense;
 use crate::solvers::eliminate::{self, Constant, Row};
-use crate::solvers::groups::Entry;
+use crate::solvers::groups::{Entry, greatest};
 use crate::solvers::rows::{Found, Rows, TINY};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
-
-/// The part of the greatest value by which an action must be better, for doubles: more than the error of elimination in
-/// most components.
-pub(crate) const BETTER: f64 = 1e-12;
 
 /// Changes of a policy of doubles after which it is not expected to settle, and sweeps that are worth one change.
 pub(crate) const ROUNDS: usize = 64;
@@ -247,11 +243,6 @@ pub(crate) fn rounds<N: Entry>() -> usize {
 /// Returns the number of sweeps of value iteration between two evaluations of policies: fractions would become long.
 pub(crate) fn sweeps<N: Entry>() -> usize {
     if N::EXACT { 1 } else { SWEEPS }
-}
-
-/// Returns the greatest distance from 0.
-pub(crate) fn greatest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |most, x| x.abs().max(most))
 }
 
 #[cfg(test)]

@@ -11,28 +11,20 @@
 
 use bitvec::vec::BitVec;
 
+use super::at_nodes::Vector;
 use super::back::Back;
 use super::components;
 use super::groups::Entry;
 use super::policies::{ROUNDS, rounds, sweeps};
 use super::sides::Sides;
 use crate::equations::arena::{Arena, Goal, Rewards, opposite};
-use crate::equations::graph::{Graph, LOST};
 use crate::equations::meter::Meter;
-use crate::equations::number::{Interval, Number};
+use crate::equations::number::Number;
 use crate::equations::part::Part;
 use crate::equations::system::Quantity;
-use crate::path_values::solved;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_model::Optimum;
-
-/// The values of all states; infinite ones have none.
-pub(crate) struct Vector<N> {
-    pub(crate) values: Vec<Option<N>>,
-    /// An error if a limit was reached, after which bounds may be wide.
-    pub(crate) end: Result<()>,
-}
 
 /// A set to be reached.
 pub(crate) struct Reaching<'a> {
@@ -299,24 +291,4 @@ impl<N: Number> Vector<N> {
         let finite = x.iter().map(|x| x.as_ref().is_some_and(E::is_finite)).collect();
         (x.into_iter().map(|x| x.filter(E::is_finite).unwrap_or_else(E::zero)).collect(), finite)
     }
-}
-
-/// Returns the values of some nodes of a graph whose first node is the end of paths.
-pub(crate) fn values_at<N: Number>(
-    graph: &Graph,
-    nodes: &[u32],
-    quantity: Quantity,
-    meter: &mut Meter<'_>,
-) -> Result<Vector<N>> {
-    let (solution, end) = solved::<N>(graph, quantity, None, meter)?;
-    let end = if N::EXACT { Ok(end?) } else { end };
-    let is_reward = !matches!(quantity, Quantity::Probability(_));
-    let most = if is_reward { f64::INFINITY } else { 1.0 };
-    let value = |&node: &u32| match node {
-        0 => Some(if is_reward { N::zero() } else { N::one() }),
-        LOST if is_reward => None,
-        LOST => Some(N::zero()),
-        node => solution.get(node).cloned().or_else(|| N::rounded(Interval { lower: 0.0, upper: most })),
-    };
-    Ok(Vector { values: nodes.iter().map(value).collect(), end })
 }

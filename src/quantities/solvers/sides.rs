@@ -3,7 +3,7 @@
 
 use bitvec::vec::BitVec;
 
-use super::components::Choices;
+use crate::equations::choices::{Choices, Reversed};
 use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
 use meliora_base::error::Result;
@@ -15,7 +15,7 @@ pub(crate) struct Sides<'a> {
     pub(crate) maximisers: &'a BitVec,
     /// The choices that may be taken; at least one in each state.
     pub(crate) allowed: &'a BitVec,
-    reversed: (Vec<u32>, Vec<u32>, Vec<u32>),
+    reversed: Reversed,
 }
 
 impl<'a> Sides<'a> {
@@ -100,7 +100,6 @@ impl<'a> Sides<'a> {
     /// Returns the attractor of T through `left` by some choices, and the last choice that attracted each state.
     fn attracted(&self, target: &BitVec, left: &BitVec, by: &BitVec) -> (BitVec, Vec<u32>) {
         let mut taken = vec![NONE; left.len()];
-        let (rows, into, owner) = &self.reversed;
         let (mut found, mut enters) = (target.clone(), BitVec::<usize>::repeat(false, by.len()));
         let count = |state: u32| self.choices.of(state).filter(|&choice| by[choice]).count() as u32;
         let mut open: Vec<u32> = (0..left.len() as u32)
@@ -108,8 +107,8 @@ impl<'a> Sides<'a> {
             .collect();
         let mut layer: Vec<u32> = target.iter_ones().map(|state| state as u32).collect();
         while let Some(to) = layer.pop() {
-            for &choice in &into[rows[to as usize] as usize..rows[to as usize + 1] as usize] {
-                let state = owner[choice as usize] as usize;
+            for &choice in self.reversed.entering(to) {
+                let state = self.reversed.owner[choice as usize] as usize;
                 if found[state] || !left[state] || !by[choice as usize] || enters[choice as usize] {
                     continue;
                 }

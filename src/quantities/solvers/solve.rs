@@ -8,7 +8,7 @@
 
 use bitvec::vec::BitVec;
 
-use crate::equations::graph::{LOST, NONE};
+use crate::equations::graph::{Graph, LOST, NONE};
 use crate::equations::meter::{Meter, Stop, Turn};
 use crate::equations::number::{Interval, Number};
 use crate::equations::solution::Solution;
@@ -19,6 +19,20 @@ use crate::solvers::policies::Policies;
 use crate::solvers::rows::{Found, Rows};
 use meliora_base::error::{Error, Limit, Result};
 use meliora_base::exact::Ratio;
+
+/// Solves the equations of a graph. Returns the solution, and an error if a limit was reached.
+pub(crate) fn solved<N: Number>(
+    graph: &Graph,
+    quantity: Quantity,
+    below: Option<&Solution<N>>,
+    meter: &mut Meter<'_>,
+) -> Result<(Solution<N>, Result<()>)> {
+    let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
+    let system = System::new(graph, quantity, below, &fractions);
+    let mut solution = system.start(meter)?;
+    let end = system.solve(&mut solution, meter);
+    Ok((solution, end))
+}
 
 impl<N: Number> System<'_, N> {
     /// Solves the equations of all open nodes, the components that others depend on first.

@@ -2,9 +2,10 @@
 
 use bitvec::vec::BitVec;
 
+use super::at_nodes::Vector;
 use super::back::Back;
 use super::components;
-use super::reaching::{Reaching, Vector};
+use super::reaching::Reaching;
 use super::sides::Sides;
 use crate::equations::arena::{Arena, Goal, Rewards};
 use crate::equations::meter::Meter;

@@ -13,11 +13,12 @@ use meliora_engine::explicit::weighted::Fractions;
 use meliora_model::Optimum;
 use num_traits::{Signed, ToPrimitive};
 
-use super::components::{self, Choices, EndComponents};
-use super::groups::Entry;
-use super::policies::{BETTER, MARGIN, Policies, greatest};
+use super::components::{self, EndComponents};
+use super::groups::{BETTER, Entry, greatest};
+use super::policies::{MARGIN, Policies};
 use super::rows::{Constant, Rows};
 use crate::equations::arena::{Arena, Rewards};
+use crate::equations::choices::Choices;
 use crate::equations::meter::{Meter, Stop, Turn};
 use crate::equations::number::Weight;
 use crate::equations::system::Sense;

@@ -1,0 +1,39 @@
+//! The search for the states that have equations, on the fly.
+
+use super::cost::Earned;
+use super::meter::Meter;
+use super::reached::{Growing, Reached};
+use meliora_base::error::Result;
+use meliora_engine::Engine;
+use meliora_engine::explicit::weighted::Walker;
+use meliora_model::{Program, State};
+
+/// A search for the states that have equations.
+pub(crate) struct Search<'a, E: Engine> {
+    pub(crate) engine: &'a E,
+    pub(crate) program: &'a Program,
+    /// The states where the path ends: with the probability 1, or without further reward.
+    pub(crate) end: E::States,
+    /// The states in which the path goes on; it fails where it leaves them.
+    pub(crate) inside: E::States,
+    pub(crate) cost: Option<Earned<'a>>,
+}
+
+impl<'a, E: Engine> Search<'a, E> {
+    /// Compiles the program.
+    pub(crate) fn walker(&self) -> Result<Walker<'a>> {
+        Walker::new(self.program, &*self.engine.settings().sink)
+    }
+
+    /// Finds the states that some states reach.
+    pub(crate) fn explored(
+        &self,
+        states: &[State],
+        walker: &Walker<'_>,
+        meter: &mut Meter<'_>,
+    ) -> Result<Reached> {
+        let all = self.engine.all_states();
+        let parts = self.engine.membership(&[&self.end, &self.inside, &all])?;
+        Growing::new(&*parts, walker.codec(), self.cost, meter)?.run(states, &mut *walker.walk())
+    }
+}
