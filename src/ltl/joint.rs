@@ -5,8 +5,9 @@ use std::collections::BTreeSet;
 
 use ahash::AHashMap;
 
+use super::breakpoints::MOST_STATES;
 use super::functions::MOST_NODES;
-use super::monitor::{Decision, DecisionId, MOST_STATES, Monitor};
+use super::monitor::{Decision, DecisionId, Monitor};
 use meliora_model::expr::ExprId;
 
 /// Joint states of monitors; the initial one is 0.

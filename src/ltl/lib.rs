@@ -23,6 +23,7 @@
 //! # Ok::<(), meliora_base::error::Error>(())
 //! ```
 
+mod breakpoints;
 mod formulas;
 mod functions;
 mod joint;

@@ -2,8 +2,6 @@
 //!
 //! The states from which every path has infinitely many marks become one state, and those from
 //! which no path has become another. Then states that have the same marks for all words are merged.
-//!
-//! This file and `monitor` import each other: a monitor is minimised when it is made.
 
 use ahash::AHashMap;
 

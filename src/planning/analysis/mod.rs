@@ -3,7 +3,7 @@
 pub mod classes;
 pub mod improvement;
 pub mod joint;
-mod level_search;
+pub(crate) mod level_search;
 pub mod levels;
 mod phases;
 mod prospects;
@@ -14,7 +14,7 @@ pub mod result;
 mod run;
 mod safety;
 pub mod temporal;
-mod temporal_game;
+pub(crate) mod temporal_game;
 pub mod winning_regions;
 
 pub use run::{Analysis, Event, Options, Phase};

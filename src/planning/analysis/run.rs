@@ -1,6 +1,5 @@
 //! The whole analysis, phase by phase; results remain available when a limit ends the work.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::classes::Classes;
@@ -13,13 +12,9 @@ use super::requirements::Requirements;
 use super::result::{AnalysisResult, ClassCount, JointCount, LevelsEnd, ModelCounts, ObjectiveCounts};
 use super::safety::Safety;
 use super::temporal::{self, AcceptingRegion};
-use super::temporal_game;
 use super::winning_regions::{Sought, WinningRegions};
-use crate::strategies::achieve::Achieving;
-use crate::strategies::finite_memory::{FiniteMemoryStrategy, StrategyKind};
 use meliora_base::error::{Error, Result};
 use meliora_engine::{AnyEngine, Engine};
-use meliora_model::Program;
 use meliora_model::preference::{Goal, ObjectiveSet, Preferences};
 
 /// The options of an analysis.
@@ -34,17 +29,17 @@ pub struct Options {
 /// The winning regions, classes, improvement MDP and levels of one model under one preference file.
 pub struct Analysis<E: Engine = AnyEngine> {
     /// The engine of the model as it is written.
-    whole: Arc<E>,
+    pub(crate) whole: Arc<E>,
     /// The engine of the model that the requirements leave; `whole` until they are known.
-    engine: Arc<E>,
+    pub(crate) engine: Arc<E>,
     requirements: Option<Arc<Requirements<E>>>,
-    preferences: Arc<Preferences>,
+    pub(crate) preferences: Arc<Preferences>,
     options: Options,
     outcomes: Option<WinningRegions<E>>,
     accepting: Vec<Vec<AcceptingRegion<E>>>,
     // Shared with the strategies that are created from them.
-    classes: Option<Arc<Classes<E>>>,
-    improvement: Option<Arc<Improvement<E>>>,
+    pub(crate) classes: Option<Arc<Classes<E>>>,
+    pub(crate) improvement: Option<Arc<Improvement<E>>>,
     joint: Option<Joint<E>>,
     sasi: LevelSearch<E>,
     spi: LevelSearch<E>,
@@ -408,75 +403,10 @@ impl<E: Engine> Analysis<E> {
         self.search(kind).levels()
     }
 
-    fn search(&self, kind: Kind) -> &LevelSearch<E> {
+    pub(crate) fn search(&self, kind: Kind) -> &LevelSearch<E> {
         match kind {
             Kind::Sasi => &self.sasi,
             Kind::Spi => &self.spi,
         }
-    }
-}
-
-impl<E: Engine> FiniteMemoryStrategy<E> {
-    /// Creates the finite-memory strategy of an analysis; `None` before the search for levels of
-    /// this kind has ended.
-    pub fn new(analysis: &Analysis<E>, program: &Arc<Program>, kind: Kind) -> Option<Self> {
-        let LevelSearch::Ended(levels) = analysis.search(kind) else { return None };
-        Some(FiniteMemoryStrategy {
-            whole: analysis.whole.clone(),
-            engine: analysis.engine.clone(),
-            program: Arc::clone(program),
-            preferences: analysis.preferences.clone(),
-            classes: analysis.classes.clone()?,
-            improvement: analysis.improvement.clone()?,
-            levels: Arc::clone(levels),
-            strategies: BTreeMap::new(),
-            rule: None,
-            kind: kind.into(),
-            achieving: None,
-            objectives: ObjectiveSet::new(),
-            standings: None,
-        })
-    }
-
-    /// Checks that a strategy can achieve the objectives that it may pursue: a plan all of them. Cost: no
-    /// image.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] if the opponent of a game may choose how the formula of one is satisfied.
-    pub fn check_achieved(
-        analysis: &Analysis<E>,
-        kind: StrategyKind,
-        objectives: &ObjectiveSet,
-    ) -> Result<()> {
-        let pursued = |index: usize| kind == StrategyKind::Plan || objectives.contains(index);
-        let all = analysis.preferences.objectives.iter().enumerate();
-        let pursued = all.filter(|(index, _)| pursued(*index)).map(|(_, objective)| objective);
-        temporal_game::check_achieved(&*analysis.engine, pursued)
-    }
-
-    /// Creates the strategy of a kind that makes improvements of the kind `levels`, with the objectives
-    /// that it achieves: one, or several together, for [`StrategyKind::Achieve`], at most one for
-    /// [`StrategyKind::Plan`]. Returns `None` before the results that it needs are known. Cost: one
-    /// pre-image per objective if the kind achieves one; for several, one almost-sure fixpoint per
-    /// subset.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] if the kind does not achieve several; a limit is reached.
-    pub fn of_kind(
-        analysis: &Analysis<E>,
-        program: &Arc<Program>,
-        kind: StrategyKind,
-        levels: Kind,
-        objectives: impl IntoIterator<Item = usize>,
-    ) -> Result<Option<Self>> {
-        let objectives: ObjectiveSet = objectives.into_iter().collect();
-        kind.check(&objectives)?;
-        Self::check_achieved(analysis, kind, &objectives)?;
-        let Some(strategy) = Self::new(analysis, program, levels) else { return Ok(None) };
-        let mut achieving = if kind.achieves() { Achieving::new(analysis, &strategy)? } else { None };
-        if let Some(achieving) = achieving.as_mut().filter(|_| objectives.len() > 1) {
-            achieving.join(analysis, objectives.clone())?;
-        }
-        Ok(Some(FiniteMemoryStrategy { kind, achieving, objectives, ..strategy }))
     }
 }

@@ -5,6 +5,7 @@ mod decision_rule;
 pub mod explain;
 pub mod finite_memory;
 pub mod lasso;
+mod of_analysis;
 pub mod policy;
 mod pursue;
 pub mod rules;
