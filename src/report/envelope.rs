@@ -401,7 +401,7 @@ mod tests {
             (answer(None, Some((0.25, f64::INFINITY))), "0.25..inf"),
             (answer(None, Some((f64::INFINITY, f64::INFINITY))), "inf"),
             (
-                PropertyAnswer { front: Some(vec![[0.0, 1.0], [0.5, 0.25]]), ..open(None) },
+                PropertyAnswer { front: Some(vec![vec![0.0, 1.0], vec![0.5, 0.25]]), ..open(None) },
                 "(0, 1) (0.5, 0.25)",
             ),
             (PropertyAnswer { value: Some(None), ..open(Some("unsafe")) }, "no value"),

@@ -34,11 +34,11 @@ pub struct PropertyAnswer {
     /// The values of the states that the filter of the property lists; absent without such a filter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub values: Option<Vec<ListedState>>,
-    /// Points of the Pareto front of two objectives, each with the two values: one strategy attains them, and
+    /// Points of the Pareto front of several objectives, each with their values: one strategy attains them, and
     /// no strategy attains values that are better than the means of points by more than the precision; absent
     /// for other properties.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub front: Option<Vec<[f64; 2]>>,
+    pub front: Option<Vec<Vec<f64>>>,
     /// The sizes of its regions.
     #[serde(flatten)]
     pub sizes: Sizes,
@@ -131,8 +131,9 @@ impl PropertyAnswer {
         let holds = self.holds.map(|holds| if holds { "holds" } else { "does not hold" }.to_owned());
         let value = self.value.iter().flatten().map(shown);
         let front = self.front.as_ref().map(|points| {
-            let points = points.iter().map(|[x, y]| format!("({}, {})", readable(*x), readable(*y)));
-            points.collect::<Vec<_>>().join(" ")
+            let numbers =
+                |point: &Vec<f64>| point.iter().map(|x| readable(*x)).collect::<Vec<_>>().join(", ");
+            points.iter().map(|point| format!("({})", numbers(point))).collect::<Vec<_>>().join(" ")
         });
         let words: Vec<String> = holds.into_iter().chain(value).chain(front).collect();
         if words.is_empty() { "not decided".to_owned() } else { words.join(": ") }

@@ -34,6 +34,10 @@ fn expect(model: &str, expected: &[(&str, Json)]) {
                 assert_eq!(&answer["holds"], value, "{property} ({engine}): {answer}");
                 continue;
             }
+            if value == "inf" {
+                assert_eq!(answer["value"]["lower"], *value, "{property} ({engine}): {answer}");
+                continue;
+            }
             let [lower, upper] = ["lower", "upper"].map(|key| answer["value"][key].as_f64());
             let (lower, upper) =
                 lower.zip(upper).unwrap_or_else(|| panic!("{property} ({engine}): {answer}"));
@@ -99,6 +103,43 @@ fn several_objectives_recur_and_have_bounds_on_steps() {
             ("multi(R{\"a\"}>=1.25 [ C<=3 ], R{\"b\"}>=0.5 [ C<=2 ])", json!(false)),
         ],
     );
+}
+
+#[test]
+fn rewards_of_several_objectives_until_a_target_are_infinite_where_it_is_avoided() {
+    let model = "mdp\nmodule m\n x : [0..3] init 0;\n [a] x=0 -> 1/2:(x'=1) + 1/2:(x'=2);\n [b] x=0 -> (x'=1);\n\
+         [w] x=0 -> true;\n [c] x=1 -> true;\n [e] x=1 -> (x'=3);\n [d] x>=2 -> true;\nendmodule\n\
+         rewards \"a\" [a] true : 1; [b] true : 5; [w] true : 1; [c] true : 1; [e] true : 3; endrewards\n\
+         rewards \"b\" [a] true : 1; [b] true : 2; [e] true : 2; endrewards\n";
+    expect(
+        model,
+        &[
+            ("multi(R{\"a\"}<=8 [ F x=3 ], R{\"b\"}<=4 [ F x=3 ])", json!(true)),
+            ("multi(R{\"a\"}<=7.9 [ F x=3 ], R{\"b\"}<=4 [ F x=3 ])", json!(false)),
+            ("multi(R{\"a\"}min=? [ F x=1 ], R{\"b\"}<=3 [ C ])", json!(5)),
+            ("multi(R{\"a\"}min=? [ F x=1 ], R{\"b\"}<=1 [ C ])", json!("inf")),
+            ("multi(R{\"b\"}min=? [ F x=1 ], R{\"b\"}<=1 [ C ])", json!("inf")),
+            ("multi(R{\"b\"}max=? [ F x=3 ], R{\"a\"}<=9 [ F x=3 ])", json!(4)),
+            ("multi(R{\"a\"}<=100 [ F x=1 ], P>=0.5 [ F x=2 ])", json!(false)),
+            ("multi(R{\"a\"}min=? [ F x>0 ], P>=0.25 [ F x=2 ])", json!(1)),
+            ("multi(R{\"a\"}min=? [ F x>0 ], P>=0.75 [ F x=1 ])", json!(3)),
+        ],
+    );
+}
+
+#[test]
+fn a_pareto_front_has_as_many_numbers_as_objectives() {
+    let model = "mdp\nmodule m\n x : [0..3] init 0;\n [] x=0 -> (x'=1);\n [] x=0 -> (x'=2);\n [] x=0 -> (x'=3);\n\
+         [] x>0 -> true;\nendmodule\nrewards \"a\" x=1 : 1; endrewards\n";
+    let text = "multi(Pmax=? [ F x=1 ], Pmin=? [ G x<2 ], R{\"a\"}min=? [ C<=3 ]);";
+    for engine in ["explicit", "symbolic"] {
+        let found = &answers(model, text, engine)[0];
+        let points = found["front"].as_array().unwrap_or_else(|| panic!("{found}"));
+        let number = |x: &Json| x.as_f64().unwrap().round();
+        let rounded: Vec<Vec<f64>> =
+            points.iter().map(|point| point.as_array().unwrap().iter().map(number).collect()).collect();
+        assert_eq!(rounded, [[0.0, 0.0, 0.0], [1.0, 1.0, 2.0]], "{found}");
+    }
 }
 
 #[test]

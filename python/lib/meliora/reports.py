@@ -773,9 +773,9 @@ class ReachProperties(TypedDict):
     values: NotRequired[List[ReachPropertiesValues]]
     """The values of the states that the filter of the property lists; absent without such a filter."""
     front: NotRequired[List[List[float]]]
-    """Points of the Pareto front of two objectives, each with the two values: one strategy attains them, and
-    no strategy attains values that are better than the means of points by more than the precision; absent for
-    other properties."""
+    """Points of the Pareto front of several objectives, each with their values: one strategy attains them,
+    and no strategy attains values that are better than the means of points by more than the precision; absent
+    for other properties."""
     pmax_one: Union[Count, None]
     """Some strategy reaches T with probability one."""
     pmax_positive: Union[Count, None]

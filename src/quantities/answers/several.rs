@@ -1,5 +1,5 @@
 //! Several objectives at once, from one state of an arena without an opponent: whether one strategy satisfies all, the
-//! best value of one under bounds of the others, and the Pareto front of two.
+//! best value of one under bounds of the others, and the Pareto front of all.
 //!
 //! Weighted sums of objectives have a best strategy without memory beyond the visited sets. Each shows a point that can
 //! be attained, and a half-space that contains all of them; strategies with chance attain the means of such points. V.
@@ -14,6 +14,7 @@ use crate::equations::arena::Arena;
 use crate::equations::meter::Meter;
 use crate::equations::number::Interval;
 use crate::solvers::hull::separated;
+use crate::solvers::outer::Outer;
 pub use crate::solvers::weighted::Counted;
 use crate::solvers::weighted::{Point, Weighted, rate};
 
@@ -35,15 +36,17 @@ pub enum Several {
     Achievable(Option<bool>),
     /// Bounds of the best value of the objective without a bound; `None` if the other bounds cannot be satisfied.
     Best(Option<Interval>),
+    /// The cost without a bound is infinite under each strategy that satisfies the other bounds.
+    Infinite,
     /// Points that can be attained, such that no attainable point is better than their means by more than the precision.
-    Front(Vec<[f64; 2]>),
+    Front(Vec<Vec<f64>>),
 }
 
 /// Answers a question about several objectives from a state, without an opponent.
 ///
 /// # Errors
-/// More than two objectives have no bound, or one of three or more; a reward can be earned for all time; the model is a
-/// game; a limit is reached.
+/// Several objectives have no bound, but others have one; a front has no finite point; a reward that is to be great can be
+/// infinite; the model is a game; a limit is reached.
 pub fn several(
     arena: &Arena<'_>,
     state: usize,
@@ -55,18 +58,56 @@ pub fn several(
     }
     let mut meter = arena.meter();
     let counted: Vec<_> = objectives.iter().map(|own| (own.counted, own.optimum)).collect();
-    let weighted = Weighted::new(arena, state, &counted, &mut meter)?;
-    let search = Search { weighted, points: Vec::new(), exact: precision <= 0.0 };
+    let found = Weighted::new(arena, state, &counted, &mut meter)?;
+    let search = found.map(|weighted| Search { weighted, points: Vec::new(), exact: precision <= 0.0 });
     let open: Vec<usize> = (0..objectives.len()).filter(|&at| objectives[at].bound.is_none()).collect();
     let sign = |at: usize| if objectives[at].optimum == Optimum::Max { Ratio::one() } else { -Ratio::one() };
     let bounds: Vec<Ratio> =
         (0..objectives.len()).map(|at| objectives[at].bound.clone().unwrap_or_default() * sign(at)).collect();
-    match *open {
-        [] => search.achievable(&bounds, &mut meter),
-        [best] => search.best(best, bounds, sign(best), precision, &mut meter),
-        [0, 1] if objectives.len() == 2 => search.front([sign(0), sign(1)], precision, &mut meter),
-        _ => Err(Error::Usage("ask for at most two values at once, and for two without bounds".to_owned())),
+    match (open.as_slice(), search) {
+        ([], None) => Ok(Several::Achievable(Some(false))),
+        ([], Some(search)) => search.achievable(&bounds, &mut meter),
+        (&[best], search) => {
+            let found = match search {
+                Some(search) => search.best(best, bounds, sign(best), precision, &mut meter)?,
+                None => Several::Best(None),
+            };
+            match found {
+                Several::Best(None) => without(arena, state, objectives, best, precision),
+                found => Ok(found),
+            }
+        }
+        (open, _) if open.len() < objectives.len() => Err(Error::Usage(
+            "ask for one value under bounds, or for the best values of all objectives".to_owned(),
+        )),
+        (_, None) => Err(Error::Usage("no strategy has finite values of all objectives".to_owned())),
+        (open, Some(search)) => {
+            search.front(&open.iter().map(|&at| sign(at)).collect::<Vec<_>>(), precision, &mut meter)
+        }
     }
+}
+
+/// Returns the value of an objective that is not finite under any strategy that satisfies the others.
+fn without(
+    arena: &Arena<'_>,
+    state: usize,
+    objectives: &[Objective<'_>],
+    best: usize,
+    precision: f64,
+) -> Result<Several> {
+    let Objective { counted, optimum, .. } = objectives[best];
+    if optimum == Optimum::Max || !matches!(counted, Counted::Total(_) | Counted::Before(..)) {
+        return Ok(Several::Best(None));
+    }
+    let others = [&objectives[..best], &objectives[best + 1..]].concat();
+    if others.is_empty() {
+        return Ok(Several::Infinite);
+    }
+    Ok(match several(arena, state, &others, precision)? {
+        Several::Achievable(Some(true)) => Several::Infinite,
+        Several::Achievable(Some(false)) => Several::Best(None),
+        undecided => undecided,
+    })
 }
 
 /// The points that were found.
@@ -101,7 +142,7 @@ impl Search {
     fn locate(&mut self, bounds: &[Ratio], meter: &mut Meter<'_>) -> Result<Found> {
         let n = bounds.len();
         if self.points.is_empty() {
-            let equal = vec![rounded(&Ratio::new(1.into(), n.into())); n];
+            let equal = self.usable(&vec![Ratio::new(1.into(), n.into()); n]);
             let point = self.point(&equal, meter)?;
             if rate(&equal, bounds) > point.most {
                 return Ok(Found::Outside(equal, point.most));
@@ -112,8 +153,8 @@ impl Search {
             if !t.is_positive() {
                 return Ok(Found::Inside);
             }
-            let weights: Vec<Ratio> = weights.iter().map(rounded).collect();
-            let known = self.points.iter().map(|x| rate(&weights, x)).max().unwrap_or_default();
+            let weights = self.usable(&weights);
+            let known = self.known(&weights);
             let point = self.point(&weights, meter)?;
             if rate(&weights, bounds) > point.most {
                 return Ok(Found::Outside(weights, point.most));
@@ -190,42 +231,64 @@ impl Search {
         })))
     }
 
-    /// Searches between neighbours, as long as a point lies further outside than the precision.
-    fn front(mut self, signs: [Ratio; 2], precision: f64, meter: &mut Meter<'_>) -> Result<Several> {
-        let (one, zero) = (Ratio::one(), Ratio::zero());
-        let width = Ratio::from_float(precision).unwrap_or_default();
-        let (a, b) = (self.point(&[one.clone(), zero.clone()], meter)?, self.point(&[zero, one], meter)?);
-        let mut open = vec![(a.gains, b.gains)];
-        while let Some((a, b)) = open.pop() {
-            let weights = [&b[1] - &a[1], &a[0] - &b[0]];
-            let sum = &weights[0] + &weights[1];
-            if !weights.iter().all(|w| w.is_positive()) || !sum.is_positive() {
+    /// Searches at the vertices of the half-spaces, as long as one lies further outside than the precision.
+    fn front(mut self, signs: &[Ratio], precision: f64, meter: &mut Meter<'_>) -> Result<Several> {
+        // The other half is lost by points that are left out.
+        let half = Ratio::from_float(precision / 2.0).unwrap_or_default();
+        let mut top = Vec::new();
+        for at in 0..signs.len() {
+            let weights: Vec<Ratio> =
+                (0..signs.len()).map(|own| Ratio::from_integer((own == at).into())).collect();
+            top.push(self.point(&weights, meter)?.most);
+        }
+        let (mut outer, mut near) = (Outer::below(top), Vec::new());
+        while let Some(vertex) = outer.vertex(|x| !near.iter().any(|near: &Vec<Ratio>| near == x)) {
+            let vertex = vertex.to_vec();
+            let (away, weights) = separated(&vertex, &self.points);
+            if away <= half {
+                near.push(vertex);
                 continue;
             }
-            let weights = weights.map(|w| rounded(&(w / &sum)));
+            let weights = self.usable(&weights);
+            let known = self.known(&weights);
             let point = self.point(&weights, meter)?;
-            if point.most - rate(&weights, &a) > width && rate(&weights, &point.gains) > rate(&weights, &a) {
-                open.extend([(a, point.gains.clone()), (point.gains, b)]);
+            if rate(&weights, &vertex) > point.most {
+                outer.cut(&weights, &point.most);
+            } else if rate(&weights, &point.gains) <= known {
+                near.push(vertex);
             }
         }
-        Ok(Several::Front(upper_right(self.points, &signs)))
+        Ok(Several::Front(needed(self.points, &half, signs)))
+    }
+
+    /// Returns weights with few digits, unless all numbers are exact.
+    fn usable(&self, weights: &[Ratio]) -> Vec<Ratio> {
+        weights.iter().map(|weight| if self.exact { weight.clone() } else { rounded(weight) }).collect()
+    }
+
+    /// Returns the greatest weighted sum of the points so far.
+    fn known(&self, weights: &[Ratio]) -> Ratio {
+        self.points.iter().map(|x| rate(weights, x)).max().unwrap_or_default()
     }
 }
 
-/// Returns the points to which no other one is preferable, in the order of the first objective.
-fn upper_right(mut points: Vec<Vec<Ratio>>, signs: &[Ratio; 2]) -> Vec<[f64; 2]> {
+/// Returns the points that are not below means of the others, in the order of the first objective; all that are left out
+/// are at most `width` above such means.
+fn needed(mut points: Vec<Vec<Ratio>>, width: &Ratio, signs: &[Ratio]) -> Vec<Vec<f64>> {
     points.sort();
     points.dedup();
-    let mut kept: Vec<Vec<Ratio>> = Vec::new();
-    for point in points {
-        while kept.last().is_some_and(|last| last[1] <= point[1]) {
-            kept.pop();
+    let each = width / Ratio::from_integer(points.len().into());
+    let mut at = 0;
+    while at < points.len() {
+        let point = points.remove(at);
+        if points.is_empty() || separated(&point, &points).0 > each {
+            points.insert(at, point);
+            at += 1;
         }
-        kept.push(point);
     }
     // Rounding outwards may lead below 0, where no probability and no reward is.
-    let number = |x: &Ratio, sign: &Ratio| (x * sign).to_f64().unwrap_or(f64::NAN).max(0.0);
-    kept.iter().map(|x| [number(&x[0], &signs[0]), number(&x[1], &signs[1])]).collect()
+    let number = |(x, sign): (&Ratio, &Ratio)| (x * sign).to_f64().unwrap_or(f64::NAN).max(0.0);
+    points.iter().map(|x| x.iter().zip(signs).map(number).collect()).collect()
 }
 
 /// Returns a weight with few digits.

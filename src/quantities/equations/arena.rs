@@ -52,6 +52,9 @@ pub(crate) fn opposite(optimum: Optimum) -> Optimum {
     if optimum == Optimum::Max { Optimum::Min } else { Optimum::Max }
 }
 
+/// A set of states of an arena.
+pub type Members = BitVec;
+
 /// The states of the scope of an engine, numbered from 0, with their choices. Sets of them are bit vectors, and
 /// values are vectors, both by these numbers.
 pub struct Arena<'e> {

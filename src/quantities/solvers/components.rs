@@ -183,9 +183,21 @@ pub(crate) struct EndComponents {
 /// # Errors
 /// The work is cancelled.
 pub(crate) fn end_components(choices: &Choices, meter: &mut Meter<'_>) -> Result<EndComponents> {
+    end_components_of(choices, vec![true; choices.start.len() - 1], meter)
+}
+
+/// Does the same for some of the choices.
+///
+/// # Errors
+/// The work is cancelled.
+pub(crate) fn end_components_of(
+    choices: &Choices,
+    mut inside: Vec<bool>,
+    meter: &mut Meter<'_>,
+) -> Result<EndComponents> {
     let nodes = choices.first.len() - 1;
-    let mut inside = vec![true; choices.start.len() - 1];
-    let mut left: Vec<u32> = (0..nodes as u32).map(|node| choices.of(node).len() as u32).collect();
+    let among = |node: u32| choices.of(node).filter(|&choice| inside[choice]).count() as u32;
+    let mut left: Vec<u32> = (0..nodes as u32).map(among).collect();
     let mut lost: Vec<u32> = (0..nodes as u32).filter(|&node| left[node as usize] == 0).collect();
     let mut reversed = None;
     loop {

@@ -14,7 +14,8 @@
 //! | `reaching` | the values of all states of an arena, also of games |
 //! | `back` | steps backward over all states of an arena |
 //! | `total`, `long_run` | rewards of all steps, and their averages |
-//! | `weighted`, `hull` | weighted sums of several objectives, and the points that they show |
+//! | `weighted`, `pairs` | weighted sums of several objectives |
+//! | `hull`, `outer` | the points that they show, and the vertices of the half-spaces |
 //! | `inductive` | bounds that one step confirms |
 
 pub(crate) mod at_nodes;
@@ -27,6 +28,8 @@ pub(crate) mod hull;
 pub(crate) mod inductive;
 pub(crate) mod iterate;
 pub(crate) mod long_run;
+pub(crate) mod outer;
+mod pairs;
 pub(crate) mod policies;
 pub(crate) mod reaching;
 pub(crate) mod rows;

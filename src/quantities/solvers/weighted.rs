@@ -2,10 +2,11 @@
 //!
 //! States are paired with what the path has decided, so that each objective is a sum of gains of choices; a gain is
 //! negative if the objective is to be small. End components in which nothing is gained become one group, in which a path
-//! may stop; what recurs in the part where it stays is gained then. Then every strategy stops almost surely, and equations of which one step confirms the solution
-//! have bounds.
+//! may stop; what recurs in the part where it stays is gained then. In the end components that remain, every choice loses
+//! or gains nothing. Only strategies that stop almost surely have finite costs, and only pairs that have one are kept.
+//! Policy iteration starts with one and never leaves them: a policy that goes on for ever in an end component is not better
+//! than the one before. So equations of which one step confirms the solution have bounds.
 
-use ahash::AHashMap;
 use bitvec::vec::BitVec;
 use meliora_base::error::{Error, Limit, Result};
 use meliora_base::exact::Ratio;
@@ -13,12 +14,11 @@ use meliora_engine::explicit::weighted::Fractions;
 use meliora_model::Optimum;
 use num_traits::{Signed, ToPrimitive};
 
-use super::components::{self, EndComponents};
 use super::groups::{BETTER, Entry, greatest};
+use super::pairs::{Pairs, decided, signed};
 use super::policies::{MARGIN, Policies};
 use super::rows::{Constant, Rows};
 use crate::equations::arena::{Arena, Rewards};
-use crate::equations::choices::Choices;
 use crate::equations::meter::{Meter, Stop, Turn};
 use crate::equations::number::Weight;
 use crate::equations::system::Sense;
@@ -36,14 +36,16 @@ pub enum Counted<'a> {
     Total(&'a Rewards),
     /// The rewards of the first steps.
     Within(&'a Rewards, u32),
+    /// The rewards of the steps before the path visits the set; infinite unless it does almost surely.
+    Before(&'a Rewards, &'a BitVec),
 }
 
 /// A choice of a group, divided by the probability to leave the group.
-struct Action {
+pub(super) struct Action {
     /// The groups that are entered, with the numbers of the probabilities.
-    edges: Vec<(u32, u32)>,
+    pub(super) edges: Vec<(u32, u32)>,
     /// The numbers of the gains.
-    gains: Vec<u32>,
+    pub(super) gains: Vec<u32>,
 }
 
 /// The groups and their actions. An action without edges stops.
@@ -63,196 +65,17 @@ pub(crate) struct Point {
     pub(crate) most: Ratio,
 }
 
-/// The memory that the objectives need of the steps before.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-struct Memory {
-    /// The objectives that are decided, as bits.
-    decided: u32,
-    /// The number of steps, as far as it counts.
-    steps: u32,
-}
-
-/// States with memory.
-struct Pairs {
-    list: Vec<(u32, Memory)>,
-    numbers: AHashMap<(u32, Memory), u32>,
-    choices: Choices,
-    /// The numbers of the probabilities of the successors, and of the gains of each choice.
-    weights: Vec<u32>,
-    gains: Vec<Vec<u32>>,
-}
-
-impl Pairs {
-    fn number(&mut self, pair: (u32, Memory)) -> u32 {
-        let Pairs { list, numbers, .. } = self;
-        *numbers.entry(pair).or_insert_with(|| {
-            list.push(pair);
-            list.len() as u32 - 1
-        })
-    }
-
-    /// Explores the pairs that a state reaches.
-    fn explored(
-        arena: &Arena<'_>,
-        start: usize,
-        objectives: &[(Counted<'_>, Optimum)],
-        fractions: &mut Fractions,
-        meter: &mut Meter<'_>,
-    ) -> Result<Self> {
-        let mut pairs = Pairs {
-            list: Vec::new(),
-            numbers: AHashMap::new(),
-            choices: Choices::default(),
-            weights: Vec::new(),
-            gains: Vec::new(),
-        };
-        let within = objectives.iter().map(|(counted, _)| match counted {
-            Counted::Within(_, steps) => *steps,
-            _ => 0,
-        });
-        let most = within.max().unwrap_or_default();
-        pairs.number((start as u32, Memory { decided: decided(objectives, start).0, steps: 0 }));
-        let mut next = 0;
-        while let Some(&(state, memory)) = pairs.list.get(next) {
-            meter.take(size_of::<(u32, Memory)>() * 4)?;
-            next += 1;
-            for choice in arena.choices.of(state) {
-                let mut gains: Vec<Ratio> = objectives
-                    .iter()
-                    .map(|(counted, _)| match counted {
-                        Counted::Total(rewards) => rewards.choice(choice).clone(),
-                        Counted::Within(rewards, steps) if memory.steps < *steps => {
-                            rewards.choice(choice).clone()
-                        }
-                        _ => Ratio::default(),
-                    })
-                    .collect();
-                for (to, weight) in arena.edges(choice) {
-                    let p = &arena.fractions.list()[weight as usize];
-                    let (own, satisfied) = decided(objectives, to as usize);
-                    let new = satisfied & !memory.decided;
-                    (0..objectives.len()).filter(|at| new >> at & 1 == 1).for_each(|at| gains[at] += p);
-                    let steps = most.min(memory.steps + 1);
-                    let to = pairs.number((to, Memory { decided: memory.decided | own, steps }));
-                    pairs.choices.to.push(to);
-                    pairs.weights.push(weight);
-                }
-                let signed = gains.into_iter().zip(objectives).map(|(gain, own)| signed(gain, own.1));
-                pairs.gains.push(signed.map(|gain| fractions.number(gain)).collect());
-                pairs.choices.start.push(pairs.choices.to.len() as u32);
-                meter.take(12 * arena.choices.successors(choice).len() + 4 * objectives.len() + 28)?;
-            }
-            pairs.choices.first.push(pairs.choices.start.len() as u32 - 1);
-        }
-        Ok(pairs)
-    }
-
-    /// Returns a pair of each end component in which a path may stay, with the objectives of [`Counted::Recur`] that it
-    /// satisfies there: all states of the component are visited infinitely often. Some of the sets that are to be avoided
-    /// are left out, in all ways.
-    fn ends(
-        &self,
-        objectives: &[(Counted<'_>, Optimum)],
-        found: &EndComponents,
-        meter: &mut Meter<'_>,
-    ) -> Result<Vec<(u32, u32)>> {
-        let recurring = objectives.iter().enumerate().filter_map(|(at, own)| match own.0 {
-            Counted::Recur(set) => Some((at, set, own.1)),
-            _ => None,
-        });
-        let recurring: Vec<_> = recurring.collect();
-        let avoided: Vec<usize> =
-            recurring.iter().filter(|own| own.2 == Optimum::Min).map(|own| own.0).collect();
-        let hits = |pair: u32| {
-            let state = self.list[pair as usize].0 as usize;
-            recurring.iter().fold(0u32, |hits, &(at, set, _)| hits | u32::from(set[state]) << at)
-        };
-        let mut ends = Vec::new();
-        for subset in 0..1u32 << avoided.len() {
-            let left_out = avoided.iter().enumerate().filter(|(bit, _)| subset >> bit & 1 == 1);
-            let left_out = left_out.fold(0u32, |bits, (_, at)| bits | 1 << at);
-            let stays = |pair: u32| hits(pair) & left_out == 0;
-            let mut choices = Choices::default();
-            for pair in 0..self.list.len() as u32 {
-                for choice in self.choices.of(pair).filter(|&choice| found.inside[choice] && stays(pair)) {
-                    let successors = self.choices.successors(choice);
-                    if successors.iter().all(|&to| stays(to)) {
-                        choices.to.extend_from_slice(successors);
-                        choices.start.push(choices.to.len() as u32);
-                    }
-                }
-                choices.first.push(choices.start.len() as u32 - 1);
-            }
-            let parts = components::end_components(&choices, meter)?;
-            let mut hit: AHashMap<u32, (u32, u32)> = AHashMap::new();
-            let inside =
-                (0..self.list.len() as u32).filter(|&pair| choices.of(pair).any(|own| parts.inside[own]));
-            for pair in inside {
-                hit.entry(parts.group[pair as usize]).or_insert((pair, 0)).1 |= hits(pair);
-            }
-            ends.extend(hit.into_values());
-        }
-        ends.sort_unstable();
-        Ok(ends)
-    }
-
-    /// Returns the action of a choice that leaves its group `own`.
-    fn action(&self, (own, choice): (u32, usize), group: &[u32], fractions: &mut Fractions) -> Action {
-        let known = |fractions: &Fractions, number: u32| fractions.list()[number as usize].clone();
-        let (mut edges, mut leaving): (Vec<(u32, Ratio)>, _) = (Vec::new(), Ratio::default());
-        for at in self.choices.start[choice] as usize..self.choices.start[choice + 1] as usize {
-            let to = group[self.choices.to[at] as usize];
-            if to != own {
-                let p = known(fractions, self.weights[at]);
-                leaving += &p;
-                edges.push((to, p));
-            }
-        }
-        edges.sort_unstable_by_key(|edge| edge.0);
-        edges.dedup_by(|next, kept| {
-            let same = next.0 == kept.0;
-            if same {
-                kept.1 += &next.1;
-            }
-            same
-        });
-        let edges = edges.into_iter().map(|(to, p)| (to, fractions.number(p / &leaving))).collect();
-        let gains = self.gains[choice].iter();
-        let gains = gains.map(|&gain| known(fractions, gain) / &leaving).collect::<Vec<_>>();
-        Action { edges, gains: gains.into_iter().map(|gain| fractions.number(gain)).collect() }
-    }
-}
-
-/// Returns the objectives that a state decides if none of the states before does, and those that it satisfies, as bits.
-fn decided(objectives: &[(Counted<'_>, Optimum)], state: usize) -> (u32, u32) {
-    let (mut decided, mut satisfied) = (0, 0);
-    for (at, (counted, _)) in objectives.iter().enumerate() {
-        let (left, right) = match counted {
-            Counted::Visit(right) => (true, right[state]),
-            Counted::Until(left, right) => (left[state], right[state]),
-            Counted::Recur(_) | Counted::Total(_) | Counted::Within(..) => continue,
-        };
-        satisfied |= u32::from(right) << at;
-        decided |= u32::from(right || !left) << at;
-    }
-    (decided, satisfied)
-}
-
-fn signed(gain: Ratio, optimum: Optimum) -> Ratio {
-    if optimum == Optimum::Max { gain } else { -gain }
-}
-
 impl Weighted {
-    /// Prepares objectives, each of which is to be great or small.
+    /// Prepares objectives, each of which is to be great or small; `None` if no strategy has finite values.
     ///
     /// # Errors
-    /// A reward is earned in an end component; there are too many objectives; a limit is reached.
+    /// A reward that is to be great may be infinite; there are too many objectives; a limit is reached.
     pub(crate) fn new(
         arena: &Arena<'_>,
         start: usize,
         objectives: &[(Counted<'_>, Optimum)],
         meter: &mut Meter<'_>,
-    ) -> Result<Self> {
+    ) -> Result<Option<Self>> {
         if objectives.len() > u32::BITS as usize {
             let what = format!("{} objectives; at most {} are supported", objectives.len(), u32::BITS);
             return Err(Limit::Size { what }.into());
@@ -260,37 +83,48 @@ impl Weighted {
         let mut fractions = arena.fractions.clone();
         let zero = fractions.number(Ratio::default());
         let pairs = Pairs::explored(arena, start, objectives, &mut fractions, meter)?;
-        let found = components::end_components(&pairs.choices, meter)?;
-        let mut groups: Vec<Vec<Action>> = (0..found.count).map(|_| Vec::new()).collect();
-        for pair in 0..pairs.list.len() as u32 {
-            let own = found.group[pair as usize];
-            for choice in pairs.choices.of(pair) {
-                if !found.inside[choice] {
-                    groups[own as usize].push(pairs.action((own, choice), &found.group, &mut fractions));
-                } else if pairs.gains[choice].iter().any(|&gain| gain != zero) {
-                    let state = arena.program.show_state(&arena.state(pairs.list[pair as usize].0 as usize));
-                    return Err(Error::Usage(format!(
-                        "several objectives need rewards that end: a reward can be earned for all time from the state {state}"
-                    )));
+        let finite = pairs.finite(objectives, zero, meter)?;
+        if !finite[0] {
+            return Ok(None);
+        }
+        let resting = pairs.resting(objectives, &[Optimum::Max, Optimum::Min], zero, meter)?;
+        if let Some(pair) = pairs.endless(objectives, (&resting, &finite), zero, meter)? {
+            let state = arena.program.show_state(&arena.state(pairs.list[pair as usize].0 as usize));
+            return Err(Error::Usage(format!(
+                "several objectives need rewards that end: a reward that is to be great can be infinite from the state {state}"
+            )));
+        }
+        let mut groups: Vec<Vec<Action>> = (0..resting.count).map(|_| Vec::new()).collect();
+        for pair in finite.iter_ones() {
+            let own = resting.group[pair];
+            for choice in pairs.choices.of(pair as u32).filter(|&choice| !resting.inside[choice]) {
+                let to = pairs.choices.successors(choice);
+                let leaves = to.iter().any(|&to| resting.group[to as usize] != own);
+                if leaves && to.iter().all(|&to| finite[to as usize]) {
+                    groups[own as usize].push(pairs.action((own, choice), &resting.group, &mut fractions));
                 }
             }
         }
-        for (pair, hit) in pairs.ends(objectives, &found, meter)? {
+        for (pair, hit) in pairs.ends(objectives, (&resting, &finite), meter)? {
             let gains = objectives.iter().enumerate().map(|(at, own)| {
                 fractions.number(signed(Ratio::from_integer((hit >> at & 1).into()), own.1))
             });
             let stop = Action { edges: Vec::new(), gains: gains.collect() };
-            let own = &mut groups[found.group[pair as usize] as usize];
+            let own = &mut groups[resting.group[pair as usize] as usize];
             if !own.iter().any(|action| action.edges.is_empty() && action.gains == stop.gains) {
                 own.push(stop);
             }
+        }
+        // No action enters the groups of other pairs.
+        for group in groups.iter_mut().filter(|group| group.is_empty()) {
+            group.push(Action { edges: Vec::new(), gains: vec![zero; objectives.len()] });
         }
         let (_, satisfied) = decided(objectives, start);
         let first = |(at, own): (usize, &(Counted<'_>, Optimum))| {
             signed(Ratio::from_integer((satisfied >> at & 1).into()), own.1)
         };
         let first = objectives.iter().enumerate().map(first).collect();
-        Ok(Weighted { groups, fractions, start: found.group[0] as usize, first })
+        Ok(Some(Weighted { groups, fractions, start: resting.group[0] as usize, first }))
     }
 
     /// Returns the rows of the actions, and their gains.
@@ -311,7 +145,7 @@ impl Weighted {
         (rows, gains)
     }
 
-    /// Returns a point with nearly the greatest weighted sum, by doubles; one that says nothing if none is found.
+    /// Returns a point with nearly the greatest weighted sum, by doubles if they are precise enough.
     ///
     /// # Errors
     /// A limit is reached.
@@ -330,8 +164,7 @@ impl Weighted {
                 most: exact(most)? + rate(&self.first, weights),
             })
         });
-        let unknown = || exact(f64::MAX).unwrap_or_default();
-        Ok(found.unwrap_or_else(|| Point { gains: vec![-unknown(); weights.len()], most: unknown() }))
+        found.map_or_else(|| self.exact(weights, meter), Ok)
     }
 
     /// Returns lower bounds of the gains of a policy from the start, and an upper bound of the weighted sum of all

@@ -87,7 +87,7 @@ pub struct Found<S> {
     /// The range of the number over the initial states, or the value of a filter; `None` for a condition.
     pub value: Option<Number>,
     /// The points of a Pareto front, if the property asks for one.
-    pub front: Option<Vec<[f64; 2]>>,
+    pub front: Option<Vec<Vec<f64>>>,
     /// The values of states, if the property lists them.
     pub values: Option<Vec<(State, StateValue)>>,
 }

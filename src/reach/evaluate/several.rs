@@ -5,18 +5,26 @@ use super::{At, Evaluator, Number};
 use meliora_base::error::{Error, Result};
 use meliora_base::exact::Ratio;
 use meliora_engine::Engine;
-use meliora_lang::property::term::{Accumulated, Measure, Measured, Single, Step, Term, TermKind};
+use meliora_lang::property::term::{Accumulated, Measure, Measured, Path, Single, Step, Term, TermKind};
 use meliora_lang::property::{Inequality, Optimum};
 use meliora_model::State;
-use meliora_quantities::equations::arena::Arena;
+use meliora_quantities::equations::arena::{Arena, Members, Rewards};
 use meliora_quantities::several::{Counted, Objective, Several, several};
 
-/// The positions of the sets or of the rewards of an objective.
+/// The sets and rewards of an objective in an arena.
 enum Of {
-    Until(usize, usize),
-    Recur(usize),
-    Total(usize),
-    Within(usize, u32),
+    Until(Option<Members>, Members),
+    Recur(Members),
+    Total(Rewards),
+    Within(Rewards, u32),
+    Before(Rewards, Members),
+}
+
+/// The formula `left U right`, or its negation; without `left`, all states may be passed.
+struct Visited<S> {
+    left: Option<S>,
+    right: S,
+    negated: bool,
 }
 
 /// An objective.
@@ -26,6 +34,30 @@ struct Read {
     bound: Option<Ratio>,
     /// The number asked for is 1 minus that of the objective.
     negated: bool,
+}
+
+impl Read {
+    /// Returns the objective, or that of which it is the complement.
+    fn objective(&self) -> Objective<'_> {
+        let counted = match &self.of {
+            Of::Until(Some(left), right) => Counted::Until(left, right),
+            Of::Until(None, right) => Counted::Visit(right),
+            Of::Recur(set) => Counted::Recur(set),
+            Of::Total(rewards) => Counted::Total(rewards),
+            Of::Within(rewards, steps) => Counted::Within(rewards, *steps),
+            Of::Before(rewards, set) => Counted::Before(rewards, set),
+        };
+        let (optimum, bound) = match (self.negated, self.optimum) {
+            (false, optimum) => (optimum, self.bound.clone()),
+            (true, Optimum::Max) => (Optimum::Min, self.complement()),
+            (true, Optimum::Min) => (Optimum::Max, self.complement()),
+        };
+        Objective { counted, optimum, bound }
+    }
+
+    fn complement(&self) -> Option<Ratio> {
+        self.bound.clone().map(|bound| Ratio::from_integer(1.into()) - bound)
+    }
 }
 
 impl<E: Engine> Evaluator<'_, '_, E> {
@@ -57,16 +89,20 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                 let found = Number::between(found.lower, found.upper);
                 Ok(if negated { found.complemented() } else { found })
             }
+            (Several::Infinite, _) => Ok(Number::between(f64::INFINITY, f64::INFINITY)),
             (Several::Best(None), _) => {
                 Err(self.wrong(term, "no strategy satisfies the bounds of the objectives").into())
             }
-            _ => Err(self.wrong(term, "the best values of two objectives are not a number").into()),
+            (Several::Achievable(_), _) => {
+                Err(self.wrong(term, "the bounds of the objectives do not decide this").into())
+            }
+            _ => Err(self.wrong(term, "the best values of several objectives are not a number").into()),
         };
         at.list.iter().map(value).collect()
     }
 
-    /// Returns the Pareto front of two objectives without bounds in the only initial state; `None` for others.
-    pub(super) fn front(&self, term: &Term) -> Result<Option<Vec<[f64; 2]>>> {
+    /// Returns the Pareto front of objectives without bounds in the only initial state; `None` for others.
+    pub(super) fn front(&self, term: &Term) -> Result<Option<Vec<Vec<f64>>>> {
         let TermKind::Multi(all) = &term.kind else { return Ok(None) };
         if all.iter().filter(|objective| !objective.is_condition()).count() < 2 {
             return Ok(None);
@@ -84,65 +120,68 @@ impl<E: Engine> Evaluator<'_, '_, E> {
     /// Returns the answer in a state, and whether the number asked for is 1 minus its value.
     fn several(&self, term: &Term, all: &[Term], state: &State, precision: f64) -> Result<(Several, bool)> {
         let arena: &Arena<'_> = self.model.arena()?;
-        let (mut sets, mut rewards, mut read) = (Vec::new(), Vec::new(), Vec::new());
+        let mut read = Vec::new();
         for objective in all {
             let TermKind::Operator(measured) = &objective.kind else { continue };
+            let Some((of, negated)) = self.summed(arena, measured, state)? else {
+                return Err(self.of_other_kind(objective));
+            };
             let (optimum, bound) = self.wanted(objective, measured)?;
-            match &measured.measure {
-                Measure::Probability(path) => {
-                    let (targets, negated) = match (&path.recurring, path.single.as_ref()) {
-                        (Some((term, negated)), _) => {
-                            (vec![self.states(term, &self.engine.all_states())?], *negated)
-                        }
-                        (None, single) => match self.visited(single, state)? {
-                            Some((passed_and_visited, negated)) => (Vec::from(passed_and_visited), negated),
-                            None => return Err(self.of_other_kind(objective)),
-                        },
-                    };
-                    for target in &targets {
-                        sets.push(arena.members(self.engine, target)?);
-                    }
-                    let last = sets.len() - 1;
-                    let of = if targets.len() == 1 { Of::Recur(last) } else { Of::Until(last - 1, last) };
-                    let flipped = if optimum == Optimum::Max { Optimum::Min } else { Optimum::Max };
-                    let optimum = if negated { flipped } else { optimum };
-                    let one = Ratio::from_integer(1.into());
-                    let bound = bound.map(|bound| if negated { one - bound } else { bound });
-                    read.push(Read { of, optimum, bound, negated });
-                }
-                Measure::Reward(structure, accumulated) => {
-                    let unknown = || Error::Usage("unknown reward structure".to_owned());
-                    let structure = structure.find(self.program).ok_or_else(unknown)?;
-                    let of = match accumulated {
-                        Accumulated::Total => Of::Total(rewards.len()),
-                        Accumulated::Within(steps) => {
-                            let steps = u32::try_from(*steps).map_err(|_| self.of_other_kind(objective))?;
-                            Of::Within(rewards.len(), steps)
-                        }
-                        _ => return Err(self.of_other_kind(objective)),
-                    };
-                    rewards.push(arena.rewards(self.engine, structure)?);
-                    read.push(Read { of, optimum, bound, negated: false });
-                }
-                _ => return Err(self.of_other_kind(objective)),
+            read.push(Read { of, optimum, bound, negated });
+        }
+        let objectives: Vec<Objective<'_>> = read.iter().map(Read::objective).collect();
+        let found = several(arena, position(arena, state), &objectives, precision);
+        // The message is that of a part of the property.
+        let mut found = found.map_err(|error| match error {
+            Error::Usage(message) => self.wrong(term, message).into(),
+            other => other,
+        })?;
+        if let Several::Front(points) = &mut found {
+            for (at, _) in read.iter().enumerate().filter(|(_, own)| own.negated) {
+                points.iter_mut().for_each(|point| point[at] = 1.0 - point[at]);
             }
         }
-        let objective = |own: &Read| {
-            let counted = match own.of {
-                Of::Until(left, right) => Counted::Until(&sets[left], &sets[right]),
-                Of::Recur(at) => Counted::Recur(&sets[at]),
-                Of::Total(at) => Counted::Total(&rewards[at]),
-                Of::Within(at, steps) => Counted::Within(&rewards[at], steps),
-            };
-            Objective { counted, optimum: own.optimum, bound: own.bound.clone() }
+        Ok((found, read.iter().any(|own| own.bound.is_none() && own.negated)))
+    }
+
+    /// Returns what an objective counts, and whether it asks for 1 minus this; `None` for other kinds.
+    fn summed(&self, arena: &Arena<'_>, measured: &Measured, state: &State) -> Result<Option<(Of, bool)>> {
+        let (structure, accumulated) = match &measured.measure {
+            Measure::Probability(path) => return self.followed(arena, path, state),
+            Measure::Reward(structure, accumulated) => (structure, accumulated),
+            Measure::LongRun(_) => return Ok(None),
         };
-        let objectives: Vec<Objective<'_>> = read.iter().map(objective).collect();
-        let negated = read.iter().any(|own| own.bound.is_none() && own.negated);
-        let open = read.iter().filter(|own| own.bound.is_none()).count();
-        if negated && open > 1 {
-            return Err(self.unsupported(term, "a Pareto front of `G` is not supported", "ask for `F`"));
+        let unknown = || Error::Usage("unknown reward structure".to_owned());
+        let structure = structure.find(self.program).ok_or_else(unknown)?;
+        let rewards = || arena.rewards(self.engine, structure);
+        Ok(match accumulated {
+            Accumulated::Total => Some((Of::Total(rewards()?), false)),
+            Accumulated::Within(steps) => match u32::try_from(*steps) {
+                Ok(steps) => Some((Of::Within(rewards()?, steps), false)),
+                Err(_) => None,
+            },
+            Accumulated::Until(path) if path.recurring.is_none() => {
+                match self.visited(path.single.as_ref(), state)? {
+                    Some(Visited { left: None, right, negated: false }) => {
+                        Some((Of::Before(rewards()?, arena.members(self.engine, &right)?), false))
+                    }
+                    _ => None,
+                }
+            }
+            _ => None,
+        })
+    }
+
+    /// Returns the sets of a formula, and whether it is the negation of that over the sets; `None` for other formulas.
+    fn followed(&self, arena: &Arena<'_>, path: &Path, state: &State) -> Result<Option<(Of, bool)>> {
+        if let Some((term, negated)) = &path.recurring {
+            let set = self.states(term, &self.engine.all_states())?;
+            return Ok(Some((Of::Recur(arena.members(self.engine, &set)?), *negated)));
         }
-        Ok((several(arena, position(arena, state), &objectives, precision)?, negated))
+        let Some(found) = self.visited(path.single.as_ref(), state)? else { return Ok(None) };
+        let members = |set: &E::States| arena.members(self.engine, set);
+        let left = found.left.as_ref().map(members).transpose()?;
+        Ok(Some((Of::Until(left, members(&found.right)?), found.negated)))
     }
 
     /// Returns whether an objective is to be great or small, and its bound.
@@ -158,27 +197,26 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         }
     }
 
-    /// Returns the states through which a formula asks to visit others, these, and whether the formula is negated; `None`
-    /// for other formulas.
-    fn visited(&self, single: Option<&Single>, state: &State) -> Result<Option<([E::States; 2], bool)>> {
+    /// Returns the parts of a formula that asks to visit states, or of its negation; `None` for other formulas.
+    fn visited(&self, single: Option<&Single>, state: &State) -> Result<Option<Visited<E::States>>> {
         let all = self.engine.all_states();
         let Some(Single { negated, step }) = single else { return Ok(None) };
         let (left, right) = match step {
             Step::Until { left, right, least: 0, most: None } => {
                 let left = left.as_ref().map(|left| self.states(left, &all)).transpose()?;
-                (left.unwrap_or_else(|| all.clone()), self.states(right, &all)?)
+                (left, self.states(right, &all)?)
             }
             Step::Now(now) => match self.engine.contains(&self.states(now, &all)?, state)? {
-                true => (all.clone(), all),
-                false => (all, self.engine.no_states()),
+                true => (None, all),
+                false => (None, self.engine.no_states()),
             },
             _ => return Ok(None),
         };
-        Ok(Some(([left, right], *negated)))
+        Ok(Some(Visited { left, right, negated: *negated }))
     }
 
     fn of_other_kind(&self, term: &Term) -> Error {
-        let message = "objectives of `multi` are `P` with `F`, `G`, `U`, `G F` or `F G` over states, and `R` with `C` or `C<=k`";
+        let message = "objectives of `multi` are `P` with `F`, `G`, `U`, `G F` or `F G` over states, and `R` with `F`, `C` or `C<=k`";
         self.unsupported(term, message, "PRISM and Storm compute other formulas")
     }
 }

@@ -171,7 +171,7 @@ impl Made {
         self.solve(pure, &inside, &given, false).into_iter().map(Some).collect()
     }
 
-    fn reward_until(&self, pure: &Pure, target: &[bool]) -> Vec<Option<Ratio>> {
+    pub(super) fn reward_until(&self, pure: &Pure, target: &[bool]) -> Vec<Option<Ratio>> {
         let every = vec![true; self.states()];
         let reach = self.until(pure, target, &every);
         let sure: Vec<bool> = reach.iter().map(|p| *p == Some(Ratio::one())).collect();

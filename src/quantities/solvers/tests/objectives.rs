@@ -31,22 +31,21 @@ fn remembering(made: &Made, sets: &[Vec<bool>; 2]) -> Made {
     }
 }
 
-/// The second objective: to visit the second set, infinitely often, or before the first one.
+/// The second objective: to visit the second set, infinitely often, or before the first one, and the reward before it is
+/// visited.
 #[derive(Debug, Clone, Copy)]
 enum Second {
     Visit,
     Recur,
-    Before,
+    First,
+    Paid,
 }
 
-/// Returns the points of all pure strategies; `None` if some reward is infinite, or if there are fewer
-/// than 4 or more than 100.
-fn points(
-    made: &Made,
-    sets: &[Vec<bool>; 2],
-    second: Second,
-    wanted: [Optimum; 3],
-) -> Option<Vec<Vec<Ratio>>> {
+/// A point; `None` for an infinite reward.
+type Raw = Vec<Option<Ratio>>;
+
+/// Returns the points of all pure strategies; `None` if there are fewer than 4 or more than 40.
+fn points(made: &Made, sets: &[Vec<bool>; 2], second: Second) -> Option<Vec<Raw>> {
     let memory = remembering(made, sets);
     let start = usize::from(sets[0][0]) + 2 * usize::from(sets[1][0]);
     let every = vec![true; memory.states()];
@@ -60,24 +59,21 @@ fn points(
         }
     }
     let counts = (0..memory.states()).filter(|&pair| reached[pair]).map(|pair| memory.choices[pair].len());
-    if !(4..=100).contains(&counts.product::<usize>()) {
+    if !(4..=40).contains(&counts.product::<usize>()) {
         return None;
     }
-    let mut found = Vec::new();
-    for pure in memory.strategies(|pair| reached[pair]) {
-        let mut point: Vec<Ratio> = Vec::new();
-        point.push(memory.until(&pure, &visited(0), &every)[start].clone()?);
-        let (target, left) = match second {
-            Second::Visit => (visited(1), every.clone()),
-            Second::Recur => (memory.recurring(&pure, &|pair| sets[1][pair / 4]), every.clone()),
-            Second::Before => (visited(1), visited(0).iter().map(|visited| !visited).collect()),
+    let point = |pure| {
+        let others: Vec<bool> = visited(0).iter().map(|visited| !visited).collect();
+        let second = match second {
+            Second::Visit => memory.until(&pure, &visited(1), &every),
+            Second::Recur => memory.until(&pure, &memory.recurring(&pure, &|pair| sets[1][pair / 4]), &every),
+            Second::First => memory.until(&pure, &visited(1), &others),
+            Second::Paid => memory.reward_until(&pure, &visited(1)),
         };
-        point.push(memory.until(&pure, &target, &left)[start].clone()?);
-        point.push(memory.total(&pure)[start].clone()?);
-        let signed = point.into_iter().zip(wanted);
-        found.push(signed.map(|(x, own)| if own == Optimum::Max { x } else { -x }).collect());
-    }
-    Some(found)
+        let all = [memory.until(&pure, &visited(0), &every), second, memory.total(&pure)];
+        all.map(|of| of[start].clone()).to_vec()
+    };
+    Some(memory.strategies(|pair| reached[pair]).into_iter().map(point).collect())
 }
 
 /// Lets each step end the path with positive probability, so that all rewards are finite.
@@ -97,7 +93,10 @@ struct Case<'a> {
     counted: &'a [Counted<'a>],
     wanted: &'a [Optimum],
     bounds: Vec<Ratio>,
+    /// The points with finite costs.
     all: Vec<Vec<Ratio>>,
+    /// The points without the first coordinate, which may be infinite.
+    others: Vec<Vec<Ratio>>,
     precision: f64,
     what: String,
 }
@@ -117,7 +116,27 @@ impl Case<'_> {
     }
 
     fn is_inside(&self, bounds: &[Ratio]) -> bool {
-        !separated(bounds, &self.all).0.is_positive()
+        !self.all.is_empty() && !separated(bounds, &self.all).0.is_positive()
+    }
+
+    /// Returns whether the first objective is a cost that is infinite where the others are satisfied.
+    fn is_infinite(&self) -> bool {
+        !self.others.is_empty() && !separated(&self.bounds[1..], &self.others).0.is_positive()
+    }
+
+    /// Returns whether some strategy satisfies the bounds of all but the first objective, which is finite.
+    fn is_finite(&self) -> bool {
+        let least = self.all.iter().map(|x| x[0].clone()).min();
+        least.is_some_and(|least| self.is_inside(&[&[least], &self.bounds[1..]].concat()))
+    }
+
+    /// Returns whether every question is refused.
+    fn is_refused(&self) -> bool {
+        let ask = |is_bounded: &dyn Fn(usize) -> bool| {
+            let asked: Vec<_> = (0..self.wanted.len()).map(|at| self.objective(at, is_bounded(at))).collect();
+            several(self.arena, 0, &asked, self.precision).is_err()
+        };
+        ask(&|_| true) && ask(&|at| at > 0) && ask(&|_| false)
     }
 
     fn achievable(&self) -> bool {
@@ -132,14 +151,12 @@ impl Case<'_> {
     fn best(&self) -> bool {
         let asked: Vec<_> = (0..self.wanted.len()).map(|at| self.objective(at, at > 0)).collect();
         let at_first = |x: Ratio| [&[x], &self.bounds[1..]].concat();
-        let found = match self.ask(&asked) {
-            Several::Best(found) => found,
-            other => panic!("{other:?}"),
-        };
-        let Some(value) = found else {
-            let least = self.all.iter().map(|x| x[0].clone()).min().unwrap();
-            assert!(!self.is_inside(&at_first(least)), "no value: {}", self.what);
-            return false;
+        let is_finite = self.is_finite();
+        let value = match self.ask(&asked) {
+            Several::Best(Some(value)) if is_finite => value,
+            Several::Best(None) if !is_finite && !self.is_infinite() => return false,
+            Several::Infinite if !is_finite && self.is_infinite() => return false,
+            other => panic!("{other:?} {}", self.what),
         };
         assert!(value.width() <= 3e-6, "{value:?} {}", self.what);
         let away = if self.wanted[0] == Optimum::Max { 4e-6 } else { -4e-6 };
@@ -149,21 +166,27 @@ impl Case<'_> {
         true
     }
 
-    /// Asks for the front of the first and the last objective; returns whether it has several points.
+    /// Asks for the front of all objectives; returns whether it has several points.
     fn front(&self) -> bool {
-        let pair = [0, self.wanted.len() - 1];
-        let Several::Front(points) = self.ask(&pair.map(|at| self.objective(at, false))) else { panic!() };
-        let exact = |x: &[f64; 2]| -> Vec<Ratio> {
-            pair.iter().zip(x).map(|(&at, &x)| self.sign(at, &Ratio::from_float(x).unwrap())).collect()
+        let every: Vec<usize> = (0..self.wanted.len()).collect();
+        let asked: Vec<_> = every.iter().map(|&at| self.objective(at, false)).collect();
+        let points = match several(self.arena, 0, &asked, self.precision) {
+            Ok(Several::Front(points)) => points,
+            other => {
+                assert!(self.all.is_empty() && other.is_err(), "{other:?} {}", self.what);
+                return false;
+            }
+        };
+        let exact = |x: &Vec<f64>| -> Vec<Ratio> {
+            every.iter().zip(x).map(|(&at, &x)| self.sign(at, &Ratio::from_float(x).unwrap())).collect()
         };
         let points: Vec<Vec<Ratio>> = points.iter().map(exact).collect();
-        let all: Vec<Vec<Ratio>> = self.all.iter().map(|x| pair.map(|at| x[at].clone()).to_vec()).collect();
         let small = Ratio::from_float(3e-6).unwrap();
         for point in &points {
             let less: Vec<Ratio> = point.iter().map(|x| x - &small).collect();
-            assert!(!separated(&less, &all).0.is_positive(), "{}", self.what);
+            assert!(!separated(&less, &self.all).0.is_positive(), "{}", self.what);
         }
-        for point in &all {
+        for point in &self.all {
             let (away, _) = separated(point, &points);
             assert!(away <= small, "{} {}", away.to_f64().unwrap(), self.what);
         }
@@ -171,19 +194,34 @@ impl Case<'_> {
     }
 }
 
+/// The points of a case: with finite costs, if no reward that is to be great is infinite then; and those without the first
+/// coordinate if it is a cost.
+fn split(raw: &[Raw], wanted: &[Optimum], is_cost: bool) -> Option<(Vec<Vec<Ratio>>, Vec<Vec<Ratio>>)> {
+    let finite = |from: usize| {
+        let has =
+            move |x: &&Raw| (from..wanted.len()).all(|at| wanted[at] == Optimum::Max || x[at].is_some());
+        let signed = move |x: &Raw| -> Option<Vec<Ratio>> {
+            let own = |at: usize| x[at].clone().map(|x| if wanted[at] == Optimum::Max { x } else { -x });
+            (from..wanted.len()).map(own).collect()
+        };
+        raw.iter().filter(has).map(signed).collect::<Option<Vec<_>>>()
+    };
+    Some((finite(0)?, if is_cost { finite(1)? } else { Vec::new() }))
+}
+
 #[test]
 fn several_objectives_are_those_of_means_of_pure_strategies() {
-    let (mut counts, mut fronts) = ([0; 4], 0);
-    for seed in 0..240 {
+    let (mut counts, mut fronts, mut refused, mut infinite) = ([0; 4], [0; 2], [0; 2], 0);
+    for seed in 0..360 {
         let draw = &mut Draw::new(seed);
         let mut made = Made::draw(draw, "mdp");
         if seed % 4 > 0 {
             ending(&mut made);
         }
-        let sets = [(); 2].map(|()| (0..made.states()).map(|_| draw.below(3) == 0).collect::<Vec<bool>>());
-        let wanted = [(); 3].map(|()| if draw.below(3) == 0 { Optimum::Min } else { Optimum::Max });
-        let second = [Second::Visit, Second::Recur, Second::Before][seed as usize % 3];
-        let Some(all) = points(&made, &sets, second, wanted) else { continue };
+        let sets = [(); 2].map(|()| (0..made.states()).map(|_| draw.below(2) == 0).collect::<Vec<bool>>());
+        let wanted = [(); 3].map(|()| if draw.below(2) == 0 { Optimum::Min } else { Optimum::Max });
+        let second = [Second::Visit, Second::Recur, Second::First, Second::Paid, Second::Paid][draw.below(5)];
+        let Some(raw) = points(&made, &sets, second) else { continue };
         let program = load(&made.text("mdp"));
         let settings = Settings { storage: Storage::Explicit, ..Settings::default() };
         let engine = AnyEngine::new(Arc::new(program.clone()), settings).unwrap();
@@ -194,21 +232,48 @@ fn several_objectives_are_those_of_means_of_pure_strategies() {
         let own = match second {
             Second::Visit => Counted::Visit(&bits[1]),
             Second::Recur => Counted::Recur(&bits[1]),
-            Second::Before => Counted::Until(&others, &bits[1]),
+            Second::First => Counted::Until(&others, &bits[1]),
+            Second::Paid => Counted::Before(&rewards, &bits[1]),
         };
-        let counted = [Counted::Visit(&bits[0]), own, Counted::Total(&rewards)];
-        let few = 2 + draw.below(2);
+        let mut counted = [Counted::Visit(&bits[0]), own, Counted::Total(&rewards)];
+        let (turn, few) = (draw.below(3), 2 + draw.below(2));
+        counted.rotate_left(turn);
         let (counted, wanted) = (&counted[..few], &wanted[..few]);
-        let all: Vec<Vec<Ratio>> = all.into_iter().map(|point| point[..few].to_vec()).collect();
+        let turned = |mut point: Raw| {
+            point.rotate_left(turn);
+            point.truncate(few);
+            point
+        };
+        let raw: Vec<Raw> = raw.into_iter().map(turned).collect();
         let more = |draw: &mut Draw| Ratio::new((draw.below(9) as i64 - 4).into(), 12.into());
-        let bounds: Vec<Ratio> = (0..few).map(|at| &all[draw.below(all.len())][at] + more(draw)).collect();
+        let at = |at: usize| raw.iter().filter_map(|x| x[at].clone()).collect::<Vec<_>>();
+        let mut bound = |own: usize| {
+            let all = at(own);
+            let near = if all.is_empty() { Ratio::default() } else { all[draw.below(all.len())].clone() };
+            let bound = near + more(draw);
+            if wanted[own] == Optimum::Max { bound } else { -bound }
+        };
+        let bounds: Vec<Ratio> = (0..few).map(&mut bound).collect();
         let precision = [1e-6, 0.0][seed as usize % 2];
-        let what =
-            format!("seed {seed}, {second:?}, {wanted:?}, {bounds:?}, {precision}\n{}", made.text("mdp"));
-        let case = Case { arena, counted, wanted, bounds, all, precision, what };
+        let what = format!(
+            "seed {seed}, {second:?} turned by {turn}, {sets:?}, {wanted:?}, {bounds:?}, {precision}\n{}",
+            made.text("mdp")
+        );
+        let is_cost =
+            wanted[0] == Optimum::Min && matches!(counted[0], Counted::Total(_) | Counted::Before(..));
+        let parts = split(&raw, wanted, is_cost);
+        let (all, others) = parts.clone().unwrap_or_default();
+        let case = Case { arena, counted, wanted, bounds, all, others, precision, what };
+        if case.is_refused() {
+            refused[usize::from(parts.is_some())] += 1;
+            continue;
+        }
+        assert!(parts.is_some(), "not refused: {}", case.what);
         counts[usize::from(case.achievable())] += 1;
         counts[2 + usize::from(case.best())] += 1;
-        fronts += usize::from(case.front());
+        infinite += usize::from(case.is_infinite() && !case.is_finite());
+        fronts[few - 2] += usize::from(case.front());
     }
-    assert!(counts.iter().all(|&count| count > 5) && fronts > 1, "{counts:?} {fronts}");
+    let done = counts.iter().all(|&count| count > 5) && fronts[0] + fronts[1] > 5 && infinite > 1;
+    assert!(done && refused[0] > 5 && refused[1] < 5, "{counts:?} {fronts:?} {refused:?} {infinite}");
 }
