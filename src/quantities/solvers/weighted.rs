@@ -4,7 +4,7 @@
 //! negative if the objective is to be small. End components in which nothing is gained become one group, in which a path
 //! may stop; what recurs in the part where it stays is gained then. In the end components that remain, every choice loses
 //! or gains nothing. Only strategies that stop almost surely have finite costs, and only pairs that have one are kept.
-//! Policy iteration starts with one and never leaves them: a policy that goes on for ever in an end component is not better
+//! Policy iteration starts with one and never leaves them: a policy that stays in an end component is not better
 //! than the one before. So equations of which one step confirms the solution have bounds.
 
 use bitvec::vec::BitVec;
