@@ -153,8 +153,9 @@ pub mod dump {
 pub mod engine {
     #[doc(inline)]
     pub use meliora_engine::{
-        Algebra, AnyEngine, Count, Decision, Dumpable, EdgeLabels, Engine, ExplicitEngine, NoProgress, Order,
-        ProgressSink, Region, Scope, Selection, Settings, Storage, SymbolicEngine, Usage, regions,
+        Algebra, AnyEngine, Count, Decision, Dumpable, EdgeLabels, Engine, ExplicitEngine, Guided, Guiding,
+        Initially, NoProgress, Order, ProgressSink, Region, Scope, Selection, Settings, Storage,
+        SymbolicEngine, Usage, regions,
     };
 }
 

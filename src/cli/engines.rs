@@ -6,7 +6,7 @@ use std::sync::Arc;
 use meliora::reach::check_start;
 use meliora_base::error::Error;
 use meliora_engine::{
-    AnyEngine, Count, Decision, Engine, Order, Selection, Settings, Storage, SymbolicEngine,
+    AnyEngine, Count, Decision, Engine, Initially, Order, Selection, Settings, Storage, SymbolicEngine,
 };
 use meliora_model::predicate::Predicate;
 use meliora_model::{Program, fault};
@@ -68,7 +68,7 @@ pub(super) fn engine_for(
     started(selected.build(program, settings(args, selected.storage, sink)?, lists_states)?, program)
 }
 
-/// Answers a question about the initial states over all valuations, or builds the engine for it; see
+/// Answers a question about the initial states before all states are known, or builds the engine for it; see
 /// [`Selection::decide`].
 ///
 /// # Errors
@@ -77,12 +77,13 @@ pub(super) fn decided<T>(
     program: &Arc<Program>,
     args: &ModelArgs,
     selected: &mut Selection,
-    question: &dyn Fn(&SymbolicEngine) -> Result<T, Error>,
+    question: &Initially<'_, T>,
     sink: &Arc<TerminalSink>,
 ) -> Result<Decision<T, Arc<AnyEngine>>, Error> {
     match selected.decide(program, settings(args, selected.storage, sink)?, question)? {
         Decision::Built(engine) => started(engine, program).map(Decision::Built),
         Decision::Answered(answer) => Ok(Decision::Answered(answer)),
+        Decision::Guided(guided) => Ok(Decision::Guided(guided)),
     }
 }
 

@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use meliora::reach::{Asking, Under, check_start};
+use meliora::reach::{Asking, Target, Under, check_start};
 use meliora_base::error::Error;
-use meliora_engine::Engine;
 use meliora_engine::regions::Regions;
-use meliora_lang::property::{Over, Question};
+use meliora_engine::{Engine, Guided};
+use meliora_lang::property::{Bound, Over, Question, Strategies};
 use meliora_model::Program;
+use meliora_model::predicate::Predicate;
 use meliora_quantities::answer::Answer;
 use meliora_report::reach::Share;
 
@@ -24,7 +25,7 @@ pub(super) struct Judged {
 }
 
 /// Returns the question if it is one about the initial states alone: a single property that holds or not, without
-/// a plan. In a `dtmc`, the states are needed to warn of those in which several choices are merged.
+/// a strong plan. In a `dtmc`, the states are needed to warn of those in which several choices are merged.
 pub(super) fn without_counts<'a>(
     given: &Given<'_>,
     asked: &Asked,
@@ -34,8 +35,17 @@ pub(super) fn without_counts<'a>(
     let holds_or_not =
         matches!((&asking.question, asking.over), (Some(Question::Qualitative(..)), Over::All));
     let is_plain = asking.goal.requirements.is_empty() && asked.overlap.is_none();
-    let is_alone = given.is_one && given.plan.is_none();
+    let is_alone = given.is_one && given.plan.is_none_or(|(plan, _)| !plan.strong);
     (is_alone && holds_or_not && is_plain).then_some(*asking)
+}
+
+/// Returns the target if the question is whether some strategy reaches it almost surely.
+pub(super) fn target(asking: &Asking) -> Option<&Predicate> {
+    let is_sure = matches!(asking.question, Some(Question::Qualitative(Strategies::Some, Bound::One)));
+    match &asking.goal.target {
+        Target::States(target) if is_sure && asking.coalition.is_none() => Some(target),
+        _ => None,
+    }
 }
 
 /// Answers a question of [`without_counts`].
@@ -59,4 +69,17 @@ pub(super) fn judge<E: Engine>(
     }
     let answer = under.decided(asking, asked, search.known())?;
     Ok(Judged { answer, initial, peak_nodes: engine.usage().peak_nodes })
+}
+
+/// Returns the answer of a guided search.
+pub(super) fn guided(search: &Guided) -> Judged {
+    let [all, lost] = search.initial();
+    let share = match search.answer() {
+        Some(true) => Some(Share::All),
+        // The search ends with the first initial state that is lost.
+        Some(false) if lost == all => Some(Share::None),
+        _ => None,
+    };
+    let initial = Regions { pmax_one: share, ..Regions::default() };
+    Judged { answer: Answer::of(search.answer()), initial, peak_nodes: 0 }
 }

@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use meliora::reach::{Asking, Target as Goal};
 use meliora_base::error::Error;
-use meliora_engine::Engine;
-use meliora_model::Program;
+use meliora_base::progress::ProgressSink;
+use meliora_engine::{Engine, Guided};
+use meliora_model::predicate::Predicate;
+use meliora_model::{Program, State};
 use meliora_planning::policy::{Policy, strong_region};
 use meliora_planning::rules::Rules;
 use meliora_report::{Number, ReachReport, policy};
@@ -85,8 +87,45 @@ impl PlanArgs {
             update(job, |plan| (plan.strong, plan.strong_states) = (Some(exists), Some(Number::from(count))));
         }
         let Some(out) = out else { return Ok(()) };
-        let find = || self.find(engine, program, &goal, target);
+        let find = || {
+            let Some(found) = Policy::find(engine, program, &goal, MOST_STATES)? else { return Ok(None) };
+            let initial = engine.list_states(&engine.initial_states(), MOST_STATES)?;
+            checked(found, (program, target), &initial, &*engine.settings().sink).map(Some)
+        };
         let found = job.timed("policy", find, |r, s| r.time.add("policy", s))?;
+        self.finish(job, found, program, out)
+    }
+
+    /// Writes the policy of a guided search.
+    ///
+    /// # Errors
+    /// A limit; the file cannot be written.
+    pub(super) fn of_search(
+        &self,
+        job: &Job<ReachReport>,
+        search: &Guided,
+        (program, asking): (&Program, &Asking),
+        out: &Target,
+    ) -> Result<(), Error> {
+        let find = || match &asking.goal.target {
+            Goal::States(target) if search.answer() == Some(true) => {
+                let found = Policy::of_search(search, MOST_STATES)?;
+                checked(found, (program, target), &search.initial_states(), &*job.sink).map(Some)
+            }
+            _ => Ok(None),
+        };
+        let found = job.timed("policy", find, |r, s| r.time.add("policy", s))?;
+        self.finish(job, found, program, out)
+    }
+
+    /// Writes a policy, or says that there is none.
+    fn finish(
+        &self,
+        job: &Job<ReachReport>,
+        found: Option<Policy>,
+        program: &Program,
+        out: &Target,
+    ) -> Result<(), Error> {
         update(job, |plan| plan.strong_cyclic = Some(found.is_some()));
         let Some(found) = found else {
             job.sink.warn("no policy is written: no strong cyclic plan exists");
@@ -101,22 +140,18 @@ impl PlanArgs {
         update(job, |plan| plan.policy_states = Some(Number::from(found.entries.len() as u64)));
         Ok(())
     }
+}
 
-    /// Finds a policy, and checks it state by state.
-    fn find<E: Engine>(
-        &self,
-        engine: &E,
-        program: &Program,
-        goal: &E::States,
-        target: &meliora_model::predicate::Predicate,
-    ) -> Result<Option<Policy>, Error> {
-        let Some(found) = Policy::find(engine, program, goal, MOST_STATES)? else { return Ok(None) };
-        let initial = engine.list_states(&engine.initial_states(), MOST_STATES)?;
-        let sink = &*engine.settings().sink;
-        match Rules::from(&found).check((program, target), &initial, false, sink)? {
-            Ok(_) => Ok(Some(found)),
-            Err(fault) => Err(Error::Usage(format!("{}: {}", fault.kind, program.show_state(&fault.state)))),
-        }
+/// Checks a policy state by state, from the initial states.
+fn checked(
+    found: Policy,
+    question: (&Program, &Predicate),
+    initial: &[State],
+    sink: &dyn ProgressSink,
+) -> Result<Policy, Error> {
+    match Rules::from(&found).check(question, initial, false, sink)? {
+        Ok(_) => Ok(found),
+        Err(fault) => Err(Error::Usage(format!("{}: {}", fault.kind, question.0.show_state(&fault.state)))),
     }
 }
 

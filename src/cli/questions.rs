@@ -10,7 +10,7 @@ use ahash::AHashMap;
 use meliora::reach::{self, Asking, Under};
 use meliora_base::error::Error;
 use meliora_engine::regions::Which;
-use meliora_engine::{Count, Decision, Engine, Selection, SymbolicEngine};
+use meliora_engine::{Count, Decision, Engine, Initially, Selection, SymbolicEngine};
 use meliora_lang::refusal::Refusal;
 use meliora_model::Program;
 use meliora_planning::RegionSearch;
@@ -110,7 +110,10 @@ fn run_engine(
     let build = || match alone {
         Some(asking) => {
             let judge = |engine: &SymbolicEngine| judging::judge(engine, asking, &asked.program, program);
-            engines::decided(program, given.model, &mut selected, &judge, &job.sink)
+            // A policy has reachable states only.
+            let everywhere = given.plan.is_none().then_some(&judge as _);
+            let question = Initially { everywhere, target: judging::target(asking) };
+            engines::decided(program, given.model, &mut selected, &question, &job.sink)
         }
         None => engines::engine_for(program, given.model, &mut selected, lists_states, &job.sink)
             .map(Decision::Built),
@@ -119,16 +122,20 @@ fn run_engine(
     job.update(|r| r.header.select(&selected));
     let engine = match decision {
         Decision::Built(engine) => engine,
-        Decision::Answered(Judged { answer, initial, peak_nodes }) => {
-            job.update(|r| {
-                r.over_all_valuations = true;
-                questions.iter().for_each(|&(_, position)| r.answer(position, &answer));
-                if let Some(one) = &mut r.one {
-                    one.initial = initial;
-                }
-                r.memory.peak_nodes = r.memory.peak_nodes.max(peak_nodes);
-            });
+        Decision::Answered(judged) => {
+            job.update(|r| r.over_all_valuations = true);
+            without_states(job, questions, judged);
             return Ok(());
+        }
+        Decision::Guided(search) => {
+            job.update(|r| r.by_guided_search = true);
+            without_states(job, questions, judging::guided(&search));
+            return match (given.plan, questions) {
+                (Some((plan, Some(out))), [(asking, _)]) => {
+                    plan.of_search(job, &search, (program, asking), out)
+                }
+                _ => Ok(()),
+            };
         }
     };
     let questions = answerable(job, &*engine, asked, questions)?;
@@ -137,6 +144,18 @@ fn run_engine(
         (Some((plan, out)), [(asking, _)]) => plan.work(job, &*engine, program, asking, out),
         _ => Ok(()),
     }
+}
+
+/// Adds an answer that was found before the states were known.
+fn without_states(job: &Job<ReachReport>, questions: &[(&Asking, usize)], judged: Judged) {
+    let Judged { answer, initial, peak_nodes } = judged;
+    job.update(|r| {
+        questions.iter().for_each(|&(_, position)| r.answer(position, &answer));
+        if let Some(one) = &mut r.one {
+            one.initial = initial;
+        }
+        r.memory.peak_nodes = r.memory.peak_nodes.max(peak_nodes);
+    });
 }
 
 /// Returns the questions that have a meaning for the initial states of the model.

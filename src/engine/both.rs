@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use super::explicit::Exploration;
+use super::explicit::{Exploration, Guided};
 use super::schedule::Schedule;
 use super::settings::{Settings, Storage};
 use super::symbolic::{self, Exploring, Question};
 use meliora_base::error::{Error, Limit, Result};
 use meliora_model::Program;
+use meliora_model::predicate::Predicate;
 
 /// The share of the explicit engine in the memory, while it takes turns: one in this many bytes.
 const MEMORY_SHARE: u64 = 8;
@@ -20,6 +21,17 @@ pub(crate) enum First {
     Symbolic(Box<symbolic::Explored>, Option<Box<Exploration>>),
     /// The question was answered over all valuations.
     Answered,
+    /// The question was answered by a guided search, which knows the answer.
+    Guided(Box<Guided>),
+}
+
+/// A question about the initial states, with the ways to its answer that do not know all states.
+#[derive(Default)]
+pub(crate) struct Asked<'a, 'q> {
+    /// The question for engines of all valuations.
+    pub(crate) everywhere: Option<&'a mut Question<'q>>,
+    /// The target, if the question is whether some strategy reaches it almost surely.
+    pub(crate) target: Option<&'a Predicate>,
 }
 
 /// The ways to the states, or past them to an answer.
@@ -28,13 +40,15 @@ enum Way {
     Explicit,
     Symbolic,
     Everywhere,
+    Guided,
 }
 
 /// Explores a program by both engines in turns of a [`Schedule`]. A question about the initial states takes turns with
-/// them: diagrams answer it over all valuations, from its target backwards.
+/// them: diagrams answer it over all valuations, from its target backwards, and a guided search by some of the states.
 ///
 /// The explicit engine explores for a while alone, since it is the faster one for few states. Then the likelier engine
-/// has the first turn: the explicit one if a question lists the states anyway, else the symbolic one. Each continues
+/// has the first turn: the explicit one if a question lists the states anyway, else the symbolic one; for a planning
+/// problem, which has too many states in most cases, the guided search. Each continues
 /// where its last turn ended. Turns are counted in steps of diagrams, and in states and their successors of the explicit
 /// engine, which take about as long; so every run ends with the same engine, after at most a fixed multiple of its work
 /// alone. A way that runs out of memory has no more turns.
@@ -45,17 +59,15 @@ pub(crate) fn explore(
     program: &Arc<Program>,
     settings: &Settings,
     lists_states: bool,
-    question: Option<&mut Question<'_>>,
+    asked: Asked<'_, '_>,
 ) -> Result<First> {
-    let mut both = Both::new(program, settings, question)?;
+    let target = asked.target;
+    let mut both = Both::new(program, settings, asked)?;
     if both.explicitly(settings.thresholds.work_before_diagrams)? {
         return both.by_explicit();
     }
-    let ways = match (lists_states, &both.everywhere) {
-        (true, _) => &[Way::Explicit, Way::Symbolic][..],
-        (false, None) => &[Way::Symbolic, Way::Explicit],
-        (false, Some(_)) => &[Way::Symbolic, Way::Explicit, Way::Everywhere],
-    };
+    both.prepare(target)?;
+    let ways = both.ways(lists_states, program.planning.is_some());
     let mut schedule = Schedule::new(ways.len(), settings.thresholds.first_turn);
     while let Some(turn) = schedule.next() {
         let way = ways[turn.way];
@@ -69,6 +81,8 @@ pub(crate) fn explore(
             }
             Way::Everywhere if both.asks(turn.steps)? => return Ok(First::Answered),
             Way::Everywhere => {}
+            Way::Guided if both.by_guidance(turn.steps)? => return both.guided(),
+            Way::Guided => {}
         }
         if !both.has(way) {
             schedule.withdraw(turn.way);
@@ -82,6 +96,7 @@ struct Both<'a, 'q> {
     explicit: Option<Box<Exploration>>,
     symbolic: Option<Exploring>,
     everywhere: Option<(Exploring, &'a mut Question<'q>)>,
+    guided: Option<Box<Guided>>,
     /// The steps that the symbolic engine may have taken so far, in an exploration and for the question.
     allowed: [u64; 2],
     /// The memory limit of both together.
@@ -91,22 +106,24 @@ struct Both<'a, 'q> {
 }
 
 impl<'a, 'q> Both<'a, 'q> {
-    fn new(
-        program: &Arc<Program>,
-        settings: &Settings,
-        question: Option<&'a mut Question<'q>>,
-    ) -> Result<Self> {
+    fn new(program: &Arc<Program>, settings: &Settings, asked: Asked<'a, 'q>) -> Result<Self> {
         let share = settings.memory / MEMORY_SHARE;
+        // A guided search has as much as the exploration.
+        let shares = share * (1 + u64::from(asked.target.is_some()));
         let own = |storage: Storage, memory: u64| Settings { storage, memory, ..settings.clone() };
         // Diagrams are kept during a turn only, so the exploration and the question have the same memory.
         let diagrams = |is_backward: bool| {
-            let own = own(Storage::Symbolic, settings.memory - share);
+            let own = own(Storage::Symbolic, settings.memory - shares);
             Exploring::new(Arc::clone(program), own, is_backward)
         };
         let mut both = Both {
             explicit: None,
             symbolic: Some(diagrams(false)?),
-            everywhere: question.map(|question| diagrams(true).map(|own| (own, question))).transpose()?,
+            everywhere: asked
+                .everywhere
+                .map(|question| diagrams(true).map(|own| (own, question)))
+                .transpose()?,
+            guided: None,
             allowed: [0; 2],
             memory: settings.memory,
             full: None,
@@ -114,6 +131,28 @@ impl<'a, 'q> Both<'a, 'q> {
         let explicit = Exploration::new(Arc::clone(program), own(Storage::Explicit, share));
         both.explicit = both.within_limits(explicit.map(Box::new))?;
         Ok(both)
+    }
+
+    /// Prepares the guided search for a target, if it is made for the model.
+    fn prepare(&mut self, target: Option<&Predicate>) -> Result<()> {
+        if let (Some(target), Some(exploration)) = (target, &self.explicit) {
+            let guided = Guided::new(exploration, target, self.memory / MEMORY_SHARE);
+            self.guided = self.within_limits(guided)?.flatten().map(Box::new);
+        }
+        Ok(())
+    }
+
+    /// Returns the ways that have turns.
+    fn ways(&self, lists_states: bool, is_planning: bool) -> Vec<Way> {
+        let mut ways = match lists_states {
+            true => vec![Way::Explicit, Way::Symbolic],
+            false => vec![Way::Symbolic, Way::Explicit],
+        };
+        ways.extend(self.everywhere.as_ref().map(|_| Way::Everywhere));
+        if self.guided.is_some() {
+            ways.insert(if is_planning { 0 } else { ways.len() }, Way::Guided);
+        }
+        ways
     }
 
     /// Returns the result of an engine; `None` if a limit of this engine alone was met.
@@ -170,13 +209,31 @@ impl<'a, 'q> Both<'a, 'q> {
         Ok(asked == Some(Some(true)))
     }
 
+    /// Continues the guided search for some steps. Returns whether it knows the answer.
+    fn by_guidance(&mut self, steps: u64) -> Result<bool> {
+        let Some(mut guided) = self.guided.take() else { return Ok(false) };
+        let most = guided.work().saturating_add(steps);
+        let answer = guided.run(most);
+        let answer = self.within_limits(answer)?;
+        if answer.is_some() {
+            self.guided = Some(guided);
+        }
+        Ok(answer.flatten().is_some())
+    }
+
     /// Returns whether a way has more turns.
     fn has(&self, way: Way) -> bool {
         match way {
             Way::Explicit => self.explicit.is_some(),
             Way::Symbolic => self.symbolic.is_some(),
             Way::Everywhere => self.everywhere.is_some(),
+            Way::Guided => self.guided.is_some(),
         }
+    }
+
+    /// Returns the guided search, which knows the answer.
+    fn guided(self) -> Result<First> {
+        Ok(First::Guided(self.guided.ok_or(Limit::Interrupted)?))
     }
 
     /// Returns the explicit exploration, which knows all states.

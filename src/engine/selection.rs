@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use super::any::AnyEngine;
-use super::both::{First, explore};
+use super::both::{Asked, First, explore};
 use super::engine::{Algebra, Engine};
-use super::explicit::{ExplicitEngine, Exploration};
+use super::explicit::{ExplicitEngine, Exploration, Guided};
 use super::settings::{Count, Scope, Settings, Storage};
-use super::symbolic::{self, Question, SymbolicEngine};
+use super::symbolic::{self, SymbolicEngine};
 use meliora_base::error::{Error, Limit, Result};
 use meliora_model::Program;
+use meliora_model::predicate::Predicate;
 
 /// The most valuations of a model for which the explicit engine is selected.
 ///
@@ -46,12 +47,29 @@ pub struct Selection {
     pub is_open: bool,
 }
 
+/// A question about the initial states that counts no states, with the ways to answer it before all states are known.
+pub struct Initially<'q, T> {
+    /// The question for engines of [`SymbolicEngine::everywhere`], unless the answer depends on how a state is reached.
+    pub everywhere: Option<&'q dyn Fn(&SymbolicEngine) -> Result<T>>,
+    /// The target, if the question is whether some strategy reaches it almost surely from all initial states.
+    pub target: Option<&'q Predicate>,
+}
+
 /// The result of [`Selection::decide`].
 pub enum Decision<T, E = AnyEngine> {
     /// The answer, found over all valuations before the states were known.
     Answered(T),
+    /// The search that found the answer before the states were known.
+    Guided(Box<Guided>),
     /// The engine, which has the question still to answer.
     Built(E),
+}
+
+/// What was the first to end.
+enum Taken {
+    Built(AnyEngine),
+    Answered,
+    Guided(Box<Guided>),
 }
 
 impl Selection {
@@ -88,13 +106,15 @@ impl Selection {
         if !self.is_open {
             return AnyEngine::new(Arc::clone(program), Settings { storage: self.storage, ..settings });
         }
-        let engine = self.taken((program, settings), lists_states, None)?;
-        engine.ok_or_else(|| Limit::Interrupted.into())
+        match self.taken((program, settings), lists_states, Asked::default())? {
+            Taken::Built(engine) => Ok(engine),
+            Taken::Answered | Taken::Guided(_) => Err(Limit::Interrupted.into()),
+        }
     }
 
-    /// Answers a question about the initial states over all valuations, or builds the engine for it, whichever
-    /// ends first; updates the selection. The question is asked of engines of [`SymbolicEngine::everywhere`], only as
-    /// long as the selection is open and the states are not known. It must not count states.
+    /// Answers a question about the initial states over all valuations or by some of the states, or builds the engine
+    /// for it, whichever ends first; updates the selection. The question is asked only as long as the selection is open
+    /// and the states are not known.
     ///
     /// # Errors
     /// The errors of [`AnyEngine::new`], and those of the question other than input errors.
@@ -102,19 +122,28 @@ impl Selection {
         &mut self,
         program: &Arc<Program>,
         settings: Settings,
-        question: &dyn Fn(&SymbolicEngine) -> Result<T>,
+        question: &Initially<'_, T>,
     ) -> Result<Decision<T>> {
         if !self.is_open || settings.scope != Scope::Reachable {
             return self.build(program, settings, false).map(Decision::Built);
         }
         let mut answer = None;
         let mut ask = |engine: &SymbolicEngine| {
-            answer = Some(question(engine)?);
+            answer = question.everywhere.map(|question| question(engine)).transpose()?;
             Ok(())
         };
-        let engine = self.taken((program, settings), false, Some(&mut ask))?;
-        if let Some(engine) = engine {
-            return Ok(Decision::Built(engine));
+        let everywhere = question.everywhere.map(|_| &mut ask as _);
+        let asked = Asked { everywhere, target: question.target };
+        match self.taken((program, settings), false, asked)? {
+            Taken::Built(engine) => return Ok(Decision::Built(engine)),
+            Taken::Guided(guided) => {
+                self.take(
+                    "the initial states judged by a guided search, before all their successors were found"
+                        .into(),
+                );
+                return Ok(Decision::Guided(guided));
+            }
+            Taken::Answered => {}
         }
         self.is_open = false;
         self.reason =
@@ -122,20 +151,23 @@ impl Selection {
         answer.map(Decision::Answered).ok_or_else(|| Limit::Interrupted.into())
     }
 
-    /// Builds the engine that is the first to know all states; `None` if a question was answered before.
+    /// Builds the engine that is the first to know all states, unless a question was answered before.
     fn taken(
         &mut self,
         (program, settings): (&Arc<Program>, Settings),
         lists_states: bool,
-        question: Option<&mut Question<'_>>,
-    ) -> Result<Option<AnyEngine>> {
-        match explore(program, &settings, lists_states, question)? {
-            First::Explicit(all, is_alone) => self.found_by(*all, is_alone, settings.memory).map(Some),
+        asked: Asked<'_, '_>,
+    ) -> Result<Taken> {
+        match explore(program, &settings, lists_states, asked)? {
+            First::Explicit(all, is_alone) => {
+                self.found_by(*all, is_alone, settings.memory).map(Taken::Built)
+            }
             First::Symbolic(symbolic, rest) => match sparse(&symbolic, lists_states)? {
-                Some(reason) => self.replace(*symbolic, reason, rest, (program, settings)).map(Some),
-                None => Ok(Some(symbolic.engine()?.into())),
+                Some(reason) => self.replace(*symbolic, reason, rest, (program, settings)).map(Taken::Built),
+                None => Ok(Taken::Built(symbolic.engine()?.into())),
             },
-            First::Answered => Ok(None),
+            First::Answered => Ok(Taken::Answered),
+            First::Guided(guided) => Ok(Taken::Guided(guided)),
         }
     }
 

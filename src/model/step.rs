@@ -102,8 +102,25 @@ impl Program {
         Ok(Ratio::branches(self, id, state)?.into_iter().map(|(_, p)| p).collect())
     }
 
+    /// Returns those of [`Program::exact_steps`] that belong to some synchronisations, given by their positions: all
+    /// synchronisations of an action, or none, so that the names are the same. Other commands are not evaluated.
+    ///
+    /// # Errors
+    /// The errors of [`Program::steps`].
+    pub fn exact_steps_of(&self, state: &[i64], among: &[usize]) -> Result<Vec<Step<Ratio>>, StepError> {
+        let combinations = self.combinations_of(state, among.iter().copied())?;
+        if combinations.is_empty() { Ok(Vec::new()) } else { self.weighted(state, combinations) }
+    }
+
     fn weighted_steps<W: Weight>(&self, state: &[i64]) -> Result<Vec<Step<W>>, StepError> {
-        let combinations = self.combinations(state)?;
+        self.weighted(state, self.combinations(state)?)
+    }
+
+    fn weighted<W: Weight>(
+        &self,
+        state: &[i64],
+        combinations: Vec<Combination>,
+    ) -> Result<Vec<Step<W>>, StepError> {
         if combinations.is_empty() {
             let successors = vec![(state.to_vec(), W::one())];
             return Ok(vec![Step { choice: Choice::Deadlock, name: "deadlock".into(), successors }]);
@@ -122,10 +139,18 @@ impl Program {
 
     /// Returns the combinations of enabled commands, one of each factor, by synchronisation.
     pub(super) fn combinations(&self, state: &[i64]) -> Result<Vec<Combination>, StepError> {
+        self.combinations_of(state, 0..self.synchronisations.len())
+    }
+
+    fn combinations_of(
+        &self,
+        state: &[i64],
+        among: impl Iterator<Item = usize>,
+    ) -> Result<Vec<Combination>, StepError> {
         let mut combinations = Vec::new();
-        for (index, synchronisation) in self.synchronisations.iter().enumerate() {
+        for index in among {
             let mut enabled = Vec::new();
-            for factor in &synchronisation.factors {
+            for factor in &self.synchronisations[index].factors {
                 enabled.push(self.enabled(factor, state)?);
             }
             let count = enabled.iter().fold(1usize, |n, f| n.saturating_mul(f.len()));

@@ -32,6 +32,10 @@ pub struct ReachFindings {
     /// and the sizes of the regions are `null`; absent otherwise.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub over_all_valuations: bool,
+    /// The property was decided by a guided search, before the reachable states were known: `counts` and the sizes of
+    /// the regions are `null`; absent otherwise.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub by_guided_search: bool,
     /// An initial state from which no strategy keeps `--require`: no property holds, and no quantity
     /// has a value; absent without such a state.
     #[serde(rename = "unsafe", skip_serializing_if = "Option::is_none")]
@@ -206,6 +210,10 @@ impl Findings for ReachFindings {
         if report.over_all_valuations {
             out += "The property was decided over all combinations of values, before the reachable states were\n\
                     known; these are not counted.\n";
+        }
+        if report.by_guided_search {
+            out += "The property was decided by a guided search, before the reachable states were known; these are not\n\
+                    counted.\n";
         }
         out += &match (&report.one, report.properties.first()) {
             (Some(one), Some(answer)) => one.text(answer, report.header.is_game(), style),

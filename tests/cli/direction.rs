@@ -1,4 +1,5 @@
-//! `reach` with a property about the initial states: all valuations may answer before the states are known.
+//! `reach` with a property about the initial states: all valuations, or a guided search, may answer before the states are
+//! known.
 
 use serde_json::{Value as Json, json};
 
@@ -53,4 +54,60 @@ fn states_that_are_soon_known_are_counted() {
     let found = Finished::of(meliora().args(given)).expect(0).json();
     assert_eq!((&found["counts"]["states"], &found["pmax_one"]), (&json!("64"), &json!("64")));
     assert!(found.get("over_all_valuations").is_none());
+}
+
+/// A problem whose lamps are switched on one by one, each in any state of the others.
+fn lamps(count: usize, more: &str) -> Scratch {
+    let lamps: String = (0..count).map(|i| format!("l{i} ")).collect();
+    let on: String = (0..count).map(|i| format!("(on l{i})")).collect();
+    let domain = format!(
+        "(define (domain lamps) (:predicates (on ?x) (power) (blown))
+         (:action switch :parameters (?x) :precondition (power) :effect (oneof (on ?x) (and)))
+         (:action reset :parameters (?x) :precondition (on ?x) :effect (not (on ?x))) {more})"
+    );
+    let problem =
+        format!("(define (problem p) (:domain lamps) (:objects {lamps}) (:init) (:goal (and {on})))");
+    Scratch::new(&[("d.pddl", &domain), ("p.pddl", &problem)])
+}
+
+/// The power is switched on; some outcome is that the fuse has blown.
+fn power(outcomes: &str) -> String {
+    format!("(:action connect :precondition (not (blown)) :effect (oneof {outcomes}))")
+}
+
+#[test]
+fn a_guided_search_finds_a_policy_of_few_states_among_millions() {
+    let scratch = lamps(24, &power("(power) (and)"));
+    let (domain, problem, policy) = (scratch.show("d.pddl"), scratch.show("p.pddl"), scratch.show("p.txt"));
+    let asked =
+        |more: &[&str]| Finished::of(meliora().args(["reach", &domain, &problem]).args(more)).expect(0);
+    let found = asked(&["--json", "--policy", &policy]).json();
+    assert_eq!(
+        (&found["by_guided_search"], &found["counts"], &found["holds"]),
+        (&json!(true), &Json::Null, &json!(true))
+    );
+    assert_eq!(
+        (&found["initial"]["pmax_one"], &found["plan"]["policy_states"]),
+        (&json!("all"), &json!("25"))
+    );
+    let verified =
+        Finished::of(meliora().args(["verify", &policy, &domain, &problem, "--json"])).expect(0).json();
+    assert_eq!(verified["states"], "25", "{verified}");
+    let text = asked(&[]).stdout;
+    assert!(
+        text.contains("decided by a guided search") && text.contains("A strong cyclic plan exists"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_guided_search_proves_that_no_plan_exists() {
+    let scratch = lamps(24, &power("(power) (blown)"));
+    let (domain, problem) = (scratch.show("d.pddl"), scratch.show("p.pddl"));
+    let found = Finished::of(meliora().args(["reach", &domain, &problem, "--json"])).expect(1).json();
+    assert_eq!((&found["by_guided_search"], &found["holds"]), (&json!(true), &json!(false)), "{found}");
+    assert_eq!(
+        (&found["initial"]["pmax_one"], &found["plan"]["strong_cyclic"]),
+        (&json!("none"), &json!(false))
+    );
 }

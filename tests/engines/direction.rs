@@ -4,9 +4,9 @@
 use std::sync::Arc;
 
 use meliora::advanced::symbolic::Thresholds;
-use meliora::engine::regions::{Which, regions};
+use meliora::engine::regions::{self, Which, regions};
 use meliora::engine::{
-    Algebra, Decision, Engine, ExplicitEngine, Scope, Selection, Settings, Storage, SymbolicEngine,
+    Algebra, Decision, Engine, ExplicitEngine, Initially, Scope, Selection, Settings, Storage, SymbolicEngine,
 };
 use meliora::error::{Error, Result};
 use meliora::model::predicate::Predicate;
@@ -47,14 +47,38 @@ fn initial<E: Engine>(engine: &E, target: &Predicate) -> Result<Vec<Vec<State>>>
     Which::ALL.into_iter().map(inside).collect()
 }
 
+/// A question that all valuations may answer.
+fn over_all<T>(question: &dyn Fn(&SymbolicEngine) -> Result<T>) -> Initially<'_, T> {
+    Initially { everywhere: Some(question), target: None }
+}
+
+/// Returns whether some strategy reaches a target almost surely from all initial states.
+fn is_sure<E: Engine>(engine: &E, target: &Predicate) -> Result<bool> {
+    let sure = regions::pmax_one(engine, &engine.states_where(target)?)?;
+    engine.is_empty(&engine.difference(&engine.initial_states(), &sure)?)
+}
+
+/// Asks the same in all ways. Returns the answer, and whether a guided search has found it.
+fn is_sure_in_turns(program: &Arc<Program>, target: &Predicate, settings: Settings) -> Result<(bool, bool)> {
+    let judge = |engine: &SymbolicEngine| is_sure(engine, target);
+    let question = Initially { everywhere: Some(&judge), target: Some(target) };
+    Ok(match open().decide(program, settings, &question)? {
+        Decision::Answered(answer) => (answer, false),
+        Decision::Guided(search) => (search.answer() == Some(true), true),
+        Decision::Built(engine) => (is_sure(&engine, target)?, false),
+    })
+}
+
 /// Asks for the initial states in each region. Returns them, and whether all valuations answered.
 fn decided(
     program: &Arc<Program>,
     target: &Predicate,
     settings: Settings,
 ) -> Result<(Vec<Vec<State>>, bool)> {
-    match open().decide(program, settings, &|engine| initial(engine, target))? {
+    let judge = |engine: &SymbolicEngine| initial(engine, target);
+    match open().decide(program, settings, &over_all(&judge))? {
         Decision::Answered(found) => Ok((found, true)),
+        Decision::Guided(_) => unreachable!("not asked for"),
         Decision::Built(engine) => Ok((initial(&engine, target)?, false)),
     }
 }
@@ -75,6 +99,11 @@ proptest! {
                 let (found, _) = decided(&program, &target, settings(work, first_turn)).unwrap();
                 prop_assert_eq!(&found, &expected, "{} {}", work, first_turn);
             }
+        }
+        let sure = is_sure(&explicit, &target).unwrap();
+        for first_turn in [1, 20, 300] {
+            let (found, _) = is_sure_in_turns(&program, &target, settings(0, first_turn)).unwrap();
+            prop_assert_eq!(found, sure, "in turns of {}", first_turn);
         }
         if let Some(engine) = SymbolicEngine::everywhere(program.clone(), settings(0, 1)).unwrap() {
             prop_assert_eq!(&initial(&engine, &target).unwrap(), &expected);
@@ -98,11 +127,11 @@ fn all_valuations_answer_before_a_long_way_forward_ends() {
     let mut selection = Selection::of([&*program]);
     let done = target(&program, "done");
     let judge = |engine: &SymbolicEngine| initial(engine, &done);
-    match selection.decide(&program, Settings::default(), &judge).unwrap() {
+    match selection.decide(&program, Settings::default(), &over_all(&judge)).unwrap() {
         Decision::Answered(found) => {
             assert_eq!(found.iter().map(Vec::len).collect::<Vec<_>>(), [1, 1, 0, 0]);
         }
-        Decision::Built(_) => panic!("the states are too many"),
+        Decision::Built(_) | Decision::Guided(_) => panic!("the states are too many"),
     }
     assert!(selection.reason.unwrap().contains("over all valuations"));
 }
@@ -111,7 +140,7 @@ fn all_valuations_answer_before_a_long_way_forward_ends() {
 fn a_question_of_the_scope_all_has_its_states_counted() {
     let program = program("mdp module m x : [0..9999]; [] x>0 -> (x'=x-1); endmodule");
     let settings = Settings { scope: Scope::All, ..settings(0, 1) };
-    let found = open().decide(&program, settings, &|_| Ok(())).unwrap();
+    let found = open().decide(&program, settings, &over_all(&|_| Ok(()))).unwrap();
     let Decision::Built(engine) = found else { panic!("not explored") };
     assert_eq!(engine.count(&engine.all_states()).unwrap(), 10_000u32.into());
 }
@@ -145,4 +174,11 @@ fn a_state_without_a_meaning_counts_only_if_it_is_reached() {
             decided(&program, &target(&program, "mod(x, (y-1)*(y-1)) = 3"), settings(0, first_turn));
         assert!(matches!(without, Err(Error::Input(_))));
     }
+}
+
+#[test]
+fn a_guided_search_answers_by_the_states_near_its_way() {
+    let program = program(&register());
+    let (found, is_guided) = is_sure_in_turns(&program, &target(&program, "done"), settings(0, 1)).unwrap();
+    assert!(found && is_guided);
 }

@@ -855,6 +855,9 @@ class ReachReport(TypedDict):
     over_all_valuations: NotRequired[bool]
     """The property was decided over all combinations of values, before the reachable states were known:
     `counts` and the sizes of the regions are `null`; absent otherwise."""
+    by_guided_search: NotRequired[bool]
+    """The property was decided by a guided search, before the reachable states were known: `counts` and the
+    sizes of the regions are `null`; absent otherwise."""
     unsafe: NotRequired[ReachUnsafe]
     """An initial state from which no strategy keeps `--require`: no property holds, and no quantity has a
     value; absent without such a state."""

@@ -2,10 +2,10 @@
 
 use meliora_base::value::{self, Type, Value};
 use meliora_model::Program;
-use meliora_model::expr::{Binary, ExprId, Node, Unary};
+use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 
 /// The smallest and the largest value of an integer expression; without meaning for other types.
-type Interval = (i128, i128);
+pub(super) type Interval = (i128, i128);
 
 /// For each node of the pool its bounds, or `None` if the node may have no value in some state.
 pub(super) struct Bounds(Vec<Option<Interval>>);
@@ -16,9 +16,14 @@ impl Bounds {
     /// The test is sufficient, not necessary: an expression that is not proved total counts as
     /// partial.
     pub(super) fn new(program: &Program) -> Self {
-        let mut bounds = Bounds(Vec::with_capacity(program.pool.len()));
-        for e in program.pool.ids() {
-            let found = bounds.of(program, e).filter(|&(low, high)| fits(low) && fits(high));
+        Bounds::over(program, &program.pool)
+    }
+
+    /// Computes the same bounds for a pool that rests on that of the program.
+    pub(super) fn over(program: &Program, pool: &ExprPool) -> Self {
+        let mut bounds = Bounds(Vec::with_capacity(pool.len()));
+        for e in pool.ids() {
+            let found = bounds.of((program, pool), e).filter(|&(low, high)| fits(low) && fits(high));
             bounds.0.push(found);
         }
         bounds
@@ -29,12 +34,12 @@ impl Bounds {
         self.get(e).is_some()
     }
 
-    fn get(&self, e: ExprId) -> Option<Interval> {
+    /// Returns the bounds of `e`, if it has a value in every state.
+    pub(super) fn get(&self, e: ExprId) -> Option<Interval> {
         self.0.get(e.index()).copied().flatten()
     }
 
-    fn of(&self, program: &Program, e: ExprId) -> Option<Interval> {
-        let pool = &program.pool;
+    fn of(&self, (program, pool): (&Program, &ExprPool), e: ExprId) -> Option<Interval> {
         match pool.node(e) {
             Node::Literal(Value::Int(i)) => Some((i.into(), i.into())),
             Node::Literal(_) => Some((0, 1)),
@@ -70,7 +75,7 @@ impl Bounds {
 }
 
 /// Computes the bounds of an operation on integers; both operands fit 64 bits.
-fn whole(op: Binary, x: Interval, y: Interval) -> Option<Interval> {
+pub(super) fn whole(op: Binary, x: Interval, y: Interval) -> Option<Interval> {
     match op {
         Binary::Add => Some((x.0 + y.0, x.1 + y.1)),
         Binary::Sub => Some((x.0 - y.1, x.1 - y.0)),

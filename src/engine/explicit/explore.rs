@@ -22,7 +22,7 @@ use meliora_model::{Program, State, fault};
 /// Calls a method of a task for codes with its number of words.
 macro_rules! by_words {
     ($task:expr, $method:ident($($argument:expr),*)) => {
-        match $task.layout.words() {
+        match $task.words() {
             1 => $task.$method::<1>($($argument),*),
             2 => $task.$method::<2>($($argument),*),
             3 => $task.$method::<3>($($argument),*),
@@ -33,6 +33,8 @@ macro_rules! by_words {
         }
     };
 }
+
+pub(super) use by_words;
 
 /// Number of states explored or taken from a work list, or of operations of the search for initial states, between
 /// two checks of the progress sink.
@@ -65,7 +67,7 @@ pub(super) struct Explored {
 
 /// An exploration in turns: it can be interrupted and continued.
 pub(crate) struct Exploration {
-    task: Task,
+    pub(super) task: Task,
     found: Found,
 }
 
@@ -74,7 +76,7 @@ pub(super) struct Task {
     pub(super) program: Arc<Program>,
     pub(super) settings: Settings,
     pub(super) layout: Layout,
-    pub(super) prepared: Prepared,
+    pub(super) prepared: Arc<Prepared>,
     pub(super) meter: Meter,
 }
 
@@ -109,7 +111,7 @@ impl Exploration {
     /// The states do not fit the memory or a code, or the work is cancelled.
     pub(crate) fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
         let layout = layout(&program, &settings)?;
-        let prepared = Prepared::new(&program, &layout, &*settings.sink)?;
+        let prepared = Arc::new(Prepared::new(&program, &layout, &*settings.sink)?);
         let meter = Meter::new(settings.memory);
         let task = Task { program, settings, layout, prepared, meter };
         let found = task.start()?;
@@ -130,6 +132,15 @@ impl Exploration {
     /// Returns whether all initial states are found.
     pub(crate) fn has_begun(&self) -> bool {
         self.found.search.is_none()
+    }
+
+    /// Returns the codes of the initial states, once they are found.
+    pub(super) fn beginnings(&self) -> impl Iterator<Item = &[u64]> {
+        let index = match &self.found.space {
+            Space::Indexed(index) => Some(index),
+            Space::Every(_) => None,
+        };
+        index.into_iter().flat_map(|index| (0..self.found.started).map(|state| index.code(state)))
     }
 
     /// Begins with these states, in the order of their values, if the search for the initial states has
@@ -174,6 +185,10 @@ impl Exploration {
 }
 
 impl Task {
+    fn words(&self) -> usize {
+        self.layout.words()
+    }
+
     fn explore<const W: usize>(&self, found: &mut Found, most: u64) -> Result<bool> {
         let mut stepper = Stepper::new(&self.prepared);
         // A state takes longer if more guards are evaluated, so the interval depends on the
@@ -327,15 +342,15 @@ impl Task {
         }
     }
 
-    fn broken(&self, broken: Broken, code: &[u64]) -> Error {
+    pub(super) fn broken(&self, broken: Broken, code: &[u64]) -> Error {
         broken.error(&self.program, &self.values(code))
     }
 
-    fn fault(&self, code: &[u64]) -> Error {
+    pub(super) fn fault(&self, code: &[u64]) -> Error {
         fault::in_state(&self.program, &self.values(code))
     }
 
-    fn values(&self, code: &[u64]) -> State {
+    pub(super) fn values(&self, code: &[u64]) -> State {
         let mut values = vec![0; self.program.variables.len()];
         self.layout.decode(code, &mut values);
         values

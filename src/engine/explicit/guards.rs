@@ -59,7 +59,7 @@ impl Guards {
 }
 
 /// Returns the conjuncts of a guard, in their order.
-fn conjuncts(program: &Program, guard: ExprId) -> Vec<ExprId> {
+pub(super) fn conjuncts(program: &Program, guard: ExprId) -> Vec<ExprId> {
     let pool = &program.pool;
     let (mut found, mut stack) = (Vec::new(), vec![guard]);
     while let Some(e) = stack.pop() {

@@ -16,6 +16,7 @@ mod fractions;
 mod games;
 mod graph;
 mod guards;
+mod guided;
 mod images;
 mod index;
 mod initial;
@@ -43,6 +44,7 @@ pub(crate) use explore::Exploration;
 use explore::{Explored, Space, Task};
 use games::Game;
 use graph::Graph;
+pub use guided::{Guided, Guiding};
 use layout::Layout;
 use meliora_base::error::Result;
 use meliora_model::{Program, State};
@@ -125,7 +127,7 @@ impl ExplicitEngine {
             program,
             settings,
             layout: Arc::new(layout),
-            prepared: Arc::new(prepared),
+            prepared,
             meter,
             space: Arc::new(space),
             graph: Arc::new(graph),

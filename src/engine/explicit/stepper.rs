@@ -108,17 +108,22 @@ impl<'a, const W: usize> Stepper<'a, W> {
     /// Lists the choices of the current state in the order of [`meliora_model::Program::steps`]; a
     /// deadlock has none.
     pub(super) fn expand(&mut self) -> Result<(), Broken> {
-        self.steps.clear();
-        self.ends.clear();
-        self.active.clear();
         let prepared = self.prepared;
         match &prepared.by_value {
             Some(lists) => {
                 let value = self.machine.regs[lists.variable];
-                lists.of(value).try_for_each(|index| self.synchronise(index as usize))?;
+                self.expand_among(lists.of(value).map(|index| index as usize))
             }
-            None => (0..prepared.synchronisations.len()).try_for_each(|index| self.synchronise(index))?,
+            None => self.expand_among(0..prepared.synchronisations.len()),
         }
+    }
+
+    /// Lists the same choices, given the synchronisations that may have some, in their order.
+    pub(super) fn expand_among(&mut self, mut among: impl Iterator<Item = usize>) -> Result<(), Broken> {
+        self.steps.clear();
+        self.ends.clear();
+        self.active.clear();
+        among.try_for_each(|index| self.synchronise(index))?;
         self.draws = self.prepared.uniform && self.ends.len() > 1;
         if self.prepared.uniform && !self.ends.is_empty() {
             self.ends.clear();

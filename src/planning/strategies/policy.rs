@@ -2,7 +2,7 @@
 
 use meliora_base::error::{Error, Limit, Result};
 use meliora_base::progress::Poll;
-use meliora_engine::Engine;
+use meliora_engine::{Engine, Guided};
 use meliora_model::step::Step;
 use meliora_model::{Program, State};
 
@@ -20,7 +20,8 @@ pub struct PolicyEntry {
     pub state: State,
     /// The name of the choice; see [`Program::choices`].
     pub action: String,
-    /// The least number of steps to the goal, among all actions that keep the goal sure.
+    /// The least number of steps to the goal, among all actions that keep the goal sure; for a policy of a guided
+    /// search, among those of the policy.
     pub distance: usize,
 }
 
@@ -42,6 +43,23 @@ pub fn strong_region<E: Engine>(engine: &E, goal: &E::States) -> Result<E::State
 }
 
 impl Policy {
+    /// Returns the policy of a guided search whose answer is yes; it visits at most `limit` states outside of the goal.
+    ///
+    /// # Errors
+    /// A limit.
+    pub fn of_search(search: &Guided, limit: usize) -> Result<Self> {
+        let policy = search.policy()?;
+        if policy.len() > limit {
+            return Err(Limit::Listed(limit as u64).into());
+        }
+        let entry = |of: meliora_engine::Guiding| PolicyEntry {
+            state: of.state,
+            action: of.name,
+            distance: of.distance,
+        };
+        Ok(Policy { entries: policy.into_iter().map(entry).collect() })
+    }
+
     /// Returns a policy that almost surely reaches the goal from each initial state, and visits at most
     /// `limit` states outside of it; `None` if there is none for some initial state. In each state it
     /// takes the first action that keeps the goal sure and may lead nearer.

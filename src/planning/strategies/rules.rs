@@ -7,13 +7,14 @@ use ahash::AHashMap;
 
 use super::policy::Policy;
 use meliora_base::error::{Limit, Result};
+use meliora_base::exact::Ratio;
 use meliora_base::progress::{Poll, ProgressSink};
 use meliora_base::random::Draw;
 use meliora_base::value::Value;
 use meliora_model::planning::plain;
 use meliora_model::predicate::Predicate;
 use meliora_model::step::{Step, StepError};
-use meliora_model::{Program, State, VarId};
+use meliora_model::{ModelKind, Program, State, VarId};
 
 /// A condition of a rule: a variable has a value, or has it not.
 pub type Literal = (VarId, i64, bool);
@@ -159,6 +160,7 @@ impl Rules {
         sink: &dyn ProgressSink,
     ) -> Result<std::result::Result<Walk, PolicyFault>, Limit> {
         let (mut walk, mut poll) = (Walk::default(), Poll::new(sink));
+        let actions = synchronisations(program);
         for state in initial {
             walk.add(state, goal);
         }
@@ -168,7 +170,7 @@ impl Rules {
             let mut next = Vec::new();
             if !walk.is_goal[at] {
                 let state = walk.states[at].clone();
-                match self.step(&state, program.exact_steps(&state)) {
+                match self.exact_step(program, &actions, &state) {
                     Ok(step) => next.extend(step.successors.iter().map(|(state, _)| walk.add(state, goal))),
                     Err(kind) => return Ok(Err(PolicyFault { state, kind })),
                 }
@@ -177,6 +179,21 @@ impl Rules {
             at += 1;
         }
         Ok(Ok(walk))
+    }
+
+    /// Takes the step of the policy in a state: if an action has its name, among those of this action.
+    fn exact_step(
+        &self,
+        program: &Program,
+        actions: &AHashMap<String, Vec<usize>>,
+        state: &State,
+    ) -> std::result::Result<Step<Ratio>, FaultKind> {
+        if let Some(own) = self.action(state).and_then(|action| actions.get(action))
+            && let Ok(step) = self.step(state, program.exact_steps_of(state, own))
+        {
+            return Ok(step);
+        }
+        self.step(state, program.exact_steps(state))
     }
 
     /// Takes the step of the policy among those of a state.
@@ -218,6 +235,19 @@ impl Rules {
         }
         PolicyRun { steps, last, end }
     }
+}
+
+/// Returns the synchronisations of each action by its name, without spaces and capitals.
+fn synchronisations(program: &Program) -> AHashMap<String, Vec<usize>> {
+    let mut of_actions: AHashMap<String, Vec<usize>> = AHashMap::new();
+    // In a Markov chain, all combinations together are the one choice.
+    let all = program.synchronisations.iter().enumerate().filter(|_| program.kind != ModelKind::Dtmc);
+    for (index, synchronisation) in all {
+        if let Some(action) = synchronisation.action {
+            of_actions.entry(plain(&program.actions[action])).or_default().push(index);
+        }
+    }
+    of_actions
 }
 
 impl From<&Policy> for Rules {

@@ -1,0 +1,97 @@
+//! The states of a closed policy.
+
+use std::collections::VecDeque;
+
+use super::super::explore::fixed;
+use super::super::stepper::Stepper;
+use super::{Guided, Guiding};
+use ahash::AHashMap;
+use meliora_base::error::Result;
+use meliora_base::progress::Poll;
+use meliora_model::CommandId;
+use meliora_model::step::Choice;
+
+impl Guided {
+    pub(super) fn follow<const W: usize>(&self) -> Result<Vec<Guiding>> {
+        let mut poll = Poll::new(&*self.task.settings.sink);
+        let mut stepper = Stepper::<W>::new(&self.task.prepared);
+        let states = self.visited();
+        let distances = self.distances(&states);
+        let mut policy = Vec::new();
+        for state in states {
+            poll.step()?;
+            let Some(step) = self.part.step(state) else { continue };
+            let code = fixed::<W>(self.part.index.code(state as usize));
+            stepper.enter(&self.task.layout, &code);
+            stepper.expand().map_err(|broken| self.task.broken(broken, &code))?;
+            let number = (step.choice - self.part.choices_of(state).start) as usize;
+            let (choice, name) = self.named(&stepper, number);
+            let distance = distances.get(&state).copied().unwrap_or_default();
+            policy.push(Guiding { state: self.task.values(&code), choice, name, distance });
+        }
+        Ok(policy)
+    }
+
+    /// Returns the states that the policy visits, those of the target left out, in the order in which it does.
+    fn visited(&self) -> Vec<u32> {
+        let (mut open, mut seen) = (VecDeque::from(self.initial.clone()), ahash::AHashSet::new());
+        let mut visited = Vec::new();
+        while let Some(state) = open.pop_front() {
+            if let (true, Some(step)) = (seen.insert(state), self.part.step(state)) {
+                visited.push(state);
+                open.extend(self.part.edges_of(step.choice).map(|edge| self.part.successor(edge)));
+            }
+        }
+        visited
+    }
+
+    /// Returns the least number of steps of the policy from each of the states that it visits to the target.
+    fn distances(&self, visited: &[u32]) -> AHashMap<u32, usize> {
+        let (mut before, mut known, mut open) =
+            (AHashMap::<u32, Vec<u32>>::new(), AHashMap::new(), VecDeque::new());
+        for &state in visited {
+            let Some(step) = self.part.step(state) else { continue };
+            for to in self.part.edges_of(step.choice).map(|edge| self.part.successor(edge)) {
+                before.entry(to).or_default().push(state);
+                if self.part.standing[to as usize].is_target && known.insert(to, 0).is_none() {
+                    open.push_back(to);
+                }
+            }
+        }
+        while let Some(state) = open.pop_front() {
+            let next = known.get(&state).map_or(0, |distance: &usize| distance + 1);
+            for &earlier in before.get(&state).into_iter().flatten() {
+                if let std::collections::hash_map::Entry::Vacant(entry) = known.entry(earlier) {
+                    entry.insert(next);
+                    open.push_back(earlier);
+                }
+            }
+        }
+        known
+    }
+
+    /// Returns a choice of the state that was expanded last, and its name.
+    fn named<const W: usize>(&self, stepper: &Stepper<'_, W>, number: usize) -> (Choice, String) {
+        let program = &self.task.program;
+        let all = stepper
+            .active
+            .iter()
+            .flat_map(|&index| (0..stepper.combinations(index)).map(move |k| (index, k)));
+        let Some((index, _)) = all.clone().nth(number) else { return (Choice::Deadlock, String::new()) };
+        // Only choices with the same label decide how it is called.
+        let action = program.synchronisations[index].action;
+        let (mut alike, mut at) = (Vec::new(), 0);
+        for (place, (index, combination)) in all.enumerate() {
+            if place == number {
+                at = alike.len();
+            }
+            if place == number || action.is_some() && program.synchronisations[index].action == action {
+                let commands = stepper.combination(index, combination).into_iter().map(CommandId);
+                alike.push((index, commands.collect::<Vec<_>>()));
+            }
+        }
+        let name = program.names(&alike).swap_remove(at);
+        let (synchronisation, commands) = alike.swap_remove(at);
+        (Choice::Combination { synchronisation, commands }, name)
+    }
+}

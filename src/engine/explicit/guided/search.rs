@@ -1,0 +1,294 @@
+//! The control of a guided search: which state comes next, and the search for a path from it.
+
+use std::sync::Arc;
+
+use super::super::explore::{PATIENCE, fixed};
+use super::super::index::NOBODY;
+use super::super::meter::{Array, Meter};
+use super::super::stepper::{Stepper, sum};
+use super::queue::Queue;
+use super::{Guide, Guided};
+use meliora_base::error::Result;
+
+/// A best-first search for a path from one state to the target or to the policy.
+pub(super) struct Search {
+    /// The state where it begins; [`NOBODY`] if none is under way.
+    start: u32,
+    /// The edges that may be followed; those of choices that an estimate suggests, too. Both have turns.
+    queues: [Queue; 2],
+    turn: usize,
+    /// For each state the number of the last search that entered it, and the edge by which it did.
+    entered: Array<(u32, u32)>,
+    number: u32,
+    /// The states that it has entered.
+    found: Vec<u32>,
+}
+
+impl Search {
+    pub(super) fn new(meter: &Meter) -> Self {
+        Search {
+            start: NOBODY,
+            queues: [Queue::new(meter), Queue::new(meter)],
+            turn: 0,
+            entered: Array::new(meter),
+            number: 0,
+            found: Vec::new(),
+        }
+    }
+
+    fn begin(&mut self, start: u32) {
+        self.end();
+        self.start = start;
+        self.number += 1;
+    }
+
+    fn end(&mut self) {
+        self.queues.iter_mut().for_each(Queue::clear);
+        self.found.clear();
+        self.start = NOBODY;
+    }
+
+    fn pop(&mut self) -> Option<u32> {
+        self.turn ^= 1;
+        let turn = self.turn;
+        self.queues[turn].pop().or_else(|| self.queues[turn ^ 1].pop())
+    }
+
+    fn has_entered(&self, state: u32) -> bool {
+        self.entered.get(state as usize).is_some_and(|&(number, _)| number == self.number)
+    }
+
+    /// Enters a state by an edge; [`NOBODY`] for the first one.
+    fn enter(&mut self, state: u32, edge: u32) -> Result<()> {
+        while self.entered.len() <= state as usize {
+            self.entered.push((0, NOBODY))?;
+        }
+        self.entered[state as usize] = (self.number, edge);
+        self.found.push(state);
+        Ok(())
+    }
+}
+
+impl Guided {
+    /// Adds an initial state.
+    pub(super) fn start<const W: usize>(&mut self, code: &[u64]) -> Result<()> {
+        let state = self.number(&fixed::<W>(code))?;
+        self.initial.push(state);
+        Ok(())
+    }
+
+    /// Returns the number of a state, in which the target is tested if it is new.
+    fn number<const W: usize>(&mut self, code: &[u64; W]) -> Result<u32> {
+        let (state, is_new) = self.part.number(code)?;
+        if is_new {
+            self.part.standing[state as usize].is_target = self.target.holds(&self.task, code)?;
+        }
+        Ok(state)
+    }
+
+    pub(super) fn advance<const W: usize>(&mut self, most: u64) -> Result<Option<bool>> {
+        let prepared = Arc::clone(&self.task.prepared);
+        let mut stepper = Stepper::<W>::new(&prepared);
+        while self.work() < most {
+            self.report()?;
+            if self.initial.iter().any(|&state| self.part.standing[state as usize].is_lost) {
+                return Ok(Some(false));
+            }
+            if self.search.start == NOBODY {
+                let Some(next) = self.next() else { return Ok(Some(true)) };
+                self.search.begin(next);
+                self.look(&mut stepper, next, NOBODY)?;
+                continue;
+            }
+            let Some(edge) = self.search.pop() else {
+                // Each choice that may be taken stays among these states.
+                self.part.lose(self.search.found.clone());
+                self.search.end();
+                continue;
+            };
+            let state = self.part.successor(edge);
+            if self.part.is_open(self.part.source(edge).0) && !self.search.has_entered(state) {
+                self.look(&mut stepper, state, edge)?;
+            }
+        }
+        Ok(None)
+    }
+
+    /// Returns a state that needs a choice; `None` if the policy is closed.
+    fn next(&mut self) -> Option<u32> {
+        // States that the policy no longer visits wait, too: after a repair, it is followed again, unless that would
+        // take longer than the work since the last time.
+        let [at, took] = self.walked;
+        if !self.part.detached.is_empty() && self.work() >= at + took {
+            self.open.clear();
+        }
+        for _ in 0..2 {
+            while let Some(state) = self.open.pop() {
+                if !self.part.leads_on(state) && !self.part.standing[state as usize].is_lost {
+                    return Some(state);
+                }
+            }
+            self.walk();
+        }
+        None
+    }
+
+    /// Follows the policy from the initial states, and lists those that need a choice.
+    fn walk(&mut self) {
+        self.part.detached.clear();
+        self.open.clear();
+        let before = self.work();
+        let (mut stack, mut seen) = (self.initial.clone(), ahash::AHashSet::new());
+        while let Some(state) = stack.pop() {
+            self.steps += 1;
+            if self.part.standing[state as usize].is_target || !seen.insert(state) {
+                continue;
+            }
+            match self.part.step(state) {
+                Some(step) => {
+                    let edges = self.part.edges_of(step.choice);
+                    self.steps += edges.len() as u64;
+                    stack.extend(edges.map(|edge| self.part.successor(edge)));
+                }
+                None => self.open.push(state),
+            }
+        }
+        self.walked = [self.work(), self.work() - before];
+    }
+
+    /// Enters a state: estimates its distance, and lists its choices and their successors. If one of these is in the
+    /// target or the policy, the path becomes part of the policy.
+    fn look<const W: usize>(&mut self, stepper: &mut Stepper<'_, W>, state: u32, edge: u32) -> Result<()> {
+        self.search.enter(state, edge)?;
+        let standing = self.part.standing[state as usize];
+        if standing.is_lost || !standing.is_expanded && !self.expand(stepper, state)? {
+            // A search that begins there has no way to go.
+            return Ok(());
+        }
+        let known = self.part.estimate[state as usize];
+        for choice in
+            self.part.choices_of(state).filter(|&choice| self.part.is_open(choice)).collect::<Vec<_>>()
+        {
+            for edge in self.part.edges_of(choice) {
+                let to = self.part.successor(edge);
+                if self.part.leads_on(to) {
+                    return self.adopt(stepper, state, choice, to);
+                }
+                if self.search.has_entered(to) {
+                    continue;
+                }
+                let is_estimated = self.part.standing[to as usize].is_estimated;
+                let key = if is_estimated { self.part.estimate[to as usize] } else { known };
+                self.search.queues[0].push(key, edge)?;
+                if self.part.is_helpful(choice) {
+                    self.search.queues[1].push(key, edge)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Estimates the distance of a state to the target. Returns false if it is lost.
+    fn estimate(&mut self, state: u32) -> bool {
+        self.task.layout.decode(self.part.index.code(state as usize), &mut self.guide.values);
+        let found = self.guide.estimator.estimate(&self.guide.relaxation, &self.guide.values);
+        self.part.standing[state as usize].is_estimated = true;
+        match found {
+            Some(steps) => self.part.estimate[state as usize] = steps,
+            None => self.part.lose(vec![state]),
+        }
+        found.is_some()
+    }
+
+    /// Lists the choices of a state. Returns false if it is lost.
+    fn expand<const W: usize>(&mut self, stepper: &mut Stepper<'_, W>, state: u32) -> Result<bool> {
+        // Also of a state whose distance is known: the plan names the helpful commands.
+        if !self.estimate(state) {
+            return Ok(false);
+        }
+        let code = fixed::<W>(self.part.index.code(state as usize));
+        stepper.enter(&self.task.layout, &code);
+        let Guide { relaxation, estimator, .. } = &self.guide;
+        let of = |&command: &u32| relaxation.synchronisations.of(command as usize);
+        let mut among: Vec<u32> = estimator.enabled.iter().flat_map(of).copied().collect();
+        among.sort_unstable();
+        among.dedup();
+        let among = among.into_iter().map(|index| index as usize);
+        stepper.expand_among(among).map_err(|broken| self.task.broken(broken, &code))?;
+        self.steps += 1 + stepper.steps.len() as u64;
+        self.part.begin(state);
+        let (mut at, mut number, mut successors) = (0, 0, Vec::new());
+        for place in 0..stepper.active.len() {
+            let index = stepper.active[place];
+            for combination in 0..stepper.combinations(index) {
+                let end = stepper.ends[number] as usize;
+                successors.clear();
+                for step in &stepper.steps[at..end] {
+                    successors.push(self.number(&sum(&code, step))?);
+                }
+                successors.sort_unstable();
+                successors.dedup();
+                let estimator = &self.guide.estimator;
+                let commands = stepper.combination(index, combination);
+                let is_helpful = commands.iter().any(|&command| estimator.is_helpful(command));
+                self.part.add(state, &successors, is_helpful)?;
+                (at, number) = (end, number + 1);
+            }
+        }
+        self.part.end(state);
+        Ok(!self.part.standing[state as usize].is_lost)
+    }
+
+    /// Takes the path that the search has found into the policy. Its other outcomes are estimated: those that are lost
+    /// make it useless at once.
+    fn adopt<const W: usize>(
+        &mut self,
+        stepper: &mut Stepper<'_, W>,
+        state: u32,
+        choice: u32,
+        to: u32,
+    ) -> Result<()> {
+        let (mut path, mut last) = (vec![(state, choice, to)], state);
+        loop {
+            let (_, edge) = self.search.entered[last as usize];
+            if edge == NOBODY {
+                break;
+            }
+            let (choice, owner) = self.part.source(edge);
+            if !self.part.is_open(choice) {
+                // The search learnt too late that this choice may lead to a lost state.
+                let start = self.search.start;
+                self.search.begin(start);
+                return self.look(stepper, start, NOBODY);
+            }
+            path.push((owner, choice, last));
+            last = owner;
+        }
+        self.search.end();
+        path.iter().for_each(|&(state, choice, to)| self.part.attach(state, choice, to));
+        for &(_, choice, _) in path.iter().rev() {
+            for edge in self.part.edges_of(choice) {
+                let to = self.part.successor(edge);
+                let standing = self.part.standing[to as usize];
+                if !self.part.leads_on(to)
+                    && !standing.is_lost
+                    && (standing.is_estimated || self.estimate(to))
+                {
+                    self.open.push(to);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn report(&mut self) -> Result<()> {
+        if self.work() < self.reported + PATIENCE as u64 {
+            return Ok(());
+        }
+        self.reported = self.work();
+        let (states, open) = (self.part.standing.len(), self.open.len());
+        let detail = || format!("{states} states found, {open} wait for a choice");
+        self.task.settings.sink.progress("guided search", &detail);
+        self.task.settings.sink.stop().map_or(Ok(()), |limit| Err(limit.into()))
+    }
+}
