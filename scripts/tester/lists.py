@@ -11,7 +11,6 @@ from tester.names import fresh
 from tester.questions import COMPARE, decimal, near
 from tester.regions import value_of
 
-FUNCTIONS = ("min", "max", "sum", "avg", "count", "∀", "∃", "argmin", "argmax", "values")
 SIGNS = {"≥": ">=", ">": ">", "≤": "<=", "<": "<"}
 MISTAKES = (
     "P>=1 [ F nowhere = 1 ]",
@@ -87,8 +86,20 @@ def defined_twice(context, model, file, lines):
     context.case.features.add("name defined twice")
 
 
+# The functions of filters: whether they are over verdicts, and their answers.
+AMONG = {
+    "∀": (True, all),
+    "∃": (True, any),
+    "count": (True, lambda verdicts: [sum(verdicts)]),
+    "min": (False, lambda values: [min(values)]),
+    "max": (False, lambda values: [max(values)]),
+    "sum": (False, lambda values: [sum(values)]),
+    "avg": (False, lambda values: [sum(values) / len(values)]),
+}
+
+
 def jani_filters(context):
-    """Properties of a JANI model with filters: an answer is given only where it is the value of the filter."""
+    """Properties of a JANI model with filters over some of its states."""
     whole = None if context.is_game or context.is_rare() else explore(context.source, "reachable", 3000)
     if whole is None or len(whole.values) > MOST_STATES:
         return
@@ -108,35 +119,34 @@ def jani_filters(context):
 
 
 def filtered(draw, whole, target):
-    """A filter, with its answer; None where the program has none."""
+    """A filter over some states, with its answer; None where the program has none."""
+    goal = {"op": "F", "exp": one_of(target)}
+    if draw.random() < 0.2:
+        sure = {"op": "≥", "left": {"op": "Pmin", "exp": goal}, "right": 1}
+        target = {state for state, least in chances(whole, target)[1].items() if least == 1}
+        goal = {"op": "F", "exp": sure}
     most, least = chances(whole, target)
     kind, values = draw.choice([("Pmax", most), ("Pmin", least)])
-    values = [values[state] for state in whole.initial]
-    goal = {"op": "F", "exp": one_of(target)}
-    expression, verdict = {"op": kind, "exp": goal}, None
-    if draw.random() < 0.5:
+    expression, is_verdict = {"op": kind, "exp": goal}, draw.random() < 0.5
+    if draw.random() < 0.2:
+        expression = {"op": "-", "left": 1, "right": expression}
+        values = {state: 1 - value for state, value in values.items()}
+    if is_verdict:
         sign = draw.choice([*SIGNS])
-        bound = draw.choice([Fraction(0), Fraction(1), near(draw.choice(values)), Fraction(draw.randint(1, 9), 10)])
+        bound = draw.choice([Fraction(0), Fraction(1), near(draw.choice([*values.values()])), Fraction(draw.randint(1, 9), 10)])
         number = int(bound) if bound in (0, 1) else float(decimal(bound))
         expression = {"op": sign, "left": expression, "right": number}
-        verdict = [COMPARE[SIGNS[sign]](value, bound) for value in values]
-    fun = draw.choice(["∀", "values", *FUNCTIONS, "exists"])
-    states = draw.choice([{"op": "initial"}] * 3 + [True, {"op": "deadlock"}, one_of({0})])
+        values = {state: COMPARE[SIGNS[sign]](value, bound) for state, value in values.items()}
+    some = set(draw.sample([*whole.states], draw.randint(1, len(whole.states))))
+    fun = draw.choice([*AMONG, "exists"])
+    states, chosen = draw.choice([({"op": "initial"}, whole.initial), (True, whole.states), (one_of(some), some)])
     found = {"op": "filter", "fun": fun, "values": expression, "states": states}
     if draw.random() < 0.1:
         found["condition"] = True  # no key of the format
         return found, None
-    if draw.random() < 0.1:
-        goal["exp"] = {"op": "≥", "left": {"op": "Pmin", "exp": {"op": "F", "exp": one_of(target)}}, "right": 1}
+    if fun not in AMONG or AMONG[fun][0] is not is_verdict:
         return found, None
-    only = len(values) == 1
-    if states != {"op": "initial"}:
-        return found, None
-    if verdict is not None:
-        return found, all(verdict) if fun == "∀" or only and fun in ("∃", "values") else None
-    if fun in ("min", "max"):
-        return found, [min(values) if fun == "min" else max(values)]
-    return found, values if only and fun in ("sum", "avg", "values") else None
+    return found, AMONG[fun][1]([values[state] for state in chosen])
 
 
 def one_of(states):

@@ -238,7 +238,7 @@ def compare(context, what, answer, entry):
     lower, upper = (math.inf if x == "inf" else Fraction(x) for x in (found["lower"], found["upper"]))
     slack = Fraction(1, 10**5)
     inside = lower <= min(answer) and max(answer) <= upper
-    narrow = upper - lower <= max(answer) - min(answer) + slack * max(1, abs(lower))
+    narrow = lower == upper or upper - lower <= max(answer) - min(answer) + slack * max(1, abs(lower))
     context.same(what, "", "" if inside and narrow else f"{found}, not {[str(value) for value in answer]}")
 
 

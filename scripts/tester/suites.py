@@ -17,6 +17,7 @@ from tester import (
     questions,
     refusals,
     regions,
+    several,
     stopping,
     sweeps,
     tables,
@@ -29,6 +30,6 @@ from tester import (
 
 GROUPS = (
     *(checks, games, promises, pursuits, induced, regions, dumps, questions, tables, whole, valued, together),
-    *(stopping, sweeps, places, lists, nested, exchange, names, wild, pages, refusals, package, tasks),
+    *(stopping, sweeps, places, lists, nested, several, exchange, names, wild, pages, refusals, package, tasks),
 )
 ALL = {name: check for group in GROUPS for name, check in group.ALL.items()}

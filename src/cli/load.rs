@@ -20,10 +20,11 @@ use meliora_model::preference::Preferences;
 use meliora_model::{ModelKind, Program};
 
 use super::model_files::ModelFiles;
+use super::named::own;
 use super::options::{ModelArgs, PreferenceArgs};
 use super::progress::TerminalSink;
 use super::ranges;
-use super::unanswered::{of_model, without_question};
+use super::unanswered::{of_model, single, without_question};
 
 /// True once standard input has been read.
 static INPUT_READ: AtomicBool = AtomicBool::new(false);
@@ -235,9 +236,9 @@ impl Loaded {
         let program = &self.program;
         let required = required(texts)?;
         let (mut questions, mut terms) = (Vec::new(), Vec::new());
-        let own = [GOAL.to_owned()];
+        let goal = [GOAL.to_owned()];
         let asks_for_goal = target.is_none() && properties.is_empty() && program.planning.is_some();
-        let properties = if asks_for_goal { &own } else { properties };
+        let properties = if asks_for_goal { &goal } else { properties };
         if let Some(text) = target {
             let asking = Asking::target(program, &SourceFile::new("--target", text), &required)?;
             questions.push(Stated { position: 0, text: text.to_owned(), asking });
@@ -247,15 +248,14 @@ impl Loaded {
         }
         for (position, text) in properties.iter().enumerate() {
             let asking = match self.named.iter().find(|p| p.name == *text) {
-                Some(named) => {
-                    let asked = of_model(named)?;
-                    if let Some(term) = asked.bounded(program)?.filter(|_| required.is_empty() && !regions) {
+                Some(named) => match own(program, of_model(named)?, &required, regions)? {
+                    Ok(asking) => asking,
+                    Err(term) => {
                         let source = Arc::clone(&program.source);
                         terms.push(StatedTerm { position, source, term });
                         continue;
                     }
-                    Asking::named(program, asked, &required)?
-                }
+                },
                 None => {
                     let source = SourceFile::new("--property", text.as_str());
                     let property = lang::parse_property(&source)?;
@@ -420,7 +420,7 @@ pub(super) fn stopping(
     let Some(text) = target.or(property) else { return Err(without_question(&named)) };
     let known = named.iter().find(|p| target.is_none() && p.name == text);
     let Stopping { program, asking } = match known {
-        Some(named) => Stopping::named(&program, of_model(named)?)?,
+        Some(named) => Stopping::named(&program, single(named)?)?,
         None if target.is_some() => Stopping::target(&program, &SourceFile::new("--target", text))?,
         None => Stopping::property(&program, &SourceFile::new("--property", text))?,
     };

@@ -27,6 +27,7 @@ mod progress;
 mod progress_line;
 mod properties;
 mod ranges;
+mod shares;
 mod signals;
 mod supervise;
 mod sweep;

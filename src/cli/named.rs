@@ -2,14 +2,17 @@
 
 use std::sync::Arc;
 
-use meliora::reach::Asking;
+use meliora::reach::{Asking, Required};
 use meliora_base::error::{Error, SourceFile};
 use meliora_engine::NoProgress;
 use meliora_lang::Given;
-use meliora_lang::named::Property;
+use meliora_lang::named::{self, Property};
+use meliora_lang::property::{Named, Term};
+use meliora_lang::property_file;
 use meliora_lang::refusal::Refusal;
+use meliora_model::Program;
 
-use super::load::{Asked, Loaded, Stated, StatedTerm, document, parsed, required};
+use super::load::{Asked, Loaded, Stated, StatedTerm, asking, document, parsed, required};
 use super::options::ModelArgs;
 use super::progress::TerminalSink;
 use super::unanswered::without_question;
@@ -35,24 +38,42 @@ pub(super) fn named(
     let (mut questions, mut terms, mut all) = (Vec::new(), Vec::new(), Vec::new());
     for (position, Property { name, asks }) in named.into_iter().enumerate() {
         let asking = match asks {
-            Ok(asked)
-                if required.is_empty()
-                    && !regions
-                    && asked.bounded(&program).is_ok_and(|term| term.is_some()) =>
-            {
-                let source = Arc::clone(&program.source);
-                let term = asked.bounded(&program)?;
-                terms.extend(term.map(|term| StatedTerm { position, source, term }));
-                all.push((name, None));
-                continue;
-            }
-            Ok(asked) => alone(&program.source, Asking::named(&program, asked, &required))?,
+            Ok(asks) => alone(&program.source, own(&program, asks, &required, regions))?,
             Err(refusal) => Err(refusal),
         };
         all.push((name.clone(), asking.as_ref().err().cloned()));
-        questions.extend(asking.ok().map(|asking| Stated { position, text: name, asking }));
+        match asking {
+            Ok(Ok(asking)) => questions.push(Stated { position, text: name, asking }),
+            Ok(Err(term)) => {
+                terms.push(StatedTerm { position, source: Arc::clone(&program.source), term });
+            }
+            Err(_) => {}
+        }
     }
     Ok((Asked { terms, ..Asked::new(program, questions, true, overlap) }, all))
+}
+
+/// Does the same as [`asking`] for a property that the model names.
+///
+/// # Errors
+/// See [`asking`].
+pub(super) fn own(
+    program: &Program,
+    asks: named::Asks,
+    required: &[Required],
+    regions: bool,
+) -> Result<Result<Asking, Term>, Error> {
+    match asks {
+        named::Asks::Expression(property) => {
+            let term = property.term(program, &program.source, &Named::default())?;
+            let asks = property_file::Asks { simple: None, term: Some(term) };
+            asking(asks, program, &program.source, required, regions)
+        }
+        named::Asks::One(asked) => match asked.bounded(program)? {
+            Some(term) if required.is_empty() && !regions => Ok(Err(term)),
+            _ => Asking::named(program, asked, required).map(Ok),
+        },
+    }
 }
 
 /// Makes an error in the text of a property the reason against this property alone.

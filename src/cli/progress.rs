@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use meliora::supervise::{Supervisor, lock};
-use meliora_base::error::{Diagnostic, Limit};
+use meliora_base::error::{Diagnostic, Error, Limit};
 use meliora_base::escape;
 use meliora_engine::ProgressSink;
 
@@ -27,6 +27,8 @@ pub(super) struct TerminalSink {
     line: Mutex<Option<ProgressLine>>,
     quiet: bool,
     verbose: u8,
+    /// The limit that ended a share of the work.
+    ended: Mutex<Option<Limit>>,
 }
 
 impl TerminalSink {
@@ -39,6 +41,7 @@ impl TerminalSink {
             line: Mutex::default(),
             quiet: shown.quiet,
             verbose: shown.verbose,
+            ended: Mutex::default(),
         }
     }
 
@@ -53,6 +56,19 @@ impl TerminalSink {
     /// Limits the work that follows; see [`Supervisor::share`].
     pub(super) fn share(&self, parts: Option<usize>) {
         self.supervisor.share(parts);
+    }
+
+    /// Notes that a share of the work has ended by a limit.
+    pub(super) fn end_share(&self, limit: Limit) {
+        lock(&self.ended).get_or_insert(limit);
+    }
+
+    /// Ends work of which a part has no result because its share has ended.
+    ///
+    /// # Errors
+    /// The limit of the first such share.
+    pub(super) fn ended_share(&self) -> Result<(), Error> {
+        lock(&self.ended).take().map_or(Ok(()), |limit| Err(limit.into()))
     }
 
     /// Shows that a part of a phase begins; without a part, the phase.

@@ -23,8 +23,9 @@ use super::given::Given;
 use super::judging::{self, Judged};
 use super::load::Asked;
 use super::regions::{Found, Regions};
+use super::shares::{NO_TIME, Shares};
 use super::supervise::Job;
-use super::{engines, terms, unanswered};
+use super::{engines, terms};
 
 /// Answers the reachability properties with one engine, then each formula with its own, and then the
 /// expressions over states.
@@ -50,12 +51,17 @@ pub(super) fn work(job: &Job<ReachReport>, given: &Given<'_>, asked: &Asked) -> 
     if !plain.is_empty() || (asked.questions.is_empty() && asked.terms.is_empty()) {
         run_engine(job, given, &selected, asked, &asked.program, &plain)?;
     }
+    let mut shares = Shares::of(&job.sink, later(asked));
     for question in all() {
         if let Some(watched) = &question.0.goal.watched {
-            run_engine(job, given, &selected, asked, &watched.program, &[question])?;
+            let work = || run_engine(job, given, &selected, asked, &watched.program, &[question]);
+            if shares.next(work)?.is_none() {
+                job.update(|r| r.properties[question.1].reason = Some(NO_TIME.to_owned()));
+            }
         }
     }
-    terms::work(job, given, &selected, asked)
+    terms::work(job, given, &selected, asked)?;
+    job.sink.ended_share()
 }
 
 /// Answers properties with one engine of diagrams, and writes their regions.
@@ -74,9 +80,8 @@ fn write_regions(
         || engines::symbolic(program, given.model, &job.sink),
         |r, s| r.time.add("build", s),
     )?;
-    let questions = answerable(job, &*engine, asked, questions)?;
     let mut kept = Some(Vec::new());
-    let unsafe_states = answer(job, &*engine, asked, &questions, given, &mut kept)?;
+    let unsafe_states = answer(job, &*engine, asked, questions, given, &mut kept)?;
     let place = |(at, which, states)| {
         let position = questions.iter().position(|(_, position)| *position == at)?;
         Some((position, which, states))
@@ -138,9 +143,8 @@ fn run_engine(
             };
         }
     };
-    let questions = answerable(job, &*engine, asked, questions)?;
-    answer(job, &*engine, asked, &questions, given, &mut None)?;
-    match (given.plan, questions.as_slice()) {
+    answer(job, &*engine, asked, questions, given, &mut None)?;
+    match (given.plan, questions) {
         (Some((plan, out)), [(asking, _)]) => plan.work(job, &*engine, program, asking, out),
         _ => Ok(()),
     }
@@ -156,30 +160,6 @@ fn without_states(job: &Job<ReachReport>, questions: &[(&Asking, usize)], judged
         }
         r.memory.peak_nodes = r.memory.peak_nodes.max(peak_nodes);
     });
-}
-
-/// Returns the questions that have a meaning for the initial states of the model.
-///
-/// # Errors
-/// A limit is hit; a question of the command line has no meaning.
-fn answerable<'a, E: Engine>(
-    job: &Job<ReachReport>,
-    engine: &E,
-    asked: &Asked,
-    questions: &[(&'a Asking, usize)],
-) -> Result<Vec<(&'a Asking, usize)>, Error> {
-    let mut left = Vec::new();
-    for &(asking, position) in questions {
-        match asking.refused(engine)? {
-            None => left.push((asking, position)),
-            Some(reason) if asked.is_list => job.update(|r| r.properties[position].reason = Some(reason)),
-            Some(reason) => {
-                let text = asked.questions.iter().find(|q| q.position == position).map_or("", |q| &q.text);
-                return Err(unanswered::not_answered(text, &reason));
-            }
-        }
-    }
-    Ok(left)
 }
 
 /// Answers properties of one program. Regions go to `kept`, if there is a list. Returns the unsafe states
@@ -305,7 +285,8 @@ impl<E: Engine> Answering<'_, E> {
             }
             groups.retain(|group| self.is_left(group) || round + 1 < group.order.len());
         }
-        groups.iter().try_for_each(|group| self.values(group))
+        let mut shares = self.shares(&groups);
+        groups.iter().try_for_each(|group| self.values(group, &mut shares))
     }
 
     /// Returns whether more than the regions is to be computed for some of the properties.
@@ -362,26 +343,45 @@ impl<E: Engine> Answering<'_, E> {
         Ok(Some((which, inside)))
     }
 
+    /// Returns the shares of the properties for which the regions are not enough, and of what follows them.
+    fn shares(&self, groups: &[Group<'_, E>]) -> Shares<'_> {
+        let members = groups.iter().flat_map(|group| &group.members);
+        let values = members.filter(|(asking, _)| self.has_value(asking)).count();
+        // A formula with monitors is alone, and has its share already.
+        let is_plain = groups.iter().any(|group| group.members.iter().any(|(q, _)| q.goal.watched.is_none()));
+        Shares::of(&self.job.sink, values + if is_plain { later(self.asked) } else { 0 })
+    }
+
     /// Answers the properties for which the regions are not enough.
-    fn values(&self, group: &Group<'_, E>) -> Result<(), Error> {
+    fn values(&self, group: &Group<'_, E>, shares: &mut Shares<'_>) -> Result<(), Error> {
         for &(asking, position) in group.members.iter().filter(|(asking, _)| self.has_value(asking)) {
-            let program = &self.asked.program;
-            let answer = || self.under.answer(asking, program, group.search.known(), self.given.precision);
-            let answer = match self.job.timed("value", answer, |r, s| r.time.add("value", s)) {
-                // A wrong reward.
-                Err(error @ Error::Input(_)) if self.asked.is_list => {
-                    let reason = Refusal::of(&error).reason;
-                    self.job.update(|r| r.properties[position].reason = Some(reason));
-                    continue;
-                }
-                answer => answer?,
+            let (program, known, mut partial) = (&self.asked.program, group.search.known(), None);
+            let answer = || {
+                let mut answer = self.under.answer(asking, program, known, self.given.precision)?;
+                let end = std::mem::replace(&mut answer.end, Ok(()));
+                // A number of a game that is not supported leaves the others.
+                let leaves = answer.no_value.is_some() && !self.given.is_one;
+                partial = Some(answer);
+                if leaves { Ok(()) } else { end }
             };
-            self.job.update(|r| r.answer(position, &answer));
-            // A number of a game that is not supported leaves the others.
-            if answer.no_value.is_none() || self.given.is_one {
-                answer.end?;
-            }
+            let work = || Ok(shares.next(answer));
+            let done = self.job.timed("value", work, |r, s| r.time.add("value", s))?;
+            self.job.update(|r| partial.iter().for_each(|answer| r.answer(position, answer)));
+            let reason = match done {
+                Ok(Some(())) => continue,
+                Ok(None) => NO_TIME.to_owned(),
+                // A wrong reward.
+                Err(error @ Error::Input(_)) if self.asked.is_list => Refusal::of(&error).reason,
+                Err(error) => return Err(error),
+            };
+            self.job.update(|r| r.properties[position].reason = Some(reason));
         }
         Ok(())
     }
+}
+
+/// Returns the number of shares of what follows the properties without monitors.
+fn later(asked: &Asked) -> usize {
+    let watched = asked.questions.iter().filter(|q| q.asking.goal.watched.is_some()).count();
+    watched + usize::from(!asked.terms.is_empty())
 }

@@ -17,6 +17,7 @@ use meliora_report::reach::Share;
 use super::engines;
 use super::given::Given;
 use super::load::{Asked, StatedTerm};
+use super::shares::{NO_TIME, Shares};
 use super::supervise::Job;
 
 /// Answers all of them with one engine. A property without an answer leaves the others of a file.
@@ -40,10 +41,13 @@ pub(super) fn work(
     counted(job, &engine, asked)?;
     let build = |program: &Arc<Program>| built(job, given, selected, program);
     let model = Model::new(&*engine, &asked.program, &build, given.precision);
+    let mut shares = Shares::of(&job.sink, asked.terms.len());
     for StatedTerm { position, source, term } in &asked.terms {
         let evaluator = Evaluator::new(&model, source);
-        match job.timed("value", || evaluator.answer(term), |r, s| r.time.add("value", s)) {
-            Ok(found) => note(job, given.is_one, *position, &engine, found)?,
+        let answer = || shares.next(|| evaluator.answer(term));
+        match job.timed("value", answer, |r, s| r.time.add("value", s)) {
+            Ok(Some(found)) => note(job, given.is_one, *position, &engine, found)?,
+            Ok(None) => job.update(|r| r.properties[*position].reason = Some(NO_TIME.to_owned())),
             Err(error) if !given.is_one && !matches!(error, Error::Limit(_)) => {
                 let Refusal { reason, place } = Refusal::of(&error);
                 job.update(|r| {

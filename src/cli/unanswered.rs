@@ -25,8 +25,23 @@ pub(super) fn without_question(named: &[Property]) -> Error {
 ///
 /// # Errors
 /// The property is not supported.
-pub(super) fn of_model(property: &Property) -> Result<named::Asked, Error> {
+pub(super) fn of_model(property: &Property) -> Result<named::Asks, Error> {
     property.asks.clone().map_err(|refusal| not_answered(&property.name, &refusal.reason))
+}
+
+/// Returns the question of a property that is one about a single formula.
+///
+/// # Errors
+/// The property is not supported, or is of another kind.
+pub(super) fn single(property: &Property) -> Result<named::Asked, Error> {
+    match of_model(property)? {
+        named::Asks::One(asked) => Ok(asked),
+        named::Asks::Expression(_) => {
+            let reason =
+                "paths stop where a probability or a reward of one formula is decided, and it asks for more";
+            Err(not_answered(&property.name, reason))
+        }
+    }
 }
 
 /// Returns the error for a property of the model without an answer.

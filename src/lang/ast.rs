@@ -7,6 +7,7 @@ use crate::property::Operator;
 pub use meliora_base::span::Span;
 use meliora_base::value::{Type, Value};
 use meliora_model::ModelKind;
+use meliora_model::expr::ExprId;
 
 /// A name with its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -71,6 +72,8 @@ pub enum NodeKind {
     Apply(Function, u32),
     /// An operator of properties, which is a condition or a number; only in properties.
     Operator(Box<Operator>),
+    /// An expression in the pool of a program; only in properties of JANI models.
+    Known(ExprId),
     /// `a[i]`; only in JANI, as the next two.
     Element,
     /// An array of values, with their number.
@@ -98,6 +101,7 @@ impl NodeKind {
             | NodeKind::Name(_)
             | NodeKind::Label(_)
             | NodeKind::Operator(_)
+            | NodeKind::Known(_)
             | NodeKind::Comprehension(_) => 0,
             NodeKind::Not | NodeKind::Neg => 1,
             NodeKind::Binary(_) | NodeKind::Element => 2,

@@ -3,7 +3,7 @@
 use super::ltl::Formula;
 use super::property::check::Checker;
 use super::property::formulas::is_bounded;
-use super::property::{Measure, Named, Over, Question, Term};
+use super::property::{self, Measure, Named, Over, Question, Term};
 use super::refusal::Refusal;
 use meliora_base::error::Result;
 use meliora_model::Program;
@@ -13,8 +13,17 @@ use meliora_model::Program;
 pub struct Property {
     /// Name.
     pub name: String,
-    /// The question, or the reason why it cannot be answered.
-    pub asks: std::result::Result<Asked, Refusal>,
+    /// The property, or the reason why it cannot be answered.
+    pub asks: std::result::Result<Asks, Refusal>,
+}
+
+/// The meaning of a property of a model.
+#[derive(Debug, Clone)]
+pub enum Asks {
+    /// A question about a single formula in the initial states.
+    One(Asked),
+    /// An expression over states.
+    Expression(property::Property),
 }
 
 /// A property that can be asked.

@@ -90,9 +90,6 @@ pub enum Over {
     Least,
     /// The state with the greatest value.
     Greatest,
-    /// The only initial state. The question has no meaning here if there are several; the text names the
-    /// function of their values that it asks for.
-    Only(&'static str),
 }
 
 impl Rewards {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::{Goal, Required, Target};
 use meliora_base::error::{Diagnostic, Result, Severity, SourceFile};
+use meliora_engine::Engine;
 use meliora_engine::regions::Which;
-use meliora_engine::{Count, Engine};
 use meliora_lang::ltl::{self, Formula};
 use meliora_lang::named;
 use meliora_lang::property::{Measure, Named, Over, Question, Simple};
@@ -111,20 +111,6 @@ impl Asking {
         let source = Arc::clone(&program.source);
         let asking = Asking::of(program, &source, (&asked.formula, asked.question), required)?;
         Ok(Asking { over: asked.over, ..asking })
-    }
-
-    /// Returns the reason why the question is not answered in a model with the initial states of an
-    /// engine. Cost: no image.
-    ///
-    /// # Errors
-    /// A limit is reached.
-    pub fn refused<E: Engine>(&self, engine: &E) -> Result<Option<String>> {
-        let Over::Only(function) = self.over else { return Ok(None) };
-        let count = engine.count(&engine.initial_states())?;
-        let message = format!(
-            "its filter \"{function}\" is supported for one initial state, and the model has {count}"
-        );
-        Ok((count != Count::from(1u32)).then_some(message))
     }
 
     /// Returns whether the answer is a number, or depends on one.

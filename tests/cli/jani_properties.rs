@@ -59,87 +59,125 @@ fn reason(property: &Json) -> &str {
     property["reason"].as_str().unwrap_or_else(|| panic!("{property}"))
 }
 
-#[test]
-fn a_filter_over_other_states_than_the_initial_ones_is_no_verdict() {
-    let sure = binary("≥", &reaches("Pmin"), &json!(1));
-    let somewhere = binary("=", &json!("x"), &json!(1));
-    let found = all(
-        &model(
-            Some(0),
-            &[
-                // It holds in x=2, and was answered for x=0.
-                ("there is one", filter("∃", &sure, &json!(true))),
-                // The value is 0, that in x=0 is 1/2.
-                ("from one", filter("max", &reaches("Pmax"), &somewhere)),
-                ("least", filter("min", &reaches("Pmax"), &json!(true))),
-                ("how many", filter("count", &sure, &initial())),
-                ("where", filter("argmax", &reaches("Pmax"), &initial())),
-                ("twice", filter("∀", &filter("∀", &sure, &initial()), &initial())),
-                ("of numbers", filter("∀", &reaches("Pmax"), &initial())),
-                ("of verdicts", filter("max", &sure, &initial())),
-                ("misspelt", filter("exists", &sure, &initial())),
-            ],
-        ),
-        3,
-    );
-    let words = [
-        "the filter \"∃\" over other states than the initial ones is not supported",
-        "the filter \"max\" over other states",
-        "the filter \"min\" over other states",
-        "the filter \"count\" is not supported",
-        "the filter \"argmax\" is not supported",
-        "another filter inside",
-        "its filter \"∀\" is over numbers",
-        "its filter \"max\" is over comparisons",
-        "unknown function \"exists\" of a filter",
-    ];
-    for (property, words) in found.iter().zip(words) {
-        assert!(reason(property).contains(words), "{words}: {property}");
+/// Checks verdicts, values and words of reasons.
+fn expect(found: &[Json], expected: &[(&str, Json)]) {
+    assert_eq!(found.len(), expected.len());
+    for (property, (name, expected)) in found.iter().zip(expected) {
+        match expected {
+            Json::Bool(_) => assert_eq!(property["holds"], *expected, "{name}: {property}"),
+            Json::String(words) if words == "inf" => assert_eq!(property["value"]["lower"], "inf", "{name}"),
+            Json::String(words) => assert!(reason(property).contains(words), "{name}: {property}"),
+            number => {
+                let [lower, upper] =
+                    ["lower", "upper"].map(|side| property["value"][side].as_f64().unwrap_or(f64::NAN));
+                let value = number.as_f64().unwrap();
+                assert!(lower <= value && value <= upper && upper - lower < 1e-5, "{name}: {property}");
+            }
+        }
     }
-    assert_eq!(found.len(), words.len());
+}
+
+/// Answers properties of the walk, and checks what `expect` says.
+fn answered(from: Option<u8>, status: i32, all_of: &[(&str, Json, Json)]) {
+    let properties: Vec<(&str, Json)> =
+        all_of.iter().map(|(name, asked, _)| (*name, asked.clone())).collect();
+    let expected: Vec<(&str, Json)> = all_of.iter().map(|(name, _, value)| (*name, value.clone())).collect();
+    expect(&all(&model(from, &properties), status), &expected);
 }
 
 #[test]
-fn filters_over_one_initial_state_have_its_value_and_over_several_only_those_that_are_computed() {
+fn a_filter_over_other_states_than_the_initial_ones_is_about_these() {
+    let sure = binary("≥", &reaches("Pmin"), &json!(1));
+    let somewhere = binary("=", &json!("x"), &json!(1));
+    answered(
+        Some(0),
+        1,
+        &[
+            // It holds in x=2, and was answered for x=0.
+            ("there is one", filter("∃", &sure, &json!(true)), json!(true)),
+            // The value is 0, that in x=0 is 1/2.
+            ("from one", filter("max", &reaches("Pmax"), &somewhere), json!(0)),
+            ("least", filter("min", &reaches("Pmax"), &json!(true)), json!(0)),
+            ("sum", filter("sum", &reaches("Pmax"), &json!(true)), json!(1.5)),
+            ("how many", filter("count", &sure, &json!(true)), json!(1)),
+            ("where", filter("argmax", &reaches("Pmax"), &initial()), json!(true)),
+            ("not there", filter("argmax", &reaches("Pmax"), &json!(true)), json!(false)),
+            ("twice", filter("∀", &filter("∀", &sure, &initial()), &initial()), json!(false)),
+            ("where it is sure", filter("∀", &sure, &sure), json!(true)),
+            ("of numbers", filter("∀", &reaches("Pmax"), &initial()), json!("expected a condition")),
+            ("of verdicts", filter("max", &sure, &initial()), json!("expected a number")),
+            (
+                "misspelt",
+                filter("exists", &sure, &initial()),
+                json!("unknown function \"exists\" of a filter"),
+            ),
+        ],
+    );
+}
+
+#[test]
+fn filters_over_initial_states_have_the_values_of_their_functions() {
     let possible = binary(">", &reaches("Pmax"), &json!(0));
-    let properties = [
-        ("each", filter("∀", &possible, &initial())),
-        ("one", filter("∃", &possible, &initial())),
-        ("list", filter("values", &possible, &initial())),
-        ("min", filter("min", &reaches("Pmax"), &initial())),
-        ("max", filter("max", &reaches("Pmax"), &initial())),
-        ("sum", filter("sum", &reaches("Pmax"), &initial())),
-        ("avg", filter("avg", &reaches("Pmax"), &initial())),
-        ("values", filter("values", &reaches("Pmax"), &initial())),
-    ];
-    let found = all(&model(Some(0), &properties), 0);
-    assert!(found[..3].iter().all(|p| p["holds"] == json!(true)), "{found:?}");
-    for property in &found[3..] {
-        let value = &property["value"];
-        let [lower, upper] = ["lower", "upper"].map(|side| value[side].as_f64().unwrap());
-        assert!(lower <= 0.5 && 0.5 <= upper && upper - lower < 1e-5, "{property}");
-    }
+    let properties = |values: [Json; 7]| {
+        let fun = ["∀", "∃", "count", "min", "max", "sum", "avg"].into_iter();
+        let asked = |fun: &'static str| match fun {
+            "∀" | "∃" | "count" => filter(fun, &possible, &initial()),
+            _ => filter(fun, &reaches("Pmax"), &initial()),
+        };
+        fun.zip(values).map(|(fun, value)| (fun, asked(fun), value)).collect::<Vec<_>>()
+    };
+    let half = json!(0.5);
+    let one = [json!(true), json!(true), json!(1), half.clone(), half.clone(), half.clone(), half.clone()];
+    answered(Some(0), 0, &properties(one));
     // From x=1, x=2 is not reached: of all three initial states, the property holds in two.
-    let several = model(None, &properties);
-    let mut found = all(&several, 1);
-    assert_eq!(found[0]["holds"], json!(false));
-    for (property, value) in found.drain(3..5).zip([0.0, 1.0]) {
-        assert_eq!(property["value"], json!({"lower": value, "upper": value}), "{property}");
-    }
-    for property in &found[1..] {
-        let words = "is supported for one initial state, and the model has 3";
-        assert!(reason(property).contains(words), "{property}");
-    }
-    let scratch = Scratch::new(&[("m.jani", &several.to_string())]);
-    for more in [&["--property", "sum"][..], &["--property", "sum", "--property", "each"]] {
-        let alone = Finished::of(meliora().args(["reach", &scratch.show("m.jani")]).args(more)).expect(3);
-        assert!(alone.stderr.contains("its filter \"sum\" is supported for one initial state"), "{alone:?}");
-    }
+    let three = [json!(false), json!(true), json!(2), json!(0), json!(1), json!(1.5), half];
+    answered(None, 1, &properties(three));
+    let list = all(&model(None, &[("list", filter("values", &reaches("Pmax"), &initial()))]), 0);
+    assert_eq!(list[0]["values"].as_array().map(Vec::len), Some(3), "{list:?}");
+}
+
+#[test]
+fn properties_nest_compute_and_are_joined() {
+    let sure = binary("≥", &reaches("Pmin"), &json!(1));
+    let likely = binary(">", &reaches("Pmin"), &json!(0.4));
+    let steps = |more: &Json| {
+        let mut all =
+            json!({"op": "Emax", "exp": binary("+", &json!("x"), &json!(1)), "accumulate": ["exit"]});
+        all.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        all
+    };
+    answered(
+        Some(0),
+        1,
+        &[
+            ("nested", unary("Pmax", &unary("G", &likely)), json!(0.5)),
+            ("below X", unary("Pmax", &unary("X", &sure)), json!(0.5)),
+            ("of a label", unary("Pmax", &unary("F", &json!({"op": "deadlock"}))), json!(0)),
+            ("of starts", unary("Pmax", &unary("X", &unary("¬", &initial()))), json!(1)),
+            ("every path", unary("∀", &unary("F", &binary("=", &json!("x"), &json!(2)))), json!(false)),
+            ("some path", unary("∃", &unary("F", &binary("=", &json!("x"), &json!(2)))), json!(true)),
+            ("equal", binary("=", &reaches("Pmax"), &json!(0.5)), json!(true)),
+            ("unequal", binary("≠", &json!(0.5), &reaches("Pmax")), json!(false)),
+            ("two", binary("≤", &reaches("Pmin"), &reaches("Pmax")), json!(true)),
+            ("both", binary("∧", &sure, &likely), json!(false)),
+            ("either", binary("∨", &sure, &likely), json!(true)),
+            ("implied", binary("⇒", &json!(true), &sure), json!(false)),
+            ("rest", binary("≥", &binary("-", &json!(1), &reaches("Pmax")), &json!(0.5)), json!(true)),
+            ("number", binary("+", &reaches("Pmax"), &json!(1)), json!(1.5)),
+            ("negated filter", unary("¬", &filter("∀", &sure, &initial())), json!(true)),
+            ("steps", steps(&json!({"step-instant": 2})), json!(3.5)),
+            ("until", steps(&json!({"reach": sure})), json!("inf")),
+            ("at a step", json!({"op": "Emax", "exp": "x", "step-instant": 1}), json!(1.5)),
+            ("not a condition", unary("¬", &reaches("Pmax")), json!("expected a condition")),
+            ("no property", binary("≥", &json!("x"), &json!(1)), json!("does not ask for a probability")),
+            ("long run", unary("Smax", &binary("=", &json!("x"), &json!(2))), json!("dtmc")),
+            ("path", unary("F", &json!(true)), json!("the operator \"F\" cannot stand here")),
+        ],
+    );
 }
 
 #[test]
 fn a_property_that_cannot_be_read_leaves_the_model_and_the_other_properties() {
-    let nested = unary("Pmax", &unary("G", &binary(">", &reaches("Pmin"), &json!(0.5))));
     let unknown = unary("Pmax", &unary("F", &json!("nowhere")));
     let step = json!({"op": "Emax", "exp": "late", "accumulate": ["steps"], "reach": true});
     let moment = json!({"op": "Emax", "exp": "late", "accumulate": ["stpes"], "reach": true});
@@ -149,18 +187,15 @@ fn a_property_that_cannot_be_read_leaves_the_model_and_the_other_properties() {
     key["state"] = json!(true);
     let mut bound = binary("≥", &reaches("Pmax"), &json!(1));
     bound["strict"] = json!(true);
-    let deadlock = unary("Pmax", &unary("F", &json!({"op": "deadlock"})));
     let mut found = model(
         Some(0),
         &[
-            ("nested", nested),
             ("unknown", unknown),
             ("reward of steps", step),
             ("moment", moment),
             ("key of a formula", forgotten),
             ("key of a filter", key),
             ("key of a comparison", bound),
-            ("deadlock", deadlock),
             ("twice", reaches("Pmax")),
             ("twice", reaches("Pmin")),
             ("plain", reaches("Pmax")),
@@ -168,14 +203,12 @@ fn a_property_that_cannot_be_read_leaves_the_model_and_the_other_properties() {
     );
     found["properties"].as_array_mut().unwrap().push(json!({"expression": reaches("Pmax")}));
     let words = [
-        "the operator \"Pmin\" of properties is not supported in an expression",
         "unknown name `nowhere`",
         "the reward `late` has an initial value other than 0",
         "unknown moment \"stpes\"",
         "unknown key \"step-bound\"",
         "unknown key \"state\" in a filter",
-        "unknown key \"strict\" in a comparison",
-        "its formula names the states \"deadlock\"",
+        "unknown key \"strict\"",
         "several properties have the name \"twice\"",
         "several properties have the name \"twice\"",
     ];
@@ -184,9 +217,9 @@ fn a_property_that_cannot_be_read_leaves_the_model_and_the_other_properties() {
         assert!(reason(answer).contains(words), "{words}: {answer}");
     }
     assert!(answers[0]["line"] == json!(1) && answers[0]["column"].is_number(), "{}", answers[0]);
-    assert!(answers[10]["value"]["lower"].is_number(), "{}", answers[10]);
-    assert_eq!(answers[11]["property"], json!("properties[11]"));
-    assert!(reason(&answers[11]).contains("a property has no \"name\""), "{}", answers[11]);
+    assert!(answers[8]["value"]["lower"].is_number(), "{}", answers[8]);
+    assert_eq!(answers[9]["property"], json!("properties[9]"));
+    assert!(reason(&answers[9]).contains("a property has no \"name\""), "{}", answers[9]);
     let prefs = "objective A = F \"plain\"; objective B = F x=1; prefer A > B;";
     let scratch = Scratch::new(&[("m.jani", &found.to_string()), ("m.pref", prefs)]);
     let [file, prefs] = ["m.jani", "m.pref"].map(|name| scratch.show(name));
@@ -280,33 +313,5 @@ fn comparisons_may_stand_in_either_order_and_be_negated() {
     let found = all(&model(Some(0), &properties), 1);
     for ((name, _, holds), property) in all_of.iter().zip(&found) {
         assert_eq!(property["holds"], json!(holds), "{name}: {property}");
-    }
-}
-
-#[test]
-fn what_is_no_comparison_with_a_number_has_the_reason_that_is_true() {
-    let sure = binary("≥", &reaches("Pmin"), &json!(1));
-    let refused = [
-        ("a", binary("=", &reaches("Pmax"), &json!(0.5)), "compares a probability or a reward by `=`"),
-        ("b", binary("≠", &json!(0.5), &reaches("Pmax")), "compares a probability or a reward by `≠`"),
-        ("c", binary("≤", &reaches("Pmin"), &reaches("Pmax")), "compares two probabilities or rewards"),
-        ("d", binary("∧", &sure, &sure), "joins comparisons by `∧`"),
-        ("e", binary("⇒", &json!(true), &sure), "joins comparisons by `⇒`"),
-        (
-            "f",
-            binary("≥", &binary("-", &json!(1), &reaches("Pmax")), &json!(0.5)),
-            "computes with a probability",
-        ),
-        ("g", unary("¬", &reaches("Pmax")), "negates a number"),
-        ("h", unary("¬", &filter("∀", &sure, &initial())), "negates a filter"),
-        ("i", binary("≥", &json!("x"), &json!(1)), "does not ask for a probability"),
-        ("j", unary("¬", &binary("=", &json!("x"), &json!(1))), "does not ask for a probability"),
-        ("k", binary("≤", &json!(0.5), &unary("Smax", &json!(true))), "steady-state"),
-    ];
-    let properties: Vec<(&str, Json)> =
-        refused.iter().map(|(name, asked, _)| (*name, asked.clone())).collect();
-    let found = all(&model(Some(0), &properties), 3);
-    for ((name, _, words), property) in refused.iter().zip(&found) {
-        assert!(reason(property).contains(words), "{name}: {property}");
     }
 }

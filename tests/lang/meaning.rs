@@ -57,7 +57,9 @@ fn tree(text: &str) -> String {
             NodeKind::Call(function, _) => format!("{}({})", function.name, on.join(", ")),
             NodeKind::Apply(function, _) => format!("{}({})", function.name(), on.join(", ")),
             NodeKind::Operator(_) => unreachable!("no property"),
-            NodeKind::Element | NodeKind::Array(_) | NodeKind::Comprehension(_) => unreachable!("no JANI"),
+            NodeKind::Element | NodeKind::Array(_) | NodeKind::Comprehension(_) | NodeKind::Known(_) => {
+                unreachable!("no JANI")
+            }
         });
     }
     stack.pop().expect("there is a root")

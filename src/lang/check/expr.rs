@@ -57,6 +57,7 @@ impl Lowerer<'_> {
                 let name = self.scope.rename(&function.name, env).0.to_owned();
                 self.call(&name, function.span, &arguments, span)
             }
+            NodeKind::Known(id) => Some(*id),
             NodeKind::Operator(_) => self.fail(span, "an operator of properties is not a constant"),
             kind => self.operation(kind, known(operands)?, span, "`?`"),
         }

@@ -383,7 +383,7 @@ fn is_initial(e: &Expr) -> bool {
 }
 
 /// Returns the operands of the root of an expression in post-order.
-fn parts(nodes: &[Node]) -> Vec<&[Node]> {
+pub(crate) fn parts(nodes: &[Node]) -> Vec<&[Node]> {
     let mut starts: Vec<usize> = Vec::with_capacity(nodes.len());
     let mut open: Vec<usize> = Vec::new();
     for (at, node) in nodes.iter().enumerate() {

@@ -5,7 +5,7 @@
 
 pub(crate) mod check;
 pub(crate) mod formulas;
-mod operators;
+pub(crate) mod operators;
 mod question;
 mod refused;
 mod strategies;

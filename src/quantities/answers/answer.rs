@@ -276,7 +276,7 @@ fn wanted<'p, S>(program: &'p Program, quantity: &Quantity, target: &'p S) -> Re
 /// greatest; or both of the least or the greatest value alone.
 fn over(values: &[Value], part: Over) -> Option<Bound> {
     let join = |a: Interval, b: Interval| match part {
-        Over::All | Over::Only(_) => Interval { lower: a.lower.min(b.lower), upper: a.upper.max(b.upper) },
+        Over::All => Interval { lower: a.lower.min(b.lower), upper: a.upper.max(b.upper) },
         Over::Least => Interval { lower: a.lower.min(b.lower), upper: a.upper.min(b.upper) },
         Over::Greatest => Interval { lower: a.lower.max(b.lower), upper: a.upper.max(b.upper) },
     };

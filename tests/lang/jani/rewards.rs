@@ -1,5 +1,6 @@
 //! Rewards of JANI models: transient numbers.
 
+use meliora::advanced::lang::named::Asks;
 use meliora::advanced::lang::property::{Measure, Optimum, Question, Rewards};
 use meliora::error::Error;
 use meliora::model::Program;
@@ -110,7 +111,7 @@ fn properties_accumulate_what_they_name() {
     let choice = program.choices(&[3]).unwrap().remove(0).0;
     let mut earned = Vec::new();
     for property in &checked.properties {
-        let Ok(asked) = &property.asks else {
+        let Ok(Asks::One(asked)) = &property.asks else {
             earned.push((property.name.as_str(), "no answer".to_owned()));
             continue;
         };

@@ -10,6 +10,7 @@ mod declare;
 mod edges;
 mod expr;
 mod labels;
+mod properties;
 mod rewards;
 mod scope;
 mod state;
@@ -20,16 +21,15 @@ use std::sync::Arc;
 use ahash::{AHashMap, AHashSet};
 
 use super::read::model::Model;
-use crate::ast::{Expr, Ident, NodeKind};
+use crate::ast::Ident;
 use crate::check::{self, Checked};
-use crate::ltl::{Formula, FormulaKind};
-use crate::named::{Asked, Property};
+use crate::ltl::Formula;
+use crate::named::Property;
 use crate::names::renamed;
 use crate::refusal::Refusal;
 use crate::valuation::Binding;
 use meliora_base::error::{Error, Result};
 use meliora_base::progress::ProgressSink;
-use meliora_base::value::Type;
 use meliora_model::expr::ExprId;
 use meliora_model::rewards::RewardStructure;
 use meliora_model::{Command, Program, Synchronisation, VarId};
@@ -121,55 +121,26 @@ impl Lowering<'_> {
             model.properties.iter().map(|p| p.name.as_str()).filter(|name| !met.insert(*name)).collect();
         for property in model.properties.iter() {
             let name = &property.name;
-            let formula = match &property.asks {
+            let asks = match &property.asks {
                 _ if doubled.contains(name.as_str()) => {
                     Err(Refusal::without_place(format!("several properties have the name \"{name}\"")))
                 }
                 Err(refusal) => Err(refusal.clone()),
-                Ok(asked) => self.path(name, &asked.formula).map(|formula| (asked, formula)),
-            };
-            let asks = formula.and_then(|(asked, formula)| {
-                targets.extend(formula.known_target().map(|target| (name.clone(), target)));
-                if let Some(reason) = &asked.refused {
-                    return Err(Refusal::without_place(reason));
+                Ok(stated) => {
+                    let formula = stated.question.as_ref().map(|asked| self.path(name, &asked.formula));
+                    let target = formula.iter().flatten().next().and_then(Formula::known_target);
+                    targets.extend(target.map(|target| (name.clone(), target)));
+                    self.asks(name, stated, formula, rewards)
                 }
-                let question = self.question(name, asked, rewards)?;
-                Ok(Asked { formula, question, over: asked.over })
-            });
+            };
             properties.push(Property { name: name.clone(), asks });
         }
         (properties, targets)
     }
 
-    /// Returns a formula with its state formulas in the pool of the program, and the values of its
-    /// bounds, or the reason against it.
-    fn path(&mut self, property: &str, formula: &Formula) -> Result<Formula, Refusal> {
-        let told = self.lowerer.diagnostics.len();
-        let lowered = self.lowered(property, formula);
-        self.refused(told).map_or_else(|| lowered.ok_or_else(|| Refusal::without_place(NO_MEANING)), Err)
-    }
-
     /// Takes back the errors after the first `told`, and returns the first as a reason.
     pub(super) fn refused(&mut self, told: usize) -> Option<Refusal> {
         self.lowerer.diagnostics.split_off(told).first().map(Refusal::at)
-    }
-
-    fn lowered(&mut self, property: &str, formula: &Formula) -> Option<Formula> {
-        let mut formula = formula.clone();
-        let mut open = vec![&mut formula];
-        while let Some(part) = open.pop() {
-            for bound in part.bounds_mut() {
-                let what = format!("a bound of the property `{property}`");
-                let value = self.constant(bound, Place::default(), Type::Int, &what)?;
-                *bound = Expr::of(NodeKind::Literal(value), bound.span());
-            }
-            if let FormulaKind::State(e) = &part.kind {
-                let what = format!("a state formula of the property `{property}`");
-                part.kind = FormulaKind::Known(self.typed(e, Place::default(), Type::Bool, &what)?);
-            }
-            open.extend(part.operands_mut());
-        }
-        Some(formula)
     }
 
     /// Returns the global functions without parameters, for targets that use them.

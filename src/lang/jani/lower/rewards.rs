@@ -163,8 +163,7 @@ impl<'a> Lowering<'a> {
 }
 
 impl Lowering<'_> {
-    /// Returns the question of a property, or the reason why it cannot be answered. A reward that is
-    /// not a structure of the model becomes one with the name of the property.
+    /// Returns the question of a property, or the reason why it cannot be answered.
     pub(super) fn question(
         &mut self,
         property: &str,
@@ -181,6 +180,18 @@ impl Lowering<'_> {
                 None => Question::Quantity(property::quantity(Measure::Probability, asked.extreme, None)),
             });
         };
+        let measure = Measure::Reward(Rewards::Numbered(self.structure(property, reward, structures)?));
+        Ok(Question::Quantity(property::quantity(measure, asked.extreme, bound)))
+    }
+
+    /// Returns the number of the structure of a reward, from 1. One that is not a structure of the model becomes one
+    /// with the name of the property.
+    pub(super) fn structure(
+        &mut self,
+        property: &str,
+        reward: &Reward,
+        structures: &mut Vec<RewardStructure>,
+    ) -> Result<usize, Refusal> {
         let named = match reward.value.nodes.as_slice() {
             [Node { kind: NodeKind::Name(name), .. }] => self.meaning(name, None),
             _ => None,
@@ -195,15 +206,13 @@ impl Lowering<'_> {
         let same = |s: &RewardStructure| {
             s.name == own.name && s.items.len() == own.items.len() && s.errors.is_empty()
         };
-        let number = match structures.iter().position(same) {
+        Ok(match structures.iter().position(same) {
             Some(known) => known + 1,
             None => {
                 structures.push(RewardStructure { name: Some(property.to_owned()), ..own });
                 structures.len()
             }
-        };
-        let measure = Measure::Reward(Rewards::Numbered(number));
-        Ok(Question::Quantity(property::quantity(measure, asked.extreme, bound)))
+        })
     }
 
     /// Returns the exact value of the bound of a property, or the reason against it.

@@ -1,19 +1,16 @@
-//! Comparisons of probabilities and rewards with numbers, and the reasons against other terms over them.
+//! Comparisons of probabilities and rewards with numbers.
 
-use super::super::json::{Node, Object, Shape};
-use super::property::{Asks, NO_PROBABILITY, Question, STEADY_STATE, no};
+use super::super::json::{Object, Shape};
+use super::property::{Asks, NO_PROBABILITY, Question, no};
 use super::reader::Reader;
 use super::record::Read;
 use crate::ast::Expr;
 use crate::property::Inequality;
 use meliora_base::stack;
 
-/// Keys of the operands of operators.
-const OPERANDS: &[&str] = &["left", "right", "exp", "if", "then", "else", "values"];
-
 /// Returns true for an operator whose value is a probability or a reward.
 fn is_value(op: &str) -> bool {
-    matches!(op, "Pmin" | "Pmax" | "Emin" | "Emax" | "Smin" | "Smax")
+    matches!(op, "Pmin" | "Pmax" | "Emin" | "Emax")
 }
 
 impl<'a> Reader<'a> {
@@ -24,17 +21,13 @@ impl<'a> Reader<'a> {
         let right = self.required(object, "a comparison", "right")?;
         let is_value = |reader: &mut Self, node| Some(reader.operator(node)?.is_some_and(|op| is_value(&op)));
         let (inner, bound, comparison) = match (is_value(self, left)?, is_value(self, right)?) {
-            (true, true) => return no("it compares two probabilities or rewards with each other"),
             (true, false) => (left, right, inequality(op)),
             (false, true) => (right, left, mirrored(inequality(op))),
-            (false, false) => return self.unsupported_operator(object, op),
+            _ => return no(NO_PROBABILITY),
         };
         let Shape::Object(inner) = self.any(inner)? else { return no(NO_PROBABILITY) };
         let asked = self.required(&inner, "a property", "op")?;
         let asked = self.name(asked, "an operator")?.name;
-        if asked.starts_with('S') {
-            return no(STEADY_STATE);
-        }
         let bound = Expr::read(self, bound, "a bound")?;
         self.value(&inner, &asked, Some((comparison, bound)))
     }
@@ -44,44 +37,13 @@ impl<'a> Reader<'a> {
         self.known(object, "a negation", &["op", "exp"])?;
         let exp = self.required(object, "a negation", "exp")?;
         if self.operator(exp)?.as_deref() == Some("filter") {
-            return no("it negates a filter; write the negation inside of it");
+            return no(NO_PROBABILITY);
         }
         let asked = stack::level(|| self.asked(exp))?;
         Some(asked.and_then(|asked| match asked.bound {
             Some((comparison, bound)) => Ok(Question { bound: Some((negated(comparison), bound)), ..asked }),
-            None => Err("it negates a number".to_owned()),
+            None => Err(NO_PROBABILITY.to_owned()),
         }))
-    }
-
-    /// Returns the reason against a term with another operator.
-    pub(super) fn unsupported_operator(&mut self, object: &Object<'a>, op: &str) -> Asks<Question> {
-        if !self.has_value(object)? {
-            return no(NO_PROBABILITY);
-        }
-        Some(Err(match op {
-            "=" | "≠" => {
-                format!(
-                    "it compares a probability or a reward by `{op}`; `≥`, `>`, `≤` and `<` are supported"
-                )
-            }
-            "∧" | "∨" | "⇒" => {
-                format!("it joins comparisons by `{op}`; each of them can be a property of its own")
-            }
-            _ => "it computes with a probability or a reward; only a comparison with a number is supported"
-                .to_owned(),
-        }))
-    }
-
-    /// Returns whether an operand, at any depth, is a probability or a reward.
-    fn has_value(&mut self, object: &Object<'a>) -> Option<bool> {
-        for operand in OPERANDS.iter().filter_map(|key| object.get(key)).collect::<Vec<Node<'a>>>() {
-            let Shape::Object(inner) = self.any(operand)? else { continue };
-            let is_own = self.operator(operand)?.is_some_and(|op| is_value(&op));
-            if is_own || stack::level(|| self.has_value(&inner))? {
-                return Some(true);
-            }
-        }
-        Some(false)
     }
 }
 

@@ -124,6 +124,9 @@ impl<'a> Reader<'a> {
             self.known(object, &what, &known)?;
             return self.operands(object, &what, keys, kind, nodes);
         }
+        if self.is_nesting() && is_of_properties(&name) {
+            return stack::level(|| self.nested(object, &name, span));
+        }
         match REFUSED.iter().find(|r| r.0 == name) {
             Some((_, feature)) => {
                 self.unsupported(span, format!("the operator \"{name}\" ({feature}) is not supported"))

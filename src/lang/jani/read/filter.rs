@@ -1,48 +1,51 @@
 //! Filters of properties: functions over the values of states.
 
 use super::super::json::{Node, Object, Shape};
-use super::property::{Asks, Question, no};
+use super::nested;
+use super::property::{Asks, Question};
 use super::reader::Reader;
-use crate::ast::Ident;
+use crate::ast::{Expr, Ident};
 use crate::property::Over;
 use meliora_base::stack;
 
 /// The functions of the format.
 const FUNCTIONS: &[&str] = &["min", "max", "sum", "avg", "count", "∀", "∃", "argmin", "argmax", "values"];
 
+const FILTER: &str = "a filter";
+
 impl<'a> Reader<'a> {
-    /// Reads a filter. A refused filter keeps its question, whose target is a label.
+    /// Reads a filter; its part of the initial states is unknown if they do not answer it.
     pub(super) fn filter(&mut self, object: &Object<'a>) -> Asks<Question> {
-        let what = "a filter";
-        self.known(object, what, &["op", "fun", "values", "states"])?;
-        let fun = self.field::<Ident>(object, what, "fun", None);
-        let states = self.required(object, what, "states");
-        let values = self.required(object, what, "values")?;
-        let (Ident { name, span }, states) = (fun?, states?);
-        let Some(fun) = FUNCTIONS.iter().find(|fun| **fun == name) else {
-            let message = format!("unknown function \"{name}\" of a filter");
-            let functions = FUNCTIONS.iter().map(|fun| format!("\"{fun}\"")).collect::<Vec<_>>();
-            let help = format!("the functions are {}", functions.join(", "));
-            self.report(self.wrong(span, message).help(help));
-            return None;
-        };
-        if self.operator(values)?.as_deref() == Some("filter") {
-            return no("its filter has another filter inside");
-        }
+        let Ident { name, .. } = self.function(object)?;
+        let states = self.required(object, FILTER, "states")?;
+        let values = self.required(object, FILTER, "values")?;
         let is_initial = self.is_initial(states)?;
         let asked = stack::level(|| self.asked(values))?;
         Some(asked.map(|asked| {
-            let over = match is_initial {
-                true => over(fun, asked.bound.is_some()),
-                false => Err(format!(
-                    "the filter \"{fun}\" over other states than the initial ones is not supported"
-                )),
-            };
-            match over {
-                Ok(over) => Question { over, ..asked },
-                Err(reason) => Question { refused: asked.refused.or(Some(reason)), ..asked },
-            }
+            let over = if is_initial { over(&name, asked.bound.is_some()) } else { None };
+            Question { over: asked.over.and(over), ..asked }
         }))
+    }
+
+    /// Reads the function, the values and the states of a filter.
+    pub(super) fn filtered(&mut self, object: &Object<'a>) -> Option<(Ident, Expr, Expr)> {
+        let function = self.function(object);
+        let values = self.field(object, FILTER, "values", None);
+        let states = self.field(object, FILTER, "states", None);
+        Some((nested::function(function?), values?, states?))
+    }
+
+    fn function(&mut self, object: &Object<'a>) -> Option<Ident> {
+        self.known(object, FILTER, &["op", "fun", "values", "states"])?;
+        let fun = self.field::<Ident>(object, FILTER, "fun", None)?;
+        if !FUNCTIONS.contains(&fun.name.as_str()) {
+            let message = format!("unknown function \"{}\" of a filter", fun.name);
+            let functions = FUNCTIONS.iter().map(|fun| format!("\"{fun}\"")).collect::<Vec<_>>();
+            let help = format!("the functions are {}", functions.join(", "));
+            self.report(self.wrong(fun.span, message).help(help));
+            return None;
+        }
+        Some(fun)
     }
 
     fn is_initial(&mut self, states: Node<'a>) -> Option<bool> {
@@ -65,17 +68,12 @@ impl<'a> Reader<'a> {
 }
 
 /// Returns the part of the initial states whose answer is the value of a function of the values in all of
-/// them, or the reason why there is none.
-fn over(fun: &'static str, is_verdict: bool) -> Result<Over, String> {
+/// them.
+fn over(fun: &str, is_verdict: bool) -> Option<Over> {
     match (fun, is_verdict) {
-        ("∀", true) => Ok(Over::All),
-        ("min", false) => Ok(Over::Least),
-        ("max", false) => Ok(Over::Greatest),
-        ("∃" | "values", true) | ("sum" | "avg" | "values", false) => Ok(Over::Only(fun)),
-        ("∀" | "∃", false) => Err(format!("its filter \"{fun}\" is over numbers, not over comparisons")),
-        ("min" | "max" | "sum" | "avg" | "argmin" | "argmax", true) => {
-            Err(format!("its filter \"{fun}\" is over comparisons, not over numbers"))
-        }
-        _ => Err(format!("the filter \"{fun}\" is not supported")),
+        ("∀", true) => Some(Over::All),
+        ("min", false) => Some(Over::Least),
+        ("max", false) => Some(Over::Greatest),
+        _ => None,
     }
 }

@@ -4,6 +4,7 @@ mod comparison;
 mod expr;
 mod filter;
 pub(super) mod model;
+mod nested;
 mod path;
 pub(super) mod property;
 pub(super) mod reader;

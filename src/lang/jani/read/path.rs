@@ -50,7 +50,7 @@ impl<'a> Reader<'a> {
         self.formula(node, &mut operators)
     }
 
-    fn formula(&mut self, node: Node<'a>, operators: &mut usize) -> Asks<Formula> {
+    pub(super) fn formula(&mut self, node: Node<'a>, operators: &mut usize) -> Asks<Formula> {
         if !self.is_temporal(node)? {
             let e = Expr::read(self, node, "a state formula")?;
             return Some(Ok(Formula { kind: FormulaKind::State(e), span: node.span() }));
@@ -147,7 +147,8 @@ impl<'a> Reader<'a> {
             let Shape::Object(object) = self.any(node)? else { continue };
             let Some(op) = object.get("op") else { continue };
             let op = self.name(op, "an operator")?.name;
-            if is_of_properties(&op) {
+            // Other operators of properties are conditions in formulas, where they may stand.
+            if is_of_properties(&op) && (!self.is_nesting() || TEMPORAL.contains(&op.as_str())) {
                 return Some(true);
             }
             if JOINING.contains(&op.as_str()) {

@@ -16,10 +16,8 @@ pub(super) type Asks<T> = Option<Result<T, String>>;
 pub(super) const NO_PROBABILITY: &str =
     "it does not ask for a probability, or a reward to reach a set of states";
 
-pub(super) const STEADY_STATE: &str = "it asks for a steady-state probability";
-
 /// Keys of expected values at one moment.
-const INSTANTS: &[&str] = &["step-instant", "time-instant", "reward-instants"];
+pub(super) const INSTANTS: &[&str] = &["step-instant", "time-instant", "reward-instants"];
 
 /// The moments at which rewards are accumulated. In a discrete-time model no time passes in a state.
 const MOMENTS: &[&str] = &["steps", "exit", "time"];
@@ -38,7 +36,7 @@ pub(crate) struct Property {
     pub(crate) name: String,
     /// The place of the name, or of the property without a name.
     pub(crate) span: Span,
-    pub(crate) asks: Result<Question, Refusal>,
+    pub(crate) asks: Result<Stated, Refusal>,
 }
 
 /// The properties of a model.
@@ -81,8 +79,25 @@ fn property<'a>(reader: &mut Reader<'a>, node: Node<'a>, index: usize) -> Option
     Some(Property { name, span, asks: Err(Refusal::at(&wrong)) })
 }
 
-/// The question, or the reason why the property is not supported.
-pub(crate) type Asked = Result<Question, String>;
+/// The property, or the reason why it is not supported.
+pub(crate) type Asked = Result<Stated, String>;
+
+/// A property that could be read.
+#[derive(Debug, Clone)]
+pub(crate) struct Stated {
+    /// The question, if it is one about a single formula, maybe in other states than the initial ones.
+    pub(crate) question: Option<Question>,
+    /// The expression over states, unless the question is about the initial states.
+    pub(crate) expression: Option<Expressed>,
+}
+
+/// A property as an expression over states.
+#[derive(Debug, Clone)]
+pub(crate) struct Expressed {
+    pub(crate) expression: Expr,
+    /// The rewards to which its operators refer by numbers from 1.
+    pub(crate) rewards: Vec<Reward>,
+}
 
 /// A question about a formula on paths.
 #[derive(Debug, Clone)]
@@ -94,10 +109,8 @@ pub(crate) struct Question {
     pub(crate) reward: Option<Reward>,
     /// The comparison with a number, an expression without variables, if there is one.
     pub(crate) bound: Option<(Inequality, Expr)>,
-    /// The part of the initial states that the filter around it is about.
-    pub(crate) over: Over,
-    /// The reason why the filter around it is not supported.
-    pub(crate) refused: Option<String>,
+    /// The part of the initial states that the filter around it is about; `None` for other filters.
+    pub(crate) over: Option<Over>,
 }
 
 /// A reward that is accumulated.
@@ -112,7 +125,15 @@ pub(crate) struct Reward {
 
 impl<'a> Read<'a> for Asked {
     fn read(reader: &mut Reader<'a>, node: Node<'a>, _: &str) -> Option<Self> {
-        reader.asked(node)
+        let told = reader.told();
+        let asked = reader.asked(node);
+        reader.take_back(told);
+        let question = asked.and_then(Result::ok);
+        if question.as_ref().is_some_and(|question| question.over.is_some()) {
+            return Some(Ok(Stated { question, expression: None }));
+        }
+        let expression = reader.expressed(node)?;
+        Some(expression.map(|expression| Stated { question, expression: Some(expression) }))
     }
 }
 
@@ -131,8 +152,7 @@ impl<'a> Reader<'a> {
             "Pmin" | "Pmax" | "Emin" | "Emax" => self.value(&object, &op, None),
             "≥" | ">" | "≤" | "<" => self.comparison(&object, &op),
             "¬" => self.negation(&object),
-            "Smin" | "Smax" => no(STEADY_STATE),
-            _ => self.unsupported_operator(&object, &op),
+            _ => no(NO_PROBABILITY),
         }
     }
 
@@ -148,11 +168,8 @@ impl<'a> Reader<'a> {
             self.known(object, "a probability", &["op", "exp"])?;
             let path = self.required(object, "a property", "exp")?;
             let formula = self.path(path)?;
-            let (reward, over, refused) = (None, Over::All, None);
-            return Some(formula.map(|formula| Question { formula, extreme, reward, bound, over, refused }));
-        }
-        if let Some(other) = INSTANTS.iter().find(|o| object.get(o).is_some()) {
-            return Some(Err(format!("it has a {other}")));
+            let (reward, over) = (None, Some(Over::All));
+            return Some(formula.map(|formula| Question { formula, extreme, reward, bound, over }));
         }
         self.known(object, "an expected value", &["op", "exp", "accumulate", "reach"])?;
         let (Some(target), Some(accumulated)) = (object.get("reach"), object.get("accumulate")) else {
@@ -160,11 +177,8 @@ impl<'a> Reader<'a> {
                 "it asks for an expected value without accumulating it until a set of states is reached",
             );
         };
-        let moments = Vec::<Ident>::read(self, accumulated, "the moments of rewards")?;
-        if let Some(Ident { name, span }) = moments.iter().find(|m| !MOMENTS.contains(&m.name.as_str())) {
-            return self.fail(*span, format!("unknown moment \"{name}\" of a reward"));
-        }
-        let at = |moment: &str| moments.iter().any(|m| m.name == moment);
+        let moments = self.moments(accumulated)?;
+        let at = |moment: &str| moments.iter().any(|own| own == moment);
         if self.is_temporal(target)? {
             return no("its formula is nested");
         }
@@ -172,6 +186,15 @@ impl<'a> Reader<'a> {
         let value = self.required(object, "an expected value", "exp")?;
         let value = Expr::read(self, value, "a reward")?;
         let reward = Some(Reward { value, steps: at("steps"), exit: at("exit") });
-        Some(Ok(Question { formula: formula?, extreme, reward, bound, over: Over::All, refused: None }))
+        Some(Ok(Question { formula: formula?, extreme, reward, bound, over: Some(Over::All) }))
+    }
+
+    /// Reads the moments at which rewards are accumulated.
+    pub(super) fn moments(&mut self, node: Node<'a>) -> Option<Vec<String>> {
+        let moments = Vec::<Ident>::read(self, node, "the moments of rewards")?;
+        if let Some(Ident { name, span }) = moments.iter().find(|m| !MOMENTS.contains(&m.name.as_str())) {
+            return self.fail(*span, format!("unknown moment \"{name}\" of a reward"));
+        }
+        Some(moments.into_iter().map(|moment| moment.name).collect())
     }
 }

@@ -1,5 +1,6 @@
 //! Tools of the reader: objects with checked keys, and a list of errors.
 
+use super::property::Reward;
 use std::sync::Arc;
 
 use ahash::AHashSet;
@@ -42,11 +43,20 @@ pub(crate) struct Reader<'a> {
     values: usize,
     /// True if the document was found to be too large, which has been reported.
     is_full: bool,
+    /// The rewards of the property that is read, if operators of properties may stand in expressions.
+    pub(super) rewards: Option<Vec<Reward>>,
 }
 
 impl<'a> Reader<'a> {
     pub(crate) fn new(source: &'a Arc<SourceFile>, sink: &'a dyn ProgressSink) -> Self {
-        Reader { source, diagnostics: Vec::new(), poll: Poll::new(sink), values: 0, is_full: false }
+        Reader {
+            source,
+            diagnostics: Vec::new(),
+            poll: Poll::new(sink),
+            values: 0,
+            is_full: false,
+            rewards: None,
+        }
     }
 
     /// Returns the result, unless there were errors.
