@@ -23,7 +23,7 @@ use super::given::Given;
 use super::judging::{self, Judged};
 use super::load::Asked;
 use super::regions::{Found, Regions};
-use super::shares::{NO_TIME, Shares};
+use super::shares::Shares;
 use super::supervise::Job;
 use super::{engines, terms};
 
@@ -55,8 +55,8 @@ pub(super) fn work(job: &Job<ReachReport>, given: &Given<'_>, asked: &Asked) -> 
     for question in all() {
         if let Some(watched) = &question.0.goal.watched {
             let work = || run_engine(job, given, &selected, asked, &watched.program, &[question]);
-            if shares.next(work)?.is_none() {
-                job.update(|r| r.properties[question.1].reason = Some(NO_TIME.to_owned()));
+            if let Err(reason) = shares.next(work)? {
+                job.update(|r| r.properties[question.1].reason = Some(reason));
             }
         }
     }
@@ -368,8 +368,8 @@ impl<E: Engine> Answering<'_, E> {
             let done = self.job.timed("value", work, |r, s| r.time.add("value", s))?;
             self.job.update(|r| partial.iter().for_each(|answer| r.answer(position, answer)));
             let reason = match done {
-                Ok(Some(())) => continue,
-                Ok(None) => NO_TIME.to_owned(),
+                Ok(Ok(())) => continue,
+                Ok(Err(reason)) => reason,
                 // A wrong reward.
                 Err(error @ Error::Input(_)) if self.asked.is_list => Refusal::of(&error).reason,
                 Err(error) => return Err(error),

@@ -17,7 +17,7 @@ use meliora_report::reach::Share;
 use super::engines;
 use super::given::Given;
 use super::load::{Asked, StatedTerm};
-use super::shares::{NO_TIME, Shares};
+use super::shares::Shares;
 use super::supervise::Job;
 
 /// Answers all of them with one engine. A property without an answer leaves the others of a file.
@@ -46,8 +46,8 @@ pub(super) fn work(
         let evaluator = Evaluator::new(&model, source);
         let answer = || shares.next(|| evaluator.answer(term));
         match job.timed("value", answer, |r, s| r.time.add("value", s)) {
-            Ok(Some(found)) => note(job, given.is_one, *position, &engine, found)?,
-            Ok(None) => job.update(|r| r.properties[*position].reason = Some(NO_TIME.to_owned())),
+            Ok(Ok(found)) => note(job, given.is_one, *position, &engine, found)?,
+            Ok(Err(reason)) => job.update(|r| r.properties[*position].reason = Some(reason)),
             Err(error) if !given.is_one && !matches!(error, Error::Limit(_)) => {
                 let Refusal { reason, place } = Refusal::of(&error);
                 job.update(|r| {

@@ -170,7 +170,7 @@ fn properties_nest_compute_and_are_joined() {
             ("at a step", json!({"op": "Emax", "exp": "x", "step-instant": 1}), json!(1.5)),
             ("not a condition", unary("¬", &reaches("Pmax")), json!("expected a condition")),
             ("no property", binary("≥", &json!("x"), &json!(1)), json!("does not ask for a probability")),
-            ("long run", unary("Smax", &binary("=", &json!("x"), &json!(2))), json!("dtmc")),
+            ("long run", unary("Smax", &binary("=", &json!("x"), &json!(2))), json!(0.5)),
             ("path", unary("F", &json!(true)), json!("the operator \"F\" cannot stand here")),
         ],
     );

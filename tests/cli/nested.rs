@@ -317,3 +317,44 @@ fn a_property_that_refers_to_itself_is_refused() {
     assert!(found[0]["reason"].as_str().unwrap().contains("refers to itself"), "{found:?}");
     assert_eq!(found[3]["holds"], json!(true));
 }
+
+/// The first property took the whole time limit, and the second one was not answered.
+#[test]
+fn a_property_without_an_end_leaves_the_others_their_share_of_the_time() {
+    let endless = "R=? [ C<=1000000000000 ] + 0;\nfilter(count, x<2);\nP=? [ F x=3 ];\n";
+    let scratch = Scratch::new(&[("m.prism", CHAIN), ("m.props", endless)]);
+    let [model, file] = ["m.prism", "m.props"].map(|name| scratch.show(name));
+    let ask = |more: &[&str]| {
+        let mut command = meliora();
+        let found = Finished::of(command.args(["reach", &model, "--properties", &file, "--json"]).args(more));
+        found.expect(4).json()["properties"].clone()
+    };
+    let found = ask(&["--timeout", "4s"]);
+    let reason = found[0]["reason"].as_str().unwrap_or_default();
+    assert!(reason.contains("its share of the time limit ended"), "{found}");
+    assert_eq!(
+        (&found[1]["value"]["upper"], &found[2]["value"]["upper"]),
+        (&json!(2.0), &json!(1.0)),
+        "{found}"
+    );
+}
+
+/// The list of states of the first property does not fit into the memory limit, and the second one needs none.
+#[test]
+fn a_property_that_needs_too_much_memory_leaves_the_others() {
+    let model = "mdp\nmodule m\n x : [0..999];\n y : [0..999];\n z : [0..99];\n [a] x<999 -> 1/2:(x'=x+1) + 1/2:(y'=0);\n\
+         [b] y<999 -> (y'=y+1);\n [c] z<99 -> 1/2:(z'=z+1) + 1/2:(z'=0);\nendmodule\n";
+    let scratch = Scratch::new(&[
+        ("m.prism", model),
+        ("m.props", "filter(sum, Pmax=? [ F x=3 ]);\nfilter(count, x<2&y<1&z<1);\n"),
+    ]);
+    let [model, file] = ["m.prism", "m.props"].map(|name| scratch.show(name));
+    let mut command = meliora();
+    let found = Finished::of(command.args(["reach", &model, "--properties", &file, "--json"]));
+    let found = found.expect(4).json()["properties"].clone();
+    assert!(
+        found[0]["reason"].as_str().is_some_and(|reason| reason.contains("states of the scope")),
+        "{found}"
+    );
+    assert_eq!(found[1]["value"]["upper"], json!(2.0), "{found}");
+}
