@@ -45,10 +45,9 @@ impl SymbolicEngine {
     }
 }
 
-/// A program with its states as diagrams, in a store whose operation cache suits the exploration.
+/// A program with its states as diagrams, in the store of the exploration.
 ///
-/// The fixpoints need a larger cache, which takes as long to clear as many models to explore; so it is made
-/// only for an engine that is used.
+/// The fixpoints may need a larger one, which is made only for an engine that is used.
 pub(crate) struct Explored {
     draft: Draft,
     states: Bdd,
@@ -134,7 +133,7 @@ impl Explored {
         given: Option<&Given<'_>>,
     ) -> Result<Self> {
         check_width(order.len())?;
-        let mut draft = Draft::new(program, order, settings)?;
+        let draft = Draft::new(program, order, settings)?;
         let states = match given {
             Some(given) => draft.store.and(&given(&draft.store)?, &draft.domain)?,
             None => draft.explore()?,

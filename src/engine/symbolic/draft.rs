@@ -23,7 +23,7 @@ pub(super) struct Draft {
     pub(super) program: Arc<Program>,
     pub(super) settings: Settings,
     pub(super) encoding: Encoding,
-    /// Small at first; see [`Draft::size_to`].
+    /// Replaced by [`Draft::size_to`].
     pub(super) store: Store,
     pub(super) lists: Arc<Lists>,
     pub(super) domain: Bdd,
@@ -43,41 +43,29 @@ impl Draft {
         Ok(Draft { program, settings, encoding, store, lists, domain, translated, list })
     }
 
-    /// Computes the states of the scope. If this takes more than a few steps, it starts again in a
-    /// larger store.
-    pub(super) fn explore(&mut self) -> Result<Bdd> {
-        let thresholds = self.settings.thresholds;
-        if let Some(states) = self.scope(thresholds.first_turn)? {
-            return Ok(states);
-        }
-        self.enlarge(thresholds.main_cache, None)?;
-        self.scope(u64::MAX)?.ok_or_else(|| self.store.full())
-    }
-
-    /// Computes the states of the scope; `None` if the exploration takes more than `steps` steps.
+    /// Computes the states of the scope.
     ///
     /// If monitors may begin everywhere, each reached state of the model is combined with all
     /// values of the monitors. This set has a simpler diagram than the reachable pairs, and the
     /// answers are the same.
-    fn scope(&self, steps: u64) -> Result<Option<Bdd>> {
+    pub(super) fn explore(&self) -> Result<Bdd> {
         let Draft { program, encoding, store, domain, .. } = self;
         let sets = (&self.translated.initial, domain);
         let Some(start) = beginnings(program, encoding, store, self.settings.scope, sets)? else {
-            return Ok(Some(domain.clone()));
+            return Ok(domain.clone());
         };
         let phase = "reachable states";
         store.progress(phase);
         // Variable orders take turns, so methods do not: the recursion was faster wherever both ended.
         let how = (Direction::Forward, Some(phase));
-        let Some(reached) = store.fixpoint(false, how, steps, &self.list, (&start, domain))? else {
-            return Ok(None);
-        };
+        let reached = store.fixpoint(false, how, u64::MAX, &self.list, (&start, domain))?;
+        let reached = reached.ok_or_else(|| store.full())?;
         match &program.monitors {
             Some(o) if o.begin == Begin::Everywhere => {
                 let bits = encoding.bits_of(store, &o.variables)?;
-                store.and(&store.exists(&reached, &bits)?, domain).map(Some)
+                store.and(&store.exists(&reached, &bits)?, domain)
             }
-            _ => Ok(Some(reached)),
+            _ => Ok(reached),
         }
     }
 
@@ -113,21 +101,13 @@ impl Draft {
         store.minus(domain, &failing).map(Some)
     }
 
-    /// Moves all diagrams into a store of suitable size for the remaining work. The fixpoints after
+    /// Moves all diagrams into a larger store, if this one is too small for the remaining work. The fixpoints after
     /// exploration need hundreds of nodes for each node of the set of states.
     pub(super) fn size_to(&mut self, states: &mut Bdd) -> Result<()> {
-        let relations = self.translated.transitions.pieces.iter().map(|p| self.store.size(&p.steps.relation));
-        let usual = self.settings.thresholds.main_cache;
-        let entries = cache_for_nodes(self.store.size(states)?, relations, usual)?;
-        self.enlarge(entries, Some(states))
-    }
-
-    /// Moves all diagrams into a store whose operation cache has `entries` entries, unless this one
-    /// is already large enough.
-    fn enlarge(&mut self, entries: u64, states: Option<&mut Bdd>) -> Result<()> {
+        let entries = cache_for_nodes(self.store.size(states)?);
         let Some(larger) = self.store.larger(entries, &self.settings) else { return Ok(()) };
         let Translated { transitions, initial, initial_fails, rounded } = &mut self.translated;
-        let single = [&mut self.domain, initial, initial_fails, rounded].into_iter().chain(states);
+        let single = [&mut self.domain, initial, initial_fails, rounded, states].into_iter();
         let all = single.chain(transitions.diagrams());
         larger.adopt_all(&self.store, all)?;
         let lists = Lists::new(&larger);

@@ -48,8 +48,6 @@ impl<W> Turns<W> {
             let own = Settings { sink: Arc::clone(&budget) as _, ..self.settings.clone() };
             let result = attempt(&self.ways[way], own);
             self.work = self.work.saturating_add(budget.spent.load(Relaxed));
-            // Later turns have a large operation cache from the start.
-            self.settings.thresholds.first_cache = self.settings.thresholds.main_cache;
             match result {
                 Err(Error::Limit(Limit::Interrupted)) if budget.has_ended() => {}
                 Err(Error::Limit(limit @ Limit::Memory { .. })) => {

@@ -83,7 +83,7 @@ impl Store {
     /// The memory of the settings is too small for an empty table, or the system does not grant the
     /// memory or the threads.
     pub(in crate::symbolic) fn new(width: usize, settings: &Settings) -> Result<Self> {
-        Store::sized(width, settings, settings.thresholds.first_cache)
+        Store::sized(width, settings, settings.thresholds.cache)
     }
 
     /// Creates a store whose operation cache has `entries` entries, or fewer if the memory is

@@ -23,7 +23,7 @@ const THREAD_BYTES: usize = (1 << 30) + (64 << 20);
 /// another 2 ms and so on, 0.5 s in all.
 const MOST_WAITS: u64 = 31;
 
-/// Entries of the operation cache per node of the set of states, and, in a small model, also of the relations.
+/// Entries of the operation cache per node of the set of states.
 const CACHE_PER_NODE: u64 = 400;
 /// Maximum number of entries of the operation cache; more bring no gain.
 const LARGEST_CACHE: u64 = 1 << 23;
@@ -99,26 +99,9 @@ fn table_size(nodes: u64) -> u64 {
     (nodes + SPARE_NODES) / 15 * 16 + 16
 }
 
-/// Returns the number of entries of the operation cache for states and relations with these numbers
-/// of nodes: at least `usual`, unless both are small. Reads the sizes of relations only until that
-/// is decided.
-///
-/// # Errors
-/// The first error of the sizes of the relations.
-pub(in crate::symbolic) fn cache_for_nodes(
-    states: usize,
-    relations: impl Iterator<Item = Result<usize>>,
-    usual: u64,
-) -> Result<u64> {
-    let mut of_small = 0;
-    for nodes in std::iter::once(Ok(states)).chain(relations) {
-        of_small += nodes? as u64 * CACHE_PER_NODE;
-        if of_small >= usual {
-            break;
-        }
-    }
-    let wanted = of_small.min(usual).max(states as u64 * CACHE_PER_NODE);
-    Ok(wanted.next_power_of_two().min(LARGEST_CACHE))
+/// Returns the number of entries of the operation cache that suits a set of states with a number of nodes.
+pub(in crate::symbolic) fn cache_for_nodes(states: usize) -> u64 {
+    (states as u64).saturating_mul(CACHE_PER_NODE).clamp(1, LARGEST_CACHE).next_power_of_two()
 }
 
 /// Returns the largest power of two that is at most `wanted` and fits into an eighth of the memory;
@@ -133,18 +116,9 @@ mod tests {
     use super::{SPARE_NODES, cache_for_nodes, table_size};
 
     #[test]
-    fn a_cache_suits_the_states_and_small_relations() {
-        let usual = 1 << 20;
-        let cache_for_nodes = |states, relations: &mut dyn Iterator<Item = usize>, usual| {
-            cache_for_nodes(states, relations.map(Ok), usual).unwrap()
-        };
-        assert_eq!(cache_for_nodes(10, &mut [5, 5].into_iter(), usual), 1 << 13);
-        assert_eq!(cache_for_nodes(10, &mut [50_000].into_iter(), usual), usual);
-        assert_eq!(cache_for_nodes(10_000, &mut [5].into_iter(), usual), 1 << 22);
-        assert_eq!(cache_for_nodes(1 << 40, &mut std::iter::empty(), usual), 1 << 23);
-        // Once there are enough nodes, no more are counted.
-        let mut relations = (0..).inspect(|&counted| assert!(counted < 2_000)).map(|_| 2);
-        assert_eq!(cache_for_nodes(10, &mut relations, usual), usual);
+    fn a_cache_suits_the_states() {
+        let entries = [0, 10, 10_000, 1 << 60].map(cache_for_nodes);
+        assert_eq!(entries, [1, 1 << 12, 1 << 22, 1 << 23]);
     }
 
     #[test]

@@ -13,18 +13,14 @@ pub struct Thresholds {
     /// allowed choices) if there are at most this many different cases per bit of a state. A case is a combination
     /// of the relation lists that remain below bits that keep their values. With more cases, they take no turn.
     pub relations_per_bit: usize,
-    /// Steps of the first turn, where engines, variable orders or methods take turns, and of the exploration
-    /// with the first operation cache.
+    /// Steps of the first turn, where engines, variable orders or methods take turns.
     pub first_turn: u64,
-    /// Initial number of entries of the operation cache, if the memory suffices. Translating a
-    /// model takes many small operations, whose lookups are faster in a small cache.
-    pub first_cache: u64,
     /// Work of the explicit engine, in states and their successors, before the engines take turns, if the states
     /// select the engine.
     pub work_before_diagrams: u64,
-    /// Number of entries of the operation cache once the exploration took too many steps, or the
-    /// states are known and the model is not small. Larger models get more.
-    pub main_cache: u64,
+    /// Initial number of entries of the operation cache, if the memory suffices. Models with many nodes get more once
+    /// their states are known.
+    pub cache: u64,
     /// Minimum number of nodes at which garbage is collected.
     pub first_collection: usize,
 }
@@ -34,9 +30,8 @@ impl Default for Thresholds {
         Thresholds {
             relations_per_bit: 4,
             first_turn: 1 << 19,
-            first_cache: 1 << 17,
             work_before_diagrams: 1 << 16,
-            main_cache: 1 << 20,
+            cache: 1 << 20,
             first_collection: 16_000_000,
         }
     }

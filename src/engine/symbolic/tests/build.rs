@@ -18,7 +18,7 @@ fn drawing(modules: usize) -> (Explored, SymbolicEngine) {
     let text = format!("mdp {}", (0..modules).map(module).collect::<String>());
     let source = SourceFile::new("m", text);
     let program = Arc::new(lang::load(&source, &SourceFile::new("constants", "")).unwrap().program);
-    let thresholds = Thresholds { first_cache: 1 << 10, ..Thresholds::default() };
+    let thresholds = Thresholds { cache: 1 << 10, ..Thresholds::default() };
     let settings = Settings { thresholds, ..Settings::default() };
     let explored = Explored::new(Arc::clone(&program), settings.clone()).unwrap();
     (explored, SymbolicEngine::new(program, settings).unwrap())

@@ -243,7 +243,7 @@ fn exercise(store: &Store, seed: u64, rounds: usize) {
 
 #[test]
 fn tables_that_many_threads_share_stay_right() {
-    let thresholds = Thresholds { first_collection: 300, first_cache: 1 << 10, ..Thresholds::default() };
+    let thresholds = Thresholds { first_collection: 300, cache: 1 << 10, ..Thresholds::default() };
     let store = Store::new(6, &Settings { thresholds, ..settings(64 << 20) }).unwrap();
     std::thread::scope(|scope| {
         for seed in 0..4 {
