@@ -113,7 +113,11 @@ def jani_filters(context):
     if len(properties) > 2 and draw.random() < 0.2:
         properties[1]["name"] = properties[0]["name"]
         expected[:2] = [(text, None) for text, _ in expected[:2]]
-    path.write_text(json.dumps(jani_of(whole, properties)))
+    model = jani_of(whole, properties)
+    if len(whole.initial) == 1 and draw.random() < 0.4:
+        model = with_array(model, next(iter(whole.initial)))
+        context.case.features.add("JANI array")
+    path.write_text(json.dumps(model))
     compare(context, expected, "reach", path, "--all-properties", *context.program.settings("engine", "threads"))
     context.case.features.add("JANI filter")
 
@@ -149,13 +153,46 @@ def filtered(draw, whole, target):
     return found, AMONG[fun][1]([values[state] for state in chosen])
 
 
-def one_of(states):
+def one_of(states, is_now=lambda state: equal("s", state)):
     """The condition that the state is one of some states."""
     found = False
     for state in sorted(states):
-        equal = {"op": "=", "left": "s", "right": state}
-        found = {"op": "∨", "left": found, "right": equal} if found else equal
+        now = is_now(state)
+        found = {"op": "∨", "left": found, "right": now} if found else now
     return found
+
+
+def equal(what, value):
+    return {"op": "=", "left": what, "right": value}
+
+
+def element(index):
+    return {"op": "aa", "exp": "a", "index": index}
+
+
+def in_array(state):
+    """The condition that the elements of the array `a` are the digits of a state; for an even state, the place of the
+    second one is computed from the first one."""
+    place = 1 if state % 2 else {"op": "-", "left": 1, "right": element(0)}
+    return {"op": "∧", "left": equal(element(0), state % 2), "right": equal(element(place), state // 2)}
+
+
+def with_array(document, start):
+    """The same model over an array, whose elements are the digits of the number of the state."""
+    if isinstance(document, dict):
+        if document.get("op") == "=" and document.get("left") == "s":
+            return in_array(document["right"])
+        if "assignments" in document:
+            state = document["assignments"][0]["value"]
+            digits = [{"ref": element(at), "value": digit} for at, digit in enumerate((state % 2, state // 2))]
+            return document | {"assignments": digits}
+        document = {key: with_array(value, start) for key, value in document.items() if key != "restrict-initial"}
+        if document.get("name") == "s":
+            document["name"] = "a"
+            document["type"] = {"kind": "array", "base": document["type"]}
+            document["initial-value"] = {"op": "av", "elements": [start % 2, start // 2]}
+        return document | ({"features": ["derived-operators", "arrays"]} if "features" in document else {})
+    return [with_array(item, start) for item in document] if isinstance(document, list) else document
 
 
 def jani_of(whole, properties):

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use meliora::reach::evaluate::{Evaluator, Found, Model, Number, StateValue};
 use meliora_base::error::Error;
 use meliora_engine::{Algebra, AnyEngine, Engine, Selection};
+use meliora_lang::property::term::TermKind;
 use meliora_lang::refusal::Refusal;
 use meliora_model::valuation::Valuation;
 use meliora_model::{Program, State};
@@ -35,6 +36,16 @@ pub(super) fn work(
     }
     if given.out.is_some() {
         let message = "`--out` writes the regions of single operators; leave out the other properties";
+        return Err(Error::Usage(message.to_owned()));
+    }
+    if given.plan.is_some() {
+        let is_mix = asked.terms.iter().any(|stated| matches!(stated.term.kind, TermKind::Multi(_)));
+        let message = match is_mix {
+            true => {
+                "`--policy` writes one action per state, and a strategy of `multi` is a mix of several strategies that remember what they visited"
+            }
+            false => "`--strong` and `--policy` are about reaching a target, not about other formulas",
+        };
         return Err(Error::Usage(message.to_owned()));
     }
     let engine = built(job, given, selected, &asked.program)?;

@@ -358,3 +358,19 @@ fn a_property_that_needs_too_much_memory_leaves_the_others() {
     );
     assert_eq!(found[1]["value"]["upper"], json!(2.0), "{found}");
 }
+
+/// No file was written, and nothing said so.
+#[test]
+fn a_policy_of_a_property_that_is_no_single_formula_is_refused() {
+    let scratch = Scratch::new(&[("m.prism", CHOICES)]);
+    let [model, out] = ["m.prism", "policy.json"].map(|name| scratch.show(name));
+    for (property, words) in [
+        ("1 - Pmax=? [ F x=1 ]", "are about reaching a target"),
+        ("Pmax=? [ F<=2 x=1 ]", "are about reaching a target"),
+        ("multi(Pmax=? [ F x=1 ], P>=0.5 [ F x=2 ])", "a strategy of `multi` is a mix"),
+    ] {
+        let mut command = meliora();
+        let found = Finished::of(command.args(["reach", &model, "--property", property, "--policy", &out]));
+        assert!(found.expect(2).stderr.contains(words), "{property}");
+    }
+}
