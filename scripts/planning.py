@@ -6,7 +6,8 @@
 
 FOLDER contains one folder per domain, as the public collection AI-Planning/fond-domains does. Each problem is
 paired with its domain: in the same file, or the file that its name or `(:domain NAME)` tells. `meliora reach`
-is asked for a strong cyclic plan within limits of CPU time and memory. If there is one, it is asked for a policy
+is asked for a strong cyclic plan within limits of CPU time and memory. The problems are asked in an order of which each
+beginning is spread over all domains, so that the table of a part is fair, and the run can be continued. If there is one, it is asked for a policy
 within the same limits, and `meliora verify` checks the policy. The results are appended to a file with one line per
 problem; problems that it contains are not asked again. The table has one row per domain: problems, those with a
 plan, their policies that were written and verified, problems proved to have no plan, those that ended at a limit,
@@ -88,8 +89,11 @@ class Asking:
             lines = done.stderr.strip().splitlines() or [""]
             at_limit = done.returncode in (4, -9, -24)
             return ("limit" if at_limit else "error"), spent, "", "", lines[-1 if at_limit else 0]
-        verdict = {True: "plan", False: "none", None: "limit"}[json.loads(done.stdout)["plan"]["strong_cyclic"]]
-        return verdict, spent, *(self.policy(files) if verdict == "plan" else ("", "")), ""
+        found = json.loads(done.stdout)
+        verdict = {True: "plan", False: "none", None: "limit"}[found["plan"]["strong_cyclic"]]
+        way = "guided search" if found.get("by_guided_search") else ""
+        way = "all valuations" if found.get("over_all_valuations") else way
+        return verdict, spent, *(self.policy(files) if verdict == "plan" else ("", "")), way
 
     def policy(self, files):
         """Returns whether a policy is written and verified, and its states."""
@@ -102,6 +106,13 @@ class Asking:
             done, _ = self.run("verify", path, *files)
             named = {0: "verified", 1: "refused", 4: "limit", -9: "limit", -24: "limit"}
             return named.get(done.returncode, "error"), states
+
+
+def spread(items):
+    """Returns the items in the order of their reversed binary numbers: each beginning is spread over all."""
+    bits = len(items).bit_length()
+    numbers = sorted(range(len(items)), key=lambda number: f"{number:0{bits}b}"[::-1])
+    return [items[number] for number in numbers]
 
 
 def read(path):
@@ -157,7 +168,7 @@ def main():
     folders = sorted({path.parent for path in options.folder.rglob("*.pddl")})
     found = [(str(folder.relative_to(options.folder)), files) for folder in folders for files in pairs(folder)]
     asking = Asking(options)
-    for domain, files in found[options.first :: options.every]:
+    for domain, files in spread(found[options.first :: options.every]):
         if not re.search(options.domains, domain):
             continue
         if options.list:

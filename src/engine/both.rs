@@ -61,12 +61,11 @@ pub(crate) fn explore(
     lists_states: bool,
     asked: Asked<'_, '_>,
 ) -> Result<First> {
-    let target = asked.target;
     let mut both = Both::new(program, settings, asked)?;
     if both.explicitly(settings.thresholds.work_before_diagrams)? {
         return both.by_explicit();
     }
-    both.prepare(target)?;
+    both.prepare()?;
     let ways = both.ways(lists_states, program.planning.is_some());
     let mut schedule = Schedule::new(ways.len(), settings.thresholds.first_turn);
     while let Some(turn) = schedule.next() {
@@ -97,6 +96,8 @@ struct Both<'a, 'q> {
     symbolic: Option<Exploring>,
     everywhere: Option<(Exploring, &'a mut Question<'q>)>,
     guided: Option<Box<Guided>>,
+    /// The target of the guided search as long as that is not prepared.
+    target: Option<&'a Predicate>,
     /// The steps that the symbolic engine may have taken so far, in an exploration and for the question.
     allowed: [u64; 2],
     /// The memory limit of both together.
@@ -124,6 +125,7 @@ impl<'a, 'q> Both<'a, 'q> {
                 .map(|question| diagrams(true).map(|own| (own, question)))
                 .transpose()?,
             guided: None,
+            target: asked.target,
             allowed: [0; 2],
             memory: settings.memory,
             full: None,
@@ -133,9 +135,13 @@ impl<'a, 'q> Both<'a, 'q> {
         Ok(both)
     }
 
-    /// Prepares the guided search for a target, if it is made for the model.
-    fn prepare(&mut self, target: Option<&Predicate>) -> Result<()> {
-        if let (Some(target), Some(exploration)) = (target, &self.explicit) {
+    /// Prepares the guided search, if it is made for the model, once the initial states are known.
+    fn prepare(&mut self) -> Result<()> {
+        let Some(exploration) = self.explicit.as_ref().filter(|exploration| exploration.has_begun()) else {
+            self.target = self.target.filter(|_| self.explicit.is_some());
+            return Ok(());
+        };
+        if let Some(target) = self.target.take() {
             let guided = Guided::new(exploration, target, self.memory / MEMORY_SHARE);
             self.guided = self.within_limits(guided)?.flatten().map(Box::new);
         }
@@ -149,7 +155,7 @@ impl<'a, 'q> Both<'a, 'q> {
             false => vec![Way::Symbolic, Way::Explicit],
         };
         ways.extend(self.everywhere.as_ref().map(|_| Way::Everywhere));
-        if self.guided.is_some() {
+        if self.has(Way::Guided) {
             ways.insert(if is_planning { 0 } else { ways.len() }, Way::Guided);
         }
         ways
@@ -211,6 +217,7 @@ impl<'a, 'q> Both<'a, 'q> {
 
     /// Continues the guided search for some steps. Returns whether it knows the answer.
     fn by_guidance(&mut self, steps: u64) -> Result<bool> {
+        self.prepare()?;
         let Some(mut guided) = self.guided.take() else { return Ok(false) };
         let most = guided.work().saturating_add(steps);
         let answer = guided.run(most);
@@ -227,7 +234,7 @@ impl<'a, 'q> Both<'a, 'q> {
             Way::Explicit => self.explicit.is_some(),
             Way::Symbolic => self.symbolic.is_some(),
             Way::Everywhere => self.everywhere.is_some(),
-            Way::Guided => self.guided.is_some(),
+            Way::Guided => self.guided.is_some() || self.target.is_some(),
         }
     }
 

@@ -19,6 +19,8 @@ pub(super) struct Estimator {
     /// The values for a new state.
     fresh: Vec<(u32, u32)>,
     open: BinaryHeap<Reverse<u64>>,
+    /// The facts of the state.
+    start: Vec<u32>,
     /// For each rule and for each command, the number of the last estimate whose plan contains it.
     used: Vec<u64>,
     first: Vec<u64>,
@@ -39,6 +41,7 @@ impl Estimator {
             first: vec![0; commands],
             fresh,
             open: BinaryHeap::new(),
+            start: Vec::new(),
             now: 0,
             enabled: Vec::new(),
             work: 0,
@@ -48,14 +51,32 @@ impl Estimator {
     /// Returns the number of steps of a relaxed plan from a state to the target; `None` if there is none: then no path
     /// of the program leads there.
     pub(super) fn estimate(&mut self, relaxation: &Relaxation, values: &[i64]) -> Option<u32> {
+        let mut start = std::mem::take(&mut self.start);
+        start.clear();
+        relaxation.facts_of(values, |fact| start.push(fact));
+        let found = self.estimate_from(relaxation, &start);
+        self.start = start;
+        found
+    }
+
+    /// Leaves out the rules of a command from now on.
+    pub(super) fn forbid(&mut self, relaxation: &Relaxation, command: u32) {
+        for (rule, &own) in relaxation.commands.iter().enumerate() {
+            if own == command {
+                // No state has as many facts.
+                self.fresh[rule].0 = NEVER;
+            }
+        }
+    }
+
+    /// Returns the same for all states with at most these facts.
+    pub(super) fn estimate_from(&mut self, relaxation: &Relaxation, start: &[u32]) -> Option<u32> {
         self.now += 1;
         self.cost.fill((NEVER, NOBODY));
         self.rules.copy_from_slice(&self.fresh);
         self.open.clear();
         self.enabled.clear();
-        let mut start = Vec::new();
-        relaxation.facts_of(values, |fact| start.push(fact));
-        start.into_iter().for_each(|fact| self.reach(fact, 0, NOBODY));
+        start.iter().for_each(|&fact| self.reach(fact, 0, NOBODY));
         for rule in 0..self.fresh.len() {
             if self.fresh[rule].0 == 0 {
                 self.apply(relaxation, rule);

@@ -37,7 +37,7 @@ pub(super) struct Facts<'p> {
     /// The facts of tests, by the variable and its values that pass.
     tests: AHashMap<(u32, Vec<bool>), Fact>,
     /// The facts that a variable has a value, or not.
-    values: AHashMap<(u32, i64, bool), Fact>,
+    pub(super) values: AHashMap<(u32, i64, bool), Fact>,
 }
 
 impl<'p> Facts<'p> {

@@ -20,6 +20,7 @@
 
 mod estimate;
 mod facts;
+mod fatal;
 mod follow;
 mod part;
 mod queue;
@@ -92,6 +93,11 @@ struct Guide {
     relaxation: Relaxation,
     estimator: Estimator,
     values: State,
+    /// The commands that are known to be fatal, and those that were judged.
+    fatal: Vec<bool>,
+    judged: Vec<bool>,
+    /// 1 and the number of fatal commands: estimates of another age knew fewer.
+    age: u32,
 }
 
 impl Guided {
@@ -115,6 +121,7 @@ impl Guided {
         let relaxation = Relaxation::new(program, target, &mut poll)?;
         let estimator = Estimator::new(&relaxation, program.commands.len());
         let values = vec![0; program.variables.len()];
+        let none = vec![false; program.commands.len()];
         let meter = Meter::new(memory);
         let task = Task {
             program: program.clone(),
@@ -126,7 +133,7 @@ impl Guided {
         let mut guided = Guided {
             part: Part::new(task.layout.words(), &meter),
             target: Condition { code, start, machine },
-            guide: Guide { relaxation, estimator, values },
+            guide: Guide { relaxation, estimator, values, fatal: none.clone(), judged: none, age: 1 },
             initial: Vec::new(),
             open: Vec::new(),
             search: Search::new(&meter),

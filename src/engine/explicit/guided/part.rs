@@ -13,8 +13,8 @@ pub(super) struct Standing {
     pub(super) is_lost: bool,
     /// Its choices are listed.
     pub(super) is_expanded: bool,
-    /// The distance is estimated.
-    pub(super) is_estimated: bool,
+    /// The rules by which the distance was estimated last; see [`super::Guide::age`].
+    pub(super) age: u32,
 }
 
 /// A state of the policy: its choice, and a successor that is closer to the target.
@@ -24,6 +24,17 @@ pub(super) struct Step {
     pub(super) next: u32,
     /// Larger than that of the successor; 0 for the target.
     pub(super) level: u32,
+}
+
+/// A choice that is added.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Taken {
+    /// See [`Part::command_of`].
+    pub(super) command: u32,
+    /// The estimate suggests it.
+    pub(super) is_helpful: bool,
+    /// It is never taken.
+    pub(super) is_fatal: bool,
 }
 
 const NO_STEP: Step = Step { choice: NOBODY, next: NOBODY, level: 0 };
@@ -43,6 +54,8 @@ pub(super) struct Part {
     ends: Array<u32>,
     is_open: Array<bool>,
     is_helpful: Array<bool>,
+    /// For each choice its command, if it is of one alone, else [`NOBODY`].
+    commands: Array<u32>,
     /// For each edge the successor, the choice, and the previous edge into the same successor.
     to: Array<u32>,
     choice_of: Array<u32>,
@@ -66,6 +79,7 @@ impl Part {
             ends: Array::new(meter),
             is_open: Array::new(meter),
             is_helpful: Array::new(meter),
+            commands: Array::new(meter),
             to: Array::new(meter),
             choice_of: Array::new(meter),
             before: Array::new(meter),
@@ -102,10 +116,10 @@ impl Part {
     ///
     /// # Errors
     /// The memory limit.
-    pub(super) fn add(&mut self, state: u32, successors: &[u32], is_helpful: bool) -> Result<()> {
+    pub(super) fn add(&mut self, state: u32, successors: &[u32], taken: Taken) -> Result<()> {
         let choice = self.owner.len() as u32;
         // A choice that stays never leads to the target.
-        let mut is_open = successors.iter().any(|&to| to != state);
+        let mut is_open = !taken.is_fatal && successors.iter().any(|&to| to != state);
         for &to in successors {
             let edge = self.to.len() as u32;
             self.to.push(to)?;
@@ -117,7 +131,8 @@ impl Part {
         self.owner.push(state)?;
         self.ends.push(self.to.len() as u32)?;
         self.is_open.push(is_open)?;
-        self.is_helpful.push(is_helpful)?;
+        self.is_helpful.push(taken.is_helpful)?;
+        self.commands.push(taken.command)?;
         self.choices[state as usize][1] += 1;
         self.left[state as usize] += u32::from(is_open);
         Ok(())
@@ -158,8 +173,18 @@ impl Part {
         self.is_open[choice as usize]
     }
 
+    /// Returns whether the last estimate in its state suggests a choice.
     pub(super) fn is_helpful(&self, choice: u32) -> bool {
         self.is_helpful[choice as usize]
+    }
+
+    pub(super) fn suggest(&mut self, choice: u32, is_helpful: bool) {
+        self.is_helpful[choice as usize] = is_helpful;
+    }
+
+    /// Returns the command of a choice; [`NOBODY`] if it has several.
+    pub(super) fn command_of(&self, choice: u32) -> u32 {
+        self.commands[choice as usize]
     }
 
     /// Returns the step of the policy in a state.
@@ -188,23 +213,39 @@ impl Part {
             detached.extend(self.step(state).map(|_| state));
             let mut edge = self.into[state as usize];
             while edge != NOBODY {
-                let (choice, owner) = self.source(edge);
+                let (choice, _) = self.source(edge);
                 edge = self.before[edge as usize];
-                if !std::mem::replace(&mut self.is_open[choice as usize], false) {
-                    continue;
-                }
-                self.left[owner as usize] -= 1;
-                if self.steps[owner as usize].choice == choice {
-                    detached.push(owner);
-                }
-                let standing = &mut self.standing[owner as usize];
-                if self.left[owner as usize] == 0 && !standing.is_lost && !standing.is_target {
-                    standing.is_lost = true;
-                    lost.push(owner);
-                }
+                self.shut(choice, &mut lost, &mut detached);
             }
         }
         self.detach(detached);
+    }
+
+    /// Gives up a choice, with what is lost by it.
+    pub(super) fn close(&mut self, choice: u32) {
+        let (mut lost, mut detached) = (Vec::new(), Vec::new());
+        self.shut(choice, &mut lost, &mut detached);
+        self.detach(detached);
+        lost.iter().for_each(|&state| self.standing[state as usize].is_lost = false);
+        self.lose(lost);
+    }
+
+    /// Marks a choice as one that is not taken. Adds its state to the lost ones if it has no other, and to the detached
+    /// ones if the policy has this one.
+    fn shut(&mut self, choice: u32, lost: &mut Vec<u32>, detached: &mut Vec<u32>) {
+        if !std::mem::replace(&mut self.is_open[choice as usize], false) {
+            return;
+        }
+        let owner = self.owner[choice as usize];
+        self.left[owner as usize] -= 1;
+        if self.steps[owner as usize].choice == choice {
+            detached.push(owner);
+        }
+        let standing = &mut self.standing[owner as usize];
+        if self.left[owner as usize] == 0 && !standing.is_lost && !standing.is_target {
+            standing.is_lost = true;
+            lost.push(owner);
+        }
     }
 
     /// Removes states from the policy, and those that led to the target only by these.

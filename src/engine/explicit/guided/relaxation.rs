@@ -6,14 +6,17 @@
 
 use std::rc::Rc;
 
+use ahash::AHashMap;
+
 use super::facts::{Condition, Fact, Facts, all};
 use crate::explicit::index::NOBODY;
 use meliora_base::error::Result;
+use meliora_base::exact::Exact;
 use meliora_base::progress::Poll;
 use meliora_base::value::Value;
 use meliora_model::expr::{ExprId, Node};
 use meliora_model::predicate::Predicate;
-use meliora_model::{CommandId, Program, Synchronisation, VarId};
+use meliora_model::{Branch, CommandId, Program, Synchronisation, VarId};
 
 /// Lists, one after the other.
 #[derive(Default)]
@@ -43,6 +46,8 @@ pub(super) struct Relaxation {
     pub(super) target: Fact,
     /// The synchronisations of each command.
     pub(super) synchronisations: Lists,
+    /// The facts that a variable has a value.
+    equal: AHashMap<Fact, (u32, i64)>,
 }
 
 /// A rule in the making.
@@ -105,6 +110,56 @@ impl Relaxation {
     }
 }
 
+impl Relaxation {
+    /// Lists facts that hold at most in any state after an outcome of a command: those of the values that its guard and
+    /// its updates give, and all of the other variables.
+    pub(super) fn after(&self, program: &Program, id: CommandId, branch: &Branch) -> Vec<Fact> {
+        let mut known: Vec<Option<i64>> = vec![None; program.variables.len()];
+        let rule = self.commands.iter().position(|&command| command == id.0);
+        for fact in rule.into_iter().flat_map(|rule| self.needs.of(rule)) {
+            if let Some(&(variable, value)) = self.equal.get(fact) {
+                known[variable as usize] = Some(value);
+            }
+        }
+        for &(variable, new) in &branch.updates {
+            let old = known[variable.index()];
+            known[variable.index()] = match program.pool.node(new) {
+                Node::Literal(Value::Bool(value)) => Some(i64::from(value)),
+                Node::Literal(Value::Int(value)) => Some(value),
+                Node::Var(same) if same == variable => old,
+                _ => None,
+            };
+        }
+        let mut facts = Vec::new();
+        for ((variable, &(low, first)), known) in program.variables.iter().zip(&self.variables).zip(known) {
+            let count = (variable.high.wrapping_sub(low) as usize).saturating_add(1);
+            let values = match known {
+                _ if first == usize::MAX => continue,
+                Some(value) => {
+                    first + value.wrapping_sub(low) as usize..first + value.wrapping_sub(low) as usize + 1
+                }
+                None => first..first + count,
+            };
+            values.for_each(|at| facts.extend_from_slice(self.passed.of(at)));
+        }
+        facts
+    }
+}
+
+/// Returns a fact with the variable and the value that it is about.
+fn equation((&(variable, value, _), &fact): (&(u32, i64, bool), &Fact)) -> (Fact, (u32, i64)) {
+    (fact, (variable, value))
+}
+
+/// Returns the branches of a command, those of probability 0 left out.
+pub(super) fn outcomes(program: &Program, id: CommandId) -> impl Iterator<Item = &Branch> {
+    let is_zero = |branch: &Branch| {
+        let probability = program.pool.exact_literal(branch.probability).map(Exact::into_real);
+        probability.is_some_and(|probability| probability.is_zero())
+    };
+    program.commands[id.index()].branches.iter().filter(move |branch| !is_zero(branch))
+}
+
 struct Builder<'p> {
     program: &'p Program,
     facts: Facts<'p>,
@@ -142,10 +197,7 @@ impl Builder<'_> {
 
     fn command(&mut self, id: CommandId, condition: &Rc<[Fact]>) {
         let begin = self.rules.len();
-        for branch in &self.program.commands[id.index()].branches {
-            if self.program.pool.literal(branch.probability) == Some(Value::Real(0.0)) {
-                continue;
-            }
+        for branch in outcomes(self.program, id) {
             let first = self.rules.len();
             let is_first = first == begin;
             self.rules.push(Rule {
@@ -235,6 +287,7 @@ impl Builder<'_> {
             commands: Vec::new(),
             target,
             synchronisations: synchronisations(program),
+            equal: facts.values.iter().filter(|((.., holds), _)| *holds).map(equation).collect(),
         };
         for (variable, lists) in program.variables.iter().zip(&facts.passed) {
             let first = if lists.is_empty() { usize::MAX } else { found.passed.ends.len() };

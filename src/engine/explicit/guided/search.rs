@@ -6,6 +6,7 @@ use super::super::explore::{PATIENCE, fixed};
 use super::super::index::NOBODY;
 use super::super::meter::{Array, Meter};
 use super::super::stepper::{Stepper, sum};
+use super::part::{Standing, Taken};
 use super::queue::Queue;
 use super::{Guide, Guided};
 use meliora_base::error::Result;
@@ -161,8 +162,16 @@ impl Guided {
     fn look<const W: usize>(&mut self, stepper: &mut Stepper<'_, W>, state: u32, edge: u32) -> Result<()> {
         self.search.enter(state, edge)?;
         let standing = self.part.standing[state as usize];
-        if standing.is_lost || !standing.is_expanded && !self.expand(stepper, state)? {
+        let goes_on = match standing {
+            Standing { is_lost: true, .. } => false,
+            Standing { is_expanded: true, .. } => self.renew(state),
+            _ => self.expand(stepper, state)?,
+        };
+        if !goes_on {
             // A search that begins there has no way to go.
+            if edge != NOBODY && self.judge(self.part.source(edge).0) {
+                return self.restart(stepper);
+            }
             return Ok(());
         }
         let known = self.part.estimate[state as usize];
@@ -177,7 +186,7 @@ impl Guided {
                 if self.search.has_entered(to) {
                     continue;
                 }
-                let is_estimated = self.part.standing[to as usize].is_estimated;
+                let is_estimated = self.part.standing[to as usize].age != 0;
                 let key = if is_estimated { self.part.estimate[to as usize] } else { known };
                 self.search.queues[0].push(key, edge)?;
                 if self.part.is_helpful(choice) {
@@ -189,10 +198,10 @@ impl Guided {
     }
 
     /// Estimates the distance of a state to the target. Returns false if it is lost.
-    fn estimate(&mut self, state: u32) -> bool {
+    pub(super) fn estimate(&mut self, state: u32) -> bool {
         self.task.layout.decode(self.part.index.code(state as usize), &mut self.guide.values);
         let found = self.guide.estimator.estimate(&self.guide.relaxation, &self.guide.values);
-        self.part.standing[state as usize].is_estimated = true;
+        self.part.standing[state as usize].age = self.guide.age;
         match found {
             Some(steps) => self.part.estimate[state as usize] = steps,
             None => self.part.lose(vec![state]),
@@ -230,8 +239,12 @@ impl Guided {
                 successors.dedup();
                 let estimator = &self.guide.estimator;
                 let commands = stepper.combination(index, combination);
-                let is_helpful = commands.iter().any(|&command| estimator.is_helpful(command));
-                self.part.add(state, &successors, is_helpful)?;
+                let taken = Taken {
+                    command: if let &[command] = commands.as_slice() { command } else { NOBODY },
+                    is_helpful: commands.iter().any(|&command| estimator.is_helpful(command)),
+                    is_fatal: commands.iter().any(|&command| self.guide.fatal[command as usize]),
+                };
+                self.part.add(state, &successors, taken)?;
                 (at, number) = (end, number + 1);
             }
         }
@@ -257,9 +270,7 @@ impl Guided {
             let (choice, owner) = self.part.source(edge);
             if !self.part.is_open(choice) {
                 // The search learnt too late that this choice may lead to a lost state.
-                let start = self.search.start;
-                self.search.begin(start);
-                return self.look(stepper, start, NOBODY);
+                return self.restart(stepper);
             }
             path.push((owner, choice, last));
             last = owner;
@@ -270,15 +281,24 @@ impl Guided {
             for edge in self.part.edges_of(choice) {
                 let to = self.part.successor(edge);
                 let standing = self.part.standing[to as usize];
-                if !self.part.leads_on(to)
-                    && !standing.is_lost
-                    && (standing.is_estimated || self.estimate(to))
-                {
+                if self.part.leads_on(to) || standing.is_lost {
+                    continue;
+                }
+                if standing.age != 0 || self.estimate(to) {
                     self.open.push(to);
+                } else {
+                    self.judge(choice);
                 }
             }
         }
         Ok(())
+    }
+
+    /// Begins the search from its state again.
+    fn restart<const W: usize>(&mut self, stepper: &mut Stepper<'_, W>) -> Result<()> {
+        let start = self.search.start;
+        self.search.begin(start);
+        self.look(stepper, start, NOBODY)
     }
 
     fn report(&mut self) -> Result<()> {

@@ -176,6 +176,26 @@ fn most_states_are_not_explored_where_estimates_lead_to_the_target() {
 }
 
 #[test]
+fn a_short_way_that_is_always_fatal_is_left_once() {
+    // From each of the many places, three bad steps are nearer than the good ones at the far end.
+    let flags: String = (0..12).map(|i| format!("b{i} : bool init false;")).collect();
+    let toggle: String = (0..12).map(|i| format!("[] alive -> (b{i}'=!b{i});")).collect();
+    let text = format!(
+        "mdp module m alive : bool init true; g : [0..3] init 0; x : [0..20] init 0; {flags} {toggle}
+        [] alive & g<3 & g=0 -> 0.5 : (g'=1) + 0.5 : (alive'=false);
+        [] alive & g=1 -> 0.5 : (g'=2) + 0.5 : (alive'=false);
+        [] alive & g=2 -> 0.5 : (g'=3) + 0.5 : (alive'=false);
+        [] alive & x<20 -> (x'=x+1); [] alive & x=20 & g<3 -> (g'=g+1); endmodule"
+    );
+    let (program, target) = read(&text, "g=3");
+    let mut search = guided(&program, &target).unwrap();
+    assert!(answer(&mut search, 100));
+    check(&program, &target, &search.initial_states(), &search.policy().unwrap());
+    assert!(search.guide.fatal.iter().filter(|is| **is).count() == 3);
+    assert!(search.part.standing.len() < 1000, "{}", search.part.standing.len());
+}
+
+#[test]
 fn all_initial_states_count() {
     let text = "mdp global x : [0..2]; module m b : bool; [] x=1 -> (b'=true); [] x=2 -> 0.5 : (b'=true) + 0.5 : true; \
         endmodule init x>0 & !b endinit";
