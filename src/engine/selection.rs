@@ -47,10 +47,13 @@ pub struct Selection {
     pub is_open: bool,
 }
 
+/// A question for an engine.
+pub(crate) type Everywhere<'q, T> = &'q dyn Fn(&SymbolicEngine) -> Result<T>;
+
 /// A question about the initial states that counts no states, with the ways to answer it before all states are known.
 pub struct Initially<'q, T> {
     /// The question for engines of [`SymbolicEngine::everywhere`], unless the answer depends on how a state is reached.
-    pub everywhere: Option<&'q dyn Fn(&SymbolicEngine) -> Result<T>>,
+    pub everywhere: Option<Everywhere<'q, T>>,
     /// The target, if the question is whether some strategy reaches it almost surely from all initial states.
     pub target: Option<&'q Predicate>,
 }

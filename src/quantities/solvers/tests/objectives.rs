@@ -94,9 +94,9 @@ struct Case<'a> {
     wanted: &'a [Optimum],
     bounds: Vec<Ratio>,
     /// The points with finite costs.
-    all: Vec<Vec<Ratio>>,
+    all: Points,
     /// The points without the first coordinate, which may be infinite.
-    others: Vec<Vec<Ratio>>,
+    others: Points,
     precision: f64,
     what: String,
 }
@@ -180,7 +180,7 @@ impl Case<'_> {
         let exact = |x: &Vec<f64>| -> Vec<Ratio> {
             every.iter().zip(x).map(|(&at, &x)| self.sign(at, &Ratio::from_float(x).unwrap())).collect()
         };
-        let points: Vec<Vec<Ratio>> = points.iter().map(exact).collect();
+        let points: Points = points.iter().map(exact).collect();
         let small = Ratio::from_float(3e-6).unwrap();
         for point in &points {
             let less: Vec<Ratio> = point.iter().map(|x| x - &small).collect();
@@ -194,9 +194,11 @@ impl Case<'_> {
     }
 }
 
+type Points = Vec<Vec<Ratio>>;
+
 /// The points of a case: with finite costs, if no reward that is to be great is infinite then; and those without the first
 /// coordinate if it is a cost.
-fn split(raw: &[Raw], wanted: &[Optimum], is_cost: bool) -> Option<(Vec<Vec<Ratio>>, Vec<Vec<Ratio>>)> {
+fn split(raw: &[Raw], wanted: &[Optimum], is_cost: bool) -> Option<(Points, Points)> {
     let finite = |from: usize| {
         let has =
             move |x: &&Raw| (from..wanted.len()).all(|at| wanted[at] == Optimum::Max || x[at].is_some());
