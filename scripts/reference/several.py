@@ -45,7 +45,7 @@ class Several:
         return tuple(known or state in target for known, target in zip(before, self.targets))
 
     def explored(self):
-        """The choices of each state with what was visited: what it pays in each structure, and its successors."""
+        """The choices of each state with the visited targets: the costs in each structure, and the successors."""
         found, open_ = {}, [self.start]
         while open_:
             pair = state, memory = open_.pop()

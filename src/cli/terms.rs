@@ -42,7 +42,7 @@ pub(super) fn work(
         let is_mix = asked.terms.iter().any(|stated| matches!(stated.term.kind, TermKind::Multi(_)));
         let message = match is_mix {
             true => {
-                "`--policy` writes one action per state, and a strategy of `multi` is a mix of several strategies that remember what they visited"
+                "`--policy` writes one action per state, and a strategy of `multi` is a mix of several strategies with memory"
             }
             false => "`--strong` and `--policy` are about reaching a target, not about other formulas",
         };

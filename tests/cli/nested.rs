@@ -359,7 +359,7 @@ fn a_property_that_needs_too_much_memory_leaves_the_others() {
     assert_eq!(found[1]["value"]["upper"], json!(2.0), "{found}");
 }
 
-/// No file was written, and nothing said so.
+/// `--policy` wrote no file, without a message.
 #[test]
 fn a_policy_of_a_property_that_is_no_single_formula_is_refused() {
     let scratch = Scratch::new(&[("m.prism", CHOICES)]);

@@ -211,6 +211,17 @@ fn split(raw: &[Raw], wanted: &[Optimum], is_cost: bool) -> Option<(Points, Poin
     Some((finite(0)?, if is_cost { finite(1)? } else { Vec::new() }))
 }
 
+/// Draws bounds near the coordinates of some points.
+fn drawn_bounds(raw: &[Raw], wanted: &[Optimum], draw: &mut Draw) -> Vec<Ratio> {
+    let bound = |(at, optimum): (usize, &Optimum)| {
+        let all: Vec<Ratio> = raw.iter().filter_map(|x| x[at].clone()).collect();
+        let near = if all.is_empty() { Ratio::default() } else { all[draw.below(all.len())].clone() };
+        let bound = near + Ratio::new((draw.below(9) as i64 - 4).into(), 12.into());
+        if *optimum == Optimum::Max { bound } else { -bound }
+    };
+    wanted.iter().enumerate().map(bound).collect()
+}
+
 #[test]
 fn several_objectives_are_those_of_means_of_pure_strategies() {
     let (mut counts, mut fronts, mut refused, mut infinite) = ([0; 4], [0; 2], [0; 2], 0);
@@ -247,15 +258,7 @@ fn several_objectives_are_those_of_means_of_pure_strategies() {
             point
         };
         let raw: Vec<Raw> = raw.into_iter().map(turned).collect();
-        let more = |draw: &mut Draw| Ratio::new((draw.below(9) as i64 - 4).into(), 12.into());
-        let at = |at: usize| raw.iter().filter_map(|x| x[at].clone()).collect::<Vec<_>>();
-        let mut bound = |own: usize| {
-            let all = at(own);
-            let near = if all.is_empty() { Ratio::default() } else { all[draw.below(all.len())].clone() };
-            let bound = near + more(draw);
-            if wanted[own] == Optimum::Max { bound } else { -bound }
-        };
-        let bounds: Vec<Ratio> = (0..few).map(&mut bound).collect();
+        let bounds = drawn_bounds(&raw, wanted, draw);
         let precision = [1e-6, 0.0][seed as usize % 2];
         let what = format!(
             "seed {seed}, {second:?} turned by {turn}, {sets:?}, {wanted:?}, {bounds:?}, {precision}\n{}",
