@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use meliora::reach::{Asking, Required, Stopping};
+use meliora::reach::{Asking, Goal, Required, Stopping};
 use meliora_base::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora_dump::manifest;
 use meliora_engine::NoProgress;
@@ -55,6 +55,8 @@ pub(super) struct Asked {
     pub(super) questions: Vec<Stated>,
     /// The other properties.
     pub(super) terms: Vec<StatedTerm>,
+    /// The requirements, which the other properties keep.
+    pub(super) required: Vec<Required>,
     /// True if a question without an answer leaves the others: those of a file, or of the model.
     pub(super) is_list: bool,
     /// See [`Loaded::overlap`].
@@ -76,7 +78,14 @@ impl Asked {
         overlap: Option<Predicate>,
     ) -> Self {
         note_inexact(&mut program, questions.iter().flat_map(|q| q.asking.goal.predicates()));
-        Asked { program: Arc::new(program), questions, terms: Vec::new(), is_list, overlap }
+        Asked {
+            program: Arc::new(program),
+            questions,
+            terms: Vec::new(),
+            required: Vec::new(),
+            is_list,
+            overlap,
+        }
     }
 }
 
@@ -294,14 +303,21 @@ pub(super) fn asking(
         Asks { simple: Some(simple), .. } if regions || !required.is_empty() => {
             Asking::of_simple(program, source, &simple, required).map(Ok)
         }
-        Asks { term: Some(term), .. } if required.is_empty() => Ok(Err(term)),
+        Asks { term: Some(term), .. } if is_restricted(program, required)? => Ok(Err(term)),
         _ => {
-            let message =
-                "under `--require`, a property is one operator over a formula without other operators";
+            let message = "under other requirements than `G condition`, and of games under any, a property is one \
+                           operator over a formula without other operators";
             let diagnostic = Diagnostic::new(source, 0..0, message).severity(Severity::Unsupported);
             Err(diagnostic.help("leave out `--require`, or ask for each operator alone").into())
         }
     }
+}
+
+/// Returns whether requirements leave a part of the model itself, for one player.
+fn is_restricted(program: &Program, required: &[Required]) -> Result<bool, Error> {
+    let initial = program.predicate(program.initial);
+    Ok(required.is_empty()
+        || program.players.is_none() && Goal::reach(program, initial, required)?.watched.is_none())
 }
 
 /// Returns [`Loaded::overlap`] for a program.
@@ -402,7 +418,8 @@ pub(super) fn asked(
     let for_goals = target.is_none() && properties.is_empty() && texts.is_empty();
     let loaded = parsed_for(args, for_goals, sink)?;
     let (questions, terms) = loaded.questions(target, properties, texts, regions)?;
-    Ok(Asked { terms, ..Asked::new(loaded.program, questions, false, loaded.overlap) })
+    let required = required(texts)?;
+    Ok(Asked { terms, required, ..Asked::new(loaded.program, questions, false, loaded.overlap) })
 }
 
 /// Reads the model, and a target or a property whose paths stop where it is decided.

@@ -50,7 +50,7 @@ pub(super) fn named(
             Err(_) => {}
         }
     }
-    Ok((Asked { terms, ..Asked::new(program, questions, true, overlap) }, all))
+    Ok((Asked { terms, required, ..Asked::new(program, questions, true, overlap) }, all))
 }
 
 /// Does the same as [`asking`] for a property that the model names.

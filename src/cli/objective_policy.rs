@@ -70,7 +70,7 @@ impl OfObjective {
             };
             let asking = Asking::states(&program, target.clone(), &[])?;
             let questions = vec![Stated { position: 0, text: name.to_owned(), asking }];
-            Asked { program, questions, terms: Vec::new(), is_list: false, overlap }
+            Asked { program, questions, terms: Vec::new(), required: Vec::new(), is_list: false, overlap }
         };
         job.update(|r| r.properties = vec![PropertyAnswer::open(None, name.to_owned(), None)]);
         Ok(asked)

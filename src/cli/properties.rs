@@ -98,7 +98,7 @@ pub(super) fn read(
             Err(_) => {}
         }
     }
-    Ok((Asked { terms, ..Asked::new(program, questions, true, overlap) }, entries))
+    Ok((Asked { terms, required, ..Asked::new(program, questions, true, overlap) }, entries))
 }
 
 /// Returns the entry of a property in the report, with the reason for no answer.

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use meliora::reach::evaluate::{Evaluator, Found, Model, Number, StateValue};
+use meliora::reach::{Goal, Under};
 use meliora_base::error::Error;
 use meliora_engine::{Algebra, AnyEngine, Engine, Selection};
 use meliora_lang::property::term::TermKind;
 use meliora_lang::refusal::Refusal;
 use meliora_model::valuation::Valuation;
 use meliora_model::{Program, State};
-use meliora_planning::result::ModelCounts;
 use meliora_quantities::state_values::Bound;
 use meliora_report::ReachReport;
 use meliora_report::properties::ListedState;
@@ -49,15 +49,22 @@ pub(super) fn work(
         return Err(Error::Usage(message.to_owned()));
     }
     let engine = built(job, given, selected, &asked.program)?;
-    counted(job, &engine, asked)?;
+    let initial = asked.program.predicate(asked.program.initial);
+    let goal = Goal::reach(&asked.program, initial, &asked.required)?;
+    let under = Under::new(&*engine, &asked.program, &goal)?;
+    counted(job, &engine, (&under, &goal), asked)?;
     let build = |program: &Arc<Program>| built(job, given, selected, program);
-    let model = Model::new(&*engine, &asked.program, &build, given.precision);
+    let model = Model::new(under.engine(), &asked.program, &build, given.precision).under(&asked.required);
     let mut shares = Shares::of(&job.sink, asked.terms.len());
     for StatedTerm { position, source, term } in &asked.terms {
+        if let Some(answer) = under.lost(!term.is_condition()) {
+            job.update(|r| r.answer(*position, &answer));
+            continue;
+        }
         let evaluator = Evaluator::new(&model, source);
         let answer = || shares.next(|| evaluator.answer(term));
         match job.timed("value", answer, |r, s| r.time.add("value", s)) {
-            Ok(Ok(found)) => note(job, given.is_one, *position, &engine, found)?,
+            Ok(Ok(found)) => note(job, given.is_one, *position, under.engine(), found)?,
             Ok(Err(reason)) => job.update(|r| r.properties[*position].reason = Some(reason)),
             Err(error) if !given.is_one && !matches!(error, Error::Limit(_)) => {
                 let Refusal { reason, place } = Refusal::of(&error);
@@ -87,15 +94,20 @@ fn built(
 }
 
 /// Counts the states, unless another question has done so.
-fn counted(job: &Job<ReachReport>, engine: &AnyEngine, asked: &Asked) -> Result<(), Error> {
+fn counted(
+    job: &Job<ReachReport>,
+    engine: &AnyEngine,
+    (under, goal): (&Under<'_, AnyEngine>, &Goal),
+    asked: &Asked,
+) -> Result<(), Error> {
     let mut known = false;
     job.update(|r| known = r.counts.is_some());
     if known {
         return Ok(());
     }
-    let counts = job.timed("count", || ModelCounts::of(engine), |r, s| r.time.add("build", s))?;
+    let counts = job.timed("count", || under.counts(goal), |r, s| r.time.add("build", s))?;
     engines::warn_of_states(&job.sink, engine, &asked.program, &counts.deadlocks, asked.overlap.as_ref())?;
-    job.update(|r| r.counts = Some(counts));
+    job.update(|r| (r.counts, r.escape) = (Some(counts), under.escape.clone()));
     Ok(())
 }
 

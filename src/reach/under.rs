@@ -100,15 +100,19 @@ impl<'a, E: Engine> Under<'a, E> {
 
     /// Returns the answer to a property if no strategy keeps the requirements initially.
     fn unsafe_answer(&self, asking: &Asking) -> Option<Answer> {
-        self.escape.as_ref()?;
         let asks_for_value = |question: &Question| match question {
             Question::Qualitative(..) => false,
             Question::Quantity(quantity) => quantity.bound.is_none(),
         };
-        Some(match &asking.question {
-            None => Answer::of(None),
-            Some(question) if asks_for_value(question) => Answer::without_value(UNSAFE),
-            Some(_) => Answer::of(Some(false)),
-        })
+        match &asking.question {
+            None => self.escape.as_ref().map(|_| Answer::of(None)),
+            Some(question) => self.lost(asks_for_value(question)),
+        }
+    }
+
+    /// Returns the answer to a condition, or to a number, if no strategy keeps the requirements initially.
+    pub fn lost(&self, is_number: bool) -> Option<Answer> {
+        self.escape.as_ref()?;
+        Some(if is_number { Answer::without_value(UNSAFE) } else { Answer::of(Some(false)) })
     }
 }

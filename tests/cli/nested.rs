@@ -352,10 +352,7 @@ fn a_property_that_needs_too_much_memory_leaves_the_others() {
     let mut command = meliora();
     let found = Finished::of(command.args(["reach", &model, "--properties", &file, "--json"]));
     let found = found.expect(4).json()["properties"].clone();
-    assert!(
-        found[0]["reason"].as_str().is_some_and(|reason| reason.contains("states of the scope")),
-        "{found}"
-    );
+    assert!(found[0]["reason"].as_str().is_some_and(|reason| reason.contains("states to list")), "{found}");
     assert_eq!(found[1]["value"]["upper"], json!(2.0), "{found}");
 }
 
@@ -372,5 +369,34 @@ fn a_policy_of_a_property_that_is_no_single_formula_is_refused() {
         let mut command = meliora();
         let found = Finished::of(command.args(["reach", &model, "--property", property, "--policy", &out]));
         assert!(found.expect(2).stderr.contains(words), "{property}");
+    }
+}
+
+/// Properties with several operators were refused under requirements.
+#[test]
+fn under_requirements_the_operators_of_a_property_are_about_the_strategies_that_keep_them() {
+    let model = "mdp\nmodule m\n x : [0..3] init 0;\n [a] x=0 -> 1/2:(x'=1) + 1/2:(x'=3);\n [b] x=0 -> (x'=2);\n\
+         [c] x=1 -> (x'=2);\n [d] x>1 -> true;\nendmodule\n";
+    let file = "Pmax=? [ F x=1 ] + 0;\nP>=1 [ F P>=1 [ X x=2 ] ];\nfilter(count, true);\n\
+         Pmax=? [ (F x=1) & (F x=2) ] + 0;\nmulti(Pmax=? [ F x=1 ], P>=0 [ F x=2 ]);\n\
+         A [ (F x=1) & (F x=2) ];\n";
+    let scratch = Scratch::new(&[("m.prism", model), ("m.props", file)]);
+    let [model, file] = ["m.prism", "m.props"].map(|name| scratch.show(name));
+    let ask = |more: &[&str]| {
+        let mut command = meliora();
+        let found = Finished::of(command.args(["reach", &model, "--properties", &file, "--json"]).args(more));
+        let json: Json = serde_json::from_str(&found.stdout).unwrap_or_else(|_| panic!("{}", found.stderr));
+        json["properties"].as_array().unwrap().clone()
+    };
+    let upper = |answer: &Json| answer["value"]["upper"].as_f64().map(|x| (x * 1e6).round() / 1e6);
+    for engine in ["explicit", "symbolic"] {
+        let free = ask(&["--engine", engine]);
+        assert_eq!([0, 2, 3, 4].map(|at| upper(&free[at])), [0.5, 4.0, 0.5, 0.5].map(Some), "{free:?}");
+        let kept = ask(&["--engine", engine, "--require", "G x!=3"]);
+        assert_eq!([0, 2, 3, 4].map(|at| upper(&kept[at])), [0.0, 3.0, 0.0, 0.0].map(Some), "{kept:?}");
+        assert_eq!((&free[1]["holds"], &kept[1]["holds"]), (&json!(false), &json!(true)), "{kept:?}");
+        assert!(kept[5]["reason"].as_str().is_some_and(|reason| reason.contains("under requirements")));
+        let lost = ask(&["--engine", engine, "--require", "G x!=0"]);
+        assert_eq!((&lost[0]["value"], &lost[1]["holds"]), (&Json::Null, &json!(false)), "{lost:?}");
     }
 }

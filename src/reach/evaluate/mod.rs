@@ -30,6 +30,8 @@ use meliora_model::{Program, State};
 use meliora_quantities::equations::arena::Arena;
 pub use number::Number;
 
+use super::Required;
+
 /// Maximum number of states with values.
 const MOST_STATES: usize = 1 << 20;
 
@@ -42,6 +44,8 @@ pub struct Model<'a, E: Engine> {
     program: &'a Arc<Program>,
     build: &'a Build<'a, E>,
     precision: f64,
+    /// The requirements that the engine keeps, conditions on states.
+    required: &'a [Required],
     /// The list of the states, once a number has needed it.
     arena: OnceCell<Arena<'a>>,
 }
@@ -50,7 +54,13 @@ impl<'a, E: Engine> Model<'a, E> {
     /// Creates a model from its engine. `build` builds the engines of other models that are needed; the
     /// bounds of numbers are at most `precision` wide where they can be computed so.
     pub fn new(engine: &'a E, program: &'a Arc<Program>, build: &'a Build<'a, E>, precision: f64) -> Self {
-        Model { engine, program, build, precision, arena: OnceCell::new() }
+        Model { engine, program, build, precision, required: &[], arena: OnceCell::new() }
+    }
+
+    /// Says that the engine is that of a model under requirements `G p`.
+    #[must_use]
+    pub fn under(self, required: &'a [Required]) -> Self {
+        Model { required, ..self }
     }
 
     /// Returns the list of the states. Cost: one evaluation of the commands per state, once.

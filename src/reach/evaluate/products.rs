@@ -17,6 +17,7 @@ use meliora_model::expr::{Binary, ExprId, Unary};
 use meliora_model::predicate::Predicates;
 use meliora_model::{Branch, Command, CommandId, ModelKind, Program, State};
 use meliora_planning::RegionSearch;
+use meliora_planning::Requirements;
 
 /// The regions of a product that are known.
 type Known<E> = Regions<Option<<E as Engine>::States>>;
@@ -47,12 +48,15 @@ impl<E: Engine> Evaluator<'_, '_, E> {
 
     /// Builds the product of a program with the monitors of a formula.
     fn watched(&self, term: &Term, program: &Arc<Program>, formula: &Formula) -> Result<Product<E>> {
-        let goal = Goal::of(program, self.source, formula, &[])?;
+        let goal = Goal::of(program, self.source, formula, self.model.required)?;
         if matches!(goal.target, Target::States(_)) {
             return Err(self.wrong(term, "the formula is decided without monitors").into());
         }
         let program = Arc::clone(goal.program(program));
-        Ok(Product { engine: (self.model.build)(&program)?, program, goal })
+        let whole = (self.model.build)(&program)?;
+        let restricted = Requirements::restrict(&*whole, &goal.requirements)?;
+        let engine = restricted.map_or(whole, |(engine, _)| Arc::new(engine));
+        Ok(Product { engine, program, goal })
     }
 
     /// Returns the formula of a path whose nested conditions are conditions over the variables.
@@ -132,6 +136,10 @@ impl<E: Engine> Evaluator<'_, '_, E> {
     /// Returns the states of which every path, or some path, satisfies a formula: in the model in which each
     /// successor has a choice of its own, every strategy, or some strategy, satisfies it.
     pub(super) fn paths_of_product(&self, term: &Term, all: bool, path: &Path) -> Result<E::States> {
+        if !self.model.required.is_empty() {
+            let message = "`A` and `E` with several temporal operators are not supported under requirements";
+            return Err(self.unsupported(term, message, "leave out `--require`, or ask for `P>=1` or `P>0`"));
+        }
         let (formula, predicates) = self.flattened(path)?;
         let program = Arc::new(of_single_steps(self.program, predicates));
         let product = self.watched(term, &program, &formula)?;
