@@ -24,8 +24,7 @@ impl Guided {
             let code = fixed::<W>(self.part.index.code(state as usize));
             stepper.enter(&self.task.layout, &code);
             stepper.expand().map_err(|broken| self.task.broken(broken, &code))?;
-            let number = (step.choice - self.part.choices_of(state).start) as usize;
-            let (choice, name) = self.named(&stepper, number);
+            let (choice, name) = self.named(&stepper, self.part.place_of(step.choice));
             let distance = distances.get(&state).copied().unwrap_or_default();
             policy.push(Guiding { state: self.task.values(&code), choice, name, distance });
         }
@@ -71,21 +70,20 @@ impl Guided {
     }
 
     /// Returns a choice of the state that was expanded last, and its name.
-    fn named<const W: usize>(&self, stepper: &Stepper<'_, W>, number: usize) -> (Choice, String) {
+    fn named<const W: usize>(&self, stepper: &Stepper<'_, W>, place: [usize; 2]) -> (Choice, String) {
         let program = &self.task.program;
-        let all = stepper
-            .active
-            .iter()
-            .flat_map(|&index| (0..stepper.combinations(index)).map(move |k| (index, k)));
-        let Some((index, _)) = all.clone().nth(number) else { return (Choice::Deadlock, String::new()) };
+        let [own, number] = place;
+        let action = program.synchronisations[own].action;
         // Only choices with the same label decide how it is called.
-        let action = program.synchronisations[index].action;
+        let is_alike = |index: &&usize| {
+            **index == own || action.is_some() && program.synchronisations[**index].action == action
+        };
         let (mut alike, mut at) = (Vec::new(), 0);
-        for (place, (index, combination)) in all.enumerate() {
-            if place == number {
-                at = alike.len();
-            }
-            if place == number || action.is_some() && program.synchronisations[index].action == action {
+        for &index in stepper.active.iter().filter(is_alike) {
+            for combination in 0..stepper.combinations(index) {
+                if [index, combination] == [own, number] {
+                    at = alike.len();
+                }
                 let commands = stepper.combination(index, combination).into_iter().map(CommandId);
                 alike.push((index, commands.collect::<Vec<_>>()));
             }

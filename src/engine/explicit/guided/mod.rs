@@ -34,7 +34,7 @@ use meliora_base::error::Result;
 use meliora_base::progress::Poll;
 use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
-use meliora_model::{ModelKind, State};
+use meliora_model::{ModelKind, State, VarId};
 
 use super::compile::Compiler;
 use super::explore::{Exploration, Task, by_words};
@@ -86,6 +86,8 @@ struct Condition {
     code: Code,
     start: u32,
     machine: Machine,
+    /// The variables that it reads.
+    support: Vec<VarId>,
 }
 
 /// The estimates.
@@ -132,7 +134,7 @@ impl Guided {
         };
         let mut guided = Guided {
             part: Part::new(task.layout.words(), &meter),
-            target: Condition { code, start, machine },
+            target: Condition { code, start, machine, support: target.pool().support(target.id()) },
             guide: Guide { relaxation, estimator, values, fatal: none.clone(), judged: none, age: 1 },
             initial: Vec::new(),
             open: Vec::new(),
@@ -198,7 +200,9 @@ impl Guided {
 impl Condition {
     /// Returns whether the condition is true in a state.
     fn holds(&mut self, task: &Task, code: &[u64]) -> Result<bool> {
-        task.layout.decode(code, &mut self.machine.regs);
+        for variable in &self.support {
+            self.machine.regs[variable.index()] = task.layout.value(code, variable.index());
+        }
         self.machine.next_state();
         self.machine.run(&self.code, self.start).map_err(|_| task.fault(code))
     }

@@ -31,6 +31,8 @@ pub(super) struct Step {
 pub(super) struct Taken {
     /// See [`Part::command_of`].
     pub(super) command: u32,
+    /// See [`Part::place_of`].
+    pub(super) place: [u32; 2],
     /// The estimate suggests it.
     pub(super) is_helpful: bool,
     /// It is never taken.
@@ -54,8 +56,10 @@ pub(super) struct Part {
     ends: Array<u32>,
     is_open: Array<bool>,
     is_helpful: Array<bool>,
-    /// For each choice its command, if it is of one alone, else [`NOBODY`].
+    /// For each choice its command, if it is of one alone, else [`NOBODY`]; the synchronisation, and the number among
+    /// its choices in the state.
     commands: Array<u32>,
+    places: Array<[u32; 2]>,
     /// For each edge the successor, the choice, and the previous edge into the same successor.
     to: Array<u32>,
     choice_of: Array<u32>,
@@ -80,6 +84,7 @@ impl Part {
             is_open: Array::new(meter),
             is_helpful: Array::new(meter),
             commands: Array::new(meter),
+            places: Array::new(meter),
             to: Array::new(meter),
             choice_of: Array::new(meter),
             before: Array::new(meter),
@@ -133,6 +138,7 @@ impl Part {
         self.is_open.push(is_open)?;
         self.is_helpful.push(taken.is_helpful)?;
         self.commands.push(taken.command)?;
+        self.places.push(taken.place)?;
         self.choices[state as usize][1] += 1;
         self.left[state as usize] += u32::from(is_open);
         Ok(())
@@ -185,6 +191,12 @@ impl Part {
     /// Returns the command of a choice; [`NOBODY`] if it has several.
     pub(super) fn command_of(&self, choice: u32) -> u32 {
         self.commands[choice as usize]
+    }
+
+    /// Returns the synchronisation of a choice, and its number among the choices of that in its state. Choices of fatal
+    /// commands need not be listed, so the number among all of them would not tell.
+    pub(super) fn place_of(&self, choice: u32) -> [usize; 2] {
+        self.places[choice as usize].map(|number| number as usize)
     }
 
     /// Returns the step of the policy in a state.

@@ -101,6 +101,10 @@ impl Guided {
                 self.look(&mut stepper, next, NOBODY)?;
                 continue;
             }
+            if self.part.standing[self.search.start as usize].is_lost {
+                self.search.end();
+                continue;
+            }
             let Some(edge) = self.search.pop() else {
                 // Each choice that may be taken stays among these states.
                 self.part.lose(self.search.found.clone());
@@ -108,8 +112,14 @@ impl Guided {
                 continue;
             };
             let state = self.part.successor(edge);
-            if self.part.is_open(self.part.source(edge).0) && !self.search.has_entered(state) {
+            if self.search.has_entered(state) {
+                continue;
+            }
+            let choice = self.part.source(edge).0;
+            if self.is_hopeful(choice) {
                 self.look(&mut stepper, state, edge)?;
+            } else if self.judge(choice) {
+                self.restart(&mut stepper)?;
             }
         }
         Ok(None)
@@ -169,9 +179,6 @@ impl Guided {
         };
         if !goes_on {
             // A search that begins there has no way to go.
-            if edge != NOBODY && self.judge(self.part.source(edge).0) {
-                return self.restart(stepper);
-            }
             return Ok(());
         }
         let known = self.part.estimate[state as usize];
@@ -209,6 +216,19 @@ impl Guided {
         found.is_some()
     }
 
+    /// Returns whether a choice may be taken: a relaxed plan begins in each of its outcomes. So no path is followed that
+    /// the next outcome makes useless.
+    fn is_hopeful(&mut self, choice: u32) -> bool {
+        for edge in self.part.edges_of(choice) {
+            let to = self.part.successor(edge);
+            let standing = self.part.standing[to as usize];
+            if standing.age == 0 && !standing.is_target && !standing.is_lost {
+                self.estimate(to);
+            }
+        }
+        self.part.is_open(choice)
+    }
+
     /// Lists the choices of a state. Returns false if it is lost.
     fn expand<const W: usize>(&mut self, stepper: &mut Stepper<'_, W>, state: u32) -> Result<bool> {
         // Also of a state whose distance is known: the plan names the helpful commands.
@@ -241,6 +261,7 @@ impl Guided {
                 let commands = stepper.combination(index, combination);
                 let taken = Taken {
                     command: if let &[command] = commands.as_slice() { command } else { NOBODY },
+                    place: [index as u32, combination as u32],
                     is_helpful: commands.iter().any(|&command| estimator.is_helpful(command)),
                     is_fatal: commands.iter().any(|&command| self.guide.fatal[command as usize]),
                 };

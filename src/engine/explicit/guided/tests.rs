@@ -20,7 +20,7 @@ const CONDITIONS: &str = "x=0; x=3; x!=2; x<2; x>=1; y=1; !(y=2); b; !b; true; t
 /// Updates; all new values are in the ranges.
 const UPDATES: &str = "(x'=0); (x'=3); (x'=1)&(b'=true); (x'=min(x+1,3)); (x'=max(x-1,0)); (y'=x=3 ? 0 : 2); (y'=1); \
     (b'=!b); (b'=y=2); true; (x'=y); (y'=min(x,2))&(b'=false); (x'=b ? 2 : (y=0 ? 3 : x)); (x'=y+(b?1:0))";
-const TARGETS: &str = "x=3; x=3 & b; y=2 & !b; x=2 | y=1; x+y=5; x<y & b";
+const TARGETS: &str = "x=3; x=3 & b; y=2 & !b; x=2 | y=1; x+y=5; x<y & b; x=3 & alive; b & alive & y=2";
 
 /// Draws a model with a synchronised module and its target.
 fn model(of: &[u16], is_synchronised: bool) -> (String, &'static str) {
@@ -33,12 +33,13 @@ fn model(of: &[u16], is_synchronised: bool) -> (String, &'static str) {
     for at in 0..5 {
         let label = if is_synchronised && at < 2 { "s" } else { "" };
         commands += &format!(
-            "[{label}] ({}) & ({}) -> 0.5 : {} + 0.3 : {} + 0.2 : {};\n",
+            "[{label}] alive & ({}) & ({}) -> 0.5 : {} + 0.3 : {} + 0.2 : {};\n",
             pick(CONDITIONS),
             pick(CONDITIONS),
             pick(UPDATES),
             pick(UPDATES),
-            pick(UPDATES)
+            // An outcome that is lost in some states, and often wherever the command is enabled.
+            pick("true; (x'=1); (y'=0); (alive'=false); (alive'=x>1)")
         );
     }
     let other = if is_synchronised {
@@ -47,7 +48,8 @@ fn model(of: &[u16], is_synchronised: bool) -> (String, &'static str) {
         ""
     };
     let text = format!(
-        "mdp module m x : [0..3] init 0; y : [0..2] init 0; b : bool init false;\n{commands}endmodule {other}"
+        "mdp module m x : [0..3] init 0; y : [0..2] init 0; b : bool init false; alive : bool init true;\n\
+         {commands}endmodule {other}"
     );
     (text, pick(TARGETS))
 }
