@@ -13,7 +13,7 @@ use meliora_model::predicate::Predicate;
 /// The share of the explicit engine in the memory, while it takes turns: one in this many bytes.
 const MEMORY_SHARE: u64 = 8;
 
-/// What was the first to end.
+/// The way that was the first to end, with its result.
 pub(crate) enum First {
     /// The explicit engine; also whether it was the only one that explored.
     Explicit(Box<Exploration>, bool),

@@ -68,7 +68,7 @@ pub enum Decision<T, E = AnyEngine> {
     Built(E),
 }
 
-/// What was the first to end.
+/// The result of the way that was the first to end.
 enum Taken {
     Built(AnyEngine),
     Answered,

@@ -1,15 +1,15 @@
-//! The explored part of a model: states with their choices, what is known of each, and a policy.
+//! The explored part of a model: states with their choices, their standing, and a policy.
 
 use super::super::index::{Index, NOBODY};
 use super::super::meter::{Array, Meter};
 use meliora_base::error::Result;
 
-/// What is known of a state.
+/// The known properties of a state.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Standing {
     /// It is in the target.
     pub(super) is_target: bool,
-    /// No strategy reaches the target almost surely.
+    /// The target is not reached almost surely by any strategy.
     pub(super) is_lost: bool,
     /// Its choices are listed.
     pub(super) is_expanded: bool,
@@ -233,7 +233,7 @@ impl Part {
         self.detach(detached);
     }
 
-    /// Gives up a choice, with what is lost by it.
+    /// Gives up a choice, and the states that are lost by this.
     pub(super) fn close(&mut self, choice: u32) {
         let (mut lost, mut detached) = (Vec::new(), Vec::new());
         self.shut(choice, &mut lost, &mut detached);

@@ -40,7 +40,7 @@ pub(super) struct Relaxation {
     pub(super) effects: Lists,
     /// For each rule the facts of its conditions.
     pub(super) needs: Lists,
-    /// For each rule its command; [`NOBODY`] for an implication, which is no step.
+    /// For each rule its command; [`NOBODY`] for an implication, which does not count as a step.
     pub(super) commands: Vec<u32>,
     /// The fact of the target.
     pub(super) target: Fact,
@@ -59,7 +59,7 @@ struct Rule {
     is_first: bool,
 }
 
-/// What a rule adds.
+/// The facts that a rule adds.
 enum Effect {
     /// The facts of a value of a variable.
     Value(u32, i64),
@@ -167,7 +167,7 @@ struct Builder<'p> {
 }
 
 impl Builder<'_> {
-    /// Adds the rules of a synchronisation. Its commands add what they write, each on its own, where some command
+    /// Adds the rules of a synchronisation. Each command adds its own effects, where some command
     /// of each other factor is enabled.
     fn synchronisation(&mut self, of: &Synchronisation, poll: &mut Poll<'_>) -> Result<()> {
         let mut enabled = Vec::new();
