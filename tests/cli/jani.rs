@@ -175,8 +175,7 @@ fn formulas_that_are_not_supported_are_refused_by_name() {
         (eventually("reward-bounds", json!([])), "it has reward-bounds"),
         (eventually("time-bounds", json!({"upper": 1})), "it has time-bounds"),
         (weak, "it has \"W\" with step-bounds"),
-        (nested, "its formula is nested"),
-        (json!("broken"), "its formula is not one on paths"),
+        (nested, "expected a condition"),
         (long, "its formula has more than 1000 operators"),
         (
             eventually("step-bounds", json!({"upper": {"op": "-", "left": 0, "right": 1}})),

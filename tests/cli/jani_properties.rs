@@ -167,6 +167,12 @@ fn properties_nest_compute_and_are_joined() {
             ("negated filter", unary("¬", &filter("∀", &sure, &initial())), json!(true)),
             ("steps", steps(&json!({"step-instant": 2})), json!(3.5)),
             ("until", steps(&json!({"reach": sure})), json!("inf")),
+            (
+                "not accumulated",
+                json!({"op": "Emax", "exp": "x", "reach": sure}),
+                json!("without accumulating it"),
+            ),
+            ("in the first state", unary("Pmax", &binary("=", &json!("x"), &json!(0))), json!(1)),
             ("at a step", json!({"op": "Emax", "exp": "x", "step-instant": 1}), json!(1.5)),
             ("not a condition", unary("¬", &reaches("Pmax")), json!("expected a condition")),
             ("no property", binary("≥", &json!("x"), &json!(1)), json!("does not ask for a probability")),

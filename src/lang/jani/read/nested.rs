@@ -83,6 +83,11 @@ impl<'a> Reader<'a> {
         }
         self.known(object, "an expected value", &["op", "exp", "accumulate", "reach", INSTANTS[0]])?;
         let steps = object.get(INSTANTS[0]).map(|steps| Expr::read(self, steps, "a number of steps"));
+        let is_instant = steps.is_some() && object.get("reach").is_none();
+        if object.get("accumulate").is_none() && !is_instant {
+            let message = "it asks for an expected value without accumulating it";
+            return self.unsupported(span, message);
+        }
         Some(match (steps, object.get("reach")) {
             _ if op.starts_with('S') => Accumulated::LongRun,
             (Some(steps), None) if object.get("accumulate").is_some() => Accumulated::Within(steps?),
