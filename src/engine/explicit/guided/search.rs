@@ -112,14 +112,8 @@ impl Guided {
                 continue;
             };
             let state = self.part.successor(edge);
-            if self.search.has_entered(state) {
-                continue;
-            }
-            let choice = self.part.source(edge).0;
-            if self.is_hopeful(choice) {
+            if self.part.is_open(self.part.source(edge).0) && !self.search.has_entered(state) {
                 self.look(&mut stepper, state, edge)?;
-            } else if self.judge(choice) {
-                self.restart(&mut stepper)?;
             }
         }
         Ok(None)
@@ -179,6 +173,9 @@ impl Guided {
         };
         if !goes_on {
             // A search that begins there has no way to go.
+            if edge != NOBODY && self.judge(self.part.source(edge).0) {
+                return self.restart(stepper);
+            }
             return Ok(());
         }
         let known = self.part.estimate[state as usize];
@@ -214,19 +211,6 @@ impl Guided {
             None => self.part.lose(vec![state]),
         }
         found.is_some()
-    }
-
-    /// Returns whether a choice may be taken: a relaxed plan begins in each of its outcomes. So no path is followed that
-    /// the next outcome makes useless.
-    fn is_hopeful(&mut self, choice: u32) -> bool {
-        for edge in self.part.edges_of(choice) {
-            let to = self.part.successor(edge);
-            let standing = self.part.standing[to as usize];
-            if standing.age == 0 && !standing.is_target && !standing.is_lost {
-                self.estimate(to);
-            }
-        }
-        self.part.is_open(choice)
     }
 
     /// Lists the choices of a state. Returns false if it is lost.
