@@ -40,7 +40,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     /// image.
     ///
     /// # Errors
-    /// [`Error::Usage`] if the opponent of a game may choose how the formula of one is satisfied.
+    /// [`Usage`](meliora_base::error::Error::Usage) if the opponent of a game may choose how the formula of one is satisfied.
     pub fn check_achieved(
         analysis: &Analysis<E>,
         kind: StrategyKind,
@@ -59,7 +59,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
     /// subset.
     ///
     /// # Errors
-    /// [`Error::Usage`] if the kind does not achieve several; a limit is reached.
+    /// [`Usage`](meliora_base::error::Error::Usage) if the kind does not achieve several; a limit is reached.
     pub fn of_kind(
         analysis: &Analysis<E>,
         program: &Arc<Program>,
