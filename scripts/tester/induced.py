@@ -4,7 +4,6 @@ import csv
 import re
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from urllib.parse import unquote
 
 from reference.model import Choice, Mdp, almost_sure, attractor
 from reference.product import Product, satisfaction
@@ -129,7 +128,7 @@ def in_other_formats(context, stem, options):
 
 def label_names(line):
     """The names of labels by their numbers, as the first line of a label file declares them."""
-    return {number: unquote(name) for number, name in re.findall(r'(\d+)="([^"]*)"', line)}
+    return {number: name.replace('""', '"') for number, name in re.findall(r'(\d+)="((?:[^"]|"")*)"', line)}
 
 
 def read_induced(context, stem):
