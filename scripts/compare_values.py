@@ -2,13 +2,14 @@
 """Compares the probabilities of `meliora reach` with those of Storm's sparse engine, and the times of both.
 
 usage: compare_values.py FOLDER [--only TEXT] [--runs N] [--timeout S] [--memory M] [--csv FILE] [--binary PATH]
-                         [--stop-at-target]
+                         [--stop-at-target] [--steps K]
 
 FOLDER/perf.json is a list of {id, model, constants, target}, models relative to FOLDER, in PRISM's language. For each
 instance Pmax=? and Pmin=? of reaching the target are asked. Times are CPU seconds in user mode, the least of all runs, which
 alternate: Meliora's are those of the whole process, Storm's those of reading, building and checking, with its sound methods,
 in a process of its own (`pip install stormpy`). A value agrees if Storm's number is inside the interval, or at most 2e-6 away
-from it. With --stop-at-target, `reach` does not explore the states behind the target, as Storm does not.
+from it. With --stop-at-target, `reach` does not explore the states behind the target, as Storm does not. With --steps K, the questions are those of at most K steps:
+Pmax=? and Pmin=? of F<=K, and R{NAME}max=? of C<=K for the first reward structure with a name, if there is one.
 Exit status: 0 all agree, 1 a difference, 2 usage.
 """
 
@@ -18,6 +19,7 @@ import argparse
 import csv
 import json
 import math
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -70,7 +72,7 @@ def compare(args: argparse.Namespace, instance: dict[str, Any], question: str) -
     bounds = (report.get("properties") or [{}])[0].get("value")
     answers = [last_object(run.stdout) for run in theirs if not run.timed_out]
     storm = min((answer for answer in answers if answer), key=lambda answer: answer["seconds"], default=None)
-    row = dict.fromkeys(COLUMNS, "") | {"id": instance["id"], "property": question[:4]}
+    row = dict.fromkeys(COLUMNS, "") | {"id": instance["id"], "property": question.split(" [")[0]}
     if bounds:
         row |= {"lower": bounds["lower"], "upper": bounds["upper"], "seconds": f"{min(run.cpu_seconds for run in ours):.2f}"}
     if storm:
@@ -79,6 +81,15 @@ def compare(args: argparse.Namespace, instance: dict[str, Any], question: str) -
         inside = bounds["lower"] - SLACK <= storm["least"] and storm["most"] <= bounds["upper"] + SLACK
         row["verdict"] = "agrees" if inside else "differs"
     return row
+
+
+def questions(instance: dict[str, Any], folder: Path, steps: int | None) -> list[str]:
+    """The properties that are asked about an instance."""
+    within = "" if steps is None else f"<={steps}"
+    asked = [f"{best}=? [ F{within} ({instance['target']}) ]" for best in ("Pmax", "Pmin")]
+    text = (folder / instance["model"]).read_text(encoding="utf-8", errors="replace")
+    rewards = re.search(r'^\s*rewards\s+"(\w+)"', text, re.MULTILINE) if steps is not None else None
+    return asked + ([f'R{{"{rewards[1]}"}}max=? [ C<={steps} ]'] if rewards else [])
 
 
 def summary(rows: list[dict[str, Any]]) -> str:
@@ -110,14 +121,15 @@ def main() -> int:
     parser.add_argument("--csv", type=Path)
     parser.add_argument("--binary", help="the command meliora")
     parser.add_argument("--stop-at-target", action="store_true")
+    parser.add_argument("--steps", type=int)
     args = parser.parse_args()
     args.binary = harness.find_meliora(args.binary)
     rows: list[dict[str, Any]] = []
     for instance in json.loads((args.folder / "perf.json").read_text()):
         if args.only not in instance["id"]:
             continue
-        for best in ("Pmax", "Pmin"):
-            rows.append(compare(args, instance, f"{best}=? [ F ({instance['target']}) ]"))
+        for question in questions(instance, args.folder, args.steps):
+            rows.append(compare(args, instance, question))
             print("  ".join(str(cell) for cell in rows[-1].values()), flush=True)
     if args.csv:
         with args.csv.open("w", newline="") as file:
