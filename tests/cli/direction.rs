@@ -58,6 +58,12 @@ fn states_that_are_soon_known_are_counted() {
 
 /// A problem whose lamps are switched on one by one, each in any state of the others.
 fn lamps(count: usize, more: &str) -> Scratch {
+    let [domain, problem] = lamps_and(count, more);
+    Scratch::new(&[("d.pddl", &domain), ("p.pddl", &problem)])
+}
+
+/// Returns the domain and the problem of lamps, with more actions.
+pub(crate) fn lamps_and(count: usize, more: &str) -> [String; 2] {
     let lamps: String = (0..count).map(|i| format!("l{i} ")).collect();
     let on: String = (0..count).map(|i| format!("(on l{i})")).collect();
     let domain = format!(
@@ -67,11 +73,11 @@ fn lamps(count: usize, more: &str) -> Scratch {
     );
     let problem =
         format!("(define (problem p) (:domain lamps) (:objects {lamps}) (:init) (:goal (and {on})))");
-    Scratch::new(&[("d.pddl", &domain), ("p.pddl", &problem)])
+    [domain, problem]
 }
 
 /// The power is switched on; some outcome is that the fuse has blown.
-fn power(outcomes: &str) -> String {
+pub(crate) fn power(outcomes: &str) -> String {
     format!("(:action connect :precondition (not (blown)) :effect (oneof {outcomes}))")
 }
 

@@ -7,7 +7,7 @@ use jsonschema::{Registry, Validator};
 use serde_json::{Map, Value, json};
 
 use crate::common::{Scratch, run};
-use crate::direction::register;
+use crate::direction::{lamps_and, power, register};
 
 /// The schema of the parts that several reports have.
 const COMMON: &str = "common";
@@ -151,6 +151,7 @@ const COMMANDS: &[(i32, &str)] = &[
     (0, "reach models/pond.prism --target at=5 --require G(at!=4)"),
     (0, "reach models/pond.prism --target at=5 --stop-at-target"),
     (0, "reach OUT/register.prism --property Pmax>=1[F(done)]"),
+    (1, "reach OUT/lamps.pddl OUT/dark.pddl"),
     (0, "reach OUT/paid.prism --property Pmax=?[F(x=1)]"),
     (0, "reach models/toy.prism --target s=3 --out OUT/regions"),
     (0, "reach models/responders.pddl --strong --policy OUT/policy.txt"),
@@ -274,10 +275,13 @@ const PROPERTIES: &str = "\"sure\": Pmax>=1 [ F s=3 ];\nP=? [ F s=3 ];\n";
 fn every_output_fits_its_schema_and_every_field_occurs() {
     let many: String = (0..11).map(|i| format!("objective o{i} = F s>={};", i % 3)).collect();
     let register = register();
+    let [lamps, problem] = lamps_and(24, &power("(power) (blown)"));
     let own = [
         ("some.props", PROPERTIES),
         ("paid.prism", PAID),
         ("register.prism", &register),
+        ("lamps.pddl", &lamps),
+        ("dark.pddl", &problem),
         ("rounded.prism", ROUNDED),
         ("third.prism", THIRD),
         ("many.pref", &many),
