@@ -11,7 +11,7 @@ use super::relations::combinations::stay_few;
 use super::relations::lists::RelationList;
 use super::relations::partial_relation::PartialRelation;
 use super::store::diagram::Bdd;
-use super::store::walk::Direction;
+use super::store::walk::Pass;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::edge_labels::{EdgeLabels, remove_layer};
 use crate::engine::{Algebra, Region};
@@ -125,10 +125,10 @@ pub(super) fn can_reach(
     allowed: &[Bdd],
     dropped: &[(Bdd, Bdd)],
 ) -> Result<Bdd> {
-    let (store, how) = (&engine.store, (Direction::Backward, "backward reachability"));
+    let (store, pass) = (&engine.store, Pass::backward("backward reachability"));
     let confined = || confined(engine, &engine.confinement(allowed), dropped);
     if !engine.has_few_parts()? {
-        return store.reach(how, confined()?.as_ref(), target, &engine.states.0);
+        return store.reach(pass, confined()?.as_ref(), target, &engine.states.0);
     }
     let mut parts = Vec::new();
     for (list, allowed) in engine.groups.iter().zip(allowed) {
@@ -147,7 +147,7 @@ pub(super) fn can_reach(
             Some(list) => list,
             None => list.insert(confined()?),
         };
-        store.reach_as_before((how.0, Some(how.1)), turn.steps, list, (target, &engine.states.0))
+        store.reach_as_before(pass, turn.steps, list, (target, &engine.states.0))
     })?;
     found.ok_or_else(|| store.full())
 }

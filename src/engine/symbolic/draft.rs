@@ -12,7 +12,7 @@ use super::relations::lists::{Lists, RelationList};
 use super::store::Store;
 use super::store::diagram::Bdd;
 use super::store::tables::cache_for_nodes;
-use super::store::walk::Direction;
+use super::store::walk::Pass;
 use crate::settings::{Scope, Settings};
 use meliora_base::error::Result;
 use meliora_model::temporal::Begin;
@@ -57,8 +57,7 @@ impl Draft {
         let phase = "reachable states";
         store.progress(phase);
         // Variable orders take turns, so methods do not: the recursion was faster wherever both ended.
-        let how = (Direction::Forward, Some(phase));
-        let reached = store.fixpoint(false, how, u64::MAX, &self.list, (&start, domain))?;
+        let reached = store.fixpoint(false, Pass::forward(phase), u64::MAX, &self.list, (&start, domain))?;
         let reached = reached.ok_or_else(|| store.full())?;
         match &program.monitors {
             Some(o) if o.begin == Begin::Everywhere => {
@@ -93,8 +92,12 @@ impl Draft {
     /// if an initial state is not one of these.
     pub(super) fn meaningful(&self) -> Result<Option<Bdd>> {
         let Draft { store, domain, translated, .. } = self;
-        let how = (Direction::Backward, "states without a meaning");
-        let failing = store.reach(how, &self.list, &self.without_meaning(domain)?, domain)?;
+        let failing = store.reach(
+            Pass::backward("states without a meaning"),
+            &self.list,
+            &self.without_meaning(domain)?,
+            domain,
+        )?;
         if !store.is_zero(&store.and(&failing, &translated.initial)?) {
             return Ok(None);
         }

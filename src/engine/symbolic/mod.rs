@@ -67,7 +67,7 @@ use relations::lists::{Lists, RelationList};
 use relations::tuples::ListTuple;
 use store::Store;
 use store::diagram::Bdd;
-use store::walk::Direction;
+use store::walk::{Direction, Pass};
 
 /// A set of states: a diagram over the present bits.
 #[derive(Clone)]
@@ -309,9 +309,9 @@ impl Engine for SymbolicEngine {
         if dropped.is_empty()
             && let Some(states) = self.states_of_all_choices(bound)?
         {
-            let how = (Direction::Backward, "backward reachability");
+            let pass = Pass::backward("backward reachability");
             let within = self.store.or(&states, from)?;
-            return Ok(StateSet(self.store.reach(how, &self.list, from, &within)?));
+            return Ok(StateSet(self.store.reach(pass, &self.list, from, &within)?));
         }
         attempts::can_reach(self, from, bound, &dropped).map(StateSet)
     }
@@ -322,8 +322,8 @@ impl Engine for SymbolicEngine {
             return self.can_reach(target, &self.choices_in(&self.choices, bound)?, &[]);
         }
         let (from, bound) = (self.diagram_of(target)?, self.diagram_of(bound)?);
-        let (how, within) = ((Direction::Backward, "backward reachability"), self.store.or(bound, from)?);
-        Ok(StateSet(self.store.reach(how, &self.list, from, &within)?))
+        let (pass, within) = (Pass::backward("backward reachability"), self.store.or(bound, from)?);
+        Ok(StateSet(self.store.reach(pass, &self.list, from, &within)?))
     }
 
     fn can_win(

@@ -14,7 +14,7 @@ use super::encoding::transitions::Piece;
 use super::relations::partial_relation::PartialRelation;
 use super::relations::support::Support;
 use super::store::diagram::Bdd;
-use super::store::walk::Direction;
+use super::store::walk::Pass;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::engine::{Algebra, Engine};
 use crate::settings::Count;
@@ -264,8 +264,8 @@ impl SymbolicEngine {
     /// # Errors
     /// A limit, or the set belongs to another engine.
     pub fn reached_from(&self, start: &StateSet) -> Result<StateSet> {
-        let (start, how) = (self.diagram_of(start)?, (Direction::Forward, "reachable states"));
-        self.store.reach(how, &self.list, start, &self.states.0).map(StateSet)
+        let (start, pass) = (self.diagram_of(start)?, Pass::forward("reachable states"));
+        self.store.reach(pass, &self.list, start, &self.states.0).map(StateSet)
     }
 
     /// Returns the choices of `c` that have an edge; see [`SymbolicEngine::with_trend`].

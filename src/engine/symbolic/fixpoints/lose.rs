@@ -15,7 +15,7 @@ use crate::symbolic::relations::lists::RelationList;
 use crate::symbolic::relations::tuples::{Crossing, Half, ListTuple};
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::{Bdd, Diagram, Edge, Held, Memo};
-use crate::symbolic::store::walk::{Direction, Halt, Walk};
+use crate::symbolic::store::walk::{Halt, Pass, Walk};
 use meliora_base::error::Result;
 
 impl Store {
@@ -28,8 +28,7 @@ impl Store {
         groups: &ListTuple,
         steps: u64,
     ) -> Result<(Bdd, bool)> {
-        let how = (Direction::Backward, Some("attractor removal"));
-        let found = self.walk(how, steps, |walk| {
+        let found = self.walk(Pass::backward("attractor removal"), steps, |walk| {
             let found = walk.own(|w| w.lose(w.edge(lost), w.edge(candidates), groups))?;
             Ok((found, !walk.is_spent()))
         });
@@ -46,7 +45,7 @@ impl Store {
         let mut open = x;
         for group in groups.groups() {
             let own = self.and(&open, &group.sources)?;
-            let kept = self.walk_to_the_end((Direction::Backward, None), |walk| {
+            let kept = self.walk_to_the_end(Pass::backward(None), |walk| {
                 walk.own(|w: &Walk<'_, '_>| w.spare(w.edge(l), w.edge(&own), &group.list))
             })?;
             open = self.minus(&open, &kept)?;

@@ -18,7 +18,7 @@ use crate::schedule::Schedule;
 use crate::symbolic::relations::lists::RelationList;
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::Bdd;
-use crate::symbolic::store::walk::{Direction, Walk};
+use crate::symbolic::store::walk::{Direction, Pass, Walk};
 use attractor::Removed;
 use meliora_base::error::Result;
 use parts::{Known, Part};
@@ -31,16 +31,15 @@ impl Store {
     /// direction is the first. Intermediate results are reused as long as the operation cache still has them.
     pub(in crate::symbolic) fn reach(
         &self,
-        (direction, phase): (Direction, &'static str),
+        pass: Pass,
         list: &RelationList,
         x: &Bdd,
         bound: &Bdd,
     ) -> Result<Bdd> {
-        self.progress(phase);
-        let usual = self.saturates(direction).load(Relaxed);
-        let how = (direction, Some(phase));
+        self.progress(pass.phase.unwrap_or_default());
+        let usual = self.saturates(pass.direction).load(Relaxed);
         let found = Schedule::new(2, self.thresholds().first_turn)
-            .first_to_end(|turn| self.fixpoint(usual ^ (turn.way == 1), how, turn.steps, list, (x, bound)));
+            .first_to_end(|turn| self.fixpoint(usual ^ (turn.way == 1), pass, turn.steps, list, (x, bound)));
         found?.ok_or_else(|| self.full())
     }
 
@@ -48,29 +47,29 @@ impl Store {
     /// `steps` steps.
     pub(in crate::symbolic) fn reach_as_before(
         &self,
-        how: (Direction, Option<&'static str>),
+        pass: Pass,
         steps: u64,
         list: &RelationList,
         of: (&Bdd, &Bdd),
     ) -> Result<Option<Bdd>> {
-        self.fixpoint(self.saturates(how.0).load(Relaxed), how, steps, list, of)
+        self.fixpoint(self.saturates(pass.direction).load(Relaxed), pass, steps, list, of)
     }
 
     /// Computes [`Store::reach`] by saturation or by the recursion; `None` if it takes more than `steps` steps.
     pub(in crate::symbolic) fn fixpoint(
         &self,
         by_saturation: bool,
-        how: (Direction, Option<&'static str>),
+        pass: Pass,
         steps: u64,
         list: &RelationList,
         (x, bound): (&Bdd, &Bdd),
     ) -> Result<Option<Bdd>> {
         let close =
             |walk: &Walk<'_, '_>| walk.own(|w| w.close(by_saturation, w.edge(x), w.edge(bound), list));
-        let found = self.walk(how, steps, close)?;
+        let found = self.walk(pass, steps, close)?;
         if found.is_some() {
             self.work.reached[usize::from(by_saturation)].fetch_add(1, Relaxed);
-            self.saturates(how.0).store(by_saturation, Relaxed);
+            self.saturates(pass.direction).store(by_saturation, Relaxed);
         }
         Ok(found)
     }
@@ -87,13 +86,15 @@ impl Store {
         parts: &[Part],
         steps: u64,
     ) -> Result<Option<Removed>> {
-        let how = (Direction::Backward, Some("attractor removal"));
-        self.walk(how, steps, |walk| walk.remove_attractor(new, parts, &mut Known::new(self)))
+        self.walk(Pass::backward("attractor removal"), steps, |walk| {
+            walk.remove_attractor(new, parts, &mut Known::new(self))
+        })
     }
 
     /// Computes [`Walk::reach_by`]; `None` if that takes more than `steps` steps.
     pub(in crate::symbolic) fn reach_by(&self, x: &Bdd, parts: &[Part], steps: u64) -> Result<Option<Bdd>> {
-        let how = (Direction::Backward, Some("backward reachability"));
-        self.walk(how, steps, |walk| walk.reach_by(x, parts, &mut Known::new(self)))
+        self.walk(Pass::backward("backward reachability"), steps, |walk| {
+            walk.reach_by(x, parts, &mut Known::new(self))
+        })
     }
 }

@@ -4,7 +4,7 @@ use super::lists::{Cofactors, RelationList};
 use super::support::Support;
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::{Bdd, Diagram, Edge, Held, Memo};
-use crate::symbolic::store::walk::{ByNode, Direction, Halt, Walk};
+use crate::symbolic::store::walk::{ByNode, Direction, Halt, Pass, Walk};
 use meliora_base::error::Result;
 
 impl Store {
@@ -16,14 +16,14 @@ impl Store {
         x: &Bdd,
         bound: &Bdd,
     ) -> Result<Bdd> {
-        let how = (direction, None);
-        self.walk_to_the_end(how, |walk| walk.own(|w| w.step(w.edge(x), w.edge(bound), list)))
+        self.walk_to_the_end(Pass { direction, phase: None }, |walk| {
+            walk.own(|w| w.step(w.edge(x), w.edge(bound), list))
+        })
     }
 
     /// Returns X over the next state: the support bits are replaced by their next copies.
     pub(in crate::symbolic) fn primed(&self, support: &Support, x: &Bdd) -> Result<Bdd> {
-        let how = (Direction::Forward, None);
-        self.walk_to_the_end(how, |walk| walk.own(|w| w.primed(w.edge(x), support)))
+        self.walk_to_the_end(Pass::forward(None), |walk| walk.own(|w| w.primed(w.edge(x), support)))
     }
 }
 

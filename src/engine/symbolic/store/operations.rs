@@ -7,7 +7,7 @@ use oxidd::util::num::Natural;
 
 use super::Store;
 use super::diagram::{Bdd, Diagram, Held};
-use super::walk::{Direction, Halt, PATIENCE, Walk};
+use super::walk::{Halt, PATIENCE, Pass, Walk};
 use crate::settings::Count;
 use meliora_base::error::Result;
 
@@ -91,8 +91,7 @@ impl Store {
     /// Returns the number of satisfying assignments of f ∧ g to the variables, without `unused` of
     /// them on which neither depends.
     pub(in crate::symbolic) fn count_common(&self, f: &Bdd, g: &Bdd, unused: u32) -> Result<Count> {
-        let how = (Direction::Forward, None);
-        let all = self.walk_to_the_end(how, |w| w.count_common(w.edge(f), w.edge(g)))?;
+        let all = self.walk_to_the_end(Pass::forward(None), |w| w.count_common(w.edge(f), w.edge(g)))?;
         Ok(to_biguint(&all) >> unused)
     }
 
@@ -101,13 +100,13 @@ impl Store {
         &self,
         operation: impl for<'m, 'id> FnOnce(&Walk<'m, 'id>) -> Result<Held<'m, 'id>, Halt>,
     ) -> Result<Bdd> {
-        self.walk_to_the_end((Direction::Forward, None), |walk| walk.own(operation))
+        self.walk_to_the_end(Pass::forward(None), |walk| walk.own(operation))
     }
 
     /// Runs a recursion over diagrams; `None` if it takes more than `steps` steps.
     pub(in crate::symbolic) fn walk<T>(
         &self,
-        how: (Direction, Option<&'static str>),
+        pass: Pass,
         steps: u64,
         recursion: impl for<'m, 'id> FnOnce(&Walk<'m, 'id>) -> Result<T, Halt>,
     ) -> Result<Option<T>> {
@@ -116,7 +115,7 @@ impl Store {
                 self.check_limits(m)?;
                 recursion(walk)
             };
-            self.deep(|| Walk::run((self, m), how, steps, checked))
+            self.deep(|| Walk::run((self, m), pass, steps, checked))
         });
         self.work.steps.fetch_add(steps, Relaxed);
         self.advance(steps % PATIENCE);
@@ -130,10 +129,10 @@ impl Store {
     /// Runs a recursion over diagrams without a step limit.
     pub(in crate::symbolic) fn walk_to_the_end<T>(
         &self,
-        how: (Direction, Option<&'static str>),
+        pass: Pass,
         recursion: impl for<'m, 'id> FnOnce(&Walk<'m, 'id>) -> Result<T, Halt>,
     ) -> Result<T> {
-        self.walk(how, u64::MAX, recursion)?.ok_or_else(|| self.full())
+        self.walk(pass, u64::MAX, recursion)?.ok_or_else(|| self.full())
     }
 }
 

@@ -19,6 +19,26 @@ pub(in crate::symbolic) enum Direction {
     Backward,
 }
 
+/// What a recursion does: it applies relations in a direction, in a phase.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::symbolic) struct Pass {
+    pub(in crate::symbolic) direction: Direction,
+    /// The name of the phase for progress reports; `None` for short recursions.
+    pub(in crate::symbolic) phase: Option<&'static str>,
+}
+
+impl Pass {
+    /// A pass from sources to successors.
+    pub(in crate::symbolic) fn forward(phase: impl Into<Option<&'static str>>) -> Self {
+        Pass { direction: Direction::Forward, phase: phase.into() }
+    }
+
+    /// A pass from successors to sources.
+    pub(in crate::symbolic) fn backward(phase: impl Into<Option<&'static str>>) -> Self {
+        Pass { direction: Direction::Backward, phase: phase.into() }
+    }
+}
+
 /// The reason why a recursion ended early.
 #[derive(Debug)]
 pub(in crate::symbolic) enum Halt {
@@ -55,7 +75,7 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
     /// Runs a recursion that may take `steps` steps. Returns its result and the steps that it took.
     pub(in crate::symbolic) fn run<T>(
         (store, m): (&'m Store, &'m ManagerOf<'id>),
-        (direction, phase): (Direction, Option<&'static str>),
+        Pass { direction, phase }: Pass,
         steps: u64,
         recursion: impl FnOnce(&Self) -> T,
     ) -> (T, u64) {

@@ -14,7 +14,7 @@ use crate::symbolic::relations::tuples::ListTuples;
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::Bdd;
 use crate::symbolic::store::thresholds::Thresholds;
-use crate::symbolic::store::walk::{Direction, Walk};
+use crate::symbolic::store::walk::{Direction, Pass, Walk};
 
 /// A set of states, or of pairs of a state and the next values of the support bits: bit k is set if
 /// element k is in the set.
@@ -115,15 +115,21 @@ fn check((store, lists): &(Store, Arc<Lists>), width: usize, relations: &[Relati
         let stepping = step(&edges, direction, x, bound);
         assert!(found == set(store, width, stepping), "step {direction:?}");
         let spare = |w: &Walk<'_, '_>| w.own(|w| w.spare(w.edge(&from), w.edge(&within), &list));
-        let found = store.walk_to_the_end((direction, None), spare).unwrap();
+        let found = store.walk_to_the_end(Pass { direction, phase: None }, spare).unwrap();
         assert!(found == set(store, width, bound & !stepping), "spare {direction:?}");
         let expected = set(store, width, reached(&edges, direction, x & bound, bound));
         // All methods share the operation cache, so mostly only the first one computes. The operands
         // choose it.
         let by_saturation = (x ^ bound) % 2 == 1;
-        let found = store.fixpoint(by_saturation, (direction, None), u64::MAX, &list, (&start, &within));
+        let found = store.fixpoint(
+            by_saturation,
+            Pass { direction, phase: None },
+            u64::MAX,
+            &list,
+            (&start, &within),
+        );
         assert!(found.unwrap().unwrap() == expected, "by saturation: {by_saturation}, {direction:?}");
-        let found = store.reach((direction, "test"), &list, &start, &within).unwrap();
+        let found = store.reach(Pass { direction, phase: Some("test") }, &list, &start, &within).unwrap();
         assert!(found == expected, "either {direction:?}");
     }
 }
