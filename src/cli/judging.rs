@@ -12,8 +12,8 @@ use meliora_model::predicate::Predicate;
 use meliora_quantities::answer::Answer;
 use meliora_report::reach::Share;
 
+use super::asked::Asked;
 use super::given::Given;
-use super::load::Asked;
 
 /// The answer to a property, without counts.
 pub(super) struct Judged {

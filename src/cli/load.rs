@@ -19,6 +19,7 @@ use meliora_model::predicate::Predicate;
 use meliora_model::preference::Preferences;
 use meliora_model::{ModelKind, Program};
 
+use super::asked::{Asked, GOAL, Stated, StatedTerm, note_inexact};
 use super::model_files::ModelFiles;
 use super::named::own;
 use super::options::{ModelArgs, PreferenceArgs};
@@ -28,9 +29,6 @@ use super::unanswered::{of_model, single, without_question};
 
 /// True once standard input has been read.
 static INPUT_READ: AtomicBool = AtomicBool::new(false);
-
-/// The question of a planning problem: whether a strong cyclic plan exists.
-const GOAL: &str = "Pmax>=1 [ F \"goal\" ]";
 
 /// The name of standard input in messages.
 const STANDARD_INPUT: &str = "standard input";
@@ -45,68 +43,6 @@ pub(super) struct Question {
     pub(super) source: Arc<SourceFile>,
     /// See [`Loaded::overlap`].
     pub(super) overlap: Option<Predicate>,
-}
-
-/// A model with questions about it.
-pub(super) struct Asked {
-    /// The model.
-    pub(super) program: Arc<Program>,
-    /// The questions that are one operator, in the order of the command line.
-    pub(super) questions: Vec<Stated>,
-    /// The other properties.
-    pub(super) terms: Vec<StatedTerm>,
-    /// The requirements, which the other properties keep.
-    pub(super) required: Vec<Required>,
-    /// True if a question without an answer leaves the others: those of a file, or of the model.
-    pub(super) is_list: bool,
-    /// See [`Loaded::overlap`].
-    pub(super) overlap: Option<Predicate>,
-}
-
-impl Stated {
-    /// Returns whether this is the question of a planning problem.
-    pub(super) fn is_goal(&self, program: &Program) -> bool {
-        program.planning.is_some() && self.text == GOAL
-    }
-}
-
-impl Asked {
-    pub(super) fn new(
-        mut program: Program,
-        questions: Vec<Stated>,
-        is_list: bool,
-        overlap: Option<Predicate>,
-    ) -> Self {
-        note_inexact(&mut program, questions.iter().flat_map(|q| q.asking.goal.predicates()));
-        Asked {
-            program: Arc::new(program),
-            questions,
-            terms: Vec::new(),
-            required: Vec::new(),
-            is_list,
-            overlap,
-        }
-    }
-}
-
-/// A property that is an expression over states, with its text.
-pub(super) struct StatedTerm {
-    /// The position in the report.
-    pub(super) position: usize,
-    /// The text that it points into.
-    pub(super) source: Arc<SourceFile>,
-    /// The property.
-    pub(super) term: Term,
-}
-
-/// A question with its text.
-pub(super) struct Stated {
-    /// The position in the report.
-    pub(super) position: usize,
-    /// The text.
-    pub(super) text: String,
-    /// The question.
-    pub(super) asking: Asking,
 }
 
 /// A model with its properties.
@@ -444,13 +380,6 @@ pub(super) fn stopping(
     let overlap = overlap(&program);
     let question = Stated { position: 0, text: text.to_owned(), asking };
     Ok(Asked::new(program, vec![question], false, overlap))
-}
-
-/// Lets reports name an expression of the conditions that is not exact, if all of the model are.
-fn note_inexact<'p>(program: &mut Program, mut conditions: impl Iterator<Item = &'p Predicate>) {
-    if program.inexact.is_none() {
-        program.inexact = conditions.find_map(Predicate::inexact).cloned();
-    }
 }
 
 /// Notes that probabilities of a planning problem are assumed, for commands that compute numbers.

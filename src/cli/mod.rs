@@ -3,6 +3,7 @@
 
 mod advice;
 mod agreement;
+mod asked;
 mod at;
 mod by_name;
 mod choose;

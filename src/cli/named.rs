@@ -12,7 +12,8 @@ use meliora_lang::property_file;
 use meliora_lang::refusal::Refusal;
 use meliora_model::Program;
 
-use super::load::{Asked, Loaded, Stated, StatedTerm, asking, document, parsed, required};
+use super::asked::{Asked, Stated, StatedTerm};
+use super::load::{Loaded, asking, document, parsed, required};
 use super::options::ModelArgs;
 use super::progress::TerminalSink;
 use super::unanswered::without_question;

@@ -9,9 +9,10 @@ use meliora_report::ReachReport;
 use meliora_report::properties::PropertyAnswer;
 use meliora_report::reach::OneQuestion;
 
+use super::asked::{Asked, Stated};
 use super::exit::Status;
 use super::given::Given;
-use super::load::{self, Asked, Question, Stated};
+use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::policy::PlanArgs;
 use super::questions;

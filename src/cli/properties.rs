@@ -10,7 +10,8 @@ use meliora_lang::{open_constants, outline_properties, parse_properties, refuse_
 use meliora_model::Program;
 use meliora_report::properties::PropertyAnswer;
 
-use super::load::{self, Asked, Stated, StatedTerm};
+use super::asked::{Asked, Stated, StatedTerm};
+use super::load;
 use super::named;
 use super::options::ModelArgs;
 use super::progress::TerminalSink;

@@ -19,9 +19,9 @@ use meliora_report::ReachReport;
 use meliora_report::properties::PropertyAnswer;
 use meliora_report::reach::Share;
 
+use super::asked::Asked;
 use super::given::Given;
 use super::judging::{self, Judged};
-use super::load::Asked;
 use super::regions::{Found, Regions};
 use super::shares::Shares;
 use super::supervise::Job;

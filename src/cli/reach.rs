@@ -10,10 +10,11 @@ use meliora_report::ReachReport;
 use meliora_report::properties::PropertyAnswer;
 use meliora_report::reach::OneQuestion;
 
+use super::asked::Asked;
 use super::exit::Status;
 use super::files::Target;
 use super::given::Given;
-use super::load::{self, Asked};
+use super::load;
 use super::named;
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::policy::PlanArgs;

@@ -12,7 +12,7 @@ use meliora_export::questions::{Answered, Kept, export_regions};
 use meliora_model::Program;
 use meliora_report::WrittenRegions;
 
-use super::load::Asked;
+use super::asked::Asked;
 use super::options::{EngineArgs, EngineChoice, ModelArgs};
 use super::progress::TerminalSink;
 

@@ -15,9 +15,9 @@ use meliora_report::ReachReport;
 use meliora_report::properties::ListedState;
 use meliora_report::reach::Share;
 
+use super::asked::{Asked, StatedTerm};
 use super::engines;
 use super::given::Given;
-use super::load::{Asked, StatedTerm};
 use super::shares::Shares;
 use super::supervise::Job;
 
