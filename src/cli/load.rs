@@ -11,9 +11,9 @@ use meliora_dump::manifest;
 use meliora_engine::NoProgress;
 use meliora_formats::Document;
 use meliora_lang::ltl;
-use meliora_lang::named::Property;
+use meliora_lang::named::{self, Property};
 use meliora_lang::property::{Named, Term};
-use meliora_lang::property_file::{Asks, asks};
+use meliora_lang::property_file::{self, Asks, asks};
 use meliora_lang::{self as lang, Checked, Given};
 use meliora_model::predicate::Predicate;
 use meliora_model::preference::Preferences;
@@ -21,7 +21,6 @@ use meliora_model::{ModelKind, Program};
 
 use super::asked::{Asked, GOAL, Stated, StatedTerm, note_inexact};
 use super::model_files::ModelFiles;
-use super::named::own;
 use super::options::{ModelArgs, PreferenceArgs};
 use super::progress::TerminalSink;
 use super::ranges;
@@ -246,6 +245,29 @@ pub(super) fn asking(
             let diagnostic = Diagnostic::new(source, 0..0, message).severity(Severity::Unsupported);
             Err(diagnostic.help("leave out `--require`, or ask for each operator alone").into())
         }
+    }
+}
+
+/// Does the same as [`asking`] for a property that the model names.
+///
+/// # Errors
+/// See [`asking`].
+pub(super) fn own(
+    program: &Program,
+    asks: named::Asks,
+    required: &[Required],
+    regions: bool,
+) -> Result<Result<Asking, Term>, Error> {
+    match asks {
+        named::Asks::Expression(property) => {
+            let term = property.term(program, &program.source, &Named::default())?;
+            let asks = property_file::Asks { simple: None, term: Some(term) };
+            asking(asks, program, &program.source, required, regions)
+        }
+        named::Asks::One(asked) => match asked.bounded(program)? {
+            Some(term) if required.is_empty() && !regions => Ok(Err(term)),
+            _ => Asking::named(program, asked, required).map(Ok),
+        },
     }
 }
 

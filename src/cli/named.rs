@@ -2,18 +2,14 @@
 
 use std::sync::Arc;
 
-use meliora::reach::{Asking, Required};
 use meliora_base::error::{Error, SourceFile};
 use meliora_engine::NoProgress;
 use meliora_lang::Given;
-use meliora_lang::named::{self, Property};
-use meliora_lang::property::{Named, Term};
-use meliora_lang::property_file;
+use meliora_lang::named::Property;
 use meliora_lang::refusal::Refusal;
-use meliora_model::Program;
 
 use super::asked::{Asked, Stated, StatedTerm};
-use super::load::{Loaded, asking, document, parsed, required};
+use super::load::{Loaded, document, own, parsed, required};
 use super::options::ModelArgs;
 use super::progress::TerminalSink;
 use super::unanswered::without_question;
@@ -52,29 +48,6 @@ pub(super) fn named(
         }
     }
     Ok((Asked { terms, required, ..Asked::new(program, questions, true, overlap) }, all))
-}
-
-/// Does the same as [`asking`] for a property that the model names.
-///
-/// # Errors
-/// See [`asking`].
-pub(super) fn own(
-    program: &Program,
-    asks: named::Asks,
-    required: &[Required],
-    regions: bool,
-) -> Result<Result<Asking, Term>, Error> {
-    match asks {
-        named::Asks::Expression(property) => {
-            let term = property.term(program, &program.source, &Named::default())?;
-            let asks = property_file::Asks { simple: None, term: Some(term) };
-            asking(asks, program, &program.source, required, regions)
-        }
-        named::Asks::One(asked) => match asked.bounded(program)? {
-            Some(term) if required.is_empty() && !regions => Ok(Err(term)),
-            _ => Asking::named(program, asked, required).map(Ok),
-        },
-    }
 }
 
 /// Makes an error in the text of a property the reason against this property alone.

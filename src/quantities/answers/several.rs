@@ -15,7 +15,7 @@ use crate::equations::meter::Meter;
 use crate::equations::number::Interval;
 use crate::solvers::hull::separated;
 use crate::solvers::outer::Outer;
-pub use crate::solvers::weighted::Counted;
+pub use crate::solvers::pairs::Counted;
 use crate::solvers::weighted::{Point, Weighted, rate};
 
 /// An objective.

@@ -29,7 +29,7 @@ pub(crate) mod inductive;
 pub(crate) mod iterate;
 pub(crate) mod long_run;
 pub(crate) mod outer;
-mod pairs;
+pub(crate) mod pairs;
 pub(crate) mod policies;
 pub(crate) mod reaching;
 pub(crate) mod rows;

@@ -9,10 +9,34 @@ use meliora_model::Optimum;
 
 use super::components::{self, EndComponents};
 use super::sides::Sides;
-use super::weighted::{Action, Counted};
 use crate::equations::arena::{Arena, Rewards};
 use crate::equations::choices::Choices;
 use crate::equations::meter::Meter;
+
+/// A number of a path.
+#[derive(Debug, Clone, Copy)]
+pub enum Counted<'a> {
+    /// 1 if the path visits the set.
+    Visit(&'a BitVec),
+    /// 1 if the path visits the second set through states of the first one.
+    Until(&'a BitVec, &'a BitVec),
+    /// 1 if the path visits the set infinitely often.
+    Recur(&'a BitVec),
+    /// The rewards of all steps.
+    Total(&'a Rewards),
+    /// The rewards of the first steps.
+    Within(&'a Rewards, u32),
+    /// The rewards of the steps before the path visits the set; infinite unless it does almost surely.
+    Before(&'a Rewards, &'a BitVec),
+}
+
+/// A choice of a group, divided by the probability to leave the group.
+pub(super) struct Action {
+    /// The groups that are entered, with the numbers of the probabilities.
+    pub(super) edges: Vec<(u32, u32)>,
+    /// The numbers of the gains.
+    pub(super) gains: Vec<u32>,
+}
 
 /// The memory that the objectives need of the steps before.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]

@@ -7,7 +7,6 @@
 //! Policy iteration starts with one and never leaves them: a policy that stays in an end component is not better
 //! than the one before. So equations of which one step confirms the solution have bounds.
 
-use bitvec::vec::BitVec;
 use meliora_base::error::{Error, Limit, Result};
 use meliora_base::exact::Ratio;
 use meliora_engine::explicit::weighted::Fractions;
@@ -15,38 +14,13 @@ use meliora_model::Optimum;
 use num_traits::{Signed, ToPrimitive};
 
 use super::groups::{BETTER, Entry, greatest};
-use super::pairs::{Pairs, decided, signed};
+use super::pairs::{Action, Counted, Pairs, decided, signed};
 use super::policies::{MARGIN, Policies};
 use super::rows::{Constant, Rows};
-use crate::equations::arena::{Arena, Rewards};
+use crate::equations::arena::Arena;
 use crate::equations::meter::{Meter, Stop, Turn};
 use crate::equations::number::Weight;
 use crate::equations::system::Sense;
-
-/// A number of a path.
-#[derive(Debug, Clone, Copy)]
-pub enum Counted<'a> {
-    /// 1 if the path visits the set.
-    Visit(&'a BitVec),
-    /// 1 if the path visits the second set through states of the first one.
-    Until(&'a BitVec, &'a BitVec),
-    /// 1 if the path visits the set infinitely often.
-    Recur(&'a BitVec),
-    /// The rewards of all steps.
-    Total(&'a Rewards),
-    /// The rewards of the first steps.
-    Within(&'a Rewards, u32),
-    /// The rewards of the steps before the path visits the set; infinite unless it does almost surely.
-    Before(&'a Rewards, &'a BitVec),
-}
-
-/// A choice of a group, divided by the probability to leave the group.
-pub(super) struct Action {
-    /// The groups that are entered, with the numbers of the probabilities.
-    pub(super) edges: Vec<(u32, u32)>,
-    /// The numbers of the gains.
-    pub(super) gains: Vec<u32>,
-}
 
 /// The groups and their actions. An action without edges stops.
 pub(crate) struct Weighted {
