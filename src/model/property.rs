@@ -17,6 +17,18 @@ pub enum Inequality {
     Lt,
 }
 
+impl Inequality {
+    /// Returns the comparison of the sides in the other order.
+    pub fn mirrored(self) -> Self {
+        match self {
+            Inequality::Ge => Inequality::Le,
+            Inequality::Gt => Inequality::Lt,
+            Inequality::Le => Inequality::Ge,
+            Inequality::Lt => Inequality::Gt,
+        }
+    }
+}
+
 /// Quantifier over strategies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Strategies {

@@ -108,16 +108,18 @@ impl Lowering<'_> {
         rewards: &[usize],
     ) -> Option<Option<Operator>> {
         let (&NodeKind::Binary(op), &[a, b]) = (kind, parts) else { return None };
-        let (operator, bound, op) = match (a, b) {
-            ([Node { kind: NodeKind::Operator(operator), .. }], bound) => (operator, bound, op),
-            (bound, [Node { kind: NodeKind::Operator(operator), .. }]) => (operator, bound, mirrored(op)),
-            _ => return None,
-        };
         let comparison = match op {
             BinaryOp::Ge => Inequality::Ge,
             BinaryOp::Gt => Inequality::Gt,
             BinaryOp::Le => Inequality::Le,
             BinaryOp::Lt => Inequality::Lt,
+            _ => return None,
+        };
+        let (operator, bound, comparison) = match (a, b) {
+            ([Node { kind: NodeKind::Operator(operator), .. }], bound) => (operator, bound, comparison),
+            (bound, [Node { kind: NodeKind::Operator(operator), .. }]) => {
+                (operator, bound, comparison.mirrored())
+            }
             _ => return None,
         };
         if !is_plain(bound) || matches!(operator.kind, OperatorKind::Filter(..) | OperatorKind::Paths(..)) {
@@ -171,32 +173,38 @@ impl Lowering<'_> {
     }
 
     fn known_formula(&mut self, formula: &Formula, rewards: &[usize]) -> Option<Formula> {
-        let mut formula = formula.clone();
-        let mut open = vec![&mut formula];
-        while let Some(part) = open.pop() {
-            for bound in part.bounds_mut() {
-                *bound = self.known(bound, rewards)?;
-            }
-            if let FormulaKind::State(e) = &part.kind {
-                part.kind = FormulaKind::State(self.known(e, rewards)?);
-            }
-            open.extend(part.operands_mut());
-        }
-        Some(formula)
+        let state = |own: &mut Self, e: &Expr| own.known(e, rewards).map(FormulaKind::State);
+        self.replaced(formula, |own, bound| own.known(bound, rewards), state)
     }
 
     fn lowered(&mut self, property: &str, formula: &Formula) -> Option<Formula> {
+        let bound = |own: &mut Self, bound: &Expr| {
+            let what = format!("a bound of the property `{property}`");
+            let value = own.constant(bound, Place::default(), Type::Int, &what)?;
+            Some(Expr::of(NodeKind::Literal(value), bound.span()))
+        };
+        let state = |own: &mut Self, e: &Expr| {
+            let what = format!("a state formula of the property `{property}`");
+            own.typed(e, Place::default(), Type::Bool, &what).map(FormulaKind::Known)
+        };
+        self.replaced(formula, bound, state)
+    }
+
+    /// Returns a formula with other bounds and state formulas.
+    fn replaced(
+        &mut self,
+        formula: &Formula,
+        bound: impl Fn(&mut Self, &Expr) -> Option<Expr>,
+        state: impl Fn(&mut Self, &Expr) -> Option<FormulaKind>,
+    ) -> Option<Formula> {
         let mut formula = formula.clone();
         let mut open = vec![&mut formula];
         while let Some(part) = open.pop() {
-            for bound in part.bounds_mut() {
-                let what = format!("a bound of the property `{property}`");
-                let value = self.constant(bound, Place::default(), Type::Int, &what)?;
-                *bound = Expr::of(NodeKind::Literal(value), bound.span());
+            for own in part.bounds_mut() {
+                *own = bound(self, own)?;
             }
             if let FormulaKind::State(e) = &part.kind {
-                let what = format!("a state formula of the property `{property}`");
-                part.kind = FormulaKind::Known(self.typed(e, Place::default(), Type::Bool, &what)?);
+                part.kind = state(self, e)?;
             }
             open.extend(part.operands_mut());
         }
@@ -207,15 +215,4 @@ impl Lowering<'_> {
 /// Returns whether an expression has no operators of properties and names no states that only properties name.
 fn is_plain(nodes: &[Node]) -> bool {
     !nodes.iter().any(|node| matches!(node.kind, NodeKind::Operator(_) | NodeKind::Label(_)))
-}
-
-/// Returns the comparison of the sides in the other order.
-fn mirrored(op: BinaryOp) -> BinaryOp {
-    match op {
-        BinaryOp::Ge => BinaryOp::Le,
-        BinaryOp::Gt => BinaryOp::Lt,
-        BinaryOp::Le => BinaryOp::Ge,
-        BinaryOp::Lt => BinaryOp::Gt,
-        other => other,
-    }
 }

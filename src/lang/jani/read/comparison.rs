@@ -22,7 +22,7 @@ impl<'a> Reader<'a> {
         let is_value = |reader: &mut Self, node| Some(reader.operator(node)?.is_some_and(|op| is_value(&op)));
         let (inner, bound, comparison) = match (is_value(self, left)?, is_value(self, right)?) {
             (true, false) => (left, right, inequality(op)),
-            (false, true) => (right, left, mirrored(inequality(op))),
+            (false, true) => (right, left, inequality(op).mirrored()),
             _ => return no(NO_PROBABILITY),
         };
         let Shape::Object(inner) = self.any(inner)? else { return no(NO_PROBABILITY) };
@@ -53,16 +53,6 @@ fn inequality(op: &str) -> Inequality {
         ">" => Inequality::Gt,
         "<" => Inequality::Lt,
         _ => Inequality::Le,
-    }
-}
-
-/// Returns the comparison of the sides in the other order.
-fn mirrored(comparison: Inequality) -> Inequality {
-    match comparison {
-        Inequality::Ge => Inequality::Le,
-        Inequality::Gt => Inequality::Lt,
-        Inequality::Le => Inequality::Ge,
-        Inequality::Lt => Inequality::Gt,
     }
 }
 
