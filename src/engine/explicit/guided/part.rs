@@ -218,9 +218,20 @@ impl Part {
     /// Marks states as lost, and those that are lost with them: a choice that may step into a lost state is not taken,
     /// and a state without a choice is lost. The policy loses the states that led to the target by these.
     pub(super) fn lose(&mut self, mut lost: Vec<u32>) {
-        let mut detached = Vec::new();
         lost.retain(|&state| !self.standing[state as usize].is_lost);
         lost.iter().for_each(|&state| self.standing[state as usize].is_lost = true);
+        self.spread(lost, Vec::new());
+    }
+
+    /// Gives up a choice, and the states that are lost by this.
+    pub(super) fn close(&mut self, choice: u32) {
+        let (mut lost, mut detached) = (Vec::new(), Vec::new());
+        self.shut(choice, &mut lost, &mut detached);
+        self.spread(lost, detached);
+    }
+
+    /// Marks the states that are lost with some that are marked, and removes from the policy what does not lead on.
+    fn spread(&mut self, mut lost: Vec<u32>, mut detached: Vec<u32>) {
         while let Some(state) = lost.pop() {
             detached.extend(self.step(state).map(|_| state));
             let mut edge = self.into[state as usize];
@@ -231,15 +242,6 @@ impl Part {
             }
         }
         self.detach(detached);
-    }
-
-    /// Gives up a choice, and the states that are lost by this.
-    pub(super) fn close(&mut self, choice: u32) {
-        let (mut lost, mut detached) = (Vec::new(), Vec::new());
-        self.shut(choice, &mut lost, &mut detached);
-        self.detach(detached);
-        lost.iter().for_each(|&state| self.standing[state as usize].is_lost = false);
-        self.lose(lost);
     }
 
     /// Marks a choice as one that is not taken. Adds its state to the lost ones if it has no other, and to the detached

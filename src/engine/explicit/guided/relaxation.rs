@@ -136,7 +136,8 @@ impl Relaxation {
             let values = match known {
                 _ if first == usize::MAX => continue,
                 Some(value) => {
-                    first + value.wrapping_sub(low) as usize..first + value.wrapping_sub(low) as usize + 1
+                    let at = first + value.wrapping_sub(low) as usize;
+                    at..at + 1
                 }
                 None => first..first + count,
             };
