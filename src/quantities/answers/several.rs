@@ -190,9 +190,7 @@ impl Search {
         precision: f64,
         meter: &mut Meter<'_>,
     ) -> Result<Several> {
-        let alone: Vec<Ratio> =
-            (0..bounds.len()).map(|own| if own == at { Ratio::one() } else { Ratio::zero() }).collect();
-        bounds[at] = self.point(&alone, meter)?.most;
+        bounds[at] = self.point(&alone(at, bounds.len()), meter)?.most;
         let width = Ratio::from_float(precision).unwrap_or_default();
         loop {
             match self.locate(&bounds, meter)? {
@@ -237,9 +235,7 @@ impl Search {
         let half = Ratio::from_float(precision / 2.0).unwrap_or_default();
         let mut top = Vec::new();
         for at in 0..signs.len() {
-            let weights: Vec<Ratio> =
-                (0..signs.len()).map(|own| Ratio::from_integer((own == at).into())).collect();
-            top.push(self.point(&weights, meter)?.most);
+            top.push(self.point(&alone(at, signs.len()), meter)?.most);
         }
         let (mut outer, mut near) = (Outer::below(top), Vec::new());
         while let Some(vertex) = outer.vertex(|x| !near.iter().any(|near: &Vec<Ratio>| near == x)) {
@@ -294,4 +290,9 @@ fn needed(mut points: Vec<Vec<Ratio>>, width: &Ratio, signs: &[Ratio]) -> Vec<Ve
 /// Returns a weight with few digits.
 fn rounded(x: &Ratio) -> Ratio {
     x.to_f64().and_then(Ratio::from_float).unwrap_or_default()
+}
+
+/// Returns the weights of one objective alone, of `n`.
+fn alone(at: usize, n: usize) -> Vec<Ratio> {
+    (0..n).map(|own| Ratio::from_integer((own == at).into())).collect()
 }
