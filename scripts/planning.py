@@ -5,10 +5,11 @@
                                 [--every 1] [--first 0] [--results FILE.csv] [--list | --table]
 
 FOLDER contains one folder per domain, as the public collection AI-Planning/fond-domains does. Each problem is
-paired with its domain: in the same file, or the file that its name or `(:domain NAME)` tells. `meliora reach`
+paired with its domain: in the same file, or the file that its name or `(:domain NAME)` tells; a corrected version
+has `fixed` in its name. `meliora reach`
 is asked for a strong cyclic plan within limits of CPU time and memory. The problems are asked in an order of which each
-beginning is spread over all domains, so that the table of a part is fair, and the run can be continued. If there is one, it is asked for a policy
-within the same limits, and `meliora verify` checks the policy. The results are appended to a file with one line per
+beginning is spread over all domains, so that the table of a part is fair, and the run can be continued. The same run writes a
+policy if there is a plan, and `meliora verify` checks it. The results are appended to a file with one line per
 problem; problems that it contains are not asked again. The table has one row per domain: problems, those with a
 plan, their policies that were written and verified, problems proved to have no plan, those that ended at a limit,
 and errors. `--list` prints the pairs only, `--table` the table of the results only.
@@ -58,6 +59,7 @@ def pairs(folder):
         rank = lambda domain: (
             domains[domain] != wanted,
             0 if numbers(domain) == numbers(path) else 1 if not numbers(domain) else 2,
+            "fixed" not in domain.name,
             domain.name != "domain.pddl",
             len(domain.name),
             domain.name,
@@ -83,29 +85,37 @@ class Asking:
         return done, used() - start
 
     def answer(self, files):
-        """Returns the verdict of a problem, the seconds, what became of its policy, its states, and a message."""
-        done, spent = self.run("reach", *files, "--threads", "1")
-        if done.returncode not in (0, 1):
-            lines = done.stderr.strip().splitlines() or [""]
-            at_limit = done.returncode in (4, -9, -24)
-            return ("limit" if at_limit else "error"), spent, "", "", lines[-1 if at_limit else 0]
-        found = json.loads(done.stdout)
-        verdict = {True: "plan", False: "none", None: "limit"}[found["plan"]["strong_cyclic"]]
-        way = "guided search" if found.get("by_guided_search") else ""
-        way = "all valuations" if found.get("over_all_valuations") else way
-        return verdict, spent, *(self.policy(files) if verdict == "plan" else ("", "")), way
+        """Returns the verdict of a problem, the seconds, what became of its policy, its states, and a message.
 
-    def policy(self, files):
-        """Returns whether a policy is written and verified, and its states."""
+        The verdict and the policy come from one run; only if that ends at a limit, from one without a policy."""
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, "policy.txt")
-            done, _ = self.run("reach", *files, "--threads", "1", "--policy", path)
-            if done.returncode != 0:
-                return "limit" if done.returncode in (4, -9, -24) else "error", ""
-            states = json.loads(done.stdout)["plan"]["policy_states"]
-            done, _ = self.run("verify", path, *files)
-            named = {0: "verified", 1: "refused", 4: "limit", -9: "limit", -24: "limit"}
-            return named.get(done.returncode, "error"), states
+            done, spent = self.run("reach", *files, "--threads", "1", "--policy", path)
+            policy, states = "", ""
+            if is_at_limit(done):
+                done, spent = self.run("reach", *files, "--threads", "1")
+                policy = "limit"
+            if done.returncode not in (0, 1):
+                lines = done.stderr.strip().splitlines() or [""]
+                at_limit = is_at_limit(done)
+                return ("limit" if at_limit else "error"), spent, "", "", lines[-1 if at_limit else 0]
+            found = json.loads(done.stdout)
+            verdict = {True: "plan", False: "none", None: "limit"}[found["plan"]["strong_cyclic"]]
+            if path.exists():
+                policy, states = self.verified(path, files), found["plan"]["policy_states"]
+        way = "guided search" if found.get("by_guided_search") else ""
+        way = "all valuations" if found.get("over_all_valuations") else way
+        return verdict, spent, policy, states, way
+
+    def verified(self, path, files):
+        """Returns what `verify` says of a policy."""
+        done, _ = self.run("verify", path, *files)
+        return "limit" if is_at_limit(done) else {0: "verified", 1: "refused"}.get(done.returncode, "error")
+
+
+def is_at_limit(done):
+    """Returns whether a finished process ended at its limit of time or memory."""
+    return done.returncode in (4, -9, -24)
 
 
 def spread(items):
