@@ -137,7 +137,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--engine", choices=["symbolic", "explicit"], default="symbolic")
     parser.add_argument("--filter", type=re.compile, default="", metavar="REGEX", help="only ids or model paths that match")
     parser.add_argument("--timeout", type=float, default=60.0, metavar="SECONDS", help="for each run")
-    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="so many runs at a time")
+    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="number of runs at a time")
     parser.add_argument("--memory", metavar="SIZE", help="passed on to Meliora, for each run")
     parser.add_argument("--meliora", metavar="PATH", help="the binary")
     given = parser.parse_args()

@@ -37,7 +37,7 @@ pub struct Goal {
     pub watched: Option<Watched>,
 }
 
-/// What paths are to do.
+/// The condition on paths.
 pub enum Target {
     /// To reach these states.
     States(Predicate),

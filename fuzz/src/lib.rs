@@ -1,4 +1,4 @@
-//! What all fuzz targets share: the entry points, and a limit on memory.
+//! The common part of all fuzz targets: the entry points, and a limit on memory.
 
 #[path = "../../tests/common/entry.rs"]
 pub mod entry;

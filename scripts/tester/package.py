@@ -29,7 +29,7 @@ OF_SIMULATION = ("rank", "settled", "weakened_step", "weakened_start", "achieved
 
 
 def package(context):
-    """All of it for one case. The command was compared with the reference, so it is what is expected."""
+    """All of it for one case. The command was compared with the reference, so its results are expected."""
     import meliora
 
     case, model = context.case, modelled(context.case, meliora)

@@ -27,7 +27,7 @@ use meliora_model::rewards::RewardStructure;
 use meliora_model::step::Choice;
 use meliora_model::{Program, fault};
 
-/// What a step costs.
+/// The cost of a step.
 pub(super) enum Costs<'p> {
     /// 1
     Steps,
@@ -55,7 +55,7 @@ enum Edge<'t> {
     Lost,
     /// An improvement that is counted; the entry is that of the target's own arena, if it has one.
     Counted(Option<&'t Entry<'t>>),
-    /// A step that is no improvement, in the same arena.
+    /// A step without an improvement, in the same arena.
     Plain(Option<&'t Entry<'t>>),
     /// An improvement that may be counted or not: both of these.
     Either(Option<&'t Entry<'t>>, Option<&'t Entry<'t>>),

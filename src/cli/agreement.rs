@@ -53,7 +53,7 @@ pub(super) fn compare<E: Engine, F: Engine>(
     sink: &TerminalSink,
 ) -> Result<Agreement, Error> {
     let mut tally = Tally::default();
-    // The rest of the reports names the engine, and says what it took.
+    // The rest of the reports names the engine, its time and its memory.
     let mine = CheckReport::of_analysis(left, program, Storage::Symbolic, "")?.findings;
     let theirs = CheckReport::of_analysis(right, program, Storage::Explicit, "")?.findings;
     tally.compare("", Some(&json(&mine)), Some(&json(&theirs)));

@@ -121,7 +121,7 @@ pub(super) fn analyse<E: Engine, R: Checked>(
     checking.phase(Phase::Improvement)?;
     for phase in [Phase::Sasi, Phase::Spi] {
         let end = checking.phase(phase);
-        // What is known at a limit is shown, if it can be computed.
+        // The partial results at a limit are shown, if they can be computed.
         let shown = checking.initial();
         end.and(shown)?;
     }

@@ -3,7 +3,7 @@
 //! One row per state, and under `prefix` per state and arena. The columns are `arena` (the class
 //! that improvements are measured against; only under `prefix`), the variables of the model as
 //! integers, and for k = 1, 2, … first `p_k_lower`, `p_k_upper`, `p_k_rank` and then `c_k_lower`,
-//! `c_k_upper`, `c_k_rank`, which are empty where there is no cost.
+//! `c_k_upper`, `c_k_rank`, which are empty for models without a cost.
 //!
 //! A number is `n/d`, an exact fraction; or `inf`; or a decimal number, which stands for the double
 //! nearest to it.

@@ -59,7 +59,7 @@ pub struct PropertyAnswer {
 pub struct ListedState {
     /// The values of its variables.
     pub state: Valuation,
-    /// Whether the condition holds there; absent for a number.
+    /// True if the condition holds there; absent for a number.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub holds: Option<bool>,
     /// The number; absent for a condition.
@@ -119,7 +119,7 @@ impl PropertyAnswer {
         }
     }
 
-    /// Says why there is no answer, or no value; `None` if there are both.
+    /// Says why an answer or a value is missing; `None` if there are both.
     pub(super) fn note(&self) -> Option<String> {
         let reason = self.reason.as_ref()?;
         let text = self.property.split_whitespace().collect::<Vec<_>>().join(" ");

@@ -88,7 +88,7 @@ pub struct Plan {
     /// The number of states with a strong plan; `null` without `--strong`, or if unknown.
     pub strong_states: Option<Number>,
     /// The number of states outside the target that the policy of `--policy` visits; `null` without it, and if
-    /// there is no plan.
+    /// no plan exists.
     pub policy_states: Option<Number>,
 }
 

@@ -52,7 +52,7 @@ pub struct RunsReport {
     pub state: Valuation,
     /// Their statistics.
     pub tally: Tally,
-    /// The value that the strategy attains, next to what was measured.
+    /// The value that the strategy attains, next to the measured one.
     pub value: Option<Comparison>,
     /// The objectives that runs achieved, in the order of declaration; `None` if the strategy achieves
     /// none.

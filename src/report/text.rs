@@ -67,7 +67,7 @@ fn folded(text: &str, width: usize) -> Vec<String> {
 }
 
 /// Renders a heading with a state. A line that is too long for the terminal is broken after commas,
-/// and goes on two columns further in.
+/// and continues two columns further in.
 pub(super) fn state_heading(heading: &str, state: &impl fmt::Display, style: Style) -> String {
     let text = state.to_string();
     let width = style.width.map_or(usize::MAX, usize::from);

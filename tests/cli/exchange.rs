@@ -1,4 +1,4 @@
-//! Archives in UMB through the command: what is written is read as the same model.
+//! Archives in UMB through the command: a written archive is read as the same model.
 
 use std::io::Read;
 

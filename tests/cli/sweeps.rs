@@ -82,7 +82,7 @@ fn parts_together_have_the_rows_of_the_whole_and_a_resumed_file_is_the_same() {
     assert_eq!(std::fs::read_to_string(scratch.path("half.csv")).unwrap(), resumed);
 }
 
-/// As if the process had been killed while it wrote a row: the row is computed again.
+/// Imitates a process that was killed while it wrote a row: the row is computed again.
 /// Reports were kept until the end, and then sorted.
 #[test]
 fn reports_of_parallel_instances_are_in_the_order_of_the_instances() {

@@ -284,7 +284,7 @@ pub fn properties(text: &str) {
     }
 }
 
-/// The table of a shield: what is read keeps its promise, and is the same after it was written.
+/// The table of a shield: one that is read keeps its promise, and is the same after it was written.
 pub fn shield(bytes: &[u8]) {
     let nodes = serde_json::from_slice(bytes).map_or(0, |table: Shield| table.nodes.len());
     let sha256 = directory::sha256(bytes);

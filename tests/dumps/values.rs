@@ -362,7 +362,7 @@ fn edited(dump: &mut Dump, random: &mut ChaCha8Rng) {
     }
 }
 
-/// Up to three edits at once. What is accepted must be true.
+/// Up to three edits at once. An accepted edit must be true.
 #[test]
 fn verify_refuses_every_false_bound() {
     let mut random = ChaCha8Rng::seed_from_u64(11);

@@ -23,7 +23,7 @@ enum Way {
     Parts,
     /// The recursion over the lists of all groups, to its end.
     Lists,
-    /// That recursion, and a first turn of some steps for the methods of backward reachability.
+    /// The recursion, and a first turn of some steps for the methods of backward reachability.
     Hasty(u64),
     /// Turns of both recursions, the first one of some steps.
     Turns(u64),

@@ -168,7 +168,8 @@ fn counts<E: Engine>(engine: &E, condition: &Condition, start: &E::States) -> [S
         .map(|x| engine.count(&engine.intersection(x, start).unwrap()).unwrap().to_string())
 }
 
-/// The same in the initial state, or in all states: those in which monitors, if there are any, are fresh.
+/// Returns the verdicts in the initial state, or in all states: those in which monitors, if there are any,
+/// are fresh.
 fn judged<E: Engine>(
     engine: &E,
     condition: &Condition,

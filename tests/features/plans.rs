@@ -1,5 +1,5 @@
-//! Plans and strategies that achieve an objective: the chain that they induce ends almost surely in
-//! what they promise.
+//! Plans and strategies that achieve an objective: the chain that they induce almost surely reaches
+//! the promised states.
 
 use meliora::engine::{AnyEngine, Engine, Scope};
 use meliora::model::preference::Goal;

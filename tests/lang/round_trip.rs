@@ -1,4 +1,4 @@
-//! What was written is read back as the same tree; broken text never panics.
+//! A written text is read back as the same tree; broken text never panics.
 
 use meliora::advanced::lang::ast::*;
 use meliora::error::SourceFile;

@@ -1,4 +1,4 @@
-//! States whose values have names: what is printed is read back as the same state.
+//! States whose values have names: printed states are read back as the same states.
 
 use meliora::error::{Error, SourceFile};
 use meliora::lang::{load, parse_state};

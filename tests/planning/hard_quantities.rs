@@ -58,7 +58,7 @@ fn a_long_chain_is_solved_without_recursion() {
 
 #[test]
 fn of_equal_choices_one_that_makes_progress_is_chosen() {
-    // Waiting in 0 and 3 is as good as trying, for ever.
+    // Waiting in 0 and 3 is as good as trying, forever.
     let model = "mdp module m x:[0..3] init 0; [wait] x=0 -> (x'=3); [back] x=3 -> (x'=0);\n\
         [try] x=0 -> 1/2:(x'=1) + 1/2:(x'=2); endmodule";
     let loaded = Loaded::new(model, "objective B = F x=1; empty = gain;");
@@ -78,7 +78,7 @@ fn what_weakens_is_lost_under_transition() {
 }
 
 const ZERO: &str = "objective B = F x=0; empty = gain;";
-/// Neither is certain, but to get one of them is.
+/// Neither is certain, but one of the two is.
 const EITHER: &str = "objective A = F x=0; objective B = F x=1;";
 
 /// P_1 and C_1 of the initial state of a model whose states form one large component.

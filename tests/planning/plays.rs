@@ -111,7 +111,7 @@ fn check_course(kind: Kind, unfolded: &InducedModel, rank: Rank, label: &str) {
             ending[node] |= edges[node].iter().any(|&(to, _)| ending[to]);
         }
     }
-    assert!(ending.iter().all(|&e| e), "{label}: a play may go on for ever");
+    assert!(ending.iter().all(|&e| e), "{label}: a path may continue forever");
 }
 
 fn check_plays(

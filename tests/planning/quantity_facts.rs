@@ -224,13 +224,13 @@ impl<'a> Numbers<'a> {
     }
 }
 
-/// The expected sum of what is gained, where every path ends in a state without a choice or is lost.
+/// The expected sum of gains, where every path ends in a state without a choice or is lost.
 fn attained(
     rows: &[Vec<(usize, Ratio)>],
     picks: &[Option<usize>],
     gained: impl Fn(usize) -> Ratio,
 ) -> Vec<Ratio> {
-    // A last state takes what is lost.
+    // A last state takes the lost part.
     let rest = |row: &Vec<(usize, Ratio)>| {
         Ratio::one() - row.iter().map(|edge| edge.1.clone()).fold(Ratio::zero(), |a, b| a + b)
     };

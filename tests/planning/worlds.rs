@@ -21,7 +21,7 @@ pub(crate) struct World {
     pub(crate) targets: Vec<ExprId>,
     pub(crate) statements: Vec<Statement>,
     pub(crate) scope: Scope,
-    /// What must hold in every state of a path.
+    /// A condition on every state of a path.
     pub(crate) requirement: Option<ExprId>,
 }
 

@@ -291,7 +291,7 @@ def _columns(job: _Job) -> list[str]:
 
 
 def _cells(found: dict[str, Any], seconds: float | None, status: str, job: _Job) -> list[str]:
-    """Returns the cells of the columns; what is unknown is empty."""
+    """Returns the cells of the columns; unknown values are empty."""
     cells = {**found, "seconds": seconds, "status": status}
     return [cell_of(cells.get(column)) for column in _columns(job)]
 

@@ -743,7 +743,7 @@ class ReachPlan(TypedDict):
     """The number of states with a strong plan; `null` without `--strong`, or if unknown."""
     policy_states: Union[Count, None]
     """The number of states outside the target that the policy of `--policy` visits; `null` without it, and if
-    there is no plan."""
+    no plan exists."""
 
 
 class ReachPropertiesValues(TypedDict):
@@ -752,7 +752,7 @@ class ReachPropertiesValues(TypedDict):
     state: State
     """The values of its variables."""
     holds: NotRequired[bool]
-    """Whether the condition holds there; absent for a number."""
+    """True if the condition holds there; absent for a number."""
     value: NotRequired[Bounds]
     """The number; absent for a condition."""
 

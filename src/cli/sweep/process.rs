@@ -1,7 +1,7 @@
 //! Instances as processes, so that an instance that fails does not end the others.
 //!
-//! The limit of an instance is the size of its process. The engines bound their own tables, but not what is
-//! read, grounded, solved and written, which only the size of a process covers; instances that run at the
+//! The limit of an instance is the size of its process. The engines bound their own tables, but not reading,
+//! grounding, solving and writing, which only the size of a process covers; instances that run at the
 //! same time in one process could not be told apart. Work that does not ask whether to stop is left behind
 //! on its thread, and only the end of a process returns its memory. A row also has the largest size of its
 //! process.

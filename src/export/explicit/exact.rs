@@ -22,9 +22,9 @@ pub(super) struct Exact {
 /// A reward structure.
 pub(super) struct Rewards {
     pub(super) name: String,
-    /// What each state earns, with every choice.
+    /// The reward of each state, with every choice.
     pub(super) states: Vec<Ratio>,
-    /// What each choice earns in addition.
+    /// The additional reward of each choice.
     pub(super) choices: Vec<Ratio>,
 }
 

@@ -73,7 +73,7 @@ impl Line<'_> {
         Line { source: self.source, start: self.start + at, text }
     }
 
-    /// Returns an error at this line, for what is valid but not supported.
+    /// Returns an error at this line, for a valid text that is not supported.
     pub(super) fn refused(&self, what: &str) -> Error {
         let diagnostic = self.diagnostic(format!("{what} are not supported"));
         diagnostic.severity(Severity::Unsupported).into()

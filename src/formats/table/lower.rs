@@ -23,7 +23,7 @@ use meliora_model::{Branch, Command, CommandId, ModelKind, Program, Synchronisat
 /// The variable of the number of a state, if states have no other values.
 pub(super) const NUMBER: &str = "state";
 
-/// What a model is read from and with.
+/// The sources and options from which a model is read.
 pub(crate) struct Frame<'f> {
     /// The text of the model, or a description of its archive.
     pub(crate) source: &'f Arc<SourceFile>,

@@ -134,7 +134,7 @@ impl Table {
         self.end();
     }
 
-    /// Moves the ends of the last state and the last choice to what has been added.
+    /// Moves the ends of the last state and the last choice to the last branch.
     fn end(&mut self) {
         let (choices, branches) = (self.action_of.len(), self.targets.len());
         self.choices.last_mut().into_iter().for_each(|end| *end = choices);
@@ -145,7 +145,7 @@ impl Table {
         self.pool.exact_literal(number).map_or(Real::Undefined, Exact::into_real)
     }
 
-    /// Checks what no reader has checked: targets, distributions, and the choices of a `dtmc`.
+    /// Checks what readers leave unchecked: targets, distributions, and the choices of a `dtmc`.
     /// Returns the first fault: a state and the reason.
     fn first_fault(&self, poll: &mut Poll<'_>) -> Result<Option<(usize, String)>> {
         for state in 0..self.states() {

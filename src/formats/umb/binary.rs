@@ -16,7 +16,7 @@ pub(crate) enum Number {
 }
 
 impl Files {
-    /// Returns `n` numbers of 64 bits; `None` if there is no such file.
+    /// Returns `n` numbers of 64 bits; `None` if the file does not exist.
     ///
     /// # Errors
     /// The file has another size.
@@ -25,7 +25,7 @@ impl Files {
         Ok(cells.map(|cells| cells.into_iter().map(u64::from_le_bytes).collect()))
     }
 
-    /// Returns `n` numbers of 32 bits; `None` if there is no such file.
+    /// Returns `n` numbers of 32 bits; `None` if the file does not exist.
     ///
     /// # Errors
     /// The file has another size.
@@ -51,7 +51,7 @@ impl Files {
         }
     }
 
-    /// Returns the members of a set of numbers below `n`; none if there is no such file.
+    /// Returns the members of a set of numbers below `n`; none if the file does not exist.
     ///
     /// # Errors
     /// The file has another size, or bits after the last number.
@@ -102,7 +102,7 @@ impl Files {
         all.map(Some).map_err(|_| self.wrong(&strings, "a string is not UTF-8"))
     }
 
-    /// Returns `n` numbers of a continuous type; `None` if there is no such file.
+    /// Returns `n` numbers of a continuous type; `None` if the file does not exist.
     ///
     /// # Errors
     /// The type is not a number; the file has another size; a denominator is 0.

@@ -22,7 +22,7 @@ pub struct Index {
     /// Annotations by group and identifier.
     #[serde(default, deserialize_with = "each_once", skip_serializing_if = "BTreeMap::is_empty")]
     pub annotations: BTreeMap<String, Annotations>,
-    /// Valuations by what they are of: "states", "choices", …
+    /// Valuations by their owners: "states", "choices", …
     #[serde(default, deserialize_with = "each_once", skip_serializing_if = "BTreeMap::is_empty")]
     pub valuations: BTreeMap<String, Valuations>,
 }

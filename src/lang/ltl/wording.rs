@@ -13,7 +13,7 @@ const MOST_PARTS: usize = 4;
 /// A partial assignment of atoms.
 type Cube = Vec<(u32, bool)>;
 
-/// What a monitor observes for: the acceptance, and whether something is owed at the start.
+/// The purpose of a monitor: its acceptance, and whether something is owed at the start.
 #[derive(Clone, Copy)]
 pub(super) struct Purpose {
     pub(super) asks: Asks,

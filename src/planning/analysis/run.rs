@@ -201,7 +201,7 @@ impl<E: Engine> Analysis<E> {
     /// there may be more.
     fn next_outcomes(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<bool> {
         let Some(outcomes) = &mut self.outcomes else { return Ok(false) };
-        // An error is returned after what was found before it.
+        // The results before an error are kept.
         let end = outcomes.advance(&*self.engine);
         for &objective in outcomes.order() {
             if self.result.objectives.iter().any(|o| o.objective == objective) {

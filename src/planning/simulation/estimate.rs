@@ -1,4 +1,4 @@
-//! What simulated runs say about the value of a strategy: estimates with confidence intervals.
+//! Estimates of the value of a strategy from simulated runs, with confidence intervals.
 
 /// The confidence of all intervals.
 pub const CONFIDENCE: f64 = 0.99;

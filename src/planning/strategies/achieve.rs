@@ -53,7 +53,7 @@ pub struct Pursuit {
 pub(crate) struct Stage<E: Engine> {
     pub(crate) region: Region<E::States, E::Choices>,
     pub(crate) goal: E::States,
-    /// True if the strategy goes on from the goal, with the next stage.
+    /// True if the strategy continues from the goal, with the next stage.
     pub(crate) recurs: bool,
 }
 

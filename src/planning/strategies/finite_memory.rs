@@ -17,7 +17,7 @@
 //! Level 0 has nothing to improve: a run ends there. An episode under a shield can continue; it
 //! keeps its reference until an improvement.
 //!
-//! A *plan* goes on at level 0: it achieves a most preferred objective of the state, with the
+//! A *plan* continues at level 0: it achieves a most preferred objective of the state, with the
 //! strategies of `achieve`. It takes the first one that kept choices achieve almost surely, and then
 //! takes only kept choices: no step weakens. If there is none, it *commits* to the first one: it
 //! takes all choices with which this objective stays sure, and gives up the others where they are
@@ -103,7 +103,7 @@ impl StrategyKind {
     /// for objectives that are to be achieved together.
     ///
     /// # Errors
-    /// [`Error::Usage`] if there is no such objective, if the kind needs one, or if it does not achieve
+    /// [`Error::Usage`] if the objective does not exist, if the kind needs one, or if it does not achieve
     /// any or several.
     pub fn objectives(self, preferences: &Preferences, names: Option<&str>) -> Result<ObjectiveSet> {
         let objectives = &preferences.objectives;

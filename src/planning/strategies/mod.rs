@@ -1,4 +1,4 @@
-//! Strategies: what they permit and take in each state, and the reasons.
+//! Strategies: the permitted and taken choices in each state, and the reasons.
 
 pub(crate) mod achieve;
 mod decision_rule;

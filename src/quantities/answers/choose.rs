@@ -94,7 +94,7 @@ pub struct Attained {
 /// For [`Aim::Likely`], k is the greatest number with P_k > 0, for [`Aim::Cheap`] the greatest with
 /// P_k = 1: the SASI rank, or under `transition` that of `action`. Both are at most
 /// [`ValueOptions::levels`](crate::ValueOptions::levels). If a step leaves the states with this number, the rule
-/// goes on with the greatest number that is left.
+/// continues with the greatest number that is left.
 #[derive(Debug)]
 pub struct Chooser {
     values: Arc<Values>,

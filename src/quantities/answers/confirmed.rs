@@ -58,7 +58,7 @@ impl Values {
     /// in those that they reach. `arena` names an arena by its position.
     ///
     /// # Errors
-    /// Where the levels do not show it, no bound below 1 was found for a probability below 1.
+    /// A bound below 1 was not found for a probability below 1, where the levels do not show it.
     pub fn rows(
         &self,
         confirmed: &Confirmed,

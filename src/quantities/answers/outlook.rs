@@ -25,7 +25,7 @@ pub struct Outlook {
     pub promises: Vec<Option<Promise>>,
 }
 
-/// What can be attained from a state.
+/// The best attainable values from a state.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Promise {
     /// The most preferred objectives of the state.
@@ -175,7 +175,7 @@ impl Promise {
     }
 }
 
-/// What a strategy meets while it makes improvements.
+/// The states and choices that a strategy meets while it makes improvements.
 struct Followed {
     /// The most preferred objectives of the first state.
     from: ObjectiveSet,

@@ -40,7 +40,7 @@ pub struct ChoiceValues {
     pub cost: Option<Bounds>,
 }
 
-/// What a choice is to be best at.
+/// The quantity for which a choice is to be best.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Aim {
     /// The greatest probability of k improvements; where it is 1, also the least cost.
@@ -187,7 +187,7 @@ impl Values {
         explorer.run()
     }
 
-    /// Computes all quantities. What is computed before an error is kept.
+    /// Computes all quantities. The results before an error are kept.
     pub fn solve<E: Engine>(&mut self, engine: &E) -> Result<()> {
         let mut meter = Meter::new(engine);
         meter.take(self.graph.bytes() + self.places.bytes())?;
@@ -301,7 +301,7 @@ impl Values {
         known.unwrap_or_else(|| Bounds::any(f64::INFINITY))
     }
 
-    /// Returns P_k^0, P_k^1, …, the greatest probabilities of k improvements within so many steps, as
+    /// Returns P_k^0, P_k^1, …, the greatest probabilities of k improvements within 0, 1, … steps, as
     /// far as they are known; lower bounds with an error of some 1e-16 per step.
     pub fn within(&self, node: Node, k: usize) -> Option<&[f64]> {
         self.horizon.as_ref()?.curve(node.0, k)

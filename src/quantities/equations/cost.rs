@@ -93,7 +93,7 @@ pub enum Costs {
 }
 
 impl Costs {
-    /// Finds the number of steps, or a reward structure; `None` if there is no such name. `steps` is
+    /// Finds the number of steps, or a reward structure; `None` if the name is unknown. `steps` is
     /// the number of steps even if a structure has this name; see [`Costs::is_hidden`].
     pub fn named(program: &Program, name: &str) -> Option<Self> {
         if name == Steps::NAME {

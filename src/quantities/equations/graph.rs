@@ -11,7 +11,7 @@ use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_engine::explicit::weighted::Fractions;
 
-/// No node, choice or position.
+/// The number that stands for a missing node, choice or position.
 pub(crate) const NONE: u32 = u32::MAX;
 /// The target of an edge that is lost: it weakens, so the path has failed.
 pub(crate) const LOST: u32 = u32::MAX;

@@ -9,7 +9,7 @@ use meliora_base::error::Result;
 use meliora_engine::explicit::weighted::{Code, Codec};
 use meliora_model::State;
 
-/// Where a state is taken: in an arena, or in a junction of it, right after an improving step under
+/// The role of a state: in an arena, or in a junction of it, right after an improving step under
 /// `prefix`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Place {

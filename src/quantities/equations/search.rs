@@ -14,7 +14,7 @@ pub(crate) struct Search<'a, E: Engine> {
     pub(crate) program: &'a Program,
     /// The states where the path ends: with the probability 1, or without further reward.
     pub(crate) end: E::States,
-    /// The states in which the path goes on; it fails where it leaves them.
+    /// The states in which the path continues; it fails where it leaves them.
     pub(crate) inside: E::States,
     pub(crate) cost: Option<Earned<'a>>,
 }

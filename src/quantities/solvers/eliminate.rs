@@ -67,7 +67,7 @@ impl<N: Weight, C> Row<N, C> {
     }
 }
 
-/// Solves the equations. `left` is the work that may be done, and then what is left of it.
+/// Solves the equations. `left` is the work that may be done, and then the rest of it.
 ///
 /// # Errors
 /// Some node cannot leave the chain: never; more work is needed than is left: later; a limit is reached.

@@ -2,14 +2,14 @@
 //!
 //! Let B be the operator of the optimality equations. Upper bounds U of probabilities are confirmed
 //! by U ≥ B(U), and lower bounds L of costs by L ≤ B(L). Lower bounds of probabilities and upper
-//! bounds of costs need L ≤ B(L) or U ≥ B(U) by choices that do not stay for ever: such a choice
+//! bounds of costs need L ≤ B(L) or U ≥ B(U) by choices that do not stay forever: such a choice
 //! enters a smaller rank with positive probability.
 //!
 //! Bounds of a component that is one state are the exact value of its equation, rounded outwards. For other components,
 //! the solver finds bounds for the confirmed bounds of what the component reaches, which one step confirms where doubles
 //! suffice. Else the exact solution as fractions is tried, up to 100 groups.
 //!
-//! Where nothing is confirmed, the bound says nothing: 0, 1 or infinite.
+//! Bounds that are not confirmed are trivial: 0, 1 or infinite.
 
 use std::collections::VecDeque;
 

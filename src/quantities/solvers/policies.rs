@@ -168,7 +168,7 @@ impl Policies<'_, f64> {
     /// Looks for bounds of the groups, which may be wide; see [`Policies::begin`] for `seen`.
     ///
     /// # Errors
-    /// None are found; the work takes more than `budget`; a limit is reached.
+    /// Policies are not found; the work takes more than `budget`; a limit is reached.
     pub(crate) fn bounds(&mut self, seen: &[u32], budget: usize, meter: &mut Meter<'_>) -> Turn<Found> {
         if self.rows.least < TINY {
             return Err(Stop::Never);

@@ -94,7 +94,7 @@ fn next<N: Number>(
     end
 }
 
-/// Solves a system; returns what is known of its solution, and an error if a limit was reached.
+/// Solves a system; returns the known part of its solution, and an error if a limit was reached.
 fn solution<N: Number>(
     graph: &Graph,
     fractions: &[N],

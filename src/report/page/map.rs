@@ -21,7 +21,7 @@ const UNGROUPED: usize = 8;
 pub(super) const TARGET: &str = "M20 6L34 20L20 34L6 20Z";
 pub(super) const LABEL: &str = "M20 14A6 6 0 0 1 20 26A6 6 0 0 1 20 14Z";
 
-/// What the cells of a map show.
+/// The contents of the cells of a map.
 #[derive(Clone, Copy)]
 pub(super) enum Layer<'a> {
     Ranks(Picture),

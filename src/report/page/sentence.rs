@@ -1,4 +1,4 @@
-//! What improves to what in an initial state, in one sentence.
+//! The improvements from an initial state, in one sentence.
 
 use super::heat::digits;
 use super::words;

@@ -1,4 +1,4 @@
-//! What games do not have is refused by name.
+//! Questions that games do not have are refused by name.
 
 use super::{at, scratch};
 use crate::common::Scratch;

@@ -19,7 +19,7 @@ pub(in crate::symbolic) enum Direction {
     Backward,
 }
 
-/// What a recursion does: it applies relations in a direction, in a phase.
+/// The task of a recursion: it applies relations in a direction, in a phase.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::symbolic) struct Pass {
     pub(in crate::symbolic) direction: Direction,

@@ -20,7 +20,7 @@ use meliora_model::{Command, CommandId};
 pub(super) struct Accumulation {
     /// With every step: the values that its edges assign.
     pub(super) steps: bool,
-    /// When a state is left: the value in the state.
+    /// At the end of a stay in a state: the value in the state.
     pub(super) exit: bool,
 }
 

@@ -119,7 +119,7 @@ pub(crate) struct Reward {
     pub(crate) value: Expr,
     /// With every step: the value after its assignments.
     pub(crate) steps: bool,
-    /// When a state is left: the value in the state.
+    /// At the end of a stay in a state: the value in the state.
     pub(crate) exit: bool,
 }
 

@@ -82,14 +82,14 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Refuses a key by a message that says what is not supported.
+    /// Refuses a key by a message that names the missing feature.
     pub(crate) fn refuse(&mut self, object: &Object<'a>, key: &str, message: &str) {
         if object.get(key).is_some() {
             self.unsupported::<()>(object.key_span(key), message);
         }
     }
 
-    /// Refuses a key whose array is not empty, by a message that says what is not supported.
+    /// Refuses a key whose array is not empty, by a message that names the missing feature.
     pub(crate) fn refuse_items(&mut self, object: &Object<'a>, what: &str, key: &str, message: &str) {
         let Some(node) = object.get(key) else { return };
         let items = self.array(node, &format!("the \"{key}\" of {what}"));

@@ -14,7 +14,7 @@ use crate::equations::arena::{Arena, Goal};
 use crate::path_values::{Answer, Value};
 use crate::vector::{Accumulation, Until, long_run, next, probability, reward};
 
-/// A choice: what it earns besides the reward of its state, and its successors with weights.
+/// A choice: its reward besides the reward of its state, and its successors with weights.
 pub(super) type Choice = (i64, Vec<(usize, i64)>);
 
 /// A random game.
