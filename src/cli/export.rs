@@ -246,7 +246,7 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs) -> Result<(), Error> {
     let mut dump = job.timed("dump", dump, |_, _| ())?;
     let certifies = all && !args.no_certificate;
     if certifies {
-        certified(job, (&out, dot), &analysis, &mut dump)?;
+        certified(job, &out, dot, &analysis, &mut dump)?;
     }
     let mut width = None;
     if args.values {
@@ -281,7 +281,8 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs) -> Result<(), Error> {
 /// Writes the dump, and then adds its certificate: a limit that ends this leaves the regions.
 fn certified(
     job: &Job<ExportReport>,
-    (out, dot): (&Path, bool),
+    out: &Path,
+    dot: bool,
     analysis: &Analysis<SymbolicEngine>,
     dump: &mut Dump,
 ) -> Result<(), Error> {

@@ -90,7 +90,7 @@ impl PlanArgs {
         let find = || {
             let Some(found) = Policy::find(engine, program, &goal, MOST_STATES)? else { return Ok(None) };
             let initial = engine.list_states(&engine.initial_states(), MOST_STATES)?;
-            checked(found, (program, target), &initial, &*engine.settings().sink).map(Some)
+            checked(found, program, target, &initial, &*engine.settings().sink).map(Some)
         };
         let found = job.timed("policy", find, |r, s| r.time.add("policy", s))?;
         self.finish(job, found, program, out)
@@ -104,13 +104,14 @@ impl PlanArgs {
         &self,
         job: &Job<ReachReport>,
         search: &Guided,
-        (program, asking): (&Program, &Asking),
+        program: &Program,
+        asking: &Asking,
         out: &Target,
     ) -> Result<(), Error> {
         let find = || match &asking.goal.target {
             Goal::States(target) if search.answer() == Some(true) => {
                 let found = Policy::of_search(search, MOST_STATES)?;
-                checked(found, (program, target), &search.initial_states(), &*job.sink).map(Some)
+                checked(found, program, target, &search.initial_states(), &*job.sink).map(Some)
             }
             _ => Ok(None),
         };
@@ -145,13 +146,14 @@ impl PlanArgs {
 /// Checks a policy state by state, from the initial states.
 fn checked(
     found: Policy,
-    question: (&Program, &Predicate),
+    program: &Program,
+    goal: &Predicate,
     initial: &[State],
     sink: &dyn ProgressSink,
 ) -> Result<Policy, Error> {
-    match Rules::from(&found).check(question, initial, false, sink)? {
+    match Rules::from(&found).check(program, goal, initial, false, sink)? {
         Ok(_) => Ok(found),
-        Err(fault) => Err(Error::Usage(format!("{}: {}", fault.kind, question.0.show_state(&fault.state)))),
+        Err(fault) => Err(Error::Usage(format!("{}: {}", fault.kind, program.show_state(&fault.state)))),
     }
 }
 

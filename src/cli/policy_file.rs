@@ -85,9 +85,8 @@ impl PolicyFile {
         supervise(self.report(true), self.limits, shown, move |job| {
             let read = job.timed("parse", || self.read(job), |r, s| r.time.add("parse", s))?;
             let initial = std::slice::from_ref(&read.initial);
-            let check = || {
-                Ok(read.rules.check((&read.program, &read.goal), initial, is_strong, job.sink.as_ref())?)
-            };
+            let check =
+                || Ok(read.rules.check(&read.program, &read.goal, initial, is_strong, job.sink.as_ref())?);
             let found = job.timed("answer", check, |r, s| r.time.add("answer", s))?;
             job.update(|r| r.set(&read.program, found));
             Ok(())
@@ -108,7 +107,7 @@ impl PolicyFile {
                 for number in 0..count {
                     job.sink.check()?;
                     let mut draw = Draw::numbered(seed, number);
-                    let run = read.rules.run((&read.program, &read.goal), &read.initial, limit, &mut draw);
+                    let run = read.rules.run(&read.program, &read.goal, &read.initial, limit, &mut draw);
                     job.update(|r| r.add(&read.program, run));
                 }
                 Ok(())

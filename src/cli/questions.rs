@@ -137,7 +137,7 @@ fn run_engine(
             without_states(job, questions, judging::guided(&search));
             return match (given.plan, questions) {
                 (Some((plan, Some(out))), [(asking, _)]) => {
-                    plan.of_search(job, &search, (program, asking), out)
+                    plan.of_search(job, &search, program, asking, out)
                 }
                 _ => Ok(()),
             };

@@ -88,25 +88,21 @@ fn steps(low: &str, step: &str, high: &str) -> Result<Vec<String>, String> {
         let common = common.ok_or(TOO_LARGE)?;
         let times = |(n, d): (i128, i128)| n.checked_mul(common / d).ok_or(TOO_LARGE);
         let [low, step, high] = bounds.map(times);
-        return between((low?, step?, high?), |value| shown_fraction(value, common));
+        return between(low?, step?, high?, |value| shown_fraction(value, common));
     }
     let digits = [low, step, high].map(|t| t.split_once('.').map_or(0, |(_, d)| d.len()));
     let digits = digits.into_iter().max().unwrap_or(0);
     ensure(digits <= MOST_DECIMALS, || {
         format!("a range has at most {MOST_DECIMALS} digits after the decimal point, not {digits}")
     })?;
-    let bounds = (scaled(low, digits)?, scaled(step, digits)?, scaled(high, digits)?);
-    between(bounds, |value| shown(value, digits))
+    between(scaled(low, digits)?, scaled(step, digits)?, scaled(high, digits)?, |value| shown(value, digits))
 }
 
 /// Returns low, low + step, … up to high.
 ///
 /// # Errors
 /// There are no such values, or too many.
-fn between(
-    (low, step, high): (i128, i128, i128),
-    show: impl Fn(i128) -> String,
-) -> Result<Vec<String>, String> {
+fn between(low: i128, step: i128, high: i128, show: impl Fn(i128) -> String) -> Result<Vec<String>, String> {
     ensure(step > 0, || "the step of a range is positive".to_owned())?;
     ensure(low <= high, || "the range is empty".to_owned())?;
     let count = high.checked_sub(low).ok_or(TOO_LARGE)? / step + 1;

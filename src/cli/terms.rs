@@ -52,7 +52,7 @@ pub(super) fn work(
     let initial = asked.program.predicate(asked.program.initial);
     let goal = Goal::reach(&asked.program, initial, &asked.required)?;
     let under = Under::new(&*engine, &asked.program, &goal)?;
-    counted(job, &engine, (&under, &goal), asked)?;
+    counted(job, &engine, &under, &goal, asked)?;
     let build = |program: &Arc<Program>| built(job, given, selected, program);
     let model = Model::new(under.engine(), &asked.program, &build, given.precision).under(&asked.required);
     let mut shares = Shares::of(&job.sink, asked.terms.len());
@@ -97,7 +97,8 @@ fn built(
 fn counted(
     job: &Job<ReachReport>,
     engine: &AnyEngine,
-    (under, goal): (&Under<'_, AnyEngine>, &Goal),
+    under: &Under<'_, AnyEngine>,
+    goal: &Goal,
     asked: &Asked,
 ) -> Result<(), Error> {
     let mut known = false;

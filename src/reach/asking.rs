@@ -73,9 +73,11 @@ impl Asking {
         simple: &Simple,
         required: &[Required],
     ) -> Result<Self> {
-        let asks = (&simple.formula, simple.question.clone());
         let coalition = simple.coalition.clone();
-        Ok(Asking { coalition, ..Asking::of(program, source, asks, required)? })
+        Ok(Asking {
+            coalition,
+            ..Asking::of(program, source, &simple.formula, simple.question.clone(), required)?
+        })
     }
 
     /// Returns the engine of a game in which the coalition of the question is ours; `None` if that is the
@@ -95,7 +97,8 @@ impl Asking {
     pub fn of(
         program: &Program,
         source: &Arc<SourceFile>,
-        (formula, question): (&Formula, Question),
+        formula: &Formula,
+        question: Question,
         required: &[Required],
     ) -> Result<Self> {
         let wrong = wrong_rewards(program, &question);
@@ -109,7 +112,7 @@ impl Asking {
     /// The errors of [`Asking::of`].
     pub fn named(program: &Program, asked: named::Asked, required: &[Required]) -> Result<Self> {
         let source = Arc::clone(&program.source);
-        let asking = Asking::of(program, &source, (&asked.formula, asked.question), required)?;
+        let asking = Asking::of(program, &source, &asked.formula, asked.question, required)?;
         Ok(Asking { over: asked.over, ..asking })
     }
 

@@ -137,7 +137,7 @@ pub fn policy(text: &str) {
     let initial: State = program.variables.iter().map(|v| v.initial.unwrap()).collect();
     let asked = Asking::target(&program, &source("\"goal\""), &[]).unwrap();
     let Target::States(goal) = asked.goal.target else { panic!("a goal is a condition") };
-    let _ = rules.check((&program, &goal), &[initial], false, &sink);
+    let _ = rules.check(&program, &goal, &[initial], false, &sink);
 }
 
 /// A UMB archive: reads it, writes the model, takes the steps of one state.

@@ -64,7 +64,8 @@ impl CsvFile {
     /// The file belongs to another sweep, or has two rows for one instance; it cannot be written.
     pub(crate) fn resume(
         &mut self,
-        (constants, find): (usize, Find<'_>),
+        constants: usize,
+        find: Find<'_>,
         mut known: impl FnMut(usize, Vec<String>),
     ) -> Result<(), Error> {
         if !self.target.is_taken() {
@@ -75,7 +76,7 @@ impl CsvFile {
         if complete.is_empty() {
             return self.open();
         }
-        self.each_row(&source, complete, (constants, find), |own, (position, row, _)| {
+        self.each_row(&source, complete, constants, find, |own, (position, row, _)| {
             own.follow(position);
             known(position, row.iter().map(|cell| cells::text(cell).to_owned()).collect());
         })?;
@@ -87,7 +88,8 @@ impl CsvFile {
         &mut self,
         source: &Arc<SourceFile>,
         complete: &str,
-        (constants, find): (usize, Find<'_>),
+        constants: usize,
+        find: Find<'_>,
         mut take: impl FnMut(&mut Self, Known),
     ) -> Result<(), Error> {
         let (mut start, mut places) = (0, BTreeMap::new());
@@ -155,7 +157,7 @@ impl CsvFile {
     ///
     /// # Errors
     /// The file cannot be read or written, or was changed meanwhile.
-    pub(crate) fn finish(mut self, rows: (usize, Find<'_>)) -> Result<(), Error> {
+    pub(crate) fn finish(mut self, constants: usize, find: Find<'_>) -> Result<(), Error> {
         if self.is_sorted || !self.target.is_regular() {
             return Ok(());
         }
@@ -163,7 +165,7 @@ impl CsvFile {
         let text = std::fs::read_to_string(path).map_err(|e| Error::reading(path, &e))?;
         let source = SourceFile::new(path.display().to_string(), text);
         let mut lines: BTreeMap<usize, Range<usize>> = BTreeMap::new();
-        self.each_row(&source, &source.text, rows, |_, (position, _, bytes)| {
+        self.each_row(&source, &source.text, constants, find, |_, (position, _, bytes)| {
             lines.insert(position, bytes);
         })?;
         let header = cells::lines([&self.header]);

@@ -174,7 +174,7 @@ impl Sweep {
     fn resume(&mut self, file: &mut CsvFile) -> Result<(), Error> {
         let (positions, constants) = (Positions::of(&self.ranges), self.ranges.len());
         let find = |values: &[&str]| positions.get(values);
-        file.resume((constants, &find), |position, mut cells| {
+        file.resume(constants, &find, |position, mut cells| {
             let cells = cells.split_off(constants);
             self.skipped.insert(position);
             self.known.insert((self.kind.ended(&cells), None));
@@ -280,7 +280,7 @@ impl Sweep {
     fn finish(self) -> Result<(), Error> {
         if let Some(file) = self.file {
             let positions = Positions::of(&self.ranges);
-            file.finish((self.ranges.len(), &|values: &[&str]| positions.get(values)))?;
+            file.finish(self.ranges.len(), &|values: &[&str]| positions.get(values))?;
         }
         self.plot.map_or(Ok(()), |plot| plot.write(&self.ranges, &self.kind))
     }

@@ -135,7 +135,7 @@ impl<'a, E: Engine> RegionSearch<'a, E> {
     fn region_of_condition(&mut self, which: Which, condition: &Condition) -> Result<E::States> {
         let engine = self.engine;
         if let Some(opponent) = engine.exchanged()? {
-            return temporal_game::region((engine, &opponent), which, condition);
+            return temporal_game::region(engine, &opponent, which, condition);
         }
         let others = |states: &E::States| engine.difference(&engine.all_states(), states);
         match which {

@@ -34,7 +34,8 @@ use meliora_model::temporal::{Asks, Condition};
 /// # Errors
 /// A limit of the engine is reached, a state formula has no value, or several marks are left to decide.
 pub(crate) fn region<E: Engine>(
-    (engine, opponent): (&E, &E),
+    engine: &E,
+    opponent: &E,
     which: Which,
     condition: &Condition,
 ) -> Result<E::States> {

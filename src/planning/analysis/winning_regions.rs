@@ -111,7 +111,7 @@ impl<E: Engine> WinningRegions<E> {
     fn regions_of(&self, engine: &E, goal: &Sought<E>) -> Result<ObjectiveRegions<E>> {
         let target = goal.target.clone();
         if let (Some(condition), Some(opponent)) = (&goal.condition, engine.exchanged()?) {
-            let region = |which| temporal_game::region((engine, &opponent), which, condition);
+            let region = |which| temporal_game::region(engine, &opponent, which, condition);
             let (positive, almost_sure) = (region(Which::PmaxPositive)?, region(Which::PmaxOne)?);
             return Ok(ObjectiveRegions { target, positive, almost_sure });
         }

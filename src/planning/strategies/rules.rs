@@ -131,12 +131,13 @@ impl Rules {
     /// A limit. A fault of the policy is a result.
     pub fn check(
         &self,
-        (program, goal): (&Program, &Predicate),
+        program: &Program,
+        goal: &Predicate,
         initial: &[State],
         is_strong: bool,
         sink: &dyn ProgressSink,
     ) -> Result<std::result::Result<Visited, PolicyFault>, Limit> {
-        let walk = match self.walk((program, goal), initial, sink)? {
+        let walk = match self.walk(program, goal, initial, sink)? {
             Ok(walk) => walk,
             Err(fault) => return Ok(Err(fault)),
         };
@@ -155,7 +156,8 @@ impl Rules {
     /// Follows the policy from the initial states.
     fn walk(
         &self,
-        (program, goal): (&Program, &Predicate),
+        program: &Program,
+        goal: &Predicate,
         initial: &[State],
         sink: &dyn ProgressSink,
     ) -> Result<std::result::Result<Walk, PolicyFault>, Limit> {
@@ -210,7 +212,8 @@ impl Rules {
     /// Runs the policy from a state until it reaches the goal, at most for some steps.
     pub fn run(
         &self,
-        (program, goal): (&Program, &Predicate),
+        program: &Program,
+        goal: &Predicate,
         start: &State,
         most: u64,
         draw: &mut Draw,

@@ -212,7 +212,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             ) => {
                 let target = self.states(right, &all)?;
                 if !self.engine.is_game() {
-                    return self.reward_between(asked, structure, (single, &target));
+                    return self.reward_between(asked, structure, single, &target);
                 }
                 let goal = goal(asked.measured.optimum, true);
                 self.in_arena(asked, |arena, engine| {
@@ -236,7 +236,8 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         &self,
         asked: &Operator<'_, E::States>,
         structure: usize,
-        (single, target): (&Single, &E::States),
+        single: &Single,
+        target: &E::States,
     ) -> Result<Vec<Number>> {
         let (program, optimum): (&Program, _) = (self.program, asked.measured.optimum);
         let wrong = program.wrong_rewards(structure);

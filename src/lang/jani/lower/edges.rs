@@ -145,8 +145,8 @@ impl<'a> Lowering<'a> {
             let read: Vec<_> = row.iter().map(|step| self.change(step, &values)).collect();
             self.stage = 0;
             for (step, change) in row.iter().zip(read) {
-                if let Some(change) = change? {
-                    self.assign(step, change, &mut values)?;
+                if let Some((hit, id)) = change? {
+                    self.assign(step, hit, id, &mut values)?;
                 }
             }
         }
@@ -177,7 +177,8 @@ impl<'a> Lowering<'a> {
     fn assign(
         &mut self,
         step: &Step<'_>,
-        (hit, id): (Option<ExprId>, ExprId),
+        hit: Option<ExprId>,
+        id: ExprId,
         values: &mut Values,
     ) -> Option<()> {
         let (index, span) = (step.assignment.index, step.assignment.variable.name.span);
