@@ -6,7 +6,7 @@ A node is a state, under `prefix` a pair of the class of an arena and a state.
 from dataclasses import dataclass
 from fractions import Fraction
 
-from reference.equations import ONE, ZERO, Action, cheapest, greatest
+from reference.equations import ONE, ZERO, Action, against, cheapest, cheapest_against, greatest
 
 
 @dataclass
@@ -30,7 +30,7 @@ class Quantities:
     def __init__(self, analysis, reward="steps"):
         self.preferences, self.classes, self.reward = analysis.preferences, analysis.classes, reward
         self.prefix = analysis.safety == "prefix"
-        self.moves = {}
+        self.moves, self.game = {}, analysis.mdp.theirs
         safe = [s for s in analysis.mdp.states if s not in analysis.mdp.unsafe]
         if self.prefix:
             for c, arena in analysis.arenas.items():
@@ -38,6 +38,18 @@ class Quantities:
                 self.moves.update({(c, s): [self.move(choice, c) for choice, _ in own] for s, own in nodes.items()})
         else:
             self.moves = {s: [self.move(choice, self.classes[s]) for choice, _ in analysis.kept(s)] for s in safe}
+
+    @property
+    def theirs(self):
+        """The nodes in which the opponent chooses; the nodes after improving steps are ours."""
+        return {node for node in self.moves if (node[1] if self.prefix else node) in self.game}
+
+    def most(self, actions):
+        """The greatest values; against the opponent, if there is one."""
+        return against(actions, self.theirs) if self.game else greatest(actions)
+
+    def least(self, actions):
+        return cheapest_against(actions, self.theirs) if self.game else cheapest(actions)
 
     def move(self, choice, reference):
         """A kept choice. Successors that weaken are lost; only `transition` keeps choices with any."""
@@ -86,7 +98,7 @@ class Quantities:
                 return ONE if below is None else below.get(self.own(state), ZERO)
 
             actions = self.actions(counted)
-            before = greatest(actions)
+            before = self.most(actions)
             found.append((before, actions))
         return found
 
@@ -100,12 +112,13 @@ class Quantities:
                 return ZERO if below is None else below.get(self.own(state))
 
             sure = {node for node, p in values.items() if p == 1}
-            actions = {}
+            actions, others = {}, {}  # in other states, the opponent may let us be sure
             for node, options in self.actions(counted, is_cost=True).items():
-                if node in sure:
-                    actions[node] = [a for a in options if all(to in sure for _, to in a.edges)]
-            before = cheapest(actions)
-            found.append((before, actions))
+                own = [a for a in options if all(to in sure for _, to in a.edges)]
+                (actions if node in sure else others)[node] = own
+            assert all(len(actions[node]) == len(self.moves[node]) for node in self.theirs & sure)
+            before = self.least(actions)
+            found.append((before, {**others, **actions}))
         return found
 
     def steps(self, probabilities, costs):
@@ -137,7 +150,7 @@ class Quantities:
         for junction in [node for node in actions if self.prefix and node[0] == "junction"]:
             own = self.own(junction[2])
             actions[junction].append(Action(ONE, [(ONE, own)] if own in self.moves else [], True))
-        return greatest(actions)
+        return self.most(actions)
 
     def within(self, levels, steps):
         """[[P_k^0, P_k^1, ...] for k = 1, 2, ...], each a dictionary node -> fraction."""
@@ -159,4 +172,5 @@ class Quantities:
             return max(end, stay) if self.prefix else end
 
         moves = self.moves[node]
-        return max((sum(p * after(t, better) for p, t, better in m.edges) for m in moves), default=ZERO)
+        best = min if (node[1] if self.prefix else node) in self.game else max
+        return best((sum(p * after(t, better) for p, t, better in m.edges) for m in moves), default=ZERO)

@@ -179,14 +179,14 @@ def level_of(context, node, named, level):
 
 
 def choices(context):
-    """`--choose likely` and `cheap`: the chosen action attains the value, in the fewest steps."""
+    """`--choose likely` and `cheap`: the chosen action attains the value, without an opponent in the fewest steps."""
     for choose, kind in (("likely", "spi"), ("cheap", "sasi")):
         reward = context.program.settings("reward") if choose == "cheap" else []
         answers = context.strategy("--choose", choose, "--levels", str(LEVELS), *reward)
         for name, entry in answers.items():
             node = context.quantities.own(context.relation.one(name))
             choice_of(context, choose, dict(name), node, entry)
-            if not context.is_rare():
+            if not context.is_rare() and not context.is_game:
                 fewest_of(context, choose, dict(name), node, entry)
 
 
@@ -197,10 +197,10 @@ def is_near(value, best):
 def choice_of(context, choose, named, node, entry):
     tables = context.probabilities if choose == "likely" else context.costs
     able = [k for k, (table, _) in enumerate(tables, 1) if (table.get(node) if choose == "likely" else node in table)]
-    attains = entry["attains"]
+    attains, chosen = entry["attains"], entry.get("chosen_action")
     if not able:
         context.same(
-            f"{choose} aims of {named}", (None, 0), (entry["chosen_action"], attains["improvements"] if attains else 0)
+            f"{choose} aims of {named}", (None, 0), (chosen, attains["improvements"] if attains else 0)
         )
         return
     k = max(able)
@@ -210,10 +210,12 @@ def choice_of(context, choose, named, node, entry):
     context.within(f"{choose} P_{k} of {named}", probability, attains["probability"])
     if choose == "cheap":
         context.within(f"C_{k} of {named}", table[node], attains["cost"])
+    if context.relation.one(key(entry["state"])) in context.analysis.whole.theirs:
+        return
     # Values that differ by less than the precision are equal to the program.
     values = {a.name: a.value(table) for a in actions[node]}
     best = [name for name, v in values.items() if v not in (None, math.inf) and is_near(v, table[node])]
-    context.same(f"{choose} action of {named}", True, entry["chosen_action"] in best)
+    context.same(f"{choose} action of {named}", True, chosen in best)
 
 
 def fewest_of(context, choose, named, node, entry):

@@ -52,10 +52,7 @@ def owners(context, space):
 def refused(context, meliora, model, analysis):
     """What a game does not have is refused by name."""
     asked = {
-        "value": analysis.values,
         "jointly": analysis.jointly,
-        "a value": lambda: analysis.strategy("spi", choose="likely"),
-        "a value ": lambda: analysis.strategy("sasi", choose="cheap"),
         "transition": lambda: model.check(analysis.preferences, safety="transition"),
     }
     for what, ask in asked.items():

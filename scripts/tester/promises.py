@@ -70,11 +70,13 @@ def chosen(context):
     for choose, kind, tables in (("likely", "spi", context.probabilities), ("cheap", "sasi", context.costs)):
         reward = context.program.settings("reward") if choose == "cheap" else []
         options = ["--kind", kind, "--choose", choose, "--levels", LEVELS, "--runs", RUNS, "--steps", STEPS]
+        opponent = opponent_of(context)
+        options += ["--opponent", opponent] if opponent else []
         for play in context.program.about("simulate", *options, *reward)["plays"]:
             state = context.relation.one(key(play["state"]))
             if state in context.analysis.mdp.unsafe:
                 continue
-            path_of(context, choose, None, "progress", play)
+            path_of(context, choose, None, "progress", play, opponent)
             node, value = context.quantities.own(state), play["value"]
             able = [k for k, (table, _) in enumerate(tables, 1) if node in table and (choose == "cheap" or table[node])]
             context.same(

@@ -8,12 +8,10 @@ from tester.program import Refused
 
 # Arguments after the model and its preferences, the exit status, what the message names, and what helps.
 OF_ONE_PLAYER = (
-    (["values"], 3, "`values`", "probabilities, costs and rewards"),
-    (["export", "--values"], 3, "`--values`", "probabilities, costs and rewards"),
+    (["export", "--values"], 3, "`--values`", "probabilities and costs"),
+    (["export", "--values", "--format", "umb"], 3, "`--values`", "probabilities and costs"),
     (["export", "--format", "drn"], 3, "`--format drn`", "`--format umb`"),
-    (["strategy", "--kind", "spi", "--choose", "likely"], 3, "`--choose likely`", "`--choose first`"),
-    (["simulate", "--kind", "sasi", "--choose", "cheap"], 3, "`--choose cheap`", "`--choose first`"),
-    (["report", "--kind", "spi", "--choose", "likely"], 3, "`--choose likely`", "probabilities, costs and rewards"),
+    (["report", "--kind", "spi", "--choose", "likely"], 3, "`--choose likely`", "probabilities and costs"),
     (["check", "--jointly"], 2, "`--jointly`", "the kind `achieve`"),
     (["check", "--safety", "transition"], 2, "`--safety transition`", "`action` and `prefix`"),
 )

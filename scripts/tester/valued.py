@@ -1,8 +1,9 @@
-"""Whole strategies that choose by value: whoever follows the table attains the value."""
+"""Whole strategies that choose by value: whoever follows the table attains the value, against every opponent."""
 
 import math
 from fractions import Fraction
 
+from reference.equations import Action, greatest, smallest
 from reference.model import Choice, Mdp
 from reference.questions import into, rewards
 from tester.checks import is_near
@@ -13,7 +14,7 @@ GIVEN_UP = None, 1  # no node, and an improvement that is never made
 
 def valued(context):
     """For some cases, the probability of all improvements that are aimed at, or their cost."""
-    if context.is_game or context.is_rare() or context.case.seed % 3:
+    if context.is_rare() or context.case.seed % 3:
         return
     for choose, kind, tables in (("likely", "spi", context.probabilities), ("cheap", "sasi", context.costs)):
         options = ["--kind", kind, "--choose", choose, "--levels", LEVELS, "--all"]
@@ -42,34 +43,64 @@ def values_of(context, choose, nodes):
     pairs = [(node, entry["level"]) for node, entry in enumerate(nodes)]
     known, moves = {pair: at for at, pair in enumerate(pairs)}, []
     for at, (node, left) in enumerate(pairs):  # grows while we walk it
-        choice, after = step_of(context, nodes[node]) if node is not None and left else (None, [])
-        to = {}
-        for p, follower, improves in after:
-            pair = GIVEN_UP if follower is None else (follower, left - improves)
-            if pair not in known:
-                known[pair] = len(pairs)
-                pairs.append(pair)
-            to[known[pair]] = to.get(known[pair], 0) + p
+        own = []
+        for choice, after in steps_of(context, nodes[node]) if node is not None and left else []:
+            to = {}
+            for p, follower, improves in after:
+                pair = GIVEN_UP if follower is None else (follower, left - improves)
+                if pair not in known:
+                    known[pair] = len(pairs)
+                    pairs.append(pair)
+                to[known[pair]] = to.get(known[pair], 0) + p
+            own.append(Choice(choice.name, to, choice.costs))
         stays = Choice("stay", {at: Fraction(1)}, dict.fromkeys(("steps", *context.source.rewards), Fraction(0)))
-        moves.append([Choice(choice.name, to, choice.costs) if choice else stays])
+        moves.append(own or [stays])
     chain = Mdp(context.source, pairs, moves, [], set())
     reached = {at for at, (_, left) in enumerate(pairs) if left == 0}
+    if context.is_game:
+        return worst_of(moves, reached, context.case.settings["reward"] if choose == "cheap" else None)
     if choose == "cheap":
         return rewards(chain, reached, context.case.settings["reward"])[1]
     return into(chain, reached, {at for at, own in enumerate(moves) if own[0].name == "stay"} - reached)
 
 
-def step_of(context, entry):
-    """The choice that a strategy takes in a node, and for each successor its probability in the reference, the node
-    after it, None for one that is given up, and whether the step improves."""
+def worst_of(moves, reached, reward):
+    """The least probability to reach some nodes, or the greatest reward until then, over the choices of the opponent."""
+    actions = {}
+    for at, own in enumerate(moves):
+        actions[at] = []
+        for choice in own if at not in reached and own[0].name != "stay" else ():
+            gain = choice.costs[reward] if reward else sum(p for to, p in choice.to.items() if to in reached)
+            edges = [(p, to) for to, p in choice.to.items() if to not in reached]
+            actions[at].append(Action(gain, edges, len(edges) < len(choice.to)))
+    if reward is None:
+        return smallest(actions)
+    # The nodes that surely reach the others, whatever the opponent does.
+    ends, grows = set(), True
+    while grows:
+        new = {at for at, own in actions.items() if own and all(a.ends or any(to in ends for _, to in a.edges) for a in own)}
+        grows, ends = new | reached != ends, new | reached
+    sure = set(ends)
+    while True:
+        left = {at for at in sure if at in reached or all(to in sure for a in actions[at] for _, to in a.edges)}
+        if left == sure:
+            break
+        sure = left
+    return {**dict.fromkeys(actions, math.inf), **greatest({at: actions[at] for at in sure})}
+
+
+def steps_of(context, entry):
+    """The choice that a strategy takes in a node, of the opponent all, and for each successor its probability in the
+    reference, the node after it, None for one that is given up, and whether the step improves."""
     relation, whole = context.relation, context.analysis.whole
-    action = next((a for a in entry["actions"] if a["name"] == entry["chosen_action"]), None)
-    if action is None:
-        return None, []
-    (choice,) = (c for c in whole.choices[relation.one(key(entry["state"]))] if c.name == action["name"])
-    after = {whole.plain(relation.one(key(s["state"]))): s for s in action["successors"]}
-    steps = ((p, after[whole.plain(to)]) for to, p in choice.to.items())
-    return choice, [(p, s.get("node"), s["goal"]) for p, s in steps]
+    state, found = relation.one(key(entry["state"])), []
+    names = [a["name"] for a in entry["actions"]] if state in whole.theirs else [entry["chosen_action"]]
+    for action in (a for a in entry["actions"] if a["name"] in names):
+        (choice,) = (c for c in whole.choices[state] if c.name == action["name"])
+        after = {whole.plain(relation.one(key(s["state"]))): s for s in action["successors"]}
+        steps = ((p, after[whole.plain(to)]) for to, p in choice.to.items())
+        found.append((choice, [(p, s.get("node"), s["goal"]) for p, s in steps]))
+    return found
 
 
 ALL = {"valued": valued}

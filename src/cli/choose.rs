@@ -151,11 +151,6 @@ impl ChooseArgs {
         check: impl FnOnce(&Program) -> Result<()>,
     ) -> Result<Prepared> {
         let read = |question: &mut Question| {
-            if self.choose != Choose::First {
-                let help =
-                    "the probabilities and costs of a game are not computed; `--choose first` needs none";
-                question.program.refuse_game(&format!("`--choose {}`", self.choose.name()), help)?;
-            }
             check(&question.program)?;
             let at = At::read(&question.program, at)?;
             self.objectives(kind, &question.preferences)?;

@@ -107,7 +107,6 @@ pub(super) fn run(args: ValuesArgs) -> Result<Status> {
 fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Result<()> {
     let read = || {
         let question = load::question(&args.model, &args.preferences, &job.sink)?;
-        question.program.of_one_player("`values`")?;
         load::note_assumed(&question.program, &job.sink);
         let at = At::read(&question.program, &args.at)?;
         let costs = costs(&question.program, &args.reward, &job.sink)?;

@@ -86,7 +86,8 @@ impl Program {
     /// # Errors
     /// The model is a game; the error points at `smg`.
     pub fn of_one_player(&self, what: &str) -> Result<()> {
-        let help = "probabilities, costs and rewards against an opponent are not computed; all commands except `values` support games";
+        let help =
+            "`values` computes the probabilities and costs against an opponent, `reach` those of a property";
         self.refuse_game(what, help)
     }
 

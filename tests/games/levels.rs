@@ -160,7 +160,7 @@ impl<'a> Reference<'a> {
     }
 
     /// The kept choices of each state under `action`.
-    fn kept(&self) -> Vec<Vec<usize>> {
+    pub(crate) fn kept(&self) -> Vec<Vec<usize>> {
         let bad = self.bad();
         let keeps = |s: usize, a: usize| {
             let wrong = |t: &usize| self.weakens(&self.mp[s], &self.mp[*t]) || bad[*t];

@@ -20,6 +20,7 @@ mod strategies;
 mod temporal;
 mod temporal_preferences;
 mod turns;
+mod values;
 
 use meliora::advanced::symbolic::Thresholds;
 use meliora::engine::{Scope, Settings};

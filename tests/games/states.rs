@@ -6,7 +6,6 @@ use meliora::engine::{Algebra, AnyEngine, Engine, Scope, Settings, Storage};
 use meliora::error::{Error, SourceFile};
 use meliora::lang;
 use meliora::planning::{Analysis, Options, Safety};
-use meliora::quantities::{Steps, ValueOptions, Values};
 
 use super::raw::{loaded, program};
 
@@ -226,7 +225,5 @@ fn the_library_refuses_work_for_one_player() {
         Analysis::new(&engine, &preferences, transition).run(&mut |_| ()),
         "`--safety transition` of a game",
     );
-    let options = ValueOptions { levels: 1, exact: false, within: None };
-    refused(Values::compute(options, &analysis, &program, &[vec![0, 0]], &Steps), "a value of a game");
     refused(lang::flat(&program), "the flat program of a game");
 }

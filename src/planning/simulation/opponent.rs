@@ -16,7 +16,8 @@ meliora_base::named! {
         /// All enabled choices, each with the same probability.
         #[default]
         Random,
-        /// The choice that keeps the next improvement, or the pursued objective, away longest.
+        /// The choice that keeps the next improvement, or the pursued objective, away longest; against a
+        /// strategy that chooses by value, the choice that leaves the least of the value.
         Worst,
     }
 }
@@ -25,11 +26,12 @@ impl Opponent {
     /// Returns the position of the action that the opponent takes in one of its states; `None` if the
     /// run ends there.
     pub(crate) fn pick(self, at: &Explanation, draw: &mut Draw) -> Option<usize> {
-        if at.is_over() || at.actions.is_empty() {
+        if at.worst.is_none() && at.is_over() || at.actions.is_empty() {
             return None;
         }
         match self {
             Opponent::Random => Some(draw.below(at.actions.len())),
+            Opponent::Worst if at.worst.is_some() => at.worst,
             Opponent::Worst => {
                 let distance = |action: &Action| action.distance.unwrap_or(usize::MAX);
                 let greatest = at.actions.iter().map(distance).max();

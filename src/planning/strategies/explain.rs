@@ -41,6 +41,9 @@ pub struct Explanation {
     /// progress, or that of the decision rule; `None` where the strategy ends, and in states of the
     /// opponent.
     pub pick: Option<usize>,
+    /// The position of the opponent's action that is worst for the values of the decision rule; `None` in
+    /// our states, and if the rule says nothing about the state.
+    pub worst: Option<usize>,
 }
 
 impl Explanation {
@@ -200,6 +203,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             aims: self.pursued(memory),
             left: self.left(memory, state)?,
             pick: None,
+            worst: None,
             state: state.to_vec(),
             memory,
             reference,
@@ -210,7 +214,9 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
             Some(rule) if memory.pursuit.is_none() => rule.pick(memory, state),
             _ => at.actions.iter().position(|a| a.progress),
         };
-        if self.is_likely(memory) && !is_unsafe {
+        if theirs {
+            at.worst = at.pick.take().filter(|_| self.rule.is_some() && memory.pursuit.is_none());
+        } else if self.is_likely(memory) && !is_unsafe {
             at.permit_pick();
         }
         Ok(at)

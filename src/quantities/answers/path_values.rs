@@ -17,6 +17,7 @@ use crate::equations::search::Search;
 use crate::equations::solution::Solution;
 use crate::equations::system::Quantity;
 use crate::solvers::at_nodes::values_at;
+use crate::solvers::levelled::by_level;
 use crate::solvers::solve::solved;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
@@ -206,15 +207,20 @@ impl Likely {
         let search = Search { engine, program, end: sure.clone(), inside: possible.clone(), cost: None };
         let walker = search.walker()?;
         let codec = walker.codec().clone();
-        let Reached { mut graph, found, .. } = search.explored(states, &walker, &mut meter)?;
+        let Reached { mut graph, found: states_found, .. } = search.explored(states, &walker, &mut meter)?;
         let costs = ties::costs(&mut graph);
+        if graph.theirs.is_some() {
+            let (mut found, end) = by_level::<f64>(&graph, &Quantity::Probability, 1, &mut meter)?;
+            end?;
+            return Ok(Likely { solution: found.remove(0), graph, codec, found: states_found, ties: None });
+        }
         let (solution, end) = solved(&graph, Quantity::Probability(1), None, &mut meter)?;
         end?;
         let fractions: Vec<Interval> = graph.fractions().iter().map(Interval::of).collect();
         let probability = std::slice::from_ref(&solution);
         let solutions = Solutions { graph: &graph, fractions: &fractions, costs, probability, cost: &[] };
         let ties = solutions.decide(&mut meter)?;
-        Ok(Likely { graph, codec, found, solution, ties })
+        Ok(Likely { graph, codec, found: states_found, solution, ties })
     }
 
     /// Returns the node of a state; `None` if it was not explored.

@@ -136,7 +136,6 @@ impl Values {
         starts: &[State],
         costs: &dyn Cost,
     ) -> Result<()> {
-        program.of_one_player("a value")?;
         self.explore_from(analysis, program, costs, |explorer| {
             let mut nodes = Vec::with_capacity(starts.len());
             for start in starts {
@@ -158,7 +157,6 @@ impl Values {
         program: &Program,
         costs: &dyn Cost,
     ) -> Result<()> {
-        program.of_one_player("a value")?;
         self.explore_from(
             analysis,
             program,
@@ -192,7 +190,12 @@ impl Values {
         let mut meter = Meter::new(engine);
         meter.take(self.graph.bytes() + self.places.bytes())?;
         let (graph, levels) = (&self.graph, self.options.levels);
-        on!(&mut self.numbers, solved => solved.run(graph, levels, &mut meter))?;
+        match (&mut self.numbers, graph.theirs.is_some()) {
+            (Numbers::Rounded(solved), false) => solved.run(graph, levels, &mut meter),
+            (Numbers::Exact(solved), false) => solved.run(graph, levels, &mut meter),
+            (Numbers::Rounded(solved), true) => solved.run_game::<f64>(graph, levels, &mut meter),
+            (Numbers::Exact(solved), true) => solved.run_game::<Ratio>(graph, levels, &mut meter),
+        }?;
         if let Some(steps) = self.options.within {
             let horizon = self.horizon.insert(Horizon::default());
             horizon.run(graph, (levels, steps), &self.starts, &mut meter)?;
@@ -202,11 +205,14 @@ impl Values {
 
     /// Decides ties between choices that attain P_k or C_k by the least expected number of steps until the
     /// k-th improvement, or until fewer than k are possible. To be called after [`Values::solve`]; fractions
-    /// keep the choices of the solver. Cost: at most three times that of costs with [`Values::solve`].
+    /// and games keep the choices of the solver. Cost: at most three times that of costs with [`Values::solve`].
     ///
     /// # Errors
     /// A limit is reached.
     pub fn decide_ties<E: Engine>(&mut self, engine: &E) -> Result<()> {
+        if self.graph.theirs.is_some() {
+            return Ok(());
+        }
         let Numbers::Rounded(solved) = &mut self.numbers else { return Ok(()) };
         let mut meter = Meter::new(engine);
         meter.take(self.graph.bytes() + self.places.bytes())?;
@@ -294,7 +300,8 @@ impl Values {
 
     /// Returns N, the largest expected number of improvements.
     pub fn number(&self, node: Node) -> Bounds {
-        if self.graph.rank(node.0).positive <= 1 && self.options.levels > 0 {
+        let is_game = self.graph.theirs.is_some();
+        if self.graph.rank(node.0).positive <= u32::from(!is_game) && self.options.levels > 0 {
             return self.probability(node, 1);
         }
         let known = on!(&self.numbers, solved => solved.number(node.0));
@@ -328,6 +335,9 @@ impl Values {
             let cost = v.cost.as_ref().map_or(f64::INFINITY, |cost| cost.interval.lower);
             let loss = -v.probability.interval.lower;
             let (first, second) = if aim == Aim::Likely { (loss, cost) } else { (cost, loss) };
+            // The opponent's are those that are worst for us.
+            let sign = if self.graph.is_theirs(node.0) { -1.0 } else { 1.0 };
+            let (first, second) = (sign * first, sign * second);
             (Some(v.position) != best, first, second, v.position)
         };
         values.sort_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(std::cmp::Ordering::Equal));

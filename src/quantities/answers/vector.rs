@@ -6,14 +6,14 @@
 use bitvec::vec::BitVec;
 
 use crate::equations::arena::{Arena, Goal, Rewards};
+use crate::equations::meter::Meter;
 use crate::equations::number::{Bounds, Interval, Number, Weight};
 use crate::path_values::{Answer, Value};
 use crate::solvers::at_nodes::Vector;
 use crate::solvers::back::Back;
 use crate::solvers::groups::Entry;
 use crate::solvers::long_run;
-use crate::solvers::reaching::Reaching;
-use crate::solvers::total;
+use crate::solvers::reaching::{Collected, Reaching};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 
@@ -163,7 +163,7 @@ fn until_of<E: Entry>(arena: &Arena<'_>, until: &Until, goal: Goal) -> Result<Ve
             (back.steps(indicator(right), most - least, &mut meter, step)?, Ok(()))
         }
         None => {
-            let reaching = Reaching { arena, target: right, left, rewards: None, goal };
+            let reaching = Reaching { game: arena, target: right, left, collected: Collected::Target, goal };
             let found = reaching.values::<E>(&mut meter)?;
             (found.values.into_iter().map(|x| x.unwrap_or_else(E::Read::zero)).collect(), found.end)
         }
@@ -179,10 +179,16 @@ fn reward_of<E: Entry>(
 ) -> Result<Vector<E::Read>> {
     let mut meter = arena.meter();
     meter.take(2 * E::Read::BYTES * arena.states())?;
+    let collected = |collected: Collected<'_>, target: &BitVec, meter: &mut Meter<'_>| {
+        let left = BitVec::repeat(true, arena.states());
+        Reaching { game: arena, target, left: &left, collected, goal }.values::<E>(meter)
+    };
     match accumulation {
-        Accumulation::Until(target) => {
-            let left = BitVec::repeat(true, arena.states());
-            Reaching { arena, target, left: &left, rewards: Some(rewards), goal }.values::<E>(&mut meter)
+        Accumulation::Until(target) => collected(Collected::Until(rewards), target, &mut meter),
+        Accumulation::Anyway(target) => collected(Collected::Always(rewards), target, &mut meter),
+        Accumulation::Total => {
+            let nowhere = BitVec::repeat(false, arena.states());
+            collected(Collected::Always(rewards), &nowhere, &mut meter)
         }
         Accumulation::Within(steps) => {
             let back = Back::new(arena, goal, Some(rewards), &mut meter)?;
@@ -194,13 +200,6 @@ fn reward_of<E: Entry>(
             let x = (0..arena.states()).map(|state| E::Read::of(rewards.state(state))).collect();
             back.steps(x, *steps, &mut meter, |_, best| best()).map(Vector::of)
         }
-        Accumulation::Total if arena.is_uniform(goal) => {
-            total::values_of(arena, rewards, goal.ours, &mut meter)
-        }
-        Accumulation::Total => {
-            total::in_game(arena, (rewards, &BitVec::repeat(false, arena.states())), goal, &mut meter)
-        }
-        Accumulation::Anyway(target) => total::in_game(arena, (rewards, target), goal, &mut meter),
         Accumulation::LongRun => long_run::values(arena, rewards, &mut meter),
     }
 }

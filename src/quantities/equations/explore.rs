@@ -4,6 +4,7 @@
 //! States from which no improvement is possible have the values 0; they are not explored further. Nodes are numbered in
 //! the order in which they are found: a breadth-first search.
 
+use bitvec::vec::BitVec;
 use num_traits::{One, Zero};
 
 use crate::equations::cost::Cost;
@@ -30,6 +31,8 @@ pub(crate) struct Explorer<'a, 'm, E: Engine> {
     numbers: Vec<Numbers>,
     /// The number of the cost of every step, if all have the same.
     cost: Option<u32>,
+    /// The states in which the opponent of a game chooses.
+    theirs: Option<E::States>,
     graph: &'a mut Graph,
     places: &'a mut Places,
     meter: &'a mut Meter<'m>,
@@ -65,7 +68,9 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         let codec = Codec::new(facts.program)?;
         *places = Places::new(codec.clone(), facts.improvement.arenas.len() as u32);
         let cost = costs.constant().map(|cost| graph.fraction(cost));
-        Ok(Explorer { facts, costs, codec, marks, numbers, cost, graph, places, meter })
+        let theirs = facts.engine.theirs();
+        graph.theirs = theirs.as_ref().map(|_| BitVec::new());
+        Ok(Explorer { facts, costs, codec, marks, numbers, cost, theirs, graph, places, meter })
     }
 
     /// Adds the node of a state in its own arena; `None` for states without a class: unsafe states
@@ -188,8 +193,12 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
             None => self.places.class(node),
         };
         let free = self.places.unrestricted[node as usize];
-        // The code says all unless choices are tested or have costs of their own.
-        let state = if free && self.cost.is_some() { State::new() } else { self.codec.decode(code) };
+        // The code says all unless choices are tested, have costs of their own, or have owners.
+        let is_plain = free && self.cost.is_some() && self.theirs.is_none();
+        let state = if is_plain { State::new() } else { self.codec.decode(code) };
+        if let Some(theirs) = &self.theirs {
+            self.graph.set_owner(node, facts.engine.contains(theirs, &state)?);
+        }
         // One test of the state in place of one per choice.
         let unrestricted = free || !facts.engine.contains(restricted, &state)?;
         walk.steps(code, &mut self.graph.known, steps)?;

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use ahash::AHashMap;
+use bitvec::vec::BitVec;
 
 use crate::equations::choices::Choices;
 use crate::equations::meter::Meter;
@@ -83,6 +84,9 @@ pub(crate) struct Graph {
     pub(crate) positions: Narrow,
     /// All probabilities and costs.
     pub(crate) known: Fractions,
+    /// The nodes of a game in which the opponent chooses, up to the last one whose choices have begun; `None` without an
+    /// opponent.
+    pub(crate) theirs: Option<BitVec>,
 }
 
 impl Graph {
@@ -122,6 +126,20 @@ impl Graph {
     /// Returns whether a node is a junction.
     pub(crate) fn is_junction(&self, node: u32) -> bool {
         self.kinds[self.kind_of.get(node as usize) as usize].junction
+    }
+
+    /// Returns whether the opponent of a game chooses in a node.
+    pub(crate) fn is_theirs(&self, node: u32) -> bool {
+        let theirs = self.theirs.as_ref().and_then(|theirs| theirs.get(node as usize));
+        theirs.is_some_and(|theirs| *theirs)
+    }
+
+    /// Notes the side that chooses in a node of a game.
+    pub(crate) fn set_owner(&mut self, node: u32, is_theirs: bool) {
+        if let Some(theirs) = &mut self.theirs {
+            theirs.resize(node as usize + 1, false);
+            theirs.set(node as usize, is_theirs);
+        }
     }
 
     /// Begins the choices of a node, after those of all nodes before it. They are added one after the other until

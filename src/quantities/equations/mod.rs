@@ -5,6 +5,7 @@
 //! | `facts`, `explore` | from an [`Analysis`](meliora_planning::Analysis) to a graph: the states that kept choices reach, with exact probabilities |
 //! | [`arena`] | all states of a scope, with their choices and owners |
 //! | `codes`, `places` | states in few bytes, and their nodes |
+//! | [`game_graph`] | a game as the solvers see it: states with owners, choices, probabilities |
 //! | `graph`, `narrow` | numbered nodes, choices, edges, in few bytes |
 //! | [`cost`] | what a step costs: steps, or a reward structure |
 //! | `system`, `solution` | the equations of each quantity and level, and their solutions |
@@ -18,6 +19,7 @@ pub(crate) mod codes;
 pub mod cost;
 pub(crate) mod explore;
 pub(crate) mod facts;
+pub mod game_graph;
 pub(crate) mod graph;
 pub(crate) mod meter;
 pub(crate) mod narrow;

@@ -1,16 +1,16 @@
-//! The graph of the states of an arena that have equations.
+//! The graph of the states of a game that have equations.
 
 use bitvec::vec::BitVec;
 
-use super::arena::{Arena, Rewards};
+use super::game_graph::{GameGraph, Rewards};
 use super::graph::{EVERY, Edge, Graph, LOST, Rank};
 use super::meter::Meter;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 
-/// A part of an arena: the states that have equations, and the exits.
+/// A part of a game: the states that have equations, and the exits.
 pub(crate) struct Part<'a> {
-    pub(crate) arena: &'a Arena<'a>,
+    pub(crate) game: &'a GameGraph,
     /// The node of each state: the first ones are exits, the states inside follow in their order, and [`LOST`] is
     /// the node of all other states.
     pub(crate) nodes: Vec<u32>,
@@ -25,7 +25,7 @@ pub(crate) struct Part<'a> {
 impl<'a> Part<'a> {
     /// Creates the part with one exit, the states of `end`; all states outside of `inside` are lost.
     pub(crate) fn between(
-        arena: &'a Arena<'a>,
+        game: &'a GameGraph,
         (end, inside): (&BitVec, &BitVec),
         allowed: &'a BitVec,
         rewards: Option<&'a Rewards>,
@@ -39,8 +39,8 @@ impl<'a> Part<'a> {
                 next
             }
         };
-        let nodes = (0..arena.states()).map(node).collect();
-        Part { arena, nodes, exits: 1, allowed, rewards }
+        let nodes = (0..game.states()).map(node).collect();
+        Part { game, nodes, exits: 1, allowed, rewards }
     }
 
     /// Returns the graph. Steps into exits are counted. Cost: linear.
@@ -49,7 +49,7 @@ impl<'a> Part<'a> {
     /// The memory limit is reached.
     pub(crate) fn graph(&self, meter: &mut Meter<'_>) -> Result<Graph> {
         let mut graph = Graph::default();
-        graph.known.clone_from(&self.arena.fractions);
+        graph.known.clone_from(&self.game.fractions);
         let free = graph.fraction(Ratio::default());
         (0..self.exits).try_for_each(|_| graph.add_node(Rank::default(), false, meter).map(drop))?;
         let rank = Rank { positive: EVERY, sure: if self.rewards.is_some() { EVERY } else { 0 } };
@@ -61,14 +61,14 @@ impl<'a> Part<'a> {
         for (state, &node) in (0..).zip(&self.nodes).filter(|(_, node)| inside(**node)) {
             meter.step()?;
             graph.begin(node, meter)?;
-            for (position, choice) in (0..).zip(self.arena.choices.of(state)) {
+            for (position, choice) in (0..).zip(self.game.choices.of(state)) {
                 if !self.allowed[choice] {
                     continue;
                 }
                 let gain = self.rewards.map(|rewards| rewards.choice(choice).clone());
                 let cost = gain.map_or(free, |gain| graph.fraction(gain));
                 graph.add_choice(position, cost);
-                for (to, weight) in self.arena.edges(choice) {
+                for (to, weight) in self.game.edges(choice) {
                     let to = self.nodes[to as usize];
                     graph.add_edge(Edge::new(to, weight, to < self.exits));
                 }

@@ -4,6 +4,7 @@ use crate::equations::codes::Codes;
 use crate::equations::cost::{Cost, Earned};
 use crate::equations::graph::{EVERY, Edge, Graph, LOST, Rank};
 use crate::equations::meter::Meter;
+use bitvec::vec::BitVec;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_engine::explicit::weighted::{Code, Codec, Steps, Walk};
@@ -26,6 +27,9 @@ pub(crate) enum Part {
 }
 
 impl Part {
+    /// The number of the set of the opponent's states, after those of the parts.
+    const THEIRS: u32 = 3;
+
     /// Returns the part of a state that is in some of these sets: the ends, the states in which the path goes
     /// on, and all states of the engine.
     pub(crate) fn of(marks: u64) -> Option<Self> {
@@ -89,7 +93,7 @@ enum Target {
 
 /// The exploration of states by code.
 pub(crate) struct Growing<'a, 'm> {
-    /// Tells the [`Part`] of a state.
+    /// Tells the [`Part`] of a state and, in a game, its owner.
     parts: &'a dyn Membership,
     codec: &'a Codec,
     graph: Graph,
@@ -101,17 +105,18 @@ pub(crate) struct Growing<'a, 'm> {
 }
 
 impl<'a, 'm> Growing<'a, 'm> {
-    /// Creates the graph of the node [`END`] alone.
+    /// Creates the graph of the node [`END`] alone, of a game or an MDP.
     ///
     /// # Errors
     /// The memory limit is reached.
     pub(crate) fn new(
-        parts: &'a dyn Membership,
+        (parts, is_game): (&'a dyn Membership, bool),
         codec: &'a Codec,
         cost: Option<Earned<'a>>,
         meter: &'a mut Meter<'m>,
     ) -> Result<Self> {
         let mut graph = Graph::default();
+        graph.theirs = is_game.then(BitVec::new);
         let free = graph.fraction(Ratio::zero());
         graph.add_node(Rank::default(), false, meter)?;
         Ok(Growing { parts, codec, graph, found: Coded::new(codec), cost, free, meter })
@@ -144,6 +149,7 @@ impl<'a, 'm> Growing<'a, 'm> {
             self.meter.progress_at(next, &|| format!("{nodes} states"));
             walk.steps(&code, &mut self.graph.known, &mut steps)?;
             self.graph.begin(node, self.meter)?;
+            self.own(node, &code)?;
             for position in 0..steps.choices() {
                 if self.stays(&steps, position, &mut targets)? {
                     self.choice((&code, position), (walk, &steps), &targets)?;
@@ -193,13 +199,27 @@ impl<'a, 'm> Growing<'a, 'm> {
         Ok(match self.found.node(code) {
             Some(node) => Some(Target::Found(node)),
             None => {
-                let marks = match self.parts.numbers() {
-                    Some(numbers) => numbers.number(code).map_or(0, |number| numbers.marks(number)),
-                    None => self.parts.of(&self.codec.decode(code))?,
-                };
+                let marks = self.marks(code)?;
                 Part::of(marks).map(Target::New)
             }
         })
+    }
+
+    /// Returns the sets that contain a state.
+    fn marks(&self, code: &[u64]) -> Result<u64> {
+        match self.parts.numbers() {
+            Some(numbers) => Ok(numbers.number(code).map_or(0, |number| numbers.marks(number))),
+            None => self.parts.of(&self.codec.decode(code)),
+        }
+    }
+
+    /// Notes the side that chooses in a node of a game.
+    fn own(&mut self, node: u32, code: &[u64]) -> Result<()> {
+        if self.graph.theirs.is_some() {
+            let is_theirs = self.marks(code)? >> Part::THEIRS & 1 == 1;
+            self.graph.set_owner(node, is_theirs);
+        }
+        Ok(())
     }
 
     /// Returns the node of a target, which is added if it is new.

@@ -33,7 +33,11 @@ impl<'a, E: Engine> Search<'a, E> {
         meter: &mut Meter<'_>,
     ) -> Result<Reached> {
         let all = self.engine.all_states();
-        let parts = self.engine.membership(&[&self.end, &self.inside, &all])?;
-        Growing::new(&*parts, walker.codec(), self.cost, meter)?.run(states, &mut *walker.walk())
+        let theirs = self.engine.theirs();
+        let sets = [Some(&self.end), Some(&self.inside), Some(&all), theirs.as_ref()];
+        let sets: Vec<&E::States> = sets.into_iter().flatten().collect();
+        let parts = self.engine.membership(&sets)?;
+        let is_game = theirs.is_some();
+        Growing::new((&*parts, is_game), walker.codec(), self.cost, meter)?.run(states, &mut *walker.walk())
     }
 }

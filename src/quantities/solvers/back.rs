@@ -1,8 +1,8 @@
-//! Steps backward: the values before a step from those after it, in all states of an arena.
+//! Steps backward: the values before a step from those after it, in all states of a game.
 
 use bitvec::vec::BitVec;
 
-use crate::equations::arena::{Arena, Goal, Rewards};
+use crate::equations::game_graph::{GameGraph, Goal, Rewards};
 use crate::equations::meter::Meter;
 use crate::equations::number::{Number, Weight};
 use meliora_base::error::Result;
@@ -10,7 +10,7 @@ use meliora_base::exact::Ratio;
 
 /// The equations of one step as numbers.
 pub(crate) struct Back<'a, N> {
-    arena: &'a Arena<'a>,
+    game: &'a GameGraph,
     pub(crate) maximisers: BitVec,
     probabilities: Vec<N>,
     /// The rewards, and their values as numbers.
@@ -18,27 +18,27 @@ pub(crate) struct Back<'a, N> {
 }
 
 impl<'a, N: Weight + PartialEq> Back<'a, N> {
-    /// Reads the probabilities of an arena, and rewards that choices earn, as numbers `of` them.
+    /// Reads the probabilities of a game, and rewards that choices earn, as numbers `of` them.
     ///
     /// # Errors
     /// The memory limit is reached.
     pub(crate) fn with(
-        arena: &'a Arena<'a>,
+        game: &'a GameGraph,
         goal: Goal,
         rewards: Option<&'a Rewards>,
         of: impl Fn(&Ratio) -> N,
         meter: &mut Meter<'_>,
     ) -> Result<Self> {
-        let fractions = arena.fractions.list();
-        meter.take(fractions.len() * N::BYTES + arena.states() / 8)?;
+        let fractions = game.fractions.list();
+        meter.take(fractions.len() * N::BYTES + game.states() / 8)?;
         let gains = rewards.map(|own| (own, own.fractions.list().iter().map(&of).collect()));
         let probabilities = fractions.iter().map(&of).collect();
-        Ok(Back { arena, maximisers: arena.maximisers(goal), probabilities, gains })
+        Ok(Back { game, maximisers: game.maximisers(goal), probabilities, gains })
     }
 
     /// Returns what a choice earns, and the mean of `x` after it.
     pub(crate) fn mean(&self, choice: usize, x: &[N]) -> N {
-        let terms = self.arena.edges(choice);
+        let terms = self.game.edges(choice);
         let gain = self.gains.as_ref().map(|(own, gains)| &gains[own.of_choice.get(choice) as usize]);
         let first = terms.clone().next().map(|(to, _)| &x[to as usize]);
         let sum = match first {
@@ -58,19 +58,19 @@ impl<'a, N: Number> Back<'a, N> {
     /// # Errors
     /// The memory limit is reached.
     pub(crate) fn new(
-        arena: &'a Arena<'a>,
+        game: &'a GameGraph,
         goal: Goal,
         rewards: Option<&'a Rewards>,
         meter: &mut Meter<'_>,
     ) -> Result<Self> {
-        Back::with(arena, goal, rewards, N::of, meter)
+        Back::with(game, goal, rewards, N::of, meter)
     }
 
     /// Returns the optimum of the choices of a state for the values `x` after them.
     pub(crate) fn best(&self, state: usize, x: &[N]) -> N {
         let greatest = self.maximisers[state];
         let mut best: Option<(N, N)> = None;
-        for choice in self.arena.choices.of(state as u32) {
+        for choice in self.game.choices.of(state as u32) {
             let q = self.mean(choice, x);
             let (low, high) = (q.low(), q.high());
             best = Some(match best {

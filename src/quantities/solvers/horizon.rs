@@ -58,7 +58,9 @@ impl Horizon {
                                 },
                             )
                         });
-                        x[node as usize] = values.map(|value| value.lower).fold(0.0, f64::max);
+                        let values = values.map(|value| value.lower);
+                        let best = if graph.is_theirs(node) { f64::min } else { f64::max };
+                        x[node as usize] = values.reduce(best).unwrap_or(0.0);
                     }
                 }
             }

@@ -7,7 +7,7 @@ use super::at_nodes::Vector;
 use super::components;
 use super::eliminate::{self, Row};
 use super::solve::solved;
-use crate::equations::arena::{Arena, Rewards};
+use crate::equations::game_graph::{GameGraph, Rewards};
 use crate::equations::graph::NONE;
 use crate::equations::meter::{Meter, Stop};
 use crate::equations::number::{Interval, Number};
@@ -22,29 +22,29 @@ use meliora_base::error::{Error, Limit, Result};
 /// # Errors
 /// Some state has several choices; a limit is reached before anything is known.
 pub(crate) fn values<N: Number>(
-    arena: &Arena<'_>,
+    game: &GameGraph,
     rewards: &Rewards,
     meter: &mut Meter<'_>,
 ) -> Result<Vector<N>> {
-    if arena.choices.start.len() != arena.choices.first.len() {
+    if game.choices.start.len() != game.choices.first.len() {
         let what = "averages over the long run are supported for models of type dtmc: some states here have several choices";
         return Err(Error::Usage(what.to_owned()));
     }
-    meter.take(arena.states() * (components::SEARCH + 12))?;
-    let found = arena.choices.components(0..arena.states() as u32, |_| true);
-    let mut nodes = vec![NONE; arena.states()];
-    let (mut averages, mut place): (Vec<N>, _) = (Vec::new(), vec![NONE; arena.states()]);
+    meter.take(game.states() * (components::SEARCH + 12))?;
+    let found = game.choices.components(0..game.states() as u32, |_| true);
+    let mut nodes = vec![NONE; game.states()];
+    let (mut averages, mut place): (Vec<N>, _) = (Vec::new(), vec![NONE; game.states()]);
     for component in found.iter() {
-        if !is_bottom(arena, component, &mut nodes, averages.len() as u32) {
+        if !is_bottom(game, component, &mut nodes, averages.len() as u32) {
             continue;
         }
-        averages.push(average(arena, rewards, (component, &mut place), meter)?);
+        averages.push(average(game, rewards, (component, &mut place), meter)?);
     }
     let exits = averages.len() as u32;
     (exits..).zip(nodes.iter_mut().filter(|node| **node == NONE)).for_each(|(next, node)| *node = next);
-    let all = BitVec::repeat(true, arena.states());
-    let nothing = Rewards::of_set(arena, &BitVec::repeat(false, arena.states()));
-    let part = Part { arena, nodes, exits, allowed: &all, rewards: Some(&nothing) };
+    let all = BitVec::repeat(true, game.states());
+    let nothing = Rewards::of_set(game, &BitVec::repeat(false, game.states()));
+    let part = Part { game, nodes, exits, allowed: &all, rewards: Some(&nothing) };
     let graph = part.graph(meter)?;
     let mut below = Solution::new(graph.nodes(), |node| node < exits, None, meter)?;
     (0..).zip(&averages).for_each(|(node, average)| below.set(node, average.clone()));
@@ -61,10 +61,10 @@ pub(crate) fn values<N: Number>(
 }
 
 /// Returns whether a component is never left; then its states get the number `exit`.
-fn is_bottom(arena: &Arena<'_>, component: &[u32], nodes: &mut [u32], exit: u32) -> bool {
+fn is_bottom(game: &GameGraph, component: &[u32], nodes: &mut [u32], exit: u32) -> bool {
     component.iter().for_each(|&state| nodes[state as usize] = exit);
     let stays =
-        |&state: &u32| arena.choices.successors(state as usize).iter().all(|&to| nodes[to as usize] == exit);
+        |&state: &u32| game.choices.successors(state as usize).iter().all(|&to| nodes[to as usize] == exit);
     let is_bottom = component.iter().all(stays);
     if !is_bottom {
         component.iter().for_each(|&state| nodes[state as usize] = NONE);
@@ -74,18 +74,18 @@ fn is_bottom(arena: &Arena<'_>, component: &[u32], nodes: &mut [u32], exit: u32)
 
 /// Returns the average reward of a bottom component.
 fn average<N: Number>(
-    arena: &Arena<'_>,
+    game: &GameGraph,
     rewards: &Rewards,
     (component, place): (&[u32], &mut [u32]),
     meter: &mut Meter<'_>,
 ) -> Result<N> {
     let Some((&last, others)) = component.split_last() else { return Ok(N::zero()) };
     others.iter().zip(0..).for_each(|(&state, at)| place[state as usize] = at);
-    let fraction = |weight: u32| N::of(&arena.fractions.list()[weight as usize]);
+    let fraction = |weight: u32| N::of(&game.fractions.list()[weight as usize]);
     let gain = |state: u32| N::of(rewards.choice(state as usize));
     let row = |&state: &u32| {
         let mut row = Row { edges: Vec::new(), escape: N::zero(), constant: vec![gain(state), N::one()] };
-        for (to, weight) in arena.edges(state as usize) {
+        for (to, weight) in game.edges(state as usize) {
             match place[to as usize] {
                 _ if to == state => {}
                 NONE => row.escape = row.escape.plus(&fraction(weight)),
@@ -102,7 +102,7 @@ fn average<N: Number>(
         _ => Limit::Size { what: "the average of a component has no value".to_owned() }.into(),
     })?;
     let [mut sum, mut steps] = [gain(last), N::one()];
-    for (to, weight) in arena.edges(last as usize) {
+    for (to, weight) in game.edges(last as usize) {
         if let Some(values) = values.get(place[to as usize] as usize) {
             let p = fraction(weight);
             sum = sum.plus(&p.times(&values[0]));

@@ -10,6 +10,7 @@
 //! | `policies` | policy iteration by elimination of states, with bounds that one step confirms, or with fractions |
 //! | `eliminate` | elimination of states |
 //! | `horizon` | success within n steps |
+//! | `levelled` | the quantities of all levels against an opponent |
 //! | `sides` | the states from which a set is reached possibly, and almost surely, in a game |
 //! | `reaching` | the values of all states of an arena, also of games |
 //! | `back` | steps backward over all states of an arena |
@@ -27,6 +28,7 @@ pub(crate) mod horizon;
 pub(crate) mod hull;
 pub(crate) mod inductive;
 pub(crate) mod iterate;
+pub(crate) mod levelled;
 pub(crate) mod long_run;
 pub(crate) mod outer;
 pub(crate) mod pairs;

@@ -1,8 +1,10 @@
 //! The solutions of all systems of equations of one graph, with one kind of numbers.
 
+use bitvec::vec::BitVec;
+
 use crate::equations::graph::Graph;
 use crate::equations::meter::Meter;
-use crate::equations::number::{Bounds, Number};
+use crate::equations::number::{Bounds, Interval, Number};
 use crate::equations::solution::Solution;
 use crate::equations::system::{Quantity, System};
 use meliora_base::error::Result;
@@ -16,13 +18,21 @@ pub(crate) struct Solved<N> {
     pub(crate) probability: Vec<Solution<N>>,
     /// C_1, C_2, …
     pub(crate) cost: Vec<Solution<N>>,
-    number: Option<Solution<N>>,
+    pub(crate) number: Option<Solution<N>>,
+    /// The nodes where N is infinite; empty without an opponent.
+    pub(crate) endless: BitVec,
 }
 
 impl<N: Number> Solved<N> {
     /// Creates solutions without results.
     pub(crate) fn new() -> Self {
-        Solved { fractions: Vec::new(), probability: Vec::new(), cost: Vec::new(), number: None }
+        Solved {
+            fractions: Vec::new(),
+            probability: Vec::new(),
+            cost: Vec::new(),
+            number: None,
+            endless: BitVec::new(),
+        }
     }
 
     /// Solves the systems of all levels, and that of the expected numbers.
@@ -53,6 +63,9 @@ impl<N: Number> Solved<N> {
     }
 
     pub(crate) fn number(&self, node: u32) -> Option<Bounds> {
+        if self.endless.get(node as usize).is_some_and(|endless| *endless) {
+            return Some(Bounds { interval: Interval::point(f64::INFINITY), exact: None });
+        }
         self.number.as_ref()?.get(node).map(Bounds::of)
     }
 
