@@ -41,6 +41,8 @@ pub(super) use by_words;
 pub(super) const PATIENCE: usize = 1 << 12;
 /// Minimum number of bytes per state: its entries in the sparse rows.
 const LEAST_BYTES: u64 = 12;
+/// Guards, and facts and rules of an estimate, that are looked at in about the time of a state or a successor.
+pub(super) const LOOKS: u64 = 16;
 
 /// The states of a scope, by number.
 #[derive(Debug)]
@@ -167,7 +169,7 @@ impl Exploration {
         }
     }
 
-    /// Returns the work so far, counted in states and their successors.
+    /// Returns the work so far, counted in states and their successors; also in guards where states have many.
     pub(crate) fn work(&self) -> u64 {
         self.found.work
     }
@@ -373,7 +375,7 @@ struct Found {
     started: usize,
     /// The next state.
     next: usize,
-    /// The number of states explored and of their successors.
+    /// The number of states explored and of their successors, and a share of the guards that this took.
     work: u64,
     /// True if monitors may begin in every reached state.
     restarts: bool,
@@ -419,7 +421,7 @@ impl Found {
             self.space.number(&sum(code, &stepper.restart()))?;
         }
         self.next += 1;
-        self.work += 1 + stepper.steps.len() as u64;
+        self.work += 1 + stepper.steps.len() as u64 + stepper.guards as u64 / LOOKS;
         Ok(())
     }
 }

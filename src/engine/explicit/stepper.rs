@@ -68,6 +68,8 @@ pub(super) struct Stepper<'a, const W: usize> {
     pub(super) steps: Vec<[u64; W]>,
     /// The end of each choice in `steps`.
     pub(super) ends: Vec<u32>,
+    /// The guards that were evaluated in the current state.
+    pub(super) guards: usize,
     /// The synchronisations that have choices in the current state, in their order.
     pub(super) active: Vec<usize>,
 }
@@ -87,6 +89,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
             rounded: false,
             steps: Vec::new(),
             ends: Vec::new(),
+            guards: 0,
             active: Vec::new(),
         }
     }
@@ -95,6 +98,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
     pub(super) fn enter(&mut self, layout: &Layout, code: &[u64]) {
         self.machine.next_state();
         self.now += 1;
+        self.guards = 0;
         self.enabled.clear();
         self.effects.clear();
         layout.decode(code, &mut self.machine.regs);
@@ -285,6 +289,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
     #[inline]
     fn test(&mut self, candidate: &Candidate) -> Result<(), Broken> {
         let prepared = self.prepared;
+        self.guards += 1;
         if !candidate.guard.map_or(Ok(true), |guard| self.machine.run(&prepared.code, guard.start))? {
             return Ok(());
         }

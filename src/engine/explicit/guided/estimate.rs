@@ -7,6 +7,15 @@ use std::collections::BinaryHeap;
 use super::relaxation::Relaxation;
 use crate::explicit::index::NOBODY;
 
+/// An estimate of the distance of a state to the target.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub(super) struct Estimate {
+    /// The steps of a relaxed plan.
+    pub(super) steps: u32,
+    /// The conditions of the target that are false in the state.
+    pub(super) goals: u32,
+}
+
 /// A cost that no fact has.
 const NEVER: u32 = u32::MAX;
 
@@ -48,9 +57,9 @@ impl Estimator {
         }
     }
 
-    /// Returns the number of steps of a relaxed plan from a state to the target; `None` if there is none: then no path
-    /// of the program leads there.
-    pub(super) fn estimate(&mut self, relaxation: &Relaxation, values: &[i64]) -> Option<u32> {
+    /// Returns the distance of a state to the target by a relaxed plan; `None` if there is none: then no path of the
+    /// program leads there.
+    pub(super) fn estimate(&mut self, relaxation: &Relaxation, values: &[i64]) -> Option<Estimate> {
         let mut start = std::mem::take(&mut self.start);
         start.clear();
         relaxation.facts_of(values, |fact| start.push(fact));
@@ -70,7 +79,7 @@ impl Estimator {
     }
 
     /// Returns the same for all states with at most these facts.
-    pub(super) fn estimate_from(&mut self, relaxation: &Relaxation, start: &[u32]) -> Option<u32> {
+    pub(super) fn estimate_from(&mut self, relaxation: &Relaxation, start: &[u32]) -> Option<Estimate> {
         self.now += 1;
         self.cost.fill((NEVER, NOBODY));
         self.rules.copy_from_slice(&self.fresh);
@@ -87,8 +96,11 @@ impl Estimator {
             if cost > self.cost[fact as usize].0 {
                 continue;
             }
-            if fact == relaxation.target {
-                return Some(self.plan(relaxation));
+            // The target costs as much as all its conditions together, so its plan is known before its turn comes. All
+            // facts of the state come before those that cost a step.
+            let is_known = self.cost[relaxation.target as usize].0 != NEVER;
+            if fact == relaxation.target || cost > 0 && is_known {
+                return Some(Estimate { steps: self.plan(relaxation), goals: self.goals(relaxation) });
             }
             let uses = relaxation.uses.of(fact as usize);
             self.work += 1 + uses.len() as u64;
@@ -129,6 +141,13 @@ impl Estimator {
             *known = (cost, rule);
             self.open.push(Reverse(u64::from(cost) << 32 | u64::from(fact)));
         }
+    }
+
+    /// Counts the conditions of the target that are false in the state.
+    fn goals(&self, relaxation: &Relaxation) -> u32 {
+        let (_, rule) = self.cost[relaxation.target as usize];
+        let is_open = |&&fact: &&u32| self.cost[fact as usize].0 > 0;
+        relaxation.needs.of(rule as usize).iter().filter(is_open).count() as u32
     }
 
     /// Counts the rules of a plan that are steps, and marks the commands that may come first.

@@ -8,11 +8,11 @@
 //!   states of the policy. Where it is closed, it reaches the target almost surely.
 //!
 //! It begins with the initial states. From a state without a choice, a best-first search follows single outcomes, with
-//! estimates of the distance (`estimate`) on the delete relaxation (`relaxation`), until it meets the target or the
-//! policy: the path becomes part of the policy, and its other outcomes are the next states. If the path does not exist,
-//! the states that were found are lost; choices that may lead there are given up, and the policy is repaired (`part`).
-//! The answer is *yes* once the policy is closed, *no* once an initial state is lost. Without a fringe, each state is
-//! one or the other, so the search is complete.
+//! estimates of the distance (`estimate`) on the delete relaxation (`relaxation`), and in turns only from states with
+//! something new (`novelty`), until it meets the target or the policy: the path becomes part of the policy, and its
+//! other outcomes are the next states. If the path does not exist, the states that were found are lost; choices that may
+//! lead there are given up, and the policy is repaired (`part`). The answer is *yes* once the policy is closed, *no* once
+//! an initial state is lost. Without a fringe, each state is one or the other, so the search is complete.
 //!
 //! Sources: the search for weak plans and their repair is that of NDP (Kuter et al., ICAPS 2008) and PRP (Muise,
 //! McIlraith and Beck, ICAPS 2012), with full states; the two sides are those of partial exploration (Brázdil et al.,
@@ -22,6 +22,7 @@ mod estimate;
 mod facts;
 mod fatal;
 mod follow;
+mod novelty;
 mod part;
 mod queue;
 mod relaxation;
@@ -37,7 +38,7 @@ use meliora_model::step::Choice;
 use meliora_model::{ModelKind, State, VarId};
 
 use super::compile::Compiler;
-use super::explore::{Exploration, Task, by_words};
+use super::explore::{Exploration, LOOKS, Task, by_words};
 use super::machine::{Code, Machine};
 use super::meter::Meter;
 use crate::settings::{Scope, Settings};
@@ -45,9 +46,6 @@ use estimate::Estimator;
 use part::Part;
 use relaxation::Relaxation;
 use search::Search;
-
-/// Facts and rules that an estimate looks at in about the time in which a state or a successor is explored.
-const LOOKS: u64 = 16;
 
 /// A guided search for a strategy that reaches a target almost surely. It works in turns: it can be interrupted and continued.
 pub struct Guided {

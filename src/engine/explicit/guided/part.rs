@@ -2,6 +2,7 @@
 
 use super::super::index::{Index, NOBODY};
 use super::super::meter::{Array, Meter};
+use super::estimate::Estimate;
 use meliora_base::error::Result;
 
 /// The known properties of a state.
@@ -46,7 +47,7 @@ pub(super) struct Part {
     pub(super) index: Index,
     pub(super) standing: Array<Standing>,
     /// The estimated distance of each state.
-    pub(super) estimate: Array<u32>,
+    pub(super) estimate: Array<Estimate>,
     steps: Array<Step>,
     /// For each state the first choice, and the number of choices; for its choices the number of those that may be taken.
     choices: Array<[u32; 2]>,
@@ -103,7 +104,7 @@ impl Part {
             return Ok((state, false));
         }
         self.standing.push(Standing::default())?;
-        self.estimate.push(0)?;
+        self.estimate.push(Estimate::default())?;
         self.steps.push(NO_STEP)?;
         self.choices.push([0, 0])?;
         self.left.push(0)?;

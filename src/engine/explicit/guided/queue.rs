@@ -1,65 +1,56 @@
 //! A queue of edges by estimates.
 
+use std::collections::BTreeMap;
+
 use super::super::index::NOBODY;
 use super::super::meter::{Array, Meter};
 use meliora_base::error::Result;
 
+/// Numbers, the first of them counts most.
+pub(super) type Key = [u32; 3];
+
 /// Edges by a number, the smallest first; equal ones in the order in which they came.
 pub(super) struct Queue {
     /// The first and the last entry of each number.
-    ends: Vec<[u32; 2]>,
+    ends: BTreeMap<Key, [u32; 2]>,
     /// The edges, each with the next entry of the same number.
     entries: Array<[u32; 2]>,
-    /// The first number that may have an entry.
-    first: usize,
 }
 
 impl Queue {
     pub(super) fn new(meter: &Meter) -> Self {
-        Queue { ends: Vec::new(), entries: Array::new(meter), first: 0 }
+        Queue { ends: BTreeMap::new(), entries: Array::new(meter) }
     }
 
     /// Adds an edge.
     ///
     /// # Errors
     /// The memory limit.
-    pub(super) fn push(&mut self, key: u32, edge: u32) -> Result<()> {
-        let (key, entry) = (key as usize, self.entries.len() as u32);
-        if key >= self.ends.len() {
-            self.ends.resize(key + 1, [NOBODY; 2]);
-        }
+    pub(super) fn push(&mut self, key: Key, edge: u32) -> Result<()> {
+        let entry = self.entries.len() as u32;
         self.entries.push([edge, NOBODY])?;
-        let [first, last] = &mut self.ends[key];
-        match *last {
-            NOBODY => *first = entry,
-            last => self.entries[last as usize][1] = entry,
+        let [_, last] = self.ends.entry(key).or_insert([entry, NOBODY]);
+        if let Some(last) = self.entries.get_mut(*last as usize) {
+            last[1] = entry;
         }
         *last = entry;
-        self.first = self.first.min(key);
         Ok(())
     }
 
     /// Removes and returns the first edge.
     pub(super) fn pop(&mut self) -> Option<u32> {
-        while let Some([first, last]) = self.ends.get_mut(self.first) {
-            if *first == NOBODY {
-                self.first += 1;
-                continue;
-            }
-            let [edge, next] = self.entries[*first as usize];
-            *first = next;
-            if next == NOBODY {
-                *last = NOBODY;
-            }
-            return Some(edge);
+        let mut ends = self.ends.first_entry()?;
+        let [edge, next] = self.entries[ends.get()[0] as usize];
+        match next {
+            NOBODY => drop(ends.remove()),
+            next => ends.get_mut()[0] = next,
         }
-        None
+        Some(edge)
     }
 
     pub(super) fn clear(&mut self) {
         self.ends.clear();
         self.entries.truncate(0);
-        self.first = 0;
     }
 }
 
@@ -71,14 +62,14 @@ mod tests {
     fn the_smallest_number_comes_first_and_equal_ones_in_their_order() {
         let mut queue = Queue::new(&Meter::new(1 << 20));
         for (key, edge) in [(3, 0), (1, 1), (3, 2), (1, 3)] {
-            queue.push(key, edge).unwrap();
+            queue.push([0, key, 0], edge).unwrap();
         }
         assert_eq!([queue.pop(), queue.pop()], [Some(1), Some(3)]);
-        queue.push(0, 4).unwrap();
-        queue.push(3, 5).unwrap();
+        queue.push([0, 0, 0], 4).unwrap();
+        queue.push([0, 3, 0], 5).unwrap();
         let rest: Vec<u32> = std::iter::from_fn(|| queue.pop()).collect();
         assert_eq!(rest, [4, 0, 2, 5]);
-        queue.push(2, 6).unwrap();
+        queue.push([0, 2, 0], 6).unwrap();
         queue.clear();
         assert_eq!(queue.pop(), None);
     }

@@ -6,6 +6,8 @@ use super::super::explore::{PATIENCE, fixed};
 use super::super::index::NOBODY;
 use super::super::meter::{Array, Meter};
 use super::super::stepper::{Stepper, sum};
+use super::estimate::Estimate;
+use super::novelty::Novelty;
 use super::part::{Standing, Taken};
 use super::queue::Queue;
 use super::{Guide, Guided};
@@ -15,8 +17,9 @@ use meliora_base::error::Result;
 pub(super) struct Search {
     /// The state where it begins; [`NOBODY`] if none is under way.
     start: u32,
-    /// The edges that may be followed; those of choices that an estimate suggests, too. Both have turns.
+    /// The edges that may be followed, and those from states with something new. Both have turns.
     queues: [Queue; 2],
+    novelty: Novelty,
     turn: usize,
     /// For each state the number of the last search that entered it, and the edge by which it did.
     entered: Array<(u32, u32)>,
@@ -30,6 +33,7 @@ impl Search {
         Search {
             start: NOBODY,
             queues: [Queue::new(meter), Queue::new(meter)],
+            novelty: Novelty::new(meter),
             turn: 0,
             entered: Array::new(meter),
             number: 0,
@@ -46,6 +50,7 @@ impl Search {
     fn end(&mut self) {
         self.queues.iter_mut().for_each(Queue::clear);
         self.found.clear();
+        self.novelty.clear();
         self.start = NOBODY;
     }
 
@@ -179,6 +184,7 @@ impl Guided {
             return Ok(());
         }
         let known = self.part.estimate[state as usize];
+        let is_novel = self.is_novel(state)?;
         for choice in
             self.part.choices_of(state).filter(|&choice| self.part.is_open(choice)).collect::<Vec<_>>()
         {
@@ -191,14 +197,23 @@ impl Guided {
                     continue;
                 }
                 let is_estimated = self.part.standing[to as usize].age != 0;
-                let key = if is_estimated { self.part.estimate[to as usize] } else { known };
-                self.search.queues[0].push(key, edge)?;
-                if self.part.is_helpful(choice) {
+                let Estimate { steps, goals } =
+                    if is_estimated { self.part.estimate[to as usize] } else { known };
+                self.search.queues[0].push([steps, 0, 0], edge)?;
+                if is_novel {
+                    let key = [goals, steps, u32::from(!self.part.is_helpful(choice))];
                     self.search.queues[1].push(key, edge)?;
                 }
             }
         }
         Ok(())
+    }
+
+    /// Returns whether a state that was just entered has something new to the search.
+    fn is_novel(&mut self, state: u32) -> Result<bool> {
+        self.task.layout.decode(self.part.index.code(state as usize), &mut self.guide.values);
+        let class = self.part.estimate[state as usize];
+        self.search.novelty.see(&self.guide.relaxation, &self.guide.values, class)
     }
 
     /// Estimates the distance of a state to the target. Returns false if it is lost.
@@ -207,7 +222,7 @@ impl Guided {
         let found = self.guide.estimator.estimate(&self.guide.relaxation, &self.guide.values);
         self.part.standing[state as usize].age = self.guide.age;
         match found {
-            Some(steps) => self.part.estimate[state as usize] = steps,
+            Some(found) => self.part.estimate[state as usize] = found,
             None => self.part.lose(vec![state]),
         }
         found.is_some()

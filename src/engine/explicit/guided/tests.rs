@@ -198,6 +198,25 @@ fn a_short_way_that_is_always_fatal_is_left_once() {
 }
 
 #[test]
+fn a_barrier_of_estimates_is_crossed_where_many_states_look_better() {
+    // By the relaxation, one move in each direction leads to the next cell of the diagonal. But the cells between are
+    // left only after nine steps, which look like a detour from each of the many settings of 16 flags.
+    let flags: String = (0..16).map(|i| format!("b{i} : bool init false; ")).collect();
+    let toggle: String = (0..16).map(|i| format!("[] true -> (b{i}'=!b{i});\n")).collect();
+    let text = format!(
+        "mdp module m x : [0..2] init 0; y : [0..2] init 0; d : [0..9] init 0; {flags} {toggle}
+        [] x=y & x<2 -> 0.5 : (x'=x+1)&(d'=0) + 0.5 : true; [] x=y & y<2 -> 0.5 : (y'=y+1)&(d'=0) + 0.5 : true;
+        [] x!=y & d<9 -> (d'=d+1); [] x=1 & y=0 & d=9 -> (y'=1); [] x=0 & y=1 & d=9 -> (x'=1);
+        [] x=2 & y=1 & d=9 -> (y'=2); [] x=1 & y=2 & d=9 -> (x'=2); endmodule"
+    );
+    let (program, target) = read(&text, "x=2 & y=2");
+    let mut search = guided(&program, &target).unwrap();
+    assert!(answer(&mut search, 100));
+    check(&program, &target, &search.initial_states(), &search.policy().unwrap());
+    assert!(search.part.standing.len() < 10_000, "{}", search.part.standing.len());
+}
+
+#[test]
 fn all_initial_states_count() {
     let text = "mdp global x : [0..2]; module m b : bool; [] x=1 -> (b'=true); [] x=2 -> 0.5 : (b'=true) + 0.5 : true; \
         endmodule init x>0 & !b endinit";
