@@ -189,7 +189,7 @@ impl<E: Engine, R: Checked> Checking<'_, E, R> {
         };
         let result = super::phases::run(self.analysis, phases, &job.sink, &mut hear);
         let usage = self.analysis.engine().usage();
-        job.update(|r| r.check().memory.peak_nodes = usage.peak_nodes);
+        job.update(|r| r.check().used(usage));
         result
     }
 

@@ -337,7 +337,7 @@ impl<E: Engine> Answering<'_, E> {
             self.job.update(|r| {
                 r.answer(position, &decided);
                 *r.properties[position].sizes.get_mut(which) = Some(size.clone().into());
-                r.memory.peak_nodes = r.memory.peak_nodes.max(engine.usage().peak_nodes);
+                r.used(engine.usage());
             });
         }
         Ok(Some((which, inside)))
@@ -366,7 +366,10 @@ impl<E: Engine> Answering<'_, E> {
             };
             let work = || Ok(shares.next(answer));
             let done = self.job.timed("value", work, |r, s| r.time.add("value", s))?;
-            self.job.update(|r| partial.iter().for_each(|answer| r.answer(position, answer)));
+            self.job.update(|r| {
+                partial.iter().for_each(|answer| r.answer(position, answer));
+                r.used(self.under.engine().usage());
+            });
             let reason = match done {
                 Ok(Ok(())) => continue,
                 Ok(Err(reason)) => reason,

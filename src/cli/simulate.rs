@@ -235,7 +235,7 @@ fn simulate(
         table.finish()
     };
     job.timed("answer", all, |r, s| r.time.add("answer", s))?;
-    job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
+    job.update(|r| r.used(engine.usage()));
     Ok(())
 }
 

@@ -157,7 +157,7 @@ fn work(
     let mut answering =
         Answering { job, question, args, csv, analysis: &analysis, strategy, costs, chooser: None };
     job.timed("answer", || answering.answer(states), |r, s| r.time.add("answer", s))?;
-    job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
+    job.update(|r| r.used(engine.usage()));
     Ok(())
 }
 

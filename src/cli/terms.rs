@@ -147,7 +147,7 @@ fn note(
         if let Some(one) = &mut r.one {
             one.holds = found.holds;
         }
-        r.memory.peak_nodes = r.memory.peak_nodes.max(engine.usage().peak_nodes);
+        r.used(engine.usage());
     });
     Ok(())
 }

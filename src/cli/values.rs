@@ -134,7 +134,7 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
     let program = &*question.program;
     let evaluation = Evaluation { job, args, program, analysis: &analysis, states: &states, everywhere };
     let end = evaluation.run(costs, lines.as_mut());
-    job.update(|r| r.memory.peak_nodes = engine.usage().peak_nodes);
+    job.update(|r| r.used(engine.usage()));
     end?;
     match csv.zip(lines) {
         Some((target, lines)) => target.write(&lines.text()),

@@ -1,10 +1,12 @@
 //! One type for either engine, for callers that choose the engine at run time.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::edge_labels::EdgeLabels;
 use super::engine::{Algebra, Engine, Region};
 use super::explicit::{self, ExplicitEngine};
+use super::handover::HandOver;
 use super::membership::Membership;
 use super::settings::{Count, Settings, Storage, Usage};
 use super::symbolic::{self, SymbolicEngine};
@@ -13,7 +15,7 @@ use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
 use meliora_model::{Program, State, VarId};
 
-/// The symbolic or the explicit engine. Clones share the explored states and the sets.
+/// The symbolic or the explicit engine, or the symbolic one until the explicit one takes over. Clones share the explored states and the sets.
 #[derive(Clone)]
 pub struct AnyEngine {
     inner: Inner,
@@ -23,6 +25,7 @@ pub struct AnyEngine {
 enum Inner {
     Symbolic(Arc<SymbolicEngine>),
     Explicit(Arc<ExplicitEngine>),
+    HandOver(Arc<HandOver>),
 }
 
 /// A set of states of an [`AnyEngine`].
@@ -44,52 +47,92 @@ pub enum AnyChoices {
 }
 
 /// Conversion of a set of either engine to the set type of one engine.
-trait Of<E: Engine> {
-    type Set;
+pub(super) trait Of<E: Engine> {
+    type Set: Clone;
     /// # Errors
-    /// The set belongs to the other kind of engine.
-    fn of(&self, engine: &E) -> Result<&Self::Set>;
+    /// The set belongs to the other kind of engine, and cannot be translated; a limit.
+    fn of(&self, any: &AnyEngine, engine: &E) -> Result<Cow<'_, Self::Set>>;
 }
 
 macro_rules! sets_of {
-    ($any:ident, $variant:ident, $engine:ident, $set:ty) => {
-        impl Of<$engine> for $any {
-            type Set = $set;
-            fn of(&self, _: &$engine) -> Result<&$set> {
+    ($any:ident, $set:ident, $translated:ident) => {
+        impl Of<SymbolicEngine> for $any {
+            type Set = symbolic::$set;
+            fn of(&self, _: &AnyEngine, _: &SymbolicEngine) -> Result<Cow<'_, symbolic::$set>> {
                 match self {
-                    $any::$variant(set) => Ok(set),
+                    $any::Symbolic(set) => Ok(Cow::Borrowed(set)),
+                    $any::Explicit(_) => Err(Error::ForeignSet),
+                }
+            }
+        }
+
+        impl Of<ExplicitEngine> for $any {
+            type Set = explicit::$set;
+            fn of(&self, any: &AnyEngine, _: &ExplicitEngine) -> Result<Cow<'_, explicit::$set>> {
+                match (self, &any.inner) {
+                    ($any::Explicit(set), _) => Ok(Cow::Borrowed(set)),
+                    ($any::Symbolic(set), Inner::HandOver(both)) => both.$translated(set).map(Cow::Owned),
                     _ => Err(Error::ForeignSet),
                 }
             }
         }
 
-        impl From<$set> for $any {
-            fn from(set: $set) -> Self {
-                $any::$variant(set)
+        impl From<symbolic::$set> for $any {
+            fn from(set: symbolic::$set) -> Self {
+                $any::Symbolic(set)
+            }
+        }
+
+        impl From<explicit::$set> for $any {
+            fn from(set: explicit::$set) -> Self {
+                $any::Explicit(set)
             }
         }
     };
 }
 
-sets_of!(AnyStates, Symbolic, SymbolicEngine, symbolic::StateSet);
-sets_of!(AnyStates, Explicit, ExplicitEngine, explicit::StateSet);
-sets_of!(AnyChoices, Symbolic, SymbolicEngine, symbolic::ChoiceSet);
-sets_of!(AnyChoices, Explicit, ExplicitEngine, explicit::ChoiceSet);
+sets_of!(AnyStates, StateSet, explicit_states);
+sets_of!(AnyChoices, ChoiceSet, explicit_choices);
 
 /// Evaluates the same expression with the engine of either kind.
 macro_rules! on {
     ($any:expr, $engine:ident => $work:expr) => {
-        match &$any.inner {
-            Inner::Symbolic($engine) => {
-                let $engine = &**$engine;
-                $work
-            }
-            Inner::Explicit($engine) => {
-                let $engine = &**$engine;
-                $work
+        match $any.current() {
+            Current::Symbolic($engine) => $work,
+            Current::Explicit($engine) => $work,
+        }
+    };
+}
+
+/// Evaluates the same fallible expression with the engine of either kind, and once more with the explicit engine if it
+/// takes over.
+macro_rules! attempt {
+    ($any:expr, $engine:ident => $work:expr) => {
+        match $any.current() {
+            Current::Explicit($engine) => $work,
+            Current::Symbolic($engine) => {
+                let attempt = || $work;
+                let result = attempt();
+                match &$any.inner {
+                    Inner::HandOver(both) if both.has_ended(&result) => {
+                        both.take_over()?;
+                        match $any.current() {
+                            Current::Explicit($engine) => $work,
+                            // The memory does not suffice for both.
+                            Current::Symbolic(_) => attempt(),
+                        }
+                    }
+                    _ => result,
+                }
             }
         }
     };
+}
+
+/// The engine that evaluates an operation.
+enum Current<'e> {
+    Symbolic(&'e SymbolicEngine),
+    Explicit(&'e ExplicitEngine),
 }
 
 impl AnyEngine {
@@ -106,9 +149,9 @@ impl AnyEngine {
 
     /// Returns the kind of the engine.
     pub fn storage(&self) -> Storage {
-        match &self.inner {
-            Inner::Symbolic(_) => Storage::Symbolic,
-            Inner::Explicit(_) => Storage::Explicit,
+        match self.current() {
+            Current::Symbolic(_) => Storage::Symbolic,
+            Current::Explicit(_) => Storage::Explicit,
         }
     }
 
@@ -117,6 +160,7 @@ impl AnyEngine {
         match &self.inner {
             Inner::Symbolic(engine) => Some(engine),
             Inner::Explicit(_) => None,
+            Inner::HandOver(both) => self.explicit().is_none().then(|| both.symbolic()),
         }
     }
 
@@ -125,6 +169,19 @@ impl AnyEngine {
         match &self.inner {
             Inner::Symbolic(_) => None,
             Inner::Explicit(engine) => Some(engine),
+            // Without it, diagrams go on.
+            Inner::HandOver(both) => both.explicit().ok().flatten(),
+        }
+    }
+
+    fn current(&self) -> Current<'_> {
+        match &self.inner {
+            Inner::Symbolic(engine) => Current::Symbolic(engine),
+            Inner::Explicit(engine) => Current::Explicit(engine),
+            Inner::HandOver(both) => match self.explicit() {
+                Some(engine) => Current::Explicit(engine),
+                None => Current::Symbolic(both.symbolic()),
+            },
         }
     }
 
@@ -138,6 +195,7 @@ impl AnyEngine {
         match (&self.inner, &other.inner) {
             (Inner::Symbolic(a), Inner::Symbolic(b)) => a.shares(b),
             (Inner::Explicit(a), Inner::Explicit(b)) => a.shares(b),
+            (Inner::HandOver(a), Inner::HandOver(b)) => a.shares(b),
             _ => false,
         }
     }
@@ -155,13 +213,20 @@ impl From<ExplicitEngine> for AnyEngine {
     }
 }
 
+impl From<HandOver> for AnyEngine {
+    fn from(both: HandOver) -> Self {
+        AnyEngine { inner: Inner::HandOver(Arc::new(both)) }
+    }
+}
+
 /// Converts a region of one engine to a region of an [`AnyEngine`].
 fn region<S: Into<AnyStates>, C: Into<AnyChoices>>(found: Region<S, C>) -> Region<AnyStates, AnyChoices> {
     Region { states: found.states.into(), choices: found.choices.into() }
 }
 
 /// Converts a region to the set types of one engine.
-fn region_of<E: Engine>(
+pub(super) fn region_of<E: Engine>(
+    any: &AnyEngine,
     engine: &E,
     region: &Region<AnyStates, AnyChoices>,
 ) -> Result<Region<E::States, E::Choices>>
@@ -169,18 +234,20 @@ where
     AnyStates: Of<E, Set = E::States>,
     AnyChoices: Of<E, Set = E::Choices>,
 {
-    Ok(Region { states: region.states.of(engine)?.clone(), choices: region.choices.of(engine)?.clone() })
+    let states = region.states.of(any, engine)?.into_owned();
+    Ok(Region { states, choices: region.choices.of(any, engine)?.into_owned() })
 }
 
 /// Converts edge labels to the set types of one engine.
 fn edge_labels_of<E: Engine>(
+    any: &AnyEngine,
     engine: &E,
     edge_labels: &[EdgeLabels<AnyStates>],
 ) -> Result<Vec<EdgeLabels<E::States>>>
 where
     AnyStates: Of<E, Set = E::States>,
 {
-    let of = |set: &AnyStates| set.of(engine).cloned();
+    let of = |set: &AnyStates| set.of(any, engine).map(Cow::into_owned);
     edge_labels
         .iter()
         .map(|labels| {
@@ -205,7 +272,7 @@ macro_rules! constants {
 macro_rules! operations {
     ($($name:ident($($set:ident: $sort:ty),*) -> $result:ty;)*) => {$(
         fn $name(&self, $($set: &$sort),*) -> Result<$result> {
-            on!(self, e => Ok(e.$name($($set.of(e)?),*)?.into()))
+            attempt!(self, e => Ok(e.$name($(&*$set.of(self, e)?),*)?.into()))
         }
     )*};
 }
@@ -273,19 +340,16 @@ impl Engine for AnyEngine {
     }
 
     fn with_coalition(&self, coalition: &[bool]) -> Result<Self> {
-        let inner = match &self.inner {
-            Inner::Symbolic(e) => Inner::Symbolic(Arc::new(e.with_coalition(coalition)?)),
-            Inner::Explicit(e) => Inner::Explicit(Arc::new(e.with_coalition(coalition)?)),
-        };
-        Ok(AnyEngine { inner })
+        Ok(match &self.inner {
+            Inner::Symbolic(e) => e.with_coalition(coalition)?.into(),
+            Inner::Explicit(e) => e.with_coalition(coalition)?.into(),
+            Inner::HandOver(both) => both.with_coalition(self, coalition)?.into(),
+        })
     }
 
     fn exchanged(&self) -> Result<Option<Self>> {
-        let inner = match &self.inner {
-            Inner::Symbolic(e) => e.exchanged()?.map(|e| Inner::Symbolic(Arc::new(e))),
-            Inner::Explicit(e) => e.exchanged()?.map(|e| Inner::Explicit(Arc::new(e))),
-        };
-        Ok(inner.map(|inner| AnyEngine { inner }))
+        let others: Vec<bool> = self.coalition().into_iter().map(|ours| !ours).collect();
+        self.theirs().map(|_| self.with_coalition(&others)).transpose()
     }
 
     fn is_markov_chain(&self) -> bool {
@@ -301,15 +365,15 @@ impl Engine for AnyEngine {
     }
 
     fn restricted_to(&self, to: &Region<AnyStates, AnyChoices>) -> Result<Self> {
-        let inner = match &self.inner {
-            Inner::Symbolic(e) => Inner::Symbolic(Arc::new(e.restricted_to(&region_of(&**e, to)?)?)),
-            Inner::Explicit(e) => Inner::Explicit(Arc::new(e.restricted_to(&region_of(&**e, to)?)?)),
-        };
-        Ok(AnyEngine { inner })
+        Ok(match &self.inner {
+            Inner::Symbolic(e) => e.restricted_to(&region_of(self, &**e, to)?)?.into(),
+            Inner::Explicit(e) => e.restricted_to(&region_of(self, &**e, to)?)?.into(),
+            Inner::HandOver(both) => both.restricted_to(self, to)?.into(),
+        })
     }
 
     fn states_where(&self, predicate: &Predicate) -> Result<AnyStates> {
-        on!(self, e => Ok(e.states_where(predicate)?.into()))
+        attempt!(self, e => Ok(e.states_where(predicate)?.into()))
     }
 
     fn can_reach(
@@ -318,7 +382,7 @@ impl Engine for AnyEngine {
         within: &AnyChoices,
         edge_labels: &[EdgeLabels<AnyStates>],
     ) -> Result<AnyStates> {
-        on!(self, e => Ok(e.can_reach(target.of(e)?, within.of(e)?, &edge_labels_of(e, edge_labels)?)?.into()))
+        attempt!(self, e => Ok(e.can_reach(&*target.of(self, e)?, &*within.of(self, e)?, &edge_labels_of(self, e, edge_labels)?)?.into()))
     }
 
     fn can_win(
@@ -327,9 +391,9 @@ impl Engine for AnyEngine {
         within: &AnyChoices,
         edge_labels: &[EdgeLabels<AnyStates>],
     ) -> Result<AnyStates> {
-        on!(self, e => {
-            let edge_labels = edge_labels_of(e, edge_labels)?;
-            Ok(e.can_win(winning.of(e)?, within.of(e)?, &edge_labels)?.into())
+        attempt!(self, e => {
+            let edge_labels = edge_labels_of(self, e, edge_labels)?;
+            Ok(e.can_win(&*winning.of(self, e)?, &*within.of(self, e)?, &edge_labels)?.into())
         })
     }
 
@@ -341,23 +405,23 @@ impl Engine for AnyEngine {
         edge_labels: &[EdgeLabels<AnyStates>],
         lost: AnyStates,
     ) -> Result<Region<AnyStates, AnyChoices>> {
-        on!(self, e => {
-            let (left, edge_labels) = (region_of(e, &left)?, edge_labels_of(e, edge_labels)?);
-            let (within, won, lost) = (within.of(e)?, won.of(e)?, lost.of(e)?.clone());
+        attempt!(self, e => {
+            let (left, edge_labels) = (region_of(self, e, &left)?, edge_labels_of(self, e, edge_labels)?);
+            let (within, won, lost) = (&*within.of(self, e)?, &*won.of(self, e)?, lost.of(self, e)?.into_owned());
             Ok(region(e.remove_attractor(left, within, won, &edge_labels, lost)?))
         })
     }
 
     fn stay_within(&self, x: &AnyStates, within: &AnyChoices) -> Result<Region<AnyStates, AnyChoices>> {
-        on!(self, e => Ok(region(e.stay_within(x.of(e)?, within.of(e)?)?)))
+        attempt!(self, e => Ok(region(e.stay_within(&*x.of(self, e)?, &*within.of(self, e)?)?)))
     }
 
     fn can_reach_through(&self, target: &AnyStates, bound: &AnyStates) -> Result<AnyStates> {
-        on!(self, e => Ok(e.can_reach_through(target.of(e)?, bound.of(e)?)?.into()))
+        attempt!(self, e => Ok(e.can_reach_through(&*target.of(self, e)?, &*bound.of(self, e)?)?.into()))
     }
 
     fn surely_staying(&self, x: &AnyStates, within: &AnyChoices) -> Result<AnyStates> {
-        on!(self, e => Ok(e.surely_staying(x.of(e)?, within.of(e)?)?.into()))
+        attempt!(self, e => Ok(e.surely_staying(&*x.of(self, e)?, &*within.of(self, e)?)?.into()))
     }
 
     fn almost_surely_reach(
@@ -365,7 +429,7 @@ impl Engine for AnyEngine {
         target: &AnyStates,
         within: &AnyChoices,
     ) -> Result<Region<AnyStates, AnyChoices>> {
-        on!(self, e => Ok(region(e.almost_surely_reach(target.of(e)?, within.of(e)?)?)))
+        attempt!(self, e => Ok(region(e.almost_surely_reach(&*target.of(self, e)?, &*within.of(self, e)?)?)))
     }
 
     fn almost_surely_win(
@@ -373,42 +437,57 @@ impl Engine for AnyEngine {
         start: Region<AnyStates, AnyChoices>,
         edge_labels: &[EdgeLabels<AnyStates>],
     ) -> Result<Region<AnyStates, AnyChoices>> {
-        on!(self, e => Ok(region(e.almost_surely_win(region_of(e, &start)?, &edge_labels_of(e, edge_labels)?)?)))
+        attempt!(self, e => Ok(region(e.almost_surely_win(region_of(self, e, &start)?, &edge_labels_of(self, e, edge_labels)?)?)))
     }
 
     fn list_states(&self, x: &AnyStates, limit: usize) -> Result<Vec<State>> {
-        on!(self, e => e.list_states(x.of(e)?, limit))
+        attempt!(self, e => e.list_states(&*x.of(self, e)?, limit))
     }
 
     fn singleton(&self, state: &[i64]) -> Result<AnyStates> {
-        on!(self, e => Ok(e.singleton(state)?.into()))
+        attempt!(self, e => Ok(e.singleton(state)?.into()))
     }
 
     fn set_of(&self, states: &mut dyn Iterator<Item = State>) -> Result<AnyStates> {
-        on!(self, e => Ok(e.set_of(states)?.into()))
+        match &self.inner {
+            // The states cannot be listed twice.
+            Inner::HandOver(both) if self.explicit().is_none() => {
+                both.at_once(|e| Ok(e.set_of(states)?.into()))
+            }
+            _ => on!(self, e => Ok(e.set_of(states)?.into())),
+        }
     }
 
     fn slice(&self, fixed: &[(VarId, i64)]) -> Result<AnyStates> {
-        on!(self, e => Ok(e.slice(fixed)?.into()))
+        attempt!(self, e => Ok(e.slice(fixed)?.into()))
     }
 
     fn contains(&self, x: &AnyStates, state: &[i64]) -> Result<bool> {
-        on!(self, e => e.contains(x.of(e)?, state))
+        attempt!(self, e => e.contains(&*x.of(self, e)?, state))
     }
 
     fn membership<'e>(&'e self, sets: &[&AnyStates]) -> Result<Box<dyn Membership + 'e>> {
-        on!(self, e => e.membership(&sets.iter().map(|x| x.of(e)).collect::<Result<Vec<_>>>()?))
+        attempt!(self, e => {
+            let sets = sets.iter().map(|x| x.of(self, e)).collect::<Result<Vec<_>>>()?;
+            e.membership(&sets.iter().map(|x| &**x).collect::<Vec<_>>())
+        })
     }
 
     fn contains_choice(&self, c: &AnyChoices, state: &[i64], choice: &Choice) -> Result<bool> {
-        on!(self, e => e.contains_choice(c.of(e)?, state, choice))
+        attempt!(self, e => e.contains_choice(&*c.of(self, e)?, state, choice))
     }
 
     fn usage(&self) -> Usage {
-        on!(self, e => e.usage())
+        match &self.inner {
+            Inner::HandOver(both) => both.usage(),
+            _ => on!(self, e => e.usage()),
+        }
     }
 
     fn settings(&self) -> &Settings {
-        on!(self, e => e.settings())
+        match &self.inner {
+            Inner::HandOver(both) => both.settings(),
+            _ => on!(self, e => e.settings()),
+        }
     }
 }

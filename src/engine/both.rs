@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::explicit::{Exploration, Guided};
+use super::budget::Budget;
+use super::explicit::{Exploration, Guided, Pace};
 use super::schedule::Schedule;
 use super::settings::{Settings, Storage};
 use super::symbolic::{self, Exploring, Question};
@@ -17,12 +18,23 @@ const MEMORY_SHARE: u64 = 8;
 pub(crate) enum First {
     /// The explicit engine; also whether it was the only one that explored.
     Explicit(Box<Exploration>, bool),
-    /// The symbolic engine; also the states that the explicit one has explored.
-    Symbolic(Box<symbolic::Explored>, Option<Box<Exploration>>),
+    /// The symbolic engine.
+    Symbolic(Box<Begun>),
     /// The question was answered over all valuations.
     Answered,
     /// The question was answered by a guided search, which knows the answer.
     Guided(Box<Guided>),
+}
+
+/// The result of the symbolic engine, with what the explicit one has done.
+pub(crate) struct Begun {
+    pub(crate) explored: symbolic::Explored,
+    /// The sink of the symbolic engine; it has no limit.
+    pub(crate) budget: Arc<Budget>,
+    /// The states that the explicit engine has explored, unless it met a limit.
+    pub(crate) rest: Option<Box<Exploration>>,
+    /// What states have cost the explicit engine.
+    pub(crate) pace: Pace,
 }
 
 /// A question about the initial states, with the ways to its answer that do not know all states.
@@ -75,7 +87,8 @@ pub(crate) fn explore(
             Way::Explicit => {}
             Way::Symbolic => {
                 if let Some(explored) = both.symbolically(turn.steps)? {
-                    return Ok(First::Symbolic(Box::new(explored), both.explicit));
+                    let Both { budget, explicit: rest, pace, .. } = both;
+                    return Ok(First::Symbolic(Box::new(Begun { explored, budget, rest, pace })));
                 }
             }
             Way::Everywhere if both.asks(turn.steps)? => return Ok(First::Answered),
@@ -94,6 +107,10 @@ pub(crate) fn explore(
 struct Both<'a, 'q> {
     explicit: Option<Box<Exploration>>,
     symbolic: Option<Exploring>,
+    /// The sink of the symbolic exploration.
+    budget: Arc<Budget>,
+    /// What the states explored so far have cost the explicit engine.
+    pace: Pace,
     everywhere: Option<(Exploring, &'a mut Question<'q>)>,
     guided: Option<Box<Guided>>,
     /// The target of the guided search as long as that is not prepared.
@@ -113,17 +130,21 @@ impl<'a, 'q> Both<'a, 'q> {
         let shares = share * (1 + u64::from(asked.target.is_some()));
         let own = |storage: Storage, memory: u64| Settings { storage, memory, ..settings.clone() };
         // Diagrams are kept during a turn only, so the exploration and the question have the same memory.
+        let budget = Arc::new(Budget::new(u64::MAX, &settings.sink));
         let diagrams = |is_backward: bool| {
             let own = own(Storage::Symbolic, settings.memory - shares);
+            let own = if is_backward { own } else { Settings { sink: Arc::clone(&budget) as _, ..own } };
             Exploring::new(Arc::clone(program), own, is_backward)
         };
         let mut both = Both {
             explicit: None,
             symbolic: Some(diagrams(false)?),
+            pace: Pace::default(),
             everywhere: asked
                 .everywhere
                 .map(|question| diagrams(true).map(|own| (own, question)))
                 .transpose()?,
+            budget,
             guided: None,
             target: asked.target,
             allowed: [0; 2],
@@ -178,6 +199,7 @@ impl<'a, 'q> Both<'a, 'q> {
         let most = exploration.work().saturating_add(work);
         let end = exploration.run(most);
         let end = self.within_limits(end)?;
+        self.pace = exploration.pace();
         if end.is_some() {
             self.explicit = Some(exploration);
         }

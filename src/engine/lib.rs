@@ -24,10 +24,12 @@
 
 pub mod any;
 mod both;
+mod budget;
 mod diagrams;
 pub mod edge_labels;
 mod engine;
 pub mod explicit;
+mod handover;
 pub mod membership;
 pub mod regions;
 mod schedule;

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use super::any::AnyEngine;
-use super::both::{Asked, First, explore};
+use super::both::{Asked, Begun, First, explore};
 use super::engine::{Algebra, Engine};
 use super::explicit::{ExplicitEngine, Exploration, Guided};
-use super::settings::{Count, Scope, Settings, Storage};
-use super::symbolic::{self, SymbolicEngine};
-use meliora_base::error::{Error, Limit, Result};
+use super::handover::{HandOver, Rest};
+use super::settings::{Scope, Settings, Storage};
+use super::symbolic::SymbolicEngine;
+use meliora_base::error::{Limit, Result};
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
 
@@ -18,15 +19,6 @@ use meliora_model::predicate::Predicate;
 /// answers all that have at most 4,096 valuations faster; the first for which it is slower has
 /// 8,192. On grid worlds of the generator it is faster up to about 50,000.
 const MOST_VALUATIONS: u64 = 1 << 12;
-
-/// The explicit engine replaces diagrams with fewer states for each of their nodes.
-///
-/// This is a prediction: the work that a question needs after the exploration is not known before. With fewer states,
-/// diagrams hardly share anything, and a fixpoint takes hundreds of steps for each node.
-///
-/// Measured on models of the PRISM benchmark suite, grid worlds and games: below this bound the explicit engine
-/// is up to 5 times faster, on three families; above 64, it is up to 500 times slower.
-const STATES_PER_NODE: u64 = 32;
 
 /// The most states for which the explicit engine is taken whatever the diagrams are, where a question
 /// lists the states anyway.
@@ -165,10 +157,7 @@ impl Selection {
             First::Explicit(all, is_alone) => {
                 self.found_by(*all, is_alone, settings.memory).map(Taken::Built)
             }
-            First::Symbolic(symbolic, rest) => match sparse(&symbolic, lists_states)? {
-                Some(reason) => self.replace(*symbolic, reason, rest, (program, settings)).map(Taken::Built),
-                None => Ok(Taken::Built(symbolic.engine()?.into())),
-            },
+            First::Symbolic(begun) => self.begun(*begun, lists_states, settings).map(Taken::Built),
             First::Answered => Ok(Taken::Answered),
             First::Guided(guided) => Ok(Taken::Guided(guided)),
         }
@@ -184,62 +173,32 @@ impl Selection {
         Ok(engine.into())
     }
 
-    /// Explores the rest by the explicit engine, and takes it for a reason; keeps the
-    /// symbolic engine if the memory does not suffice for both.
-    fn replace(
-        &mut self,
-        symbolic: symbolic::Explored,
-        reason: String,
-        rest: Option<Box<Exploration>>,
-        (program, settings): (&Arc<Program>, Settings),
-    ) -> Result<AnyEngine> {
-        let memory = settings.memory.saturating_sub(symbolic.bytes());
-        let states = usize::try_from(symbolic.count()?).unwrap_or(0);
-        let exploration = match rest {
-            Some(mut exploration) => {
-                exploration.set_memory(memory);
-                Ok(*exploration)
-            }
-            None => {
-                let settings = Settings { memory, storage: Storage::Explicit, ..settings.clone() };
-                Exploration::new(Arc::clone(program), settings)
-            }
-        };
-        let explored = exploration.and_then(|mut exploration| {
-            if !exploration.has_begun() {
-                // Diagrams know the initial states. The search for them may take much longer.
-                exploration.begin_with(&symbolic.beginnings()?)?;
-            }
-            exploration.expect(states);
-            ExplicitEngine::explored(exploration)
-        });
-        match explored {
-            Ok(mut engine) => {
-                engine.set_memory(settings.memory);
-                self.take(reason);
-                Ok(engine.into())
-            }
-            Err(Error::Limit(Limit::Memory { .. } | Limit::Size { .. })) => Ok(symbolic.engine()?.into()),
-            Err(error) => Err(error),
+    /// Takes the symbolic engine, which was the first to know all states, until the explicit engine takes over: at once
+    /// if a question lists the states anyway and they are few, and never if the memory does not suffice.
+    fn begun(&mut self, begun: Begun, lists_states: bool, settings: Settings) -> Result<AnyEngine> {
+        let Begun { explored, budget, rest, pace } = begun;
+        let count = explored.count()?;
+        let states = u64::try_from(&count).unwrap_or(u64::MAX);
+        let symbolic = explored.engine()?;
+        let memory = settings.memory;
+        let steps = pace.work(states).saturating_mul(settings.thresholds.steps_per_work);
+        let rest = Rest { exploration: rest, settings, states: usize::try_from(states).unwrap_or(0) };
+        if lists_states && states <= MOST_LISTED {
+            let Some(mut engine) = rest.explore(&symbolic)? else { return Ok(symbolic.into()) };
+            engine.set_memory(memory);
+            self.take(format!("{count} states found"));
+            return Ok(engine.into());
         }
+        if pace.bytes(states) > memory {
+            return Ok(symbolic.into());
+        }
+        Ok(HandOver::new(symbolic, budget, steps, rest).into())
     }
 
     /// Selects the explicit engine.
     fn take(&mut self, reason: String) {
         *self = Selection { storage: Storage::Explicit, reason: Some(reason), is_open: false };
     }
-}
-
-/// Returns the reason why the explicit engine suits a model better than these diagrams, if it does.
-fn sparse(explored: &symbolic::Explored, lists_states: bool) -> Result<Option<String>> {
-    let states = explored.count()?;
-    if lists_states && states <= Count::from(MOST_LISTED) {
-        return Ok(Some(format!("{states} states found")));
-    }
-    let few = states < Count::from(STATES_PER_NODE) * explored.nodes()?;
-    let reason =
-        || format!("{states} states found, fewer than {STATES_PER_NODE} for each node of the diagrams");
-    Ok(few.then(reason))
 }
 
 /// Returns ∏ |range of x| over the variables x, or `None` if it passes 2^64.

@@ -73,4 +73,7 @@ pub struct Usage {
     pub peak_nodes: u64,
     /// The bytes of the engine's own tables.
     pub bytes: u64,
+    /// The steps of diagrams after which the explicit engine took over, if it did; see
+    /// [`Selection`](crate::Selection).
+    pub taken_over_after: Option<u64>,
 }

@@ -68,7 +68,7 @@ impl CheckReport {
         report.players = PlayerSummary::all(program, analysis.whole_engine())?;
         report.result = analysis.result().clone();
         report.initial = analysis.initial_prospects(program, LISTED)?;
-        report.memory.peak_nodes = engine.usage().peak_nodes;
+        report.used(engine.usage());
         Ok(report)
     }
 

@@ -11,7 +11,7 @@ use super::header::Header;
 use super::report::{Failure, MemoryUse, Report};
 use super::style::Style;
 use super::text;
-use meliora_engine::Count;
+use meliora_engine::{Count, Usage};
 use meliora_planning::result::ModelCounts;
 
 /// The results of a command.
@@ -268,6 +268,16 @@ impl<F: Findings> Envelope<F> {
         let (answers, notes) = self.findings.answers().into_iter().unzip();
         let notes: Vec<Option<String>> = notes;
         Row { cells, answers, notes: notes.into_iter().flatten().collect(), problem }
+    }
+}
+
+impl<F: Findings> Envelope<F> {
+    /// Adds the nodes that an engine has used, and whether the other engine took over.
+    pub fn used(&mut self, usage: Usage) {
+        self.memory.peak_nodes = self.memory.peak_nodes.max(usage.peak_nodes);
+        if let Some(steps) = usage.taken_over_after {
+            self.header.take_over(steps);
+        }
     }
 }
 

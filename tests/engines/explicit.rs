@@ -13,6 +13,7 @@ use proptest::prelude::*;
 
 use crate::common::agreement;
 use crate::common::brute::Brute;
+use crate::common::handed_over::handed_over;
 use crate::common::random_program::{random_predicate, random_program};
 
 /// The numbers from which a random program is made.
@@ -58,6 +59,25 @@ proptest! {
             agreement::check(&engine, &program, &brute, &predicates);
             agrees(engine.into());
         }
+    }
+
+    /// After these steps for each state and successor, sets of diagrams and of the explicit engine meet in most operations.
+    #[test]
+    fn every_operation_is_that_of_the_reference_once_the_explicit_engine_takes_over(
+        of in numbers(160),
+        first in numbers(20),
+        second in numbers(20),
+        scope in scope(),
+        steps in prop::sample::select(vec![0, 1, 2, 5, 10, 30, 100, 300]),
+    ) {
+        let mut program = random_program(&of, false);
+        let predicates = [random_predicate(&mut program, &first), random_predicate(&mut program, &second)];
+        let program = Arc::new(program);
+        let brute = Brute::new(&program, scope).unwrap();
+        let settings = Settings { scope, memory: 64 << 20, ..Settings::default() };
+        let engine = handed_over(&program, settings, steps);
+        agreement::check(&engine, &program, &brute, &predicates);
+        prop_assert!(steps > 0 || engine.usage().taken_over_after == Some(0));
     }
 
     #[test]

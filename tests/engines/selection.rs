@@ -2,11 +2,13 @@
 //! answers are the same.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use meliora::advanced::symbolic::Thresholds;
 use meliora::engine::regions::{Regions, regions};
 use meliora::engine::{
-    Algebra, AnyEngine, Engine, ExplicitEngine, Scope, Selection, Settings, Storage, SymbolicEngine,
+    Algebra, AnyEngine, Engine, ExplicitEngine, ProgressSink, Scope, Selection, Settings, Storage,
+    SymbolicEngine,
 };
 use meliora::error::{Error, Limit, SourceFile};
 use meliora::lang;
@@ -180,21 +182,59 @@ fn game(ours: &str, theirs: &str) -> String {
     )
 }
 
+/// Finds the states by diagrams in their first turn, then the regions of a target.
+fn begun_by_diagrams(text: &str, target: &str) -> AnyEngine {
+    let settings = in_turns(Scope::Reachable, 1, 1 << 40);
+    let (engine, said) = taken_in(text, settings, false);
+    assert_eq!(said, "symbolic: over 4096 states possible");
+    assert_eq!(engine.storage(), Storage::Symbolic);
+    let source = SourceFile::new("target", target);
+    let target = lang::parse_expression(&source).unwrap();
+    let target = lang::lower_target(engine.program(), &source, &target).unwrap();
+    let found = regions(&engine, &engine.states_where(&target).unwrap()).unwrap();
+    let alone = ExplicitEngine::new(Arc::clone(engine.program()), Settings::default()).unwrap();
+    let expected = regions(&alone, &alone.states_where(&target).unwrap()).unwrap();
+    let [found, expected] =
+        [found.map(|x| engine.count(&x).unwrap()), expected.map(|x| alone.count(&x).unwrap())];
+    assert_eq!(found, expected);
+    engine
+}
+
+/// A model of 14,021 states that diagrams find at once, but whose fixpoints are long by diagrams.
+const LONG_FIXPOINTS: &str = "mdp module m t : [0..1]; x : [0..2002] init 1; y : [0..6]; \
+    [] t=0 -> (t'=1) & (x'=mod(5*x+y, 2003)); [] t=0 -> (t'=1) & (x'=mod(x*3+1, 2003)); \
+    [] t=1 -> (t'=0) & (y'=mod(y+x, 7)); [] t=1 -> 0.5: (t'=0) & (y'=0) + 0.5: (t'=0); endmodule";
+
 #[test]
-fn states_that_share_few_nodes_take_the_explicit_engine() {
-    let ours = "x : [0..2003] init 1; [a] true -> (x'=mod(5*x+y, 2003)); [b] true -> (x'=mod(x*3+1, 2003));";
-    let theirs = "y : [0..6]; [c] true -> (y'=mod(y+x, 7)); [d] true -> 0.5: (y'=0) + 0.5: true;";
-    let text = game(ours, theirs);
-    let (_, rest) = text.split_once("them [c], [d] endplayer").unwrap();
-    // Diagrams find all states in their first turn.
-    let settings = || in_turns(Scope::Reachable, 1, 1 << 40);
-    for text in [&text, &format!("mdp {rest}")] {
-        let (engine, said) = taken_in(text, settings(), false);
-        let states = engine.count(&engine.all_states()).unwrap();
-        assert_eq!(
-            said,
-            format!("explicit: {states} states found, fewer than 32 for each node of the diagrams")
-        );
+fn the_explicit_engine_takes_over_a_question_that_is_long_by_diagrams() {
+    let begun = || begun_by_diagrams(LONG_FIXPOINTS, "t=1 & x=0 & y=0");
+    let engine = begun();
+    assert_eq!(engine.storage(), Storage::Explicit);
+    let steps = engine.usage().taken_over_after;
+    assert!(steps > Some(0));
+    assert_eq!(begun().usage().taken_over_after, steps, "each run takes the same steps");
+}
+
+#[test]
+fn a_cancelled_question_is_not_taken_over() {
+    let sink = Arc::new(Stopping::default());
+    let settings = Settings { sink: Arc::clone(&sink) as _, ..in_turns(Scope::Reachable, 1, 1 << 40) };
+    let (engine, _) = taken_in(LONG_FIXPOINTS, settings, false);
+    sink.0.store(true, Relaxed);
+    let target = engine.singleton(&[0, 0, 0]);
+    assert!(matches!(target.err(), Some(Error::Limit(Limit::Interrupted))));
+    assert_eq!(engine.usage().taken_over_after, None);
+    sink.0.store(false, Relaxed);
+    assert!(engine.singleton(&[0, 0, 0]).is_ok());
+}
+
+/// A sink that ends the work once it is true.
+#[derive(Default)]
+struct Stopping(AtomicBool);
+
+impl ProgressSink for Stopping {
+    fn stop(&self) -> Option<Limit> {
+        self.0.load(Relaxed).then_some(Limit::Interrupted)
     }
 }
 

@@ -31,8 +31,8 @@ proptest! {
 
     #[test]
     fn both_engines_report_the_same_and_explain_the_same_in_every_state(case in random_case()) {
-        let [symbolic, explicit, threads] = Analysed::all(&case);
+        let [symbolic, explicit, taken_over] = Analysed::all(&case);
         agree(&symbolic, &explicit);
-        agree(&symbolic, &threads);
+        agree(&symbolic, &taken_over);
     }
 }

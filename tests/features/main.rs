@@ -6,6 +6,9 @@ mod certificates;
 mod coverage;
 #[path = "../common/graphs.rs"]
 mod graphs;
+#[path = "../common/handed_over.rs"]
+#[allow(unreachable_pub, reason = "shared")]
+mod handed_over;
 mod joint;
 mod likely;
 mod plans;
@@ -24,6 +27,7 @@ use meliora::model::{Program, State};
 use meliora::planning::{Analysis, FiniteMemoryStrategy, Options, Safety, StrategyKind};
 use proptest::prelude::ProptestConfig;
 
+use handed_over::handed_over;
 use random_case::RandomCase;
 
 /// Settings for each engine, and for the symbolic one with the declared order.
@@ -49,16 +53,32 @@ impl Analysed {
         settings: Settings,
         safety: Safety,
     ) -> Self {
-        let engine = Arc::new(AnyEngine::new(Arc::clone(program), settings).unwrap());
-        let mut analysis = Analysis::new(&engine, preferences, Options { safety, max_level: None });
+        let engine = AnyEngine::new(Arc::clone(program), settings).unwrap();
+        Self::with((program, preferences), engine, safety)
+    }
+
+    fn with(
+        (program, preferences): (&Arc<Program>, &Arc<Preferences>),
+        engine: AnyEngine,
+        safety: Safety,
+    ) -> Self {
+        let mut analysis = Analysis::new(&Arc::new(engine), preferences, Options { safety, max_level: None });
         analysis.run(&mut |_| ()).unwrap();
         Analysed { program: Arc::clone(program), analysis }
     }
 
-    /// The analyses of a case by all engines.
+    /// The analyses of a case by all engines. The explicit engine takes over from the last one, after a share of the
+    /// question that depends on the case.
     fn all(case: &RandomCase) -> [Self; 3] {
         let (program, preferences) = case.load();
-        settings(case).map(|settings| Self::new((&program, &preferences), settings, case.safety))
+        let given = (&program, &preferences);
+        let [symbolic, explicit, declared] = settings(case);
+        let steps = [0, 1, 3, 10, 30, 100, 300][case.model.len() % 7];
+        [
+            Self::new(given, symbolic, case.safety),
+            Self::new(given, explicit, case.safety),
+            Self::with(given, handed_over(&program, declared, steps), case.safety),
+        ]
     }
 
     /// The states of the scope, unsafe ones included.

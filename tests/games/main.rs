@@ -2,6 +2,9 @@
 //! engine against the other.
 
 mod dumps;
+#[path = "../common/handed_over.rs"]
+#[allow(unreachable_pub, reason = "shared")]
+mod handed_over;
 mod levels;
 mod library;
 mod moves;

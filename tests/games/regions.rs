@@ -10,6 +10,7 @@ use meliora::model::predicate::Predicate;
 use meliora::model::property::{Bound, Strategies};
 use proptest::prelude::*;
 
+use super::handed_over::handed_over;
 use super::raw::{Enforced, Raw, Won, program};
 use super::{settings, some_game, thresholds};
 
@@ -93,8 +94,11 @@ fn check_all(raw: &Raw, target: &[bool], thresholds: &[Thresholds]) {
         let program = Arc::new(program(&text));
         let target = target_of(&program);
         check(&explicit(&program), &target, &values, &expected, raw);
-        for &thresholds in thresholds {
+        for (number, &thresholds) in thresholds.iter().enumerate() {
             check(&symbolic(&program, thresholds), &target, &values, &expected, raw);
+            let steps = [0, 1, 4, 20, 100][number % 5];
+            let engine = handed_over(&program, settings(Scope::All, Thresholds::default()), steps);
+            check(&engine, &target, &values, &expected, raw);
         }
     }
 }

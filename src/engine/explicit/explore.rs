@@ -73,6 +73,35 @@ pub(crate) struct Exploration {
     found: Found,
 }
 
+/// What some states of a model have cost the explicit engine.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Pace {
+    explored: u64,
+    /// The work of these states, counted in states and their successors.
+    work: u64,
+    reached: u64,
+    /// The bytes of those reached.
+    bytes: u64,
+}
+
+impl Pace {
+    /// Returns the work for a number of states at this pace.
+    pub(crate) fn work(&self, states: u64) -> u64 {
+        in_proportion(states, self.work, self.explored)
+    }
+
+    /// Returns the bytes for a number of states at this pace.
+    pub(crate) fn bytes(&self, states: u64) -> u64 {
+        in_proportion(states, self.bytes, self.reached)
+    }
+}
+
+/// Returns n · cost / of, and n without a measurement.
+fn in_proportion(n: u64, cost: u64, of: u64) -> u64 {
+    let whole = (u128::from(n) * u128::from(cost)).checked_div(of.into());
+    u64::try_from(whole.unwrap_or(n.into())).unwrap_or(u64::MAX)
+}
+
 /// The input of an exploration.
 pub(super) struct Task {
     pub(super) program: Arc<Program>,
@@ -172,6 +201,14 @@ impl Exploration {
     /// Returns the work so far, counted in states and their successors; also in guards where states have many.
     pub(crate) fn work(&self) -> u64 {
         self.found.work
+    }
+
+    /// Returns what the states explored so far have cost.
+    pub(crate) fn pace(&self) -> Pace {
+        let Exploration { task, found } = self;
+        let (explored, reached) = (found.next as u64, found.space.len() as u64);
+        let work = explored + found.graph.transitions_of(0..found.graph.choices()) as u64;
+        Pace { explored, work, reached, bytes: task.meter.used() }
     }
 
     /// Explores the rest, and returns all states with their choices and successors.

@@ -6,6 +6,7 @@
 //! (`index`). Choices with exact probabilities are listed state by state (`weighted`, `fractions`).
 //! Fixpoints use work lists over a reversed graph (`fixpoint`, `almost_sure`, `games`, `graph`).
 
+mod adopt;
 mod almost_sure;
 mod bounds;
 mod by_value;
@@ -40,7 +41,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 
 use super::settings::Settings;
-pub(crate) use explore::Exploration;
+pub(crate) use adopt::{Groups, PartOfGroups};
+pub(crate) use explore::{Exploration, Pace};
 use explore::{Explored, Space, Task};
 use games::Game;
 use graph::Graph;

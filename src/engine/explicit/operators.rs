@@ -353,7 +353,7 @@ impl Engine for ExplicitEngine {
     }
 
     fn usage(&self) -> Usage {
-        Usage { peak_nodes: 0, bytes: self.meter.peak() }
+        Usage { bytes: self.meter.peak(), ..Usage::default() }
     }
 
     fn settings(&self) -> &Settings {

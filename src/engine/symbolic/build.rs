@@ -2,13 +2,12 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::draft::{Draft, Translated, beginnings};
+use super::draft::{Draft, Translated};
 use super::encoding::Encoding;
 use super::encoding::transitions::{Piece, Transitions};
 use super::encoding::translate::Translator;
 use super::games::Game;
 use super::order::{Bit, Order, candidates};
-use super::pick;
 use super::relations::lists::Lists;
 use super::relations::partial_relation::PartialRelation;
 use super::store::Store;
@@ -49,7 +48,7 @@ impl SymbolicEngine {
 ///
 /// The fixpoints may need a larger one, which is made only for an engine that is used.
 pub(crate) struct Explored {
-    draft: Draft,
+    pub(super) draft: Draft,
     states: Bdd,
     /// A state in which an enabled command has probabilities that were rounded.
     rounded: Option<State>,
@@ -161,29 +160,6 @@ impl Explored {
     /// Returns the number of states.
     pub(crate) fn count(&self) -> Result<Count> {
         self.draft.store.count(&self.states, self.draft.encoding.width() as u32)
-    }
-
-    /// Returns the states in which the exploration begins, ordered by their values; all states if nothing
-    /// was explored.
-    ///
-    /// # Errors
-    /// A limit.
-    pub(crate) fn beginnings(&self) -> Result<Vec<State>> {
-        let Draft { program, settings, encoding, store, domain, translated, .. } = &self.draft;
-        let sets = (&translated.initial, domain);
-        let start = beginnings(program, encoding, store, settings.scope, sets)?;
-        pick::list(store, encoding, start.as_ref().unwrap_or(&self.states), usize::MAX)
-    }
-
-    /// Returns the number of nodes of the states and of all partial relations.
-    pub(crate) fn nodes(&self) -> Result<usize> {
-        let relations = self.draft.translated.transitions.pieces.iter().map(|p| &p.steps.relation);
-        relations.chain([&self.states]).map(|f| self.draft.store.size(f)).sum()
-    }
-
-    /// Returns the bytes in use.
-    pub(crate) fn bytes(&self) -> u64 {
-        self.draft.store.usage().bytes
     }
 
     /// Builds the engine. Cost: no image.

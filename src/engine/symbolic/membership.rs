@@ -7,10 +7,12 @@ use oxidd::LevelNo;
 use super::encoding::Encoding;
 use super::store::Store;
 use super::store::diagram::{Bdd, Diagram, Edge, ManagerOf};
+use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::membership::Membership;
 use crate::settings::Settings;
 use meliora_base::error::Result;
 use meliora_base::progress::Poll;
+use meliora_model::step::Choice;
 
 /// The greatest number of nodes: 48 MiB.
 const MOST_NODES: usize = 1 << 22;
@@ -82,6 +84,34 @@ impl Membership for Marks<'_> {
         }
         Ok(self.leaves[!place as usize])
     }
+}
+
+impl SymbolicEngine {
+    /// Returns the group of a choice; choices of deadlocks are the last group.
+    pub(crate) fn group_of(&self, choice: &Choice) -> Option<usize> {
+        self.transitions.group_of(choice)
+    }
+
+    /// Returns which pairs of each group a set has.
+    ///
+    /// # Errors
+    /// The set belongs to another engine.
+    pub(crate) fn by_group(&self, c: &ChoiceSet) -> Result<Vec<OfGroup>> {
+        let part = |(own, all): (&Bdd, &Bdd)| match own == all {
+            true => OfGroup::All,
+            false if self.store.is_zero(own) => OfGroup::Nothing,
+            false => OfGroup::Part(StateSet(own.clone())),
+        };
+        Ok(self.groups_of(c)?.iter().zip(&*self.enabled).map(part).collect())
+    }
+}
+
+/// The pairs of one group of choices that a set has.
+pub(crate) enum OfGroup {
+    All,
+    Nothing,
+    /// Those of these states.
+    Part(StateSet),
 }
 
 /// The nodes so far.

@@ -44,6 +44,7 @@ pub(crate) use build::{Explored, Exploring, Question};
 pub use dump::Set;
 pub use encoding::Encoding;
 pub use encoding::transitions::Numbered;
+pub(crate) use membership::OfGroup;
 pub use order::{Bit, Order};
 pub use pick::Listing;
 pub use sizes::DiagramSizes;
@@ -70,11 +71,11 @@ use store::diagram::Bdd;
 use store::walk::{Direction, Pass};
 
 /// A set of states: a diagram over the present bits.
-#[derive(Clone)]
+#[derive(Clone, PartialEq, Eq, Hash)]
 pub struct StateSet(Bdd);
 
 /// A set of (state, choice) pairs: one set of states per group of choices.
-#[derive(Clone)]
+#[derive(Clone, PartialEq, Eq, Hash)]
 pub struct ChoiceSet(Arc<Vec<Bdd>>);
 
 /// The symbolic engine. Clones share the diagrams.

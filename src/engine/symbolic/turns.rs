@@ -1,13 +1,11 @@
 //! Several ways to the same diagrams in turns.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
-use std::time::Duration;
 
+use crate::budget::Budget;
 use crate::schedule::{Schedule, Turn};
 use crate::settings::Settings;
 use meliora_base::error::{Error, Limit, Result};
-use meliora_base::progress::ProgressSink;
 
 /// Ways to the same result, each with its turns of a [`Schedule`]. A way begins anew in each turn. A way that runs out
 /// of memory has no more turns.
@@ -47,7 +45,7 @@ impl<W> Turns<W> {
             let budget = Arc::new(Budget::new(steps, &self.settings.sink));
             let own = Settings { sink: Arc::clone(&budget) as _, ..self.settings.clone() };
             let result = attempt(&self.ways[way], own);
-            self.work = self.work.saturating_add(budget.spent.load(Relaxed));
+            self.work = self.work.saturating_add(budget.spent());
             match result {
                 Err(Error::Limit(Limit::Interrupted)) if budget.has_ended() => {}
                 Err(Error::Limit(limit @ Limit::Memory { .. })) => {
@@ -61,56 +59,6 @@ impl<W> Turns<W> {
             }
         }
         Ok(None)
-    }
-}
-
-/// A progress sink that ends the work after a number of steps of decision diagrams.
-struct Budget {
-    sink: Arc<dyn ProgressSink>,
-    /// The maximum number of steps.
-    most: AtomicU64,
-    spent: AtomicU64,
-    /// True if this sink has ended the work, and not the one that it passes all on to.
-    ended: AtomicBool,
-}
-
-impl Budget {
-    fn new(steps: u64, sink: &Arc<dyn ProgressSink>) -> Self {
-        let (most, spent) = (AtomicU64::new(steps), AtomicU64::new(0));
-        Budget { sink: Arc::clone(sink), most, spent, ended: AtomicBool::new(false) }
-    }
-
-    fn has_ended(&self) -> bool {
-        self.ended.load(Relaxed)
-    }
-
-    /// Removes the limit.
-    fn lift(&self) {
-        self.most.store(u64::MAX, Relaxed);
-    }
-}
-
-impl ProgressSink for Budget {
-    fn stop(&self) -> Option<Limit> {
-        if let Some(limit) = self.sink.stop() {
-            return Some(limit);
-        }
-        let is_spent = self.spent.load(Relaxed) >= self.most.load(Relaxed);
-        self.ended.fetch_or(is_spent, Relaxed);
-        is_spent.then_some(Limit::Interrupted)
-    }
-
-    fn advance(&self, steps: u64) {
-        self.spent.fetch_add(steps, Relaxed);
-        self.sink.advance(steps);
-    }
-
-    fn clock(&self) -> Duration {
-        self.sink.clock()
-    }
-
-    fn progress(&self, phase: &'static str, detail: &dyn Fn() -> String) {
-        self.sink.progress(phase, detail);
     }
 }
 

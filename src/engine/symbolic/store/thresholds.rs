@@ -18,6 +18,9 @@ pub struct Thresholds {
     /// Work of the explicit engine, in states and their successors, before the engines take turns, if the states
     /// select the engine.
     pub work_before_diagrams: u64,
+    /// Steps of diagrams for a question, for each unit of work in which the explicit engine lists the states; after
+    /// these it takes over. A step takes about as long as a unit.
+    pub steps_per_work: u64,
     /// Initial number of entries of the operation cache, if the memory suffices. Models with many nodes get more once
     /// their states are known.
     pub cache: u64,
@@ -31,6 +34,7 @@ impl Default for Thresholds {
             relations_per_bit: 4,
             first_turn: 1 << 19,
             work_before_diagrams: 1 << 16,
+            steps_per_work: 1,
             cache: 1 << 20,
             first_collection: 16_000_000,
         }
