@@ -1,5 +1,6 @@
 """What plans and strategies that achieve an objective say in each state."""
 
+from reference.equations import Action, against, greatest
 from reference.strategies import pursued, pursuing, pursuit
 from tester.promises import claims, done_in
 
@@ -16,6 +17,24 @@ def pursues(context):
     for at_state, state, entry in safe_entries(context, "--kind", "achieve", *name):
         taken = (number, None) if state in context.analysis.sure[number] else None
         pursues_at(context, taken, at_state, state, entry)
+
+
+def likeliest(context):
+    """The probability to achieve an objective: to reach the states where it is sure, against an opponent if there is one."""
+    if context.is_rare():
+        return
+    number, mdp = context.case.seed % len(context.names), context.analysis.mdp
+    sure, actions = context.analysis.sure[number], {}
+    for state, own in enumerate(mdp.choices):
+        actions[state] = []
+        for choice in own if state not in sure else ():
+            now = sum(p for to, p in choice.to.items() if to in sure)
+            actions[state].append(Action(now, [(p, to) for to, p in choice.to.items() if to not in sure], now > 0))
+    values = against(actions, mdp.theirs) if context.is_game else greatest(actions)
+    options = ("--kind", "achieve", "--objective", context.names[number], "--choose", "likely")
+    for where, state, entry in safe_entries(context, *options):
+        found = entry["attains"]["probability"] if entry["attains"] else None
+        context.within(f"probability of {where}", 1 if state in sure else values[state], found)
 
 
 def safe_entries(context, *options):
@@ -78,4 +97,4 @@ def actions_at(context, objective, way, where, state, entry):
         context.same(f"progress of {where}", sorted(closer), sorted(progress))
 
 
-ALL = {"pursue": pursues}
+ALL = {"pursue": pursues, "likeliest": likeliest}
