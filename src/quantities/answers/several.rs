@@ -13,9 +13,10 @@ use num_traits::{One, Signed, ToPrimitive, Zero};
 use crate::equations::arena::Arena;
 use crate::equations::meter::Meter;
 use crate::equations::number::Interval;
-use crate::solvers::hull::separated;
+use crate::solvers::hull::{mixed as mixed_shares, separated};
 use crate::solvers::outer::Outer;
 pub use crate::solvers::pairs::Counted;
+pub use crate::solvers::strategy::{Node, Taking};
 use crate::solvers::weighted::{Point, Weighted, rate};
 
 /// An objective.
@@ -42,6 +43,17 @@ pub enum Several {
     Front(Vec<Vec<f64>>),
 }
 
+/// A strategy that a mix begins with.
+#[derive(Debug)]
+pub struct Part {
+    /// Its probability; `None` on a front, each point of which is a strategy of its own.
+    pub share: Option<Ratio>,
+    /// The values of the objectives that it guarantees: lower bounds of those that are to be great, upper bounds of others.
+    pub values: Vec<Ratio>,
+    /// The states that it visits with its memory; the first one is the start.
+    pub nodes: Vec<Node>,
+}
+
 /// Answers a question about several objectives from a state, without an opponent.
 ///
 /// # Errors
@@ -53,38 +65,70 @@ pub fn several(
     objectives: &[Objective<'_>],
     precision: f64,
 ) -> Result<Several> {
+    answered(arena, state, objectives, precision, false).map(|(found, _)| found)
+}
+
+/// Does the same as [`several`], and returns the strategies that show it: a mix draws one of them at the start and follows
+/// it from then on. There are none if no strategy satisfies the bounds.
+///
+/// # Errors
+/// The errors of [`several`].
+pub fn mixed(
+    arena: &Arena<'_>,
+    state: usize,
+    objectives: &[Objective<'_>],
+    precision: f64,
+) -> Result<(Several, Vec<Part>)> {
+    answered(arena, state, objectives, precision, true)
+}
+
+fn answered(
+    arena: &Arena<'_>,
+    state: usize,
+    objectives: &[Objective<'_>],
+    precision: f64,
+    keeps: bool,
+) -> Result<(Several, Vec<Part>)> {
     if arena.theirs.as_ref().is_some_and(|theirs| theirs.any()) {
         return Err(Error::Usage("several objectives are not supported against an opponent".to_owned()));
     }
     let mut meter = arena.meter();
     let counted: Vec<_> = objectives.iter().map(|own| (own.counted, own.optimum)).collect();
-    let found = Weighted::new(arena, state, &counted, &mut meter)?;
-    let search = found.map(|weighted| Search { weighted, points: Vec::new(), exact: precision <= 0.0 });
+    let found = Weighted::new(arena, state, &counted, keeps, &mut meter)?;
+    let mut search = found.map(|weighted| Search::new(weighted, precision <= 0.0));
     let open: Vec<usize> = (0..objectives.len()).filter(|&at| objectives[at].bound.is_none()).collect();
     let sign = |at: usize| if objectives[at].optimum == Optimum::Max { Ratio::one() } else { -Ratio::one() };
     let bounds: Vec<Ratio> =
         (0..objectives.len()).map(|at| objectives[at].bound.clone().unwrap_or_default() * sign(at)).collect();
-    match (open.as_slice(), search) {
-        ([], None) => Ok(Several::Achievable(Some(false))),
-        ([], Some(search)) => search.achievable(&bounds, &mut meter),
+    let found = match (open.as_slice(), &mut search) {
+        ([], None) => Several::Achievable(Some(false)),
+        ([], Some(search)) => search.achievable(&bounds, &mut meter)?,
         (&[best], search) => {
             let found = match search {
                 Some(search) => search.best(best, bounds, sign(best), precision, &mut meter)?,
                 None => Several::Best(None),
             };
             match found {
-                Several::Best(None) => without(arena, state, objectives, best, precision),
-                found => Ok(found),
+                Several::Best(None) => without(arena, state, objectives, best, precision)?,
+                found => found,
             }
         }
-        (open, _) if open.len() < objectives.len() => Err(Error::Usage(
-            "ask for one value under bounds, or for the best values of all objectives".to_owned(),
-        )),
-        (_, None) => Err(Error::Usage("no strategy has finite values of all objectives".to_owned())),
-        (open, Some(search)) => {
-            search.front(&open.iter().map(|&at| sign(at)).collect::<Vec<_>>(), precision, &mut meter)
+        (open, _) if open.len() < objectives.len() => {
+            let message = "ask for one value under bounds, or for the best values of all objectives";
+            return Err(Error::Usage(message.to_owned()));
         }
-    }
+        (_, None) => {
+            let message = "no strategy has finite values of all objectives";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        (open, Some(search)) => {
+            search.front(&open.iter().map(|&at| sign(at)).collect::<Vec<_>>(), precision, &mut meter)?
+        }
+    };
+    let Some(search) = search.filter(|_| keeps) else { return Ok((found, Vec::new())) };
+    let signs: Vec<Ratio> = (0..objectives.len()).map(sign).collect();
+    let parts = search.parts(arena, &counted, &signs, &mut meter)?;
+    Ok((found, parts))
 }
 
 /// Returns the value of an objective that is not finite under any strategy that satisfies the others.
@@ -114,7 +158,11 @@ fn without(
 struct Search {
     weighted: Weighted,
     points: Vec<Vec<Ratio>>,
+    /// The policies of the points.
+    policies: Vec<Vec<usize>>,
     exact: bool,
+    /// The points that show the answer, with their shares in a mean.
+    shown: Vec<(usize, Option<Ratio>)>,
 }
 
 /// The result of a search for a separation.
@@ -128,6 +176,37 @@ enum Found {
 }
 
 impl Search {
+    fn new(weighted: Weighted, exact: bool) -> Self {
+        Search { weighted, points: Vec::new(), policies: Vec::new(), exact, shown: Vec::new() }
+    }
+
+    /// Begins again with fractions.
+    fn be_exact(&mut self) {
+        (self.exact, self.points, self.policies) = (true, Vec::new(), Vec::new());
+    }
+
+    /// Notes the mean of points that reaches some bounds.
+    fn show(&mut self, bounds: &[Ratio]) {
+        let shares = mixed_shares(bounds, &self.points).into_iter().enumerate();
+        self.shown = shares.filter(|(_, x)| x.is_positive()).map(|(at, x)| (at, Some(x))).collect();
+    }
+
+    /// Returns the strategies of the points that show the answer.
+    fn parts(
+        &self,
+        arena: &Arena<'_>,
+        objectives: &[(Counted<'_>, Optimum)],
+        signs: &[Ratio],
+        meter: &mut Meter<'_>,
+    ) -> Result<Vec<Part>> {
+        let part = |(at, share): &(usize, Option<Ratio>)| {
+            let nodes = self.weighted.strategy(&self.policies[*at], arena, objectives, meter)?;
+            let values = self.points[*at].iter().zip(signs).map(|(x, sign)| x * sign).collect();
+            Ok(Part { share: share.clone(), values, nodes })
+        };
+        self.shown.iter().map(part).collect()
+    }
+
     /// Finds the best point for some weights.
     fn point(&mut self, weights: &[Ratio], meter: &mut Meter<'_>) -> Result<Point> {
         let point = match self.exact {
@@ -135,6 +214,7 @@ impl Search {
             false => self.weighted.near(weights, meter)?,
         };
         self.points.push(point.gains.clone());
+        self.policies.push(point.policy.clone());
         Ok(point)
     }
 
@@ -165,14 +245,17 @@ impl Search {
         }
     }
 
-    fn achievable(mut self, bounds: &[Ratio], meter: &mut Meter<'_>) -> Result<Several> {
+    fn achievable(&mut self, bounds: &[Ratio], meter: &mut Meter<'_>) -> Result<Several> {
         let found = match self.locate(bounds, meter)? {
             Found::Border if !self.exact => {
-                (self.exact, self.points) = (true, Vec::new());
+                self.be_exact();
                 self.locate(bounds, meter)?
             }
             found => found,
         };
+        if matches!(found, Found::Inside) {
+            self.show(bounds);
+        }
         Ok(Several::Achievable(match found {
             Found::Inside => Some(true),
             Found::Outside(..) => Some(false),
@@ -183,7 +266,7 @@ impl Search {
     /// Lowers the bound of the objective `at`, which is first the best value without the others, by one half-space after
     /// the other, until it can be reached.
     fn best(
-        mut self,
+        &mut self,
         at: usize,
         mut bounds: Vec<Ratio>,
         sign: Ratio,
@@ -212,8 +295,8 @@ impl Search {
                 return match self.exact {
                     true => Ok(Several::Best(None)),
                     false => {
-                        let again = Search { exact: true, points: Vec::new(), ..self };
-                        again.best(at, bounds, sign, precision, meter)
+                        self.be_exact();
+                        self.best(at, bounds, sign, precision, meter)
                     }
                 };
             }
@@ -221,6 +304,7 @@ impl Search {
             step *= Ratio::from_integer(2.into());
             bounds[at] = &upper - &less;
         }
+        self.show(&bounds);
         let (low, high) = (bounds[at].clone() * &sign, upper * &sign);
         let (low, high) = if low <= high { (low, high) } else { (high, low) };
         Ok(Several::Best(Some(Interval {
@@ -230,7 +314,7 @@ impl Search {
     }
 
     /// Searches at the vertices of the half-spaces, as long as one lies further outside than the precision.
-    fn front(mut self, signs: &[Ratio], precision: f64, meter: &mut Meter<'_>) -> Result<Several> {
+    fn front(&mut self, signs: &[Ratio], precision: f64, meter: &mut Meter<'_>) -> Result<Several> {
         // The other half is lost by points that are left out.
         let half = Ratio::from_float(precision / 2.0).unwrap_or_default();
         let mut top = Vec::new();
@@ -254,7 +338,13 @@ impl Search {
                 near.push(vertex);
             }
         }
-        Ok(Several::Front(needed(self.points, &half, signs)))
+        let shown = needed(&self.points, &half);
+        // Rounding outwards may lead below 0, where no probability and no reward is.
+        let number = |(x, sign): (&Ratio, &Ratio)| (x * sign).to_f64().unwrap_or(f64::NAN).max(0.0);
+        let point = |&at: &usize| self.points[at].iter().zip(signs).map(number).collect();
+        let front = shown.iter().map(point).collect();
+        self.shown = shown.into_iter().map(|at| (at, None)).collect();
+        Ok(Several::Front(front))
     }
 
     /// Returns weights with few digits, unless all numbers are exact.
@@ -268,23 +358,23 @@ impl Search {
     }
 }
 
-/// Returns the points that are not below means of the others, in the order of the first objective; all that are left out
-/// are at most `width` above such means.
-fn needed(mut points: Vec<Vec<Ratio>>, width: &Ratio, signs: &[Ratio]) -> Vec<Vec<f64>> {
-    points.sort();
-    points.dedup();
-    let each = width / Ratio::from_integer(points.len().into());
+/// Returns the positions of the points that are not below means of the others, in the order of the first objective; all
+/// that are left out are at most `width` above such means.
+fn needed(points: &[Vec<Ratio>], width: &Ratio) -> Vec<usize> {
+    let mut left: Vec<usize> = (0..points.len()).collect();
+    left.sort_by(|&a, &b| points[a].cmp(&points[b]));
+    left.dedup_by(|a, b| points[*a] == points[*b]);
+    let each = width / Ratio::from_integer(left.len().into());
     let mut at = 0;
-    while at < points.len() {
-        let point = points.remove(at);
-        if points.is_empty() || separated(&point, &points).0 > each {
-            points.insert(at, point);
+    while at < left.len() {
+        let point = left.remove(at);
+        let others: Vec<Vec<Ratio>> = left.iter().map(|&other| points[other].clone()).collect();
+        if others.is_empty() || separated(&points[point], &others).0 > each {
+            left.insert(at, point);
             at += 1;
         }
     }
-    // Rounding outwards may lead below 0, where no probability and no reward is.
-    let number = |(x, sign): (&Ratio, &Ratio)| (x * sign).to_f64().unwrap_or(f64::NAN).max(0.0);
-    points.iter().map(|x| x.iter().zip(signs).map(number).collect()).collect()
+    left
 }
 
 /// Returns a weight with few digits.

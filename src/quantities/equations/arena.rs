@@ -77,6 +77,11 @@ impl<'e> Arena<'e> {
         Ok(arena)
     }
 
+    /// Returns the position of a choice among those of its state in the program.
+    pub(crate) fn position(&self, choice: usize) -> usize {
+        self.positions.get(choice) as usize
+    }
+
     /// Returns the values of the variables of a state.
     pub fn state(&self, number: usize) -> State {
         self.codec.decode(&self.codes.code(number as u32))

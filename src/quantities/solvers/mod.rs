@@ -16,6 +16,7 @@
 //! | `back` | steps backward over all states of an arena |
 //! | `total`, `long_run` | rewards of all steps, and their averages |
 //! | `weighted`, `pairs` | weighted sums of several objectives |
+//! | `strategy` | their strategies, node by node |
 //! | `hull`, `outer` | the points that they show, and the vertices of the half-spaces |
 //! | `inductive` | bounds that one step confirms |
 
@@ -38,6 +39,7 @@ pub(crate) mod rows;
 pub(crate) mod sides;
 pub(crate) mod solve;
 pub(crate) mod solved;
+pub(crate) mod strategy;
 pub(crate) mod total;
 pub(crate) mod turns;
 pub(crate) mod weighted;

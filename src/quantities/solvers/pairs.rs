@@ -36,15 +36,38 @@ pub(super) struct Action {
     pub(super) edges: Vec<(u32, u32)>,
     /// The numbers of the gains.
     pub(super) gains: Vec<u32>,
+    pub(super) taken: Taken,
+}
+
+/// What an action is in the pairs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Taken {
+    /// A choice.
+    Choice(usize),
+    /// To stay in an end component.
+    Stay(End),
+    /// Nothing: it is the action of pairs that are not entered.
+    Nothing,
+}
+
+/// An end component in which a path may stay.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct End {
+    /// One of its pairs.
+    pub(super) pair: u32,
+    /// The objectives of [`Counted::Recur`] whose sets are left out, as bits.
+    left_out: u32,
+    /// Those whose sets are visited infinitely often.
+    pub(super) hits: u32,
 }
 
 /// The memory that the objectives need of the steps before.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Memory {
     /// The objectives that are decided, as bits.
-    decided: u32,
+    pub(super) decided: u32,
     /// The number of steps, as far as it counts.
-    steps: u32,
+    pub(super) steps: u32,
 }
 
 /// States with memory. The first one is that of the start.
@@ -207,39 +230,68 @@ impl Pairs {
         objectives: &[(Counted<'_>, Optimum)],
         (resting, finite): (&EndComponents, &BitVec),
         meter: &mut Meter<'_>,
-    ) -> Result<Vec<(u32, u32)>> {
-        let recurring = objectives.iter().enumerate().filter_map(|(at, own)| match own.0 {
-            Counted::Recur(set) => Some((at, set, own.1)),
-            _ => None,
-        });
-        let recurring: Vec<_> = recurring.collect();
-        let avoided: Vec<usize> =
-            recurring.iter().filter(|own| own.2 == Optimum::Min).map(|own| own.0).collect();
-        let hits = |pair: u32| {
-            let state = self.list[pair as usize].0 as usize;
-            recurring.iter().fold(0u32, |hits, &(at, set, _)| hits | u32::from(set[state]) << at)
-        };
+    ) -> Result<Vec<End>> {
+        let recurs =
+            |own: &(Counted<'_>, Optimum)| matches!(own.0, Counted::Recur(_)) && own.1 == Optimum::Min;
+        let avoided: Vec<usize> = (0..objectives.len()).filter(|&at| recurs(&objectives[at])).collect();
         let mut ends = Vec::new();
         for subset in 0..1u32 << avoided.len() {
             let left_out = avoided.iter().enumerate().filter(|(bit, _)| subset >> bit & 1 == 1);
             let left_out = left_out.fold(0u32, |bits, (_, at)| bits | 1 << at);
-            let stays = |&pair: &u32| hits(pair) & left_out == 0;
-            let keeps =
-                |choice: usize| resting.inside[choice] && self.choices.successors(choice).iter().all(stays);
-            let kept = (0..self.gains.len()).map(keeps).collect();
-            let parts = components::end_components_of(&self.choices, kept, meter)?;
+            let parts = self.parts(objectives, &resting.inside, left_out, meter)?;
             let mut hit: AHashMap<u32, (u32, u32)> = AHashMap::new();
             for pair in finite.iter_ones().map(|pair| pair as u32) {
                 if self.choices.of(pair).any(|own| parts.inside[own])
                     && self.may_rest(objectives, Optimum::Min, pair)
                 {
-                    hit.entry(parts.group[pair as usize]).or_insert((pair, 0)).1 |= hits(pair);
+                    hit.entry(parts.group[pair as usize]).or_insert((pair, 0)).1 |=
+                        self.hits(objectives, pair);
                 }
             }
-            ends.extend(hit.into_values());
+            ends.extend(hit.into_values().map(|(pair, hits)| End { pair, left_out, hits }));
         }
         ends.sort_unstable();
         Ok(ends)
+    }
+
+    /// Returns the objectives of [`Counted::Recur`] whose sets contain the state of a pair, as bits.
+    fn hits(&self, objectives: &[(Counted<'_>, Optimum)], pair: u32) -> u32 {
+        let state = self.list[pair as usize].0 as usize;
+        let hits = |own: &(Counted<'_>, Optimum)| matches!(own.0, Counted::Recur(set) if set[state]);
+        (0..).zip(objectives).fold(0, |bits, (at, own)| bits | u32::from(hits(own)) << at)
+    }
+
+    /// Returns the end components of some choices that leave out the sets of some objectives.
+    fn parts(
+        &self,
+        objectives: &[(Counted<'_>, Optimum)],
+        inside: &[bool],
+        left_out: u32,
+        meter: &mut Meter<'_>,
+    ) -> Result<EndComponents> {
+        let stays = |&pair: &u32| self.hits(objectives, pair) & left_out == 0;
+        let keeps = |choice: usize| inside[choice] && self.choices.successors(choice).iter().all(stays);
+        components::end_components_of(&self.choices, (0..self.gains.len()).map(keeps).collect(), meter)
+    }
+
+    /// Returns the choices of the pairs in which a path stays, by pair.
+    pub(super) fn staying(
+        &self,
+        objectives: &[(Counted<'_>, Optimum)],
+        inside: &[bool],
+        end: End,
+        meter: &mut Meter<'_>,
+    ) -> Result<Vec<(u32, Vec<usize>)>> {
+        let parts = self.parts(objectives, inside, end.left_out, meter)?;
+        let own = parts.group[end.pair as usize];
+        let members = (0..self.list.len() as u32).filter(|&pair| parts.group[pair as usize] == own);
+        let choices = |pair: u32| self.choices.of(pair).filter(|&choice| parts.inside[choice]).collect();
+        Ok(members.map(|pair| (pair, choices(pair))).collect())
+    }
+
+    /// Returns the number of the probability of each successor of a choice.
+    pub(super) fn weights(&self, choice: usize) -> &[u32] {
+        &self.weights[self.choices.start[choice] as usize..self.choices.start[choice + 1] as usize]
     }
 
     /// Returns the action of a choice that leaves its group `own`.
@@ -270,7 +322,8 @@ impl Pairs {
         let edges = edges.into_iter().map(|(to, p)| (to, fractions.number(p / &leaving))).collect();
         let gains = self.gains[choice].iter();
         let gains = gains.map(|&gain| known(fractions, gain) / &leaving).collect::<Vec<_>>();
-        Action { edges, gains: gains.into_iter().map(|gain| fractions.number(gain)).collect() }
+        let gains = gains.into_iter().map(|gain| fractions.number(gain)).collect();
+        Action { edges, gains, taken: Taken::Choice(choice) }
     }
 }
 

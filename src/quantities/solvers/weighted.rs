@@ -13,10 +13,12 @@ use meliora_engine::explicit::weighted::Fractions;
 use meliora_model::Optimum;
 use num_traits::{Signed, ToPrimitive};
 
+use super::components::EndComponents;
 use super::groups::{BETTER, Entry, greatest};
-use super::pairs::{Action, Counted, Pairs, decided, signed};
+use super::pairs::{Action, Counted, End, Pairs, Taken, decided, signed};
 use super::policies::{MARGIN, Policies};
 use super::rows::{Constant, Rows};
+use super::strategy::{self, Node};
 use crate::equations::arena::Arena;
 use crate::equations::meter::{Meter, Stop, Turn};
 use crate::equations::number::Weight;
@@ -29,6 +31,8 @@ pub(crate) struct Weighted {
     start: usize,
     /// The gains before the first step.
     first: Vec<Ratio>,
+    /// The pairs and their groups, if strategies are wanted.
+    kept: Option<(Pairs, EndComponents)>,
 }
 
 /// A point that a strategy attains, and a half-space that contains all points.
@@ -37,6 +41,8 @@ pub(crate) struct Point {
     pub(crate) gains: Vec<Ratio>,
     /// An upper bound of the weighted sum of the gains of all strategies.
     pub(crate) most: Ratio,
+    /// The action of each group under the strategy, by its number among all.
+    pub(crate) policy: Vec<usize>,
 }
 
 impl Weighted {
@@ -48,6 +54,7 @@ impl Weighted {
         arena: &Arena<'_>,
         start: usize,
         objectives: &[(Counted<'_>, Optimum)],
+        keeps_strategies: bool,
         meter: &mut Meter<'_>,
     ) -> Result<Option<Self>> {
         if objectives.len() > u32::BITS as usize {
@@ -79,11 +86,12 @@ impl Weighted {
                 }
             }
         }
-        for (pair, hit) in pairs.ends(objectives, (&resting, &finite), meter)? {
+        for end in pairs.ends(objectives, (&resting, &finite), meter)? {
+            let End { pair, hits, .. } = end;
             let gains = objectives.iter().enumerate().map(|(at, own)| {
-                fractions.number(signed(Ratio::from_integer((hit >> at & 1).into()), own.1))
+                fractions.number(signed(Ratio::from_integer((hits >> at & 1).into()), own.1))
             });
-            let stop = Action { edges: Vec::new(), gains: gains.collect() };
+            let stop = Action { edges: Vec::new(), gains: gains.collect(), taken: Taken::Stay(end) };
             let own = &mut groups[resting.group[pair as usize] as usize];
             if !own.iter().any(|action| action.edges.is_empty() && action.gains == stop.gains) {
                 own.push(stop);
@@ -91,14 +99,35 @@ impl Weighted {
         }
         // No action enters the groups of other pairs.
         for group in groups.iter_mut().filter(|group| group.is_empty()) {
-            group.push(Action { edges: Vec::new(), gains: vec![zero; objectives.len()] });
+            let gains = vec![zero; objectives.len()];
+            group.push(Action { edges: Vec::new(), gains, taken: Taken::Nothing });
         }
         let (_, satisfied) = decided(objectives, start);
         let first = |(at, own): (usize, &(Counted<'_>, Optimum))| {
             signed(Ratio::from_integer((satisfied >> at & 1).into()), own.1)
         };
         let first = objectives.iter().enumerate().map(first).collect();
-        Ok(Some(Weighted { groups, fractions, start: resting.group[0] as usize, first }))
+        let start = resting.group[0] as usize;
+        let kept = keeps_strategies.then_some((pairs, resting));
+        Ok(Some(Weighted { groups, fractions, start, first, kept }))
+    }
+
+    /// Returns a policy as a strategy; nothing unless strategies were wanted.
+    ///
+    /// # Errors
+    /// The work is cancelled.
+    pub(crate) fn strategy(
+        &self,
+        policy: &[usize],
+        arena: &Arena<'_>,
+        objectives: &[(Counted<'_>, Optimum)],
+        meter: &mut Meter<'_>,
+    ) -> Result<Vec<Node>> {
+        let Some((pairs, resting)) = &self.kept else { return Ok(Vec::new()) };
+        let actions: Vec<&Action> = self.groups.iter().flatten().collect();
+        let taken: Vec<Taken> = policy.iter().map(|&action| actions[action].taken).collect();
+        let picks = strategy::picks(pairs, resting, &taken, objectives, meter)?;
+        Ok(strategy::followed(pairs, &picks, arena))
     }
 
     /// Returns the rows of the actions, and their gains.
@@ -131,11 +160,12 @@ impl Weighted {
             Err(Stop::Limit(error)) => return Err(error),
             Err(_) => None,
         };
-        let found = found.and_then(|(gains, most)| {
+        let found = found.and_then(|(gains, most, policy)| {
             let gains = gains.into_iter().zip(&self.first).map(|(gain, first)| Some(exact(gain)? + first));
             Some(Point {
                 gains: gains.collect::<Option<_>>()?,
                 most: exact(most)? + rate(&self.first, weights),
+                policy,
             })
         });
         found.map_or_else(|| self.exact(weights, meter), Ok)
@@ -149,7 +179,7 @@ impl Weighted {
         numbers: &[f64],
         weights: &[f64],
         meter: &mut Meter<'_>,
-    ) -> Turn<Option<(Vec<f64>, f64)>> {
+    ) -> Turn<Option<(Vec<f64>, f64, Vec<usize>)>> {
         let (rows, gains) = self.rows(numbers);
         let rated: Vec<f64> = gains.iter().map(|gains| rate(gains, weights)).collect();
         let mut policies = Policies::new(&rows);
@@ -177,7 +207,7 @@ impl Weighted {
                     && (0..weights.len()).all(|at| is_below(group, at))
             };
             if (0..rows.groups()).all(holds) {
-                return Ok(Some((low[self.start].clone(), high[self.start])));
+                return Ok(Some((low[self.start].clone(), high[self.start], policies.policy)));
             }
             margin *= MARGIN;
         }
@@ -203,7 +233,7 @@ impl Weighted {
         })?;
         let gains: Vec<Ratio> = x[self.start].iter().zip(&self.first).map(|(x, y)| x + y).collect();
         let most = rate(&gains, weights);
-        Ok(Point { gains, most })
+        Ok(Point { gains, most, policy: policies.policy })
     }
 }
 

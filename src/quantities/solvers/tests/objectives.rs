@@ -11,7 +11,7 @@ use num_traits::{Signed, ToPrimitive};
 
 use super::arenas::{Choice, Made, load};
 use crate::equations::arena::Arena;
-use crate::several::{Counted, Objective, Several, several};
+use crate::several::{Counted, Node, Objective, Part, Several, mixed, several};
 use crate::solvers::hull::separated;
 
 /// Returns the game whose states remember which of two sets were visited: state s with the sets m is 4 s + m.
@@ -87,8 +87,60 @@ fn ending(made: &mut Made) {
     (made.choices[last], made.of_state[last]) = (vec![(0, vec![(last, 1)])], 0);
 }
 
+/// Returns the chain of a strategy, after checking that its steps are those of the model. Gains of several choices that are
+/// taken at random do not count.
+fn chain(made: &Made, nodes: &[Node]) -> Made {
+    let one = |node: &Node| {
+        let mut edges: Vec<(usize, Ratio)> = Vec::new();
+        let mut gains = Vec::new();
+        for taking in &node.choices {
+            let (gain, own) = &made.choices[node.state][taking.position];
+            gains.push(*gain);
+            let sum: i64 = own.iter().map(|edge| edge.1).sum();
+            let p = |&(to, weight): &(usize, i64)| (to, Ratio::new(weight.into(), sum.into()));
+            let mut expected: Vec<_> = own.iter().map(p).collect();
+            let mut found: Vec<_> =
+                taking.successors.iter().map(|(to, p)| (nodes[*to].state, p.clone())).collect();
+            expected.sort();
+            found.sort();
+            assert_eq!(found, expected);
+            let share = Ratio::new(1.into(), node.choices.len().into());
+            edges.extend(taking.successors.iter().map(|(to, p)| (*to, p * &share)));
+        }
+        assert!(!gains.is_empty());
+        // All denominators are products of numbers up to 9.
+        let whole = |(to, p): (usize, Ratio)| (to, (p * Ratio::from_integer(7560.into())).to_i64().unwrap());
+        vec![(gains[0], edges.into_iter().map(whole).collect())]
+    };
+    Made {
+        choices: nodes.iter().map(one).collect(),
+        theirs: vec![false; nodes.len()],
+        of_state: nodes.iter().map(|node| made.of_state[node.state]).collect(),
+    }
+}
+
+/// Returns the value of an objective from the first state of a chain.
+fn value_in(chain: &Made, nodes: &[Node], counted: Counted<'_>) -> Option<Ratio> {
+    let pure = vec![0; nodes.len()];
+    let of = |set: &BitVec| nodes.iter().map(|node| set[node.state]).collect::<Vec<bool>>();
+    let every = vec![true; nodes.len()];
+    let found = match counted {
+        Counted::Visit(set) => chain.until(&pure, &of(set), &every),
+        Counted::Until(left, set) => chain.until(&pure, &of(set), &of(left)),
+        Counted::Recur(set) => {
+            let own = of(set);
+            chain.until(&pure, &chain.recurring(&pure, &|node| own[node]), &every)
+        }
+        Counted::Total(_) => chain.total(&pure),
+        Counted::Before(_, set) => chain.reward_until(&pure, &of(set)),
+        Counted::Within(..) => unreachable!("none is drawn"),
+    };
+    found[0].clone()
+}
+
 /// Some objectives, and the points of all pure strategies, in which small values are negative.
 struct Case<'a> {
+    made: &'a Made,
     arena: &'a Arena<'a>,
     counted: &'a [Counted<'a>],
     wanted: &'a [Optimum],
@@ -112,7 +164,49 @@ impl Case<'_> {
     }
 
     fn ask(&self, objectives: &[Objective<'_>]) -> Several {
-        several(self.arena, 0, objectives, self.precision).unwrap()
+        let (found, parts) = mixed(self.arena, 0, objectives, self.precision).unwrap();
+        self.attained(objectives, &found, &parts);
+        found
+    }
+
+    /// Checks that the mix of strategies attains the answer, and each of them the values that it claims.
+    fn attained(&self, objectives: &[Objective<'_>], found: &Several, parts: &[Part]) {
+        let small = Ratio::from_float(3e-6).unwrap();
+        let mut means = vec![Ratio::default(); objectives.len()];
+        for part in parts {
+            let chain = chain(self.made, &part.nodes);
+            for (at, own) in objectives.iter().enumerate() {
+                let value =
+                    value_in(&chain, &part.nodes, own.counted).unwrap_or_else(|| panic!("{}", self.what));
+                let claimed = self.sign(at, &part.values[at]);
+                assert!(
+                    self.sign(at, &value) >= &claimed - &small * &small,
+                    "{value} {claimed} {}",
+                    self.what
+                );
+                means[at] += value * part.share.clone().unwrap_or_default();
+            }
+        }
+        let reached = |at: usize, bound: &Ratio| {
+            assert!(self.sign(at, &means[at]) >= self.sign(at, bound) - &small, "{means:?} {}", self.what);
+        };
+        let shows = match found {
+            Several::Achievable(Some(true)) => true,
+            Several::Best(Some(value)) => {
+                reached(0, &Ratio::from_float(f64::midpoint(value.lower, value.upper)).unwrap());
+                true
+            }
+            Several::Front(points) => return assert_eq!(points.len(), parts.len(), "{}", self.what),
+            _ => false,
+        };
+        assert_eq!(!parts.is_empty(), shows, "{found:?} {}", self.what);
+        if shows {
+            let all: Ratio = parts.iter().filter_map(|part| part.share.clone()).sum();
+            assert_eq!(all, Ratio::from_integer(1.into()));
+            let bounded =
+                objectives.iter().enumerate().filter_map(|(at, own)| Some((at, own.bound.as_ref()?)));
+            bounded.for_each(|(at, bound)| reached(at, bound));
+        }
     }
 
     fn is_inside(&self, bounds: &[Ratio]) -> bool {
@@ -170,8 +264,11 @@ impl Case<'_> {
     fn front(&self) -> bool {
         let every: Vec<usize> = (0..self.wanted.len()).collect();
         let asked: Vec<_> = every.iter().map(|&at| self.objective(at, false)).collect();
-        let points = match several(self.arena, 0, &asked, self.precision) {
-            Ok(Several::Front(points)) => points,
+        let points = match mixed(self.arena, 0, &asked, self.precision) {
+            Ok((Several::Front(points), parts)) => {
+                self.attained(&asked, &Several::Front(points.clone()), &parts);
+                points
+            }
             other => {
                 assert!(self.all.is_empty() && other.is_err(), "{other:?} {}", self.what);
                 return false;
@@ -268,7 +365,7 @@ fn several_objectives_are_those_of_means_of_pure_strategies() {
             wanted[0] == Optimum::Min && matches!(counted[0], Counted::Total(_) | Counted::Before(..));
         let parts = split(&raw, wanted, is_cost);
         let (all, others) = parts.clone().unwrap_or_default();
-        let case = Case { arena, counted, wanted, bounds, all, others, precision, what };
+        let case = Case { made: &made, arena, counted, wanted, bounds, all, others, precision, what };
         if case.is_refused() {
             refused[usize::from(parts.is_some())] += 1;
             continue;
