@@ -57,11 +57,32 @@ class Several:
                 open_ += [to for _, after in found[pair] for to in after]
         return found
 
-    def point(self, chain):
+    def followed(self, nodes):
+        """The values of both objectives if a strategy with memory is followed: each node is a state with actions, of which
+        one is drawn; an action is a choice with the probabilities of the nodes after it."""
+        start = (0, self.visited(nodes[0][0]))
+        chain, open_ = {}, [start]
+        while open_:
+            pair = node, memory = open_.pop()
+            if pair in chain:
+                continue
+            actions, costs, after = nodes[node][1], {}, {}
+            for choice, to in actions:
+                for structure, cost in choice.costs.items():
+                    costs[structure] = costs.get(structure, ZERO) + cost / len(actions)
+                for next_, p in to.items():
+                    follower = (next_, self.visited(nodes[next_][0], memory))
+                    after[follower] = after.get(follower, ZERO) + p / len(actions)
+            chain[pair] = (costs, after)
+            open_ += after
+        return self.point(chain, start)
+
+    def point(self, chain, start=None):
         """The values of both objectives in a chain, `math.inf` for infinite rewards."""
+        start = self.start if start is None else start
         reached = {pair: self.reach(chain, pair) for pair in chain}
         ends = {pair for pair in chain if all(pair in reached[to] for to in reached[pair])}
-        return [self.value(at, chain, reached, ends) for at in range(2)]
+        return [self.value(at, chain, start, reached, ends) for at in range(2)]
 
     @staticmethod
     def reach(chain, pair):
@@ -72,18 +93,18 @@ class Several:
             open_ += new
         return found
 
-    def value(self, at, chain, reached, ends):
+    def value(self, at, chain, start, reached, ends):
         kind, _, of, _ = self.objectives[at]
         done = {pair for pair in chain if pair[1][at]}
         if kind != "R":
-            likely = self.sums(chain, reached, done, {pair: ZERO for pair in chain}, ends)
+            likely = self.sums(chain, reached, done, {pair: ZERO for pair in chain}, ends)[start]
             return likely if kind == "F" else ONE - likely
         structure, target = of
         costs = {pair: ZERO if pair in done else chain[pair][0][structure] for pair in chain}
         unending = {pair for pair in ends if costs[pair] > 0 or (target is not None and pair not in done)}
-        if reached[self.start] & unending:
+        if reached[start] & unending:
             return math.inf
-        return self.sums(chain, reached, set(), costs, ends)
+        return self.sums(chain, reached, set(), costs, ends)[start]
 
     def sums(self, chain, reached, counted, costs, ends):
         """The expected costs, and 1 for the first pair that is counted."""
@@ -95,7 +116,7 @@ class Several:
                 actions[pair] = Action(ZERO, [], False)
             else:
                 actions[pair] = Action(costs[pair], [(p, to) for to, p in after.items()], False)
-        return evaluate(actions)[self.start]
+        return evaluate(actions)
 
     def sign(self, at):
         return 1 if self.objectives[at][1] == "max" else -1

@@ -1,14 +1,18 @@
 """Two objectives at once, `multi(…)`, on every mdp, under both engines."""
 
+import json
+import math
 import random
 from fractions import Fraction
 
 from reference.model import explore
 from reference.several import Infinite, Several, TooLarge
 from tester.nested import compare
+from tester.program import Refused, key
 
 MOST_STATES = 30
 AMOUNT = 3
+CLOSE = Fraction(1, 10**6)
 
 
 def condition(context, draw):
@@ -51,6 +55,8 @@ def several(context):
             continue
         answer = all(answers) if not asks_for_number else None if None in answers else answers
         expected.append((f"multi({one}, {other})", answer))
+        if answer and len(all_of) == 1:
+            mixes(context, all_of[0], expected[-1])
     if not expected:
         return
     file = context.program.folder / "several.props"
@@ -69,6 +75,52 @@ def several(context):
                 context.same(f"{written} ({engine})", True, "no strategy satisfies the bounds" in reason)
             else:
                 compare(context, f"{written} ({engine})", answer, entry)
+
+
+def mixes(context, known, question):
+    """Each strategy of the file of `--policy` attains the values that it claims, and their mix the answer."""
+    written, answer = question
+    file = context.program.folder / "mix.json"
+    file.unlink(missing_ok=True)
+    options = ["--policy", file, *context.program.settings("scope", "threads", "engine")]
+    try:
+        context.program.ask("reach", context.program.model, "--property", written, *options, allowed=(0, 1))
+    except Refused as error:
+        if "rewards that end" not in str(error):
+            raise
+        return
+    found = json.loads(file.read_text())["strategies"] if file.exists() else []
+    if answer in (True, [math.inf]) and not found:
+        context.same(f"strategies of {written}", answer, [math.inf])
+        return
+    context.case.features.add("a mix of strategies" if len(found) > 1 else "one of several strategies")
+    mdp, means = known.mdp, [0, 0]
+    numbers = {key(context.source.named(values)): state for state, values in enumerate(mdp.values)}
+    for strategy in found:
+        nodes = [nodes_of(context, mdp, numbers, strategy["nodes"], node) for node in strategy["nodes"]]
+        values = known.followed(nodes)
+        for at, (value, claimed) in enumerate(zip(values, strategy["values"])):
+            kept = known.sign(at) * value >= known.sign(at) * claimed - CLOSE
+            context.same(f"value {at} of a strategy of {written}", "", "" if kept else f"{value} for {claimed}")
+            means[at] += value * strategy["share"]
+    context.same(f"shares of {written}", True, abs(sum(s["share"] for s in found) - 1) < CLOSE)
+    bounds = [known.objectives[0][3] if answer is True else answer[0], known.objectives[1][3]]
+    for at, (mean, bound) in enumerate(zip(means, bounds)):
+        reached = known.sign(at) * mean >= known.sign(at) * bound - 2 * CLOSE
+        context.same(f"mean {at} of the strategies of {written}", "", "" if reached else f"{mean} for {bound}")
+
+
+def nodes_of(context, mdp, numbers, nodes, node):
+    """The state of a node, and its actions as choices of the reference."""
+    state, actions = numbers[key(node["state"])], []
+    for action in node["actions"]:
+        to = {s["node"]: s["probability"] for s in action["successors"]}
+        named = [c for c in mdp.choices[state] if c.name == action["action"]]
+        after = {numbers[key(nodes[n]["state"])]: (n, p) for n, p in to.items()}
+        same = [c for c in named if c.to.keys() == after.keys() and all(abs(c.to[t] - after[t][1]) < CLOSE for t in after)]
+        if context.same(f"an action of {node['state']} is one of the model", True, bool(same)):
+            actions.append((same[0], {after[t][0]: p for t, p in same[0].to.items()}))
+    return state, actions
 
 
 ALL = {"several": several}

@@ -28,7 +28,7 @@ pub(super) struct PlanArgs {
 
     /// Write a policy that reaches the target from the initial states almost surely: for each state that it
     /// visits the facts and the action, as planners do, or as JSON if FILE ends with .json; `-` is standard
-    /// output
+    /// output. Of a property `multi(…)`: the strategies of which one is drawn at the start, as JSON
     #[arg(long, value_name = "FILE")]
     pub(super) policy: Option<PathBuf>,
 }
@@ -53,7 +53,7 @@ impl PlanArgs {
     }
 
     /// Returns whether the policy is written as JSON.
-    fn is_json(&self) -> bool {
+    pub(super) fn is_json(&self) -> bool {
         self.policy.as_ref().is_some_and(|path| path.extension().is_some_and(|e| e == "json"))
     }
 

@@ -6,17 +6,19 @@ use meliora::reach::evaluate::{Evaluator, Found, Model, Number, StateValue};
 use meliora::reach::{Goal, Under};
 use meliora_base::error::Error;
 use meliora_engine::{Algebra, AnyEngine, Engine, Selection};
-use meliora_lang::property::term::TermKind;
+use meliora_lang::property::term::{Term, TermKind};
 use meliora_lang::refusal::Refusal;
 use meliora_model::valuation::Valuation;
 use meliora_model::{Program, State};
 use meliora_quantities::state_values::Bound;
 use meliora_report::ReachReport;
+use meliora_report::mix::{self, Mixed};
 use meliora_report::properties::ListedState;
 use meliora_report::reach::Share;
 
 use super::asked::{Asked, StatedTerm};
 use super::engines;
+use super::files::Target;
 use super::given::Given;
 use super::shares::Shares;
 use super::supervise::Job;
@@ -38,16 +40,7 @@ pub(super) fn work(
         let message = "`--out` writes the regions of single operators; leave out the other properties";
         return Err(Error::Usage(message.to_owned()));
     }
-    if given.plan.is_some() {
-        let is_mix = asked.terms.iter().any(|stated| matches!(stated.term.kind, TermKind::Multi(_)));
-        let message = match is_mix {
-            true => {
-                "`--policy` writes one action per state, and a strategy of `multi` is a mix of several strategies with memory"
-            }
-            false => "`--strong` and `--policy` are about reaching a target, not about other formulas",
-        };
-        return Err(Error::Usage(message.to_owned()));
-    }
+    let mix = mix(given, asked)?;
     let engine = built(job, given, selected, &asked.program)?;
     let initial = asked.program.predicate(asked.program.initial);
     let goal = Goal::reach(&asked.program, initial, &asked.required)?;
@@ -63,7 +56,12 @@ pub(super) fn work(
         }
         let evaluator = Evaluator::new(&model, source);
         let answer = || shares.next(|| evaluator.answer(term));
-        match job.timed("value", answer, |r, s| r.time.add("value", s)) {
+        let found = job.timed("value", answer, |r, s| r.time.add("value", s));
+        if let (Ok(Ok(_)), Some(target)) = (&found, mix) {
+            let write = || write_mix(job, &evaluator, term, target, &asked.program);
+            job.timed("policy", write, |r, s| r.time.add("policy", s))?;
+        }
+        match found {
             Ok(Ok(found)) => note(job, given.is_one, *position, under.engine(), found)?,
             Ok(Err(reason)) => job.update(|r| r.properties[*position].reason = Some(reason)),
             Err(error) if !given.is_one && !matches!(error, Error::Limit(_)) => {
@@ -78,6 +76,44 @@ pub(super) fn work(
         }
     }
     Ok(())
+}
+
+/// Returns the file of `--policy`, for the strategies of one property `multi(…)`.
+///
+/// # Errors
+/// The options are about other questions.
+fn mix<'t>(given: &Given<'t>, asked: &Asked) -> Result<Option<&'t Target>, Error> {
+    let Some((plan, target)) = given.plan else { return Ok(None) };
+    let is_mix = asked.terms.iter().any(|stated| matches!(stated.term.kind, TermKind::Multi(_)));
+    match (is_mix && !plan.strong, target) {
+        (true, Some(target)) if plan.is_json() || target.is_stdout() => Ok(Some(target)),
+        (true, _) => Err(Error::Usage(
+            "the strategies of `multi` are written as JSON: give `--policy` a name that ends with .json"
+                .to_owned(),
+        )),
+        (false, _) => Err(Error::Usage(
+            "`--strong` and `--policy` are about reaching a target, not about other formulas".to_owned(),
+        )),
+    }
+}
+
+/// Writes the strategies that show the answer, or says that there are none.
+fn write_mix<E: Engine>(
+    job: &Job<ReachReport>,
+    evaluator: &Evaluator<'_, '_, E>,
+    term: &Term,
+    target: &Target,
+    program: &Program,
+) -> Result<(), Error> {
+    let found = evaluator.mix(term)?.strategies;
+    if found.is_empty() {
+        job.sink.warn("no strategies are written: none satisfies the bounds");
+        return Ok(());
+    }
+    let mixed =
+        found.iter().map(|own| Mixed { share: own.share.as_ref(), values: &own.values, nodes: &own.nodes });
+    let text = evaluator.text(term);
+    target.write(&(mix::json(&text, &mixed.collect::<Vec<_>>(), program)? + "\n"))
 }
 
 fn built(

@@ -28,6 +28,7 @@ pub(crate) mod export;
 pub mod fields;
 pub(crate) mod header;
 pub mod info;
+pub mod mix;
 pub(crate) mod number;
 pub mod page;
 pub mod players;

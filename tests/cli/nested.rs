@@ -364,7 +364,6 @@ fn a_policy_of_a_property_that_is_no_single_formula_is_refused() {
     for (property, words) in [
         ("1 - Pmax=? [ F x=1 ]", "are about reaching a target"),
         ("Pmax=? [ F<=2 x=1 ]", "are about reaching a target"),
-        ("multi(Pmax=? [ F x=1 ], P>=0.5 [ F x=2 ])", "a strategy of `multi` is a mix"),
     ] {
         let mut command = meliora();
         let found = Finished::of(command.args(["reach", &model, "--property", property, "--policy", &out]));

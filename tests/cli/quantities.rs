@@ -202,3 +202,59 @@ fn states_that_share_no_nodes_are_stored_one_by_one() {
     let dense = ask(&scratch.show("m.prism"), target);
     assert_eq!((&dense["engine"], &dense["counts"]["states"]), (&json!("symbolic"), &json!("32768")));
 }
+
+/// The chances of both rooms add up to 1: `right` leads to one of them, `left` to the other one in half of all cases.
+#[test]
+fn strategies_of_several_objectives_are_written_and_attain_the_answer() {
+    let model = "mdp\nmodule m\n x : [0..3] init 0;\n [left] x=0 -> 1/2:(x'=1) + 1/2:(x'=3);\n\
+        [right] x=0 -> (x'=2);\n [stay] x>0 -> true;\nendmodule\n";
+    let scratch = Scratch::new(&[("m.prism", model)]);
+    let (model, file) = (scratch.show("m.prism"), scratch.show("mix.json"));
+    let ask = |property: &str| {
+        let _ = std::fs::remove_file(scratch.path("mix.json"));
+        let found = Finished::of(meliora().args([
+            "reach",
+            &model,
+            "--property",
+            property,
+            "--policy",
+            &file,
+            "--json",
+        ]));
+        let strategies = std::fs::read_to_string(scratch.path("mix.json")).ok();
+        (found, strategies.map(|text| serde_json::from_str::<Json>(&text).unwrap()))
+    };
+    let first = |strategy: &Json| {
+        let actions = &strategy["nodes"][0]["actions"];
+        assert_eq!(actions.as_array().unwrap().len(), 1);
+        actions[0]["action"].as_str().unwrap().to_owned()
+    };
+    let (found, mix) = ask("multi(Pmax=? [ F x=2 ], P>=0.2 [ F x=1 ])");
+    assert_eq!(found.status, 0, "{found:?}");
+    let shares: Vec<(String, f64)> = mix.unwrap()["strategies"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|strategy| (first(strategy), strategy["share"].as_f64().unwrap()))
+        .collect();
+    assert_eq!(shares.len(), 2);
+    for (action, share) in shares {
+        let expected = if action == "right" { 0.6 } else { 0.4 };
+        assert!((share - expected).abs() < 1e-6, "{action} {share}");
+    }
+    let (_, front) = ask("multi(Pmax=? [ F x=2 ], Pmax=? [ F x=1 ])");
+    let points = front.unwrap()["strategies"].as_array().unwrap().clone();
+    assert!(points.len() == 2 && points.iter().all(|point| point["share"].is_null()));
+    let (found, none) = ask("multi(P>=0.9 [ F x=2 ], P>=0.2 [ F x=1 ])");
+    assert!(found.status == 1 && none.is_none(), "{found:?}");
+    assert!(found.stderr.contains("none satisfies the bounds"), "{}", found.stderr);
+    let text = Finished::of(meliora().args([
+        "reach",
+        &model,
+        "--property",
+        "multi(P>=0.5 [ F x=2 ])",
+        "--policy",
+        &scratch.show("p"),
+    ]));
+    assert!(text.status == 2 && text.stderr.contains("ends with .json"), "{text:?}");
+}

@@ -29,6 +29,7 @@ use meliora_lang::property::term::{Filter, FilterFunction, Term, TermKind};
 use meliora_model::{Program, State};
 use meliora_quantities::equations::arena::Arena;
 pub use number::Number;
+pub use several::{Mix, MixedStrategy};
 
 use super::Required;
 
@@ -121,6 +122,11 @@ impl<'m, 'a, E: Engine> Evaluator<'m, 'a, E> {
     /// Creates an evaluator for the properties of a text.
     pub fn new(model: &'m Model<'a, E>, source: &'m Arc<SourceFile>) -> Self {
         Evaluator { model, engine: model.engine, program: model.program, source }
+    }
+
+    /// Returns the text of a property on one line.
+    pub fn text(&self, term: &Term) -> String {
+        self.source.on_one_line(term.span.range())
     }
 
     /// Answers a property in the initial states.

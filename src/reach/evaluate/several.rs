@@ -9,7 +9,7 @@ use meliora_lang::property::term::{Accumulated, Measure, Measured, Path, Single,
 use meliora_lang::property::{Inequality, Optimum};
 use meliora_model::State;
 use meliora_quantities::equations::arena::{Arena, Members, Rewards};
-use meliora_quantities::several::{Counted, Objective, Several, several};
+use meliora_quantities::several::{Counted, Node, Objective, Part, Several, mixed, several};
 
 /// The sets and rewards of an objective in an arena.
 enum Of {
@@ -18,6 +18,24 @@ enum Of {
     Total(Rewards),
     Within(Rewards, u32),
     Before(Rewards, Members),
+}
+
+/// Strategies that show the answer about several objectives: one of them is drawn at the start, and followed.
+#[derive(Debug)]
+pub struct Mix {
+    /// The strategies; those of a front have no shares.
+    pub strategies: Vec<MixedStrategy>,
+}
+
+/// A strategy of a mix.
+#[derive(Debug)]
+pub struct MixedStrategy {
+    /// The probability with which it is drawn; `None` for a point of a front.
+    pub share: Option<Ratio>,
+    /// The values of the objectives that it guarantees.
+    pub values: Vec<Ratio>,
+    /// The states that it visits with its memory, the start first.
+    pub nodes: Vec<(State, Node)>,
 }
 
 /// The formula `left U right`, or its negation; without `left`, all states may be passed.
@@ -117,9 +135,36 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         }
     }
 
-    /// Returns the answer in a state, and whether the number asked for is 1 minus its value.
-    fn several(&self, term: &Term, all: &[Term], state: &State, precision: f64) -> Result<(Several, bool)> {
+    /// Returns the strategies that show the answer of a property `multi(…)` in the only initial state; none if no strategy
+    /// satisfies its bounds.
+    ///
+    /// # Errors
+    /// The property is another one; there are several initial states; the errors of [`Evaluator::answer`].
+    pub fn mix(&self, term: &Term) -> Result<Mix> {
+        let initial = self.at(&self.engine.initial_states())?;
+        let (TermKind::Multi(all), [state]) = (&term.kind, initial.list.as_slice()) else {
+            let message = "the strategies of `multi` begin in one initial state";
+            return Err(self.wrong(term, message).into());
+        };
         let arena: &Arena<'_> = self.model.arena()?;
+        let read = self.read(arena, all, state)?;
+        let objectives: Vec<Objective<'_>> = read.iter().map(Read::objective).collect();
+        let found = mixed(arena, position(arena, state), &objectives, self.model.precision);
+        let (_, parts) = found.map_err(|error| self.placed(term, error))?;
+        let strategy = |part: Part| {
+            let value =
+                |(x, own): (Ratio, &Read)| if own.negated { Ratio::from_integer(1.into()) - x } else { x };
+            MixedStrategy {
+                share: part.share,
+                values: part.values.into_iter().zip(&read).map(value).collect(),
+                nodes: part.nodes.into_iter().map(|node| (arena.state(node.state), node)).collect(),
+            }
+        };
+        Ok(Mix { strategies: parts.into_iter().map(strategy).collect() })
+    }
+
+    /// Reads the objectives.
+    fn read(&self, arena: &Arena<'_>, all: &[Term], state: &State) -> Result<Vec<Read>> {
         let mut read = Vec::new();
         for objective in all {
             let TermKind::Operator(measured) = &objective.kind else { continue };
@@ -129,13 +174,24 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             let (optimum, bound) = self.wanted(objective, measured)?;
             read.push(Read { of, optimum, bound, negated });
         }
-        let objectives: Vec<Objective<'_>> = read.iter().map(Read::objective).collect();
-        let found = several(arena, position(arena, state), &objectives, precision);
-        // The message is that of a part of the property.
-        let mut found = found.map_err(|error| match error {
+        Ok(read)
+    }
+
+    /// Lets an error point at the property.
+    fn placed(&self, term: &Term, error: Error) -> Error {
+        match error {
             Error::Usage(message) => self.wrong(term, message).into(),
             other => other,
-        })?;
+        }
+    }
+
+    /// Returns the answer in a state, and whether the number asked for is 1 minus its value.
+    fn several(&self, term: &Term, all: &[Term], state: &State, precision: f64) -> Result<(Several, bool)> {
+        let arena: &Arena<'_> = self.model.arena()?;
+        let read = self.read(arena, all, state)?;
+        let objectives: Vec<Objective<'_>> = read.iter().map(Read::objective).collect();
+        let found = several(arena, position(arena, state), &objectives, precision);
+        let mut found = found.map_err(|error| self.placed(term, error))?;
         if let Several::Front(points) = &mut found {
             for (at, _) in read.iter().enumerate().filter(|(_, own)| own.negated) {
                 points.iter_mut().for_each(|point| point[at] = 1.0 - point[at]);
