@@ -16,13 +16,12 @@ use meliora_model::Program;
 use meliora_planning::RegionSearch;
 use meliora_planning::result::ModelCounts;
 use meliora_report::ReachReport;
-use meliora_report::properties::PropertyAnswer;
 use meliora_report::reach::Share;
 
 use super::asked::Asked;
 use super::given::Given;
 use super::judging::{self, Judged};
-use super::regions::{Found, Regions};
+use super::regions::{Found, Regions, Shown};
 use super::shares::Shares;
 use super::supervise::Job;
 use super::{engines, terms};
@@ -72,8 +71,7 @@ fn write_regions(
     asked: &Asked,
     questions: &[(&Asking, usize)],
 ) -> Result<(), Error> {
-    let texts = asked.questions.iter().map(|q| (&q.asking, q.text.as_str()));
-    Regions::check(&Vec::from_iter(texts))?;
+    Regions::check(asked)?;
     let program = questions.first().map_or(&asked.program, |(first, _)| first.goal.program(&asked.program));
     let engine = job.timed(
         "build",
@@ -82,23 +80,18 @@ fn write_regions(
     )?;
     let mut kept = Some(Vec::new());
     let unsafe_states = answer(job, &*engine, asked, questions, given, &mut kept)?;
-    let place = |(at, which, states)| {
-        let position = questions.iter().position(|(_, position)| *position == at)?;
-        Some((position, which, states))
-    };
-    let found = kept.into_iter().flatten().filter_map(place).collect();
+    let found = kept.unwrap_or_default();
+    let satisfied = terms::satisfied(job, given, &engine, asked)?;
     let mut named = Vec::new();
     job.update(|r| {
-        let entry = |&(asking, at): &(_, usize)| {
-            let PropertyAnswer { name, property, .. } = &r.properties[at];
-            (asking, name.clone(), property.clone())
-        };
-        named.extend(questions.iter().map(entry));
+        let name = |at: usize| (r.properties[at].name.clone(), r.properties[at].property.clone());
+        named.extend(questions.iter().map(|&(asking, at)| (at, Shown::Paths(asking), name(at))));
+        named.extend(satisfied.into_iter().map(|(at, states)| (at, Shown::Satisfied(states), name(at))));
     });
-    let write = || out.write(&engine, asked, &named, &found, unsafe_states.as_ref(), &job.sink);
+    let write = || out.write(&engine, asked, named, &found, unsafe_states.as_ref(), &job.sink);
     let written = job.timed("write", write, |_, _| ())?;
     job.update(|r| r.written = Some(written));
-    Ok(())
+    job.sink.ended_share()
 }
 
 fn run_engine(

@@ -12,7 +12,7 @@ use meliora_export::questions::{Answered, Kept, export_regions};
 use meliora_model::Program;
 use meliora_report::WrittenRegions;
 
-use super::asked::Asked;
+use super::asked::{Asked, Stated};
 use super::options::{EngineArgs, EngineChoice, ModelArgs};
 use super::progress::TerminalSink;
 
@@ -22,6 +22,20 @@ pub(super) struct Regions<'a> {
     directory: &'a Path,
     model: &'a ModelArgs,
 }
+
+/// The region of the states that satisfy a condition.
+const SATISFIED: &str = "satisfied";
+
+/// What is written of a question.
+pub(super) enum Shown<'q> {
+    /// The regions of its paths.
+    Paths(&'q Asking),
+    /// The states that satisfy it.
+    Satisfied(StateSet),
+}
+
+/// A question by its position in the report, with its name and its text.
+pub(super) type Written<'q> = (usize, Shown<'q>, (Option<String>, String));
 
 /// The regions that were computed for the questions, by the positions of these.
 pub(super) type Found<S> = Vec<(usize, Which, S)>;
@@ -47,17 +61,17 @@ impl<'a> Regions<'a> {
     ///
     /// # Errors
     /// [`Error::Usage`] with the text of the first question that needs another model.
-    pub(super) fn check(questions: &[(&Asking, &str)]) -> Result<(), Error> {
-        let own = questions.iter().find(|(asking, _)| asking.goal.watched.is_some());
-        let Some((_, text)) = own.filter(|_| questions.len() > 1) else { return Ok(()) };
+    pub(super) fn check(asked: &Asked) -> Result<(), Error> {
+        let own = asked.questions.iter().find(|question| question.asking.goal.watched.is_some());
+        let is_alone = asked.questions.len() + asked.terms.len() == 1;
+        let Some(Stated { text, .. }) = own.filter(|_| !is_alone) else { return Ok(()) };
         Err(Error::Usage(format!(
             "`--out` writes the regions of several questions only if each is to reach a target; `{text}` has a \
              monitor of its own: ask it alone"
         )))
     }
 
-    /// Writes the regions of the questions that were answered, given by their asking, their name and their
-    /// text.
+    /// Writes the regions of the questions that were answered, given with their positions, names and texts.
     ///
     /// # Errors
     /// A limit is hit, or the directory cannot be written.
@@ -65,20 +79,30 @@ impl<'a> Regions<'a> {
         &self,
         engine: &SymbolicEngine,
         asked: &Asked,
-        questions: &[(&Asking, Option<String>, String)],
+        mut questions: Vec<Written<'_>>,
         found: &Found<StateSet>,
         unsafe_states: Option<&StateSet>,
         sink: &TerminalSink,
     ) -> Result<WrittenRegions, Error> {
         let mut answered = Vec::with_capacity(questions.len());
-        for (position, (asking, name, text)) in questions.iter().enumerate() {
-            let own = found.iter().filter(|(at, ..)| *at == position);
-            let regions = own.map(|(_, which, states)| (*which, states.clone())).collect();
-            let target = target(engine, &asking.goal)?;
-            let (name, text, coalition) = (name.clone(), text.clone(), asking.coalition.clone());
-            answered.push(Answered { name, text, target, regions, coalition });
+        questions.sort_by_key(|(position, ..)| *position);
+        for (position, shown, (name, text)) in questions {
+            let number = position + 1;
+            let question = match shown {
+                Shown::Satisfied(states) => {
+                    let regions = vec![(SATISFIED, states)];
+                    Answered { number, name, text, target: None, regions, coalition: None }
+                }
+                Shown::Paths(asking) => {
+                    let own = found.iter().filter(|(at, ..)| *at == position);
+                    let regions = own.map(|(_, which, states)| (which.name(), states.clone())).collect();
+                    let (target, coalition) = (target(engine, &asking.goal)?, asking.coalition.clone());
+                    Answered { number, name, text, target, regions, coalition }
+                }
+            };
+            answered.push(question);
         }
-        let first = questions.first().map(|(asking, ..)| &asking.goal);
+        let first = asked.questions.first().map(|question| &question.asking.goal);
         let requirements = first.map_or(&[][..], |goal| &goal.requirements);
         let path = (self.model.path(), source_hash(&asked.program));
         let kept = Kept { requirements, unsafe_states };

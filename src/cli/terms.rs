@@ -5,7 +5,8 @@ use std::sync::Arc;
 use meliora::reach::evaluate::{Evaluator, Found, Model, Number, StateValue};
 use meliora::reach::{Goal, Under};
 use meliora_base::error::Error;
-use meliora_engine::{Algebra, AnyEngine, Engine, Selection};
+use meliora_engine::symbolic::StateSet;
+use meliora_engine::{AnyEngine, Engine, Selection, SymbolicEngine};
 use meliora_lang::property::term::{Term, TermKind};
 use meliora_lang::refusal::Refusal;
 use meliora_model::valuation::Valuation;
@@ -36,20 +37,78 @@ pub(super) fn work(
     if asked.terms.is_empty() {
         return Ok(());
     }
-    if given.out.is_some() {
-        let message = "`--out` writes the regions of single operators; leave out the other properties";
-        return Err(Error::Usage(message.to_owned()));
-    }
     let mix = mix(given, asked)?;
     let engine = built(job, given, selected, &asked.program)?;
+    let build = |program: &Arc<Program>| built(job, given, selected, program);
+    answered(job, given, &engine, &build, asked, &mut |evaluator, stated| match mix {
+        Some(target) => {
+            let write = || write_mix(job, evaluator, &stated.term, target, &asked.program);
+            job.timed("policy", write, |r, s| r.time.add("policy", s))
+        }
+        None => Ok(()),
+    })
+}
+
+/// Answers all of them with an engine of diagrams, and returns the states that satisfy each condition, by its position
+/// in the report.
+///
+/// # Errors
+/// A limit is hit; the only property is a number or cannot be answered.
+pub(super) fn satisfied(
+    job: &Job<ReachReport>,
+    given: &Given<'_>,
+    engine: &Arc<SymbolicEngine>,
+    asked: &Asked,
+) -> Result<Vec<(usize, StateSet)>, Error> {
+    if asked.terms.is_empty() {
+        return Ok(Vec::new());
+    }
+    let build = |program: &Arc<Program>| {
+        job.timed(
+            "build",
+            || engines::symbolic(program, given.model, &job.sink),
+            |r, s| r.time.add("build", s),
+        )
+    };
+    let mut found = Vec::new();
+    answered(job, given, engine, &build, asked, &mut |evaluator, stated| {
+        match evaluator.satisfied(&stated.term)? {
+            Some(states) => found.push((stated.position, states)),
+            None => {
+                let text = evaluator.text(&stated.term);
+                let message = format!(
+                    "`--out` writes sets of states, and `{text}` is a number; `filter(printall, …)` lists its values"
+                );
+                if given.is_one {
+                    return Err(Error::Usage(message));
+                }
+                job.sink.warn(&message);
+            }
+        }
+        Ok(())
+    })?;
+    Ok(found)
+}
+
+/// Does more with a property that was answered.
+type Further<'f, E> = dyn FnMut(&Evaluator<'_, '_, E>, &StatedTerm) -> Result<(), Error> + 'f;
+
+fn answered<E: Engine>(
+    job: &Job<ReachReport>,
+    given: &Given<'_>,
+    engine: &Arc<E>,
+    build: &dyn Fn(&Arc<Program>) -> Result<Arc<E>, Error>,
+    asked: &Asked,
+    further: &mut Further<'_, E>,
+) -> Result<(), Error> {
     let initial = asked.program.predicate(asked.program.initial);
     let goal = Goal::reach(&asked.program, initial, &asked.required)?;
-    let under = Under::new(&*engine, &asked.program, &goal)?;
-    counted(job, &engine, &under, &goal, asked)?;
-    let build = |program: &Arc<Program>| built(job, given, selected, program);
-    let model = Model::new(under.engine(), &asked.program, &build, given.precision).under(&asked.required);
+    let under = Under::new(&**engine, &asked.program, &goal)?;
+    counted(job, &**engine, &under, &goal, asked)?;
+    let model = Model::new(under.engine(), &asked.program, build, given.precision).under(&asked.required);
     let mut shares = Shares::of(&job.sink, asked.terms.len());
-    for StatedTerm { position, source, term } in &asked.terms {
+    for stated in &asked.terms {
+        let StatedTerm { position, source, term } = stated;
         if let Some(answer) = under.lost(!term.is_condition()) {
             job.update(|r| r.answer(*position, &answer));
             continue;
@@ -57,12 +116,11 @@ pub(super) fn work(
         let evaluator = Evaluator::new(&model, source);
         let answer = || shares.next(|| evaluator.answer(term));
         let found = job.timed("value", answer, |r, s| r.time.add("value", s));
-        if let (Ok(Ok(_)), Some(target)) = (&found, mix) {
-            let write = || write_mix(job, &evaluator, term, target, &asked.program);
-            job.timed("policy", write, |r, s| r.time.add("policy", s))?;
+        if let Ok(Ok(_)) = found {
+            further(&evaluator, stated)?;
         }
         match found {
-            Ok(Ok(found)) => note(job, given.is_one, *position, under.engine(), found)?,
+            Ok(Ok(found)) => note(job, given.is_one, *position, (under.engine(), &asked.program), found)?,
             Ok(Err(reason)) => job.update(|r| r.properties[*position].reason = Some(reason)),
             Err(error) if !given.is_one && !matches!(error, Error::Limit(_)) => {
                 let Refusal { reason, place } = Refusal::of(&error);
@@ -130,10 +188,10 @@ fn built(
 }
 
 /// Counts the states, unless another question has done so.
-fn counted(
+fn counted<E: Engine>(
     job: &Job<ReachReport>,
-    engine: &AnyEngine,
-    under: &Under<'_, AnyEngine>,
+    engine: &E,
+    under: &Under<'_, E>,
     goal: &Goal,
     asked: &Asked,
 ) -> Result<(), Error> {
@@ -149,12 +207,12 @@ fn counted(
 }
 
 /// Adds the answer to the report.
-fn note(
+fn note<E: Engine>(
     job: &Job<ReachReport>,
     is_one: bool,
     position: usize,
-    engine: &AnyEngine,
-    found: Found<<AnyEngine as Engine>::States>,
+    (engine, program): (&E, &Program),
+    found: Found<E::States>,
 ) -> Result<(), Error> {
     for (which, states) in &found.regions {
         let size = engine.count(states)?;
@@ -168,7 +226,7 @@ fn note(
         });
     }
     let listed = |(state, value): (State, StateValue)| {
-        let state = Valuation::of(engine.program(), &state);
+        let state = Valuation::of(program, &state);
         match value {
             StateValue::Holds(holds) => ListedState { state, holds: Some(holds), value: None },
             StateValue::Number(number) => ListedState { state, holds: None, value: Some(bound(&number)) },

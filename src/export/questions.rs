@@ -6,21 +6,22 @@ use meliora_base::error::Result;
 use meliora_dump::Dump;
 use meliora_dump::manifest::{self, Question, SafetyMode};
 use meliora_engine::Engine;
-use meliora_engine::regions::Which;
 use meliora_engine::symbolic::{StateSet, SymbolicEngine};
 use meliora_model::preference::{Empty, History, Preferences, Preorder, Requirement};
 use meliora_model::region::RegionName;
 
 /// A question with the regions that were computed for it.
 pub struct Answered {
+    /// Its number, from 1.
+    pub number: usize,
     /// Its name in a property file.
     pub name: Option<String>,
     /// The target or the property as written.
     pub text: String,
     /// The target, if the question is to reach one.
     pub target: Option<StateSet>,
-    /// The regions.
-    pub regions: Vec<(Which, StateSet)>,
+    /// The regions with their names.
+    pub regions: Vec<(&'static str, StateSet)>,
     /// The coalition that a question about a game names, by player; `None` for that of the engine.
     pub coalition: Option<Vec<bool>>,
 }
@@ -34,7 +35,7 @@ pub struct Kept<'a> {
 }
 
 /// Builds the dump of the regions of questions about one model, whose path and SHA-256 are given. A
-/// single question has the regions `target`, `pmax_one`, …; of several, the regions of the n-th one are
+/// single question has the regions `target`, `pmax_one`, …; of several, the regions of that with the number n are
 /// called `target:n`, `pmax_one:n`, …. Cost: no image.
 ///
 /// # Errors
@@ -55,11 +56,12 @@ pub fn export_regions(
     let several = questions.len() > 1;
     let (players, ours) = describe::players(engine);
     let mut described = Vec::new();
-    for (number, question) in (1..).zip(questions) {
+    for question in questions {
+        let number = question.number;
         let written = |region: &str| if several { format!("{region}:{number}") } else { region.to_owned() };
         let name = |region: &str| RegionName::from(written(region).as_str());
         let target = question.target.iter().map(|states| Named::states(name("target"), states));
-        let found = question.regions.iter().map(|(which, states)| Named::states(name(which.name()), states));
+        let found = question.regions.iter().map(|(which, states)| Named::states(name(which), states));
         let own: Vec<Named> = target.chain(found).collect();
         let regions = own.iter().map(|named| named.name.to_string()).collect();
         let named_ones = |coalition: Vec<bool>| describe::members(&players, &coalition);

@@ -148,3 +148,31 @@ fn regions_of_games_have_the_states_of_the_players_and_the_coalition_of_each_que
     let text = std::fs::read_to_string(scratch.path("dump").join("manifest.json")).unwrap();
     assert!(!text.contains("coalition") && !text.contains("player:"), "{text}");
 }
+
+/// An expression over states was said to be undecided, and had no region.
+#[test]
+fn conditions_over_states_have_the_states_that_satisfy_them() {
+    let scratch = Scratch::new(&[]);
+    let (out, file) = (scratch.show("dump"), scratch.show("p.props"));
+    let text = "filter(count, P>=1 [ F s=3 ] | s=1);\nP>=1 [ F s=3 ] | s=1;\nPmax=? [ F s=3 ] + 0;\nPmax>=1 [ F s=3 ];\n";
+    std::fs::write(scratch.path("p.props"), text).unwrap();
+    let found = run(&format!("reach models/toy.prism --properties {file} --out {out} --json")).expect(1);
+    let report = found.json();
+    let (all, holds) = (&report["properties"][0]["value"]["upper"], &report["properties"][1]["holds"]);
+    let size: f64 = count(&out, "satisfied:2").as_str().unwrap().parse().unwrap();
+    assert_eq!(json!(size), *all, "{report}");
+    let initial = count(&out, "initial&!satisfied:2");
+    assert_eq!(*holds, json!(initial == json!("0")));
+    assert_eq!(count(&out, "pmax_one:4"), report["properties"][3]["pmax_one"]);
+    let regions: Vec<Value> = manifest(&scratch, "dump")["questions"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|question| question["regions"].clone())
+        .collect();
+    assert_eq!(regions, [json!(["satisfied:2"]), json!(["target:4", "pmax_one:4"])]);
+    assert!(found.stderr.contains("is a number"), "{}", found.stderr);
+    let number = format!("reach models/toy.prism --property Pmax=?[F(s=3)]+0 --out {out}");
+    let refused = run(&number).expect(2).stderr;
+    assert!(refused.contains("`filter(printall, …)` lists its values"), "{refused}");
+}

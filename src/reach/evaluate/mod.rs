@@ -129,6 +129,14 @@ impl<'m, 'a, E: Engine> Evaluator<'m, 'a, E> {
         self.source.on_one_line(term.span.range())
     }
 
+    /// Returns the states that satisfy a condition; `None` for a number.
+    ///
+    /// # Errors
+    /// The errors of [`Evaluator::answer`].
+    pub fn satisfied(&self, term: &Term) -> Result<Option<E::States>> {
+        term.is_condition().then(|| self.states(term, &self.engine.all_states())).transpose()
+    }
+
     /// Answers a property in the initial states.
     ///
     /// # Errors
