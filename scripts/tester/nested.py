@@ -201,7 +201,7 @@ def nested(context):
         return
     rng = random.Random(context.case.seed)
     draw, text, known = Draw(context, rng), Text(context), Nested(mdp, context.case.settings["scope"])
-    file, expected = context.program.folder / "nested.props", []
+    file, expected, satisfied = context.program.folder / "nested.props", [], None
     for at in range(AMOUNT):
         try:
             is_number = at % 2 == 1
@@ -211,7 +211,10 @@ def nested(context):
                 values = known.numbers(drawn)
                 expected.append((text.number(drawn), [values[s] for s in mdp.initial]))
             else:
-                expected.append((text.condition(drawn), set(mdp.initial) <= known.holds(drawn)))
+                holds = known.holds(drawn)
+                expected.append((text.condition(drawn), set(mdp.initial) <= holds))
+                if drawn[0] in ("and", "or", "=>", "<=>", "compare"):
+                    satisfied = (text.condition(drawn), len(holds))
         except (TooLarge, OverflowError, LeftOut):
             continue
     if not expected:
@@ -225,6 +228,19 @@ def nested(context):
         )
         for (written, answer), entry in zip(expected, report["properties"]):
             compare(context, f"{written} ({engine})", answer, entry)
+
+
+    if satisfied:
+        written_as(context, *satisfied)
+
+
+def written_as(context, written, count):
+    """`--out` writes the states that satisfy a condition."""
+    dump = context.program.folder / "satisfied"
+    options = ["--out", dump, *context.program.settings("scope", "threads")]
+    context.program.ask("reach", context.program.model, "--property", written, *options, allowed=(0, 1))
+    found = context.program.ask("query", dump, "satisfied")
+    context.same(f"states that satisfy {written}", str(count), found["count"])
 
 
 def compare(context, what, answer, entry):
