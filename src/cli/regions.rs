@@ -26,7 +26,7 @@ pub(super) struct Regions<'a> {
 /// The region of the states that satisfy a condition.
 const SATISFIED: &str = "satisfied";
 
-/// What is written of a question.
+/// A part of a question that is written.
 pub(super) enum Shown<'q> {
     /// The regions of its paths.
     Paths(&'q Asking),
