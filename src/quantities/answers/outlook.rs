@@ -111,7 +111,7 @@ impl Promise {
             let aim = (Aim::Likely, Some(next));
             let rule = Chooser::compute(analysis, program, std::slice::from_ref(state), aim, &Steps)?;
             let probability = Some(values.probability(node, next).middle());
-            promise.possible(analysis, program, state, (Some(rule), probability))?;
+            promise.possible(analysis, program, state, Some(rule), probability)?;
         }
         Ok(Some(promise))
     }
@@ -133,7 +133,7 @@ impl Promise {
         };
         let mut promise = Promise::certain(analysis, program, state, certain, None)?;
         if rank(Kind::Spi)? != Rank::Finite(certain) {
-            promise.possible(analysis, program, state, (None, None))?;
+            promise.possible(analysis, program, state, None, None)?;
         }
         Ok(Some(promise))
     }
@@ -146,7 +146,7 @@ impl Promise {
         certain: usize,
         rule: Option<Chooser>,
     ) -> Result<Self> {
-        let followed = Followed::new(analysis, program, (Kind::Sasi, rule), state, certain)?;
+        let followed = Followed::new(analysis, program, Kind::Sasi, rule, state, certain)?;
         Ok(Promise {
             from: analysis.preferences().owned_names(&followed.from),
             first: followed.first,
@@ -162,10 +162,11 @@ impl Promise {
         analysis: &Analysis<E>,
         program: &Arc<Program>,
         state: &State,
-        (rule, probability): (Option<Chooser>, Option<f64>),
+        rule: Option<Chooser>,
+        probability: Option<f64>,
     ) -> Result<()> {
         let certain = self.certain.unwrap_or_default();
-        let followed = Followed::new(analysis, program, (Kind::Spi, rule), state, certain + 1)?;
+        let followed = Followed::new(analysis, program, Kind::Spi, rule, state, certain + 1)?;
         if certain == 0 {
             self.first = followed.first;
         }
@@ -192,7 +193,8 @@ impl Followed {
     fn new<E: Engine>(
         analysis: &Analysis<E>,
         program: &Arc<Program>,
-        (kind, rule): (Kind, Option<Chooser>),
+        kind: Kind,
+        rule: Option<Chooser>,
         state: &State,
         improvements: usize,
     ) -> Result<Self> {
@@ -203,7 +205,7 @@ impl Followed {
         let at = strategy.explain(state, memory)?;
         found.from = at.most_preferred.clone();
         found.first = at.pick.filter(|_| by_value).map(|pick| at.actions[pick].name.clone());
-        found.after = after(&mut strategy, (state, memory), improvements)?;
+        found.after = after(&mut strategy, state, memory, improvements)?;
         Ok(found)
     }
 }
@@ -212,7 +214,8 @@ impl Followed {
 /// if the search is too large.
 fn after<E: Engine>(
     strategy: &mut FiniteMemoryStrategy<E>,
-    (start, memory): (&State, Memory),
+    start: &State,
+    memory: Memory,
     improvements: usize,
 ) -> Result<Vec<ObjectiveSet>> {
     let first = (start.clone(), memory, 0);

@@ -185,7 +185,7 @@ impl StateValues {
             if analysis.is_unsafe(state)? {
                 each(StateValues::without(analysis, program, state)?);
             } else if let (Some(node), Some(code)) = (values.start(state), codec.encode(state)) {
-                each(StateValues::at(analysis, program, (values, node), state, &walk.names(&code)?)?);
+                each(StateValues::at(analysis, program, values, node, state, &walk.names(&code)?)?);
             }
         }
         Ok(())
@@ -194,7 +194,8 @@ impl StateValues {
     fn at<E: Engine>(
         analysis: &Analysis<E>,
         program: &Program,
-        (values, node): (&Values, Node),
+        values: &Values,
+        node: Node,
         state: &State,
         names: &[String],
     ) -> Result<Self> {

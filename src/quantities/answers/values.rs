@@ -198,7 +198,7 @@ impl Values {
         }?;
         if let Some(steps) = self.options.within {
             let horizon = self.horizon.insert(Horizon::default());
-            horizon.run(graph, (levels, steps), &self.starts, &mut meter)?;
+            horizon.run(graph, levels, steps, &self.starts, &mut meter)?;
         }
         Ok(())
     }

@@ -81,8 +81,8 @@ pub fn reward(
     goal: Goal,
     precision: f64,
 ) -> Result<Answer> {
-    let asked = (rewards, accumulation, goal);
-    answer(precision, f64::INFINITY, || reward_of::<f64>(arena, asked), || reward_of::<Ratio>(arena, asked))
+    let near = || reward_of::<f64>(arena, rewards, accumulation, goal);
+    answer(precision, f64::INFINITY, near, || reward_of::<Ratio>(arena, rewards, accumulation, goal))
 }
 
 /// Computes the long-run fraction of time in a set, for models in which each state has one choice.
@@ -175,7 +175,9 @@ fn until_of<E: Entry>(arena: &Arena<'_>, until: &Until, goal: Goal) -> Result<Ve
 
 fn reward_of<E: Entry>(
     arena: &Arena<'_>,
-    (rewards, accumulation, goal): (&Rewards, &Accumulation, Goal),
+    rewards: &Rewards,
+    accumulation: &Accumulation,
+    goal: Goal,
 ) -> Result<Vector<E::Read>> {
     let mut meter = arena.meter();
     meter.take(2 * E::Read::BYTES * arena.states())?;

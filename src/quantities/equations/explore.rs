@@ -11,7 +11,7 @@ use crate::equations::cost::Cost;
 use crate::equations::facts::{Facts, Numbers, Seen};
 use crate::equations::graph::{Edge, Graph, LOST, Rank};
 use crate::equations::meter::Meter;
-use crate::equations::places::{Place, Places};
+use crate::equations::places::{Noted, Place, Places};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_engine::Engine;
@@ -82,7 +82,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
             return Ok(None);
         }
         let code = self.codec.known(state)?;
-        self.enter(Place::of(self.facts.arena_of(class)), (&code, seen), class).map(Some)
+        self.enter(Place::of(self.facts.arena_of(class)), &code, seen, class).map(Some)
     }
 
     /// Does the same as [`Explorer::start`] for all states with a class. Returns the number of nodes.
@@ -100,12 +100,12 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         let Facing { class, rank, unrestricted } = facing;
         let node = self.graph.add_node(rank, place.junction, self.meter)?;
         let own = place.arena == self.facts.arena_of(class);
-        self.places.add(place, code, (class, own, unrestricted), self.meter)?;
+        self.places.add(place, code, Noted { class, own, unrestricted }, self.meter)?;
         Ok(node)
     }
 
     /// Returns the node of a state, which is added if it is new.
-    fn enter(&mut self, place: Place, (code, seen): (&[u64], Seen<'_>), class: Option<u32>) -> Result<u32> {
+    fn enter(&mut self, place: Place, code: &[u64], seen: Seen<'_>, class: Option<u32>) -> Result<u32> {
         match self.places.find_code(place, code) {
             Some(known) => Ok(known),
             None => self.add(place, code, self.facing(place, seen, class)?),
@@ -157,7 +157,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
             self.graph.begin(node, self.meter)?;
             match self.graph.is_junction(node) {
                 true => self.junction(node, arena, &code)?,
-                false => self.choices((node, arena), &code, &mut *walk, &mut steps)?,
+                false => self.choices(node, arena, &code, &mut *walk, &mut steps)?,
             }
             self.graph.end(node, self.meter)?;
         }
@@ -171,7 +171,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         let state = self.codec.decode(code);
         let (sure, free) = (self.graph.fraction(Ratio::one()), self.graph.fraction(Ratio::zero()));
         for (position, (arena, counts)) in (0..).zip([(own, true), (arena, false)]) {
-            let to = self.enter(Place::of(arena), (code, self.seen(&state)?), class)?;
+            let to = self.enter(Place::of(arena), code, self.seen(&state)?, class)?;
             self.graph.add_choice(position, free);
             self.graph.add_edge(Edge::new(to, sure, counts));
         }
@@ -181,7 +181,8 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
     /// Adds the kept choices of a state.
     fn choices(
         &mut self,
-        (node, number): (u32, Option<u32>),
+        node: u32,
+        number: Option<u32>,
         code: &Code,
         walk: &mut dyn Walk,
         steps: &mut Steps,
@@ -214,7 +215,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
             self.graph.add_choice(position as u32, cost);
             for (code, probability) in steps.of(position) {
                 self.meter.step()?;
-                let (to, counts) = self.edge((number, reference), code)?;
+                let (to, counts) = self.edge(number, reference, code)?;
                 self.graph.add_edge(Edge::new(to, probability, counts));
             }
         }
@@ -222,7 +223,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
     }
 
     /// Returns the end of a step from an arena and a reference class to a state, and whether the step counts.
-    fn edge(&mut self, (arena, reference): (Option<u32>, Option<u32>), code: &[u64]) -> Result<(u32, bool)> {
+    fn edge(&mut self, arena: Option<u32>, reference: Option<u32>, code: &[u64]) -> Result<(u32, bool)> {
         let (facts, place) = (self.facts, Place::of(arena));
         let keeps_reference = facts.improvement.safety.has_reference();
         let known = self.places.find_code(place, code).map(|node| (node, self.places.class(node)));
@@ -244,7 +245,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         let junction = keeps_reference && improves;
         let to = match change {
             Change::Weakening => LOST,
-            _ => self.enter(Place { arena, junction }, (code, seen), class)?,
+            _ => self.enter(Place { arena, junction }, code, seen, class)?,
         };
         Ok((to, improves && !keeps_reference))
     }

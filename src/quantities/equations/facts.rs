@@ -110,7 +110,7 @@ impl<'a, E: Engine> Facts<'a, E> {
     }
 
     /// Returns whether a set contains a state.
-    fn contains(&self, (number, set): (usize, &E::States), seen: Seen<'_>) -> Result<bool> {
+    fn contains(&self, number: usize, set: &E::States, seen: Seen<'_>) -> Result<bool> {
         match seen.marks {
             Some(marks) => Ok(marks >> number & 1 == 1),
             None => self.engine.contains(set, seen.state),
@@ -119,14 +119,14 @@ impl<'a, E: Engine> Facts<'a, E> {
 
     /// Returns the number of levels that contain a state in an arena, or [`EVERY`]; `first` is the number of
     /// their first set.
-    fn rank_in(&self, (first, levels): (usize, &Levels<E>), arena: u32, seen: Seen<'_>) -> Result<u32> {
+    fn rank_in(&self, first: usize, levels: &Levels<E>, arena: u32, seen: Seen<'_>) -> Result<u32> {
         let all = levels.unbounded().into_iter().chain(&levels.found);
         let games = all.map(|level| level.games.get(arena as usize));
         let (mut number, mut rank) = (first, 0);
         for (position, game) in games.enumerate() {
             let is_fixpoint = position == 0 && levels.unbounded().is_some();
             let holds = match game {
-                Some(game) => self.contains((number, &game.states), seen)?,
+                Some(game) => self.contains(number, &game.states, seen)?,
                 None => false,
             };
             number += usize::from(game.is_some());
@@ -143,9 +143,9 @@ impl<'a, E: Engine> Facts<'a, E> {
     /// Returns what the levels say about a state in an arena.
     pub(crate) fn rank(&self, numbers: Option<Numbers>, seen: Seen<'_>) -> Result<Rank> {
         let Some(Numbers { arena, levels: [spi, sasi], .. }) = numbers else { return Ok(Rank::default()) };
-        let positive = self.rank_in((spi, self.spi), arena, seen)?;
+        let positive = self.rank_in(spi, self.spi, arena, seen)?;
         // W_k of SASI is a subset of W_k of SPI.
-        let sure = if positive == 0 { 0 } else { self.rank_in((sasi, self.sasi()), arena, seen)? };
+        let sure = if positive == 0 { 0 } else { self.rank_in(sasi, self.sasi(), arena, seen)? };
         Ok(Rank { positive, sure })
     }
 
@@ -158,7 +158,7 @@ impl<'a, E: Engine> Facts<'a, E> {
     /// Returns the class of a state; `guess` is tested first.
     pub(crate) fn class(&self, seen: Seen<'_>, guess: Option<u32>) -> Result<Option<u32>> {
         if let Some(class) = guess
-            && self.contains((class as usize, &self.classes.list[class as usize].states), seen)?
+            && self.contains(class as usize, &self.classes.list[class as usize].states, seen)?
         {
             return Ok(guess);
         }

@@ -30,6 +30,16 @@ impl Place {
     }
 }
 
+/// The facts that are noted about a node.
+pub(crate) struct Noted {
+    /// The class of its state.
+    pub(crate) class: Option<u32>,
+    /// True if its arena is that of this class.
+    pub(crate) own: bool,
+    /// True if it is known that its arena keeps every choice.
+    pub(crate) unrestricted: bool,
+}
+
 /// The nodes found so far.
 #[derive(Debug, Default)]
 pub(crate) struct Places {
@@ -89,8 +99,7 @@ impl Places {
         self.classes.get(node as usize).checked_sub(1)
     }
 
-    /// Adds the next node: its place, the code of its state, the class of the state, whether the
-    /// place is the arena of this class, and whether it is known that the arena keeps every choice.
+    /// Adds the next node: its place, the code of its state, and what is noted about it.
     ///
     /// # Errors
     /// The memory limit is reached.
@@ -98,7 +107,7 @@ impl Places {
         &mut self,
         place: Place,
         code: &[u64],
-        (class, own, unrestricted): (Option<u32>, bool, bool),
+        Noted { class, own, unrestricted }: Noted,
         meter: &mut Meter<'_>,
     ) -> Result<()> {
         meter.take(self.classes.width() + 1)?;

@@ -110,7 +110,8 @@ impl<'a, 'm> Growing<'a, 'm> {
     /// # Errors
     /// The memory limit is reached.
     pub(crate) fn new(
-        (parts, is_game): (&'a dyn Membership, bool),
+        parts: &'a dyn Membership,
+        is_game: bool,
         codec: &'a Codec,
         cost: Option<Earned<'a>>,
         meter: &'a mut Meter<'m>,
@@ -152,7 +153,7 @@ impl<'a, 'm> Growing<'a, 'm> {
             self.own(node, &code)?;
             for position in 0..steps.choices() {
                 if self.stays(&steps, position, &mut targets)? {
-                    self.choice((&code, position), (walk, &steps), &targets)?;
+                    self.choice(&code, position, walk, &steps, &targets)?;
                 }
             }
             self.graph.end(node, self.meter)?;
@@ -175,8 +176,10 @@ impl<'a, 'm> Growing<'a, 'm> {
     /// Adds a choice of a state.
     fn choice(
         &mut self,
-        (code, position): (&Code, usize),
-        (walk, steps): (&dyn Walk, &Steps),
+        code: &Code,
+        position: usize,
+        walk: &dyn Walk,
+        steps: &Steps,
         targets: &[Target],
     ) -> Result<()> {
         let cost = match self.cost {

@@ -38,6 +38,6 @@ impl<'a, E: Engine> Search<'a, E> {
         let sets: Vec<&E::States> = sets.into_iter().flatten().collect();
         let parts = self.engine.membership(&sets)?;
         let is_game = theirs.is_some();
-        Growing::new((&*parts, is_game), walker.codec(), self.cost, meter)?.run(states, &mut *walker.walk())
+        Growing::new(&*parts, is_game, walker.codec(), self.cost, meter)?.run(states, &mut *walker.walk())
     }
 }

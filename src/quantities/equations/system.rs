@@ -43,6 +43,16 @@ pub(crate) enum Quantity {
     Steps(u32),
 }
 
+impl Quantity {
+    /// Returns the number of improvements k; 1 for others.
+    pub(crate) fn level(self) -> u32 {
+        match self {
+            Quantity::Probability(k) | Quantity::Cost(k) | Quantity::Steps(k) => k,
+            Quantity::Number | Quantity::Reward => 1,
+        }
+    }
+}
+
 impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

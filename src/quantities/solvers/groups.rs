@@ -282,7 +282,8 @@ impl<'n> Groups<'n> {
     pub(crate) fn write<N: Number, E: Entry>(
         &self,
         system: &System<'_, N>,
-        (own, choice): (u32, u32),
+        own: u32,
+        choice: u32,
         solution: &Solution<N>,
         equation: &mut Equation<E::Read>,
     ) {

@@ -28,7 +28,8 @@ impl Horizon {
     pub(crate) fn run(
         &mut self,
         graph: &Graph,
-        (levels, steps): (usize, usize),
+        levels: usize,
+        steps: usize,
         starts: &[u32],
         meter: &mut Meter<'_>,
     ) -> Result<()> {

@@ -53,7 +53,7 @@ impl<N: Number> Solved<N> {
         let found = unfolded.solve::<E>(Quantity::Number, meter)?;
         let system = System::new(graph, Quantity::Number, None, &self.fractions);
         let mut solution = system.start(meter)?;
-        unfolded.store((&system, 1), &found, &mut solution);
+        unfolded.store(&system, &found, &mut solution);
         let is_endless = |node: u32| system.is_open(node) && !solution.knows(node);
         self.endless = (0..graph.nodes() as u32).map(is_endless).collect();
         self.number = Some(solution);
@@ -79,7 +79,7 @@ pub(crate) fn by_level<E: Entry>(
     for k in 1..=levels {
         let system = System::new(graph, of(k), solutions.last(), &fractions);
         let mut solution = system.start(meter)?;
-        unfolded.store((&system, k), &found, &mut solution);
+        unfolded.store(&system, &found, &mut solution);
         solutions.push(solution);
     }
     Ok((solutions, found.values.end))
@@ -138,7 +138,7 @@ impl<'g> Unfolded<'g> {
             let system = system(k);
             for node in nodes().filter(|&node| system.is_open(node)) {
                 meter.step()?;
-                new.add((&system, k), node, meter)?;
+                new.add(&system, node, meter)?;
                 theirs.push(graph.is_theirs(node));
             }
         }
@@ -158,13 +158,8 @@ impl<'g> Unfolded<'g> {
     }
 
     /// Adds the state of a node at a level.
-    fn add(
-        &mut self,
-        (system, k): (&System<'_, Ratio>, u32),
-        node: u32,
-        meter: &mut Meter<'_>,
-    ) -> Result<()> {
-        let first = self.choices.len();
+    fn add(&mut self, system: &System<'_, Ratio>, node: u32, meter: &mut Meter<'_>) -> Result<()> {
+        let (first, k) = (self.choices.len(), system.quantity.level());
         for choice in self.graph.choices(node).filter(|&choice| system.permits(choice)) {
             let mut improving = Ratio::zero();
             for edge in self.graph.edges(choice) {
@@ -242,12 +237,8 @@ impl<'g> Unfolded<'g> {
     }
 
     /// Stores the values of a level, with the choices of both sides that attain them.
-    fn store<N: Number>(
-        &self,
-        (system, k): (&System<'_, N>, u32),
-        found: &Led<N>,
-        solution: &mut Solution<N>,
-    ) {
+    fn store<N: Number>(&self, system: &System<'_, N>, found: &Led<N>, solution: &mut Solution<N>) {
+        let k = system.quantity.level();
         let open = || (0..self.graph.nodes() as u32).filter(|&node| system.is_open(node));
         for node in open() {
             if let Some(value) = &found.values.values[self.state(node, k) as usize] {

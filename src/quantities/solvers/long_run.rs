@@ -38,7 +38,7 @@ pub(crate) fn values<N: Number>(
         if !is_bottom(game, component, &mut nodes, averages.len() as u32) {
             continue;
         }
-        averages.push(average(game, rewards, (component, &mut place), meter)?);
+        averages.push(average(game, rewards, component, &mut place, meter)?);
     }
     let exits = averages.len() as u32;
     (exits..).zip(nodes.iter_mut().filter(|node| **node == NONE)).for_each(|(next, node)| *node = next);
@@ -76,7 +76,8 @@ fn is_bottom(game: &GameGraph, component: &[u32], nodes: &mut [u32], exit: u32) 
 fn average<N: Number>(
     game: &GameGraph,
     rewards: &Rewards,
-    (component, place): (&[u32], &mut [u32]),
+    component: &[u32],
+    place: &mut [u32],
     meter: &mut Meter<'_>,
 ) -> Result<N> {
     let Some((&last, others)) = component.split_last() else { return Ok(N::zero()) };

@@ -201,7 +201,8 @@ impl Pairs {
     pub(super) fn endless(
         &self,
         objectives: &[(Counted<'_>, Optimum)],
-        (resting, finite): (&EndComponents, &BitVec),
+        resting: &EndComponents,
+        finite: &BitVec,
         zero: u32,
         meter: &mut Meter<'_>,
     ) -> Result<Option<u32>> {
@@ -228,7 +229,8 @@ impl Pairs {
     pub(super) fn ends(
         &self,
         objectives: &[(Counted<'_>, Optimum)],
-        (resting, finite): (&EndComponents, &BitVec),
+        resting: &EndComponents,
+        finite: &BitVec,
         meter: &mut Meter<'_>,
     ) -> Result<Vec<End>> {
         let recurs =
@@ -295,12 +297,7 @@ impl Pairs {
     }
 
     /// Returns the action of a choice that leaves its group `own`.
-    pub(super) fn action(
-        &self,
-        (own, choice): (u32, usize),
-        group: &[u32],
-        fractions: &mut Fractions,
-    ) -> Action {
+    pub(super) fn action(&self, own: u32, choice: usize, group: &[u32], fractions: &mut Fractions) -> Action {
         let known = |fractions: &Fractions, number: u32| fractions.list()[number as usize].clone();
         let (mut edges, mut leaving): (Vec<(u32, Ratio)>, _) = (Vec::new(), Ratio::default());
         for at in self.choices.start[choice] as usize..self.choices.start[choice + 1] as usize {

@@ -111,7 +111,7 @@ impl Reaching<'_> {
             return Ok(Led { values, choices: strategy.choices });
         }
         let mut known = step.improved(&mut strategy, follower, meter)?;
-        let other = step.answered(&strategy.side, (&known, leader), meter)?;
+        let other = step.answered(&strategy.side, &known, meter)?;
         for (own, other) in known.values.iter_mut().zip(other.values) {
             let Some(own) = own.as_mut() else { continue };
             // Each side guarantees one of the bounds.
@@ -354,9 +354,10 @@ impl<E: Entry> Step<'_, E> {
     fn answered(
         &self,
         leaders: &BitVec,
-        (known, leader): (&Vector<E::Read>, Optimum),
+        known: &Vector<E::Read>,
         meter: &mut Meter<'_>,
     ) -> Result<Vector<E::Read>> {
+        let leader = self.of.leader();
         let mut strategy = Strategy { side: !leaders.clone(), choices: self.of.all_choices() };
         let (x, finite) = known.side::<E>(opposite(leader));
         for state in strategy.side.iter_ones().filter(|&state| finite[state]) {

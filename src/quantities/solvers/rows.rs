@@ -120,7 +120,7 @@ impl<N: Entry> Rows<N> {
         let (mut rows, mut equation) = (Rows::empty(system.sense()), Equation::empty());
         groups.visit(system, meter, |group, choice| {
             rows.begin(group);
-            groups.write::<M, N>(system, (group, choice), solution, &mut equation);
+            groups.write::<M, N>(system, group, choice, solution, &mut equation);
             rows.add(choice, &equation);
         })?;
         rows.begin(groups.count() as u32);

@@ -191,7 +191,7 @@ impl<N: Number> System<'_, N> {
         let end = match N::EXACT {
             true => self.exact(&groups, &rows, solution, meter),
             false => {
-                let (Found { low, high, picks }, end) = self.in_turns((&groups, &rows), solution, meter);
+                let (Found { low, high, picks }, end) = self.in_turns(&groups, &rows, solution, meter);
                 let most = self.most();
                 let bounds =
                     |(&lower, &upper): (&f64, &f64)| N::rounded(Interval { lower, upper: upper.min(most) });

@@ -61,31 +61,32 @@ impl Total<'_> {
     }
 
     fn least<N: Number>(&self, meter: &mut Meter<'_>) -> Result<Vector<N>> {
-        let Total { game, rewards, target, allowed } = *self;
-        let (target, left) = (resting(game, (rewards, target), allowed), BitVec::repeat(true, game.states()));
+        let Total { game, rewards, allowed, .. } = *self;
+        let (target, left) = (self.resting(), BitVec::repeat(true, game.states()));
         let goal = Goal::all(Optimum::Min);
         let collected = Collected::Until(rewards);
         Reaching { game, target: &target, left: &left, collected, goal }.alone(Optimum::Min, allowed, meter)
     }
-}
 
-/// Returns the greatest set of states that are in a set, or that some choices without rewards need not leave.
-fn resting(game: &GameGraph, (rewards, target): (&Rewards, &BitVec), allowed: &BitVec) -> BitVec {
-    let mut rest = BitVec::repeat(true, game.states());
-    loop {
-        let stays = |choice: usize, rest: &BitVec| {
-            allowed[choice]
-                && rewards.is_free(choice)
-                && game.choices.successors(choice).iter().all(|&to| rest[to as usize])
-        };
-        let lost: Vec<usize> = rest
-            .iter_ones()
-            .filter(|&state| !target[state])
-            .filter(|&state| !game.choices.of(state as u32).any(|choice| stays(choice, &rest)))
-            .collect();
-        if lost.is_empty() {
-            return rest;
+    /// Returns the greatest set of states that are in the target, or that some choices without rewards need not leave.
+    fn resting(&self) -> BitVec {
+        let Total { game, rewards, target, allowed } = *self;
+        let mut rest = BitVec::repeat(true, game.states());
+        loop {
+            let stays = |choice: usize, rest: &BitVec| {
+                allowed[choice]
+                    && rewards.is_free(choice)
+                    && game.choices.successors(choice).iter().all(|&to| rest[to as usize])
+            };
+            let lost: Vec<usize> = rest
+                .iter_ones()
+                .filter(|&state| !target[state])
+                .filter(|&state| !game.choices.of(state as u32).any(|choice| stays(choice, &rest)))
+                .collect();
+            if lost.is_empty() {
+                return rest;
+            }
+            lost.into_iter().for_each(|state| rest.set(state, false));
         }
-        lost.into_iter().for_each(|state| rest.set(state, false));
     }
 }

@@ -24,7 +24,8 @@ impl<N: Number> System<'_, N> {
     /// no method finds narrow ones.
     pub(crate) fn in_turns(
         &self,
-        (groups, rows): (&Groups<'_>, &Rows<f64>),
+        groups: &Groups<'_>,
+        rows: &Rows<f64>,
         solution: &Solution<N>,
         meter: &mut Meter<'_>,
     ) -> (Found, Result<()>) {

@@ -69,7 +69,7 @@ impl Weighted {
             return Ok(None);
         }
         let resting = pairs.resting(objectives, &[Optimum::Max, Optimum::Min], zero, meter)?;
-        if let Some(pair) = pairs.endless(objectives, (&resting, &finite), zero, meter)? {
+        if let Some(pair) = pairs.endless(objectives, &resting, &finite, zero, meter)? {
             let state = arena.program.show_state(&arena.state(pairs.list[pair as usize].0 as usize));
             return Err(Error::Usage(format!(
                 "several objectives need rewards that end: a reward that is to be great can be infinite from the state {state}"
@@ -82,11 +82,11 @@ impl Weighted {
                 let to = pairs.choices.successors(choice);
                 let leaves = to.iter().any(|&to| resting.group[to as usize] != own);
                 if leaves && to.iter().all(|&to| finite[to as usize]) {
-                    groups[own as usize].push(pairs.action((own, choice), &resting.group, &mut fractions));
+                    groups[own as usize].push(pairs.action(own, choice, &resting.group, &mut fractions));
                 }
             }
         }
-        for end in pairs.ends(objectives, (&resting, &finite), meter)? {
+        for end in pairs.ends(objectives, &resting, &finite, meter)? {
             let End { pair, hits, .. } = end;
             let gains = objectives.iter().enumerate().map(|(at, own)| {
                 fractions.number(signed(Ratio::from_integer((hits >> at & 1).into()), own.1))
@@ -193,13 +193,13 @@ impl Weighted {
             let low = policies.evaluate(&gains.iter().map(less).collect::<Vec<Vec<f64>>>(), meter)?;
             let is_above = |group: usize, action: usize| {
                 let terms = gains[action].iter().zip(weights).map(|(gain, w)| (gain * w).abs());
-                let (q, error) = rounded(&rows, action, (rated[action], terms.sum()), |to| high[to]);
+                let (q, error) = rounded(&rows, action, rated[action], terms.sum(), |to| high[to]);
                 q + error + f64::EPSILON * high[group].abs() <= high[group]
             };
             let is_below = |group: usize, at: usize| {
                 let (action, own) = (policies.policy[group], low[group][at]);
                 let gain = gains[action][at];
-                let (q, error) = rounded(&rows, action, (gain, gain.abs()), |to| low[to][at]);
+                let (q, error) = rounded(&rows, action, gain, gain.abs(), |to| low[to][at]);
                 own + f64::EPSILON * own.abs() <= q - error
             };
             let holds = |group: usize| {
@@ -239,12 +239,7 @@ impl Weighted {
 
 /// Returns the value of an action to the nearest, and a bound of its error; `gain` is given with the sum of the sizes of
 /// its terms.
-fn rounded(
-    rows: &Rows<f64>,
-    action: usize,
-    (gain, size): (f64, f64),
-    x: impl Fn(usize) -> f64,
-) -> (f64, f64) {
+fn rounded(rows: &Rows<f64>, action: usize, gain: f64, size: f64, x: impl Fn(usize) -> f64) -> (f64, f64) {
     let (mut sum, mut sizes, mut terms) = (gain, size, 8.0);
     for (to, p) in rows.row(action) {
         sum += p * x(to as usize);
