@@ -7,8 +7,8 @@ use meliora::reach::{Asking, Target as Goal};
 use meliora_base::error::Error;
 use meliora_base::progress::ProgressSink;
 use meliora_engine::{Engine, Guided};
+use meliora_model::Program;
 use meliora_model::predicate::Predicate;
-use meliora_model::{Program, State};
 use meliora_planning::policy::{Policy, strong_region};
 use meliora_planning::rules::Rules;
 use meliora_report::{Number, ReachReport, policy};
@@ -78,8 +78,8 @@ impl PlanArgs {
                 "`--strong` and `--policy` are about models with one player; `strategy` is for games";
             return Err(Error::Usage(message.to_owned()));
         }
-        let goal = engine.states_where(target)?;
         if self.strong {
+            let goal = engine.states_where(target)?;
             let find = || strong_region(engine, &goal);
             let region = job.timed("strong", find, |r, s| r.time.add("strong", s))?;
             let outside = engine.difference(&engine.initial_states(), &region)?;
@@ -87,11 +87,7 @@ impl PlanArgs {
             update(job, |plan| (plan.strong, plan.strong_states) = (Some(exists), Some(Number::from(count))));
         }
         let Some(out) = out else { return Ok(()) };
-        let find = || {
-            let Some(found) = Policy::find(engine, program, &goal, MOST_STATES)? else { return Ok(None) };
-            let initial = engine.list_states(&engine.initial_states(), MOST_STATES)?;
-            checked(found, program, target, &initial, &*engine.settings().sink).map(Some)
-        };
+        let find = || found(engine, program, target);
         let found = job.timed("policy", find, |r, s| r.time.add("policy", s))?;
         self.finish(job, found, program, out)
     }
@@ -110,8 +106,7 @@ impl PlanArgs {
     ) -> Result<(), Error> {
         let find = || match &asking.goal.target {
             Goal::States(target) if search.answer() == Some(true) => {
-                let found = Policy::of_search(search, MOST_STATES)?;
-                checked(found, program, target, &search.initial_states(), &*job.sink).map(Some)
+                checked(Policy::of_search(search, MOST_STATES)?, program, target, &*job.sink).map(Some)
             }
             _ => Ok(None),
         };
@@ -120,7 +115,10 @@ impl PlanArgs {
     }
 
     /// Writes a policy, or says that there is none.
-    fn finish(
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(super) fn finish(
         &self,
         job: &Job<ReachReport>,
         found: Option<Policy>,
@@ -143,15 +141,27 @@ impl PlanArgs {
     }
 }
 
+/// Returns a checked policy; `None` if there is none. The engine may know states that are not reachable.
+///
+/// # Errors
+/// A limit.
+pub(super) fn found<E: Engine>(
+    engine: &E,
+    program: &Program,
+    target: &Predicate,
+) -> Result<Option<Policy>, Error> {
+    let found = Policy::find(engine, program, &engine.states_where(target)?, MOST_STATES)?;
+    found.map(|found| checked(found, program, target, &*engine.settings().sink)).transpose()
+}
+
 /// Checks a policy state by state, from the initial states.
 fn checked(
     found: Policy,
     program: &Program,
     goal: &Predicate,
-    initial: &[State],
     sink: &dyn ProgressSink,
 ) -> Result<Policy, Error> {
-    match Rules::from(&found).check(program, goal, initial, false, sink)? {
+    match Rules::from(&found).check(program, goal, &found.initial, false, sink)? {
         Ok(_) => Ok(found),
         Err(fault) => Err(Error::Usage(format!("{}: {}", fault.kind, program.show_state(&fault.state)))),
     }

@@ -24,7 +24,7 @@ use super::judging::{self, Judged};
 use super::regions::{Found, Regions, Shown};
 use super::shares::Shares;
 use super::supervise::Job;
-use super::{engines, terms};
+use super::{engines, policy, terms};
 
 /// Answers the reachability properties with one engine, then each formula with its own, and then the
 /// expressions over states.
@@ -107,10 +107,15 @@ fn run_engine(
     let alone = judging::without_counts(given, asked, questions);
     let build = || match alone {
         Some(asking) => {
-            let judge = |engine: &SymbolicEngine| judging::judge(engine, asking, &asked.program, program);
-            // A policy has reachable states only.
-            let everywhere = given.plan.is_none().then_some(&judge as _);
-            let question = Initially { everywhere, target: judging::target(asking) };
+            let target = judging::target(asking);
+            let judge = |engine: &SymbolicEngine| {
+                let judged = judging::judge(engine, asking, &asked.program, program)?;
+                // It visits reachable states only, whatever the engine knows.
+                let policy = target.filter(|_| given.plan.is_some());
+                Ok((judged, policy.map(|target| policy::found(engine, program, target)).transpose()?))
+            };
+            let everywhere = (given.plan.is_none() || target.is_some()).then_some(&judge as _);
+            let question = Initially { everywhere, target };
             engines::decided(program, given.model, &mut selected, &question, &job.sink)
         }
         None => engines::engine_for(program, given.model, &mut selected, lists_states, &job.sink)
@@ -120,10 +125,13 @@ fn run_engine(
     job.update(|r| r.header.select(&selected));
     let engine = match decision {
         Decision::Built(engine) => engine,
-        Decision::Answered(judged) => {
+        Decision::Answered((judged, policy)) => {
             job.update(|r| r.over_all_valuations = true);
             without_states(job, questions, judged);
-            return Ok(());
+            return match (given.plan, policy) {
+                (Some((plan, Some(out))), Some(policy)) => plan.finish(job, policy, program, out),
+                _ => Ok(()),
+            };
         }
         Decision::Guided(search) => {
             job.update(|r| r.by_guided_search = true);

@@ -40,6 +40,22 @@ fn a_property_is_decided_before_the_states_are_known() {
 }
 
 #[test]
+fn a_policy_over_all_valuations_visits_reachable_states_only() {
+    let scratch = Scratch::new(&[("m.prism", &register())]);
+    let (model, policy) = (scratch.show("m.prism"), scratch.show("policy.json"));
+    let asked = ["reach", &model, "--property", "Pmax>=1 [ F done ]", "--policy", &policy, "--json"];
+    let found = Finished::of(meliora().args(asked)).expect(0).json();
+    assert_eq!((&found["over_all_valuations"], &found["plan"]["policy_states"]), (&json!(true), &json!("1")));
+    assert_eq!(found["plan"]["strong_cyclic"], json!(true));
+    Finished::of(meliora().args(["verify", &policy, &model, "--target", "done"])).expect(0);
+    let (none, never) = (scratch.show("none.json"), "Pmax>=1 [ F done & b0 & !b0 ]");
+    let found =
+        Finished::of(meliora().args(["reach", &model, "--property", never, "--policy", &none, "--json"]));
+    let found = found.expect(1).json();
+    assert_eq!(found["plan"]["strong_cyclic"], json!(false));
+}
+
+#[test]
 fn the_text_says_that_the_states_are_not_counted() {
     let text = asked("Pmax>=1 [ F done ]", &[]).expect(0).stdout;
     assert!(text.contains("The property was decided over all combinations of values"), "{text}");

@@ -9,6 +9,8 @@ use meliora_model::{Program, State};
 /// A policy: the states that it visits outside the goal, each with its action.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Policy {
+    /// The initial states of the model.
+    pub initial: Vec<State>,
     /// The entries, initial states first, then in the order in which they are visited.
     pub entries: Vec<PolicyEntry>,
 }
@@ -57,7 +59,7 @@ impl Policy {
             action: of.name,
             distance: of.distance,
         };
-        Ok(Policy { entries: policy.into_iter().map(entry).collect() })
+        Ok(Policy { initial: search.initial_states(), entries: policy.into_iter().map(entry).collect() })
     }
 
     /// Returns a policy that almost surely reaches the goal from each initial state, and visits at most
@@ -118,7 +120,7 @@ impl<E: Engine> Layers<'_, E> {
     fn unfold(&self, initial: Vec<State>, limit: usize) -> Result<Policy> {
         let mut poll = Poll::new(&*self.engine.settings().sink);
         let mut seen: ahash::AHashSet<State> = initial.iter().cloned().collect();
-        let (mut open, mut entries) = (std::collections::VecDeque::from(initial), Vec::new());
+        let (mut open, mut entries) = (std::collections::VecDeque::from(initial.clone()), Vec::new());
         while let Some(state) = open.pop_front() {
             poll.step()?;
             let distance = self.distance(&state)?;
@@ -136,7 +138,7 @@ impl<E: Engine> Layers<'_, E> {
             }
             entries.push(PolicyEntry { state, action: step.name, distance });
         }
-        Ok(Policy { entries })
+        Ok(Policy { initial, entries })
     }
 
     /// Returns the first step of a state that keeps the goal sure and may lead nearer.

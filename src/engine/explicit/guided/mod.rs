@@ -11,13 +11,15 @@
 //! estimates of the distance (`estimate`) on the delete relaxation (`relaxation`), and in turns only from states with
 //! something new (`novelty`), until it meets the target or the policy: the path becomes part of the policy, and its
 //! other outcomes are the next states. If the path does not exist, the states that were found are lost; choices that may
-//! lead there are given up, and the policy is repaired (`part`). The answer is *yes* once the policy is closed, *no* once
+//! lead there are given up, and the policy is repaired (`part`). Before a search begins, the path of a state that agrees
+//! in all that matters to it is tried (`advice`). The answer is *yes* once the policy is closed, *no* once
 //! an initial state is lost. Without a fringe, each state is one or the other, so the search is complete.
 //!
 //! Sources: the search for weak plans and their repair is that of NDP (Kuter et al., ICAPS 2008) and PRP (Muise,
 //! McIlraith and Beck, ICAPS 2012), with full states; the two sides are those of partial exploration (Brázdil et al.,
 //! ATVA 2014).
 
+mod advice;
 mod estimate;
 mod facts;
 mod fatal;
@@ -42,6 +44,7 @@ use super::explore::{Exploration, LOOKS, Task, by_words};
 use super::machine::{Code, Machine};
 use super::meter::Meter;
 use crate::settings::{Scope, Settings};
+use advice::Advice;
 use estimate::Estimator;
 use part::Part;
 use relaxation::Relaxation;
@@ -57,6 +60,7 @@ pub struct Guided {
     /// The states that wait for a choice.
     open: Vec<u32>,
     search: Search,
+    advice: Advice,
     /// The states and successors explored.
     steps: u64,
     /// The work when the policy was followed last, and how much that took.
@@ -137,6 +141,7 @@ impl Guided {
             initial: Vec::new(),
             open: Vec::new(),
             search: Search::new(&meter),
+            advice: Advice::default(),
             steps: 0,
             walked: [0; 2],
             reported: 0,
@@ -151,7 +156,7 @@ impl Guided {
 
     /// Returns the work so far, counted in states and successors.
     pub(crate) fn work(&self) -> u64 {
-        self.steps + self.guide.estimator.work / LOOKS
+        self.steps + (self.guide.estimator.work + self.advice.looks) / LOOKS
     }
 
     /// Continues until the answer is known, or the work so far is at least `most`. Returns whether some strategy

@@ -60,12 +60,12 @@ impl Search {
         self.queues[turn].pop().or_else(|| self.queues[turn ^ 1].pop())
     }
 
-    fn has_entered(&self, state: u32) -> bool {
+    pub(super) fn has_entered(&self, state: u32) -> bool {
         self.entered.get(state as usize).is_some_and(|&(number, _)| number == self.number)
     }
 
     /// Enters a state by an edge; [`NOBODY`] for the first one.
-    fn enter(&mut self, state: u32, edge: u32) -> Result<()> {
+    pub(super) fn enter(&mut self, state: u32, edge: u32) -> Result<()> {
         while self.entered.len() <= state as usize {
             self.entered.push((0, NOBODY))?;
         }
@@ -103,7 +103,10 @@ impl Guided {
             if self.search.start == NOBODY {
                 let Some(next) = self.next() else { return Ok(Some(true)) };
                 self.search.begin(next);
-                self.look(&mut stepper, next, NOBODY)?;
+                if !self.is_led(&mut stepper, next)? {
+                    self.search.begin(next);
+                    self.look(&mut stepper, next, NOBODY)?;
+                }
                 continue;
             }
             if self.part.standing[self.search.start as usize].is_lost {
@@ -229,7 +232,11 @@ impl Guided {
     }
 
     /// Lists the choices of a state. Returns false if it is lost.
-    fn expand<const W: usize>(&mut self, stepper: &mut Stepper<'_, W>, state: u32) -> Result<bool> {
+    pub(super) fn expand<const W: usize>(
+        &mut self,
+        stepper: &mut Stepper<'_, W>,
+        state: u32,
+    ) -> Result<bool> {
         // Also of a state whose distance is known: the plan names the helpful commands.
         if !self.estimate(state) {
             return Ok(false);
@@ -274,7 +281,7 @@ impl Guided {
 
     /// Takes the path that the search has found into the policy. Its other outcomes are estimated: those that are lost
     /// make it useless at once.
-    fn adopt<const W: usize>(
+    pub(super) fn adopt<const W: usize>(
         &mut self,
         stepper: &mut Stepper<'_, W>,
         state: u32,
@@ -297,6 +304,7 @@ impl Guided {
         }
         self.search.end();
         path.iter().for_each(|&(state, choice, to)| self.part.attach(state, choice, to));
+        self.learn(&path);
         for &(_, choice, _) in path.iter().rev() {
             for edge in self.part.edges_of(choice) {
                 let to = self.part.successor(edge);

@@ -217,6 +217,25 @@ fn a_barrier_of_estimates_is_crossed_where_many_states_look_better() {
 }
 
 #[test]
+fn a_path_is_known_from_all_states_that_agree_in_what_it_needs() {
+    // The counter k and the flag b matter to no command on the way, z only to the first one.
+    let text = "mdp module m x : [0..9] init 0; k : [0..6] init 0; z : [0..2] init 0; b : bool init false;
+        [] x=0 & z<2 -> 0.5 : (x'=1)&(z'=2) + 0.5 : (k'=min(k+1,6));
+        [] x>0 & x<9 -> 0.5 : (x'=x+1)&(b'=!b) + 0.5 : (x'=0)&(z'=1)&(k'=min(k+1,6)); endmodule";
+    compare(text, "x=9", 1);
+    let (program, target) = read(text, "x=9");
+    let mut search = guided(&program, &target).unwrap();
+    assert!(answer(&mut search, 1));
+    let needed = |values: [i64; 4], search: &mut Guided| {
+        let state = search.advice.find(&values)?;
+        Some(search.advice.needs[&state].iter().map(|variable| variable.0).collect::<Vec<_>>())
+    };
+    assert_eq!(needed([0, 6, 0, 1], &mut search), Some(vec![0, 2]));
+    assert_eq!(needed([5, 6, 2, 1], &mut search), Some(vec![0]));
+    assert_eq!(needed([0, 6, 2, 1], &mut search), None);
+}
+
+#[test]
 fn all_initial_states_count() {
     let text = "mdp global x : [0..2]; module m b : bool; [] x=1 -> (b'=true); [] x=2 -> 0.5 : (b'=true) + 0.5 : true; \
         endmodule init x>0 & !b endinit";
