@@ -130,6 +130,8 @@ impl<E: Engine> Layers<'_, E> {
             if entries.len() == limit {
                 return Err(Limit::Listed(limit as u64).into());
             }
+            // The commands of a state are work, for an engine that has turns.
+            self.engine.settings().sink.advance(self.program.commands.len() as u64);
             let step = self.step(&state, distance)?;
             for (next, _) in step.successors {
                 if seen.insert(next.clone()) {
