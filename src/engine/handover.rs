@@ -40,6 +40,8 @@ enum Origin {
 struct Shared {
     settings: Settings,
     budget: Arc<Budget>,
+    /// All states.
+    all: symbolic::StateSet,
     /// The steps of the question after which the explicit engine takes over.
     steps: u64,
     /// The states that the explicit engine has explored; `None` once it has tried to take over.
@@ -75,7 +77,16 @@ impl HandOver {
         budget.allow(steps);
         let (settings, explicit, groups) = (rest.settings.clone(), OnceLock::new(), OnceLock::new());
         let (rest, translated) = (Mutex::new(Some(rest)), Mutex::default());
-        let shared = Arc::new(Shared { settings, budget, steps, rest, explicit, groups, translated });
+        let shared = Arc::new(Shared {
+            settings,
+            budget,
+            all: symbolic.all_states(),
+            steps,
+            rest,
+            explicit,
+            groups,
+            translated,
+        });
         HandOver { symbolic: Arc::new(symbolic), origin: Origin::Model, own: OnceLock::new(), shared }
     }
 
@@ -178,8 +189,11 @@ impl HandOver {
         if let Some(known) = self.translated().states.get(x) {
             return Ok(known.clone());
         }
-        let test = self.symbolic.membership(&[x])?;
-        let found = self.whole()?.adopt_states(&*test)?;
+        let whole = self.whole()?;
+        let found = match *x == self.shared.all {
+            true => whole.all_states(),
+            false => whole.adopt_states(&*self.symbolic.membership(&[x])?)?,
+        };
         self.translated().states.insert(x.clone(), found.clone());
         Ok(found)
     }

@@ -7,7 +7,7 @@ use oxidd::LevelNo;
 use super::encoding::Encoding;
 use super::store::Store;
 use super::store::diagram::{Bdd, Diagram, Edge, ManagerOf};
-use super::{ChoiceSet, StateSet, SymbolicEngine};
+use super::{Bit, ChoiceSet, StateSet, SymbolicEngine};
 use crate::membership::Membership;
 use crate::settings::Settings;
 use meliora_base::error::Result;
@@ -34,6 +34,8 @@ struct Inner {
 /// The diagram of several sets.
 pub(super) struct Marks<'e> {
     encoding: &'e Encoding,
+    /// For each bit its variable, the lowest value of that, and its place in the value.
+    bits: Vec<(usize, i64, u32)>,
     nodes: Vec<Inner>,
     /// The sets that contain the states of each leaf.
     leaves: Vec<u64>,
@@ -69,7 +71,10 @@ impl<'e> Marks<'e> {
             root = joined;
         }
         let Build { nodes, leaves, .. } = build;
-        Ok(Some(Marks { encoding, nodes, leaves, root }))
+        let variables = encoding.variables();
+        let place = |bit: &Bit| (bit.variable.index(), variables[bit.variable.index()].low, bit.index);
+        let bits = encoding.order().iter().map(place).collect();
+        Ok(Some(Marks { encoding, bits, nodes, leaves, root }))
     }
 }
 
@@ -80,7 +85,9 @@ impl Membership for Marks<'_> {
         }
         let mut place = self.root;
         while let Some(node) = usize::try_from(place).ok().map(|place| self.nodes[place]) {
-            place = if self.encoding.bit_of(state, node.bit as usize) { node.set } else { node.clear };
+            let (variable, low, index) = self.bits[node.bit as usize];
+            let offset = state[variable].wrapping_sub(low) as u64;
+            place = if offset >> index & 1 == 1 { node.set } else { node.clear };
         }
         Ok(self.leaves[!place as usize])
     }
