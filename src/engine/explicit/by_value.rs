@@ -1,7 +1,10 @@
-//! Lists of commands or synchronisations by the value of one variable.
+//! Lists of commands or synchronisations by the values of variables.
 //!
 //! Thousands of guards such as `x=1`, `x=2`, … need not be evaluated one by one: at most those for the
 //! value of x can be true.
+
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
 
 use ahash::AHashMap;
 
@@ -11,43 +14,61 @@ use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 /// The values of a variable outside of which something cannot be enabled.
 pub(super) type Need = (u32, Vec<i64>);
 
-/// Things that can be enabled, by the value of one variable. Things are numbers.
+/// Things that can be enabled, by the values of variables. Things are numbers.
 pub(super) struct ByValue {
-    pub(super) variable: usize,
-    /// For each value the things that need it, in order.
-    lists: AHashMap<i64, Vec<u32>>,
-    /// The things that do not depend on the value, or not in this way.
+    /// For a variable, the things that need each of its values, again by the values of other variables.
+    splits: Vec<(usize, AHashMap<i64, ByValue>)>,
+    /// The things that do not depend on these variables, or not in this way.
     others: Vec<u32>,
 }
 
 impl ByValue {
-    /// Lists things by the variable that most of them need; `None` if no two things need the same one.
+    /// Lists things by the variables that they need; `None` if no two things need the same one.
     pub(super) fn new(needs: &[Vec<Need>]) -> Option<Self> {
-        let mut votes: AHashMap<u32, usize> = AHashMap::new();
-        needs.iter().flatten().for_each(|(variable, _)| *votes.entry(*variable).or_default() += 1);
-        let most = |&(variable, count): &(u32, usize)| (count, std::cmp::Reverse(variable));
-        let (variable, _) = votes.into_iter().filter(|(_, count)| *count > 1).max_by_key(most)?;
-        let (mut lists, mut others) = (AHashMap::<i64, Vec<u32>>::new(), Vec::new());
-        for (thing, needs) in (0u32..).zip(needs) {
-            match needs.iter().find(|(needed, _)| *needed == variable) {
-                Some((_, values)) => {
-                    values.iter().for_each(|&value| lists.entry(value).or_default().push(thing));
-                }
-                None => others.push(thing),
-            }
-        }
-        Some(ByValue { variable: variable as usize, lists, others })
+        let things = (0u32..).zip(needs).map(|(thing, needs)| (thing, needs.iter().collect()));
+        Some(Self::of_things(things.collect())).filter(|all| !all.splits.is_empty())
     }
 
-    /// Returns the things that can be enabled if the variable has this value, in their order.
-    pub(super) fn of(&self, value: i64) -> impl Iterator<Item = u32> + '_ {
-        let list = self.lists.get(&value).map_or(&[][..], Vec::as_slice);
-        let (mut own, mut others) = (list.iter().copied().peekable(), self.others.iter().copied().peekable());
-        std::iter::from_fn(move || match (own.peek(), others.peek()) {
-            (Some(a), Some(b)) if a < b => own.next(),
-            (Some(_), None) => own.next(),
-            _ => others.next(),
-        })
+    /// Lists things, each with the needs that are left, by the variable that most of them need.
+    fn of_things(things: Vec<(u32, Vec<&Need>)>) -> Self {
+        let mut votes: AHashMap<u32, usize> = AHashMap::new();
+        things.iter().flat_map(|(_, needs)| needs).for_each(|(v, _)| *votes.entry(*v).or_default() += 1);
+        let (mut split, mut others) = (BTreeMap::<u32, AHashMap<i64, Vec<_>>>::new(), Vec::new());
+        for (thing, needs) in things {
+            let most = |need: &&&Need| (votes[&need.0], Reverse(need.0));
+            let Some(&(variable, values)) = needs.iter().max_by_key(most).filter(|(v, _)| votes[v] > 1)
+            else {
+                others.push(thing);
+                continue;
+            };
+            // With several values for each variable, there would be a copy for each combination.
+            let is_left = |need: &&Need| need.0 != *variable && need.1.len() == 1;
+            let left = Vec::from_iter(needs.iter().copied().filter(is_left));
+            let lists = split.entry(*variable).or_default();
+            values.iter().for_each(|&value| lists.entry(value).or_default().push((thing, left.clone())));
+        }
+        let below = |lists: AHashMap<i64, Vec<_>>| {
+            lists.into_iter().map(|(value, things)| (value, Self::of_things(things))).collect()
+        };
+        let splits = split.into_iter().map(|(variable, lists)| (variable as usize, below(lists)));
+        ByValue { splits: splits.collect(), others }
+    }
+
+    /// Adds the things that can be enabled with these values of the variables, in their order.
+    pub(super) fn find(&self, values: &[i64], into: &mut Vec<u32>) {
+        self.add(values, into);
+        if !into.is_sorted() {
+            into.sort_unstable();
+        }
+    }
+
+    fn add(&self, values: &[i64], into: &mut Vec<u32>) {
+        into.extend_from_slice(&self.others);
+        for (variable, lists) in &self.splits {
+            if let Some(list) = lists.get(&values[*variable]) {
+                list.add(values, into);
+            }
+        }
     }
 }
 
@@ -100,11 +121,22 @@ mod tests {
 
     #[test]
     fn things_are_listed_for_the_values_that_they_need_and_all_others_always() {
-        let needs = vec![vec![(0, vec![1])], vec![(1, vec![5])], vec![(0, vec![1, 2]), (1, vec![5])], vec![]];
+        let needs = [
+            vec![(0, vec![1])],
+            vec![(1, vec![5])],
+            vec![(0, vec![1, 2]), (1, vec![5])],
+            vec![],
+            vec![(0, vec![2]), (1, vec![5])],
+            vec![(0, vec![2]), (1, vec![6])],
+        ];
         let lists = ByValue::new(&needs).unwrap();
-        assert_eq!(lists.variable, 0);
-        let of = |value| lists.of(value).collect::<Vec<_>>();
-        assert_eq!([of(1), of(2), of(3)], [vec![0, 1, 2, 3], vec![1, 2, 3], vec![1, 3]]);
+        let of = |values: [i64; 2]| {
+            let mut found = Vec::new();
+            lists.find(&values, &mut found);
+            found
+        };
+        assert_eq!([of([1, 5]), of([2, 5]), of([2, 6])], [vec![0, 1, 2, 3], vec![1, 2, 3, 4], vec![3, 5]]);
+        assert_eq!(of([3, 5]), [1, 3]);
         assert!(ByValue::new(&needs[..2]).is_none() && ByValue::new(&[]).is_none());
     }
 

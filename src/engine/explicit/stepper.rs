@@ -68,6 +68,9 @@ pub(super) struct Stepper<'a, const W: usize> {
     pub(super) steps: Vec<[u64; W]>,
     /// The end of each choice in `steps`.
     pub(super) ends: Vec<u32>,
+    /// Room for the synchronisations that may have choices, and for the commands of a factor that may be enabled.
+    listed: Vec<u32>,
+    candidates: Vec<u32>,
     /// The guards that were evaluated in the current state.
     pub(super) guards: usize,
     /// The synchronisations that have choices in the current state, in their order.
@@ -89,6 +92,8 @@ impl<'a, const W: usize> Stepper<'a, W> {
             rounded: false,
             steps: Vec::new(),
             ends: Vec::new(),
+            listed: Vec::new(),
+            candidates: Vec::new(),
             guards: 0,
             active: Vec::new(),
         }
@@ -115,8 +120,12 @@ impl<'a, const W: usize> Stepper<'a, W> {
         let prepared = self.prepared;
         match &prepared.by_value {
             Some(lists) => {
-                let value = self.machine.regs[lists.variable];
-                self.expand_among(lists.of(value).map(|index| index as usize))
+                let mut listed = std::mem::take(&mut self.listed);
+                listed.clear();
+                lists.find(&self.machine.regs, &mut listed);
+                let expanded = self.expand_among(listed.iter().map(|&index| index as usize));
+                self.listed = listed;
+                expanded
             }
             None => self.expand_among(0..prepared.synchronisations.len()),
         }
@@ -275,8 +284,12 @@ impl<'a, const W: usize> Stepper<'a, W> {
         let candidates = &prepared.factors[index].candidates;
         match &candidates.by_value {
             Some(lists) => {
-                let value = self.machine.regs[lists.variable];
-                lists.of(value).try_for_each(|at| self.test(&candidates.all[at as usize]))?;
+                let mut listed = std::mem::take(&mut self.candidates);
+                listed.clear();
+                lists.find(&self.machine.regs, &mut listed);
+                let tested = listed.iter().try_for_each(|&at| self.test(&candidates.all[at as usize]));
+                self.candidates = listed;
+                tested?;
             }
             None => candidates.all.iter().try_for_each(|candidate| self.test(candidate))?,
         }
