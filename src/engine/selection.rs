@@ -101,7 +101,7 @@ impl Selection {
         if !self.is_open {
             return AnyEngine::new(Arc::clone(program), Settings { storage: self.storage, ..settings });
         }
-        match self.taken((program, settings), lists_states, Asked::default())? {
+        match self.taken(program, settings, lists_states, Asked::default())? {
             Taken::Built(engine) => Ok(engine),
             Taken::Answered | Taken::Guided(_) => Err(Limit::Interrupted.into()),
         }
@@ -129,7 +129,7 @@ impl Selection {
         };
         let everywhere = question.everywhere.map(|_| &mut ask as _);
         let asked = Asked { everywhere, target: question.target };
-        match self.taken((program, settings), false, asked)? {
+        match self.taken(program, settings, false, asked)? {
             Taken::Built(engine) => return Ok(Decision::Built(engine)),
             Taken::Guided(guided) => {
                 self.take(
@@ -149,7 +149,8 @@ impl Selection {
     /// Builds the engine that is the first to know all states, unless a question was answered before.
     fn taken(
         &mut self,
-        (program, settings): (&Arc<Program>, Settings),
+        program: &Arc<Program>,
+        settings: Settings,
         lists_states: bool,
         asked: Asked<'_, '_>,
     ) -> Result<Taken> {

@@ -23,7 +23,7 @@ impl Bounds {
     pub(super) fn over(program: &Program, pool: &ExprPool) -> Self {
         let mut bounds = Bounds(Vec::with_capacity(pool.len()));
         for e in pool.ids() {
-            let found = bounds.of((program, pool), e).filter(|&(low, high)| fits(low) && fits(high));
+            let found = bounds.of(program, pool, e).filter(|&(low, high)| fits(low) && fits(high));
             bounds.0.push(found);
         }
         bounds
@@ -39,7 +39,7 @@ impl Bounds {
         self.0.get(e.index()).copied().flatten()
     }
 
-    fn of(&self, (program, pool): (&Program, &ExprPool), e: ExprId) -> Option<Interval> {
+    fn of(&self, program: &Program, pool: &ExprPool, e: ExprId) -> Option<Interval> {
         match pool.node(e) {
             Node::Literal(Value::Int(i)) => Some((i.into(), i.into())),
             Node::Literal(_) => Some((0, 1)),

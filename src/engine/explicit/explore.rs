@@ -73,7 +73,7 @@ pub(crate) struct Exploration {
     found: Found,
 }
 
-/// What some states of a model have cost the explicit engine.
+/// The cost of some states of a model for the explicit engine.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Pace {
     explored: u64,
@@ -203,12 +203,11 @@ impl Exploration {
         self.found.work
     }
 
-    /// Returns what the states explored so far have cost.
+    /// Returns the cost of the states explored so far.
     pub(crate) fn pace(&self) -> Pace {
         let Exploration { task, found } = self;
         let (explored, reached) = (found.next as u64, found.space.len() as u64);
-        let work = explored + found.graph.transitions_of(0..found.graph.choices()) as u64;
-        Pace { explored, work, reached, bytes: task.meter.used() }
+        Pace { explored, work: found.work - found.searched, reached, bytes: task.meter.used() }
     }
 
     /// Explores the rest, and returns all states with their choices and successors.
@@ -239,7 +238,7 @@ impl Task {
                 self.report(found)?;
             }
             let code = found.space.code::<W>(found.next);
-            self.look((&mut *found, &mut stepper), &code)?;
+            self.look(found, &mut stepper, &code)?;
             found.add(&stepper, &code)?;
         }
         Ok(found.next == found.space.len())
@@ -260,6 +259,7 @@ impl Task {
             started: space.len(),
             next: 0,
             work: 0,
+            searched: 0,
             space,
             graph: Graph::new(&self.meter)?,
             initial: Vec::new(),
@@ -284,7 +284,8 @@ impl Task {
     #[inline]
     fn look<const W: usize>(
         &self,
-        (found, stepper): (&mut Found, &mut Stepper<'_, W>),
+        found: &mut Found,
+        stepper: &mut Stepper<'_, W>,
         code: &[u64; W],
     ) -> Result<()> {
         stepper.enter(&self.layout, code);
@@ -347,7 +348,7 @@ impl Task {
             let code = self.layout.encode(state);
             code.map_or(Ok(()), |code| codes.extend(&fixed::<W>(&code)))
         })?;
-        found.work = search.work();
+        (found.work, found.searched) = (search.work(), search.work());
         let all = || codes.chunks_exact(W).map(fixed::<W>);
         if !is_over {
             found.search = Some(beginning);
@@ -414,6 +415,8 @@ struct Found {
     next: usize,
     /// The number of states explored and of their successors, and a share of the guards that this took.
     work: u64,
+    /// The work of the search for the initial states.
+    searched: u64,
     /// True if monitors may begin in every reached state.
     restarts: bool,
     graph: Graph,

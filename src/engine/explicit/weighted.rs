@@ -156,7 +156,7 @@ impl<const W: usize> Walk for PackedWalk<'_, W> {
         for place in 0..self.stepper.active.len() {
             let synchronisation = self.stepper.active[place];
             for number in 0..self.stepper.combinations(synchronisation) {
-                self.weigh((synchronisation, number), state, fractions)?;
+                self.weigh(synchronisation, number, state, fractions)?;
                 let steps = &self.stepper.steps[at..at + self.weights.len()];
                 at += steps.len();
                 let targets = steps.iter().map(|step| sum(&code, step));
@@ -248,7 +248,8 @@ impl<'w, const W: usize> PackedWalk<'w, W> {
     /// of the stepper.
     fn weigh(
         &mut self,
-        (synchronisation, number): (usize, usize),
+        synchronisation: usize,
+        number: usize,
         state: &[u64],
         fractions: &mut Fractions,
     ) -> Result<()> {

@@ -52,7 +52,7 @@ impl SymbolicEngine {
                 search = Some(Losing::new(self, &left, won, edge_labels)?);
             }
             let Some(Some(search)) = &search else {
-                let done = self.lose_layers((&mut rest, &mut layer), within, won, edge_labels, turn.steps)?;
+                let done = self.lose_layers(&mut rest, &mut layer, within, won, edge_labels, turn.steps)?;
                 return Ok(done.then(|| (rest.clone(), None)));
             };
             let (all, done) = search.by_lists(&found, turn.steps)?;
@@ -70,7 +70,8 @@ impl SymbolicEngine {
     /// all are removed.
     fn lose_layers(
         &self,
-        (left, lost): (&mut Region<StateSet, ChoiceSet>, &mut StateSet),
+        left: &mut Region<StateSet, ChoiceSet>,
+        lost: &mut StateSet,
         within: &ChoiceSet,
         won: &StateSet,
         edge_labels: &[EdgeLabels<StateSet>],
@@ -147,7 +148,7 @@ pub(super) fn can_reach(
             Some(list) => list,
             None => list.insert(confined()?),
         };
-        store.reach_as_before(pass, turn.steps, list, (target, &engine.states.0))
+        store.reach_as_before(pass, turn.steps, list, target, &engine.states.0)
     })?;
     found.ok_or_else(|| store.full())
 }

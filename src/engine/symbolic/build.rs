@@ -173,7 +173,7 @@ impl Explored {
         let Translated { transitions, initial, .. } = translated;
         let (enabled, looping) = enabled(&store, &transitions, &states)?;
         let deadlocks = deadlocks(&program, &encoding, &store, &states)?.unwrap_or(looping);
-        let game = Game::of(&program, (&encoding, &store), &transitions, &enabled)?;
+        let game = Game::of(&program, &encoding, &store, &transitions, &enabled)?;
         let groups = transitions.lists(&store, &lists)?;
         let enabled = Arc::new(enabled);
         Ok(SymbolicEngine {

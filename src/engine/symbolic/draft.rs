@@ -50,14 +50,14 @@ impl Draft {
     /// answers are the same.
     pub(super) fn explore(&self) -> Result<Bdd> {
         let Draft { program, encoding, store, domain, .. } = self;
-        let sets = (&self.translated.initial, domain);
-        let Some(start) = beginnings(program, encoding, store, self.settings.scope, sets)? else {
+        let initial = &self.translated.initial;
+        let Some(start) = beginnings(program, encoding, store, self.settings.scope, initial, domain)? else {
             return Ok(domain.clone());
         };
         let phase = "reachable states";
         store.progress(phase);
         // Variable orders take turns, so methods do not: the recursion was faster wherever both ended.
-        let reached = store.fixpoint(false, Pass::forward(phase), u64::MAX, &self.list, (&start, domain))?;
+        let reached = store.fixpoint(false, Pass::forward(phase), u64::MAX, &self.list, &start, domain)?;
         let reached = reached.ok_or_else(|| store.full())?;
         match &program.monitors {
             Some(o) if o.begin == Begin::Everywhere => {
@@ -127,7 +127,8 @@ pub(super) fn beginnings(
     encoding: &Encoding,
     store: &Store,
     scope: Scope,
-    (initial, domain): (&Bdd, &Bdd),
+    initial: &Bdd,
+    domain: &Bdd,
 ) -> Result<Option<Bdd>> {
     match (scope, &program.monitors) {
         (Scope::Reachable, _) => Ok(Some(initial.clone())),

@@ -57,8 +57,9 @@ impl SymbolicEngine {
     ///
     /// Cost: no image.
     pub fn beginnings(&self) -> Result<Option<StateSet>> {
-        let sets = (&self.initial.0, &self.domain);
-        let found = draft::beginnings(&self.program, &self.encoding, &self.store, self.settings.scope, sets)?;
+        let (scope, initial) = (self.settings.scope, &self.initial.0);
+        let found =
+            draft::beginnings(&self.program, &self.encoding, &self.store, scope, initial, &self.domain)?;
         Ok(found.map(StateSet))
     }
 

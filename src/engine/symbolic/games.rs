@@ -59,7 +59,8 @@ impl Game {
     /// A limit; a state in which two players have a choice, or several choices have no player.
     pub(super) fn of(
         program: &Program,
-        (encoding, store): (&Encoding, &Store),
+        encoding: &Encoding,
+        store: &Store,
         transitions: &Transitions,
         enabled: &[Bdd],
     ) -> Result<Option<Self>> {
@@ -246,15 +247,14 @@ impl SymbolicEngine {
         let entering = self.union(winning, &self.with_edges(within)?)?;
         let candidates = self.difference(&self.can_choose(&entering)?, &loops)?;
         let has_parts = dropped.is_empty() && self.has_few_parts()?;
-        let of = (winning, within);
         let mut lists = None;
         let all = Schedule::new(1 + usize::from(has_parts), self.store.thresholds().first_turn)
             .first_to_end(|turn| {
                 if has_parts && turn.way == 0 {
-                    return self.search_parts(opponent, (&found, &candidates), of, turn.steps);
+                    return self.search_parts(opponent, &found, &candidates, winning, within, turn.steps);
                 }
                 if !dropped.is_empty() {
-                    return self.search_layers(&mut found, of, dropped, turn.steps);
+                    return self.search_layers(&mut found, winning, within, dropped, turn.steps);
                 }
                 let lists = match &lists {
                     Some(lists) => lists,
@@ -273,7 +273,8 @@ impl SymbolicEngine {
     fn search_layers(
         &self,
         found: &mut StateSet,
-        (winning, within): (&ChoiceSet, &ChoiceSet),
+        winning: &ChoiceSet,
+        within: &ChoiceSet,
         dropped: &[(StateSet, StateSet)],
         steps: u64,
     ) -> Result<Option<StateSet>> {
@@ -299,8 +300,10 @@ impl SymbolicEngine {
     fn search_parts(
         &self,
         opponent: &Opponent,
-        (found, candidates): (&StateSet, &StateSet),
-        (winning, within): (&ChoiceSet, &ChoiceSet),
+        found: &StateSet,
+        candidates: &StateSet,
+        winning: &ChoiceSet,
+        within: &ChoiceSet,
         steps: u64,
     ) -> Result<Option<StateSet>> {
         let store = &self.store;

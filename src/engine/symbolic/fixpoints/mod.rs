@@ -39,7 +39,7 @@ impl Store {
         self.progress(pass.phase.unwrap_or_default());
         let usual = self.saturates(pass.direction).load(Relaxed);
         let found = Schedule::new(2, self.thresholds().first_turn)
-            .first_to_end(|turn| self.fixpoint(usual ^ (turn.way == 1), pass, turn.steps, list, (x, bound)));
+            .first_to_end(|turn| self.fixpoint(usual ^ (turn.way == 1), pass, turn.steps, list, x, bound));
         found?.ok_or_else(|| self.full())
     }
 
@@ -50,9 +50,10 @@ impl Store {
         pass: Pass,
         steps: u64,
         list: &RelationList,
-        of: (&Bdd, &Bdd),
+        x: &Bdd,
+        bound: &Bdd,
     ) -> Result<Option<Bdd>> {
-        self.fixpoint(self.saturates(pass.direction).load(Relaxed), pass, steps, list, of)
+        self.fixpoint(self.saturates(pass.direction).load(Relaxed), pass, steps, list, x, bound)
     }
 
     /// Computes [`Store::reach`] by saturation or by the recursion; `None` if it takes more than `steps` steps.
@@ -62,7 +63,8 @@ impl Store {
         pass: Pass,
         steps: u64,
         list: &RelationList,
-        (x, bound): (&Bdd, &Bdd),
+        x: &Bdd,
+        bound: &Bdd,
     ) -> Result<Option<Bdd>> {
         let close =
             |walk: &Walk<'_, '_>| walk.own(|w| w.close(by_saturation, w.edge(x), w.edge(bound), list));

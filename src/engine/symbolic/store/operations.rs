@@ -115,7 +115,7 @@ impl Store {
                 self.check_limits(m)?;
                 recursion(walk)
             };
-            self.deep(|| Walk::run((self, m), pass, steps, checked))
+            self.deep(|| Walk::run(self, m, pass, steps, checked))
         });
         self.work.steps.fetch_add(steps, Relaxed);
         self.advance(steps % PATIENCE);

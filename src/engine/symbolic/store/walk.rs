@@ -74,7 +74,8 @@ pub(in crate::symbolic) const PATIENCE: u64 = 1 << 10;
 impl<'m, 'id: 'm> Walk<'m, 'id> {
     /// Runs a recursion that may take `steps` steps. Returns its result and the steps that it took.
     pub(in crate::symbolic) fn run<T>(
-        (store, m): (&'m Store, &'m ManagerOf<'id>),
+        store: &'m Store,
+        m: &'m ManagerOf<'id>,
         Pass { direction, phase }: Pass,
         steps: u64,
         recursion: impl FnOnce(&Self) -> T,

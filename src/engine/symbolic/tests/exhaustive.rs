@@ -121,13 +121,8 @@ fn check((store, lists): &(Store, Arc<Lists>), width: usize, relations: &[Relati
         // All methods share the operation cache, so mostly only the first one computes. The operands
         // choose it.
         let by_saturation = (x ^ bound) % 2 == 1;
-        let found = store.fixpoint(
-            by_saturation,
-            Pass { direction, phase: None },
-            u64::MAX,
-            &list,
-            (&start, &within),
-        );
+        let found =
+            store.fixpoint(by_saturation, Pass { direction, phase: None }, u64::MAX, &list, &start, &within);
         assert!(found.unwrap().unwrap() == expected, "by saturation: {by_saturation}, {direction:?}");
         let found = store.reach(Pass { direction, phase: Some("test") }, &list, &start, &within).unwrap();
         assert!(found == expected, "either {direction:?}");
