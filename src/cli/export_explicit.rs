@@ -151,9 +151,6 @@ fn refuse_game(wanted: &Wanted, program: &Program) -> Result<(), Error> {
     if wanted.format == Files::Drn && !is_mdp {
         refuse_drn(program)?;
     }
-    if wanted.values.is_some() {
-        program.of_one_player("`--values`")?;
-    }
     Ok(())
 }
 

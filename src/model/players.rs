@@ -86,8 +86,7 @@ impl Program {
     /// # Errors
     /// The model is a game; the error points at `smg`.
     pub fn of_one_player(&self, what: &str) -> Result<()> {
-        let help =
-            "`values` computes the probabilities and costs against an opponent, `reach` those of a property";
+        let help = "`values` computes the probabilities and costs against an opponent, and `export --format umb --values` writes them";
         self.refuse_game(what, help)
     }
 

@@ -114,6 +114,8 @@ fn quantities_are_annotations_of_states() {
         ("network", "K=5,M=2", "transition"),
         ("lateral_prefix", "", "prefix"),
         ("rescue", "H=2", "action"),
+        ("pursuit", "N=3", "action"),
+        ("pursuit", "N=3", "prefix"),
     ] {
         let (model, prefs) = (format!("models/{name}.prism"), format!("models/{name}.pref"));
         let inputs = [model.as_str(), &prefs, "--safety", safety, "--levels", "2"];

@@ -263,18 +263,22 @@ impl<E: Entry> Step<'_, E> {
         meter: &mut Meter<'_>,
     ) -> Result<bool> {
         let is_open = |state: &usize| !self.of.target[*state] && self.of.left[*state] && finite[*state];
-        let order = || self.order.iter().map(|&state| state as usize);
-        let mut endless = BitVec::<usize>::repeat(false, x.len());
-        for state in order().filter(is_open).filter(|&state| strategy.side[state]) {
-            if let Some(pick) = self.endless(state, finite) {
-                self.of.take(&mut strategy.choices, state, pick);
-                endless.set(state, true);
-            }
+        let mut open: Vec<usize> = self.order.iter().map(|&state| state as usize).filter(is_open).collect();
+        let mut changed = false;
+        // Other values are infinite only where no strategy changes that.
+        if matches!(self.of.collected, Collected::Always(_)) {
+            open.retain(|&state| {
+                let endless = self.endless(state, finite).filter(|_| strategy.side[state]);
+                if let Some(pick) = endless {
+                    self.of.take(&mut strategy.choices, state, pick);
+                    changed = true;
+                }
+                endless.is_none()
+            });
         }
-        let mut changed = endless.any();
         for _ in 0..sweeps {
             let (mut settled, slack) = (true, E::slack(x));
-            for state in order().filter(|state| is_open(state) && !endless[*state]) {
+            for &state in &open {
                 meter.step()?;
                 let Some((q, pick)) = self.best(state, (x, finite)) else { continue };
                 let is_max = self.back.maximisers[state];

@@ -20,7 +20,6 @@ fn what_a_game_cannot_be_written_with_is_refused_by_name() {
     let scratch = scratch();
     for (more, name, help) in [
         (&["--format", "drn"][..], "`--format drn`", "write `--format umb` or `explicit`"),
-        (&["--format", "umb", "--values"], "`--values`", "`values` computes the probabilities and costs"),
         (&["--format", "drn", "--kind", "sasi"], "`--format drn`", "write `--format umb` or `explicit`"),
     ] {
         let all = [&["export", "@g.prism", "@g.pref", "--out", "@dump"], more].concat();
