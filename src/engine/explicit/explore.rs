@@ -10,6 +10,7 @@ use super::index::{Index, NOBODY};
 use super::initial::Search;
 use super::layout::{Layout, width};
 use super::meter::{Array, Meter};
+use super::pace::Pace;
 use super::program::Prepared;
 use super::set::{self, BitSet};
 use super::stepper::{Broken, Stepper, sum};
@@ -71,35 +72,6 @@ pub(super) struct Explored {
 pub(crate) struct Exploration {
     pub(super) task: Task,
     found: Found,
-}
-
-/// The cost of some states of a model for the explicit engine.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Pace {
-    explored: u64,
-    /// The work of these states, counted in states and their successors.
-    work: u64,
-    reached: u64,
-    /// The bytes of those reached.
-    bytes: u64,
-}
-
-impl Pace {
-    /// Returns the work for a number of states at this pace.
-    pub(crate) fn work(&self, states: u64) -> u64 {
-        in_proportion(states, self.work, self.explored)
-    }
-
-    /// Returns the bytes for a number of states at this pace.
-    pub(crate) fn bytes(&self, states: u64) -> u64 {
-        in_proportion(states, self.bytes, self.reached)
-    }
-}
-
-/// Returns n · cost / of, and n without a measurement.
-fn in_proportion(n: u64, cost: u64, of: u64) -> u64 {
-    let whole = (u128::from(n) * u128::from(cost)).checked_div(of.into());
-    u64::try_from(whole.unwrap_or(n.into())).unwrap_or(u64::MAX)
 }
 
 /// The input of an exploration.
